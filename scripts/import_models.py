@@ -90,7 +90,7 @@ def main() -> None:
     print("\t".join(COLUMNS))
     with tempfile.TemporaryDirectory() as folder:
         for path in sorted(asked.folder.rglob("*")):
-            if path.suffix in (".xml", ".urdf"):
+            if path.suffix in (".xml", ".urdf", ".sdf"):
                 print("\t".join(row(path, Path(folder), asked.duration)), flush=True)
 
 

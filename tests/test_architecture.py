@@ -109,7 +109,7 @@ FOLDERS = {
         "tradeoff",
         "verify",
     ),
-    "formats": ("mjcf", "urdf"),
+    "formats": ("mjcf", "urdf", "sdf"),
     "analysis": ("contacts", "loads"),
     "linear": ("equilibrium", "state_space"),
     "pages": ("look", "data", "page"),

@@ -60,7 +60,7 @@ GROUPS: Mapping[str, Mapping[str, str]] = MappingProxyType(
             "help": "Shows and searches the pages of the guide.",
             "examples": "Lists or copies the example mechanisms.",
             "new": "Writes a scene to begin with.",
-            "import": "Makes a scene of a model in MJCF or URDF.",
+            "import": "Makes a scene of a model in MJCF, URDF or SDF.",
             "paper": "Draws the figures of Zhang, Liu & Liu (2015).",
         },
     }

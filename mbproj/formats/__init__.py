@@ -1,4 +1,4 @@
-"""Models in other formats, MJCF and URDF, as scenes.
+"""Models in other formats, MJCF, URDF and SDF, as scenes.
 
 A reader makes a `Mechanism` of a file. What that cannot say stands in its table `said`. `scene_text` writes the scene.
 """

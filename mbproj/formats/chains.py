@@ -6,7 +6,7 @@ cylindrical one; two slides and a turn across them are a planar one.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field
 from typing import Any
 
@@ -15,10 +15,15 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.errors import Place
-from mbproj.formats.mechanism import Mechanism, Names, Part, Quantity
+from mbproj.formats.mechanism import Connection, Mechanism, Names, Part, Quantity, Same
 
 #: Axes that are parallel or normal to each other up to this, rad, and lines that meet up to this part of a metre.
 EXACT = 1e-9
+
+#: A limit of so many turns or metres, and more, is none.
+NO_LIMIT = 1e5
+#: The lower and the upper limit, where there is one.
+Span = tuple[float | None, float | None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +37,7 @@ class Single:
     turns: bool
     point: Array
     axis: Array
-    range: tuple[float | None, float | None] | None = None
+    range: Span | None = None
     stiffness: float = 0.0
     rest: float = 0.0
     damping: float = 0.0
@@ -65,7 +70,7 @@ def connect(
             continue
         kind, point, axes, names = found
         name = own("_".join(single.name for single in singles))
-        _one(mechanism, name, kind, bodies, point, axes, list(zip(singles, names, strict=True)))
+        add_one(mechanism, name, kind, bodies, point, axes, list(zip(singles, names, strict=True)))
         places.update({single.name: (name, coordinate) for single, coordinate in zip(singles, names, strict=True)})
         return
     first = bodies[0]
@@ -79,7 +84,7 @@ def connect(
         name = own(single.name)
         coordinate = "angle" if single.turns else "displacement"
         kind = "revolute" if single.turns else "prismatic"
-        _one(mechanism, name, kind, (first, second), single.point, single.axis, [(single, coordinate)])
+        add_one(mechanism, name, kind, (first, second), single.point, single.axis, [(single, coordinate)])
         places[single.name] = (name, coordinate)
         first = second
 
@@ -121,7 +126,7 @@ def _planar(singles: Sequence[Single]) -> _Recognised | None:
     return "planar", turn.point, turn.axis, ("displacement_x", "displacement_y", "angle")
 
 
-def _one(
+def add_one(
     mechanism: Mechanism,
     name: str,
     kind: str,
@@ -129,9 +134,10 @@ def _one(
     point: Array,
     axes: Array,
     coordinates: Sequence[tuple[Single, str]],
+    keys: Mapping[str, Any] | None = None,
 ) -> None:
     """A joint with what acts on its coordinates: limits and reflected inertias are its own, the rest are forces."""
-    alone = len(coordinates) == 1
+    alone = len(coordinates) == 1 and kind != "screw"
     inertias = {
         coordinate: Quantity(single.armature, "kg*m^2" if single.turns else "kg")
         for single, coordinate in coordinates
@@ -142,7 +148,7 @@ def _one(
         for single, coordinate in coordinates
         if single.range
     }
-    keys: dict[str, Any] = {}
+    keys = dict(keys or {})
     if inertias:
         keys["reflected_inertia"] = next(iter(inertias.values())) if alone else inertias
     if limits:
@@ -150,6 +156,15 @@ def _one(
     mechanism.join(name, kind, bodies, point, axes, keys, coordinates[0][0].place)
     for single, coordinate in coordinates:
         _forces(mechanism, name, single, {} if alone else {"coordinate": coordinate})
+
+
+def span(mechanism: Mechanism, joint: str, place: Place | None, low: float, high: float) -> Span | None:
+    """The range of a coordinate from the pose on; None, and said, where the pose is beyond it."""
+    if low <= 0.0 <= high and low < high:
+        sides = (None if low < -NO_LIMIT else low, None if high > NO_LIMIT else high)
+        return None if sides == (None, None) else sides
+    mechanism.say(f"limit of joint '{joint}'", place, "left out: the pose is beyond it", Same.NO)
+    return None
 
 
 def _limit(value: float | None, turns: bool) -> Quantity | None:
@@ -181,3 +196,16 @@ def _forces(mechanism: Mechanism, joint: str, single: Single, which: dict[str, s
 def free_name(mechanism: Mechanism, wanted: str) -> str:
     """A name for a force that no other has."""
     return Names(frozenset(mechanism.forces)).own(wanted)
+
+
+def follow(
+    mechanism: Mechanism, names: Names, ends: tuple[str, str], ratio: float, constant: float, place: Place
+) -> None:
+    """Couples the coordinate of a joint with that of another: s = ratio s' + constant, both counted from the pose.
+    `ends` are what they became, `joint.coordinate`."""
+    own, other = ends
+    keys: dict[str, Any] = {"of": {own: 1.0} | ({other: -ratio} if ratio else {})}
+    if constant:
+        keys["constant"] = constant
+    name = names.own(f"{own.partition('.')[0]}_mimic")
+    mechanism.joints[name] = Connection(name, "coupler", keys=keys, place=place)

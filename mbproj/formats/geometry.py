@@ -1,4 +1,4 @@
-"""Rotations of other formats as matrices whose columns are the turned axes, and numbers in attributes."""
+"""Rotations of other formats as matrices whose columns are the turned axes, numbers in texts, inertias."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place, Problem
+from mbproj.scene.fields.inertia import impossible
 from mbproj.scene.fields.rotations import from_axis_angle, from_euler, to_matrix
 
 
@@ -20,6 +21,10 @@ class Pose:
     def then(self, inner: Pose) -> Pose:
         """A pose that is given in this frame, in the frame that this one is given in."""
         return Pose(self.position + self.rotation @ inner.position, self.rotation @ inner.rotation)
+
+    def inverse(self) -> Pose:
+        """The other frame in this one."""
+        return Pose(-self.rotation.T @ self.position, self.rotation.T)
 
 
 IDENTITY = Pose(np.zeros(3), np.eye(3))
@@ -56,3 +61,12 @@ def numbers(text: str, count: int, place: Place, what: str) -> Array:
         takes = "a finite number" if count == 1 else f"{count} finite numbers"
         raise InputError(Problem(f"{what} takes {takes}, found '{shown}'", place, "write it as in '0 0 1'"))
     return found
+
+
+def check_inertia(mass: float, inertia: Array, at_mass: Place, at_inertia: Place) -> None:
+    """Raises InputError where no body has them."""
+    if mass < 0.0:
+        raise InputError(Problem(f"the mass is negative: {mass:g} kg", at_mass, "give one that is not"))
+    why = impossible(tuple(map(tuple, inertia.tolist())))  # type: ignore[arg-type]
+    if why:
+        raise InputError(Problem(f"the inertia {why}", at_inertia, "correct the inertia about the centre of mass"))

@@ -28,13 +28,15 @@ class Same(Enum):
 @dataclass(frozen=True)
 class Wishes:
     """What a user asks of an import: the keyframe, or the joint coordinates by name (rad, m), to start at; to `hold`:
-    springs in place of servos; `contacts`: stops where spheres may meet planes; the file where the `loops` stand."""
+    springs in place of servos; `contacts`: stops where spheres may meet planes; the file where the `loops` stand; that
+    the two frames which a joint of an SDF names `meet`."""
 
     key: str | None = None
     pose: Mapping[str, float] = field(default_factory=dict)
     hold: bool = False
     contacts: bool = False
     loops: Path | None = None
+    meet: bool = False
 
 
 @dataclass(frozen=True)

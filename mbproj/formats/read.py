@@ -7,11 +7,12 @@ from pathlib import Path
 from mbproj.errors import InputError, Problem
 from mbproj.formats.mechanism import Mechanism, Wishes
 from mbproj.formats.mjcf.read import read_mjcf
+from mbproj.formats.sdf.read import read_sdf
 from mbproj.formats.urdf.read import read_urdf
 from mbproj.formats.xml import Element, parse, read_text
 
 #: What reads a format, by the tag of the root element.
-READERS = {"mujoco": read_mjcf, "robot": read_urdf}
+READERS = {"mujoco": read_mjcf, "robot": read_urdf, "sdf": read_sdf}
 
 
 def read_model(path: Path, wishes: Wishes | None = None) -> Mechanism:
@@ -29,4 +30,4 @@ def _refuse_others(root: Element) -> None:
         raise InputError(Problem("this is a xacro, from which a URDF is made", root.place, hint))
     if root.tag not in READERS:
         what = f"<{root.tag[:40]}> begins no model that mbproj reads"
-        raise InputError(Problem(what, root.place, "a model is MJCF (<mujoco>) or URDF (<robot>)"))
+        raise InputError(Problem(what, root.place, "a model is MJCF (<mujoco>), URDF (<robot>) or SDF (<sdf>)"))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import field
 from pathlib import Path
@@ -12,6 +13,8 @@ from mbproj.errors import InputError, Place, Problem
 
 #: Of a file and of its tree at most.
 MOST_BYTES, MOST_ELEMENTS, MOST_DEPTH = 32_000_000, 500_000, 200
+
+_COMMENT = re.compile(rb"<!--.*?-->", re.DOTALL)
 
 
 @dataclass(eq=False)
@@ -62,7 +65,18 @@ def read_text(path: Path, shown: str) -> bytes:
 
 def parse(data: bytes, file: str) -> Element:
     """The root element. Raises InputError with the line where the text is no XML, declares entities, or is too deep."""
-    return _Parser(file).parse(data)
+    try:
+        return _Parser(file).parse(data)
+    except InputError:
+        plain = _COMMENT.sub(_blank, data)  # readers of robots' formats let comments hold "--", as in a drawing
+        if plain == data:
+            raise
+    return _Parser(file).parse(plain)
+
+
+def _blank(comment: re.Match[bytes]) -> bytes:
+    """As many lines without a comment."""
+    return b"\n" * comment[0].count(b"\n")
 
 
 class _Parser:

@@ -1,4 +1,4 @@
-"""`mbproj import`: a model in MJCF or URDF as a scene, with a table of what has no counterpart."""
+"""`mbproj import`: a model in MJCF, URDF or SDF as a scene, with a table of what has no counterpart."""
 
 from __future__ import annotations
 
@@ -50,6 +50,7 @@ EXAMPLES = (
     metavar="FILE",
     help="Of a URDF: the YAML file where its loops stand, unless it is beside it with its name.",
 )
+@option(Part.WHAT, "--meet", is_flag=True, help="Of an SDF: let the two frames that a joint names meet.")
 @option(Part.WHAT, "--hold", is_flag=True, help="Let servos hold their control signal: springs and dampers.")
 @option(Part.WHAT, "--contacts", is_flag=True, help="Make stops of spheres and capsules above planes.")
 @option(Part.OUTPUT, "--strict", is_flag=True, help="End with 4 where the scene's motion is not the model's.")
@@ -66,6 +67,7 @@ def command(
     key: str | None,
     pose: Path | None,
     loops: Path | None,
+    meet: bool,
     hold: bool,
     contacts: bool,
     strict: bool,
@@ -73,7 +75,7 @@ def command(
     quiet: bool,
     force: bool,
 ) -> None:
-    """Makes a scene of MODEL, which is MJCF or URDF.
+    """Makes a scene of MODEL, which is MJCF, URDF or SDF.
 
     The table lists each element without a counterpart: what happens with it, and whether the motion of the scene is
     still that of the model.
@@ -84,7 +86,7 @@ def command(
     from mbproj.outputs import SCENE, write_text
     from mbproj.version import __version__
 
-    wishes = Wishes(key, read_pose(pose) if pose else {}, hold, contacts, loops)
+    wishes = Wishes(key, read_pose(pose) if pose else {}, hold, contacts, loops, meet)
     mechanism = read_model(model, wishes)
     text = scene_text(mechanism, __version__)
     for problem in _refused(text, str(output or "scene.yaml")):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from mbproj.errors import Place
-from mbproj.formats.chains import Coordinates, Single, connect
+from mbproj.formats.chains import Coordinates, Single, connect, span
 from mbproj.formats.mechanism import Mechanism, Names, Part, Same
 from mbproj.formats.mjcf.compiled import Compiled
 from mbproj.formats.mjcf.parts import Called
@@ -46,15 +46,13 @@ def single(compiled: Compiled, mechanism: Mechanism, number: int, child: str) ->
     turns = int(model.jnt_type[number]) == HINGE
     name = joint_name(compiled, number, child)
     place = compiled.place("jnt", number) or compiled.place("body", int(model.jnt_bodyid[number]))
-    span: tuple[float | None, float | None] | None = None
+    limits = None
     if model.jnt_limited[number]:
         low, high = (float(each) - at for each in model.jnt_range[number])
-        if low <= 0.0 <= high:
-            span = (low, high)
+        limits = span(mechanism, name, place, low, high)
+        if limits is not None:
             what = "a stiff spring in MuJoCo, a rigid stop in the scene"
             mechanism.say(f"limit of joint '{name}'", place, what, Same.UNTIL)
-        else:
-            mechanism.say(f"limit of joint '{name}'", place, "left out: the pose is beyond it", Same.NO)
     for poly, called in ((model.jnt_stiffnesspoly[number], "stiffness"), (model.dof_dampingpoly[dof], "damping")):
         if np.any(poly):
             what = f"its {called} that is not linear is left out"
@@ -66,7 +64,7 @@ def single(compiled: Compiled, mechanism: Mechanism, number: int, child: str) ->
         turns,
         np.array(data.xanchor[number]),
         np.array(data.xaxis[number]),
-        span,
+        limits,
         stiffness,
         spring if stiffness else 0.0,
         float(model.dof_damping[dof]),

@@ -7,13 +7,12 @@ from pathlib import Path
 from xml.sax.saxutils import escape, quoteattr
 
 from mbproj.dataclass import dataclass
-from mbproj.errors import InputError, Place, Problem
-from mbproj.formats.xml import Element, parse, read_text
+from mbproj.errors import Place
+from mbproj.formats.included import include, inside
+from mbproj.formats.xml import Element
 
 #: A mesh is read up to so many bytes.
 MOST_MESH_BYTES = 64_000_000
-#: How deep files may include others.
-MOST_INCLUDES = 50
 #: Assets that have no say in the motion, and the attributes that name them.
 SHOWN_ONLY = ("texture", "skin")
 
@@ -67,36 +66,10 @@ def _included(element: Element, folder: Path, base: Path, above: tuple[Path, ...
         if child.tag != "include":
             children.append(_included(child, folder, base, above))
             continue
-        file = _inside(child, folder, base)
-        if file in above:
-            names = " -> ".join(each.name for each in (*above, file))
-            raise InputError(Problem(f"the files include each other in a circle: {names}", child.place, "break it"))
-        if len(above) > MOST_INCLUDES:
-            raise InputError(
-                Problem(f"files include each other more than {MOST_INCLUDES} deep", child.place, "join them")
-            )
-        shown = str(Path(child.place.file).parent / child.get("file"))
-        inner = parse(read_text(file, shown), shown)
+        file = inside(child.get("file"), child.place, folder, base)
+        inner = include(file, child.place, above, str(Path(child.place.file).parent / child.get("file")))
         children += _included(inner, folder, base, (*above, file)).children
     return Element(element.tag, dict(element.attributes), element.place, children, element.text)
-
-
-def _inside(element: Element, folder: Path, base: Path) -> Path:
-    """The file that an element names. Raises InputError where it is missing or outside of the model's folder."""
-    name = element.get("file")
-    try:
-        file = (base / name).resolve()
-        there = file.is_file()
-    except (OSError, ValueError, RuntimeError):
-        file, there = base, False
-    if not file.is_relative_to(folder):
-        hint = f"copy it to '{folder.name or folder}'"
-        raise InputError(Problem(f"the file '{name}' is outside of the model's folder", element.place, hint))
-    if not there:
-        raise InputError(
-            Problem(f"the file '{name}' is not there", element.place, "its path begins at the model's folder")
-        )
-    return file
 
 
 def _without_pictures(root: Element) -> None:

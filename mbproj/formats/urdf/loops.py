@@ -11,16 +11,14 @@ Beside the file, in YAML:
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
-from mbproj.arrays import Array
-from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place, Problem
-from mbproj.formats.geometry import IDENTITY, Pose
-from mbproj.formats.mechanism import Connection, Mechanism, Names, Same
+from mbproj.formats.geometry import IDENTITY
+from mbproj.formats.loops import Loop
 from mbproj.formats.urdf.model import Urdf, axis_of, origin_of
 from mbproj.formats.xml import Element
 from mbproj.scene.text.document import compose
@@ -41,39 +39,6 @@ TYPES = {
     "universal": "universal",
 }
 _CLOSING = re.compile(r"closing_(.+)_([12])")
-
-
-@dataclass(frozen=True, eq=False)
-class Loop:
-    """A joint that closes a loop: two links with a frame in each, and an axis in both frames."""
-
-    name: str
-    type: str
-    links: tuple[str, str]
-    frames: tuple[Pose, Pose]
-    axis: Array
-    place: Place
-
-
-def add_loops(
-    mechanism: Mechanism, loops: list[Loop], frames: Mapping[str, Pose], called: Mapping[str, str], names: Names
-) -> None:
-    """Adds their joints, with a point and an axis in each body."""
-    for loop in loops:
-        bodies = (called[loop.links[0]], called[loop.links[1]])
-        if bodies[0] == bodies[1]:
-            mechanism.say(f"loop '{loop.name}'", loop.place, f"left out: both ends are on '{bodies[0]}'", Same.YES)
-            continue
-        points, axes, turns = np.empty((2, 3)), np.empty((2, 3)), np.empty((2, 3, 3))
-        for side, (link, own) in enumerate(zip(loop.links, loop.frames, strict=True)):
-            held, part = frames[link].then(own), mechanism.part(bodies[side])
-            points[side], turns[side] = part.local(held.position), part.rotation.T @ held.rotation
-            axes[side] = turns[side] @ loop.axis
-        kind = TYPES[loop.type]
-        name = names.own(loop.name)
-        with_axis = axes if kind in ("revolute", "prismatic") else None
-        with_turns = turns if kind == "fixed" else None
-        mechanism.joints[name] = Connection(name, kind, bodies, points, with_axis, with_turns, {}, loop.place)
 
 
 def loops_in(root: Element, model: Urdf) -> Iterator[Loop]:
@@ -100,7 +65,7 @@ def _loop(element: Element, ends: list[Element | None], model: Urdf, of_origin: 
         links.append(end.get("link"))
         frames.append(origin_of(end.first("origin") if of_origin else end))
     axis = axis_of(element) if TYPES[kind] in ("revolute", "prismatic") else np.array([0.0, 0.0, 1.0])
-    return Loop(name, kind, (links[0], links[1]), (frames[0], frames[1]), axis, element.place)
+    return Loop(name, TYPES[kind], (links[0], links[1]), (frames[0], frames[1]), axis, element.place)
 
 
 def _closing(model: Urdf) -> Iterator[Loop]:
@@ -117,7 +82,7 @@ def _closing(model: Urdf) -> Iterator[Loop]:
             raise InputError(Problem(what, model.links[alone].place, f"add closing_{name}_1 and closing_{name}_2"))
         links = (ends["1"], ends["2"])
         place = model.links[links[0]].place
-        yield Loop(f"closing_{name}", "3d", links, (IDENTITY, IDENTITY), np.array([0.0, 0.0, 1.0]), place)
+        yield Loop(f"closing_{name}", "spherical", links, (IDENTITY, IDENTITY), np.array([0.0, 0.0, 1.0]), place)
 
 
 def loops_beside(path: Path, given: Path | None, model: Urdf) -> Iterator[Loop]:
@@ -143,7 +108,7 @@ def loops_beside(path: Path, given: Path | None, model: Urdf) -> Iterator[Loop]:
             raise InputError(Problem("a loop is a pair of frames, and 3d or 6d", pair.place, "as in [[a, b]], ['3d']"))
         links = (_link_of(ends[0], model, pair.place), _link_of(ends[1], model, pair.place))
         name = f"loop_{ends[0]}"
-        yield Loop(name, word, links, (IDENTITY, IDENTITY), np.array([0.0, 0.0, 1.0]), pair.place)
+        yield Loop(name, TYPES[word], links, (IDENTITY, IDENTITY), np.array([0.0, 0.0, 1.0]), pair.place)
 
 
 def _text(node: Node) -> str:

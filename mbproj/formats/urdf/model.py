@@ -10,9 +10,8 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place, Problem
-from mbproj.formats.geometry import IDENTITY, Pose, from_rpy, numbers, unit
+from mbproj.formats.geometry import IDENTITY, Pose, check_inertia, from_rpy, numbers, unit
 from mbproj.formats.xml import Element
-from mbproj.scene.fields.inertia import impossible
 from mbproj.scene.text.suggestions import choose_from
 
 #: Joints of URDF by how many coordinates they leave.
@@ -168,15 +167,6 @@ def _link(element: Element) -> UrdfLink:
     check_inertia(mass, inertia, (mass_of or inertial).place, (given or inertial).place)
     turned = pose.rotation @ inertia @ pose.rotation.T
     return UrdfLink(element.get("name"), mass, 0.5 * (turned + turned.T), pose.position, element)
-
-
-def check_inertia(mass: float, inertia: Array, at_mass: Place, at_inertia: Place) -> None:
-    """Raises InputError where no body has them."""
-    if mass < 0.0:
-        raise InputError(Problem(f"the mass is negative: {mass:g} kg", at_mass, "give one that is not"))
-    why = impossible(tuple(map(tuple, inertia.tolist())))  # type: ignore[arg-type]
-    if why:
-        raise InputError(Problem(f"the inertia {why}", at_inertia, "correct the inertia about the centre of mass"))
 
 
 def _joint(element: Element) -> UrdfJoint:

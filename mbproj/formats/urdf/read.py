@@ -9,18 +9,17 @@ from pathlib import Path
 import numpy as np
 
 from mbproj.errors import InputError, Problem
-from mbproj.formats.chains import Coordinates, Single, connect
+from mbproj.formats.chains import Coordinates, Single, connect, follow, span
 from mbproj.formats.geometry import Pose, turn
-from mbproj.formats.mechanism import Connection, Mechanism, Names, Part, Same, Wishes, said_of
-from mbproj.formats.urdf.loops import add_loops, loops_beside, loops_in
+from mbproj.formats.loops import add_loops
+from mbproj.formats.mechanism import Mechanism, Names, Part, Same, Wishes, said_of
+from mbproj.formats.urdf.loops import loops_beside, loops_in
 from mbproj.formats.urdf.model import Urdf, UrdfJoint, number, read_urdf_model
 from mbproj.formats.xml import Element
 from mbproj.scene.records import GROUND
 from mbproj.scene.text.suggestions import choose_from
 
 GRAVITY = np.array([0.0, 0.0, -9.81])
-#: A limit of so many turns or metres, and more, is none.
-NO_LIMIT = 1e5
 #: What is read of a model, and tags of elements that would act on its motion: a coupling of URDF+; loops, springs and
 #: plug-ins of Gazebo, and bodies that its gravity does not move.
 READ = ("link", "joint", "material", "loop_joint", "loop")
@@ -110,10 +109,7 @@ def _acted_on(mechanism: Mechanism, joint: UrdfJoint, single: Single, pose: Mapp
         and ("lower" in limit.attributes or "upper" in limit.attributes)
     ):
         low, high = number(limit, "lower", "0") - at, number(limit, "upper", "0") - at
-        if low <= 0.0 <= high and low < high:
-            found = replace(found, range=(None if low < -NO_LIMIT else low, None if high > NO_LIMIT else high))
-        else:
-            mechanism.say(f"limit of {shown}", limit.place, "left out: the pose is beyond it", Same.NO)
+        found = replace(found, range=span(mechanism, joint.name, limit.place, low, high))
     if limit is not None and ("effort" in limit.attributes or "velocity" in limit.attributes):
         mechanism.say(f"effort and velocity of {shown}", limit.place, "left out: they are a motor's", Same.YES)
     if dynamics is not None:
@@ -139,11 +135,8 @@ def _add_mimics(
             continue
         multiplier, offset = number(mimic, "multiplier", "1"), number(mimic, "offset", "0")
         constant = offset + multiplier * pose.get(leader, 0.0) - pose.get(joint.name, 0.0)
-        own, other = (".".join(coordinates[each]) for each in (joint.name, leader))
-        keys = {"of": {own: 1.0} | ({other: -multiplier} if multiplier else {})}
-        keys |= {"constant": constant} if constant else {}  # type: ignore[dict-item]
-        name = names.own(f"{joint.name}_mimic")
-        mechanism.joints[name] = Connection(name, "coupler", keys=keys, place=mimic.place)
+        ends = (".".join(coordinates[joint.name]), ".".join(coordinates[leader]))
+        follow(mechanism, names, ends, multiplier, constant, mimic.place)
 
 
 def _say_rest(mechanism: Mechanism, root: Element, model: Urdf) -> None:

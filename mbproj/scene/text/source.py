@@ -17,7 +17,7 @@ _UNPRINTABLE = re.compile("[^\t\n\r\x20-\x7e\x85\xa0-\ud7ff\ue000-\ufffd\U000100
 #: What YAML counts as the end of a line.
 _LINE_BREAK = re.compile("\r\n|[\r\n\x85\u2028\u2029]")
 #: The formats of models by the tag that begins them.
-_MODELS = {b"<mujoco": "MJCF", b"<robot": "URDF"}
+_MODELS = {b"<mujoco": "MJCF", b"<robot": "URDF", b"<sdf": "SDF"}
 
 
 def read_text(path: Path) -> str:

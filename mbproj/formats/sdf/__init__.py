@@ -1,0 +1,1 @@
+"""SDF, read by ourselves: its scopes with includes, frames by name, inertias, and a graph of joints with its loops."""

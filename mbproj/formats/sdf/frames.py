@@ -1,0 +1,143 @@
+"""Frames of an SDF by name: where each stands, and the link that each is part of.
+
+A pose is relative to the frame that it names, which may be in another model: `model::frame`. In a model it is relative
+to the model unless it names one; that of a joint is relative to its child, that of a frame to what it is attached to.
+"""
+
+from __future__ import annotations
+
+from dataclasses import field
+
+from mbproj.dataclass import dataclass
+from mbproj.errors import InputError, Place, Problem
+from mbproj.formats.geometry import IDENTITY, Pose
+from mbproj.formats.sdf.scopes import Scope, pose_in, text, unknown
+from mbproj.formats.xml import Element
+
+#: The link of a frame that cannot move.
+WORLD = ""
+#: Names that every scope has.
+MODEL, ROOTS = "__model__", ("world", "__root__")
+
+
+@dataclass(eq=False)
+class Frames:
+    """Poses in the model of their scope, and links by their full name; each is found once."""
+
+    _poses: dict[tuple[int, str], Pose] = field(default_factory=dict)
+    _links: dict[tuple[int, str], str] = field(default_factory=dict)
+    _open: set[tuple[int, str, str]] = field(default_factory=set)
+
+    def world(self, scope: Scope) -> Pose:
+        """The pose of a model in the world."""
+        if scope.above is None and scope.element.tag == "world":
+            return IDENTITY
+        key = (id(scope), MODEL)
+        if key not in self._poses:
+            with _Once(self._open, (*key, "pose"), MODEL, scope.element.place):
+                outer = IDENTITY if scope.above is None else self.world(scope.above)
+                self._poses[key] = outer.then(self._placed(scope))
+        return self._poses[key]
+
+    def _placed(self, scope: Scope) -> Pose:
+        """The pose of a model in the scope around it."""
+        given, named = pose_in(scope.element), scope.element.first("pose")
+        relative = _relative(named)
+        if relative and scope.above is not None:
+            given = self.within(scope.above, relative, scope.element.place).then(given)
+        placement = scope.element.get("placement_frame")
+        if placement:
+            given = given.then(self.within(scope, placement, scope.element.place).inverse())
+        return given
+
+    def within(self, scope: Scope, name: str, place: Place) -> Pose:
+        """The pose of a frame in the model of the scope. Raises InputError where nothing has the name."""
+        if name in ("", MODEL):
+            return IDENTITY
+        if name in ROOTS:
+            return self.world(scope).inverse()
+        outer, _, inner = name.partition("::")
+        if outer in scope.models:
+            model = scope.models[outer]
+            return self._placed_once(model).then(self.within(model, inner, place))
+        if name not in scope.frames:
+            raise unknown(name, scope, place)
+        key = (id(scope), name)
+        if key not in self._poses:
+            element = scope.frames[name]
+            with _Once(self._open, (*key, "pose"), name, element.place):
+                base = _relative(element.first("pose")) or _default(element)
+                self._poses[key] = self.within(scope, base, element.place).then(pose_in(element))
+        return self._poses[key]
+
+    def _placed_once(self, model: Scope) -> Pose:
+        key = (id(model), "__placed__")
+        if key not in self._poses:
+            with _Once(self._open, (*key, "pose"), model.name, model.element.place):
+                self._poses[key] = self._placed(model)
+        return self._poses[key]
+
+    def pose(self, scope: Scope, name: str, place: Place) -> Pose:
+        """The pose of a frame in the world."""
+        return IDENTITY if name in ROOTS else self.world(scope).then(self.within(scope, name, place))
+
+    def link(self, scope: Scope, name: str, place: Place) -> str:
+        """The full name of the link that a frame is part of, WORLD where it cannot move."""
+        if name in ROOTS or (scope.element.tag == "world" and name in ("", MODEL)):
+            return WORLD
+        if name in ("", MODEL):
+            return self._canonical(scope, place)
+        outer, _, inner = name.partition("::")
+        if outer in scope.models:
+            return self.link(scope.models[outer], inner, place)
+        if name not in scope.frames:
+            raise unknown(name, scope, place)
+        element, key = scope.frames[name], (id(scope), name)
+        if element.tag == "link":
+            return WORLD if scope.static else full_name(scope, name)
+        if key not in self._links:
+            with _Once(self._open, (*key, "link"), name, element.place):
+                held = _default(element)
+                self._links[key] = self.link(scope, held, element.place)
+        return self._links[key]
+
+    def _canonical(self, scope: Scope, place: Place) -> str:
+        """The link that a model's own frame is part of: the one it names, or its first."""
+        named = scope.element.get("canonical_link")
+        if named:
+            return self.link(scope, named, place)
+        for model in scope.walk():
+            for name, _ in model.all("link"):
+                return self.link(model, name, place)
+        raise InputError(Problem(f"model '{scope.name}' has no link", scope.element.place, "add one"))
+
+
+def full_name(scope: Scope, name: str) -> str:
+    """The name with those of the models around it."""
+    return f"{scope.path}::{name}" if scope.path else name
+
+
+def _relative(pose: Element | None) -> str:
+    """What a pose is relative to, as files of today and of 1.5 say it."""
+    return "" if pose is None else pose.get("relative_to") or pose.get("frame")
+
+
+def _default(element: Element) -> str:
+    """The frame that an element is in where it says no other."""
+    return text(element, "child") if element.tag == "joint" else element.get("attached_to") or MODEL
+
+
+class _Once:
+    """Raises InputError where a frame is asked for while it is being found."""
+
+    def __init__(self, waiting: set[tuple[int, str, str]], key: tuple[int, str, str], name: str, place: Place) -> None:
+        self._waiting, self._key, self._name, self._place = waiting, key, name, place
+
+    def __enter__(self) -> None:
+        if self._key in self._waiting:
+            what = f"the frames that '{self._name}' stands in go in a circle"
+            raise InputError(Problem(what, self._place, "let one of them be relative to the model"))
+        self._waiting.add(self._key)
+
+    def __exit__(self, *_: object) -> None:
+        self._waiting.discard(self._key)

@@ -1,0 +1,275 @@
+"""Joints of an SDF as joints of a scene: what each type becomes, what acts on its coordinates, what follows others."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import field, replace
+from math import pi
+from typing import Any
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
+from mbproj.errors import InputError, Place, Problem
+from mbproj.formats.chains import Coordinates, Single, add_one, connect, follow, span
+from mbproj.formats.geometry import Pose, turn, unit
+from mbproj.formats.loops import Loop
+from mbproj.formats.mechanism import Connection, Mechanism, Names, Quantity, Same
+from mbproj.formats.sdf.frames import Frames
+from mbproj.formats.sdf.scopes import Scope, number, text, vector
+from mbproj.formats.xml import Element
+from mbproj.scene.text.suggestions import choose_from
+
+#: The joint of a scene where one stands alone; a universal one and two turns in a row depend on their axes.
+TYPES = {
+    "fixed": "fixed",
+    "revolute": "revolute",
+    "continuous": "revolute",
+    "prismatic": "prismatic",
+    "ball": "spherical",
+    "universal": "",
+    "revolute2": "",
+    "screw": "screw",
+    "gearbox": "",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class SdfJoint:
+    """A joint: its name in the scene, its links by full name, its frame in each of them, its unit axes there."""
+
+    name: str
+    type: str
+    links: tuple[str, str]
+    frames: tuple[Pose, Pose]
+    axes: tuple[Array, ...]
+    scope: Scope
+    element: Element
+    elements: tuple[Element, ...] = field(default=())
+
+    @property
+    def place(self) -> Place:
+        return self.element.place
+
+    def coordinate(self, axis: str = "axis") -> str:
+        """The name of its coordinate about an axis."""
+        return self.name if axis == "axis" else f"{self.name}_{axis}"
+
+    def moved(self, value: float) -> Pose:
+        """Where its frame in the child stands in that in the parent, at a coordinate in rad or m."""
+        if self.type == "prismatic":
+            return Pose(value * self.axes[0], np.eye(3))
+        along = value / (2 * pi) * pitch_of(self.element) if self.type == "screw" else 0.0
+        return Pose(along * self.axes[0], turn(self.axes[0], value))
+
+
+def read_joint(
+    scope: Scope, frames: Frames, element: Element, name: str, meet: bool, links: Mapping[str, Pose]
+) -> SdfJoint:
+    """A joint with its frame where the file puts it, at the child, or where frames of both links `meet`. `links` are
+    poses in the world. Raises InputError at what is missing."""
+    kind = element.get("type")
+    if kind not in TYPES:
+        raise InputError(Problem(f"unknown joint type '{kind}'", element.place, choose_from(kind, list(TYPES))))
+    ends = [text(element, tag) for tag in ("parent", "child")]
+    for tag, end in zip(("parent", "child"), ends, strict=True):
+        if not end:
+            raise InputError(Problem(f"joint '{element.get('name')}' has no <{tag}>", element.place, "name a link"))
+    parent, child = (frames.link(scope, end, element.place) for end in ends)
+    stands = frames.pose(scope, element.get("name"), element.place)
+    in_child = links[child].inverse().then(stands)
+    in_parent = links[parent].inverse().then(stands)
+    if meet:
+        held, other = (frames.pose(scope, end, element.place) for end in ends)
+        in_parent = links[parent].inverse().then(held).then(other.inverse().then(stands))
+    elements = tuple(each for each in (element.first("axis"), element.first("axis2")) if each is not None)
+    axes = tuple(_axis(scope, frames, each, stands) for each in elements)
+    needed = {"fixed": 0, "ball": 0, "universal": 2, "revolute2": 2, "gearbox": 2}.get(kind, 1)
+    if len(axes) < needed:
+        tag = "axis" if not axes else "axis2"
+        raise InputError(Problem(f"joint '{element.get('name')}' has no <{tag}>", element.place, "give its <xyz>"))
+    return SdfJoint(name, kind, (parent, child), (in_parent, in_child), axes, scope, element, elements)
+
+
+def _axis(scope: Scope, frames: Frames, element: Element, stands: Pose) -> Array:
+    """The unit axis in the joint's frame, where it is given unless it says another one."""
+    xyz = element.first("xyz")
+    axis = vector(element, "xyz", "0 0 1")
+    if not axis.any():
+        raise InputError(Problem("the axis has no direction", element.place, "give one of its numbers"))
+    within = "" if xyz is None else xyz.get("expressed_in")
+    if text(element, "use_parent_model_frame") in ("true", "1"):
+        within = "__model__"
+    if within:
+        axis = stands.rotation.T @ frames.pose(scope, within, element.place).rotation @ axis
+    return unit(axis)
+
+
+def pitch_of(element: Element) -> float:
+    """The advance of a screw in m a turn; files before 1.10 have -2π over it."""
+    if element.first("screw_thread_pitch") is None and element.first("thread_pitch") is not None:
+        old = number(element, "thread_pitch", 1.0)
+        return -2.0 * pi / old if old else 0.0
+    return number(element, "screw_thread_pitch", 1.0)
+
+
+def add_joint(
+    mechanism: Mechanism,
+    joint: SdfJoint,
+    links: Mapping[str, Pose],
+    called: Mapping[str, str],
+    names: Names,
+    coordinates: Coordinates,
+    pose: Mapping[str, float],
+) -> None:
+    """Adds a joint whose frames in both links agree."""
+    bodies = (called[joint.links[0]], called[joint.links[1]])
+    stands = links[joint.links[1]].then(joint.frames[1])
+    kind = TYPES[joint.type]
+    if kind in ("fixed", "spherical"):
+        mechanism.join(names.own(joint.name), kind, bodies, stands.position, place=joint.place)
+        return
+    first = links[joint.links[0]].then(joint.frames[0])  # its axis there is where the joint has not turned yet
+    singles = []
+    for at, (axis, element) in enumerate(zip(joint.axes, joint.elements, strict=True)):
+        frame = first if at == 0 else stands
+        name = joint.coordinate(element.tag)
+        turns = joint.type != "prismatic"
+        alone = Single(name, turns, stands.position, frame.rotation @ axis, place=joint.place)
+        singles.append(acted_on(mechanism, joint, element, alone, pose.get(name, 0.0)))
+    if kind == "screw":
+        name, (single,) = names.own(joint.name), singles[:1]
+        pitch = {"pitch": Quantity(pitch_of(joint.element), "m")}
+        add_one(mechanism, name, kind, bodies, single.point, single.axis, [(single, "angle")], pitch)
+        coordinates[single.name] = (name, "angle")
+    else:
+        connect(mechanism, bodies, singles if not kind else singles[:1], names.own, coordinates)
+
+
+def acted_on(mechanism: Mechanism, joint: SdfJoint, element: Element, single: Single, at: float) -> Single:
+    """The coordinate with its limits, losses, spring and rotor; `at` is where it stands."""
+    limit, dynamics = element.first("limit"), element.first("dynamics")
+    found = single
+    if limit is not None and joint.type != "continuous":
+        low, high = number(limit, "lower", -np.inf), number(limit, "upper", np.inf)
+        if low <= high:
+            found = replace(found, range=span(mechanism, single.name, limit.place, low - at, high - at))
+        if limit.first("stiffness") or limit.first("dissipation"):
+            what = "a stiff spring in the model, a rigid stop in the scene"
+            mechanism.say(f"limit of joint '{single.name}'", limit.place, what, Same.UNTIL)
+    if limit is not None and (limit.first("effort") or limit.first("velocity")):
+        shown = f"effort and velocity of joint '{single.name}'"
+        mechanism.say(shown, limit.place, "left out: they are a motor's", Same.YES)
+    if dynamics is not None:
+        stiffness = number(dynamics, "spring_stiffness")
+        found = replace(
+            found,
+            damping=number(dynamics, "damping"),
+            dry=number(dynamics, "friction"),
+            stiffness=stiffness,
+            rest=number(dynamics, "spring_reference") - at if stiffness else 0.0,
+        )
+    rotor = joint.element.first("drake:rotor_inertia")
+    if rotor is not None and element.tag == "axis":
+        ratio = number(joint.element, "drake:gear_ratio", 1.0)
+        found = replace(found, armature=number(joint.element, "drake:rotor_inertia") * ratio**2)
+    return found
+
+
+def open_loop(mechanism: Mechanism, joint: SdfJoint) -> Loop | None:
+    """A joint whose frames stand apart; what acts on its coordinate is left out, as where that is zero is not known."""
+    kind = TYPES[joint.type]
+    if kind not in ("fixed", "spherical", "revolute", "prismatic"):
+        what = f"left out: a {joint.type} joint is not closed from a distance"
+        mechanism.say(f"joint '{joint.name}'", joint.place, what, Same.NO)
+        return None
+    if any(each.first("limit") or each.first("dynamics") for each in joint.elements):
+        what = "left out: it closes a loop that is open at the pose"
+        mechanism.say(f"what acts on joint '{joint.name}'", joint.place, what, Same.NO)
+    axis = joint.axes[0] if joint.axes else np.array([0.0, 0.0, 1.0])
+    return Loop(joint.name, kind, joint.links, joint.frames, axis, joint.place)
+
+
+def add_mimics(
+    mechanism: Mechanism,
+    joints: Mapping[tuple[int, str], SdfJoint],
+    names: Names,
+    coordinates: Coordinates,
+    pose: Mapping[str, float],
+) -> None:
+    """s = multiplier (s' - reference) + offset, both counted from the pose; `joints` by scope and name."""
+    for joint in joints.values():
+        for element in joint.elements:
+            mimic = element.first("mimic")
+            if mimic is None:
+                continue
+            own = joint.coordinate(element.tag)
+            leader = _leader(joints, joint, mimic).coordinate(mimic.get("axis") or "axis")
+            if own not in coordinates or leader not in coordinates:
+                what = "left out: a joint has no coordinate"
+                mechanism.say(f"mimic of joint '{joint.name}'", mimic.place, what, Same.NO)
+                continue
+            ratio, offset = number(mimic, "multiplier"), number(mimic, "offset")
+            start = ratio * (pose.get(leader, 0.0) - number(mimic, "reference"))
+            ends = (".".join(coordinates[own]), ".".join(coordinates[leader]))
+            follow(mechanism, names, ends, ratio, offset + start - pose.get(own, 0.0), mimic.place)
+
+
+def _leader(joints: Mapping[tuple[int, str], SdfJoint], joint: SdfJoint, mimic: Element) -> SdfJoint:
+    scope, name = joint.scope, mimic.get("joint")
+    while "::" in name and name.partition("::")[0] in scope.models:
+        outer, _, name = name.partition("::")
+        scope = scope.models[outer]
+    if (id(scope), name) not in joints:
+        able = [each for at, each in joints if at == id(scope)]
+        raise InputError(Problem(f"unknown joint '{name}'", mimic.place, choose_from(name, able)))
+    return joints[id(scope), name]
+
+
+def add_gearboxes(
+    mechanism: Mechanism,
+    joints: Mapping[tuple[int, str], SdfJoint],
+    links: Mapping[str, Pose],
+    link_of: Callable[[Scope, str, Place], str],
+    names: Names,
+    coordinates: Coordinates,
+) -> None:
+    """θ₂ = -ratio θ₁, turns of the child and the parent against a reference body about axes of joints with it."""
+    for joint in joints.values():
+        if joint.type != "gearbox":
+            continue
+        ratio = number(joint.element, "gearbox_ratio", 1.0)
+        reference = text(joint.element, "gearbox_reference_body") or text(joint.element, "reference_body")
+        body = link_of(joint.scope, reference, joint.place) if reference else ""
+        found = [_turn_of(joint, side, body, joints, links, coordinates) for side in (0, 1)]
+        if not reference or None in found:
+            what = "left out: no revolute joints about its axes connect both its links with its reference body"
+            mechanism.say(f"gearbox '{joint.name}'", joint.place, what, Same.NO)
+            continue
+        (first, sign_1), (second, sign_2) = found  # type: ignore[misc]
+        of: dict[str, Any] = {second: sign_2, first: ratio * sign_1}
+        name = names.own(joint.name)
+        mechanism.joints[name] = Connection(name, "coupler", keys={"of": of}, place=joint.place)
+
+
+def _turn_of(
+    gearbox: SdfJoint,
+    side: int,
+    reference: str,
+    joints: Mapping[tuple[int, str], SdfJoint],
+    links: Mapping[str, Pose],
+    coordinates: Coordinates,
+) -> tuple[str, float] | None:
+    """The angle of a link of a gearbox against its reference body, and its sign."""
+    link = gearbox.links[side]
+    wanted = links[gearbox.links[1]].rotation @ gearbox.frames[1].rotation @ gearbox.axes[side]
+    for joint in joints.values():
+        if TYPES[joint.type] != "revolute" or set(joint.links) != {link, reference} or joint.name not in coordinates:
+            continue
+        axis = links[joint.links[1]].rotation @ joint.frames[1].rotation @ joint.axes[0]
+        along = float(axis @ wanted)
+        if abs(abs(along) - 1.0) < 1e-9:
+            sign = np.sign(along) if joint.links[1] == link else -np.sign(along)
+            return ".".join(coordinates[joint.name]), float(sign)
+    return None

@@ -1,0 +1,221 @@
+"""An SDF as a mechanism: links and the graph of their joints, of which a tree is chosen only to read it by."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.errors import InputError, Problem
+from mbproj.formats.chains import Coordinates
+from mbproj.formats.geometry import IDENTITY, Pose
+from mbproj.formats.loops import add_loops
+from mbproj.formats.mechanism import Mechanism, Names, Part, Same, Wishes, said_of
+from mbproj.formats.sdf.frames import WORLD, Frames, full_name
+from mbproj.formats.sdf.inertias import inertia_of
+from mbproj.formats.sdf.joints import SdfJoint, add_gearboxes, add_joint, add_mimics, open_loop, read_joint
+from mbproj.formats.sdf.rest import say_rest
+from mbproj.formats.sdf.scopes import Scope, pose_in, scopes_of, text, vector
+from mbproj.formats.xml import Element
+from mbproj.scene.records import GROUND
+from mbproj.scene.text.suggestions import choose_from
+
+#: SDF's own gravity of a world that gives none, in m/s².
+GRAVITY = "0 0 -9.8"
+#: Frames that stand apart by less, in m and rad, are one.
+EXACT = 1e-9
+
+
+def read_sdf(root: Element, path: Path, wishes: Wishes) -> Mechanism:
+    """The first world, or the first model that stands alone, of the file whose root element is given."""
+    scope, others = scopes_of(root, path)
+    frames = Frames()
+    links = _links(scope, frames)
+    joints = _joints(scope, frames, {name: pose for name, (pose, _, _) in links.items()} | {WORLD: IDENTITY}, wishes)
+    still = _grounded(links, joints.values())
+    tree = _tree(joints.values(), links, still)
+    poses = _placed(links, joints, tree, still, wishes)
+    title = scope.name or path.stem
+    mechanism = Mechanism(title, "SDF", str(path), vector(scope.element, "gravity", GRAVITY))
+    bodies, names, coordinates = Names(frozenset({GROUND})), Names(), Coordinates()
+    called = dict.fromkeys(still, GROUND)
+    for name in _order(links, joints, tree, still):
+        called[name] = bodies.own(_short(name, links))
+        _add_part(mechanism, frames, links[name], called[name], poses[name])
+    apart = []
+    for joint in joints.values():
+        if called[joint.links[0]] == called[joint.links[1]]:
+            if joint.type != "fixed":
+                what = "left out: both its links are on one body"
+                mechanism.say(f"joint '{joint.name}'", joint.place, what, Same.YES)
+        elif joint.type == "gearbox":
+            continue
+        elif joint.name in tree or _meets(joint, poses):
+            before = set(mechanism.tree)
+            add_joint(mechanism, joint, poses, called, names, coordinates, wishes.pose)
+            if joint.name not in tree:
+                mechanism.tree &= before
+        else:
+            apart.append(open_loop(mechanism, joint))
+    add_loops(mechanism, [loop for loop in apart if loop is not None], poses, called, names)
+    add_gearboxes(mechanism, joints, poses, frames.link, names, coordinates)
+    add_mimics(mechanism, joints, names, coordinates, wishes.pose)
+    say_rest(mechanism, scope, others, frames, joints.values(), wishes.meet)
+    for kind, changed in (("bodies", bodies), ("joints", names)):
+        mechanism.said += said_of(mechanism, kind, changed)
+    return mechanism
+
+
+_Links = dict[str, tuple[Pose, Scope, Element]]
+
+
+def _links(scope: Scope, frames: Frames) -> _Links:
+    """Links by full name with their pose in the world."""
+    found: _Links = {}
+    for model in scope.walk():
+        for name, element in model.all("link"):
+            found[full_name(model, name)] = (frames.pose(model, name, element.place), model, element)
+    if not found:
+        raise InputError(Problem("the model has no link", scope.element.place, "a model has links and joints"))
+    return found
+
+
+def _short(name: str, names: Iterable[str]) -> str:
+    """The last part of a full name where no other has it, and else all of it."""
+    last = name.rpartition("::")[2]
+    alone = Counter(each.rpartition("::")[2] for each in names)[last] == 1
+    return last if alone else name.replace("::", "_")
+
+
+def _joints(scope: Scope, frames: Frames, links: Mapping[str, Pose], wishes: Wishes) -> dict[tuple[int, str], SdfJoint]:
+    """Joints by their scope and name. Raises InputError, all problems at once."""
+    every = [full_name(model, name) for model in scope.walk() for name, _ in model.all("joint")]
+    found: dict[tuple[int, str], SdfJoint] = {}
+    problems: list[Problem] = []
+    for model in scope.walk():
+        for name, element in model.all("joint"):
+            short = _short(full_name(model, name), every)
+            try:
+                joint = read_joint(model, frames, element, short, wishes.meet, links)
+                found[id(model), name] = joint
+            except InputError as error:
+                problems += error.problems
+    if problems:
+        raise InputError(problems)
+    able = [joint.name for joint in found.values() if joint.type in ("revolute", "continuous", "prismatic", "screw")]
+    for name in wishes.pose:
+        if name not in able:
+            what = f"the pose names '{name}', which is no joint of the model with one coordinate"
+            raise InputError(Problem(what, scope.element.place, choose_from(name, able)))
+    return found
+
+
+def _grounded(links: _Links, joints: Iterable[SdfJoint]) -> set[str]:
+    """The world, the links of static models, and those that are fixed to them."""
+    still = {WORLD} | {name for name, (_, scope, _) in links.items() if scope.static}
+    more = True
+    while more:
+        more = False
+        for joint in joints:
+            if joint.type == "fixed" and len(still & set(joint.links)) == 1:
+                still |= set(joint.links)
+                more = True
+    return still
+
+
+def _tree(joints: Iterable[SdfJoint], links: _Links, still: set[str]) -> dict[str, SdfJoint]:
+    """The joints that close no loop with those before them in the file, by name."""
+    group = {name: "" if name in still else name for name in [*links, WORLD]}
+    chosen = {}
+    for joint in joints:
+        first, second = (group[link] for link in joint.links)
+        if first != second and joint.type != "gearbox":
+            chosen[joint.name] = joint
+            group = {name: first if each == second else each for name, each in group.items()}
+    return chosen
+
+
+def _order(
+    links: _Links, joints: Mapping[tuple[int, str], SdfJoint], tree: Mapping[str, SdfJoint], still: set[str]
+) -> Iterator[str]:
+    """Links that move, from the ground on along the tree, then those that nothing connects with it."""
+    done = set(still)
+    for start in [None, *links]:
+        if start is not None and start in done:
+            continue
+        waiting = list(still) if start is None else [start]
+        if start is not None:
+            done.add(start)
+            yield start
+        while waiting:
+            link = waiting.pop(0)
+            for joint in tree.values():
+                if link in joint.links:
+                    other = joint.links[0] if joint.links[1] == link else joint.links[1]
+                    if other not in done:
+                        done.add(other)
+                        waiting.append(other)
+                        yield other
+
+
+def _placed(
+    links: _Links,
+    joints: Mapping[tuple[int, str], SdfJoint],
+    tree: Mapping[str, SdfJoint],
+    still: set[str],
+    wishes: Wishes,
+) -> dict[str, Pose]:
+    """Poses of the links in the world: those of the file, unless joints of the tree meet, or stand elsewhere."""
+    poses = {name: pose for name, (pose, _, _) in links.items()} | {WORLD: IDENTITY}
+    if not wishes.meet and not wishes.pose:
+        return poses
+    lost = [name for name in wishes.pose if name not in tree]
+    if lost:
+        place = next(joint.place for joint in joints.values() if joint.name == lost[0])
+        raise InputError(Problem(f"joint '{lost[0]}' closes a loop", place, "give the pose of joints before it"))
+    done = set(still)
+    for link in _order(links, joints, tree, still):
+        done.add(link)
+        for joint in tree.values():
+            if link not in joint.links:
+                continue
+            (parent, child), (held, own) = joint.links, joint.frames
+            across = held.then(joint.moved(wishes.pose.get(joint.name, 0.0))).then(own.inverse())
+            if link == child and parent in done:
+                poses[child] = poses[parent].then(across)
+                break
+            if link == parent and child in done:
+                poses[parent] = poses[child].then(across.inverse())
+                break
+    return poses
+
+
+def _meets(joint: SdfJoint, poses: Mapping[str, Pose]) -> bool:
+    """Whether a joint's frames in both its links are one."""
+    first, second = (poses[link].then(own) for link, own in zip(joint.links, joint.frames, strict=True))
+    apart = np.abs(first.position - second.position).max()
+    return bool(max(apart, np.abs(first.rotation - second.rotation).max()) < EXACT)
+
+
+def _add_part(mechanism: Mechanism, frames: Frames, link: tuple[Pose, Scope, Element], name: str, pose: Pose) -> None:
+    at, scope, element = link
+
+    def shape_pose(collision: Element) -> Pose:
+        given = collision.first("pose")
+        named = "" if given is None else given.get("relative_to") or given.get("frame")
+        if not named:
+            return pose_in(collision)
+        return at.inverse().then(frames.pose(scope, named, collision.place)).then(pose_in(collision))
+
+    found = inertia_of(element, shape_pose)
+    centre = pose.position + pose.rotation @ found.centre
+    mechanism.parts[name] = Part(name, found.mass, found.inertia, centre, pose.rotation, element.place)
+    if text(element, "gravity") in ("false", "0"):
+        lift: Array = -found.mass * mechanism.gravity
+        mechanism.forces[f"{name}_compensation"] = {"type": "force", "body": name, "force": lift}
+    if element.first("inertial") is None:
+        what = "has no <inertial>: 1 kg, and 1 kg m² about each axis, as SDF says"
+        mechanism.say(f"link '{name}'", element.place, what, Same.YES)

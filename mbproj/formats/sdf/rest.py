@@ -1,0 +1,92 @@
+"""What else stands in an SDF: other worlds and models, shapes, sensors, plug-ins, and words of physics engines."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from mbproj.formats.mechanism import Mechanism, Same
+from mbproj.formats.sdf.frames import Frames
+from mbproj.formats.sdf.joints import SdfJoint
+from mbproj.formats.sdf.scopes import FRAMES, Scope, text
+from mbproj.formats.xml import Element
+
+#: Of a world, a model, a link and a joint: what is read, what has no say in the motion, and what may act on it.
+READ = (
+    *("pose", "static", "gravity", "inertial", "visual", "collision"),
+    *("parent", "child", "axis", "axis2", "name", "uri"),
+)
+ONLY_SHOWN = (
+    *("light", "scene", "gui", "audio", "road", "spherical_coordinates", "physics", "self_collide", "sensor"),
+    *("allow_auto_disable", "must_be_base_link", "enable_wind", "projector", "audio_source", "audio_sink", "material"),
+    *("battery", "particle_emitter", "magnetic_field", "placement_frame", "gripper", "license", "wind", "atmosphere"),
+)
+OF_JOINTS = ("screw_thread_pitch", "thread_pitch", "gearbox_ratio", "gearbox_reference_body", "reference_body")
+OF_ROTORS = ("drake:rotor_inertia", "drake:gear_ratio")
+#: Plug-ins that show, measure, or act on request only.
+HARMLESS = (
+    *("apply-link-wrench", "joint-state-publisher", "pose-publisher", "scene-broadcaster", "user-commands"),
+    *("physics", "sensors", "imu"),
+)
+
+
+def say_rest(
+    mechanism: Mechanism, scope: Scope, others: list[Element], frames: Frames, joints: Iterable[SdfJoint], meet: bool
+) -> None:
+    """Rows on all that is no link, no joint and no frame."""
+    for other in others:
+        what = f"left out: the scene is that of '{scope.name}'"
+        mechanism.say(f"{other.tag} '{other.get('name')}'", other.place, what, Same.NO)
+    models = list(scope.walk())
+    links = [(name, element) for model in models for name, element in model.all("link")]
+    for tag, shown, same, what in (
+        ("visual", "visuals", Same.YES, "not drawn: add an 'appearance' by hand"),
+        ("collision", "collision shapes", Same.UNTIL, "left out: shapes pass through each other"),
+    ):
+        count = sum(len(link.all(tag)) for _, link in links)
+        if count:
+            mechanism.say(f"{count} {shown}", None, what, same)
+    for model in models:
+        _say_elements(mechanism, model.rest)
+    for _, link in links:
+        _say_elements(mechanism, link.children)
+    for joint in joints:
+        _say_elements(mechanism, [each for each in joint.element.children if each.tag not in (*OF_JOINTS, *OF_ROTORS)])
+        if not meet:
+            _say_apart(mechanism, frames, joint)
+
+
+def _say_elements(mechanism: Mechanism, elements: Iterable[Element]) -> None:
+    for element in elements:
+        if element.tag in READ or element.tag in (*FRAMES, *ONLY_SHOWN) or element.tag == "model":
+            continue
+        if element.tag == "kinematic" and text_of(element) in ("false", "0"):
+            continue
+        shown, file = f"<{element.tag}>", element.get("filename")
+        what, same = "left out: it is not read, and may act on the motion", Same.NO
+        if element.tag == "plugin":
+            shown = f"plug-in '{file}'"
+            if any(word in file.lower() for word in HARMLESS):
+                what, same = "left out: it shows, or acts on request", Same.YES
+        mechanism.say(shown, element.place, what, same)
+
+
+def text_of(element: Element) -> str:
+    """The text of an element in small letters."""
+    return element.text.strip().lower()
+
+
+def _say_apart(mechanism: Mechanism, frames: Frames, joint: SdfJoint) -> None:
+    """SDF puts a joint at its child, wherever the frame of its parent that it names stands."""
+    named = text(joint.element, "parent")
+    if named in ("world", "__root__") or joint.scope.frames.get(named) is None:
+        return
+    if joint.scope.frames[named].tag != "frame" or joint.element.first("pose") is not None:
+        return
+    parent = frames.pose(joint.scope, named, joint.place)
+    child = frames.pose(joint.scope, joint.element.get("name"), joint.place)
+    apart = float(np.linalg.norm(parent.position - child.position))
+    if apart > 1e-9:
+        what = f"stands at its child, as SDF says; its parent's '{named}' is {apart:.4g} m away: --meet joins both"
+        mechanism.say(f"joint '{joint.name}'", joint.place, what, Same.YES)

@@ -1,0 +1,224 @@
+"""The scopes of an SDF file: a world or a model with the frames that it names, models within it, and includes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import field
+from pathlib import Path
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
+from mbproj.errors import InputError, Place, Problem
+from mbproj.formats.geometry import IDENTITY, Pose, from_quaternion, from_rpy, numbers
+from mbproj.formats.included import include, inside
+from mbproj.formats.xml import Element
+from mbproj.scene.text.suggestions import choose_from
+
+#: Elements that name a frame.
+FRAMES = ("link", "joint", "frame")
+
+
+@dataclass(eq=False)
+class Scope:
+    """A world or a model: the elements in it that name frames, by name, and the models within it."""
+
+    name: str
+    element: Element
+    above: Scope | None
+    frames: dict[str, Element] = field(default_factory=dict)
+    models: dict[str, Scope] = field(default_factory=dict)
+    rest: list[Element] = field(default_factory=list)
+
+    def walk(self) -> Iterator[Scope]:
+        """It and all models below it, in the order of the text."""
+        yield self
+        for model in self.models.values():
+            yield from model.walk()
+
+    def all(self, tag: str) -> Iterator[tuple[str, Element]]:
+        """Its own links, joints or frames with their names."""
+        return ((name, element) for name, element in self.frames.items() if element.tag == tag)
+
+    @property
+    def path(self) -> str:
+        """Its name from the outermost model on, "" of the world and of a model that stands alone."""
+        if self.above is None:
+            return ""
+        return f"{self.above.path}::{self.name}" if self.above.path else self.name
+
+    @property
+    def static(self) -> bool:
+        """Whether it, or a model around it, stays where it is."""
+        own = text(self.element, "static") in ("true", "1")
+        return own or (self.above is not None and self.above.static)
+
+
+def text(element: Element, tag: str, default: str = "") -> str:
+    """The text of a child element."""
+    child = element.first(tag)
+    return default if child is None or not child.text else child.text
+
+
+def number(element: Element, tag: str, default: float = 0.0) -> float:
+    """The number in a child element, which may be infinite. Raises InputError where it is none."""
+    child = element.first(tag)
+    if child is None or not child.text:
+        return default
+    if child.text.lower().lstrip("+-") in ("inf", "infinity"):
+        return float(child.text)
+    return float(numbers(child.text, 1, child.place, f"<{tag}>")[0])
+
+
+def vector(element: Element, tag: str, default: str) -> Array:
+    """Three numbers in a child element."""
+    child = element.first(tag)
+    return numbers(text(element, tag, default), 3, (child or element).place, f"<{tag}>")
+
+
+def pose_in(element: Element) -> Pose:
+    """The <pose> of an element: place, and roll, pitch and yaw in rad or degrees, or a quaternion x y z w."""
+    pose = element.first("pose")
+    if pose is None or not pose.text:
+        return IDENTITY
+    quaternion = pose.get("rotation_format") == "quat_xyzw"
+    given = numbers(pose.text, 7 if quaternion else 6, pose.place, "<pose>")
+    if quaternion:
+        if not given[3:].any():
+            raise InputError(Problem("the quaternion is zero", pose.place, "none is 0 0 0 1"))
+        return Pose(given[:3], from_quaternion(given[[6, 3, 4, 5]]))
+    turns = np.radians(given[3:]) if pose.get("degrees") in ("true", "1") else given[3:]
+    return Pose(given[:3], from_rpy(*turns))
+
+
+def scopes_of(root: Element, path: Path) -> tuple[Scope, list[Element]]:
+    """The world, or the model that stands alone, and what else the file has that is another world or model. Raises
+    InputError, all problems at once, where a name is missing or stands twice, or an include cannot be had."""
+    found = root.all("world", "model")
+    if not found:
+        raise InputError(Problem("the file has no <model> and no <world>", root.place, "an SDF has one of them"))
+    files = _Files(path.resolve().parent)
+    scope = files.scope(found[0], None, (path.resolve(),))
+    if files.problems:
+        raise InputError(files.problems)
+    return scope, found[1:]
+
+
+@dataclass(eq=False)
+class _Files:
+    """Reads scopes, with those of included files, which stand in the folder."""
+
+    folder: Path
+    problems: list[Problem] = field(default_factory=list)
+
+    def scope(self, element: Element, above: Scope | None, files: tuple[Path, ...], name: str = "") -> Scope:
+        scope = Scope(name or element.get("name"), element, above)
+        self._fill(scope, element, files)
+        return scope
+
+    def _fill(self, scope: Scope, element: Element, files: tuple[Path, ...]) -> None:
+        for child in element.children:
+            try:
+                if child.tag == "include":
+                    self._include(scope, child, files)
+                elif child.tag == "model":
+                    self._add(scope, child.get("name"), child, self.scope(child, scope, files))
+                elif child.tag in FRAMES:
+                    self._add(scope, child.get("name"), child, None)
+                else:
+                    scope.rest.append(child)
+            except InputError as error:
+                self.problems += error.problems
+
+    def _add(self, scope: Scope, name: str, element: Element, model: Scope | None) -> None:
+        taken = scope.frames.get(name) or (scope.models[name].element if name in scope.models else None)
+        if not name or taken is not None or "::" in name:
+            what = f"a second '{name}' beside that of line {taken.place.line}" if taken else "no name of its own"
+            raise InputError(Problem(f"<{element.tag}> has {what}", element.place, "give each a name of its own"))
+        if model is None:
+            scope.frames[name] = element
+        else:
+            scope.models[name] = model
+
+    def _include(self, scope: Scope, element: Element, files: tuple[Path, ...]) -> None:
+        """The model of another file, with the name, the pose and more that the include gives it."""
+        uri = text(element, "uri")
+        file = self._file(uri, element.place, files[-1].parent)
+        root = include(file, element.place, files, str(Path(element.place.file).parent / _shown(uri, file)))
+        models = root.all("model")
+        if root.tag != "sdf" or not models:
+            raise InputError(Problem(f"'{uri}' has no <model>", element.place, "an SDF with one is included"))
+        model = _overridden(models[0], element)
+        if element.get("merge") in ("true", "1"):
+            self._merge(scope, model, (*files, file))
+            return
+        name = text(element, "name") or model.get("name")
+        self._add(scope, name, model, self.scope(model, scope, (*files, file), name))
+
+    def _file(self, uri: str, place: Place, base: Path) -> Path:
+        """model://NAME and a folder are NAME/model.sdf in the model's folder."""
+        scheme, _, rest = uri.rpartition("://")
+        if scheme not in ("", "model", "file", "package"):
+            raise InputError(Problem(f"'{uri}' is no file", place, "mbproj reads no network: copy it to the folder"))
+        if not rest:
+            raise InputError(Problem("<include> has no <uri>", place, "name a file of the folder"))
+        for name in (f"{rest}/model.sdf", f"../{rest}/model.sdf"):
+            try:
+                if (base / name).is_file():
+                    return inside(name, place, self.folder, base)
+            except (OSError, ValueError):
+                break
+        return inside(rest, place, self.folder, base)
+
+    def _merge(self, scope: Scope, model: Element, files: tuple[Path, ...]) -> None:
+        """Its elements stand among those of the scope, in a frame that takes the place of its own."""
+        if model.get("placement_frame"):
+            problem = Problem("a merged include has no placement frame", model.place, "give the pose of its own frame")
+            raise InputError(problem)
+        proxy = f"_merged__{model.get('name')}__model__"
+        given = model.first("pose")
+        said = {"relative_to": "__model__"} | (dict(given.attributes) if given else {})
+        placed = Element("pose", said, model.place, [], given.text if given else "")
+        frame = Element("frame", {"name": proxy, "attached_to": _first_link(model)}, model.place, [placed])
+        self._add(scope, proxy, frame, None)
+        for child in model.children:
+            if child.tag not in (*FRAMES, "model", "include"):
+                continue
+            pose = child.first("pose")
+            if child.tag != "joint" and not child.get("attached_to"):
+                if pose is None:
+                    child.children.append(Element("pose", {"relative_to": proxy}, child.place))
+                elif not pose.get("relative_to"):
+                    pose.attributes["relative_to"] = proxy
+            for each in child.walk():
+                for key in ("expressed_in", "relative_to", "attached_to"):
+                    if each.get(key) == "__model__":
+                        each.attributes[key] = proxy
+        self._fill(scope, Element("model", {}, model.place, model.all(*FRAMES, "model", "include")), files)
+
+
+def _first_link(model: Element) -> str:
+    link = model.first("link")
+    return model.get("canonical_link") or (link.get("name") if link else "")
+
+
+def _shown(uri: str, file: Path) -> str:
+    return file.name if "/" not in uri else f"{file.parent.name}/{file.name}"
+
+
+def _overridden(model: Element, include: Element) -> Element:
+    """The model with what the include says of it."""
+    own = {child.tag for child in include.children} & {"pose", "static", "placement_frame"}
+    children = [child for child in model.children if child.tag not in own]
+    children += [child for child in include.children if child.tag in ("pose", "static", "plugin")]
+    attributes = dict(model.attributes)
+    if "placement_frame" in own:
+        attributes["placement_frame"] = text(include, "placement_frame")
+    return Element("model", attributes, model.place, children, model.text)
+
+
+def unknown(name: str, scope: Scope, place: Place) -> InputError:
+    """The error where nothing in the scope has a name."""
+    able = [*scope.frames, *scope.models]
+    return InputError(Problem(f"unknown frame '{name}'", place, choose_from(name, able)))
