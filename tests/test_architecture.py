@@ -46,7 +46,7 @@ MAY_IMPORT = {
     "analysis": {"results", "scene"},
     "linear": {"functions", "scene", "model", "dynamics", "integrate", "outputs", "results"},
     "templates": {"scene"},
-    "formats": {"functions", "elements", "joints", "scene"},
+    "formats": {"functions", "elements", "joints", "scene", "model", "dynamics", "linear"},
     "guide": set(),
     "studies": {
         "linear",
@@ -109,7 +109,7 @@ FOLDERS = {
         "tradeoff",
         "verify",
     ),
-    "formats": ("mjcf", "urdf", "sdf"),
+    "formats": ("mjcf", "urdf", "sdf", "export"),
     "analysis": ("contacts", "loads"),
     "linear": ("equilibrium", "state_space"),
     "pages": ("look", "data", "page"),

@@ -33,7 +33,7 @@ GROUPS: Mapping[str, Mapping[str, str]] = MappingProxyType(
             "plot": "Draws pictures of results.",
             "animate": "Shows the mechanism moving, in a browser.",
             "info": "Says what a results file holds.",
-            "export": "Writes results as CSV tables.",
+            "export": "Writes results as CSV tables, a scene as MJCF or URDF.",
         },
         "Judge": {
             "verify": "Checks the paper's mathematics on a scene.",

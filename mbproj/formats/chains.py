@@ -7,7 +7,7 @@ cylindrical one; two slides and a turn across them are a planar one.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import field
+from dataclasses import field, replace
 from typing import Any
 
 import numpy as np
@@ -31,7 +31,7 @@ class Single:
     """A turn or a slide: its point and unit axis in global axes, and what acts on its coordinate, all in SI units.
 
     `range` counts from the pose, as `rest` does, where the spring is without force. `armature` is the reflected inertia
-    and `dry` a constant friction."""
+    and `dry` a constant friction. `rate` is that of the coordinate where the model starts."""
 
     name: str
     turns: bool
@@ -43,6 +43,7 @@ class Single:
     damping: float = 0.0
     dry: float = 0.0
     armature: float = 0.0
+    rate: float = 0.0
     place: Place | None = None
     more: dict[str, Any] = field(default_factory=dict)
 
@@ -50,6 +51,32 @@ class Single:
     def acted_on(self) -> bool:
         """Whether something acts on its coordinate, or limits it."""
         return bool(self.range or self.stiffness or self.damping or self.dry or self.armature)
+
+
+@dataclass(frozen=True, eq=False)
+class Twist:
+    """How a body moves: its angular velocity, and the velocity of its point at the origin, both global."""
+
+    turning: Array
+    velocity: Array
+
+    @classmethod
+    def of(cls, part: Part) -> Twist:
+        """That of a body."""
+        turning = part.rotation @ part.angular_velocity
+        return cls(turning, part.velocity - np.cross(turning, part.position))
+
+    def then(self, single: Single, sign: float = 1.0) -> Twist:
+        """That of what a turn or a slide carries; with the sign -1 that of what carries it."""
+        moved = sign * single.rate * single.axis
+        if not single.turns:
+            return Twist(self.turning, self.velocity + moved)
+        return Twist(self.turning + moved, self.velocity - np.cross(moved, single.point))
+
+    def on(self, part: Part) -> Part:
+        """The body, moving so."""
+        velocity = self.velocity + np.cross(self.turning, part.position)
+        return replace(part, velocity=velocity, angular_velocity=part.rotation.T @ self.turning)
 
 
 #: The joint and the coordinate in it that a single joint became, by its name.
@@ -74,13 +101,15 @@ def connect(
         places.update({single.name: (name, coordinate) for single, coordinate in zip(singles, names, strict=True)})
         return
     first = bodies[0]
+    twist = Twist.of(mechanism.part(first))
     for at, single in enumerate(singles):
         last = at == len(singles) - 1
         second = bodies[1] if last else own(f"{bodies[1]}_after_{single.name}")
+        twist = twist.then(single)
         if not last:
             carried = mechanism.part(bodies[1])
             between = Part(second, 0.0, np.zeros((3, 3)), single.point, carried.rotation, single.place)
-            mechanism.insert(between, bodies[1])
+            mechanism.insert(twist.on(between), bodies[1])
         name = own(single.name)
         coordinate = "angle" if single.turns else "displacement"
         kind = "revolute" if single.turns else "prismatic"

@@ -10,19 +10,47 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from mbproj.outputs.csv_table import write_csv
-    from mbproj.outputs.kinds import JUNIT, PAGE, SCENE, SCENE_SCHEMA, Kind, csv, film, hdf5, latex, picture
+    from mbproj.outputs.kinds import (
+        JUNIT,
+        LOOPS,
+        MODEL,
+        PAGE,
+        SCENE,
+        SCENE_SCHEMA,
+        Kind,
+        csv,
+        film,
+        hdf5,
+        latex,
+        picture,
+    )
     from mbproj.outputs.latex_table import write_latex
     from mbproj.outputs.replace import check_replaceable, make_folder, replacing, write_text
 
 _NAMES_IN = {
     "csv_table": ("write_csv",),
-    "kinds": ("JUNIT", "PAGE", "SCENE", "SCENE_SCHEMA", "Kind", "csv", "film", "hdf5", "latex", "picture"),
+    "kinds": (
+        "JUNIT",
+        "LOOPS",
+        "MODEL",
+        "PAGE",
+        "SCENE",
+        "SCENE_SCHEMA",
+        "Kind",
+        "csv",
+        "film",
+        "hdf5",
+        "latex",
+        "picture",
+    ),
     "latex_table": ("write_latex",),
     "replace": ("check_replaceable", "make_folder", "replacing", "write_text"),
 }
 
 __all__ = [
     "JUNIT",
+    "LOOPS",
+    "MODEL",
     "PAGE",
     "SCENE",
     "SCENE_SCHEMA",

@@ -126,6 +126,8 @@ def _ends(path: Path) -> tuple[bytes, bytes]:
 #: A page says so in its head.
 PAGE = Kind("a page", _begins_with(b'<meta name="generator" content="mbproj">'))
 JUNIT = Kind("a JUnit report", _begins_with(b'<testsuites name="mbproj '))
+MODEL = Kind("a model", _begins_with(b"<!-- Written by mbproj "))
+LOOPS = Kind("a file of loops", _begins_with(b"# Loops of "))
 SCENE_SCHEMA = Kind("a schema", _begins_with(b'"title": "mbproj scene"'))
 #: A scene is its author's, whoever wrote its first version: it is never ours to replace.
 SCENE = Kind("a scene to replace", lambda path: False)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -12,10 +11,7 @@ from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.study_options import force as force_option
 from mbproj.errors import ExitCode, InputError, Problem
 
-if TYPE_CHECKING:
-    from mbproj.errors import Place
-    from mbproj.formats.mechanism import Said, Same
-
+EVERYTHING = "everything in the model has its counterpart in the scene"
 EXAMPLES = (
     ("Make a scene of a model.", "mbproj import robot.xml -o robot.yaml"),
     (
@@ -80,6 +76,7 @@ def command(
     The table lists each element without a counterpart: what happens with it, and whether the motion of the scene is
     still that of the model.
     """
+    from mbproj.cli.said import table_json, table_lines
     from mbproj.formats import Wishes, read_model, scene_text
     from mbproj.formats.mechanism import Same
     from mbproj.formats.pose import read_pose
@@ -97,9 +94,9 @@ def command(
         written = write_text(output, text, SCENE, force=force)
     to_stderr = output is None
     if as_json:
-        click.echo(_json(mechanism.said, str(output) if output else None), err=to_stderr)
+        click.echo(table_json(mechanism.said, scene=str(output) if output else None), err=to_stderr)
     elif not quiet:
-        for line in _table(mechanism.said):
+        for line in table_lines(mechanism.said, EVERYTHING):
             click.echo(line, err=to_stderr)
         if output is not None:
             click.echo(written)
@@ -117,32 +114,3 @@ def _refused(text: str, name: str) -> Sequence[Problem]:
     except InputError as error:
         return error.problems
     return ()
-
-
-def _table(said: list[Said]) -> list[str]:
-    """Rows of the table, those alike in one."""
-    if not said:
-        return ["everything in the model has its counterpart in the scene"]
-    alike: dict[tuple[str, str, Same], list[Said]] = {}
-    for row in said:
-        alike.setdefault((row.element.partition(" '")[0], row.what, row.same), []).append(row)
-    lines = ["same motion  element, and what happens with it"]
-    for (kind, what, same), found in alike.items():
-        place = "" if found[0].place is None else f", {_place(found[0].place)}"
-        shown = found[0].element if len(found) == 1 else f"{len(found)} times {kind}"
-        lines += [f"{same.value:13}{shown}{place}", f"{'':15}{what}"]
-    return lines
-
-
-def _place(place: Place) -> str:
-    return f"{Path(place.file).name}:{place.line or 1}"
-
-
-def _json(said: list[Said], output: str | None) -> str:
-    import json
-
-    rows: list[dict[str, Any]] = [
-        {"element": row.element, "place": str(row.place or ""), "what": row.what, "same_motion": row.same.value}
-        for row in said
-    ]
-    return json.dumps({"scene": output, "said": rows})

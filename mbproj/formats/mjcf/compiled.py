@@ -115,6 +115,7 @@ def _posed(model: Any, source: Source, wishes: Wishes) -> Any:
         data.qpos[model.jnt_qposadr[joints[name]]] = value
     mujoco.mj_kinematics(model, data)
     mujoco.mj_comPos(model, data)
+    mujoco.mj_tendon(model, data)
     mujoco.mj_comVel(model, data)
     return data
 

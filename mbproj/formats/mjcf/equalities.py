@@ -11,10 +11,11 @@ from mbproj.arrays import Array
 from mbproj.errors import Place
 from mbproj.formats.chains import Coordinates
 from mbproj.formats.geometry import IDENTITY, Pose, from_quaternion
-from mbproj.formats.mechanism import Bare, Connection, Mechanism, Names, Same
+from mbproj.formats.mechanism import Bare, Connection, Mechanism, Names, Quantity, Same
 from mbproj.formats.mjcf.compiled import Compiled
 from mbproj.formats.mjcf.joints import joint_name
 from mbproj.formats.mjcf.parts import Called
+from mbproj.formats.mjcf.tendons import two_points
 from mbproj.formats.yaml_text import number
 
 CONNECT, WELD, JOINT, TENDON = range(4)
@@ -111,6 +112,8 @@ def _coupled(
     """y - y₀ = a₀ + a₁ (x - x₀) + .. + a₄ (x - x₀)⁴ of two joints, or tendons that are sums of joint coordinates."""
     model = compiled.model
     tendons = int(model.eq_type[at]) == TENDON
+    if tendons and _rod(compiled, mechanism, called, names, at, place):
+        return
     sums = []
     for each in (int(model.eq_obj1id[at]), int(model.eq_obj2id[at])):
         found = _tendon(compiled, each) if tendons else {each: 1.0}
@@ -136,6 +139,21 @@ def _coupled(
     name = names.own(compiled.name("eq", at) or f"coupler_{at + 1}")
     mechanism.joints[name] = Connection(name, "coupler", keys=keys, place=place)
     _say_soft(compiled, mechanism, at, shown, place, "coupler")
+
+
+def _rod(compiled: Compiled, mechanism: Mechanism, called: Called, names: Names, at: int, place: Place | None) -> bool:
+    """Whether a tendon between two points that keeps its length makes a distance joint."""
+    model, number = compiled.model, int(compiled.model.eq_obj1id[at])
+    found = two_points(compiled, mechanism, called, number)
+    if found is None or int(model.eq_obj2id[at]) >= 0:
+        return False
+    length = float(model.tendon_length0[number] + model.eq_data[at][0])
+    name = names.own(compiled.name("eq", at) or f"loop_{at + 1}")
+    keys = {"length": Quantity(length, "m")}
+    mechanism.joints[name] = Connection(name, "distance", found[0], found[1], keys=keys, place=place)
+    shown = f"equality '{compiled.name('eq', at) or at}' (tendon)"
+    _say_soft(compiled, mechanism, at, shown, place, "distance joint")
+    return True
 
 
 def _row(y: Mapping[str, float], x: Mapping[str, float], curve: Polynomial) -> dict[str, object]:

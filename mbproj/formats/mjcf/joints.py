@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from mbproj.errors import Place
-from mbproj.formats.chains import Coordinates, Single, connect, span
+from mbproj.formats.chains import Coordinates, Single, Twist, connect, span
 from mbproj.formats.mechanism import Mechanism, Names, Part, Same
 from mbproj.formats.mjcf.compiled import Compiled
 from mbproj.formats.mjcf.parts import Called
@@ -70,6 +70,7 @@ def single(compiled: Compiled, mechanism: Mechanism, number: int, child: str) ->
         float(model.dof_damping[dof]),
         float(model.dof_frictionloss[dof]),
         float(model.dof_armature[dof]),
+        float(data.qvel[dof]),
         place,
     )
 
@@ -119,7 +120,12 @@ def _ball(
         if not chain:
             continue
         between = f"{child}_{of}_ball"
-        mechanism.insert(Part(between, 0.0, np.zeros((3, 3)), data.xanchor[ball].copy(), carried.rotation), bodies[1])
+        massless = Part(between, 0.0, np.zeros((3, 3)), data.xanchor[ball].copy(), carried.rotation)
+        sign = 1.0 if of == "before" else -1.0
+        twist = Twist.of(mechanism.part(parent if of == "before" else child))
+        for each in chain:
+            twist = twist.then(each, sign)
+        mechanism.insert(twist.on(massless), bodies[1])
         ends = (parent, between) if of == "before" else (between, child)
         connect(mechanism, ends, chain, names.own, coordinates)
         parent, child = (between, child) if of == "before" else (parent, between)

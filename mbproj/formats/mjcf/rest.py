@@ -12,6 +12,7 @@ from mbproj.formats.mjcf.compiled import Compiled
 from mbproj.formats.mjcf.joints import FREE, HINGE, joint_name
 from mbproj.formats.mjcf.looks import CAPSULE, PLANE, SPHERE
 from mbproj.formats.mjcf.parts import Called
+from mbproj.formats.mjcf.tendons import add_tendons
 from mbproj.scene.records import GROUND
 
 
@@ -21,7 +22,7 @@ def say_rest(
     """Rows on all that is no body, no joint and no loop."""
     _actuators(compiled, mechanism, called, coordinates, wishes)
     _contacts(compiled, mechanism, called, wishes)
-    _tendons(compiled, mechanism)
+    add_tendons(compiled, mechanism, called)
     _keyframes(compiled, mechanism, wishes)
     _surroundings(compiled, mechanism)
 
@@ -123,34 +124,6 @@ def _stops(compiled: Compiled, mechanism: Mechanism, called: Called, geom: int, 
             "rigid": True,
         }
     return len(shifts)
-
-
-def _tendons(compiled: Compiled, mechanism: Mechanism) -> None:
-    """What acts along a tendon has no counterpart yet; one that only couples is said with its equality."""
-    import mujoco
-
-    model = compiled.model
-    for number in range(model.ntendon):
-        name = compiled.name("tendon", number) or f"tendon_{number}"
-        place = compiled.place_in("tendon", name)
-        first = int(model.tendon_adr[number])
-        path = int(model.wrap_type[first]) != int(mujoco.mjtWrap.mjWRAP_JOINT)
-        acts = [
-            word
-            for word, values in (
-                ("limit", model.tendon_limited),
-                ("spring", model.tendon_stiffness),
-                ("damping", model.tendon_damping),
-                ("dry friction", model.tendon_frictionloss),
-                ("armature", model.tendon_armature),
-            )
-            if np.any(values[number])
-        ]
-        what = "a scene has no ropes over sites or pulleys" if path else "a scene has no forces on sums of coordinates"
-        if acts:
-            mechanism.say(f"tendon '{name}'", place, f"left out with its {', '.join(acts)}: {what}", Same.NO)
-        elif path:
-            mechanism.say(f"tendon '{name}'", place, f"left out: {what}; nothing acts along it by itself", Same.YES)
 
 
 def _keyframes(compiled: Compiled, mechanism: Mechanism, wishes: Wishes) -> None:

@@ -1,0 +1,41 @@
+"""The table of what a scene and a model do not share: element, what happens with it, whether the motion is the same."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from mbproj.errors import Place
+    from mbproj.formats.mechanism import Said, Same
+
+
+def table_lines(said: Sequence[Said], all_said: str) -> list[str]:
+    """Rows of the table, those alike in one; the line `all_said` where there are none."""
+    if not said:
+        return [all_said]
+    alike: dict[tuple[str, str, Same], list[Said]] = {}
+    for row in said:
+        alike.setdefault((row.element.partition(" '")[0], row.what, row.same), []).append(row)
+    lines = ["same motion  element, and what happens with it"]
+    for (kind, what, same), found in alike.items():
+        place = "" if found[0].place is None else f", {_place(found[0].place)}"
+        shown = found[0].element if len(found) == 1 else f"{len(found)} times {kind}"
+        lines += [f"{same.value:13}{shown}{place}", f"{'':15}{what}"]
+    return lines
+
+
+def _place(place: Place) -> str:
+    return f"{Path(place.file).name}:{place.line or 1}"
+
+
+def table_json(said: Sequence[Said], **facts: Any) -> str:
+    """The table as one JSON object, after these facts."""
+    import json
+
+    rows: list[dict[str, Any]] = [
+        {"element": row.element, "place": str(row.place or ""), "what": row.what, "same_motion": row.same.value}
+        for row in said
+    ]
+    return json.dumps(facts | {"said": rows})

@@ -1,0 +1,81 @@
+"""What acts on the coordinates of joints, in the words that other formats have: springs, dampers, dry friction."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from mbproj.dataclass import dataclass
+from mbproj.formats.mechanism import Same
+from mbproj.joints import JOINTS
+from mbproj.scene.friction import DryFriction
+from mbproj.scene.records import Joint, JointForce, Law, Scene
+from mbproj.scene.stops import Limit
+
+#: Says a row of the table: an element, what happens with it, whether the motion is still the scene's.
+Say = Callable[[str, str, Same], None]
+
+
+@dataclass(frozen=True)
+class Acting:
+    """On one coordinate: F = -stiffness (s - rest) - damping s', a constant dry friction, a reflected inertia, and the
+    limit of s. SI units."""
+
+    stiffness: float = 0.0
+    rest: float = 0.0
+    damping: float = 0.0
+    dry: float = 0.0
+    armature: float = 0.0
+    limit: Limit | None = None
+
+
+def acting_on(scene: Scene, say: Say) -> dict[str, Acting]:
+    """By coordinate, "joint.angle"; what has no such words is said."""
+    found: dict[str, Acting] = {}
+    joints = {joint.name: joint for joint in scene.joints}
+    for joint in scene.joints:
+        for coordinate, inertia in joint.reflected_inertia.items():
+            name = f"{joint.name}.{coordinate}"
+            found[name] = replace(found.get(name, Acting()), armature=inertia)
+        for coordinate, limit in joint.limits.items():
+            name = f"{joint.name}.{coordinate}"
+            found[name] = replace(found.get(name, Acting()), limit=limit)
+    for force in scene.forces:
+        if not isinstance(force, JointForce):
+            continue
+        joint = joints[force.joint]
+        for coordinate, law in force.laws.items():
+            if law.function is not None:
+                say(f"force '{force.name}'", "left out: its law is a function", Same.NO)
+                continue
+            name = f"{joint.name}.{coordinate or _only(joint, force.unit)}"
+            found[name] = _with(found.get(name, Acting()), law)
+        for coordinate, dry in force.coulomb.items():
+            name = f"{joint.name}.{coordinate or _only(joint, dry.unit)}"
+            if not constant(dry):
+                what = "left out: its dry friction is not one constant force"
+                say(f"friction '{force.name}'", what, Same.NO)
+                continue
+            old = found.get(name, Acting())
+            found[name] = replace(old, dry=old.dry + dry.sliding)
+    return found
+
+
+def _only(joint: Joint, unit: str | None) -> str:
+    """The coordinate of a joint in a unit."""
+    units = {name: "rad" if row[0] == "angle" else "m" for name, row in JOINTS[joint.type].coordinates.items()}
+    return next(name for name, own in units.items() if unit in (None, own))
+
+
+def constant(dry: DryFriction) -> bool:
+    """Whether a dry friction is one force or torque, the same while it slides and while it sticks."""
+    smooth = dry.regularised is not None or dry.stribeck_speed is not None
+    return dry.bearing is None and not smooth and dry.static == dry.sliding
+
+
+def _with(old: Acting, law: Law) -> Acting:
+    """With one more spring and damper: k = Σ kᵢ, and without force where Σ kᵢ (s - sᵢ) = 0."""
+    total = old.stiffness + law.stiffness
+    moment = old.stiffness * old.rest + law.stiffness * (law.free or 0.0)
+    rest = moment / total if total else 0.0
+    return replace(old, stiffness=total, rest=rest, damping=old.damping + law.damping)

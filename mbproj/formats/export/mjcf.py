@@ -1,0 +1,291 @@
+"""A scene as MJCF: nested bodies, equalities that close the loops, tendons between points, a keyframe of the start."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import numpy as np
+from numpy.polynomial import Polynomial
+
+from mbproj.arrays import Array
+from mbproj.formats.export.acting import Acting, acting_on
+from mbproj.formats.export.couplings import Sum, sum_of
+from mbproj.formats.export.markup import Tag, tag
+from mbproj.formats.export.start import start_of
+from mbproj.formats.export.tree import Branch, Freedom, Tree, tree_of, without_massless
+from mbproj.formats.export.written import Written, say_unwritten
+from mbproj.formats.mechanism import Names, Same
+from mbproj.formats.placed import quaternion
+from mbproj.scene.records import GROUND, Body, Joint, PointForce, Scene
+from mbproj.scene.stops import DistanceStop, Limit, OfBody
+
+#: Beyond every coordinate, of a limit with one side.
+FAR = 1e6
+#: What closes a loop in MJCF.
+LOOPS = ("spherical", "fixed", "revolute", "distance")
+
+
+def as_mjcf(scene: Scene, version: str) -> Written:
+    """The model, and the table of what it cannot say. Raises InputError and assembly's errors where nothing starts."""
+    return _Mjcf(scene).written(version)
+
+
+class _Mjcf:
+    def __init__(self, scene: Scene) -> None:
+        self.scene, self.start = scene, start_of(scene)
+        self.out = Written("")
+        self.bodies = {body.name: body for body in scene.bodies}
+        self.tree = without_massless(scene, tree_of(scene, self.start), _named(scene))
+        self.acting = acting_on(scene, self.out.say)
+        self.sites: dict[str, list[Tag]] = {}
+        self.equality, self.tendon = tag("equality"), tag("tendon")
+        self.tendons = Names()
+
+    def written(self, version: str) -> Written:
+        """The whole file."""
+        root = tag("mujoco", model=self.scene.title)
+        root.add("compiler", angle="radian", inertiafromgeom="false", fusestatic="false")
+        root.add("option", gravity=self.scene.gravity)
+        self._loops()
+        self._couplings()
+        self._forces()
+        for marker in self.scene.markers:
+            self._site(marker.name, marker.body, self.start.own(OfBody(marker.body, marker.location, marker.local)))
+        world = root.add("worldbody")
+        world.children += self.sites.get(GROUND, [])
+        for branch in self.tree.carried(GROUND):
+            self._body(world, branch)
+        root.children += [each for each in (self.equality, self.tendon) if each.children]
+        self._keyframe(root)
+        say_unwritten(self.scene, self.out.say, tree=self.tree, acting=self.acting)
+        head = f"<!-- Written by mbproj {version}. Angles are in rad; joints begin at their 'ref'. -->"
+        self.out.text = "\n".join([head, *root.lines()]) + "\n"
+        return self.out
+
+    def _body(self, above: Tag, branch: Branch) -> None:
+        body = self.bodies[branch.body]
+        pose, carrier = self.start.poses[branch.body], self.start.poses[branch.carrier]
+        inner = carrier.inverse().then(pose)
+        turned = quaternion(inner.rotation)
+        quat = turned if np.abs(turned[1:]).max() > 1e-15 else None
+        own = above.add("body", name=body.name, pos=inner.position, quat=quat)
+        for freedom in branch.freedoms:
+            self._joint(own, freedom, branch.body)
+        own.children.append(self._inertial(body))
+        own.children += self.sites.get(branch.body, [])
+        for each in self.tree.carried(branch.body):
+            self._body(own, each)
+
+    def _inertial(self, body: Body) -> Tag:
+        inertia = np.array(body.inertia)
+        if body.mass <= 0.0 or np.linalg.eigvalsh(inertia).min() <= 0.0:
+            what = "has no mass, or a moment of inertia that is zero: MuJoCo refuses it where it moves"
+            self.out.say(f"body '{body.name}'", what, Same.NO)
+        mixed = [inertia[0, 1], inertia[0, 2], inertia[1, 2]]
+        full = np.concatenate([np.diag(inertia), mixed])
+        if np.any(mixed):
+            return tag("inertial", pos=np.zeros(3), mass=body.mass, fullinertia=full)
+        return tag("inertial", pos=np.zeros(3), mass=body.mass, diaginertia=np.diag(inertia))
+
+    def _joint(self, own: Tag, freedom: Freedom, body: str) -> None:
+        if freedom.kind == "free":
+            own.add("freejoint", name=freedom.name)
+            return
+        pose = self.start.poses[body]
+        at = pose.rotation.T @ (freedom.point - pose.position)
+        if freedom.kind == "ball":
+            own.add("joint", name=freedom.name, type="ball", pos=at)
+            return
+        acting = self.acting.get(freedom.coordinate, Acting())
+        own.add(
+            "joint",
+            name=freedom.name,
+            type=freedom.kind,
+            pos=at,
+            axis=pose.rotation.T @ freedom.axis,
+            ref=freedom.value or None,
+            range=self._range(freedom, acting.limit),
+            stiffness=acting.stiffness or None,
+            springref=acting.rest if acting.stiffness and acting.rest else None,
+            damping=acting.damping or None,
+            frictionloss=acting.dry or None,
+            armature=acting.armature or None,
+        )
+
+    def _range(self, freedom: Freedom, limit: Limit | None) -> tuple[float, float] | None:
+        if limit is None:
+            return None
+        what = "a soft limit in MuJoCo, and not that of the scene while it touches"
+        self.out.say(f"limit of '{freedom.name}'", what, Same.UNTIL)
+        low, high = (-FAR if limit.low is None else limit.low), (FAR if limit.high is None else limit.high)
+        return low, high
+
+    def _site(self, name: str, body: str, at: Array) -> str:
+        self.sites.setdefault(body, []).append(tag("site", name=name, pos=at))
+        return name
+
+    def _loops(self) -> None:
+        """Each as equalities, which hold where the model starts."""
+        for joint in self.tree.loops:
+            bodies = [None if body == GROUND else body for body in joint.bodies]
+            if bodies[0] is None:
+                bodies.reverse()
+            if joint.type not in LOOPS:
+                what = f"left out: MJCF has no {joint.type} joint that closes a loop"
+                self.out.say(f"joint '{joint.name}'", what, Same.NO)
+            elif joint.type == "distance":
+                path = self._path(joint.name, joint.bodies, self.start.ends(joint.bodies, joint.points))
+                self.tendon.children.append(path)
+                self.equality.add("tendon", name=joint.name, tendon1=path.attributes["name"])
+            elif joint.type == "fixed":
+                self.equality.add("weld", name=joint.name, body1=bodies[0], body2=bodies[1])
+            else:
+                self._points(joint, bodies)
+
+    def _points(self, joint: Joint, bodies: list[str | None]) -> None:
+        """A point that two bodies share, and a second one on the axis of a revolute joint."""
+        assert bodies[0] is not None
+        place = self.start.of_joint(joint, "p1")
+        pose = self.start.poses[bodies[0]]
+        arm = self._arm() * self.start.of_joint(joint, "z1")
+        ends = [("", place)] if joint.type == "spherical" else [("", place), ("_axis", place + arm)]
+        for word, point in ends:
+            anchor = pose.rotation.T @ (point - pose.position)
+            self.equality.add("connect", name=f"{joint.name}{word}", body1=bodies[0], body2=bodies[1], anchor=anchor)
+        if len(ends) == 2:
+            what = "two points of its axis in MJCF, of whose six rows one is redundant"
+            self.out.say(f"joint '{joint.name}'", what, Same.YES)
+
+    def _arm(self) -> float:
+        """A length of the mechanism, in m."""
+        places = np.array([pose.position for pose in self.start.poses.values()])
+        return float(f"{max(0.01, np.ptp(places, axis=0).max() / 2):.1g}")
+
+    def _path(self, name: str, bodies: tuple[str, str], ends: list[Array], **attributes: object) -> Tag:
+        """A tendon between two points."""
+        sites = [self._site(f"{name}_{side}", body, end) for side, body, end in zip((1, 2), bodies, ends, strict=True)]
+        path = tag("spatial", name=self.tendons.own(name), **attributes)
+        for site in sites:
+            path.add("site", site=site)
+        return path
+
+    def _couplings(self) -> None:
+        free = self.tree.freedoms
+        screws = [joint for joint in self.scene.joints if joint.type == "screw" and joint not in self.tree.loops]
+        for joint in [*screws, *(joint for joint in self.scene.joints if joint.couples is not None)]:
+            found = sum_of(joint, self.start)
+            if found is None:
+                what = "left out: its function is no polynomial of the fourth degree"
+                self.out.say(f"coupler '{joint.name}'", what, Same.NO)
+            elif not {*found.weights, *filter(None, [found.first])} <= set(free):
+                self.out.say(f"coupling '{joint.name}'", "left out: it couples joints of loops", Same.NO)
+            else:
+                self._coupled(found, free)
+
+    def _coupled(self, found: Sum, free: dict[str, Freedom]) -> None:
+        """Of two coordinates an equality of joints, and else one of tendons: y - y₀ = a₀ + a₁ (x - x₀) + .. ."""
+        weights = {name: weight for name, weight in found.weights.items() if weight}
+        curve, first = found.curve, found.first
+        if curve is not None and first in weights:
+            curve = curve - weights.pop(first) * Polynomial([0.0, 1.0])
+        elif curve is None and len(weights) == 2:
+            first = next(iter(weights))
+            curve = -weights.pop(first) * Polynomial([0.0, 1.0])
+        if len(weights) == 1:
+            ((y, weight),) = weights.items()
+            coefficients = None if curve is None else _five(curve / weight)
+            second = None if curve is None else free[first].name
+            self.equality.add("joint", name=found.name, joint1=free[y].name, joint2=second, polycoef=coefficients)
+            return
+        whole = self._fixed(found.name, {free[name].name: weight for name, weight in weights.items()})
+        second = None if curve is None else self._fixed(f"{found.name}_of", {free[first].name: 1.0})
+        coefficients = None if curve is None else _five(curve)
+        self.equality.add("tendon", name=found.name, tendon1=whole, tendon2=second, polycoef=coefficients)
+
+    def _fixed(self, name: str, weights: dict[str, float]) -> str:
+        own = self.tendon.add("fixed", name=self.tendons.own(name))
+        for joint, weight in weights.items():
+            own.add("joint", joint=joint, coef=weight)
+        return own.attributes["name"]
+
+    def _forces(self) -> None:
+        """Springs and stops between two points are tendons."""
+        for force in self.scene.forces:
+            if isinstance(force, PointForce):
+                if force.law.function is not None:
+                    self.out.say(f"force '{force.name}'", "left out: its law is a function", Same.NO)
+                    continue
+                ends = self.start.ends(force.bodies, force.points)
+                rest = force.law.free if force.law.free is not None else self._given_length(force.bodies, ends)
+                stiffness, damping = force.law.stiffness or None, force.law.damping or None
+                length = rest if force.law.stiffness else None
+                self.tendon.children.append(
+                    self._path(
+                        force.name, force.bodies, ends, stiffness=stiffness, springlength=length, damping=damping
+                    )
+                )
+            elif isinstance(force, DistanceStop):
+                bodies = (force.first.body, force.second.body)
+                ends = [self.start.own(force.first), self.start.own(force.second)]
+                span = (force.limit.low or 0.0, FAR if force.limit.high is None else force.limit.high)
+                self.tendon.children.append(self._path(force.name, bodies, ends, range=span))
+                self.out.say(f"stop '{force.name}'", "a soft limit in MuJoCo", Same.UNTIL)
+
+    def _given_length(self, bodies: tuple[str, str], ends: list[Array]) -> float:
+        """The distance of two points at the pose that the scene gives, where a spring without a length has no force."""
+        places = [self.start.given[body] for body in bodies]
+        first, second = (pose.position + pose.rotation @ end for pose, end in zip(places, ends, strict=True))
+        return float(np.linalg.norm(second - first))
+
+    def _keyframe(self, root: Tag) -> None:
+        """The velocities of the start, which a model begins without."""
+        if not self.start.moves:
+            return
+        qpos: list[Array] = []
+        qvel: list[Array] = []
+        for branch in _down(self.tree, GROUND):
+            pose = self.start.poses[branch.body]
+            turning = pose.rotation.T @ (self.start.turning[branch.body] - self.start.turning[branch.carrier])
+            for freedom in branch.freedoms:
+                if freedom.kind == "free":
+                    qpos += [pose.position, quaternion(pose.rotation)]
+                    qvel += [self.start.velocities[branch.body], turning]
+                elif freedom.kind == "ball":
+                    qpos.append(np.array([1.0, 0.0, 0.0, 0.0]))
+                    qvel.append(turning)
+                else:
+                    qpos.append(np.array([freedom.value]))
+                    qvel.append(np.array([freedom.rate]))
+        root.add("keyframe").add("key", name="start", qpos=np.concatenate(qpos), qvel=np.concatenate(qvel))
+        self.out.say("velocities at the start", "in the keyframe 'start', which import begins at with --at", Same.YES)
+
+
+def _down(tree: Tree, body: str) -> list[Branch]:
+    """Branches in the order of the file."""
+    found = []
+    for branch in tree.carried(body):
+        found += [branch, *_down(tree, branch.body)]
+    return found
+
+
+def _five(curve: Polynomial) -> Array:
+    coefficients = np.zeros(5)
+    coefficients[: len(curve.coef)] = curve.coef
+    return coefficients
+
+
+def _named(scene: Scene) -> Counter[str]:
+    """How often loops, forces and markers name each body: all that a body between two others must not be."""
+    found: Counter[str] = Counter(marker.body for marker in scene.markers)
+    for force in scene.forces:
+        found.update(getattr(force, "bodies", ()))
+        found.update([body for body in [getattr(force, "body", None)] if body])
+        for end in ("first", "second", "point", "location"):
+            if hasattr(getattr(force, end, None), "body"):
+                found[getattr(force, end).body] += 1
+    joints: Counter[str] = Counter()
+    for joint in scene.joints:
+        if joint.couples is None:
+            joints.update(joint.bodies)
+    found.update({name: 1 for name, often in joints.items() if often != 2})
+    return found

@@ -1,0 +1,160 @@
+"""A tree of a scene's bodies, as formats of robots need one: joints that make it, and joints that close its loops."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import field, replace
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
+from mbproj.formats.export.start import Start
+from mbproj.joints import JOINTS
+from mbproj.scene.records import GROUND, Joint, JointForce, Scene
+
+#: Joints that may stand in a tree, those first that formats of robots cannot write as a loop.
+IN_TREE = ("prismatic", "cylindrical", "planar", "universal", "screw", "fixed", "revolute", "spherical")
+
+
+@dataclass(frozen=True, eq=False)
+class Freedom:
+    """A single turn or slide ("hinge", "slide"), a "ball" or a "free" body: `name` is the scene's, of a joint with one
+    coordinate, or of the coordinate. `point` and unit `axis` are global at the start; `coordinate` is "joint.angle",
+    with its value and its rate, "" where the scene counts none."""
+
+    kind: str
+    name: str
+    point: Array
+    axis: Array = field(default_factory=lambda: np.zeros(3))
+    coordinate: str = ""
+    value: float = 0.0
+    rate: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Branch:
+    """A body with the one that carries it, and what it may do against it, in this order from the carrier on."""
+
+    body: str
+    carrier: str
+    freedoms: tuple[Freedom, ...]
+    joint: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Tree:
+    """Branches from the ground on, each after its carrier; joints that close loops."""
+
+    branches: tuple[Branch, ...]
+    loops: tuple[Joint, ...]
+
+    def carried(self, body: str) -> Iterator[Branch]:
+        """The branches that a body carries."""
+        return (branch for branch in self.branches if branch.carrier == body)
+
+    @property
+    def freedoms(self) -> dict[str, Freedom]:
+        """Those with a coordinate, by it."""
+        return {each.coordinate: each for branch in self.branches for each in branch.freedoms if each.coordinate}
+
+
+def tree_of(scene: Scene, start: Start, able: tuple[str, ...] = IN_TREE) -> Tree:
+    """A tree of joints of the types that are `able`, those first on whose coordinates something acts."""
+    acted = _acted_on(scene)
+    own = [joint for joint in scene.joints if JOINTS[joint.type].frame != "joints"]
+    wanted = sorted(
+        (joint for joint in own if joint.type in able),
+        key=lambda joint: (joint.name not in acted, able.index(joint.type)),
+    )
+    group = {body.name: body.name for body in scene.bodies} | {GROUND: GROUND}
+    chosen: dict[str, Joint] = {}
+    for joint in wanted:
+        first, second = (group[body] for body in joint.bodies)
+        if first != second:
+            chosen[joint.name] = joint
+            group = {body: first if each == second else each for body, each in group.items()}
+    kept = [joint for joint in own if joint.name in chosen]
+    branches = tuple(_branches(scene, start, kept))
+    return Tree(branches, tuple(joint for joint in own if joint.name not in chosen))
+
+
+def _acted_on(scene: Scene) -> set[str]:
+    """Joints whose coordinates must be those of a tree: something acts on them, or couples them."""
+    found = {force.joint for force in scene.forces if isinstance(force, JointForce)}
+    found |= {motion.joint for motion in scene.motions}
+    for joint in scene.joints:
+        if joint.reflected_inertia or joint.limits:
+            found.add(joint.name)
+        if joint.couples is not None:
+            found |= set(joint.couples.joints)
+    return found
+
+
+def _branches(scene: Scene, start: Start, joints: list[Joint]) -> Iterator[Branch]:
+    done, waiting = {GROUND}, [GROUND]
+    for begin in [GROUND, *(body.name for body in scene.bodies)]:
+        if begin not in done:
+            pose = start.poses[begin]
+            done.add(begin)
+            waiting.append(begin)
+            yield Branch(begin, GROUND, (Freedom("free", f"{begin}_free", pose.position),))
+        while waiting:
+            carrier = waiting.pop(0)
+            for joint in joints:
+                if carrier not in joint.bodies:
+                    continue
+                back = joint.bodies[1] == carrier
+                body = joint.bodies[0] if back else joint.bodies[1]
+                if body not in done:
+                    done.add(body)
+                    waiting.append(body)
+                    yield Branch(body, carrier, freedoms(joint, start, back), joint.name)
+
+
+def freedoms(joint: Joint, start: Start, back: bool) -> tuple[Freedom, ...]:
+    """What the second body of a joint may do against the first, or `back` the first against the second.
+
+    Back, each axis is turned round and their order too: R₁(θ₁) R₂(θ₂) undone is R₂(-θ₂) R₁(-θ₁)."""
+    point = start.of_joint(joint, "p2")
+    kinds = _kinds(joint, start)
+    alone = sum(1 for _, coordinate, _ in kinds if coordinate) == 1 and len(kinds) == 1
+    found = []
+    for kind, coordinate, axis in kinds:
+        name = f"{joint.name}.{coordinate}" if coordinate else ""
+        called = joint.name if alone or not coordinate else f"{joint.name}_{coordinate}"
+        value, rate = start.values.get(name, 0.0), start.rates.get(name, 0.0)
+        found.append(Freedom(kind, called, point, -axis if back else axis, name, value, rate))
+    return tuple(reversed(found) if back else found)
+
+
+def _kinds(joint: Joint, start: Start) -> list[tuple[str, str, Array]]:
+    """(kind, coordinate, axis) from the first body on."""
+    x, y, z, z2 = (start.of_joint(joint, symbol) for symbol in ("x1", "y1", "z1", "z2"))
+    return {
+        "fixed": [],
+        "revolute": [("hinge", "angle", z)],
+        "prismatic": [("slide", "displacement", z)],
+        "spherical": [("ball", "", np.zeros(3))],
+        "universal": [("hinge", "angle_1", z), ("hinge", "angle_2", z2)],
+        "cylindrical": [("slide", "displacement", z), ("hinge", "angle", z)],
+        "screw": [("slide", "displacement", z), ("hinge", "angle", z)],
+        "planar": [("slide", "displacement_x", x), ("slide", "displacement_y", y), ("hinge", "angle", z)],
+    }[joint.type]
+
+
+def without_massless(scene: Scene, tree: Tree, named: Mapping[str, int]) -> Tree:
+    """The tree where a massless body between two others gives its freedoms to the one that it carries; those that
+    loops, forces or markers name (`named`) stay."""
+    massless = {body.name for body in scene.bodies if not body.mass and not np.any(body.inertia)}
+    branches = {branch.body: branch for branch in tree.branches}
+    for name in massless:
+        carried = [branch for branch in branches.values() if branch.carrier == name]
+        own = branches[name]
+        single = {each.kind for branch in (own, *carried) for each in branch.freedoms} <= {"hinge", "slide"}
+        if len(carried) == 1 and single and not named.get(name):
+            (outer,) = carried
+            joined = (*own.freedoms, *outer.freedoms)
+            branches[outer.body] = replace(outer, carrier=own.carrier, freedoms=joined)
+            del branches[name]
+    return replace(tree, branches=tuple(branches.values()))

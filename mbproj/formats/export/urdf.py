@@ -1,0 +1,186 @@
+"""A scene as URDF: links whose axes are the global ones at the start, and its loops in a YAML file beside it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.formats.export.acting import Acting, acting_on
+from mbproj.formats.export.couplings import sum_of
+from mbproj.formats.export.markup import Tag, tag
+from mbproj.formats.export.start import start_of
+from mbproj.formats.export.tree import Branch, Freedom, tree_of
+from mbproj.formats.export.written import Written, say_unwritten
+from mbproj.formats.mechanism import Names, Same
+from mbproj.formats.yaml_text import flow
+from mbproj.scene.records import GROUND, Joint, PointForce, Scene
+from mbproj.scene.stops import DistanceStop, Limit
+
+#: Joints of its tree; a spherical one is a loop between bodies that are free, as URDF has no ball.
+IN_TREE = ("prismatic", "cylindrical", "planar", "universal", "screw", "fixed", "revolute")
+#: The gravity that readers of URDF take.
+GRAVITY = (0.0, 0.0, -9.81)
+#: Beyond every coordinate, of a limit with one side, and of a drive that nothing limits.
+FAR, STRONG = 1e6, 1e6
+
+
+def as_urdf(scene: Scene, version: str) -> Written:
+    """The model, its loops, and the table of what it cannot say. Raises InputError and assembly's errors where nothing
+    starts."""
+    return _Urdf(scene).written(version)
+
+
+class _Urdf:
+    def __init__(self, scene: Scene) -> None:
+        self.scene, self.start = scene, start_of(scene)
+        self.out = Written("")
+        self.bodies = {body.name: body for body in scene.bodies}
+        self.tree = tree_of(scene, self.start, IN_TREE)
+        self.acting = acting_on(scene, self.out.say)
+        self.links = Names(frozenset({"world", *self.bodies}))
+        self.joints = Names()
+        self.places = {GROUND: np.zeros(3)}
+        self.root = tag("robot", name=scene.title)
+        self.mimics: dict[str, Tag] = {}
+        self.loops: list[tuple[str, str, str]] = []
+
+    def written(self, version: str) -> Written:
+        """Both files."""
+        self._couplings()
+        self.root.add("link", name="world")
+        for branch in self.tree.branches:
+            self._branch(branch)
+        for joint in self.tree.loops:
+            self._loop(joint)
+        self._say_rest()
+        head = f"<!-- Written by mbproj {version}. Links have the global axes at the start, where joints are zero. -->"
+        self.out.text = "\n".join([head, *self.root.lines()]) + "\n"
+        if self.loops:
+            pairs = ", ".join(f"[{flow(first)}, {flow(second)}]" for first, second, _ in self.loops)
+            kinds = ", ".join(flow(kind) for _, _, kind in self.loops)
+            self.out.loops = f"# Loops of {flow(self.scene.title)}.\nclosed_loop: [{pairs}]\ntype: [{kinds}]\n"
+        return self.out
+
+    def _called(self, body: str) -> str:
+        return "world" if body == GROUND else body
+
+    def _branch(self, branch: Branch) -> None:
+        """Its joints in a row, with links without mass between them. The frame of a link is at its joint."""
+        pose = self.start.poses[branch.body]
+        own = branch.freedoms or (Freedom("fixed", branch.joint, pose.position),)
+        carrier = self._called(branch.carrier)
+        for at, freedom in enumerate(own):
+            last = at == len(own) - 1
+            link = branch.body if last else self.links.own(f"{branch.body}_after_{freedom.name}")
+            self._joint(freedom, carrier, link)
+            self.places[link] = freedom.point
+            if last:
+                self._link(branch.body)
+            else:
+                self.root.add("link", name=link)
+            carrier = link
+
+    def _link(self, name: str) -> None:
+        body, pose = self.bodies[name], self.start.poses[name]
+        link = self.root.add("link", name=name)
+        if not body.mass and not np.any(body.inertia):
+            return
+        inertial = link.add("inertial")
+        inertial.add("origin", xyz=pose.position - self.places[name])
+        inertial.add("mass", value=body.mass)
+        i = pose.rotation @ np.array(body.inertia) @ pose.rotation.T
+        inertial.add("inertia", ixx=i[0, 0], iyy=i[1, 1], izz=i[2, 2], ixy=i[0, 1], ixz=i[0, 2], iyz=i[1, 2])
+
+    def _joint(self, freedom: Freedom, carrier: str, link: str) -> None:
+        acting = self.acting.get(freedom.coordinate, Acting())
+        kind = {"free": "floating", "fixed": "fixed", "slide": "prismatic"}.get(freedom.kind, "continuous")
+        if kind == "continuous" and acting.limit is not None:
+            kind = "revolute"
+        joint = self.root.add("joint", name=self.joints.own(freedom.name), type=kind)
+        joint.add("parent", link=carrier)
+        joint.add("child", link=link)
+        joint.add("origin", xyz=freedom.point - self._place(carrier))
+        if freedom.kind not in ("hinge", "slide"):
+            return
+        joint.add("axis", xyz=freedom.axis)
+        if kind != "continuous":
+            low, high = self._range(freedom, acting.limit)
+            joint.add("limit", lower=low, upper=high, effort=STRONG, velocity=STRONG)
+        if acting.damping or acting.dry:
+            joint.add("dynamics", damping=acting.damping, friction=acting.dry)
+        if freedom.coordinate in self.mimics:
+            joint.children.append(self.mimics[freedom.coordinate])
+        for word, value in (("spring", acting.stiffness), ("reflected inertia", acting.armature)):
+            if value:
+                self.out.say(f"{word} of '{freedom.name}'", "left out: URDF has none", Same.NO)
+
+    def _range(self, freedom: Freedom, limit: Limit | None) -> tuple[float, float]:
+        """From where the joint is at the start."""
+        low = -FAR if limit is None or limit.low is None else limit.low - freedom.value
+        high = FAR if limit is None or limit.high is None else limit.high - freedom.value
+        return low, high
+
+    def _place(self, link: str) -> Array:
+        return np.zeros(3) if link == "world" else self.places[link]
+
+    def _frame(self, name: str, body: str, point: Array) -> str:
+        """A link without mass at a point of a body."""
+        link, carrier = self.links.own(name), self._called(body)
+        self.root.add("link", name=link)
+        joint = self.root.add("joint", name=self.joints.own(f"{name}_joint"), type="fixed")
+        joint.add("parent", link=carrier)
+        joint.add("child", link=link)
+        joint.add("origin", xyz=point - self._place(carrier))
+        return link
+
+    def _loop(self, joint: Joint) -> None:
+        """A point, two points of a revolute joint, or a frame."""
+        if joint.type not in ("spherical", "revolute", "fixed"):
+            what = f"left out: no {joint.type} joint closes a loop of URDF"
+            self.out.say(f"joint '{joint.name}'", what, Same.NO)
+            return
+        place = self.start.of_joint(joint, "p1")
+        points = {joint.name: place}
+        if joint.type == "revolute":
+            places = np.array([pose.position for pose in self.start.poses.values()])
+            arm = float(f"{max(0.01, np.ptp(places, axis=0).max() / 2):.1g}")
+            points[f"{joint.name}_axis"] = place + arm * self.start.of_joint(joint, "z1")
+            what = "two points of its axis beside the URDF, of whose six rows one is redundant"
+            self.out.say(f"joint '{joint.name}'", what, Same.YES)
+        for name, point in points.items():
+            ends = [self._frame(f"{name}_{side}", body, point) for side, body in zip((1, 2), joint.bodies, strict=True)]
+            self.loops.append((ends[0], ends[1], "6d" if joint.type == "fixed" else "3d"))
+
+    def _couplings(self) -> None:
+        """One coordinate as a multiple of another is a mimic."""
+        free = self.tree.freedoms
+        screws = [joint for joint in self.scene.joints if joint.type == "screw" and joint not in self.tree.loops]
+        for joint in [*screws, *(joint for joint in self.scene.joints if joint.couples is not None)]:
+            found = sum_of(joint, self.start)
+            weights = {} if found is None else {name: each for name, each in found.weights.items() if each}
+            able = found is not None and found.curve is None and len(weights) == 2 and set(weights) <= set(free)
+            follower = next((name for name in reversed(list(weights)) if name not in self.mimics), "")
+            if not able or not follower:
+                self.out.say(f"coupling '{joint.name}'", "left out: it is no mimic of URDF", Same.NO)
+                continue
+            ratio = weights.pop(follower)
+            ((leader, weight),) = weights.items()
+            self.mimics[follower] = tag("mimic", joint=free[leader].name, multiplier=-weight / ratio)
+
+    def _say_rest(self) -> None:
+        say = self.out.say
+        if tuple(self.scene.gravity) != GRAVITY:
+            what = f"left out: readers of URDF take {flow(np.array(GRAVITY))} m/s^2"
+            say(f"gravity {flow(np.array(self.scene.gravity))}", what, Same.NO)
+        if self.start.moves:
+            say("velocities at the start", "left out: URDF begins at rest", Same.NO)
+        shifted = [each.name for each in self.tree.freedoms.values() if each.value]
+        if shifted:
+            say(f"{len(shifted)} joints", "count from the start, and not from the scene's zero", Same.YES)
+        for force in self.scene.forces:
+            if isinstance(force, PointForce | DistanceStop):
+                same = Same.UNTIL if isinstance(force, DistanceStop) else Same.NO
+                say(f"force '{force.name}'", "left out: URDF has none between two points", same)
+        if self.scene.markers:
+            say(f"{len(self.scene.markers)} markers", "left out: they have no say in the motion", Same.YES)
+        say_unwritten(self.scene, say, tree=self.tree, acting=self.acting)
