@@ -108,3 +108,32 @@ def test_what_would_act_on_the_motion_and_is_not_read_is_said_at_its_line(tmp_pa
     first = text[: text.index("<coupling")].count("\n") + 1
     said = {row.place.line: row.same.value for row in read_model(path).said if row.place is not None}
     assert [said[first + after] for after in range(6)] == ["no", "no", "yes", "yes", "no", "no"]
+
+
+def test_points_of_links_that_meet_are_read_beside_the_model(tmp_path):
+    """loop_closures.yaml; the names and points are those of the loop in YAML that the other test closes."""
+    text = (DATA / "closed_loop.urdf").read_text(encoding="utf-8")
+    (tmp_path / "m.urdf").write_text(text, encoding="utf-8")
+    loop = "{name: pin, parent: end_a, parent_xyz: [0, 0, 0], child: end_b, child_xyz: [0, 0, 0]}"
+    (tmp_path / "loop_closures.yaml").write_text(f"ball_loops:\n  - {loop}\n", encoding="utf-8")
+    mechanism = read_model(tmp_path / "m.urdf")
+    (found,) = [joint for joint in mechanism.joints.values() if joint.name not in mechanism.tree]
+    assert (found.name, found.type) == ("pin", "spherical")
+    (tmp_path / "loop_closures.yaml").write_text("ball_loops:\n  - {parent: end_a}\n", encoding="utf-8")
+    with pytest.raises(InputError, match=r"loop_closures.yaml:2:5: error: a ball loop names no child"):
+        read_model(tmp_path / "m.urdf")
+
+
+def test_springs_of_dynamics_are_read_and_its_other_words_said(tmp_path):
+    text = (DATA / "chain.urdf").read_text(encoding="utf-8")
+    assert '<dynamics damping="0.3"/>' in text
+    more = '<dynamics damping="0.3" spring_stiffness="4" spring_reference="0.5" hysteresis="2" stiction="0"/>'
+    safe = '<safety_controller k_velocity="1"/>'
+    (tmp_path / "m.urdf").write_text(text.replace('<dynamics damping="0.3"/>', more + safe), encoding="utf-8")
+    mechanism = read_model(tmp_path / "m.urdf", Wishes(pose={"shoulder": 0.2}))
+    spring = mechanism.forces["shoulder_spring"]
+    assert (spring["stiffness"].value, spring["free_angle"].value) == (4.0, pytest.approx(0.3))
+    said = {row.element: row.same.value for row in mechanism.said}
+    assert said["'hysteresis' of joint 'shoulder'"] == "no"
+    assert said["<safety_controller> of joint 'shoulder'"] == "yes"
+    assert "'stiction' of joint 'shoulder'" not in said

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
 import click
 
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.study_options import force as force_option
-from mbproj.errors import ExitCode, InputError, Problem
+from mbproj.errors import ExitCode
 
 EVERYTHING = "everything in the model has its counterpart in the scene"
 EXAMPLES = (
@@ -77,7 +76,8 @@ def command(
     still that of the model.
     """
     from mbproj.cli.said import table_json, table_lines
-    from mbproj.formats import Wishes, read_model, scene_text
+    from mbproj.formats import Wishes, read_model
+    from mbproj.formats.couplers import without_refused
     from mbproj.formats.mechanism import Same
     from mbproj.formats.pose import read_pose
     from mbproj.outputs import SCENE, write_text
@@ -85,8 +85,8 @@ def command(
 
     wishes = Wishes(key, read_pose(pose) if pose else {}, hold, contacts, loops, meet)
     mechanism = read_model(model, wishes)
-    text = scene_text(mechanism, __version__)
-    for problem in _refused(text, str(output or "scene.yaml")):
+    text, refused = without_refused(mechanism, __version__)
+    for problem in refused:
         mechanism.say("the scene itself", problem.place, f"check refuses it: {problem.message}", Same.NO)
     if output is None:
         click.echo(text, nl=False)
@@ -102,15 +102,3 @@ def command(
             click.echo(written)
     if strict and any(row.same is Same.NO for row in mechanism.said):
         context.exit(int(ExitCode.CHECK_FAILED))
-
-
-def _refused(text: str, name: str) -> Sequence[Problem]:
-    """Why the scene cannot run, if so: a model may couple joints by ratios that no number of turns brings back."""
-    from mbproj.model import compile_system
-    from mbproj.scene import read_scene_text
-
-    try:
-        compile_system(read_scene_text(text, name))
-    except InputError as error:
-        return error.problems
-    return ()

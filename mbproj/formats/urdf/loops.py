@@ -5,19 +5,20 @@ In the file:
     <loop name type><predecessor link><origin/></predecessor><successor link><origin/></successor><axis/></loop>  URDF+
     links closing_NAME_1 and closing_NAME_2, frames that meet                                     onshape-to-robot
 Beside the file, in YAML:
-    closed_loop: [[A, B], ..] with type: [3d, 6d, ..], frames of joints or links     example-parallel-robots
+    closed_loop: [[A, B], ..] with type: [3d, 6d, ..], frames of joints or links     Extended URDF
+    ball_loops: [{name, parent, parent_xyz, child, child_xyz}, ..], points of links   loop_closures.yaml
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
 
 from mbproj.errors import InputError, Place, Problem
-from mbproj.formats.geometry import IDENTITY
+from mbproj.formats.geometry import IDENTITY, Pose, numbers
 from mbproj.formats.loops import Loop
 from mbproj.formats.urdf.model import Urdf, axis_of, origin_of
 from mbproj.formats.xml import Element
@@ -86,22 +87,39 @@ def _closing(model: Urdf) -> Iterator[Loop]:
 
 
 def loops_beside(path: Path, given: Path | None, model: Urdf) -> Iterator[Loop]:
-    """Those in the YAML file that the user names, or that stands beside the model with its name."""
-    if given is None:
-        beside = path.with_suffix(".yaml")
-        if not beside.is_file() or "closed_loop:" not in beside.read_text(encoding="utf-8", errors="replace")[:100_000]:
-            return
-        given = beside
-    root, problems = compose(read_text(given), str(given))
-    if problems:
-        raise InputError(problems)
-    found = root.values.get("closed_loop") if isinstance(root, MappingNode) else None
-    if not isinstance(root, MappingNode) or not isinstance(found, SequenceNode):
-        hint = "it lists pairs of frames: closed_loop: [[frame_1, frame_2]], and type: [3d]"
-        raise InputError(Problem("the file has no list 'closed_loop'", root.place, hint))
-    kinds = root.values.get("type")
+    """Those in the YAML file that the user names, or that stands beside the model.
+
+    Raises InputError where a file has none in the one or the other dialect."""
+    for file in [given] if given is not None else _beside(path):
+        root, problems = compose(read_text(file), str(file))
+        if problems:
+            raise InputError(problems)
+        values = root.values if isinstance(root, MappingNode) else {}
+        found = False
+        for key, reader in (("closed_loop", _pairs), ("ball_loops", _balls)):
+            listed = values.get(key)
+            if isinstance(listed, SequenceNode):
+                found = True
+                yield from reader(listed, values, model)
+        if not found:
+            hint = "it lists pairs of frames: closed_loop: [[frame_1, frame_2]], and type: [3d]"
+            raise InputError(Problem("the file has no list 'closed_loop' or 'ball_loops'", root.place, hint))
+
+
+def _beside(path: Path) -> Iterator[Path]:
+    """The files beside a model that list loops."""
+    for file in (path.with_suffix(".yaml"), path.with_name("loop_closures.yaml")):
+        if file.is_file():
+            head = file.read_text(encoding="utf-8", errors="replace")[:100_000]
+            if "closed_loop:" in head or "ball_loops:" in head:
+                yield file
+
+
+def _pairs(listed: SequenceNode, values: Mapping[str, Node], model: Urdf) -> Iterator[Loop]:
+    """Pairs of frames that meet in a point, 3d, or altogether, 6d."""
+    kinds = values.get("type")
     words = [_text(each) for each in kinds.items] if isinstance(kinds, SequenceNode) else []
-    for at, pair in enumerate(found.items):
+    for at, pair in enumerate(listed.items):
         ends = [_text(each) for each in pair.items] if isinstance(pair, SequenceNode) else []
         word = words[at].lower() if at < len(words) else "6d"
         if len(ends) != 2 or word not in ("3d", "6d"):
@@ -109,6 +127,25 @@ def loops_beside(path: Path, given: Path | None, model: Urdf) -> Iterator[Loop]:
         links = (_link_of(ends[0], model, pair.place), _link_of(ends[1], model, pair.place))
         name = f"loop_{ends[0]}"
         yield Loop(name, TYPES[word], links, (IDENTITY, IDENTITY), np.array([0.0, 0.0, 1.0]), pair.place)
+
+
+def _balls(listed: SequenceNode, values: Mapping[str, Node], model: Urdf) -> Iterator[Loop]:
+    """Points of two links that meet."""
+    for at, entry in enumerate(listed.items):
+        own = entry.values if isinstance(entry, MappingNode) else {}
+        links, frames = [], []
+        for side in ("parent", "child"):
+            name, xyz = own.get(side), own.get(f"{side}_xyz")
+            if name is None:
+                hint = "as in {name: a, parent: rod, parent_xyz: [0, 0, 0.1], child: foot, child_xyz: [0, 0, 0]}"
+                raise InputError(Problem(f"a ball loop names no {side}", entry.place, hint))
+            links.append(_link_of(_text(name), model, name.place))
+            shown = " ".join(_text(each) for each in xyz.items) if isinstance(xyz, SequenceNode) else "0 0 0"
+            point = numbers(shown, 3, (xyz or entry).place, f"'{side}_xyz'")
+            frames.append(Pose(point, np.eye(3)))
+        called = _text(own["name"]) if "name" in own else f"ball_loop_{at + 1}"
+        axis = np.array([0.0, 0.0, 1.0])
+        yield Loop(called, "spherical", (links[0], links[1]), (frames[0], frames[1]), axis, entry.place)
 
 
 def _text(node: Node) -> str:

@@ -114,8 +114,29 @@ def _acted_on(mechanism: Mechanism, joint: UrdfJoint, single: Single, pose: Mapp
         mechanism.say(f"effort and velocity of {shown}", limit.place, "left out: they are a motor's", Same.YES)
     if dynamics is not None:
         damping, friction = number(dynamics, "damping", "0"), number(dynamics, "friction", "0")
-        found = replace(found, damping=damping, dry=friction)
+        stiffness = number(dynamics, "spring_stiffness", "0")
+        rest = number(dynamics, "spring_reference", "0") - at if stiffness else 0.0  # in the words of SDF
+        found = replace(found, damping=damping, dry=friction, stiffness=stiffness, rest=rest)
+        _say_unread(mechanism, shown, dynamics)
+    for tag in ("safety_controller", "calibration"):
+        element = joint.element.first(tag)
+        if element is not None:
+            mechanism.say(f"<{tag}> of {shown}", element.place, "left out: it is a controller's", Same.YES)
     return found
+
+
+def _say_unread(mechanism: Mechanism, shown: str, dynamics: Element) -> None:
+    """Attributes of <dynamics> beyond those that are read, unless they are zero."""
+    for name, text in dynamics.attributes.items():
+        if name in ("damping", "friction", "spring_stiffness", "spring_reference"):
+            continue
+        try:
+            nothing = float(text) == 0.0
+        except ValueError:
+            nothing = False
+        if not nothing:
+            what = "left out: it is not read, and may act on the motion"
+            mechanism.say(f"'{name}' of {shown}", dynamics.place, what, Same.NO)
 
 
 def _add_mimics(
