@@ -16,10 +16,6 @@ OTHER_DIRECTORY = "choose another directory with -o"
 EXAMPLES = (
     ("Write every table.", "mbproj export results.h5 -o tables"),
     ("Write the largest loads for a report in LaTeX.", "mbproj export results.h5 --table loads --format latex"),
-    (
-        "Write the motion of one marker, and the diagnostics.",
-        "mbproj export results.h5 --table marker-tip --table diagnostics",
-    ),
     ("Write a scene as a model of MuJoCo.", "mbproj export five_bar.yaml --mjcf five_bar.xml"),
 )
 
@@ -74,7 +70,7 @@ def command(
     as_json: bool,
     force: bool,
 ) -> int:
-    """Writes results as CSV tables, or as tables for LaTeX; with --mjcf or --urdf writes a scene as a model.
+    """Writes results as CSV or LaTeX tables, or a scene as MJCF or URDF.
 
     There is a table for each body, marker, joint, force and motion, one of the largest loads, and one of
     diagnostics. Files are DIR/<file>-<table>.csv or .tex. The first line names the columns and their units; numbers
