@@ -51,7 +51,12 @@ class Stops:
         its `row` N (f,) in coordinates in which the kinetic energy is ½|x|²."""
         if np.isnan(self.restitution[k]):
             return float(self.damping[k])
-        return float(2.0 * self.softening[k] * self.stiffness[k] / (self.exponent[k] + 1.0) * (row @ row))
+        return float(self.gives_by[k] * (row @ row))
+
+    @property
+    def gives_by(self) -> Array:
+        """Of a compliant stop with a restitution κ 2k / (p + 1), (S,): its damping goes by that over the mass."""
+        return 2.0 * self.softening * self.stiffness / (self.exponent + 1.0)
 
     @property
     def counts_turns(self) -> npt.NDArray[np.bool_]:

@@ -100,12 +100,15 @@ def test_the_implicit_method_goes_on_through_events(name):
 
 @pytest.mark.parametrize("name", ["stick_slip", "drum_brake", "door_closer"])
 def test_where_nothing_is_stiff_it_has_the_motion_of_dop853(name):
-    """To what the tolerance allows: dop853 alone meets friction within the kernel's loop, and `auto` outside of it."""
+    """To what the tolerance allows, as trials have no say in the steps."""
     text = (ROOT / "mechanisms" / f"{name}.yaml").read_text()
     assert "integrator: dop853" in text
     _, alone = run(text)
     report, auto = run(text.replace("integrator: dop853", "integrator: auto"))
-    assert report.methods[0] == "dop853 throughout: esdirk4 was not quicker"
+    assert report.methods[0] in (
+        "dop853 throughout: esdirk4 was not quicker",
+        "dop853 throughout: no force is stiff",
+    )
     told = [[(event.name, event.kind, event.direction) for event in each.happened] for each in (auto, alone)]
     assert told[0] == told[1]
     times = [[event.time for event in each.happened] for each in (auto, alone)]

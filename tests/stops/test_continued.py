@@ -45,7 +45,8 @@ def test_a_run_goes_on_with_the_bits_of_a_longer_one(formulation, steps, law):
 
 
 def test_a_mark_of_an_older_law_of_stops_is_refused():
-    text = TEXT.format(duration=0.35, steps=FIXED, formulation="planar", law="stiffness: 1.0e2, restitution: 0.5")
+    steps = "integrator: rk4, step: 0.02"
+    text = TEXT.format(duration=0.35, steps=steps, formulation="full", law="stiffness: 1.0e2, restitution: 0.5")
     _, kept = simulated(text)
     mark = next(mark for mark in kept[::-1] if mark["stops"]["pushing"])
     del mark["stops"]["law"]

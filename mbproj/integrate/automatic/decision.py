@@ -36,7 +36,7 @@ class Found(NamedTuple):
     shaped: bool = False
 
 
-def decide(plan: Plan, standing: Standing, modes: FastModes, march: March, leg: Leg) -> Found:
+def decide(plan: Plan, standing: Standing, modes: Callable[[Standing], FastModes], march: March, leg: Leg) -> Found:
     """Whether the other method is quicker from here on in a leg; the plan takes note of the look."""
     t, evaluations = standing.mark["t"], standing.evaluations
     sampled = int((t - plan.since.time) / leg.interval)  # what samples cost, they cost by any method
@@ -47,7 +47,7 @@ def decide(plan: Plan, standing: Standing, modes: FastModes, march: March, leg: 
         pays, shaped = _pays(plan, standing, own, other, march, leg.end)
         switch = None
         if pays:
-            stiff = _fastest(standing, modes) if other == WHERE_STIFF else ("", 0.0)
+            stiff = _fastest(standing, modes(standing)) if other == WHERE_STIFF else ("", 0.0)
             switch = Switch(t, other, *stiff)
             plan.take(switch)
         plan.begin(own, standing.attempts)

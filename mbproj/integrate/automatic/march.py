@@ -15,7 +15,10 @@ from mbproj.integrate.loop.looks import Looks, Standing
 from mbproj.integrate.outcome.marks import START, Mark, Marks, resuming
 from mbproj.integrate.outcome.tally import Tally
 from mbproj.integrate.stiff.modes_at_a_step import FastModes, can_be_fast
+from mbproj.model.system import System
 
+#: The modes where a run stands, with the contacts there.
+Modes = Callable[[Standing], FastModes]
 #: Samples by a method, from a mark on, to where looks end them.
 By = Callable[[str, Marks, Tally, Looks | None], Iterator[Samples | None]]
 
@@ -50,7 +53,9 @@ class Automatic:
         """What its methods have done, for the report."""
         return told(self.plan)
 
-    def march(self, modes: FastModes, by: By, leg: Leg, tally: Tally, marks: Marks) -> Iterator[Samples | None]:
+    def march(
+        self, system: System, modes: Modes, by: By, leg: Leg, tally: Tally, marks: Marks
+    ) -> Iterator[Samples | None]:
         """Samples of a leg from its start to its end, or from a mark on, by methods that step on `by` themselves."""
         mark, before, final = marks.resumed, START, None
         if mark:
@@ -59,16 +64,13 @@ class Automatic:
         while True:
             part = _Part(Marks(mark, marks.wanted), self.plan.save(), before, final=final)
             marks.newest = part.newest
-            yield from by(self.plan.method, part.marks, tally, self._looks(part, modes, by, leg))
+            looks = self._looks(part, modes, by, leg) if can_be_fast(system) else None  # else nothing can be stiff
+            yield from by(self.plan.method, part.marks, tally, looks)
             if not part.left:
                 return
             mark, before, final = part.left, part.before, part.final
 
-    def _looks(self, part: _Part, modes: FastModes, by: By, leg: Leg) -> Looks | None:
-        """None without forces along coordinates and states: nothing can be stiff."""
-        if not can_be_fast(modes.system):
-            return None
-
+    def _looks(self, part: _Part, modes: Modes, by: By, leg: Leg) -> Looks:
         def trial(method: str, mark: Mark, counted: Tally, looks: Looks) -> Iterator[Samples | None]:
             return by(method, Marks(mark), counted, looks)
 

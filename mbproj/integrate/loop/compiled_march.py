@@ -179,7 +179,7 @@ def _standing(compiled: Compiled, run: Any, tally: Tally) -> Standing:
         rejected=tally.rejected_steps,
         evaluations=tally.evaluations,
         shaped=mark["shaped"],
-        mark={**mark, "met": saved_events(tally.met, float(mark["t"]))},
+        mark={**mark, "met": saved_events(_until(tally.met, mark), np.inf)},
         state=lambda: compiled.standing(mark["t"], mark["y"], mark["turns"]),
     )
 

@@ -1,5 +1,5 @@
-"""Rigid stops without friction, and dry friction at joints, in the kernel's own loop: it finds when they are met, and
-does what happens there. What it leaves over is for `march`."""
+"""Stops without friction, and dry friction at joints, in the kernel's own loop: it finds when they are met, and does
+what happens there. What it leaves over is for `march`."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
+from mbproj.dynamics.assembly.assemble import State
+from mbproj.dynamics.contact.impact import LAWS
 from mbproj.dynamics.contact.inside import stop_sizes
 from mbproj.dynamics.observe.samples import Samples
 from mbproj.integrate.events.leg import Leg
@@ -18,7 +20,7 @@ from mbproj.integrate.events.time_events import Event
 from mbproj.integrate.formulations.choice import Choice
 from mbproj.integrate.outcome.marks import Mark
 from mbproj.integrate.stops.rubbing import friction_sizes
-from mbproj.integrate.stops.variants import Variants
+from mbproj.integrate.stops.variants import Variant, Variants
 from mbproj.integrate.stops.watching import Meaning
 from mbproj.model.contacts import Contacts, at_walls, walls
 from mbproj.model.system import System
@@ -26,12 +28,10 @@ from mbproj.thresholds import THRESHOLDS
 
 
 def meets_inside(choice: Choice, system: System) -> bool:
-    """Whether the kernel's loop itself does what happens at stops and frictions: rigid stops without friction, with
-    Newton's law, and friction at joints, where every motion has inertia."""
-    stops, frictions = system.stops, system.frictions
+    """Whether the kernel's loop itself does what happens at stops and frictions: stops without friction, and friction
+    at joints, where every motion has inertia."""
+    frictions = system.frictions
     if choice.compiled is None:
-        return False
-    if stops is not None and not (stops.impact_law == "newton" and stops.is_rigid.all()):
         return False
     if frictions is not None and (frictions.stop >= 0).any():
         return False
@@ -49,7 +49,8 @@ def _is_simple(system: System, contacts: Contacts) -> bool:
     """Whether the kernel's loop knows these contacts: stops and frictions share no load but at walls, and each friction
     slides or sticks by itself."""
     frictions = len(contacts.sliding) + len(contacts.stuck) + len(contacts.bearing)
-    alone = Contacts(contacts.held, sliding=contacts.sliding, stuck=contacts.stuck, bearing=contacts.bearing)
+    own = ("held", "pushing", "sliding", "stuck", "bearing")
+    alone = Contacts(**{name: getattr(contacts, name) for name in own})
     at_walls = set(walls(system, contacts).values()) == {*contacts.bearing}
     return contacts == alone and at_walls and frictions == len(system.names.frictions)
 
@@ -79,18 +80,23 @@ def inside_of(at: Standing) -> Inside | None:
     stuck = [*contacts.stuck.items()]
     if at.system.stops is not None:
         stuck += [(j, float(at.system.stops.bound[k])) for k, j in walls(at.system, contacts).items()]
-    known |= {"sliding": list(contacts.sliding.items()), "stuck": stuck}
+    known |= {"sliding": list(contacts.sliding.items()), "stuck": stuck, "pushing": list(contacts.pushing.items())}
     return Inside(at.system, at.variants, THRESHOLDS.look_spacing * at.whole.interval, known)
 
 
 def _stop_laws(system: System) -> list[tuple[float, ...]]:
-    """Of each stop its side, restitution, slack and size."""
+    """Of each stop its side, restitution, slack and size; of one that gives way its law, and what its damping goes
+    by."""
     stops = system.stops
     if stops is None:
         return []
-    sizes = stop_sizes(system)
-    laws = np.column_stack([stops.side, stops.restitution, THRESHOLDS.stop_slack * sizes, sizes])
-    return [tuple(each) for each in laws.tolist()]
+    sizes, yields, given = stop_sizes(system), ~stops.is_rigid, np.isnan(stops.restitution)
+    number = np.where(yields, system.forces.laws.size + np.cumsum(yields) - 1, -1)
+    damping = np.where(yields & given, stops.damping, 0.0)
+    per_mass = np.where(yields & ~given, stops.gives_by, 0.0)
+    slack = THRESHOLDS.stop_slack * sizes
+    rows = zip(stops.side, stops.restitution, slack, sizes, number, damping, per_mass, strict=True)
+    return [tuple(each.item() for each in row) for row in rows]
 
 
 def _friction_laws(system: System) -> list[tuple[float, ...]]:
@@ -99,32 +105,42 @@ def _friction_laws(system: System) -> list[tuple[float, ...]]:
     frictions = system.frictions
     if frictions is None:
         return []
-    first = system.forces.laws.size
+    first = system.forces.laws.size + len(_all_push(system))
     numbers = zip(range(first, first + frictions.size), frictions.bearing.tolist(), strict=True)
     laws = np.column_stack([frictions.static, frictions.sliding, frictions.stribeck, friction_sizes(system)])
     return [(*own, *law) for own, law in zip(numbers, laws.tolist(), strict=True)]
 
 
+def _all_push(system: System) -> dict[int, float]:
+    """All stops that give way as laws, whose damping by a restitution is that at r = 1: the kernel scales the rate."""
+    stops = system.stops
+    if stops is None:
+        return {}
+    by = np.where(np.isnan(stops.restitution), stops.damping, 1.0)
+    return {k: float(by[k]) for k in np.flatnonzero(~stops.is_rigid).tolist()}
+
+
 @dataclass
 class Inside:
-    """Scratch of a leg: what the kernel's contact policy has saved, `state`; and what it has left over, if anything."""
+    """Scratch of a leg: what the kernel's contact policy has saved, `state`; whether the leg `halts` before it meets
+    anything; and what the policy has left over, if anything."""
 
     system: System
     variants: Variants
     spacing: float
     state: dict[str, Any]
+    halts: bool = False
     left_over: Meaning | None = None
 
     @property
-    def sliding(self) -> Contacts:
-        """All frictions are laws: the kernel takes the part of each that counts."""
-        return Contacts(sliding=dict.fromkeys(range(len(self.system.names.frictions)), 1.0))
+    def laws(self) -> Contacts:
+        """All frictions and stops that give way are laws: the kernel takes the part of each that counts."""
+        sliding = dict.fromkeys(range(len(self.system.names.frictions)), 1.0)
+        return Contacts(pushing=_all_push(self.system), sliding=sliding)
 
     def tell(self, at: Standing) -> None:
         """The march knows where the kernel's loop has left the contacts."""
-        state = self.state
-        held, stuck = tuple(sorted(state["held"])), dict(state["stuck"])
-        at.contacts = at_walls(self.system, Contacts(held, sliding=dict(state["sliding"]), stuck=stuck), held)
+        at.contacts = self._contacts(self.state)
         both = walls(self.system, at.contacts)
         at.shared = (
             *(self._name(k) for k in both),
@@ -133,9 +149,22 @@ class Inside:
         for name in KNOWN:
             setattr(at, name, self.state[name])
 
+    def _contacts(self, state: Mapping[str, Any]) -> Contacts:
+        held, stuck = tuple(sorted(state["held"])), dict(state["stuck"])
+        found = Contacts(held, dict(state["pushing"]), dict(state["sliding"]), stuck)
+        return at_walls(self.system, found, held)
+
+    def variant(self, contacts: Mapping[str, Any], state: State) -> Variant:
+        """The mechanism with the contacts that a mark of the kernel's has."""
+        return self.variants.anew().of(self._contacts(contacts), state)
+
     def begin(self, run: Any) -> None:
         """The kernel's run, before its first step."""
-        run.begin_contacts(_stop_laws(self.system), _friction_laws(self.system), self.state, self.spacing)
+        law = "newton" if self.system.stops is None else self.system.stops.impact_law
+        laws = _stop_laws(self.system), _friction_laws(self.system)
+        run.begin_contacts(*laws, self.state, self.spacing, list(LAWS).index(law))
+        if self.halts:
+            run.halt_at_contacts()
 
     def take(self, run: Any) -> list[Event]:
         """What was recorded since the last call; the run stands where it stands."""

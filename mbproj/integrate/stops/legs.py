@@ -16,7 +16,7 @@ from mbproj.integrate.events.halts import Watched
 from mbproj.integrate.events.leg import Leg
 from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.integrate.loop.compiled_march import march as march_compiled
-from mbproj.integrate.loop.looks import Looks
+from mbproj.integrate.loop.looks import Looks, Standing
 from mbproj.integrate.loop.march import march
 from mbproj.integrate.loop.stop_watch import StopWatch
 from mbproj.integrate.outcome.marks import Marks
@@ -65,14 +65,21 @@ def chosen(
     inside: Inside | None = None,
 ) -> Iterator[Samples | None]:
     """The same by the methods that `automatic` chooses; by that of the settings on a single step to an event, where
-    nothing is watched, and where the kernel meets events itself."""
-    if automatic is None or watched is None:
+    nothing is watched."""
+    if automatic is None or (watched is None and inside is None):
         return samples_of(variant, state, settings, leg, tally, watched, marks, inside=inside)
 
     def by(method: str, own: Marks, counted: Tally, looks: Looks | None) -> Iterator[Samples | None]:
-        return samples_of(variant, state, replace(settings, integrator=method), leg, counted, watched, own, looks)
+        is_trial = looks is not None and not looks.sampled
+        meets = replace(inside, halts=True) if inside is not None and is_trial else inside
+        of_method = replace(settings, integrator=method)
+        return samples_of(variant, state, of_method, leg, counted, watched, own, looks, meets)
 
-    return automatic.march(FastModes(variant.choice, variant.system), by, leg, tally, marks)
+    def modes(standing: Standing) -> FastModes:
+        there = variant if inside is None else inside.variant(standing.mark["contacts"], standing.state())
+        return FastModes(there.choice, there.system)
+
+    return automatic.march(variant.system, modes, by, leg, tally, marks)
 
 
 @dataclass(frozen=True, eq=False)

@@ -149,6 +149,8 @@ def _inside(
         there = at(size)
         if there.is_below:
             high, which = size, there.worst
+            if first.value[which] > first.slack[which]:
+                return 0.0, high, which
         elif there.value[which] > 0.0:
             return size, high, which
     return None, high, which

@@ -84,8 +84,8 @@ class StopMarch:
         else:
             self._meet(self.state, Meaning())
         while self.state.t < self.whole.end:
-            inside = inside_of(self) if self.automatic is None else None
-            variant = self.variants.of(inside.sliding if inside else self.contacts, self.state)
+            inside = inside_of(self)
+            variant = self.variants.of(inside.laws if inside else self.contacts, self.state)
             try:
                 watched, _ = watched_of(variant, self.push, self.fastest, self.whole.interval)
                 yield from self._leg(variant, self._next_leg(), None if inside else watched, inside)
@@ -292,4 +292,4 @@ def march(
         yield from by(settings.integrator, marks, tally, None)
     else:
         leg = Leg.whole(system, settings, state.t)
-        yield from automatic.march(FastModes(choice, system), by, leg, tally, marks)
+        yield from automatic.march(system, lambda _: FastModes(choice, system), by, leg, tally, marks)

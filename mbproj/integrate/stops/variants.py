@@ -43,6 +43,10 @@ class Variants:
         #: Where each choice was made but the first: a run that goes on makes the same.
         self.chosen_at: dict[Rows, State] = {}
 
+    def anew(self) -> Variants:
+        """Without those that were met, to look at some that are not run."""
+        return Variants(self._by_rows[NO_ROWS], self._system, self._settings)
+
     def of(self, contacts: Contacts, state: State) -> Variant:
         """The one for these contacts. Raises SimulationError where its equations have no unique solution."""
         system = in_contact(self._system, contacts)

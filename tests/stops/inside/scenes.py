@@ -1,4 +1,4 @@
-"""Scenes with rigid stops without friction, which the kernel's loop meets itself."""
+"""Scenes with stops without friction, which the kernel's loop meets itself."""
 
 from __future__ import annotations
 
@@ -196,4 +196,67 @@ forces:
     rigid: true
     restitution: 0
   lift: {{type: force, body: beam, location: [0.2, 0.3, 0], axes: global, force: [0, "30 * sin(4 * t)", 0]}}
+"""
+
+#: A ball falls on a buffer and lies on it; what it sees of the mass of the pendulum below a slider changes with the
+#: pose. A brake rubs along the slider, and a pin beyond the buffer does not give way.
+BUFFERS = """
+mbproj: 1
+gravity: [0, -10, 0]
+simulation: {{duration: 1.4, {steps}, formulation: {formulation}}}
+bodies:
+  slider: {{mass: 2, inertia: [0.1, 0.1, 0.1], position: [0, 0, 0]}}
+  bob: {{mass: 1, inertia: [0.02, 0.02, 0.02], position: [0, -0.5, 0]}}
+joints:
+  guide:
+    type: prismatic
+    bodies: [ground, slider]
+    location: [0, 0, 0]
+    axis: [1, 0, 0]
+    displacement: 0
+    speed: 3
+  pivot:
+    type: revolute
+    bodies: [slider, bob]
+    location: [0, 0, 0]
+    axis: [0, 0, 1]
+    angle: 30 deg
+    limits: {{angle: {{range: [-60 deg, 35 deg], stiffness: 900, damping: 0.4}}}}
+forces:
+  brake: {{type: friction, joint: guide, coulomb: {{force: 2}}}}
+  buffer:
+    type: stop
+    plane: {{body: ground, location: [0.3, 0, 0], normal: [-1, 0, 0]}}
+    point: {{body: slider, location: [0, 0, 0]}}
+    stiffness: 2.0e+3
+    restitution: 0.5
+    exponent: 1.5
+  back:
+    type: stop
+    plane: {{body: ground, location: [-0.02, 0, 0], normal: [1, 0, 0]}}
+    point: {{body: slider, location: [0, 0, 0]}}
+    stiffness: 3.0e+3
+    restitution: 0.8
+  pin:
+    type: stop
+    plane: {{body: ground, location: [0.35, 0, 0], normal: [-1, 0, 0]}}
+    point: {{body: slider, location: [0, 0, 0]}}
+    rigid: true
+    restitution: 0.4
+"""
+
+#: A ball that falls on a soft floor, bounces, and lies there.
+SOFT_BALL = """
+mbproj: 1
+gravity: [0, 0, -10]
+simulation: {{duration: 2, {steps}, formulation: {formulation}}}
+bodies:
+  ball: {{mass: 2, inertia: [0.1, 0.1, 0.1], position: [0, 0, 0.4], velocity: [1, 0, 0]}}
+forces:
+  floor:
+    type: stop
+    plane: {{body: ground, location: [0, 0, 0], normal: [0, 0, 1]}}
+    point: {{body: ball, location: [0, 0, 0.4]}}
+    stiffness: 2.0e+4
+    restitution: 0.4
 """

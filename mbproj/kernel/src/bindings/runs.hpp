@@ -86,7 +86,8 @@ template <int D> void add_run(nb::module_& m, const char* name) {
                  return mark ? saved_mark<D>(*mark) : nb::dict();
              })
         .def("begin_contacts", &begin_contacts<D>, nb::arg("stops"), nb::arg("frictions"), nb::arg("state"),
-             nb::arg("spacing"))
+             nb::arg("spacing"), nb::arg("impact_law"))
+        .def("halt_at_contacts", [](TimeLoop<D>& self) { self.stops().halt(); })
         .def("take_contact_events", &take_contact_events<D>)
         .def_prop_ro("contacts", [](const TimeLoop<D>& self) { return saved_contacts(self.stops().policy().state()); })
         .def_prop_ro("left_over",

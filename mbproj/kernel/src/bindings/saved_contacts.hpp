@@ -1,4 +1,4 @@
-// Contacts of rigid stops as Python's plain data, checked, and back.
+// Contacts of stops as Python's plain data, checked, and back.
 #pragma once
 
 #include <nanobind/stl/pair.h>
@@ -23,6 +23,7 @@ inline nb::dict saved_contacts(const ContactState& state) {
     found["events"] = state.events;
     found["sliding"] = state.sliding;
     found["stuck"] = state.stuck;
+    found["pushing"] = state.pushing;
     return found;
 }
 
@@ -41,6 +42,7 @@ inline ContactState contacts_from(const nb::dict& given, std::size_t coordinates
     };
     state.sliding = numbered("sliding");
     state.stuck = numbered("stuck");
+    state.pushing = numbered("pushing");
     state.push = nb::cast<double>(given["push"]);
     state.fastest = nb::cast<double>(given["fastest"]);
     state.met_at = nb::cast<double>(given["met_at"]);
@@ -51,26 +53,30 @@ inline ContactState contacts_from(const nb::dict& given, std::size_t coordinates
     return state;
 }
 
-// The loop itself does what happens at stops and frictions with these laws: side, restitution, slack and size of each stop; law,
-// bearing, static, sliding, Stribeck speed and size of each friction.
-template <int D> void begin_contacts(TimeLoop<D>& run,
-                                     const std::vector<std::tuple<double, double, double, double>>& stops,
+// Of each stop its side, restitution, slack and size, and if it gives way its law, damping c, and r times the mass that it sees.
+using StopLaws = std::vector<std::tuple<double, double, double, double, int, double, double>>;
+
+// The loop itself does what happens at stops and frictions with these laws; of each friction law, bearing, static, sliding, Stribeck
+// speed and size.
+template <int D> void begin_contacts(TimeLoop<D>& run, const StopLaws& stops,
                                      const std::vector<std::tuple<int, int, double, double, double, double>>& frictions,
-                                     const nb::dict& state, double spacing) {
+                                     const nb::dict& state, double spacing, int impact_law) {
     const Model<D>& model = run.model();
     if (stops.size() + frictions.size() != model.stops.bound.size()) refuse("laws", "do not fit the stops");
     std::vector<StopLaw> of_stops;
-    for (const auto& [side, restitution, slack, size] : stops) of_stops.push_back({side, restitution, slack, size});
+    const std::size_t laws = model.loads ? model.loads->laws.size() : 0;
+    for (const auto& [side, restitution, slack, size, law, damping, gives_by] : stops)
+        of_stops.push_back({side, restitution, slack, size, optional_index(law, laws, "stops"), damping, gives_by});
     std::vector<FrictionLaw> of_frictions;
     for (const auto& [law, bearing, fixed, sliding, stribeck, size] : frictions)
-        of_frictions.push_back({index_below(law, model.loads ? model.loads->laws.size() : 0, "frictions"),
+        of_frictions.push_back({index_below(law, laws, "frictions"),
                                 optional_index(bearing, model.bearings.size(), "frictions"), fixed, sliding, stribeck,
                                 size});
     const ContactState begins = contacts_from(state, model.stops.bound.size());
-    for (const Numbered& each : {begins.sliding, begins.stuck})
-        for (const auto& [k, x] : each) index_below(k, frictions.size(), "frictions");
     require_positive(spacing, "spacing");
-    run.stops().begin(std::move(of_stops), std::move(of_frictions), begins, spacing);
+    const auto impacts = static_cast<ImpactLaw>(index_below(impact_law, 3, "impact_law"));
+    if (!run.stops().begin(std::move(of_stops), std::move(of_frictions), impacts, begins, spacing))
+        refuse("state", "does not fit the laws");
 }
 
 // What was recorded of contacts since the last call.

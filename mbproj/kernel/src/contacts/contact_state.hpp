@@ -1,4 +1,4 @@
-// Contacts of rigid stops as plain data: their laws, which hold, and what is recorded of them.
+// Contacts of stops as plain data: their laws, which hold or push, and what is recorded of them.
 #pragma once
 
 #include <cmath>
@@ -8,9 +8,14 @@
 
 namespace mbproj {
 
-// A rigid stop: its side, its restitution, how far its gap may be below zero, and what gaps are measured against.
+// A stop: its side, its restitution, how far its gap may be below zero, and what gaps are measured against. One that gives way is a
+// law, else -1, and its force depends on the rate by its damping c, or by r = `gives_by` / m, m the mass that it sees.
 struct StopLaw {
     double side, restitution, slack, size;
+    int law = -1;
+    double damping = 0.0, gives_by = 0.0;
+
+    bool is_rigid() const { return law < 0; }
 };
 
 // A dry friction at a joint: the law that it is while it slides, the bearing by whose load it goes, or -1, its static and its
@@ -42,14 +47,14 @@ using Numbered = std::vector<std::pair<int, double>>;
 // What the next step depends on: the stops that hold, how hard they push at most, the fastest motion so far, when something was met
 // last and how often then; what impacts have lost and motions have worked in no time; how many events were recorded;
 // the frictions that slide, and where to, and those that stick, and at which value. Where one sticks at a stop that holds, along
-// one coordinate, both are one row.
+// one coordinate, both are one row. And the stops that give way and push, with what their damping goes by, c or r.
 struct ContactState {
     std::vector<int> held;
     double push = 0.0, fastest = 0.0, met_at = -std::numeric_limits<double>::infinity();
     int met_often = 0;
     double lost = 0.0, work = 0.0;
     long events = 0;
-    Numbered sliding, stuck;
+    Numbered sliding, stuck, pushing;
 };
 
 }  // namespace mbproj

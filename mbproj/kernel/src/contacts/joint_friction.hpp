@@ -24,15 +24,20 @@ public:
         laws_ = std::move(laws);
         stops_ = static_cast<int>(sides.size());
         walls_.begin(std::move(sides), laws_);
-        if (any()) equations_.applied().part.assign(model_.loads->laws.size(), 1.0);
+        auto& part = equations_.applied().part;
+        if (any() && part.empty()) part.assign(model_.loads->laws.size(), 1.0);
     }
     bool any() const { return !laws_.empty(); }
+    bool fits(const ContactState& state) const {
+        const auto is_one = [this](const auto& each) { return each.first < static_cast<int>(laws_.size()); };
+        return std::all_of(state.sliding.begin(), state.sliding.end(), is_one) &&
+               std::all_of(state.stuck.begin(), state.stuck.end(), is_one);
+    }
     const Walls<D>& walls() const { return walls_; }
 
-    // From now on frictions do what this state says, and these rows hold too.
-    void hold(const ContactState& state, std::vector<ContactRow> rows) {
+    // From now on frictions do what this state says; these rows hold and others slide, too.
+    void hold(const ContactState& state, std::vector<ContactRow> rows, std::vector<SlidingRow> slides) {
         release();
-        std::vector<SlidingRow> slides;
         for (const auto& [k, way] : state.sliding) {
             equations_.applied().part[laws_[k].law] = way;
             slides.push_back({stops_ + k, laws_[k].law});

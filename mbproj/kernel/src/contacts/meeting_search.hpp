@@ -53,6 +53,9 @@ public:
                 if (is_below(above)) {
                     high = low, below = above;
                     which = worst(above);
+                    if (!(first[which].value > slack_[which])) continue;
+                    low = 0.0, above = first;
+                    break;
                 } else if (above[which].value > 0.0) {
                     break;
                 }

@@ -1,4 +1,4 @@
-// The motion of the whole mechanism at a state y: how fast, with which energy, and what impulses add to it.
+// The motion of the whole mechanism at a state y: how fast, with which energy, how far from its stops, and what impulses add to it.
 #pragma once
 
 #include "dynamics/equations_of_motion.hpp"
@@ -24,6 +24,14 @@ template <int D> double kinetic_energy(const Model<D>& model, const Eigen::Vecto
         sum += model.bodies[b].mass * part.velocity().squaredNorm() + omega.dot(model.bodies[b].inertia * omega);
     }
     return 0.5 * sum;
+}
+
+// How far a stop on this side is open, with whole turns of the joints' coordinates.
+template <int D>
+double stop_gap(const Model<D>& model, const Pose<D>& pose, const std::vector<long>& turns, int stop, double side) {
+    const int coordinate = model.stops.joint_coordinate[stop];
+    const double whole = coordinate < 0 ? 0.0 : 2.0 * M_PI * static_cast<double>(turns[coordinate]);
+    return side * (Coordinate<D>(model.stops.coordinates, stop, pose).value() + whole - model.stops.bound[stop]);
 }
 
 // The velocities with those that the solver has found for impulses.

@@ -63,6 +63,7 @@ template <int D> struct Applied {
     std::vector<double> lost;      // of laws whose losses are integrated apart, W
     std::vector<double> given;     // by the programs of laws, before any load
     std::vector<double> part;      // of what they give that counts, of each law, or none: all of it
+    std::vector<double> pace;      // by which programs of laws see the rate multiplied, of each law, or none: 1
 
     explicit Applied(const Model<D>& model)
         : force(model.loads ? model.size() + 1 : 0), torque(force.size()), carried(model.bearings.size(), 0.0),
@@ -93,12 +94,14 @@ template <int D> struct Applied {
         if (law.program < 0) return found;
         const Seen now(loads, law, Coordinate<D>(loads.coordinates, l, pose), pose, motion, channels);
         const double load = load_of(law) * now.part * (part.empty() ? 1.0 : part[l]);
-        const Series* variables = channels.variables(now.at, now.speed);
+        const double times = pace.empty() ? 1.0 : pace[l];
+        const Series* variables = channels.variables(now.at, now.speed * times);
         found.value = now.at;
         found.rate = now.rate;
         found.given = load * programs_.value(law.program, variables, held);
         double own[2];
         channels.slopes(programs_, law.program, held, 1, 3, own);
+        own[1] *= times;
         for (double& slope : own) slope = std::isfinite(load * slope) ? load * slope : 0.0;
         found.of_value -= own[0];
         found.of_rate -= own[1];
@@ -163,13 +166,16 @@ template <int D> struct Applied {
             const Series* variables = channels.variables();
             if (l >= 0) {
                 const Coordinate<D> along(model.loads->coordinates, l, pose);
-                variables = channels.variables(value(model.loads->laws[l], along, channels), along.rate(motion));
+                const double times = pace.empty() ? 1.0 : pace[l];
+                variables =
+                    channels.variables(value(model.loads->laws[l], along, channels), along.rate(motion) * times);
             }
             if (curve >= 0) variables = channels.variables(pose.curved(curve));
             const std::size_t first = k;
             programs_.walk(program, variables, branches, [&](int at, const Series& x, const Series& y) {
                 if (k == switches.size() || switches[k].at != at) return;
-                arguments[k++] = programs_.argument(at, branches ? branches[at] : free_branch, x.x, y.x);
+                const bool acts = l < 0 || part.empty() || part[l] != 0.0;
+                arguments[k++] = acts ? programs_.argument(at, branches ? branches[at] : free_branch, x.x, y.x) : 1.0;
             });
             if (k == first) return;
         }
@@ -210,9 +216,10 @@ private:
         const Law& law = loads.laws[l];
         const Coordinate<D> along(loads.coordinates, l, pose);
         const Seen now(loads, law, along, pose, motion, channels);
+        const double times = pace.empty() ? 1.0 : pace[l];
         given[l] = law.program < 0
                        ? 0.0
-                       : now.part * programs_.value(law.program, channels.variables(now.at, now.speed), held);
+                       : now.part * programs_.value(law.program, channels.variables(now.at, now.speed * times), held);
         if (!part.empty()) given[l] *= part[l];
         const double pushed = given[l] * load_of(law);
         const double size = pushed - law.stiffness * (now.at - law.free) - law.damping * now.rate;

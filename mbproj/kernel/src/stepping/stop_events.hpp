@@ -19,17 +19,22 @@ public:
           lambda_(equations.model().all_multipliers()) {}
 
     StopWatch<D>& watch() { return watch_; }
-    // Rigid stops and frictions with these laws are for this loop, not for who drives it.
-    void begin(std::vector<StopLaw> laws, std::vector<FrictionLaw> frictions, ContactState state, double spacing) {
+    // Stops and frictions with these laws are for this loop, not for who drives it. False where the state does not fit them.
+    bool begin(std::vector<StopLaw> laws, std::vector<FrictionLaw> frictions, ImpactLaw impacts, ContactState state,
+               double spacing) {
         spacing_ = spacing;
-        policy_.begin(std::move(laws), std::move(frictions), std::move(state));
+        if (!policy_.begin(std::move(laws), std::move(frictions), impacts, std::move(state))) return false;
         policy_.watch(watch_, spacing_);
+        return true;
     }
     void resume(const ContactState& state) {
         policy_.resume(state);
         policy_.watch(watch_, spacing_);
     }
     bool inside() const { return policy_.any(); }
+    // Whether a run ends before a step that meets something, as one ends that tries a method.
+    bool halts() const { return halts_ || !inside(); }
+    void halt() { halts_ = true; }
     ContactPolicy<D>& policy() { return policy_; }
     const ContactPolicy<D>& policy() const { return policy_; }
     // What was met last, where that is left to who drives the loop; -1 where nothing is.
@@ -50,7 +55,7 @@ public:
         const bool at_end = watch_.met(step, equations_.pose(), equations_.motion(), turns, lambda);
         const auto solve = [&](double x, std::vector<double>& found) { return solve_inside(step, x, found); };
         if (!watch_.gives_way_inside(now_.to.h, equations_.pose(), solve) && !at_end) return watch_.pass(), false;
-        if (!inside()) return true;
+        if (halts()) return true;
         lambda_ = lambda;
         return last_known_ = margins(now_.to.t, now_.y_new, turns, last_), true;
     }
@@ -173,7 +178,7 @@ private:
     MeetingSearch::Margins last_;
     double spacing_ = 1.0;
     int stop_ = -1, left_over_ = -1;
-    bool released_ = false, meeting_ = false, last_known_ = false;
+    bool released_ = false, meeting_ = false, last_known_ = false, halts_ = false;
 };
 
 }  // namespace mbproj

@@ -22,7 +22,8 @@ public:
     // model.
     bool resume(Mark<D> mark) {
         mark_ = std::move(mark);
-        return mark_->contacts.has_value() == stops_.inside() && events().resume(mark_->events);
+        if (mark_->contacts.has_value() != stops_.inside()) return false;
+        return (!mark_->contacts || stops_.policy().fits(*mark_->contacts)) && events().resume(mark_->events);
     }
     const Mark<D>* mark() {  // where a longer run can go on from; null where that is the start
         if (started_ && steps_.fixed()) take_mark();
@@ -157,7 +158,7 @@ private:
         if (!meets_) return true;
         --now_.counters.steps;
         counted_ = counted_before_;
-        if (!stops_.inside()) stop({Status::halted, now_.t});  // where that began
+        if (stops_.halts()) stop({Status::halted, now_.t});  // where that began
         return false;
     }
 

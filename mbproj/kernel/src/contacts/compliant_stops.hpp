@@ -1,0 +1,127 @@
+// Stops that give way: each is a law of the scene that counts while it pushes. Which push, and what ends that. The reference is
+// mbproj.integrate.stops.meeting.
+#pragma once
+
+#include "contacts/contact_state.hpp"
+#include "contacts/stop_watch.hpp"
+#include "contacts/whole_motion.hpp"
+
+namespace mbproj {
+
+template <int D> class CompliantStops final {
+public:
+    using Vector = Eigen::VectorXd;
+
+    explicit CompliantStops(EquationsOfMotion<D>& equations)
+        : equations_(equations), model_(equations.model()), thresholds_(model_.thresholds), border_(model_),
+          slope_(model_.layout.size()) {}
+
+    void begin(const std::vector<StopLaw>& laws) {
+        laws_.clear();
+        for (int k = 0; k < static_cast<int>(laws.size()); ++k)
+            if (!laws[k].is_rigid()) laws_.emplace_back(k, laws[k]);
+        if (laws_.empty()) return;
+        Applied<D>& applied = equations_.applied();
+        if (applied.part.empty()) applied.part.assign(model_.loads->laws.size(), 1.0);
+        applied.pace.assign(model_.loads->laws.size(), 1.0);
+    }
+
+    bool fits(const ContactState& state) const {
+        return std::all_of(state.pushing.begin(), state.pushing.end(), [this](const auto& each) {
+            return std::any_of(laws_.begin(), laws_.end(), [each](const auto& own) {
+                return own.first == each.first && (own.second.gives_by == 0.0 || each.second > 0.0);
+            });
+        });
+    }
+
+    // From now on those push that this state says.
+    void act(const ContactState& state) {
+        Applied<D>& applied = equations_.applied();
+        for (const auto& [k, stop] : laws_) applied.part[stop.law] = 0.0;
+        for (const auto& [k, by] : state.pushing) {
+            const StopLaw& stop = law(k);
+            applied.part[stop.law] = 1.0;
+            applied.pace[stop.law] = stop.gives_by > 0.0 ? 1.0 / std::sqrt(by) : 1.0;
+        }
+    }
+    std::vector<SlidingRow> slides(const ContactState& state) const {
+        std::vector<SlidingRow> found;
+        for (const auto& [k, by] : state.pushing) found.push_back({k, law(k).law});
+        return found;
+    }
+
+    void watch(const ContactState& state, std::vector<WatchedGap>& gaps) const {
+        for (const auto& [k, stop] : laws_)
+            gaps.push_back({k, pushes(state, k) ? -stop.side : stop.side, stop.slack, false, -1, 0.0});
+    }
+    // How hard those push that do, in place of their forces along the coordinates.
+    void turn(const ContactState& state, std::vector<double>& forces) const {
+        for (const auto& [k, by] : state.pushing) forces[k] = std::max(law(k).side * forces[k], 0.0);
+    }
+
+    // At y, of which the pose is in place and factored and the velocities are, with whole turns, where neither rigid stops nor frictions
+    // act: which begin to push, and which end, from here on; what is slower than `own`, in lengths of the mechanism and rad per s, does not move.
+    // False where the equations have no unique solution.
+    bool meet(double t, const Vector& y, const std::vector<long>& turns, double own, ContactState& next,
+              std::vector<ContactEvent>& events) {
+        const Numbered before = next.pushing;
+        for (const auto& [k, by] : before) {
+            const StopLaw& stop = law(k);
+            if (gap(k, stop, turns) < -thresholds_.touching * stop.size || rate(k, stop) < 0.0) continue;
+            next.pushing.erase(std::find_if(next.pushing.begin(), next.pushing.end(),
+                                            [k = k](const auto& each) { return each.first == k; }));
+            events.push_back({t, k, Happening::release, 1, 0.0, 0.0});
+        }
+        for (const auto& [k, stop] : laws_) {
+            const double near = thresholds_.touching * stop.size, open = gap(k, stop, turns);
+            if (open > near ||
+                std::any_of(before.begin(), before.end(), [k = k](auto& each) { return each.first == k; }))
+                continue;
+            border_.hold({{k, stop.side, model_.stops.bound[k]}});
+            if (!border_.factor(equations_.pose(), equations_.solver())) return false;
+            const double speed = rate(k, stop), slow = thresholds_.stop_rests * stop.size * own;
+            double fall = 0.0;
+            if (speed <= slow && !accelerates(y, fall)) return false;
+            if (!(open < -near || (speed <= slow && fall < 0.0) || speed < -slow)) continue;
+            const double by = stop.gives_by > 0.0 ? stop.gives_by * border_.operator_of_rows()(0, 0) : stop.damping;
+            next.pushing.emplace_back(k, by);
+            events.push_back({t, k, Happening::contact, -1, 0.0, 0.0});
+        }
+        act(next);
+        return true;
+    }
+
+private:
+    const StopLaw& law(int number) const {
+        return std::find_if(laws_.begin(), laws_.end(), [number](const auto& each) { return each.first == number; })
+            ->second;
+    }
+    static bool pushes(const ContactState& state, int number) {
+        return std::any_of(state.pushing.begin(), state.pushing.end(),
+                           [number](const auto& each) { return each.first == number; });
+    }
+    double gap(int k, const StopLaw& stop, const std::vector<long>& turns) const {
+        return stop_gap(model_, equations_.pose(), turns, k, stop.side);
+    }
+    double rate(int k, const StopLaw& stop) const {
+        return stop.side * Coordinate<D>(model_.stops.coordinates, k, equations_.pose()).rate(equations_.motion());
+    }
+    // How the gap of the row accelerates.
+    bool accelerates(const Vector& y, double& found) {
+        if (!equations_.slope_at(y.data(), slope_.data())) return false;
+        Vector fall, bend;
+        border_.changes(equations_.solver(), fall);
+        border_.bends(equations_.motion(), bend);
+        found = fall[0] + bend[0];
+        return true;
+    }
+
+    EquationsOfMotion<D>& equations_;
+    const Model<D>& model_;
+    const Thresholds& thresholds_;
+    ContactBorder<D> border_;  // of one of them
+    std::vector<std::pair<int, StopLaw>> laws_;
+    Vector slope_;
+};
+
+}  // namespace mbproj
