@@ -20,100 +20,230 @@ from typing import TYPE_CHECKING, Any
 from mbproj.version import __version__
 
 if TYPE_CHECKING:
-    from mbproj.calls.linear import equilibrium, linearize, modes
+    from mbproj.calls.again import continue_run, rerun
+    from mbproj.calls.batch import Batch, batch
+    from mbproj.calls.check.checked import SceneCheck, check
+    from mbproj.calls.files import compare_results, export, loads
+    from mbproj.calls.linear import equilibria, equilibrium, linearize, modes, traces
+    from mbproj.calls.models import Exported, Imported, export_model, import_model, new, schema
+    from mbproj.calls.paper import paper
     from mbproj.calls.run import run
-    from mbproj.calls.sweep import sweep
+    from mbproj.calls.studies import compare, recommend, stability, threshold, tradeoff, verify
+    from mbproj.calls.sweep import SweepTable, sweep
     from mbproj.dynamics import State, assemble, mobility, unique_components
     from mbproj.errors import InputError, SimulationError
     from mbproj.integrate import Report, simulate
     from mbproj.model import System, compile_system, initial_guess
+    from mbproj.parts import (
+        Belt,
+        Body,
+        Bushing,
+        Coupler,
+        Cylindrical,
+        Differential,
+        Distance,
+        Expectation,
+        Fixed,
+        Force,
+        Friction,
+        Gear,
+        LinearSpringDamper,
+        Marker,
+        Motion,
+        Planar,
+        PointInPlane,
+        PointOnLine,
+        Prismatic,
+        Rack,
+        Revolute,
+        RevoluteSpherical,
+        Screw,
+        Simulation,
+        Spherical,
+        SpringDamper,
+        Stop,
+        Torque,
+        TorsionSpringDamper,
+        Universal,
+    )
     from mbproj.projection import Projection
     from mbproj.projection.plugin import register_projection
     from mbproj.results import Results, ResultsWriter, Trust, Verification, open_results
+    from mbproj.results.views.table import Table
     from mbproj.scene import Scene, read_scene, read_scene_text, settings_to_run
     from mbproj.studies.certify.certified import simulate_certified
-    from mbproj.studies.compare.comparison import Comparison, compare
+    from mbproj.studies.compare.comparison import Comparison
     from mbproj.studies.measure.mechanism import Mechanism
     from mbproj.studies.measure.reference import Reference, reference
     from mbproj.studies.measure.setting import Setting
     from mbproj.studies.measure.solve import Solution, sample_times, solve
-    from mbproj.studies.recommend.recommendation import Recommendation, recommend
-    from mbproj.studies.stability import StabilityMap, stability
+    from mbproj.studies.recommend.recommendation import Recommendation
+    from mbproj.studies.stability import StabilityMap
     from mbproj.studies.threshold.violation import ThresholdStudy, threshold_study
-    from mbproj.studies.tradeoff.front import Tradeoff, tradeoff
-    from mbproj.studies.verify import verify
+    from mbproj.studies.tradeoff.front import Tradeoff
 
 _HOMES = {
-    "mbproj.calls.linear": ("equilibrium", "linearize", "modes"),
+    "mbproj.calls.again": ("continue_run", "rerun"),
+    "mbproj.calls.batch": ("Batch", "batch"),
+    "mbproj.calls.check.checked": ("SceneCheck", "check"),
+    "mbproj.calls.files": ("compare_results", "export", "loads"),
+    "mbproj.calls.linear": ("equilibria", "equilibrium", "linearize", "modes", "traces"),
+    "mbproj.calls.models": ("Exported", "Imported", "export_model", "import_model", "new", "schema"),
+    "mbproj.calls.paper": ("paper",),
     "mbproj.calls.run": ("run",),
-    "mbproj.calls.sweep": ("sweep",),
+    "mbproj.calls.studies": ("compare", "recommend", "stability", "threshold", "tradeoff", "verify"),
+    "mbproj.calls.sweep": ("SweepTable", "sweep"),
     "mbproj.dynamics": ("State", "assemble", "mobility", "unique_components"),
     "mbproj.errors": ("InputError", "SimulationError"),
     "mbproj.integrate": ("Report", "simulate"),
     "mbproj.model": ("System", "compile_system", "initial_guess"),
+    "mbproj.parts": (
+        "Belt",
+        "Body",
+        "Bushing",
+        "Coupler",
+        "Cylindrical",
+        "Differential",
+        "Distance",
+        "Expectation",
+    "Exported",
+        "Fixed",
+        "Force",
+        "Friction",
+        "Gear",
+        "LinearSpringDamper",
+        "Marker",
+        "Motion",
+        "Planar",
+        "PointInPlane",
+        "PointOnLine",
+        "Prismatic",
+        "Rack",
+        "Revolute",
+        "RevoluteSpherical",
+        "Screw",
+        "Simulation",
+        "Spherical",
+        "SpringDamper",
+        "Stop",
+        "Torque",
+        "TorsionSpringDamper",
+        "Universal",
+    ),
     "mbproj.projection": ("Projection",),
     "mbproj.projection.plugin": ("register_projection",),
     "mbproj.results": ("Results", "ResultsWriter", "Trust", "Verification", "open_results"),
+    "mbproj.results.views.table": ("Table",),
     "mbproj.scene": ("Scene", "read_scene", "read_scene_text", "settings_to_run"),
     "mbproj.studies.certify.certified": ("simulate_certified",),
-    "mbproj.studies.compare.comparison": ("Comparison", "compare"),
+    "mbproj.studies.compare.comparison": ("Comparison",),
     "mbproj.studies.measure.mechanism": ("Mechanism",),
-    "mbproj.studies.recommend.recommendation": ("Recommendation", "recommend"),
     "mbproj.studies.measure.reference": ("Reference", "reference"),
     "mbproj.studies.measure.setting": ("Setting",),
     "mbproj.studies.measure.solve": ("Solution", "sample_times", "solve"),
+    "mbproj.studies.recommend.recommendation": ("Recommendation",),
+    "mbproj.studies.stability": ("StabilityMap",),
     "mbproj.studies.threshold.violation": ("ThresholdStudy", "threshold_study"),
-    "mbproj.studies.stability": ("StabilityMap", "stability"),
-    "mbproj.studies.tradeoff.front": ("Tradeoff", "tradeoff"),
-    "mbproj.studies.verify": ("verify",),
+    "mbproj.studies.tradeoff.front": ("Tradeoff",),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
+    "Batch",
+    "Belt",
+    "Body",
+    "Bushing",
     "Comparison",
+    "Coupler",
+    "Cylindrical",
+    "Differential",
+    "Distance",
+    "Expectation",
+    "Exported",
+    "Fixed",
+    "Force",
+    "Friction",
+    "Gear",
+    "Imported",
     "InputError",
+    "LinearSpringDamper",
+    "Marker",
     "Mechanism",
+    "Motion",
+    "Planar",
+    "PointInPlane",
+    "PointOnLine",
+    "Prismatic",
     "Projection",
+    "Rack",
     "Recommendation",
     "Reference",
     "Report",
     "Results",
     "ResultsWriter",
+    "Revolute",
+    "RevoluteSpherical",
     "Scene",
+    "SceneCheck",
+    "Screw",
     "Setting",
+    "Simulation",
     "SimulationError",
     "Solution",
+    "Spherical",
+    "SpringDamper",
     "StabilityMap",
     "State",
+    "Stop",
+    "SweepTable",
     "System",
+    "Table",
     "ThresholdStudy",
+    "Torque",
+    "TorsionSpringDamper",
     "Tradeoff",
     "Trust",
+    "Universal",
     "Verification",
     "__version__",
     "assemble",
+    "batch",
+    "check",
     "compare",
+    "compare_results",
     "compile_system",
+    "continue_run",
+    "equilibria",
     "equilibrium",
+    "export",
+    "export_model",
+    "import_model",
     "initial_guess",
     "linearize",
+    "loads",
     "mobility",
     "modes",
+    "new",
     "open_results",
+    "paper",
     "read_scene",
     "read_scene_text",
     "recommend",
     "reference",
     "register_projection",
+    "rerun",
     "run",
     "sample_times",
+    "schema",
     "settings_to_run",
     "simulate",
     "simulate_certified",
     "solve",
     "stability",
     "sweep",
+    "threshold",
     "threshold_study",
+    "traces",
     "tradeoff",
     "unique_components",
     "verify",

@@ -83,6 +83,9 @@ STOP_TESTS = ("violation", "paper")
 #: Where a run begins: where the scene says, or in the equilibrium that is downhill from there.
 EQUILIBRIUM = "equilibrium"
 STARTS = ("scene", EQUILIBRIUM)
+#: Where a mechanism is linearised: at its start, where it rests, where it turns steadily; or at a time.
+SCENE_START, STEADY = "start", "steady"
+LINEARISED_AT = (SCENE_START, EQUILIBRIUM, STEADY)
 
 
 @dataclass(frozen=True)

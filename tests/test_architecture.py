@@ -48,6 +48,7 @@ MAY_IMPORT = {
     "templates": {"scene"},
     "formats": {"functions", "elements", "joints", "scene", "model", "dynamics", "linear"},
     "guide": set(),
+    "parts": {"functions", "joints", "scene"},
     "studies": {
         "linear",
         "functions",
@@ -62,7 +63,22 @@ MAY_IMPORT = {
         "results",
         "analysis",
     },
-    "calls": {"figures", "outputs", "pages", "scene", "model", "dynamics", "integrate", "linear", "results", "studies"},
+    "calls": {
+        "analysis",
+        "dynamics",
+        "figures",
+        "formats",
+        "integrate",
+        "kernel",
+        "linear",
+        "model",
+        "outputs",
+        "pages",
+        "results",
+        "scene",
+        "studies",
+        "templates",
+    },
     "pages": {"joints", "scene", "model", "dynamics", "results", "analysis"},
     "figures": {"outputs", "results", "analysis", "scene", "pages"},
     "cli": {
@@ -114,6 +130,7 @@ FOLDERS = {
     "linear": ("equilibrium", "state_space"),
     "pages": ("look", "data", "page"),
     "figures": ("pages", "kinds", "sweeps"),
+    "calls": ("check",),
     "cli": ("report", "simulate", "studies", "linear", "commands"),
 }
 #: The kernel's folders: a header includes only headers of its own folder and of those that stand before it.

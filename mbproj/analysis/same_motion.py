@@ -12,6 +12,7 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem
 from mbproj.results import Results
+from mbproj.results.views.table import Table, Tabled
 
 
 @dataclass(frozen=True)
@@ -36,7 +37,7 @@ class QuantityComparison:
 
 
 @dataclass(frozen=True)
-class MotionComparison:
+class MotionComparison(Tabled):
     """Two results, compared at the `samples` times that both have. `counts`: samples of each; `ends`: their last times
     in s, equal to within a sampling interval where `as_long`. `missing`: names that only one of them has, by kind.
     `left_out`: by joint, the components of reactions that are not unique ("Fy Tx"), which are not compared."""
@@ -59,6 +60,32 @@ class MotionComparison:
         """The quantity that differs first; None where none does."""
         apart = [each for each in self.quantities if each.first is not None]
         return min(apart, key=lambda each: each.first.time if each.first else np.inf, default=None)
+
+    @property
+    def table(self) -> Table:
+        """A row a quantity: its largest difference, of what, when, and what is allowed."""
+        return Table.of(
+            {
+                "quantity": each.quantity,
+                "unit": each.unit,
+                "largest": each.largest.difference,
+                "of": each.largest.name,
+                "time": each.largest.time,
+                "allowed": each.allowed,
+                "same": each.first is None,
+            }
+            for each in self.quantities
+        )
+
+    @property
+    def line(self) -> str:
+        """Whether they are the same motion."""
+        parting = self.parting
+        if parting is not None and parting.first is not None:
+            return f"they part at t = {parting.first.time:.6g} s, in {parting.quantity}"
+        return "the same motion" if self.as_long else f"the same motion until t = {min(self.ends):.6g} s"
+
+    __repr__ = Tabled.__repr__
 
 
 def compare_motions(

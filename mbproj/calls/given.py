@@ -3,20 +3,30 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import wraps
+from operator import index
 from pathlib import Path
-from typing import TypeAlias
+from typing import Any, ParamSpec, SupportsFloat, TypeAlias, TypeVar
 
 from mbproj.errors import InputError, Place, Problem
+from mbproj.scene.fields.given import given_number
+from mbproj.scene.fields.quantities import Number
 from mbproj.scene.read import read_scene, read_scene_text
 from mbproj.scene.records import Scene
 from mbproj.scene.settings import with_options
 
 Given: TypeAlias = "Scene | str | Path | Mapping[str, object]"
+#: A number in SI units, or text with a unit: "1 ms".
+Quantity: TypeAlias = "SupportsFloat | str"
+Arguments = ParamSpec("Arguments")
+Result = TypeVar("Result")
 #: Options of the command line in a message, which a caller knows as arguments.
 _OPTION = re.compile(r"--([a-z][a-z-]*)")
+#: Those whose argument has another name.
+_RENAMED = {"from": "low", "to": "high", "limit": "limits", "set": "parameters"}
 
 
 def scene_of(given: Given, parameters: Mapping[str, object], options: Mapping[str, object]) -> Scene:
@@ -54,4 +64,51 @@ def _by_argument(problem: Problem) -> Problem:
 
 
 def _argument(text: str) -> str:
-    return _OPTION.sub(lambda found: found[1].replace("-", "_"), text)
+    return _OPTION.sub(lambda found: _RENAMED.get(found[1], found[1].replace("-", "_")), text)
+
+
+def amount(
+    value: Quantity, argument: str, unit: str | None, *, above: float | None = None, least: float | None = None
+) -> float:
+    """A number of an argument in SI units, above a bound, or at least as large as one. Raises InputError."""
+    return given_number(value, f"--{argument}", Number(unit, above=above, minimum=least))
+
+
+def amounts(values: Sequence[Quantity] | Quantity | None, argument: str, unit: str | None) -> tuple[float, ...] | None:
+    """Positive numbers: a list, an array, one of them, or text as "0.01,5 ms"; None stays None."""
+    if values is None:
+        return None
+    if isinstance(values, str):
+        given: Sequence[Any] = values.split(",")
+    else:
+        given = [*values] if isinstance(values, Iterable) else [values]
+    return tuple(amount(value, argument, unit, above=0.0) for value in given)
+
+
+def count_of(value: int, argument: str, *, least: int = 0) -> int:
+    """A whole number of an argument, also of NumPy. Raises InputError where it is too small, TypeError for no such."""
+    if index(value) < least:
+        raise InputError(Problem(f"it must be at least {least}, found {value}", Place(argument)))
+    return index(value)
+
+
+def names_of(given: str | Sequence[str]) -> tuple[str, ...]:
+    """Words: a list of them, or text as "gopm,gpopm"."""
+    return tuple(part.strip() for part in given.split(",")) if isinstance(given, str) else tuple(map(str, given))
+
+
+def earlier(**names: str) -> Callable[[Callable[Arguments, Result]], Callable[Arguments, Result]]:
+    """Arguments of a function that had other names before, by these names: what was written then works."""
+
+    def renamed(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
+        @wraps(function)
+        def called(*values: Arguments.args, **named: Arguments.kwargs) -> Result:
+            if any(old in named and new in named for old, new in names.items()):
+                old, new = next((old, new) for old, new in names.items() if old in named and new in named)
+                raise TypeError(f"{function.__name__}() got '{new}' and '{old}', which is its earlier name")
+            now: Any = {names.get(name, name): value for name, value in named.items()}
+            return function(*values, **now)
+
+        return called
+
+    return renamed

@@ -3,82 +3,127 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 
-from mbproj.calls.given import Given, by_arguments, scene_of
+from mbproj.calls.given import Given, Quantity, amount, by_arguments, count_of, names_of, scene_of
+from mbproj.calls.places import reference_of, steady_of
 from mbproj.errors import InputError, Place, Problem
 from mbproj.linear import modes as of_modes
 from mbproj.linear.equilibrium import find
 from mbproj.linear.equilibrium.find import Equilibrium
-from mbproj.linear.equilibrium.started import assembled_start, start_state
+from mbproj.linear.equilibrium.started import assembled_start
+from mbproj.linear.equilibrium.steady import refuse_unsteady
 from mbproj.linear.modes import Modes
-from mbproj.linear.reference import Reference, reference_at
 from mbproj.linear.state_space.model import LinearModel, linear_model
-from mbproj.linear.states import state_at
+from mbproj.linear.traces import Trace, trace
 from mbproj.model import compile_system
+from mbproj.registry import SCENE_START
 from mbproj.scene.problem_places import placed_in
 from mbproj.scene.records import Scene
 
 _NOTHING: Mapping[str, object] = {}
-START, REST = "start", "equilibrium"
 
 
-def equilibrium(scene: Given, *, at: float = 0.0, parameters: Mapping[str, object] = _NOTHING) -> Equilibrium:
+def equilibrium(
+    scene: Given, *, at: Quantity = 0.0, steady: str | None = None, parameters: Mapping[str, object] = _NOTHING
+) -> Equilibrium:
     """Where a scene rests, downhill from its start; motions are held where they are at the time `at` in s.
 
-    `scene` and `parameters` are as in `run`. Raises InputError where the scene is wrong, and
-    `mbproj.linear.equilibrium.solve.NoEquilibrium`, a SimulationError, where nothing balances the forces.
+    With `steady`, "A.angle=60rpm", it turns steadily about a joint. `scene` and `parameters` are as in `run`. Raises
+    InputError where the scene is wrong, and `mbproj.linear.equilibrium.solve.NoEquilibrium`, a SimulationError, where
+    nothing balances the forces.
     """
+    return equilibria(scene, at=at, steady=steady, starts=0, parameters=parameters)[0]
+
+
+def equilibria(
+    scene: Given,
+    *,
+    starts: int = 20,
+    at: Quantity = 0.0,
+    steady: str | None = None,
+    parameters: Mapping[str, object] = _NOTHING,
+) -> tuple[Equilibrium, ...]:
+    """The equilibrium, and others that are found from as many other `starts`; the rest is as in `equilibrium`."""
     with by_arguments():
-        what = scene_of(scene, parameters, {})
-        system = compile_system(what)
+        what, time, others = (
+            scene_of(scene, parameters, {}),
+            amount(at, "at", "s", least=0.0),
+            count_of(starts, "starts"),
+        )
         with placed_in(what):
-            return find.equilibrium(system, assembled_start(what, system), float(at))
+            system = compile_system(what)
+            start = assembled_start(what, system)
+            turning, held = steady_of(system, start, steady)
+            found = find.equilibrium(system, start, time, turning, held)
+            if turning is not None:
+                refuse_unsteady(found, turning, held)
+            return (found, *find.others(system, found, others, turning, held))
 
 
 def modes(
-    scene: Given, *, at: float | str = START, count: int | None = None, parameters: Mapping[str, object] = _NOTHING
+    scene: Given,
+    *,
+    at: Quantity = SCENE_START,
+    count: int | None = None,
+    steady: str | None = None,
+    results: str | Path | None = None,
+    parameters: Mapping[str, object] = _NOTHING,
 ) -> Modes:
     """The modes of a scene, the slowest `count` of them: frequencies, damping and shapes of small motions.
 
-    `at` says where: "start", "equilibrium", or a time in s of a run. `scene` and `parameters` are as in `run`.
+    `at` says where: "start", "equilibrium", "steady" (with `steady`, "A.angle=60rpm"), or a time in s, of a run or of
+    the file `results`. `scene` and `parameters` are as in `run`.
     """
     with by_arguments():
-        if count is not None and count < 1:
-            raise InputError(Problem(f"it must be at least 1, found {count}", Place("count")))
-        what = scene_of(scene, parameters, {})
-        with placed_in(what):
-            return of_modes.modes(_reference(what, at), count)
+        few = None if count is None else count_of(count, "count", least=1)
+        return _modes(scene_of(scene, parameters, {}), at, results, steady, few)
+
+
+def traces(
+    scene: Given,
+    name: str,
+    values: Sequence[Quantity],
+    *,
+    at: Quantity = SCENE_START,
+    count: int | None = None,
+    steady: str | None = None,
+    parameters: Mapping[str, object] = _NOTHING,
+) -> Trace:
+    """The modes traced over the `values` of the parameter `name`, as `modes --vary` does; the rest is as in `modes`."""
+    with by_arguments():
+        few = None if count is None else count_of(count, "count", least=1)
+        numbers = [amount(value, "values", None) for value in values]
+        if not numbers:
+            raise InputError(Problem("there are none", Place("values"), "give at least one"))
+
+        def here(value: float) -> Modes:
+            return _modes(scene_of(scene, {**parameters, name: value}, {}), at, None, steady, few)
+
+        return trace(name, numbers, here)[0]
 
 
 def linearize(
     scene: Given,
-    inputs: Sequence[str],
-    outputs: Sequence[str],
+    inputs: str | Sequence[str],
+    outputs: str | Sequence[str],
     *,
-    at: float | str = START,
+    at: Quantity = SCENE_START,
+    steady: str | None = None,
+    results: str | Path | None = None,
     parameters: Mapping[str, object] = _NOTHING,
 ) -> LinearModel:
     """The linear model x' = A x + B u, y = C x + D u of a scene, from `inputs` to `outputs`, named as in the command.
 
-    `at` says where, as in `modes`. Raises InputError for a name that is no input or output.
+    `at`, `steady` and `results` say where, as in `modes`. Raises InputError for a name that is no input or output.
     """
     with by_arguments():
         what = scene_of(scene, parameters, {})
         with placed_in(what):
-            return linear_model(_reference(what, at), _names(inputs), _names(outputs))
+            reference = reference_of(what, compile_system(what), at, results, steady)
+            return linear_model(reference, names_of(inputs), names_of(outputs))
 
 
-def _names(given: Sequence[str]) -> tuple[str, ...]:
-    return (given,) if isinstance(given, str) else tuple(given)
-
-
-def _reference(scene: Scene, at: float | str) -> Reference:
-    """The motion to linearise about. Raises InputError for a word that is no place."""
-    system = compile_system(scene)
-    if at == START:
-        return reference_at(system, start_state(scene, system), START)
-    if at == REST:
-        return find.equilibrium(system, assembled_start(scene, system)).reference
-    if isinstance(at, str):
-        raise InputError(Problem(f"unknown place '{at}'", Place("at"), f"give '{START}', '{REST}' or a time in s"))
-    return reference_at(system, state_at(scene, system, float(at)), f"{float(at):g} s")
+def _modes(scene: Scene, at: Quantity, results: str | Path | None, steady: str | None, count: int | None) -> Modes:
+    with placed_in(scene):
+        return of_modes.modes(reference_of(scene, compile_system(scene), at, results, steady), count)

@@ -8,7 +8,9 @@ import weakref
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
 
 from mbproj.calls.given import Given, by_arguments, scene_of
 from mbproj.dynamics import State, unique_components
@@ -27,9 +29,12 @@ from mbproj.scene.settings import settings_to_run
 
 if TYPE_CHECKING:
     from mbproj.results import Trust
+    from mbproj.results.crash_safety.checkpoint import Checkpoint
     from mbproj.studies.parallel.progress import Tell
 
 _NOTHING: Mapping[str, object] = {}
+#: So many earlier samples are copied at once.
+COPIED = 10_000
 
 
 def run(
@@ -81,17 +86,34 @@ def run(
         if from_equilibrium:
             options["start"] = EQUILIBRIUM
         what = scene_of(scene, parameters, options)
-        wanted = _limits(limits) if certify else None
-        if output is not None:
-            return _recorded(what, Path(output), wanted, progress)
-        folder = Path(tempfile.mkdtemp(prefix="mbproj-"))
-        try:
-            results = _recorded(what, folder / "results.h5", wanted, progress)
-        except BaseException:
-            shutil.rmtree(folder, ignore_errors=True)
-            raise
-        weakref.finalize(results.contents, shutil.rmtree, folder, ignore_errors=True)
-        return results
+        return kept(what, output, _limits(limits) if certify else None, progress)
+
+
+class Earlier(NamedTuple):
+    """The run that a run goes on with: the state that it starts from, and the results to put before its own, if any."""
+
+    checkpoint: Checkpoint
+    results: Results | None
+
+
+def kept(
+    scene: Scene,
+    output: str | Path | None,
+    limits: Sequence[float] | None,
+    progress: Progress | None,
+    earlier: Earlier | None = None,
+) -> Results:
+    """A run in the file `output`, or in a temporary file that is removed with the results."""
+    if output is not None:
+        return _recorded(scene, Path(output), limits, progress, earlier)
+    folder = Path(tempfile.mkdtemp(prefix="mbproj-"))
+    try:
+        results = _recorded(scene, folder / "results.h5", limits, progress, earlier)
+    except BaseException:
+        shutil.rmtree(folder, ignore_errors=True)
+        raise
+    weakref.finalize(results.contents, shutil.rmtree, folder, ignore_errors=True)
+    return results
 
 
 def _limits(limits: Sequence[float]) -> tuple[float, ...]:
@@ -101,14 +123,16 @@ def _limits(limits: Sequence[float]) -> tuple[float, ...]:
     return limits_of(limits)
 
 
-def _recorded(scene: Scene, path: Path, limits: Sequence[float] | None, progress: Progress | None) -> Results:
+def _recorded(
+    scene: Scene, path: Path, limits: Sequence[float] | None, progress: Progress | None, earlier: Earlier | None
+) -> Results:
     """The run in a file at `path`, opened."""
     started, system = perf_counter(), compile_system(scene)
     with placed_in(scene):
         state = start_state(scene, system)
         unique = unique_components(system, state)
         with ResultsWriter(path, scene, system.names.as_mapping(), unique, certified=limits) as recorder:
-            report, _ = record(scene, system, state, recorder, progress, limits)
+            report, _ = record(scene, system, state, recorder, progress, limits, earlier=earlier)
             seconds = perf_counter() - started
             recorder.attributes(summary(str(scene.path or "scene"), str(path), report, total_seconds=seconds))
     return open_own_results(path)
@@ -123,11 +147,13 @@ def record(
     limits: Sequence[float] | None,
     *,
     tell: Tell | None = None,
-    resumed: Mapping[str, Any] = _NOTHING,
+    earlier: Earlier | None = None,
 ) -> tuple[Report, Trust | None]:
-    """Simulates a scene from a state, or goes on from where a run was `resumed`, into a results file; with its
-    certificate for these limits in m, if any, on which `tell` says how far it is."""
-    settings = settings_to_run(scene)
+    """Simulates a scene from a state, or goes on with an `earlier` run, into a results file; with its certificate for
+    these limits in m, if any, on which `tell` says how far it is."""
+    settings, resumed = settings_to_run(scene), {} if earlier is None else earlier.checkpoint.state
+    if earlier is not None and earlier.results is not None:
+        _copy(earlier.results, recorder, until=float(resumed.get("t", "-inf")))
     if limits is None:
         return simulate(system, state, settings, recorder, progress, keep=recorder.keep, resumed=resumed), None
     from mbproj.studies.certify.certified import simulate_certified
@@ -136,3 +162,13 @@ def record(
 
     mechanism = Mechanism(scene, system, state)
     return simulate_certified(mechanism, settings, recorder, progress, limits, tell or silent, recorder.keep)
+
+
+def _copy(results: Results, recorder: ResultsWriter, until: float) -> None:
+    """The samples up to some time."""
+    count = int(np.searchsorted(results.time, until, side="right"))
+    for first in range(0, count, COPIED):
+        rows = slice(first, min(first + COPIED, count))
+        shapes = {dataset: (None, *results.shape(dataset.path)[1:]) for dataset in results.datasets}
+        read = results.contents.array
+        recorder.write({each.path: read(each.path, shape, each.dtype, rows) for each, shape in shapes.items()})

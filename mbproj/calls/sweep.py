@@ -3,58 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from html import escape
 from pathlib import Path
-from typing import Any, final
-
-import numpy as np
-import numpy.typing as npt
+from typing import final
 
 from mbproj.calls.given import by_arguments
 from mbproj.dataclass import dataclass
 from mbproj.outputs import check_replaceable
-from mbproj.results.views.frames import needed
-from mbproj.scene.text.suggestions import choose_from
+from mbproj.results.views.table import Table
 from mbproj.studies.sweep import arrays, summary
 from mbproj.studies.sweep.folder import OTHER, Folder
 from mbproj.studies.sweep.run import Progress, run_sweep
 from mbproj.studies.sweep.spec import read_spec
 
-#: Rows that a notebook shows.
-SHOWN = 20
-
 
 @final
 @dataclass(frozen=True)
-class SweepTable:
-    """A row a case: `headings` as in summary.csv, `rows` with None where a case has no number. `progress` says how many
-    were computed, known from before, and have failed; `folder` is where they are kept."""
+class SweepTable(Table):
+    """A row a case, with the headings of summary.csv. `progress` says how many were computed, known from before, and
+    have failed; `folder` is where they are kept."""
 
-    headings: tuple[str, ...]
-    rows: tuple[tuple[Any, ...], ...]
     progress: Progress
     folder: Path
 
-    def __getitem__(self, heading: str) -> npt.NDArray[Any]:
-        """The column with this heading, its unit left out or not; NaN where a case has no number. Raises KeyError with
-        the nearest."""
-        known = {name.partition(" (")[0]: k for k, name in enumerate(self.headings)}
-        known.update({name: k for k, name in enumerate(self.headings)})
-        if heading not in known:
-            raise KeyError(f"the table has no column '{heading}'; {choose_from(heading, known)}")
-        values = [row[known[heading]] for row in self.rows]
-        is_text = any(isinstance(value, str) for value in values)
-        return np.array(values, dtype=object) if is_text else np.array(values, dtype=float)
-
-    def to_pandas(self) -> Any:
-        """A DataFrame. Raises ImportError where pandas is not installed."""
-        return needed("pandas").DataFrame(list(self.rows), columns=list(self.headings))
-
-    def _repr_html_(self) -> str:
-        head = "".join(f"<th>{escape(name)}</th>" for name in self.headings)
-        body = "".join(f"<tr>{''.join(map(_cell, row))}</tr>" for row in self.rows[:SHOWN])
-        more = f"<caption>the first {SHOWN} of {len(self.rows)} cases</caption>" if len(self.rows) > SHOWN else ""
-        return f"<table>{more}<tr>{head}</tr>{body}</table>"
+    __repr__ = Table.__repr__
 
 
 def sweep(
@@ -95,8 +66,3 @@ def sweep(
             arrays.write_arrays(what, folder, force)
             rows = tuple(map(tuple, summary.cells(what, folder)))
     return SweepTable(tuple(summary.headings(what)), rows, reached, folder.path)
-
-
-def _cell(value: object) -> str:
-    shown = "" if value is None else f"{value:g}" if isinstance(value, float) else escape(str(value))
-    return f"<td>{shown}</td>"

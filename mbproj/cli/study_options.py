@@ -62,7 +62,7 @@ jobs = option(
 
 
 def workplace(command: Command) -> Command:
-    """The options --jobs, --scheduler and --scheduler-file, which `where` makes one of."""
+    """The options --jobs, --scheduler and --scheduler-file, which `where_of` makes one of."""
     command = option(
         Part.EFFORT,
         "--scheduler-file",
@@ -76,25 +76,10 @@ def workplace(command: Command) -> Command:
     return jobs(command)
 
 
-def where(jobs: int | None, scheduler: str | None, scheduler_file: Path | None) -> Where:
-    """Where the work is done. Raises InputError where two of them are given, or no cluster is there."""
-    from mbproj.errors import InputError, Place, Problem
-    from mbproj.studies.parallel.client import Cluster, connected
-
-    given = [name for name, value in (("--jobs", jobs), ("--scheduler", scheduler)) if value is not None]
-    given += [] if scheduler_file is None else ["--scheduler-file"]
-    if len(given) > 1:
-        what = f"'{given[0]}' and '{given[1]}' exclude each other"
-        raise InputError(Problem(what, Place(given[1]), "a cluster has its own workers"))
-    if scheduler is None and scheduler_file is None:
-        return jobs
-    cluster = Cluster(scheduler or "", scheduler_file)
-    with connected(cluster):  # before the work begins
-        return cluster
-
-
 def where_of(options: dict[str, Any]) -> Where:
-    """The same, taken out of a command's other options."""
+    """Where the work is done, taken out of a command's other options."""
+    from mbproj.studies.parallel.client import workplace as where
+
     return where(options.pop("jobs"), options.pop("scheduler"), options.pop("scheduler_file"))
 
 

@@ -3,6 +3,7 @@ elements, and energies."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -21,6 +22,7 @@ from mbproj.linear.sparse_modes import sparse_eigen
 from mbproj.model.forces import Forces
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.model.system import System
+from mbproj.results.views.table import Table, Tabled
 from mbproj.thresholds import THRESHOLDS
 
 #: What keeps potential energy beside the forces: weight, where there is any, and forces that turn with their bodies.
@@ -30,7 +32,7 @@ REST = "gravity and what names channels"
 
 
 @dataclass(frozen=True, eq=False)
-class Modes:
+class Modes(Tabled):
     """k modes, the slowest first: eigenvalues λ (k,) in 1/s, one of each conjugate pair, those of neutral directions 0;
     `shapes` (k, n, 6): the shift and small turn of each carrier in global axes, as large as the mechanism's length or
     1 rad; `coordinates` (k, nc): what the joint coordinates do. `states` (k, K): what the states of elements do, as
@@ -67,10 +69,48 @@ class Modes:
         """Whether states of elements take most part in a mode."""
         return bool(self.state_share[mode].sum() > 0.5)
 
+    def name(self, mode: int) -> str:
+        """What moves most in a mode, by kinetic energy, and what gives way most: "wheel 91 %, spring tyre 83 %"; or the
+        states of elements that take most part in it."""
+        names, of_states = [f"state {name}" for name in self.reference.system.names.states], self.is_of_states(mode)
+        moving = (
+            _largest(names, self.state_share[mode]) if of_states else _largest(self.kinetic_names, self.kinetic[mode])
+        )
+        if self.eigenvalues[mode] == 0.0:
+            return f"neutral: {moving}"
+        gives_way = self.strain[mode].any() and not of_states
+        return f"{moving}; {_largest(self.strain_names, self.strain[mode])}" if gives_way else moving
+
+    @property
+    def table(self) -> Table:
+        """A row a mode, the slowest first."""
+        values = (self.frequencies.tolist(), self.damping_ratios.tolist(), self.eigenvalues.real.tolist())
+        names = map(self.name, range(len(self.eigenvalues)))
+        headings = ("frequency (Hz)", "damping ratio", "growth rate (1/s)", "moves")
+        return Table(("mode", *headings), tuple(zip(range(1, 1 + len(values[0])), *values, names, strict=True)))
+
+    @property
+    def line(self) -> str:
+        """How free, and where."""
+        return f"{self.freedom} degrees of freedom, {self.reference.words}"
+
+    __repr__ = Tabled.__repr__
+
     def slowest(self, count: int) -> Modes:
         """The first so many."""
         parts = ("eigenvalues", "shapes", "coordinates", "states", "state_share", "kinetic", "strain")
         return replace(self, **{name: getattr(self, name)[:count] for name in parts})
+
+
+def _largest(names: Sequence[str], shares: Array) -> str:
+    return ", ".join(f"{names[index]} {100.0 * shares[index]:.0f} %" for index in leading(shares))
+
+
+def leading(shares: Array) -> list[int]:
+    """The largest share, and the next where it is hardly smaller."""
+    order = np.argsort(-shares, kind="stable").tolist()
+    least = THRESHOLDS.told_in_name * shares[order[0]]
+    return [index for index in order[:2] if shares[index] >= least and shares[index] > 0.0]
 
 
 def modes(reference: Reference, count: int | None = None) -> Modes:

@@ -56,6 +56,11 @@ class Reference:
         """Whether nothing moves, nor the axes."""
         return not (self.moves or np.any(self.turning))
 
+    @property
+    def words(self) -> str:
+        """Where it is: "at start", "at t = 0.5 s"."""
+        return f"at {self.where}" if self.where.isalpha() else f"at t = {self.motion.t:.6g} s"
+
 
 def reference_at(system: System, state: State, where: str) -> Reference:
     """The motion through a consistent state: the accelerations and multipliers are those of the equations of motion."""

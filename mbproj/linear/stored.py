@@ -8,7 +8,7 @@ from mbproj.arrays import Array, Numbers
 from mbproj.dynamics.equations.kinematics import attached
 from mbproj.linear.modes import Modes
 from mbproj.linear.traces import Trace
-from mbproj.linear.words import name_of, notes_on
+from mbproj.linear.words import notes_on
 from mbproj.model.euler_parameters import product
 from mbproj.results.linear.modes_file import StoredModes
 
@@ -24,7 +24,7 @@ def stored(modes: Modes, title: str, trace: Trace | None = None) -> StoredModes:
         coordinates=names.coordinates,
         coordinate_units=names.coordinate_units,
         coordinate=motion.expected,
-        names=[name_of(modes, mode) for mode in range(len(modes.eigenvalues))],
+        names=[modes.name(mode) for mode in range(len(modes.eigenvalues))],
         eigenvalue=modes.eigenvalues,
         frequency=modes.frequencies,
         damping_ratio=modes.damping_ratios,

@@ -1,4 +1,4 @@
-"""What is said of modes: a name for each, by what moves and what gives way, and notes on where they are taken."""
+"""What is said of modes: which states take part, and notes on where they are taken."""
 
 from __future__ import annotations
 
@@ -6,10 +6,9 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from mbproj.arrays import Array
 from mbproj.dynamics.derivatives.law_derivatives import channel_slopes, state_slopes
 from mbproj.dynamics.equations.forces import state_rates
-from mbproj.linear.modes import Modes
+from mbproj.linear.modes import Modes, leading
 from mbproj.linear.reference import Reference
 from mbproj.thresholds import THRESHOLDS
 
@@ -19,34 +18,10 @@ MOST_HELD = 8
 COORDINATES = "shifts and turns of the bodies on the tangent space, which turns along the motion as little as it can"
 
 
-def name_of(modes: Modes, mode: int) -> str:
-    """What moves most in a mode, by kinetic energy, and what gives way most: "wheel 91 %, spring tyre 83 %"; or the
-    states of elements that take most part in it."""
-    names, of_states = [f"state {name}" for name in modes.reference.system.names.states], modes.is_of_states(mode)
-    moving = (
-        _largest(names, modes.state_share[mode]) if of_states else _largest(modes.kinetic_names, modes.kinetic[mode])
-    )
-    if modes.eigenvalues[mode] == 0.0:
-        return f"neutral: {moving}"
-    gives_way = modes.strain[mode].any() and not of_states
-    return f"{moving}; {_largest(modes.strain_names, modes.strain[mode])}" if gives_way else moving
-
-
 def states_in(modes: Modes, mode: int) -> str:
     """The states of elements that take most part in a mode: "state 'current'"."""
     names, share = modes.reference.system.names.states, modes.state_share[mode]
-    return " and ".join(f"state '{names[index]}'" for index in _leading(share))
-
-
-def _largest(names: Sequence[str], shares: Array) -> str:
-    return ", ".join(f"{names[index]} {100.0 * shares[index]:.0f} %" for index in _leading(shares))
-
-
-def _leading(shares: Array) -> list[int]:
-    """The largest share, and the next where it is hardly smaller."""
-    order = np.argsort(-shares, kind="stable").tolist()
-    least = THRESHOLDS.told_in_name * shares[order[0]]
-    return [index for index in order[:2] if shares[index] >= least and shares[index] > 0.0]
+    return " and ".join(f"state '{names[index]}'" for index in leading(share))
 
 
 def notes_on(modes: Modes) -> list[str]:

@@ -22,6 +22,7 @@ from mbproj.results.file.opening import open_rehearsed
 from mbproj.results.files import part_path
 from mbproj.results.layout import FORMAT
 from mbproj.results.provenance import create_text
+from mbproj.results.views.table import Table, Tabled
 from mbproj.scene.records import Scene
 from mbproj.version import __version__
 
@@ -60,7 +61,7 @@ class Check:
 
 
 @dataclass(frozen=True)
-class Verification:
+class Verification(Tabled):
     """All checks of a mechanism, the formulation that its runs take, and the version of mbproj that made them."""
 
     checks: tuple[Check, ...]
@@ -75,6 +76,19 @@ class Verification:
     def holds(self) -> bool:
         """Whether none has failed."""
         return not self.of(FAILED)
+
+    @property
+    def table(self) -> Table:
+        """A row a check."""
+        return Table.of((asdict(check) for check in self.checks), "name", "claim", "measured", "allowed", "verdict")
+
+    @property
+    def line(self) -> str:
+        """How many checks ended how."""
+        told = (f"{len(self.of(verdict))} {verdict}" for verdict in (PASSED, FAILED, DOES_NOT_APPLY))
+        return f"{', '.join(told)}; {self.formulation} formulation"
+
+    __repr__ = Tabled.__repr__
 
 
 def store(path: Path, scene: Scene, verification: Verification) -> None:

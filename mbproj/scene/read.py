@@ -21,7 +21,7 @@ from mbproj.scene.settings import Merged, check_settings, flatten, merge, read_o
 from mbproj.scene.text.changes import Change, changed
 from mbproj.scene.text.document import compose
 from mbproj.scene.text.kept import Kept
-from mbproj.scene.text.nodes import MappingNode, ScalarNode, as_mapping, block, describe, flow, from_value
+from mbproj.scene.text.nodes import MappingNode, ScalarNode, as_mapping, describe, document, flow, from_value, mapping
 from mbproj.scene.text.source import MAX_BYTES, read_text
 
 #: The blocks whose items other items name.
@@ -54,7 +54,7 @@ def read_scene_text(
     if not isinstance(name, str):
         raise TypeError("the second argument is what messages call the text: give parameters={...} by its name")
     if isinstance(text, Mapping):
-        text = block(text)
+        text = document(mapping(text))
     if len(text) > MAX_BYTES:
         raise InputError(Problem(f"the text is longer than {MAX_BYTES // 1_000_000} million characters", Place(name)))
     return _taken_apart(text.removeprefix("\ufeff"), name, None).scene(parameters, simulation)

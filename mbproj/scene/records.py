@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import field
 from importlib import import_module
 from pathlib import Path
@@ -265,6 +265,25 @@ class Scene:
             if path[:length] in self.places:
                 return self.places[path[:length]]
         return None
+
+    @staticmethod
+    def build(
+        *,
+        bodies: Mapping[str, object],
+        gravity: Sequence[object],
+        joints: Mapping[str, object] | None = None,
+        forces: Mapping[str, object] | None = None,
+        motions: Mapping[str, object] | None = None,
+        markers: Mapping[str, object] | None = None,
+        expect: Mapping[str, object] | None = None,
+        parameters: Mapping[str, object] | None = None,
+        simulation: Mapping[str, object] | None = None,
+        title: str | None = None,
+    ) -> Scene:
+        """The scene of these blocks, each of items by name: `mbproj.Body(...)` and others, or mappings. Numbers may be
+        of NumPy, text with a unit, expressions. Raises InputError, whose problems name the arguments."""
+        built: Scene = import_module("mbproj.parts.build").build(locals())
+        return built
 
     def with_(self, changes: Mapping[str, object] = MappingProxyType({}), /, **named: object) -> Scene:
         """The scene with other parameters, or values by their paths: `scene.with_(**{"bodies.bar3.mass": 2})`. Settings

@@ -15,7 +15,7 @@ from mbproj.linear.modes import modes
 from mbproj.linear.reduction import projected
 from mbproj.linear.reference import reference_at
 from mbproj.linear.state_space.model import linear_model
-from mbproj.linear.words import name_of, notes_on
+from mbproj.linear.words import notes_on
 from tests.model.driven_pendulum import RATES, driven
 
 #: Of the current, where the angle is held at 1 rad, and of the integral: 2 i = m g l sin 1, and 30 ∫e = 0.8 i.
@@ -53,8 +53,8 @@ def test_its_modes_are_those_of_its_own_equations():
     exact = exact[exact.imag >= 0.0]
     np.testing.assert_allclose(found.eigenvalues, [0.0, *exact[np.argsort(np.abs(exact))]], rtol=1e-9, atol=1e-12)
     assert found.eigenvalues[-1] == pytest.approx(FASTEST)
-    assert name_of(found, 3) == "state x.current 91 %"
-    assert name_of(found, 1).startswith("state x.integral")
+    assert found.name(3) == "state x.current 91 %"
+    assert found.name(1).startswith("state x.integral")
     model = linear_model(reference, ["pin.angle"], ["pin.angle"])
     assert model.states[-3:] == ("x.current", "x.integral", "x.filtered")
     ordered = np.sort_complex(np.linalg.eigvals(model.A))

@@ -19,7 +19,7 @@ from mbproj.linear.modes import modes
 from mbproj.linear.reference import reference_at
 from mbproj.linear.state_space.model import linear_model
 from mbproj.linear.stored import stored
-from mbproj.linear.words import name_of, notes_on
+from mbproj.linear.words import notes_on
 from mbproj.results import open_results
 from mbproj.results.linear.modes_file import read_modes, write_modes
 from mbproj.thresholds import THRESHOLDS
@@ -53,7 +53,7 @@ def at_start(texts, **own):
 def test_modes_have_the_eigenvalues_of_states_with_their_names():
     found = modes(at_start(VIBRATES, start=(0.0, 0.0)))
     np.testing.assert_allclose(found.eigenvalues, [SWINGS, RINGS], rtol=1e-12)
-    assert [name_of(found, mode) for mode in (0, 1)] == [
+    assert [found.name(mode) for mode in (0, 1)] == [
         "rod 100 %; gravity and preload 100 %",
         "state lag.x 50 %, state lag.z 50 %",
     ]
@@ -67,7 +67,7 @@ def test_modes_have_the_eigenvalues_of_states_with_their_names():
 def test_a_state_that_nothing_changes_is_neutral():
     found = modes(at_start(("0*x", "x - z"), start=(0.0, 0.0)))
     assert found.eigenvalues[0] == 0.0
-    assert name_of(found, 0) == "neutral: state lag.x 100 %"
+    assert found.name(0) == "neutral: state lag.x 100 %"
 
 
 def test_states_that_change_are_noted():

@@ -11,13 +11,10 @@ import click
 from mbproj.cli.completion import File
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.scene_options import overrides, parameters, scene_options
-from mbproj.errors import ExitCode, InputError, Problem, SimulationError
+from mbproj.errors import ExitCode
 from mbproj.joints import COORDINATE_UNITS, INERTIA_UNITS, JOINTS
 
 if TYPE_CHECKING:
-    from mbproj.dynamics import Mobility, State
-    from mbproj.integrate.formulations.choice import Choice
-    from mbproj.integrate.stops.resting import RubsAtStart
     from mbproj.model import System
     from mbproj.scene import Scene
     from mbproj.scene.records import Body, Joint
@@ -47,119 +44,30 @@ def command(scene: str, settings: tuple[str, ...], picture: Path | None, as_json
     """
     import json
 
-    from mbproj.cli.report import fast_forces
-    from mbproj.cli.report.diagnosis import diagnose
-    from mbproj.cli.report.notes import notes_on, show_notes
+    from mbproj.calls.check import fast_forces
+    from mbproj.calls.check.checked import assembled, checked
+    from mbproj.cli.report.notes import show_notes
     from mbproj.cli.start_picture import draw_start
-    from mbproj.dynamics import mobility
-    from mbproj.dynamics.assembly.assemble import moved_from_scene
-    from mbproj.dynamics.contact.driven import refuse_driven_beyond
-    from mbproj.dynamics.equations.constraint_equations import constraint_at, constraint_velocity_at
-    from mbproj.dynamics.equations.kinematics import pose_of
-    from mbproj.dynamics.friction.shared import refuse_shared_loads
-    from mbproj.integrate.formulations.choice import choose
-    from mbproj.integrate.formulations.full import FullFormulation
-    from mbproj.integrate.stiff.fast_forces import fastest_at, stable_steps
-    from mbproj.integrate.stops.resting import frictions_at_start
-    from mbproj.integrate.stops.start import gaps_at_start, refuse_penetration
-    from mbproj.linear.equilibrium.started import start_state
-    from mbproj.model import compile_system
+    from mbproj.integrate.stiff.fast_forces import stable_steps
     from mbproj.scene import read_scene
-    from mbproj.scene.meshes import meshes_of
-    from mbproj.scene.problem_places import placed, placed_in
 
     what = read_scene(scene, parameters(settings), overrides(options))
-    meshes_of(what)  # a run records them
-    system = compile_system(what)
-    state = start_state(what, system)
+    system, state = assembled(what)
     if picture is not None:
         draw_start(picture, what, system, state)
-    with placed_in(what):
-        refuse_penetration(system, state, what.settings.start)
-        refuse_driven_beyond(system, state.t, state.t + (what.settings.duration or 0.0))
-        refuse_shared_loads(system, state)
-    choice, problems = None, []
-    try:
-        choice = choose(system, state, what.settings)
-        if choice.name == "full":
-            FullFormulation.of(system, state, what.settings)
-    except InputError as error:
-        problems = [placed(problem, what) for problem in error.problems]
-    diagnosis = diagnose(system, state)
-    problems = diagnosis.problems(system, runs=choice is not None) or problems
-    rubs: dict[str, RubsAtStart] = {}
-    try:
-        rubs = {} if problems else frictions_at_start(system, state)
-    except SimulationError as error:
-        problems = [Problem(f"{error.where}: {error.cause}" if error.where else error.cause, hint=error.hint or "")]
-    fast = [] if choice is None else fastest_at(choice, system, state)
-    steps = stable_steps(fast)
-    # A dense decomposition of a loop of hundreds of bodies would take minutes.
-    ranks = None if diagnosis.redundancy.left_out else mobility(system, pose_of(state.q))
-    facts = {
-        "scene": scene,
-        "title": what.title,
-        "coordinates": 7 * system.bodies,
-        "constraints": system.constraints,
-        "rank": None if ranks is None else ranks.rank,
-        "degrees_of_freedom": _degrees_of_freedom(ranks, choice),
-        "formulation": None if choice is None else choice.name,
-        "formulation_why": None if choice is None else choice.why,
-        "elimination": None if choice is None else choice.elimination,
-        "position_violation": float(abs(constraint_at(system, state.q)).max()),
-        "velocity_violation": float(abs(constraint_velocity_at(system, state.q, state.v)).max()),
-        "moved_by": moved_from_scene(what, system, state.q),
-        "coordinates_at_start": _coordinates(system, state),
-        "stops_at_start": gaps_at_start(system, state),
-        "frictions_at_start": rubs,
-        **diagnosis.facts(),
-        **fast_forces.facts(fast, steps),
-        "expectations": [each.name for each in what.expectations],
-        "can_run": not problems,
-        "problems": [_problem(problem) for problem in problems],
-        "notes": [_problem(note) for note in notes_on(what)],
-    }
+    found = checked(what, system, state)
+    facts = {"scene": scene, **found.facts}
     if as_json:
         click.echo(json.dumps(facts))
     else:
         *start, verdict = _start(what, facts)
-        stiff = fast_forces.lines(fast, steps)
-        lines = [*_sizes(what, system, facts), *diagnosis.lines(), *start, *stiff, verdict]
+        stiff = fast_forces.lines(found.fast, stable_steps(found.fast))
+        lines = [*_sizes(what, system, facts), *found.diagnosis.lines(), *start, *stiff, verdict]
         click.echo("\n".join([what.title or Path(scene).stem, *lines]))
         show_notes(what)
-        for problem in problems:
+        for problem in found.problems:
             click.echo(str(problem), err=True)
-    return int(ExitCode.CHECK_FAILED if problems else ExitCode.DONE)
-
-
-def _degrees_of_freedom(ranks: Mobility | None, choice: Choice | None) -> int | None:
-    """The degrees of freedom from the rank, or from the kernel where the rank is not computed; None where neither is
-    known."""
-    if ranks is not None:
-        return ranks.degrees_of_freedom
-    return None if choice is None else choice.degrees_of_freedom
-
-
-def _problem(problem: Problem) -> dict[str, Any]:
-    """A problem for a program to read."""
-    place = problem.place
-    where = {} if place is None else {"file": place.file, "line": place.line, "column": place.column}
-    return {"message": problem.message, "hint": problem.hint, **where}
-
-
-def _coordinates(system: System, state: State) -> dict[str, dict[str, Any]]:
-    """The joints' coordinates and their speeds at the start, by name."""
-    from math import pi
-
-    from mbproj.dynamics.assembly.assemble import coordinates
-
-    values, speeds = coordinates(system, state.q, state.v)
-    values = values + 2.0 * pi * state.turns
-    units, names = system.names.coordinate_units, system.names.coordinates
-    return {
-        name: {"value": float(value), "speed": float(speed), "unit": unit}
-        for name, unit, value, speed in zip(names, units, values, speeds, strict=True)
-    }
+    return int(ExitCode.DONE if found.can_run else ExitCode.CHECK_FAILED)
 
 
 def _joint(joint: Joint, carried_out: bool) -> str:

@@ -69,20 +69,10 @@ def command(first: Path, second: Path, tolerance: str, absolute: tuple[str, ...]
 
 def _limit(text: str) -> tuple[str, float]:
     """QUANTITY=VALUE, the value in the unit of the quantity."""
-    from mbproj.analysis.shared import COMPARED
-    from mbproj.errors import InputError, Place, Problem
-    from mbproj.scene.fields.given import given_number
-    from mbproj.scene.fields.quantities import Number
-    from mbproj.scene.text.suggestions import choose_from
+    from mbproj.calls.files import allowed
 
     name, _, value = text.partition("=")
-    units = {dataset.path: dataset.unit for dataset in COMPARED}
-    if name not in units:
-        hint = choose_from(name, units, "quantities")
-        raise InputError(Problem(f"'{text}' does not begin with a quantity and '='", Place("--absolute"), hint))
-    own = "rad" if name == "bodies/orientation" else units[name]
-    unit = None if " or " in own else own.replace(" ", "*")
-    return name, given_number(value, "--absolute", Number(unit, above=0.0))
+    return name, allowed(name, value)
 
 
 def _lines(found: MotionComparison, first: Path, second: Path) -> Iterator[str]:

@@ -10,9 +10,7 @@ from mbproj.cli.completion import Folder, results_file
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.study_options import force as force_option
 from mbproj.errors import ExitCode, InputError, Problem
-from mbproj.scene.text.suggestions import choose_from
 
-OTHER_DIRECTORY = "choose another directory with -o"
 EXAMPLES = (
     ("Write every table.", "mbproj export results.h5 -o tables"),
     ("Write the largest loads for a report in LaTeX.", "mbproj export results.h5 --table loads --format latex"),
@@ -95,34 +93,14 @@ def _tables(
     results: Path, folder: Path, chosen: tuple[str, ...], file_format: str, only_list: bool, force: bool
 ) -> None:
     from mbproj.analysis.tables import tables
-    from mbproj.figures.labels import stem
-    from mbproj.outputs import check_replaceable, csv, latex, make_folder, write_csv, write_latex
+    from mbproj.calls.files import named, written
     from mbproj.results import open_results
 
     with open_results(results) as opened:
-        found, first = {table.name: table for table in tables(opened)}, stem(opened)
-        for name in chosen:
-            if name not in found:
-                raise InputError(Problem(f"there is no table '{name}'", hint=choose_from(name, found)))
-        names = list(chosen or found)
         if only_list:
-            click.echo("\n".join(names))
+            found = {table.name: table for table in tables(opened)}
+            click.echo("\n".join([named(found, name) for name in chosen] or found))
             return
-        make_folder(folder, OTHER_DIRECTORY)
-        is_csv = file_format == "csv"
-        ending = "csv" if is_csv else "tex"
-        files = {folder / _file_name(f"{first}-{name}.{ending}"): found[name] for name in names}
-        for path, table in files.items():  # all or none
-            kind = csv(table.headings) if is_csv else latex()
-            check_replaceable(path, kind, force=force, hint=OTHER_DIRECTORY)
-        write, form = (write_csv, ".17g") if is_csv else (write_latex, ".6g")
-        for path, table in files.items():
-            click.echo(write(path, table.headings, table.rows(), form=form, force=force, hint=OTHER_DIRECTORY))
-
-
-def _file_name(name: str) -> str:
-    """The name, which comes from a file that anybody may have written, where it is that of a file and no path."""
-    if set(name) & {"/", "\\", "\0"}:
-        problem = Problem(f"'{name}' cannot name a file", hint="the results were changed after mbproj wrote them")
-        raise InputError(problem)
-    return name
+        files = written(opened, folder, chosen, file_format, force=force)
+    for path in files.values():
+        click.echo(path)

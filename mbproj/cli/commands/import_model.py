@@ -75,19 +75,15 @@ def command(
     The table lists each element without a counterpart: what happens with it, and whether the motion of the scene is
     still that of the model.
     """
+    from mbproj.calls.models import imported
     from mbproj.cli.said import table_json, table_lines
-    from mbproj.formats import Wishes, read_model
-    from mbproj.formats.couplers import without_refused
-    from mbproj.formats.mechanism import Same
+    from mbproj.formats import Wishes
     from mbproj.formats.pose import read_pose
     from mbproj.outputs import SCENE, write_text
-    from mbproj.version import __version__
 
     wishes = Wishes(key, read_pose(pose) if pose else {}, hold, contacts, loops, meet)
-    mechanism = read_model(model, wishes)
-    text, refused = without_refused(mechanism, __version__)
-    for problem in refused:
-        mechanism.say("the scene itself", problem.place, f"check refuses it: {problem.message}", Same.NO)
+    found = imported(model, wishes)
+    mechanism, text = found.mechanism, found.text
     if output is None:
         click.echo(text, nl=False)
     else:
@@ -100,5 +96,5 @@ def command(
             click.echo(line, err=to_stderr)
         if output is not None:
             click.echo(written)
-    if strict and any(row.same is Same.NO for row in mechanism.said):
+    if strict and not found.same:
         context.exit(int(ExitCode.CHECK_FAILED))

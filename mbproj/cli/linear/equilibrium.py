@@ -10,7 +10,7 @@ import click
 
 from mbproj.cli.completion import results_file
 from mbproj.cli.explained import Part, explained, option
-from mbproj.cli.linear.options import scene_argument, steady_of
+from mbproj.cli.linear.options import scene_argument
 from mbproj.cli.quantity import NotNegative
 from mbproj.cli.scene_options import parameters
 from mbproj.errors import InputError, Place, Problem, placed_at
@@ -70,6 +70,7 @@ def command(
     Goes downhill from the start, and says whether the equilibrium is stable, which directions are neutral, and what the
     joints carry. Motions are held where they are at --at. The results file has one sample.
     """
+    from mbproj.calls.places import steady_of
     from mbproj.linear.equilibrium.find import equilibrium, others
     from mbproj.linear.equilibrium.recorded import write_results
     from mbproj.linear.equilibrium.solve import NoEquilibrium
@@ -132,25 +133,16 @@ def numbers(found: Equilibrium, more: list[Equilibrium], scene: str, output: str
         "stable": found.stable,
         "unstable_along": found.unstable or None if found.stable is False else None,
         "neutral": list(found.neutral),
-        "coordinates": _coordinates(found),
-        "states": _states(found),
+        "coordinates": found.coordinates,
+        "states": found.states,
         "reactions": {
             name: {"force": force[joint].tolist(), "torque": torque[joint].tolist()}
             for joint, name in enumerate(system.names.joints)
         },
         "frictions": dict(found.frictions),
         "drive": found.drive.tolist(),
-        "others": [{"stable": other.stable, "coordinates": _coordinates(other)} for other in more],
+        "others": [{"stable": other.stable, "coordinates": other.coordinates} for other in more],
     }
-
-
-def _coordinates(found: Equilibrium) -> dict[str, float]:
-    names = found.reference.system.names.coordinates
-    return dict(zip(names, found.reference.motion.expected.tolist(), strict=True))
-
-
-def _states(found: Equilibrium) -> dict[str, float]:
-    return dict(zip(found.reference.system.names.states, found.reference.motion.x.tolist(), strict=True))
 
 
 def report(found: Equilibrium, more: list[Equilibrium], title: str) -> str:
@@ -162,9 +154,9 @@ def report(found: Equilibrium, more: list[Equilibrium], title: str) -> str:
     system, off = found.whole, found.reference.imbalance
     where = "turns steadily" if found.reference.where == "steady" else "rests"
     units = dict(zip(system.names.coordinates, system.names.coordinate_units, strict=True))
-    coordinates = {name: f"{_number(value)} {units[name]}" for name, value in _coordinates(found).items()}
+    coordinates = {name: f"{_number(value)} {units[name]}" for name, value in found.coordinates.items()}
     of_states = dict(zip(system.names.states, system.names.state_units, strict=True))
-    states = {name: f"{_number(value)} {of_states[name]}" for name, value in _states(found).items()}
+    states = {name: f"{_number(value)} {of_states[name]}" for name, value in found.states.items()}
     force = observed(found)["joints/reaction_force"][0]
     reactions = {
         name: f"[{', '.join(_number(part) for part in force[joint])}] N"
@@ -182,7 +174,7 @@ def report(found: Equilibrium, more: list[Equilibrium], title: str) -> str:
     ]
     lines += frictions(found.frictions)
     for other in more:
-        told = ", ".join(f"{name} {_number(value)}" for name, value in list(_coordinates(other).items())[:6])
+        told = ", ".join(f"{name} {_number(value)}" for name, value in list(other.coordinates.items())[:6])
         lines.append(f"  another, {_stability(other)}: {told}")
     return "\n".join(lines)
 

@@ -10,7 +10,7 @@ import click
 
 from mbproj.cli.completion import results_file
 from mbproj.cli.explained import Part, explained, option
-from mbproj.cli.linear.options import at_options, reference_of, scene_argument
+from mbproj.cli.linear.options import at_options, scene_argument
 from mbproj.cli.quantity import Names
 from mbproj.cli.scene_options import parameters
 from mbproj.cli.study_options import force as force_option
@@ -82,6 +82,7 @@ def command(
     the input is its second derivative, and its value and rate are states; other motions are held. `mbproj plot
     linear.h5` draws Bode plots.
     """
+    from mbproj.calls.places import reference_of
     from mbproj.linear.state_space.model import linear_model
     from mbproj.model import compile_system
     from mbproj.outputs import check_replaceable

@@ -10,7 +10,7 @@ import click
 
 from mbproj.cli.completion import results_file
 from mbproj.cli.explained import Part, explained, option
-from mbproj.cli.linear.options import at_options, reference_of, scene_argument
+from mbproj.cli.linear.options import at_options, scene_argument
 from mbproj.cli.scene_options import parameters
 from mbproj.cli.study_options import force as force_option
 from mbproj.errors import InputError, Place, Problem, placed_at
@@ -89,6 +89,7 @@ def command(
 def _modes(
     scene: str, changed: dict[str, str], place: tuple[str, str | None, str | None], count: int | None
 ) -> tuple[Scene, Modes]:
+    from mbproj.calls.places import reference_of
     from mbproj.linear.modes import modes
     from mbproj.model import compile_system
     from mbproj.scene import read_scene
@@ -123,7 +124,7 @@ def _traced(
 
 def numbers(found: Modes, scene: str, output: str, trace: Trace | None) -> dict[str, Any]:
     """One object with stable keys."""
-    from mbproj.linear.words import is_balanced, name_of, notes_on
+    from mbproj.linear.words import is_balanced, notes_on
 
     reference, names = found.reference, found.reference.system.names
     every = range(len(found.eigenvalues))
@@ -142,7 +143,7 @@ def numbers(found: Modes, scene: str, output: str, trace: Trace | None) -> dict[
         "angular_frequencies": found.eigenvalues.imag.tolist(),
         "modes": [
             {
-                "name": name_of(found, mode),
+                "name": found.name(mode),
                 "kinetic_energy": dict(zip(found.kinetic_names, found.kinetic[mode].tolist(), strict=True)),
                 "potential_energy": dict(zip(found.strain_names, found.strain[mode].tolist(), strict=True)),
                 "coordinates": {
@@ -176,28 +177,26 @@ def _trace_numbers(trace: Trace) -> dict[str, Any]:
 def report(found: Modes, title: str, trace: Trace | None) -> str:
     """The table, and what has to be known of it."""
     from mbproj.cli.report.table import columns
-    from mbproj.linear.words import name_of, notes_on
+    from mbproj.linear.words import notes_on
 
-    reference = found.reference
     shown = range(min(len(found.eigenvalues), SHOWN_MODES))
     head = ["mode", "Hz", "damping", "growth 1/s", "time s"]
     rows = [[str(mode + 1), *_cells(found, mode)] for mode in shown]
     lines = columns(head, rows).splitlines() if rows else []
-    told = [f"{_coordinates(found, mode)}  {name_of(found, mode)}".strip() for mode in shown]
+    told = [f"{_coordinates(found, mode)}  {found.name(mode)}".strip() for mode in shown]
     width = max((len(line) for line in lines), default=0)
     table = (
         [lines[0], *(f"{line:{width}}  {words}" for line, words in zip(lines[1:], told, strict=True))] if lines else []
     )
     left = len(found.eigenvalues) - len(shown)
     more = [f"    ... and {left} more in the file"] if left else []
-    where = reference.where if reference.where.isalpha() else f"t = {reference.motion.t:.6g} s"
     traced = (
         []
         if trace is None
         else [f"{len(trace.values)} values of {trace.name}; the table is of the last, {trace.values[-1]:.6g}"]
     )
     notes = [f"note: {note}" for note in notes_on(found)]
-    return "\n".join([f"{title}: {found.freedom} degrees of freedom, at {where}", *traced, "", *table, *more, *notes])
+    return "\n".join([f"{title}: {found.line}", *traced, "", *table, *more, *notes])
 
 
 def _cells(found: Modes, mode: int) -> list[str]:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from mbproj.calls.again import stored_scene
 from mbproj.cli.report.table import table
-from mbproj.cli.simulate.stored_scene import stored_scene
 from mbproj.errors import InputError, Problem
 from mbproj.registry import AUTOMATIC
 

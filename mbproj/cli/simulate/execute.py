@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from time import perf_counter
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -16,19 +16,8 @@ from mbproj.errors import Place, SimulationError, placed_at
 
 if TYPE_CHECKING:
     from mbproj.analysis import Outcome
-    from mbproj.results import Results, ResultsWriter
-    from mbproj.results.crash_safety.checkpoint import Checkpoint
+    from mbproj.calls.run import Earlier
     from mbproj.scene import Scene
-
-#: So many earlier samples are copied at once.
-COPIED = 10_000
-
-
-class Earlier(NamedTuple):
-    """The run that a run goes on with: the state that it starts from, and the results to put before its own, if any."""
-
-    checkpoint: Checkpoint
-    results: Results | None
 
 
 def execute(
@@ -76,11 +65,8 @@ def execute(
         if recorder.set_aside is not None and not quiet:
             was, now = recorder.part, recorder.set_aside
             click.echo(f"note: '{was}', which a killed run had left, is kept as '{now}'", err=True)
-        if earlier is not None and earlier.results is not None:
-            _copy(earlier.results, recorder, until=float(earlier.checkpoint.state.get("t", "-inf")))
-        resumed = earlier.checkpoint.state if earlier is not None else {}
         with telling(hidden=progress is None or certified is None) as tell:
-            report, trust = record(scene, system, state, recorder, progress, certified, tell=tell, resumed=resumed)
+            report, trust = record(scene, system, state, recorder, progress, certified, tell=tell, earlier=earlier)
         numbers = {**summary(name, output, report, total_seconds=perf_counter() - started), **facts}
         recorder.attributes(numbers)
     found = [] if earlier is not None and earlier.results is None else _expected(scene, output)
@@ -91,18 +77,6 @@ def execute(
         click.echo(json.dumps({**numbers, **certificate, **rubbed, "expectations": judged}))
     elif not quiet:
         print_summary(scene.title or name, system, report, numbers, trust, found, frictions)
-
-
-def _copy(results: Results, recorder: ResultsWriter, until: float) -> None:
-    """The samples up to some time."""
-    import numpy as np
-
-    count = int(np.searchsorted(results.time, until, side="right"))
-    for first in range(0, count, COPIED):
-        rows = slice(first, min(first + COPIED, count))
-        shapes = {dataset: (None, *results.shape(dataset.path)[1:]) for dataset in results.datasets}
-        read = results.contents.array
-        recorder.write({each.path: read(each.path, shape, each.dtype, rows) for each, shape in shapes.items()})
 
 
 def _expected(scene: Scene, output: str) -> list[Outcome]:

@@ -24,8 +24,8 @@ def command(results: Path, output: str, as_json: bool, quiet: bool) -> None:
 
     On the same build and machine the numbers are the same to the last bit.
     """
+    from mbproj.calls.again import require_another, stored_scene
     from mbproj.cli.simulate.execute import execute
-    from mbproj.cli.simulate.stored_scene import require_another, stored_scene
     from mbproj.results import open_results
 
     with open_results(results) as before:

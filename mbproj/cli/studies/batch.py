@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,7 +12,7 @@ from mbproj.cli.completion import Folder, scene_file
 from mbproj.cli.explained import Part, explained, option
 
 if TYPE_CHECKING:
-    from mbproj.studies.batch import SceneResult, Task
+    from mbproj.studies.batch import SceneResult
 
 #: The longest time (s) that a scene may be given: 30 years, which every clock can count.
 LONGEST = 1e9
@@ -58,6 +56,7 @@ def command(
     """
     import json
 
+    from mbproj.calls.batch import handed_out
     from mbproj.cli.report import batch_table as table
     from mbproj.cli.report.junit import junit
     from mbproj.cli.report.progress import telling
@@ -66,10 +65,11 @@ def command(
     from mbproj.scene.fields.given import given_number
     from mbproj.scene.fields.quantities import Number
     from mbproj.studies.batch import exit_code, run_batch, scene_paths
+    from mbproj.studies.parallel.client import workplace
 
     seconds = given_number(timeout, "--timeout", Number("s", above=0.0, maximum=LONGEST))
     scenes = scene_paths(paths)
-    where = study_options.where(jobs, scheduler, scheduler_file)
+    where = workplace(jobs, scheduler, scheduler_file)
     if xml is not None:
         write_text(xml, junit([]), JUNIT, force=force, hint=OTHER_REPORT)  # before the work: whether it can be written
     results: dict[int, SceneResult] = {}
@@ -81,7 +81,7 @@ def command(
         tell("scenes", len(results), len(scenes))
 
     interrupted = False
-    with _tasks(scenes, keep) as batch, telling(hidden=not as_json) as tell:  # the table grows as the scenes end
+    with handed_out(scenes, keep) as batch, telling(hidden=not as_json) as tell:  # the table grows as the scenes end
         tell("scenes", 0, len(scenes))
         try:
             run_batch(batch, where, seconds, done)
@@ -101,17 +101,3 @@ def command(
     if interrupted:
         click.echo("interrupted", err=True)
     return int(code)
-
-
-@contextmanager
-def _tasks(scenes: list[Path], keep: Path | None) -> Iterator[list[Task]]:
-    """The scenes and the paths of their results, which are kept, or removed when the block ends."""
-    from tempfile import TemporaryDirectory
-
-    from mbproj.studies.batch import tasks
-
-    if keep is not None:
-        yield tasks(scenes, keep, keep=True)
-        return
-    with TemporaryDirectory(prefix="mbproj-batch-", ignore_cleanup_errors=True) as directory:
-        yield tasks(scenes, Path(directory), keep=False)

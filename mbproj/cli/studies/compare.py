@@ -87,7 +87,7 @@ def command(
             **options,
         )
     rows = [{"label": entry.label, **entry.numbers} for entry in found.entries]
-    written = [files.table(rows), files.figure(_page(found, what.title))]
+    written = [files.table(found.table), files.figure(_page(found, what.title))]
     if as_json:
         click.echo(json.dumps({"until": float(found.reference.times[-1]), "entries": rows, "notes": found.notes}))
         return

@@ -14,12 +14,8 @@ from mbproj.cli.study_options import force as force_option
 from mbproj.outputs import check_replaceable, make_folder, picture
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from mbproj.studies.paper.examples import Example
 
-#: By mechanism: the components of the marker that the paper plots, and the numbers of its four figures.
-FIGURES = {"five_bar": ("xz", (2, 3, 4, 5)), "spatial_slider_crank": ("x", (7, 8, 9, 10))}
 EXAMPLES = (
     ("Draw all eight figures.", "mbproj paper -o figures"),
     ("Draw their first two seconds as PDF.", "mbproj paper -o figures --duration 2 --format pdf"),
@@ -55,41 +51,22 @@ def command(output: str, duration: float, ending: str, force: bool) -> None:
     The figures are Figs. 2-5 and 7-10. The settings are RK4 with a step of 0.01 s, a tolerance of 1e-12, and the full
     formulation. Takes about a minute. Says for each mechanism from which time on the paper's step has not converged.
     """
+    from mbproj.calls.paper import FIGURES, figures_of
+    from mbproj.figures.save import save
+    from mbproj.studies.paper.examples import run_example
+
     folder = make_folder(Path(output))
     numbers = [number for _, figures in FIGURES.values() for number in figures]
     paths = {number: folder / f"paper-fig{number:02d}.{ending}" for number in numbers}
     for path in paths.values():
         check_replaceable(path, picture(ending), force=force)
 
-    from mbproj.figures.save import save
-    from mbproj.studies.paper.examples import run_example
-
     for name in FIGURES:
         example = run_example(name, duration, lambda message: click.echo(message, err=True))
-        for number, figure in _figures(example).items():
+        for number, figure in figures_of(example).items():
             click.echo(save(figure, paths[number], force=force))
         for line in convergence(example):
             click.echo(line)
-
-
-def _figures(example: Example) -> dict[int, Figure]:
-    """The example's four figures by the paper's numbers."""
-    from mbproj.figures.pages import paper_figures
-
-    components, numbers = FIGURES[example.name]
-    shown, since = example.histories["GPOPM"], example.unconverged_from
-    series = example.histories.items()
-    drawn = (
-        paper_figures.position_history(shown.time, shown.position, components=components, unconverged_from=since),
-        paper_figures.velocity_history(shown.time, shown.velocity, components=components, unconverged_from=since),
-        paper_figures.position_errors(
-            {legend: (run.time, run.position_violation) for legend, run in series}, unconverged_from=since
-        ),
-        paper_figures.velocity_errors(
-            {legend: (run.time, run.velocity_violation) for legend, run in series}, unconverged_from=since
-        ),
-    )
-    return dict(zip(numbers, drawn, strict=True))
 
 
 def convergence(example: Example) -> list[str]:

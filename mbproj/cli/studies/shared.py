@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from mbproj import outputs
 from mbproj.outputs import check_replaceable, make_folder
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from mbproj.results.views.table import Table
 
 OTHER_FOLDER = "choose another folder with -o"
 
@@ -38,10 +39,9 @@ class StudyFiles:
         check_replaceable(self._table, outputs.csv(first), force=force, hint=OTHER_FOLDER)
         check_replaceable(self._figure, outputs.picture(ending), force=force, hint=OTHER_FOLDER)
 
-    def table(self, rows: Sequence[Mapping[str, Any]]) -> Path:
-        """Writes the rows with the names of the first as headings."""
-        values = [list(row.values()) for row in rows]
-        return outputs.write_csv(self._table, list(rows[0]), values, force=self.force, hint=OTHER_FOLDER)
+    def table(self, rows: Table) -> Path:
+        """Writes the rows."""
+        return outputs.write_csv(self._table, rows.headings, rows.rows, force=self.force, hint=OTHER_FOLDER)
 
     def figure(self, drawn: Figure) -> Path:
         """Writes the figure."""

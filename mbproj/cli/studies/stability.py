@@ -127,23 +127,13 @@ def command(
             fresh=fresh,
             tell=tell,
         )
-    written = [files.table(_rows(found)), files.figure(_page(found))]
+    written = [files.table(found.table), files.figure(_page(found))]
     if as_json:
         click.echo(json.dumps(_numbers(found)))
         return
     click.echo(_report(found))
     for path in written:
         click.echo(path)
-
-
-def _rows(found: StabilityMap) -> list[dict[str, Any]]:
-    """A line for each method and value."""
-    names = {"value": found.vary, "closure": "open_by", "energy": "energy_off_by", "time": "first_bad_time"}
-    return [
-        {"projection": track.method} | {names.get(name, name): value for name, value in vars(point).items()}
-        for track in found.tracks
-        for point in track.points
-    ]
 
 
 def _numbers(found: StabilityMap) -> dict[str, Any]:

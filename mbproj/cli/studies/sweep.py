@@ -86,6 +86,7 @@ def command(
     from mbproj.cli.report import sweep as report
     from mbproj.errors import ExitCode
     from mbproj.outputs import JUNIT, check_replaceable, write_text
+    from mbproj.studies.parallel.client import workplace
     from mbproj.studies.sweep import arrays, summary
     from mbproj.studies.sweep.folder import Folder as SweepFolder
     from mbproj.studies.sweep.run import run_sweep
@@ -97,7 +98,7 @@ def command(
         click.echo(report.preview(what, SHOWN))
         return int(ExitCode.DONE)
     _require_meant(what, yes)
-    where = study_options.where(jobs, scheduler, scheduler_file)
+    where = workplace(jobs, scheduler, scheduler_file)
     folder = SweepFolder(output or spec.with_name(f"{spec.stem}-sweep"), what, fresh)
     interrupted = False
     with folder.store:

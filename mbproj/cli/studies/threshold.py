@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from math import nan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -66,49 +65,23 @@ def command(
     chosen.pop("threshold", None)
     what = read_scene(scene, parameters(settings), chosen)
     files = StudyFiles(output, f"{Path(scene).stem}-threshold", ending, ("threshold", "projection"), force)
-    points = at or ()
     with telling(hidden=False) as tell:
         found = threshold_study(
-            what, thresholds=thresholds, at=points, repetitions=repeat, processes=where, fresh=fresh, tell=tell
+            what, thresholds=thresholds, at=at or (), repetitions=repeat, processes=where, fresh=fresh, tell=tell
         )
-    click.echo(_report(found, points))
+    click.echo(_report(found))
     for note in found.notes:
         click.echo(f"note: {note}", err=True)
-    click.echo(files.table(_rows(found, points)))
-    click.echo(files.figure(_page(found, points)))
+    click.echo(files.table(found.table))
+    click.echo(files.figure(_page(found)))
 
 
-def _rows(found: ThresholdStudy, points: tuple[str, ...]) -> list[dict[str, Any]]:
-    table = []
-    for index, (trial, timing) in enumerate(zip(found.trials, found.timings, strict=True)):
-        low, high = timing.spread if timing else (nan, nan)
-        table.append(
-            {
-                "threshold": trial.setting.threshold,
-                "projection": trial.setting.projection,
-                "error": trial.at(points),
-                "position_violation": trial.position_violation,
-                "velocity_violation": trial.velocity_violation,
-                "energy_drift": trial.energy_drift,
-                "steps": trial.counters.get("steps", nan),
-                "projections": trial.counters.get("projections", nan),
-                "projections_saved": found.saved(index),
-                "cpu_seconds": timing.median if timing else nan,
-                "cpu_seconds_lowest": low,
-                "cpu_seconds_highest": high,
-                "recommended": index == found.recommended,
-                "failure": trial.failure or "",
-            }
-        )
-    return table
-
-
-def _report(found: ThresholdStudy, points: tuple[str, ...]) -> str:
+def _report(found: ThresholdStudy) -> str:
     from mbproj.cli.report.table import columns
     from mbproj.cli.studies.shared import milliseconds, number
 
     lines = []
-    for index, row in enumerate(_rows(found, points)):
+    for index, row in enumerate(found.rows):
         name = "none" if index == len(found.trials) - 1 else f"{row['threshold']:.0e}" if index else "every step"
         lines.append(
             [
@@ -152,12 +125,12 @@ def _unevenly(found: ThresholdStudy) -> str:
     return f"; errors do not grow evenly: at {which} they are larger, so the next motion may differ"
 
 
-def _page(found: ThresholdStudy, points: tuple[str, ...]) -> Figure:
+def _page(found: ThresholdStudy) -> Figure:
     import numpy as np
 
     from mbproj.figures.pages.threshold import Thresholds, threshold_page
 
-    rows = _rows(found, points)
+    rows = found.rows
     middle = rows[1:-1]
 
     def column(name: str) -> Any:

@@ -69,7 +69,7 @@ def command(
     from mbproj.outputs import check_replaceable
     from mbproj.scene import read_scene
     from mbproj.studies.tradeoff.front import PROJECTIONS_TRIED, tradeoff
-    from mbproj.studies.tradeoff.table import KIND, rows, write_hdf5
+    from mbproj.studies.tradeoff.table import KIND, write_hdf5
 
     what = read_scene(scene, parameters(changes))
     files = StudyFiles(output, f"{Path(scene).stem}-tradeoff", ending, ("setting", "projection"), force)
@@ -94,9 +94,8 @@ def command(
         click.echo(line)
     for note in found.notes:
         click.echo(f"note: {note}", err=True)
-    table = rows(found)
-    click.echo(files.table(table))
-    click.echo(write_hdf5(whole, found, table, force=force))
+    click.echo(files.table(found.table))
+    click.echo(write_hdf5(whole, found, force=force))
     click.echo(files.figure(_page(found)))
 
 
@@ -107,9 +106,7 @@ def _report(found: Tradeoff) -> Iterator[str]:
     from mbproj.cli.report.table import columns
     from mbproj.studies.tradeoff.near_front import CLOSED
 
-    failed = sum(trial.failure is not None for trial in found.trials)
-    until = found.reference.times[-1]
-    yield f"{found.title or 'The mechanism'}: {len(found.trials)} settings up to {until:g} s, of which {failed} failed"
+    yield found.line
     yield f"errors of {', '.join(found.points)}; the reference is uncertain by {found.floor:.1e} m"
     errors = found.error[np.isfinite(found.seconds)]
     limits = 10.0 ** np.arange(-14.0, 3.0)[::-1]

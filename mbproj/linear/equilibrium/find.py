@@ -31,6 +31,7 @@ from mbproj.linear.modes import modes
 from mbproj.linear.reference import Imbalance, Reference, imbalance
 from mbproj.linear.words import states_in
 from mbproj.model.system import Conditions, System
+from mbproj.results.views.table import Table, Tabled
 from mbproj.thresholds import THRESHOLDS
 
 #: Of the random directions in which other starts are sought.
@@ -38,7 +39,7 @@ SEED = 22
 
 
 @dataclass(frozen=True, eq=False)
-class Equilibrium:
+class Equilibrium(Tabled):
     """A pose at which forces balance. `stable` is None where it has no modes to tell; `unstable` says along which
     motion it falls, or why that cannot be told; `neutral` which directions nothing holds. `drive` (h,): what holds the
     coordinates that turn steadily, N m. `steps` of Newton's method were needed. `whole`: the mechanism without the rows
@@ -63,6 +64,34 @@ class Equilibrium:
         turns = turns_of(system, motion.expected, coordinate_values(system, pose))
         v = velocities(pose, motion.u)
         return State.of(system, motion.t, positions=motion.q, velocities=v, turns=turns, states=motion.x)
+
+    @property
+    def coordinates(self) -> dict[str, float]:
+        """The joint coordinates, in rad or m, by name."""
+        names = self.reference.system.names.coordinates
+        return dict(zip(names, self.reference.motion.expected.tolist(), strict=True))
+
+    @property
+    def states(self) -> dict[str, float]:
+        """The states of elements, by name."""
+        return dict(zip(self.reference.system.names.states, self.reference.motion.x.tolist(), strict=True))
+
+    @property
+    def table(self) -> Table:
+        """A row a joint coordinate, then a row a state of an element."""
+        names, found = self.reference.system.names, {**self.coordinates, **self.states}
+        units = (*names.coordinate_units, *names.state_units)
+        rows = ((name, value, unit) for (name, value), unit in zip(found.items(), units, strict=True))
+        return Table(("coordinate", "value", "unit"), tuple(rows))
+
+    @property
+    def line(self) -> str:
+        """How it holds, and how exactly the forces balance."""
+        kind = {True: "stable", False: "unstable", None: "not known whether stable"}[self.stable]
+        neutral = f", neutral along {', '.join(self.neutral)}" if self.neutral else ""
+        return f"{kind}{neutral}; forces balance to {self.reference.imbalance.relative:.1g} of the largest"
+
+    __repr__ = Tabled.__repr__
 
 
 def equilibrium(

@@ -26,6 +26,7 @@ from mbproj.linear.reduction import Projected, projected
 from mbproj.linear.reference import Reference
 from mbproj.linear.state_space.inputs import Inputs, inputs_named
 from mbproj.linear.state_space.outputs import Outputs, outputs_named
+from mbproj.results.views.table import Table, Tabled
 from mbproj.thresholds import THRESHOLDS
 
 if TYPE_CHECKING:
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class LinearModel:
+class LinearModel(Tabled):
     """x' = A x + B u, y = C x + D u, of small changes from the reference. Names and units of x, u and y."""
 
     reference: Reference
@@ -53,6 +54,23 @@ class LinearModel:
     def matrices(self) -> tuple[Array, Array, Array, Array]:
         """A, B, C, D, as `scipy.signal.StateSpace(*model.matrices)` and python-control's `ss` take them."""
         return self.A, self.B, self.C, self.D
+
+    @property
+    def table(self) -> Table:
+        """The matrices [A B; C D], with names: a row a derivative or output, a column a state or input."""
+        rows = np.block([[self.A, self.B], [self.C, self.D]]).tolist()
+        names = [*(f"{name}'" for name in self.states), *self.outputs]
+        named = ((name, *row) for name, row in zip(names, rows, strict=True))
+        return Table(("of", *self.states, *self.inputs), tuple(named))
+
+    @property
+    def line(self) -> str:
+        """Its size, and where."""
+        return (
+            f"{len(self.states)} states, {', '.join(self.inputs)} -> {', '.join(self.outputs)}, {self.reference.words}"
+        )
+
+    __repr__ = Tabled.__repr__
 
 
 def linear_model(reference: Reference, inputs: Sequence[str], outputs: Sequence[str]) -> LinearModel:

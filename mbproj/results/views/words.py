@@ -34,7 +34,7 @@ def rows(
 
 def as_text(title: str, lines: Sequence[tuple[str, str]]) -> str:
     """Some lines of text."""
-    return "\n".join([f"Results: {title}", *(f"  {word:18} {what}" for word, what in lines)])
+    return "\n".join([f"Results: {title or 'untitled'}", *(f"  {word:18} {what}" for word, what in lines)])
 
 
 def as_html(title: str, lines: Sequence[tuple[str, str]]) -> str:

@@ -32,6 +32,11 @@ def oversights(scene: Scene) -> list[Problem]:
     return [*_shortened(list(_loose(scene))), *_shortened(far or list(_alone(scene)))]
 
 
+def notes_on(scene: Scene) -> list[Problem]:
+    """What was noted when the scene was read, and what its bodies and joints show."""
+    return [*scene.notes, *oversights(scene)]
+
+
 def _shortened(notes: list[Problem]) -> list[Problem]:
     left = len(notes) - MOST
     return notes if left <= 0 else [*notes[:MOST], Problem(f"... and {left} more of this kind")]

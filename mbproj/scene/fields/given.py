@@ -1,4 +1,4 @@
-"""Numbers that are given on the command line: read by the same rules as those of a scene."""
+"""Numbers that are given on the command line or from Python: read by the same rules as those of a scene."""
 
 from __future__ import annotations
 
@@ -8,8 +8,11 @@ from mbproj.scene.fields.reading import Reading
 from mbproj.scene.text.nodes import from_value
 
 
-def given_number(text: str, option: str, field: Field[float]) -> float:
-    """The number that `text` is for the field, in SI units. Raises InputError at the option."""
+def given_number(text: object, option: str, field: Field[float]) -> float:
+    """The number that `text`, or a number also of NumPy, is for the field, in SI units.
+
+    Raises InputError at the option.
+    """
     reading = Reading()
     number = field.read(from_value(text, Place(option)), (option,), reading)
     if number is None:

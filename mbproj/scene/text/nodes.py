@@ -97,9 +97,11 @@ def flow(node: Node) -> str:
     return node.text if isinstance(node, ScalarNode) else _inner(node)
 
 
-def block(values: Mapping[str, object]) -> str:
-    """What `from_value` takes as YAML, one key of the outermost mapping a line."""
-    return "".join(f"{_key(key)}: {_inner(from_value(value, Place('')))}\n" for key, value in values.items())
+def mapping(values: Mapping[str, object]) -> MappingNode:
+    """What `from_value` takes, as a mapping."""
+    node = from_value(values, Place(""))
+    assert isinstance(node, MappingNode)
+    return node
 
 
 def document(root: MappingNode) -> str:

@@ -14,6 +14,7 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place, Problem, SimulationError
 from mbproj.registry import AUTOMATIC, integrator_choices, is_embedded
+from mbproj.results.views.table import Table, Tabled
 from mbproj.scene.records import Scene
 from mbproj.studies.compare.energy_split import EnergySplit, energy_split
 from mbproj.studies.measure.measurement import Measurement, measured
@@ -73,7 +74,7 @@ class Entry:
 
 
 @dataclass(frozen=True, eq=False)
-class Comparison:
+class Comparison(Tabled):
     """Entries in the order asked for, and the reference of their errors. `cost_in_time` is False where the entries ran
     in several formulations, whose seconds do not compare; `notes` say what a reader should know."""
 
@@ -81,6 +82,18 @@ class Comparison:
     reference: Reference
     cost_in_time: bool
     notes: tuple[str, ...]
+
+    @property
+    def table(self) -> Table:
+        """A row an entry: its label, and its numbers."""
+        return Table.of({"label": entry.label, **entry.numbers} for entry in self.entries)
+
+    @property
+    def line(self) -> str:
+        """How many settings, and for how long."""
+        return f"{len(self.entries)} settings until t = {self.reference.times[-1]:.6g} s"
+
+    __repr__ = Tabled.__repr__
 
 
 def compare(

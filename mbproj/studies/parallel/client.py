@@ -86,3 +86,17 @@ def _address_in(file: Path, place: Place) -> str:
     except (ValueError, KeyError, TypeError):
         pass
     raise InputError(Problem(f"'{file}' is not a file of a Dask scheduler", place))
+
+
+def workplace(jobs: int | Cluster | None, scheduler: str | None, scheduler_file: Path | None) -> int | Cluster | None:
+    """Where the work is done. Raises InputError where two of them are given, or no cluster is there."""
+    given = [name for name, value in (("--jobs", jobs), ("--scheduler", scheduler)) if value is not None]
+    given += [] if scheduler_file is None else ["--scheduler-file"]
+    if len(given) > 1:
+        what = f"'{given[0]}' and '{given[1]}' exclude each other"
+        raise InputError(Problem(what, Place(given[1]), "a cluster has its own workers"))
+    if scheduler is None and scheduler_file is None:
+        return jobs
+    cluster = Cluster(scheduler or "", scheduler_file)
+    with connected(cluster):  # before the work begins
+        return cluster

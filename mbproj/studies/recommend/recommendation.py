@@ -8,12 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from mbproj.dataclass import dataclass
 from mbproj.errors import ExitCode, MbprojError
 from mbproj.integrate.stiff.fast_forces import steps_for_stability
+from mbproj.results.views.table import Table, Tabled
 from mbproj.scene.records import Scene, Settings
 from mbproj.studies.measure.cause import why_not
 from mbproj.studies.measure.measurement import Measurement
@@ -45,7 +47,7 @@ class Unreachable(MbprojError):
 
 
 @dataclass(frozen=True, eq=False)
-class Recommendation:
+class Recommendation(Tabled):
     """The cheapest setting found that keeps `goal` (m) at `points`, verified on a fresh run.
 
     `best` is what that run achieved. `contenders` are those that were near, cheapest first; their seconds are medians
@@ -77,6 +79,38 @@ class Recommendation:
     def reached(self) -> bool:
         """Whether the error is kept as long as was asked for."""
         return self.until >= self.wanted * (1.0 - 1e-9)
+
+    @property
+    def table(self) -> Table:
+        """A row a setting: the best, those near it, the scene's own. `setting` has the options of mbproj run."""
+        near = [("near", each) for each in self.contenders[1:]]
+        own = [] if self.own is None else [("own", self.own)]
+        return Table.of(_row(kind, each) for kind, each in [("best", self.best), *near, *own])
+
+    @property
+    def line(self) -> str:
+        """What is recommended."""
+        until = "" if self.reached else f" until t = {self.until:.6g} s only: {self.why}"
+        return f"{self.setting.command_line()} keeps {self.goal:g} m{until}"
+
+    __repr__ = Tabled.__repr__
+
+
+def _row(kind: str, of: Measurement) -> dict[str, Any]:
+    point = of.worst()
+    return {
+        "kind": kind,
+        "setting": of.setting.command_line(),
+        "integrator": of.setting.integrator,
+        "step": of.setting.step,
+        "tolerance": of.setting.tolerance,
+        "error": of.error[point],
+        "point": point,
+        "time": of.when[point],
+        "evaluations": of.evaluations,
+        "cpu_seconds": of.seconds,
+        "failure": of.failure or "",
+    }
 
 
 def recommend(

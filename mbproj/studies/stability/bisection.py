@@ -16,6 +16,7 @@ from mbproj.errors import InputError, Problem
 from mbproj.integrate.steppers.methods import tableau_of
 from mbproj.integrate.steppers.stability_region import real_axis_limit
 from mbproj.registry import PROJECTIONS, WHERE_STIFF, integrators, with_fixed_steps
+from mbproj.results.views.table import Table, Tabled
 from mbproj.scene.records import Scene
 from mbproj.scene.text.suggestions import choose_from
 from mbproj.studies.measure.mechanism import Mechanism
@@ -62,7 +63,7 @@ class Track:
 
 
 @dataclass(frozen=True)
-class StabilityMap:
+class StabilityMap(Tabled):
     """The tracks of all methods over the quantity `vary`. `span`: what was looked at, and the scene's own value;
     `analytic`: the limit that theory gives, where there is one; `setting`: what does not vary."""
 
@@ -76,6 +77,27 @@ class StabilityMap:
     limits: Limits
     analytic: float | None
     length: float
+
+    @property
+    def table(self) -> Table:
+        """A row for each method and value: the column of the values has the name of what varies."""
+        names = {"value": self.vary, "closure": "open_by", "energy": "energy_off_by", "time": "first_bad_time"}
+        return Table.of(
+            {"projection": track.method} | {names.get(name, name): value for name, value in vars(point).items()}
+            for track in self.tracks
+            for point in track.points
+        )
+
+    @property
+    def line(self) -> str:
+        """What varies, and the limits of each method."""
+        told = [
+            f"{track.method} {', '.join(f'{change.value:.4g}' for change in track.changes) or 'none'}"
+            for track in self.tracks
+        ]
+        return f"{self.title}: {self.vary}{f' ({self.unit})' if self.unit else ''}; limits: {'; '.join(told)}"
+
+    __repr__ = Tabled.__repr__
 
 
 def stability(

@@ -7,12 +7,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from math import nan
+from typing import Any
 
 import numpy as np
 
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem
 from mbproj.registry import PROJECTIONS
+from mbproj.results.views.table import Table, Tabled
 from mbproj.scene.records import Scene
 from mbproj.studies.measure.accuracy import attempt
 from mbproj.studies.measure.certain import certain_reference
@@ -35,11 +38,12 @@ SAVES = 0.01
 
 
 @dataclass(frozen=True, eq=False)
-class ThresholdStudy:
+class ThresholdStudy(Tabled):
     """Trials and timings (None where the run failed) of a setting: projected after every step, above each threshold, in
     rising order, and never. `recommended` is the index of the largest threshold whose error is within a tenth of that
     with all projections, None where that saves hardly any; `exceeded` are the indices of smaller ones whose error is
-    not: errors do not grow evenly."""
+    not: errors do not grow evenly. `points` are those whose
+    error counts; none are all."""
 
     title: str
     trials: tuple[Measurement, ...]
@@ -48,12 +52,51 @@ class ThresholdStudy:
     recommended: int | None
     exceeded: tuple[int, ...]
     notes: tuple[str, ...]
+    points: tuple[str, ...] = ()
 
     def saved(self, index: int) -> float:
         """The part of the projections that a trial leaves out, NaN where it failed."""
         every = self.trials[0].counters.get("projections", 0)
         done = self.trials[index].counters.get("projections")
         return float("nan") if done is None or not every else 1.0 - done / every
+
+    @property
+    def rows(self) -> list[dict[str, Any]]:
+        """A row a trial, by column."""
+        return list(map(self._row, range(len(self.trials))))
+
+    @property
+    def table(self) -> Table:
+        """The same as a table."""
+        return Table.of(self.rows)
+
+    @property
+    def line(self) -> str:
+        """Of what, and what is recommended."""
+        best = None if self.recommended is None else self.trials[self.recommended].setting.threshold
+        return f"{self.title}: {'project after every step' if best is None else f'threshold {best:g}'}"
+
+    __repr__ = Tabled.__repr__
+
+    def _row(self, index: int) -> dict[str, Any]:
+        trial, timing = self.trials[index], self.timings[index]
+        low, high = timing.spread if timing else (nan, nan)
+        return {
+            "threshold": trial.setting.threshold,
+            "projection": trial.setting.projection,
+            "error": trial.at(self.points),
+            "position_violation": trial.position_violation,
+            "velocity_violation": trial.velocity_violation,
+            "energy_drift": trial.energy_drift,
+            "steps": trial.counters.get("steps", nan),
+            "projections": trial.counters.get("projections", nan),
+            "projections_saved": self.saved(index),
+            "cpu_seconds": timing.median if timing else nan,
+            "cpu_seconds_lowest": low,
+            "cpu_seconds_highest": high,
+            "recommended": index == self.recommended,
+            "failure": trial.failure or "",
+        }
 
 
 def threshold_study(
@@ -106,6 +149,7 @@ def threshold_study(
         recommended=recommended,
         exceeded=exceeded,
         notes=tuple(notes),
+        points=tuple(at),
     )
 
 

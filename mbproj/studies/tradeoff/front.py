@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from functools import cached_property
 from itertools import product
-from math import inf
+from math import inf, nan
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,7 @@ import numpy as np
 from mbproj import registry
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
+from mbproj.results.views.table import Table, Tabled
 from mbproj.scene.records import Scene
 from mbproj.studies.measure.accuracy import Yardstick, attempt
 from mbproj.studies.measure.certain import certain_reference
@@ -41,9 +42,21 @@ PROJECTIONS_TRIED = ("gpopm", "gopm", "none", "baumgarte")
 #: Sweeps end at this multiple of the reference's uncertainty, and at this part of the mechanism's size.
 ABOVE_FLOOR, FINEST = 3.0, 1e-11
 
+#: Columns of the table: of a setting, of its counters.
+SETTING = ("projection", "integrator", "step", "tolerance", "every", "threshold")
+COUNTERS = (
+    "steps",
+    "rejected_steps",
+    "evaluations",
+    "projections",
+    "projection_iterations",
+    "velocity_iterations",
+    "factorisations",
+)
+
 
 @dataclass(frozen=True, eq=False)
-class Tradeoff:
+class Tradeoff(Tabled):
     """What the grid gave. `size` (m) is the mechanism's; `points` are those whose largest error counts; `timings` those
     of the trials that were timed, by their index; `own` is the index of the scene's own setting, None where it has
     none; `compared` are the indices of settings that differ in their projection alone; `notes` say what a reader should
@@ -100,6 +113,44 @@ class Tradeoff:
         """The uncertainty of the reference over the whole span, m."""
         columns = [self.reference.points.index(name) for name in self.points]
         return float(self.reference.uncertainty[-1, columns].max())
+
+    @property
+    def table(self) -> Table:
+        """A row a setting: `mbproj.studies.tradeoff.table.MEANING` says what the columns are."""
+        return Table.of(map(self._row, range(len(self.trials))))
+
+    @property
+    def line(self) -> str:
+        """How many settings, and for how long."""
+        failed = sum(trial.failure is not None for trial in self.trials)
+        until = self.reference.times[-1]
+        return (
+            f"{self.title or 'The mechanism'}: {len(self.trials)} settings up to {until:g} s, of which {failed} failed"
+        )
+
+    __repr__ = Tabled.__repr__
+
+    def _row(self, index: int) -> dict[str, Any]:
+        trial, timing = self.trials[index], self.timings.get(index)
+        low, high = timing.spread if timing else (nan, nan)
+        return {
+            "setting": trial.setting.command_line(),
+            **{name: getattr(trial.setting, name) for name in SETTING},
+            "formulation": trial.formulation,
+            "error": float(self.error[index]),
+            **{f"error_{name}": trial.error[name] for name in self.reference.points},
+            "position_violation": trial.position_violation,
+            "velocity_violation": trial.velocity_violation,
+            "energy_drift": trial.energy_drift,
+            **{name: trial.counters.get(name, 0) for name in COUNTERS},
+            "cpu_seconds": timing.median if timing else nan,
+            "cpu_seconds_lowest": low,
+            "cpu_seconds_highest": high,
+            "first_cpu_seconds": trial.seconds,
+            "on_front": index in self.front,
+            "on_violation_front": index in self.violation_front,
+            "failure": trial.failure or "",
+        }
 
 
 def tradeoff(

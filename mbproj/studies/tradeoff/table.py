@@ -1,11 +1,9 @@
-"""A trade-off as a table of plain values, and as an HDF5 file."""
+"""A trade-off as an HDF5 file."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from math import nan
 from pathlib import Path
-from typing import Any
 
 import h5py
 import numpy as np
@@ -14,16 +12,6 @@ from mbproj.outputs import hdf5, replacing
 from mbproj.studies.tradeoff.front import Tradeoff
 from mbproj.version import __version__
 
-_SETTING = ("projection", "integrator", "step", "tolerance", "every", "threshold")
-_COUNTERS = (
-    "steps",
-    "rejected_steps",
-    "evaluations",
-    "projections",
-    "projection_iterations",
-    "velocity_iterations",
-    "factorisations",
-)
 #: What the columns mean, for the HDF5 file; others are the options and counters of a run.
 MEANING = {
     "setting": "options of mbproj run",
@@ -42,41 +30,12 @@ MEANING = {
 }
 
 
-def rows(found: Tradeoff) -> list[dict[str, Any]]:
-    """A row for each setting, by column."""
-    table = []
-    for index, trial in enumerate(found.trials):
-        timing = found.timings.get(index)
-        low, high = timing.spread if timing else (nan, nan)
-        table.append(
-            {
-                "setting": trial.setting.command_line(),
-                **{name: getattr(trial.setting, name) for name in _SETTING},
-                "formulation": trial.formulation,
-                "error": float(found.error[index]),
-                **{f"error_{name}": trial.error[name] for name in found.reference.points},
-                "position_violation": trial.position_violation,
-                "velocity_violation": trial.velocity_violation,
-                "energy_drift": trial.energy_drift,
-                **{name: trial.counters.get(name, 0) for name in _COUNTERS},
-                "cpu_seconds": timing.median if timing else nan,
-                "cpu_seconds_lowest": low,
-                "cpu_seconds_highest": high,
-                "first_cpu_seconds": trial.seconds,
-                "on_front": index in found.front,
-                "on_violation_front": index in found.violation_front,
-                "failure": trial.failure or "",
-            }
-        )
-    return table
-
-
 FORMAT = "mbproj tradeoff"
 KIND = hdf5(FORMAT)
 
 
-def write_hdf5(path: Path, found: Tradeoff, table: Sequence[dict[str, Any]], *, force: bool = False) -> Path:
-    """/trials with an array for each column of `table`, /reference with times, positions and uncertainty."""
+def write_hdf5(path: Path, found: Tradeoff, *, force: bool = False) -> Path:
+    """/trials with an array for each column of its table, /reference with times, positions and uncertainty."""
     with replacing(path, KIND, force=force) as draft, h5py.File(draft, "w") as file:
         file.attrs.update(
             {
@@ -87,8 +46,9 @@ def write_hdf5(path: Path, found: Tradeoff, table: Sequence[dict[str, Any]], *, 
                 "notes": list(found.notes),
             }
         )
-        for name in table[0]:
-            values = [nan if row[name] is None else row[name] for row in table]
+        table = found.table
+        for name, column in zip(table.headings, zip(*table.rows, strict=True), strict=True):
+            values = [nan if value is None else value for value in column]
             text = isinstance(values[0], str)
             data = np.array(values, dtype=h5py.string_dtype() if text else None)
             dataset = file.create_dataset(f"trials/{name}", data=data)

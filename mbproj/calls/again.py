@@ -1,0 +1,138 @@
+"""`mbproj.rerun` and `mbproj.continue_run`: a run repeated, or gone on with, from its results."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+
+from mbproj.calls.given import Quantity, amount, by_arguments
+from mbproj.calls.run import Earlier, kept
+from mbproj.errors import InputError, Place, Problem, warn_once
+from mbproj.integrate.simulate import Progress
+from mbproj.kernel import fingerprint
+from mbproj.model import compile_system
+from mbproj.results import Results, open_results
+from mbproj.results.crash_safety.checkpoint import Checkpoint
+from mbproj.results.file.lock import is_locked
+from mbproj.scene import read_scene_text
+from mbproj.scene.records import Scene
+from mbproj.scene.sampling import output_interval
+
+
+def rerun(
+    results: Results | str | Path, *, output: str | Path | None = None, progress: Progress | None = None
+) -> Results:
+    """Repeats the run that wrote `results`, with the same scene and settings.
+
+    Where the new results go, and what is raised, is as in `run`. On the same build and machine the numbers are the same
+    to the last bit.
+    """
+    with by_arguments(), opened(results) as before:
+        scene, _ = stored_scene(before)
+        if output is not None:
+            require_another(str(output), before.path, "to repeat")
+        limits = before.certified
+    with by_arguments():
+        return kept(scene, output, limits, progress)
+
+
+def continue_run(
+    results: Results | str | Path,
+    *,
+    until: Quantity | None = None,
+    output: str | Path | None = None,
+    append: bool = False,
+    progress: Progress | None = None,
+) -> Results:
+    """Goes on with the run that wrote `results`, or that a kill has ended, to the time `until` in s from its start.
+
+    Gives the samples that follow, in the file `output` or a temporary one. With `append`, all samples, old and new,
+    take the place of `results`. Raises InputError where there is nothing to go on with. On the same build and machine
+    the numbers are those of one long run, to the last bit.
+    """
+    with by_arguments(), opened(results) as before:
+        checkpoint, (scene, _) = checkpoint_of(before), stored_scene(before)
+        end = None if until is None else amount(until, "until", "s", above=0.0)
+        if append and output is not None:
+            raise InputError(Problem("it does not go with 'append'", Place("output"), "leave out one of the two"))
+        if output is not None:
+            require_another(str(output), before.path, "to go on with")
+        earlier = Earlier(checkpoint, before if append else None)
+        where = before.path if append else output
+        return kept(longer(scene, checkpoint, end, before), where, None, progress, earlier)
+
+
+@contextmanager
+def opened(results: Results | str | Path) -> Iterator[Results]:
+    """Results, from their file where a path is given."""
+    if isinstance(results, Results):
+        yield results
+        return
+    with open_results(results) as found:
+        yield found
+
+
+def stored_scene(results: Results) -> tuple[Scene, str]:
+    """The scene of a run, and what to call it: the name of its file, or of the results. Raises InputError where the
+    file is damaged there."""
+    name = str(results.scene_path or results.path)
+    scene = read_scene_text(results.scene_text, name, results.overrides)
+    _require_all(scene, results)
+    return replace(scene, path=results.scene_path, settings=results.settings), name
+
+
+def _require_all(scene: Scene, results: Results) -> None:
+    """Raises InputError where the run had joints, forces or states that its scene does not have."""
+    own = compile_system(scene).names
+    for kind, names in {"joints": own.joints, "forces": own.forces, "states": own.states}.items():
+        others = [name for name in results.names(kind) if name not in names]
+        if others:
+            said = f"'{results.path}' has {kind} that its scene does not have: {', '.join(others)}"
+            raise InputError(Problem(said, hint="elements from Python are not in the scene: go on in Python"))
+
+
+def require_another(output: str, source: Path, what: str) -> None:
+    """Raises InputError where new results would replace those that they come from."""
+    if os.path.realpath(output) == os.path.realpath(source):
+        problem = Problem(f"'{output}' is the results file {what}", Place("--output"), "choose another name")
+        raise InputError(problem)
+
+
+def checkpoint_of(before: Results) -> Checkpoint:
+    """The state to go on from. Raises InputError where there is none, or the run still goes on, or has failed."""
+    if is_locked(before.path):
+        raise InputError(Problem(f"the run that writes '{before.path}' still goes on", hint="wait for it, or stop it"))
+    if before.status.startswith("failed"):
+        message = f"'{before.path}': the run {before.status}; gone on with, it would fail at the same place"
+        raise InputError(Problem(message, hint="mend the cause, and start with: mbproj run"))
+    checkpoint = before.checkpoint
+    if checkpoint is None:
+        if before.status == "complete" and "integration_seconds" not in before.attributes:
+            message = f"'{before.path}' holds no run: there is nothing to go on with"
+            raise InputError(Problem(message, hint="run the scene; --from-equilibrium begins where it rests"))
+        message = f"'{before.path}' has no state to go on from: an older mbproj wrote it, or a kill came too early"
+        raise InputError(Problem(message, hint="start over with: mbproj rerun"))
+    if checkpoint.build != fingerprint():
+        what = f"'{before.path}' is by {checkpoint.build}, and this is {fingerprint()}"
+        warn_once(f"{what}: the last bits may differ from those of one long run")
+    return checkpoint
+
+
+def longer(scene: Scene, checkpoint: Checkpoint, until: float | None, before: Results) -> Scene:
+    """The scene with the settings of the long run: samples come at the same times as before. Raises InputError where it
+    would end before the state to go on from."""
+    settings = scene.settings
+    assert settings.duration is not None
+    reached = float(before.time[-1]) if len(before.time) else 0.0
+    end = settings.duration if until is None else until
+    if end <= reached:
+        message = f"the run has already reached t = {reached:.9g} s"
+        raise InputError(
+            Problem(message, Place("--until"), f"say until when it is to go on, e.g. --until {2 * reached:g}")
+        )
+    interval = output_interval(settings) if settings.step is None else settings.output_step
+    longer = replace(settings, duration=end, output_step=interval, formulation=checkpoint.formulation)
+    return replace(scene, settings=longer)

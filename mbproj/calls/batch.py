@@ -1,0 +1,98 @@
+"""`mbproj.batch`: many scenes run, and what they expect checked, in one call."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from mbproj.calls.given import Quantity, amount, by_arguments
+from mbproj.dataclass import dataclass
+from mbproj.errors import ExitCode
+from mbproj.results.views.table import Table, Tabled
+from mbproj.studies.batch import SceneResult, Task, exit_code, run_batch, scene_paths, tasks
+from mbproj.studies.parallel.client import Cluster, workplace
+from mbproj.studies.parallel.progress import Tell, silent
+
+
+@dataclass(frozen=True)
+class Batch(Tabled):
+    """What came of many scenes, in their order."""
+
+    results: tuple[SceneResult, ...]
+
+    @property
+    def holds(self) -> bool:
+        """Whether all ran, and all that they expect holds."""
+        return exit_code(self.results) == ExitCode.DONE
+
+    @property
+    def table(self) -> Table:
+        """A row a scene."""
+        return Table.of(map(_row, self.results), "scene", "result")
+
+    @property
+    def line(self) -> str:
+        """How many ended how."""
+        words = [result.word for result in self.results]
+        return ", ".join(f"{words.count(word)} {word}" for word in dict.fromkeys(words))
+
+    __repr__ = Tabled.__repr__
+
+
+def batch(
+    paths: str | Path | Sequence[str | Path],
+    *,
+    timeout: Quantity = 300.0,
+    keep: str | Path | None = None,
+    jobs: int | Cluster | None = None,
+    scheduler: str | None = None,
+    scheduler_file: Path | None = None,
+    progress: Tell = silent,
+) -> Batch:
+    """Runs the scenes at `paths`, files, folders or patterns ("**/*.yaml"), and checks what they expect.
+
+    A scene may take `timeout` s. `keep` is the folder for results files, which are removed otherwise. Raises InputError
+    where there are no scenes; one that fails is a row.
+    """
+    given = [paths] if isinstance(paths, (str, Path)) else list(paths)
+    with by_arguments():
+        seconds = amount(timeout, "timeout", "s", above=0.0)
+        scenes = scene_paths(map(Path, given))
+        where = workplace(jobs, scheduler, scheduler_file)
+        found: dict[int, SceneResult] = {}
+
+        def done(number: int, result: SceneResult) -> None:
+            found[number] = result
+            progress("scenes", len(found), len(scenes))
+
+        with handed_out(scenes, None if keep is None else Path(keep)) as work:
+            run_batch(work, where, seconds, done)
+    return Batch(tuple(found[number] for number in sorted(found)))
+
+
+@contextmanager
+def handed_out(scenes: Sequence[Path], keep: Path | None) -> Iterator[list[Task]]:
+    """The scenes and the paths of their results, which are kept, or removed when the block ends."""
+    if keep is not None:
+        yield tasks(scenes, keep, keep=True)
+        return
+    with TemporaryDirectory(prefix="mbproj-batch-", ignore_cleanup_errors=True) as directory:
+        yield tasks(scenes, Path(directory), keep=False)
+
+
+def _row(result: SceneResult) -> dict[str, object]:
+    worst = result.worst
+    return {
+        "scene": str(result.scene),
+        "result": result.word,
+        "expectations": len(result.outcomes),
+        "hold": sum(outcome.holds for outcome in result.outcomes),
+        "seconds": result.seconds,
+        "formulation": result.formulation or "",
+        "nearest to its limit": "" if worst is None else worst.expectation.name,
+        "error": None if worst is None else worst.error,
+        "allowed": None if worst is None else worst.expectation.tolerance,
+        "message": result.message.partition("\n")[0],
+    }

@@ -1,0 +1,1 @@
+"""What a scene is, whether it closes, and whether it can run: `mbproj.check`."""

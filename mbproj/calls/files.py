@@ -1,0 +1,117 @@
+"""Results files as functions take them: `mbproj.export`, `compare_results`, `loads`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from mbproj.analysis.loads.largest import loads_of
+from mbproj.analysis.same_motion import MotionComparison, compare_motions
+from mbproj.analysis.shared import COMPARED
+from mbproj.analysis.tables import Table as TimeTable
+from mbproj.analysis.tables import tables
+from mbproj.calls.again import opened
+from mbproj.calls.given import Quantity, amount, by_arguments, names_of
+from mbproj.errors import InputError, Place, Problem
+from mbproj.figures.labels import stem
+from mbproj.outputs import check_replaceable, csv, latex, make_folder, write_csv, write_latex
+from mbproj.results import Results
+from mbproj.results.loads.largest import Load
+from mbproj.results.views.table import Table
+from mbproj.scene.fields.given import given_number
+from mbproj.scene.fields.quantities import Number
+from mbproj.scene.text.suggestions import choose_from
+
+OTHER_DIRECTORY = "choose another directory"
+CSV, LATEX = "csv", "latex"
+_NOTHING: Mapping[str, Quantity] = {}
+
+
+def export(
+    results: Results | str | Path,
+    *,
+    output: str | Path = ".",
+    table: str | Sequence[str] = (),
+    format: str = CSV,
+    force: bool = False,
+) -> dict[str, Path]:
+    """Writes results as tables into the folder `output`, and gives the file of each table.
+
+    There is one for each body, marker, joint, force and motion ("body-crank"), "loads" and "diagnostics"; `table` names
+    those that are wanted. `format` is "csv" or "latex". Raises InputError for a name that there is not, and where
+    something else stands there that `force` does not replace.
+    """
+    with by_arguments(), opened(results) as found:
+        if format not in (CSV, LATEX):
+            hint = choose_from(format, (CSV, LATEX))
+            raise InputError(Problem(f"unknown format '{format}'", Place("format"), hint))
+        return written(found, Path(output), names_of(table), format, force=force)
+
+
+def written(results: Results, folder: Path, chosen: Sequence[str], form: str, *, force: bool) -> dict[str, Path]:
+    """The same, of results that are open; without `chosen` all tables."""
+    found, first = {each.name: each for each in tables(results)}, stem(results)
+    names = [named(found, name) for name in chosen] or list(found)
+    make_folder(folder, OTHER_DIRECTORY)
+    ending, is_csv = ("csv", True) if form == CSV else ("tex", False)
+    files = {name: folder / _file_name(f"{first}-{name}.{ending}") for name in names}
+    for name, path in files.items():  # all or none
+        kind = csv(found[name].headings) if is_csv else latex()
+        check_replaceable(path, kind, force=force, hint=OTHER_DIRECTORY)
+    write, digits = (write_csv, ".17g") if is_csv else (write_latex, ".6g")
+    for name, path in files.items():
+        each = found[name]
+        write(path, each.headings, each.rows(), form=digits, force=force, hint=OTHER_DIRECTORY)
+    return files
+
+
+def named(found: Mapping[str, TimeTable], name: str) -> str:
+    """The name of a table. Raises InputError with the nearest where there is none."""
+    if name not in found:
+        raise InputError(Problem(f"there is no table '{name}'", hint=choose_from(name, found)))
+    return name
+
+
+def _file_name(name: str) -> str:
+    """The name, which comes from a file that anybody may have written, where it is that of a file and no path."""
+    if set(name) & {"/", "\\", "\0"}:
+        problem = Problem(f"'{name}' cannot name a file", hint="the results were changed after mbproj wrote them")
+        raise InputError(problem)
+    return name
+
+
+def compare_results(
+    first: Results | str | Path,
+    second: Results | str | Path,
+    *,
+    tolerance: Quantity = 1e-6,
+    absolute: Mapping[str, Quantity] = _NOTHING,
+) -> MotionComparison:
+    """Whether two results are the same motion, at the sample times that both have: `found.same`.
+
+    A quantity may differ by `tolerance` times its largest magnitude, or by what `absolute` allows by its path, as
+    {"bodies/position": "1 mm"}. Raises InputError where they cannot be compared.
+    """
+    with by_arguments(), opened(first) as one, opened(second) as other:
+        part = amount(tolerance, "tolerance", None, above=0.0)
+        return compare_motions(one, other, part, {name: allowed(name, value) for name, value in absolute.items()})
+
+
+def allowed(name: str, value: Quantity) -> float:
+    """A difference that a quantity is allowed, in its unit. Raises InputError where it is none."""
+    units = {dataset.path: dataset.unit for dataset in COMPARED}
+    if name not in units:
+        hint = choose_from(name, units, "quantities")
+        raise InputError(Problem(f"there is no quantity '{name}'", Place("--absolute"), hint))
+    own = "rad" if name == "bodies/orientation" else units[name]
+    unit = None if " or " in own else own.replace(" ", "*")
+    return given_number(value, "--absolute", Number(unit, above=0.0))
+
+
+def loads(results: Results | str | Path, *, over: str | None = None) -> Table:
+    """The largest loads of a run, as `mbproj info --loads` finds them: a row a load, with the fields of `Load`.
+
+    `over` names the coordinate that tells the place in the cycle. Raises InputError where there is none of this name.
+    """
+    with by_arguments(), opened(results) as found:
+        return Table.of((load._asdict() for load in loads_of(found, over)), *Load._fields)

@@ -1,0 +1,60 @@
+"""The settings that functions take by the names of the options of `mbproj run`, typed once for all of them."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, TypedDict, TypeVar
+
+from mbproj.calls.given import Quantity
+from mbproj.scene.text.suggestions import choose_from
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+class RunSettings(TypedDict, total=False):
+    """Settings of a run; numbers in SI units, or text with a unit. What is not given is the scene's."""
+
+    duration: Quantity | None
+    step: Quantity | None
+    tolerance: Quantity | None
+    integrator: str | None
+    projection: str | None
+    formulation: str | None
+    acceleration: str | None
+    impact_law: str | None
+    output_step: Quantity | None
+    break_times: Sequence[Quantity] | None
+    start: str | None
+    projection_tolerance: Quantity | None
+    projection_test: str | None
+    project_position: bool | None
+    project_velocity: bool | None
+    projection_fallback: str | None
+    every: int | None
+    threshold: Quantity | None
+    max_iterations: int | None
+    alpha: Quantity | None
+    gains: Sequence[Quantity] | None
+
+
+def options_of(settings: Mapping[str, Any], function: str, *others: str) -> dict[str, object]:
+    """The settings that are given. Raises TypeError, with the nearest name, for one that there is not; `others` are
+    the function's own names."""
+    for name in settings:
+        if name not in RunSettings.__annotations__:
+            known = (*RunSettings.__annotations__, *others)
+            raise TypeError(f"{function}() has no argument '{name}'; {choose_from(name, known)}")
+    return {name: value for name, value in settings.items() if value is not None}
+
+
+def with_settings(function: Function) -> Function:
+    """The function, whose signature shows each of the settings: prompts complete them, and `help` lists them."""
+    signature = inspect.signature(function)
+    own = [each for each in signature.parameters.values() if each.kind is not inspect.Parameter.VAR_KEYWORD]
+    each = (
+        inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=kind.__forward_arg__)
+        for name, kind in RunSettings.__annotations__.items()
+    )
+    function.__signature__ = signature.replace(parameters=[*own, *each])  # type: ignore[attr-defined]
+    return function

@@ -1,0 +1,260 @@
+"""The studies as functions: `mbproj.compare`, `recommend`, `tradeoff`, `threshold`, `stability`, `verify`.
+
+Each takes the words of the command of its name, and a scene in any form. What they give is a table too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
+
+from mbproj.calls.given import (
+    Given,
+    Quantity,
+    amount,
+    amounts,
+    by_arguments,
+    count_of,
+    earlier,
+    names_of,
+    scene_of,
+)
+from mbproj.calls.settings import RunSettings, options_of, with_settings
+from mbproj.results import Verification
+from mbproj.studies.compare import comparison
+from mbproj.studies.compare.comparison import PROJECTIONS_COMPARED, Comparison
+from mbproj.studies.measure.timing import REPETITIONS
+from mbproj.studies.parallel.client import Cluster, workplace
+from mbproj.studies.parallel.progress import Tell, silent
+from mbproj.studies.recommend import recommendation
+from mbproj.studies.recommend.recommendation import Recommendation
+from mbproj.studies.stability import bisection
+from mbproj.studies.stability.bisection import POINTS, StabilityMap
+from mbproj.studies.stability.quantities import quantity_named
+from mbproj.studies.stability.subject import Limits
+from mbproj.studies.threshold.violation import ThresholdStudy, threshold_study
+from mbproj.studies.tradeoff import front
+from mbproj.studies.tradeoff.front import PROJECTIONS_TRIED, Tradeoff
+from mbproj.studies.verify import checks
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+_NOTHING: Mapping[str, object] = {}
+Names: TypeAlias = "str | Sequence[str]"
+Numbers: TypeAlias = "Sequence[Quantity] | Quantity | None"
+
+
+@earlier(repetitions="repeat", processes="jobs", tell="progress")
+def compare(
+    scene: Given,
+    *,
+    projections: Names = PROJECTIONS_COMPARED,
+    integrators: Names | None = None,
+    steps: Numbers = None,
+    tolerances: Numbers = None,
+    formulations: Names | None = None,
+    until: Quantity | None = None,
+    repeat: int = REPETITIONS,
+    jobs: int | Cluster | None = None,
+    scheduler: str | None = None,
+    scheduler_file: Path | None = None,
+    parameters: Mapping[str, object] = _NOTHING,
+    progress: Tell = silent,
+) -> Comparison:
+    """Runs every projection with every integrator and every step (s) or tolerance over `until` s.
+
+    What is not given is the scene's. `jobs` processes work, or the Dask cluster whose `scheduler` is named. Raises
+    InputError for what cannot be run at all; a setting that fails is a row.
+    """
+    with by_arguments():
+        return comparison.compare(
+            scene_of(scene, parameters, {}),
+            projections=names_of(projections),
+            integrators=_names(integrators),
+            steps=amounts(steps, "steps", "s"),
+            tolerances=amounts(tolerances, "tolerances", ""),
+            formulations=_names(formulations),
+            until=_time(until),
+            repetitions=count_of(repeat, "repeat", least=1),
+            processes=workplace(jobs, scheduler, scheduler_file),
+            tell=progress,
+        )
+
+
+@earlier(tell="progress")
+def recommend(
+    scene: Given,
+    error: Quantity,
+    at: Names = (),
+    until: Quantity | None = None,
+    timed: bool = True,
+    progress: Tell = silent,
+    *,
+    output_step: Quantity | None = None,
+    parameters: Mapping[str, object] = _NOTHING,
+) -> Recommendation:
+    """The cheapest setting whose `error` at every sample up to `until` (s; the scene's duration) is at most so many m,
+    at the markers `at` (all; the bodies' centres where there are none).
+
+    `found.settings` are those to run with. Without `timed` the fewest evaluations decide. A search that was interrupted
+    resumes. Raises InputError for a name or duration that is not there, and
+    `mbproj.studies.recommend.recommendation.Unreachable` where no setting keeps the error at all.
+    """
+    with by_arguments():
+        what = scene_of(scene, parameters, {"output_step": output_step})
+        goal = amount(error, "error", "m", above=0.0)
+        return recommendation.recommend(what, goal, names_of(at), _time(until), timed, progress)
+
+
+@earlier(repetitions="repeat", processes="jobs", tell="progress")
+def tradeoff(
+    scene: Given,
+    *,
+    projections: Names = PROJECTIONS_TRIED,
+    integrators: Names | None = None,
+    formulation: str | None = None,
+    at: Names = (),
+    until: Quantity | None = None,
+    longest: Quantity = 0.5,
+    repeat: int = REPETITIONS,
+    jobs: int | Cluster | None = None,
+    scheduler: str | None = None,
+    scheduler_file: Path | None = None,
+    fresh: bool = False,
+    parameters: Mapping[str, object] = _NOTHING,
+    progress: Tell = silent,
+) -> Tradeoff:
+    """Measures accuracy against cost over `projections`, `integrators` (those explicit), steps, tolerances, schedules.
+
+    The error is the largest up to `until` s (the duration) of the markers `at` (all of them; the bodies' centres where
+    the scene has none). `longest`: sweeps end with a run of so many seconds. The study resumes where it was
+    interrupted, and gives the same tables again, unless it is to begin `fresh`. Raises InputError for what cannot be
+    run at all.
+    """
+    with by_arguments():
+        return front.tradeoff(
+            scene_of(scene, parameters, {}),
+            projections=names_of(projections),
+            integrators=_names(integrators),
+            formulation=formulation,
+            at=names_of(at),
+            until=_time(until),
+            longest=amount(longest, "longest", "s", above=0.0),
+            repetitions=count_of(repeat, "repeat", least=1),
+            processes=workplace(jobs, scheduler, scheduler_file),
+            fresh=fresh,
+            tell=progress,
+        )
+
+
+@with_settings
+@earlier(repetitions="repeat", processes="jobs", tell="progress")
+def threshold(
+    scene: Given,
+    *,
+    thresholds: Numbers = None,
+    at: Names = (),
+    until: Quantity | None = None,
+    repeat: int = REPETITIONS,
+    jobs: int | Cluster | None = None,
+    scheduler: str | None = None,
+    scheduler_file: Path | None = None,
+    fresh: bool = False,
+    parameters: Mapping[str, object] = _NOTHING,
+    progress: Tell = silent,
+    **settings: Unpack[RunSettings],
+) -> ThresholdStudy:
+    """Varies the threshold (m or rad, and per s) of a setting, and measures error, violation and cost.
+
+    The setting is the scene's, with the `settings`, as in `run`. Raises InputError where it has no projection, or does
+    not run.
+    """
+    with by_arguments():
+        chosen = options_of(settings, "threshold", "thresholds")
+        chosen.pop("threshold", None)
+        return threshold_study(
+            scene_of(scene, parameters, chosen),
+            thresholds=amounts(thresholds, "thresholds", ""),
+            at=names_of(at),
+            until=_time(until),
+            repetitions=count_of(repeat, "repeat", least=1),
+            processes=workplace(jobs, scheduler, scheduler_file),
+            fresh=fresh,
+            tell=progress,
+        )
+
+
+@with_settings
+@earlier(processes="jobs", tell="progress")
+def stability(
+    scene: Given,
+    vary: str,
+    *,
+    projections: Names | None = None,
+    low: Quantity | None = None,
+    high: Quantity | None = None,
+    points: int = POINTS,
+    until: Quantity | None = None,
+    closed: Quantity | None = None,
+    energy: Quantity | None = None,
+    limits: Limits | None = None,
+    jobs: int | Cluster | None = None,
+    scheduler: str | None = None,
+    scheduler_file: Path | None = None,
+    fresh: bool = False,
+    parameters: Mapping[str, object] = _NOTHING,
+    progress: Tell = silent,
+    **settings: Unpack[RunSettings],
+) -> StabilityMap:
+    """Varies `vary` ("step", "mass-ratio", ...) from `low` to `high` for each projection method, and finds its limits.
+
+    A run holds that is `closed` to so much (m or rad), and whose relative `energy` error is at most so large; `limits`
+    has both. Other settings are as in `run`. Raises InputError where the scene does not have what is to be varied, or a
+    method is not concerned.
+    """
+    with by_arguments():
+        unit = quantity_named(vary).unit
+        bounds = {"closed": closed, "energy": energy}
+        given = {name: amount(value, name, "", above=0.0) for name, value in bounds.items() if value is not None}
+        return bisection.stability(
+            scene_of(scene, parameters, options_of(settings, "stability", "vary", "points", "low", "high")),
+            vary,
+            projections=_names(projections),
+            low=None if low is None else amount(low, "low", unit, above=0.0),
+            high=None if high is None else amount(high, "high", unit, above=0.0),
+            points=count_of(points, "points", least=2),
+            until=_time(until),
+            limits=Limits(**given) if given else limits,
+            processes=workplace(jobs, scheduler, scheduler_file),
+            fresh=fresh,
+            tell=progress,
+        )
+
+
+@with_settings
+@earlier(tell="progress")
+def verify(
+    scene: Given,
+    progress: Tell = silent,
+    *,
+    parameters: Mapping[str, object] = _NOTHING,
+    **settings: Unpack[RunSettings],
+) -> Verification:
+    """Runs every check of the paper's mathematics on a scene. `progress` is called with a phase, how many are done, and
+    how many there are.
+
+    Settings are as in `run`. Raises InputError where the mechanism cannot be assembled or run at all, SimulationError
+    where a function of the scene has no value at the start.
+    """
+    with by_arguments():
+        return checks.verify(scene_of(scene, parameters, options_of(settings, "verify")), progress)
+
+
+def _names(given: Names | None) -> tuple[str, ...] | None:
+    return None if given is None else names_of(given)
+
+
+def _time(until: Quantity | None) -> float | None:
+    return None if until is None else amount(until, "until", "s", above=0.0)

@@ -1,0 +1,727 @@
+"""Written by scripts/write_parts.py from the tables that read a scene."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, SupportsFloat, TypeAlias
+
+import numpy.typing as npt
+
+from mbproj.parts.part import Part
+
+#: A number in SI units, or text with a unit or an expression.
+Quantity: TypeAlias = SupportsFloat | str
+Vector: TypeAlias = Sequence[Quantity] | npt.NDArray[Any]
+
+class Body(Part):
+    """A body of a scene. Arguments are its keys:
+
+    mass: a number in kg, optional
+    density: a number in kg/m^3, optional
+    inertia: 3 numbers, 6 numbers or 3 rows of 3 numbers, optional
+    shape: {box, cylinder, tube, sphere, hollow_sphere, rod, point}, optional
+    shapes: a list of shapes, optional
+    position: 3 numbers, optional
+    origin: 3 numbers, optional
+    orientation: {axis, angle}, {quaternion}, {matrix} or {euler, sequence}, optional
+    velocity: 3 numbers, optional
+    angular_velocity: 3 numbers, optional
+    appearance: {colour, opacity, shapes, mesh}, optional
+    one of mass, density, shapes
+    one of inertia, shape, shapes
+    one of position, origin
+    at most one of density, inertia
+    at most one of origin, inertia
+    at most one of origin, shape
+    """
+
+    def __init__(
+        self,
+        *,
+        mass: Quantity | None = ...,
+        density: Quantity | None = ...,
+        inertia: Vector | Sequence[Vector] | None = ...,
+        shape: Mapping[str, Any] | None = ...,
+        shapes: Sequence[Mapping[str, Any]] | None = ...,
+        position: Vector | None = ...,
+        origin: Vector | None = ...,
+        orientation: Mapping[str, Any] | None = ...,
+        velocity: Vector | None = ...,
+        angular_velocity: Vector | None = ...,
+        appearance: Mapping[str, Any] | None = ...,
+    ) -> None: ...
+
+class Marker(Part):
+    """A marker of a scene. Arguments are its keys:
+
+    body: the name of a body
+    location: 3 numbers or a mapping {name: 3 numbers}
+    """
+
+    def __init__(
+        self,
+        *,
+        body: str,
+        location: Vector | Mapping[str, Any],
+    ) -> None: ...
+
+class Motion(Part):
+    """A motion of a scene. Arguments are its keys:
+
+    joint: the name of a joint
+    angle: a number in rad or an expression of t or {constant_speed, harmonic, polynomial, smooth_step, table, expression}, optional
+    angle_1: a number in rad or an expression of t or {constant_speed, harmonic, polynomial, smooth_step, table, expression}, optional
+    angle_2: a number in rad or an expression of t or {constant_speed, harmonic, polynomial, smooth_step, table, expression}, optional
+    displacement: a number in m or an expression of t or {constant_speed, harmonic, polynomial, smooth_step, table, expression}, optional
+    displacement_x: a number in m or an expression of t or {constant_speed, harmonic, polynomial, smooth_step, table, expression}, optional
+    displacement_y: a number in m or an expression of t or {constant_speed, harmonic, polynomial, smooth_step, table, expression}, optional
+    one of angle, angle_1, angle_2, displacement, displacement_x, displacement_y
+    """
+
+    def __init__(
+        self,
+        *,
+        joint: str,
+        angle: Quantity | Mapping[str, Any] | None = ...,
+        angle_1: Quantity | Mapping[str, Any] | None = ...,
+        angle_2: Quantity | Mapping[str, Any] | None = ...,
+        displacement: Quantity | Mapping[str, Any] | None = ...,
+        displacement_x: Quantity | Mapping[str, Any] | None = ...,
+        displacement_y: Quantity | Mapping[str, Any] | None = ...,
+    ) -> None: ...
+
+class Expectation(Part):
+    """An expectation of a scene. Arguments are its keys:
+
+    marker: the name of a marker, optional
+    body: the name of a body, optional
+    joint: the name of a joint, optional
+    force: the name of a force, optional
+    motion: the name of a motion, optional
+    stop: text, optional
+    friction: text, optional
+    diagnostic: position_violation, velocity_violation, acceleration_violation, kinetic_energy, potential_energy, total_energy, work, dissipation, energy_balance, energy_drift, energy_drift_relative, step_size, steps, rejected_steps, evaluations, projections, projection_iterations, velocity_iterations, projection_failures, projection_fallbacks or factorisations, optional
+    quantity: position, velocity, acceleration, orientation, angular_velocity, angular_acceleration, angle, angle_1, angle_2, displacement, displacement_x, displacement_y, angle_speed, angle_1_speed, angle_2_speed, displacement_speed, displacement_x_speed, displacement_y_speed, reaction_force, reaction_torque, violation, violation_length, violation_angle, coordinate, rate, force, value, gap, state, dissipation, translation, rotation, translation_rate, rotation_rate or torque, optional
+    component: x, y, z or norm, optional
+    at: a time in s, end, maximum, minimum, largest or range
+    value: a number in the unit of the quantity or a list of numbers, optional
+    absolute: a number in the unit of the quantity, optional
+    relative: a number, optional
+    below: a number in the unit of the quantity, optional
+    above: a number in the unit of the quantity, optional
+    source: text
+    one of marker, body, joint, force, motion, stop, friction, diagnostic
+    one of quantity, diagnostic
+    one of value, below, above
+    one of absolute, relative, below, above
+    """
+
+    def __init__(
+        self,
+        *,
+        at: Quantity,
+        source: str,
+        marker: str | None = ...,
+        body: str | None = ...,
+        joint: str | None = ...,
+        force: str | None = ...,
+        motion: str | None = ...,
+        stop: str | None = ...,
+        friction: str | None = ...,
+        diagnostic: str | None = ...,
+        quantity: str | None = ...,
+        component: str | None = ...,
+        value: Quantity | Vector | None = ...,
+        absolute: Quantity | None = ...,
+        relative: Quantity | None = ...,
+        below: Quantity | None = ...,
+        above: Quantity | None = ...,
+    ) -> None: ...
+
+class Simulation(Part):
+    """A simulation of a scene. Arguments are its keys:
+
+    duration: a number in s, optional
+    step: a number in s, optional
+    tolerance: a number, optional
+    integrator: heun2, bs32, rk4, dopri5, dop853, esdirk4, radau5 or auto, optional
+    formulation: auto, full, reduced or planar, optional
+    acceleration: bordered or eliminated, optional
+    impact_law: newton, poisson or energetic, optional
+    output_step: a number in s, optional
+    break_times: a list of times, optional
+    start: scene or equilibrium, optional
+    projection: none, baumgarte, gopm, popm, mass-orthogonal, mmopm, gpopm or gpopm-pinv or {method, tolerance, test, every, threshold, position, velocity, max_iterations, fallback, alpha, gains}, optional
+    at most one of step, tolerance
+    """
+
+    def __init__(
+        self,
+        *,
+        duration: Quantity | None = ...,
+        step: Quantity | None = ...,
+        tolerance: Quantity | None = ...,
+        integrator: str | None = ...,
+        formulation: str | None = ...,
+        acceleration: str | None = ...,
+        impact_law: str | None = ...,
+        output_step: Quantity | None = ...,
+        break_times: Vector | None = ...,
+        start: str | None = ...,
+        projection: str | Mapping[str, Any] | None = ...,
+    ) -> None: ...
+
+class Revolute(Part):
+    """A revolute joint of a scene. Arguments are its keys:
+
+    bodies: 2 names of bodies
+    location: 3 numbers or a mapping {name: 3 numbers}
+    axis: 3 numbers or a mapping {name: 3 numbers}
+    speed: a number in rad/s, optional
+    reflected_inertia: a number in kg*m^2, optional
+    limits: {angle}, optional
+    angle: a number in rad, optional
+    """
+
+    def __init__(
+        self,
+        *,
+        bodies: Sequence[str],
+        location: Vector | Mapping[str, Any],
+        axis: Vector | str | Mapping[str, Any],
+        speed: Quantity | None = ...,
+        reflected_inertia: Quantity | None = ...,
+        limits: Mapping[str, Any] | None = ...,
+        angle: Quantity | None = ...,
+    ) -> None: ...
+
+class Spherical(Part):
+    """A spherical joint of a scene. Arguments are its keys:
+
+    bodies: 2 names of bodies
+    location: 3 numbers or a mapping {name: 3 numbers}
+    """
+
+    def __init__(
+        self,
+        *,
+        bodies: Sequence[str],
+        location: Vector | Mapping[str, Any],
+    ) -> None: ...
+
+class Universal(Part):
+    """A universal joint of a scene. Arguments are its keys:
+
+    bodies: 2 names of bodies
+    location: 3 numbers or a mapping {name: 3 numbers}
+    axes: 2 axes or a mapping {name: 3 numbers}
+    speed: {angle_1, angle_2}, optional
+    reflected_inertia: {angle_1, angle_2}, optional
+    limits: {angle_1, angle_2}, optional
+    angle_1: a number in rad, optional
+    angle_2: a number in rad, optional
+    """
+
+    def __init__(
+        self,
+        *,
+        bodies: Sequence[str],
+        location: Vector | Mapping[str, Any],
+        axes: Sequence[Vector | str] | Mapping[str, Any],
+        speed: Mapping[str, Any] | None = ...,
+        reflected_inertia: Mapping[str, Any] | None = ...,
+        limits: Mapping[str, Any] | None = ...,
+        angle_1: Quantity | None = ...,
+        angle_2: Quantity | None = ...,
+    ) -> None: ...
+
+class Prismatic(Part):
+    """A prismatic joint of a scene. Arguments are its keys:
+
+    bodies: 2 names of bodies
+    location: 3 numbers or a mapping {name: 3 numbers}
+    axis: 3 numbers or a mapping {name: 3 numbers}
+    speed: a number in m/s, optional
+    reflected_inertia: a number in kg, optional
+    limits: {displacement}, optional
+    displacement: a number in m, optional
+    """
+
+    def __init__(
+        self,
+        *,
+        bodies: Sequence[str],
+        location: Vector | Mapping[str, Any],
+        axis: Vector | str | Mapping[str, Any],
+        speed: Quantity | None = ...,
+        reflected_inertia: Quantity | None = ...,
+        limits: Mapping[str, Any] | None = ...,
+        displacement: Quantity | None = ...,
+    ) -> None: ...
+
+class Cylindrical(Part):
+    """A cylindrical joint of a scene. Arguments are its keys:
+
+    bodies: 2 names of bodies
+    location: 3 numbers or a mapping {name: 3 numbers}
+    axis: 3 numbers or a mapping {name: 3 numbers}
+    speed: {angle, displacement}, optional
+    reflected_inertia: {angle, displacement}, optional
+    limits: {angle, displacement}, optional
+    angle: a number in rad, optional
+    displacement: a number in m, optional
+    """
+
+    def __init__(
+        self,
+        *,
+        bodies: Sequence[str],
+        location: Vector | Mapping[str, Any],
+        axis: Vector | str | Mapping[str, Any],
+        speed: Mapping[str, Any] | None = ...,
+        reflected_inertia: Mapping[str, Any] | None = ...,
+        limits: Mapping[str, Any] | None = ...,
+        angle: Quantity | None = ...,
+        displacement: Quantity | None = ...,
+    ) -> None: ...
+
+class Planar(Part):
+    """A planar joint of a scene. Arguments are its keys:
+
+    bodies: 2 names of bodies
+    location: 3 numbers or a mapping {name: 3 numbers}
+    axis: 3 numbers or a mapping {name: 3 numbers}
+    speed: {displacement_x, displacement_y, angle}, optional
+    reflected_inertia: {displacement_x, displacement_y, angle}, optional
+    limits: {displacement_x, displacement_y, angle}, optional
+    displacement_x: a number in m, optional
+    displacement_y: a number in m, optional
+    angle: a number in rad, optional
+    """
+
+    def __init__(
+        self,
+        *,
+        bodies: Sequence[str],
+        location: Vector | Mapping[str, Any],
+        axis: Vector | str | Mapping[str, Any],
+        speed: Mapping[str, Any] | None = ...,
+        reflected_inertia: Mapping[str, Any] | None = ...,
+        limits: Mapping[str, Any] | None = ...,
+        displacement_x: Quantity | None = ...,
+        displacement_y: Quantity | None = ...,
+        angle: Quantity | None = ...,
+    ) -> None: ...
+
+class Fixed(Part):
+    """A fixed joint of a scene. Arguments are its keys:
+
+    bodies: 2 names of bodies
+    location: 3 numbers or a mapping {name: 3 numbers}
+    reaction: true or false, optional
+    axes: a mapping {name: {axis, angle}, {quaternion}, {matrix} or {euler, sequence}}, optional
+    """
+
+    def __init__(
+        self,
+        *,
+        bodies: Sequence[str],
+        location: Vector | Mapping[str, Any],
+        reaction: bool | None = ...,
+        axes: Mapping[str, Any] | None = ...,
+    ) -> None: ...
+
+class Distance(Part):
+    """A distance joint of a scene. Arguments are its keys:
+
+    bodies: 2 names of bodies
+    locations: 2 points or a mapping {name: 3 numbers}
+    length: a number in m, optional
+    """
+
+    def __init__(
+        self,
+        *,
+        bodies: Sequence[str],
+        locations: Sequence[Vector] | Mapping[str, Any],
+        length: Quantity | None = ...,
+    ) -> None: ...
+
+class RevoluteSpherical(Part):
+    """A revolute_spherical joint of a scene. Arguments are its keys:
+
+    bodies: 2 names of bodies
+    locations: 2 points or a mapping {name: 3 numbers}
+    axis: 3 numbers or a mapping {name: 3 numbers}
+    length: a number in m, optional
+    """
+
+    def __init__(
+        self,
+        *,
+        bodies: Sequence[str],
+        locations: Sequence[Vector] | Mapping[str, Any],
+        axis: Vector | str | Mapping[str, Any],
+        length: Quantity | None = ...,
+    ) -> None: ...
+
+class PointInPlane(Part):
+    """A point_in_plane joint of a scene. Arguments are its keys:
+
+    bodies: 2 names of bodies
+    location: 3 numbers or a mapping {name: 3 numbers}
+    axis: 3 numbers or a mapping {name: 3 numbers}
+    speed: {displacement_x, displacement_y}, optional
+    reflected_inertia: {displacement_x, displacement_y}, optional
+    limits: {displacement_x, displacement_y}, optional
+    displacement_x: a number in m, optional
+    displacement_y: a number in m, optional
+    """
+
+    def __init__(
+        self,
+        *,
+        bodies: Sequence[str],
+        location: Vector | Mapping[str, Any],
+        axis: Vector | str | Mapping[str, Any],
+        speed: Mapping[str, Any] | None = ...,
+        reflected_inertia: Mapping[str, Any] | None = ...,
+        limits: Mapping[str, Any] | None = ...,
+        displacement_x: Quantity | None = ...,
+        displacement_y: Quantity | None = ...,
+    ) -> None: ...
+
+class PointOnLine(Part):
+    """A point_on_line joint of a scene. Arguments are its keys:
+
+    bodies: 2 names of bodies
+    location: 3 numbers or a mapping {name: 3 numbers}
+    axis: 3 numbers or a mapping {name: 3 numbers}
+    speed: a number in m/s, optional
+    reflected_inertia: a number in kg, optional
+    limits: {displacement}, optional
+    displacement: a number in m, optional
+    """
+
+    def __init__(
+        self,
+        *,
+        bodies: Sequence[str],
+        location: Vector | Mapping[str, Any],
+        axis: Vector | str | Mapping[str, Any],
+        speed: Quantity | None = ...,
+        reflected_inertia: Quantity | None = ...,
+        limits: Mapping[str, Any] | None = ...,
+        displacement: Quantity | None = ...,
+    ) -> None: ...
+
+class Screw(Part):
+    """A screw joint of a scene. Arguments are its keys:
+
+    bodies: 2 names of bodies
+    location: 3 numbers or a mapping {name: 3 numbers}
+    axis: 3 numbers or a mapping {name: 3 numbers}
+    pitch: a number in m
+    speed: {angle, displacement}, optional
+    reflected_inertia: {angle, displacement}, optional
+    limits: {angle, displacement}, optional
+    angle: a number in rad, optional
+    displacement: a number in m, optional
+    """
+
+    def __init__(
+        self,
+        *,
+        bodies: Sequence[str],
+        location: Vector | Mapping[str, Any],
+        axis: Vector | str | Mapping[str, Any],
+        pitch: Quantity,
+        speed: Mapping[str, Any] | None = ...,
+        reflected_inertia: Mapping[str, Any] | None = ...,
+        limits: Mapping[str, Any] | None = ...,
+        angle: Quantity | None = ...,
+        displacement: Quantity | None = ...,
+    ) -> None: ...
+
+class Gear(Part):
+    """A gear joint of a scene. Arguments are its keys:
+
+    joints: 2 names of joints
+    teeth: 2 numbers of teeth
+    """
+
+    def __init__(
+        self,
+        *,
+        joints: Sequence[str],
+        teeth: Vector,
+    ) -> None: ...
+
+class Rack(Part):
+    """A rack joint of a scene. Arguments are its keys:
+
+    joints: 2 names of joints
+    radius: a number in m
+    """
+
+    def __init__(
+        self,
+        *,
+        joints: Sequence[str],
+        radius: Quantity,
+    ) -> None: ...
+
+class Belt(Part):
+    """A belt joint of a scene. Arguments are its keys:
+
+    joints: 2 names of joints
+    radii: 2 radii
+    """
+
+    def __init__(
+        self,
+        *,
+        joints: Sequence[str],
+        radii: Vector,
+    ) -> None: ...
+
+class Differential(Part):
+    """A differential joint of a scene. Arguments are its keys:
+
+    joints: 3 names of joints
+    """
+
+    def __init__(
+        self,
+        *,
+        joints: Sequence[str],
+    ) -> None: ...
+
+class Coupler(Part):
+    """A coupler joint of a scene. Arguments are its keys:
+
+    of: weights of coordinates, as in {A.angle: 2, B: -1}
+    function: a number or an expression of s or a list of rows or {rows, between}, optional
+    constant: a number, optional
+    """
+
+    def __init__(
+        self,
+        *,
+        of: Mapping[str, Any],
+        function: Quantity | Sequence[Sequence[Any]] | Mapping[str, Any] | None = ...,
+        constant: Quantity | None = ...,
+    ) -> None: ...
+
+class SpringDamper(Part):
+    """A spring_damper of a scene. Arguments are its keys:
+
+    points: a mapping {name: 3 numbers}, optional
+    bodies: 2 names of bodies, optional
+    locations: 2 points or a mapping {name: 3 numbers}, optional
+    stiffness: a number in N/m, optional
+    damping: a number in N*s/m, optional
+    free_length: a number in m, optional
+    force: a number in N or an expression of t, l, l_dot, optional
+    table: a list of rows or {rows, between}, optional
+    one of points, bodies
+    at most one of points, locations
+    at most one of stiffness, force, table
+    at most one of free_length, force
+    at most one of free_length, table
+    at most one of damping, force
+    """
+
+    def __init__(
+        self,
+        *,
+        points: Mapping[str, Any] | None = ...,
+        bodies: Sequence[str] | None = ...,
+        locations: Sequence[Vector] | Mapping[str, Any] | None = ...,
+        stiffness: Quantity | None = ...,
+        damping: Quantity | None = ...,
+        free_length: Quantity | None = ...,
+        force: Quantity | None = ...,
+        table: Sequence[Sequence[Any]] | Mapping[str, Any] | None = ...,
+    ) -> None: ...
+
+class TorsionSpringDamper(Part):
+    """A torsion_spring_damper of a scene. Arguments are its keys:
+
+    joint: the name of a joint
+    coordinate: angle, angle_1 or angle_2, optional
+    stiffness: a number in N*m/rad, optional
+    damping: a number in N*m*s/rad, optional
+    free_angle: a number in rad, optional
+    torque: a number in N*m or an expression of t, angle, angle_dot, optional
+    table: a list of rows or {rows, between}, optional
+    at most one of stiffness, torque, table
+    at most one of free_angle, torque
+    at most one of free_angle, table
+    at most one of damping, torque
+    """
+
+    def __init__(
+        self,
+        *,
+        joint: str,
+        coordinate: str | None = ...,
+        stiffness: Quantity | None = ...,
+        damping: Quantity | None = ...,
+        free_angle: Quantity | None = ...,
+        torque: Quantity | None = ...,
+        table: Sequence[Sequence[Any]] | Mapping[str, Any] | None = ...,
+    ) -> None: ...
+
+class LinearSpringDamper(Part):
+    """A linear_spring_damper of a scene. Arguments are its keys:
+
+    joint: the name of a joint
+    coordinate: displacement, displacement_x or displacement_y, optional
+    stiffness: a number in N/m, optional
+    damping: a number in N*s/m, optional
+    free_displacement: a number in m, optional
+    force: a number in N or an expression of t, displacement, displacement_dot, optional
+    table: a list of rows or {rows, between}, optional
+    at most one of stiffness, force, table
+    at most one of free_displacement, force
+    at most one of free_displacement, table
+    at most one of damping, force
+    """
+
+    def __init__(
+        self,
+        *,
+        joint: str,
+        coordinate: str | None = ...,
+        stiffness: Quantity | None = ...,
+        damping: Quantity | None = ...,
+        free_displacement: Quantity | None = ...,
+        force: Quantity | None = ...,
+        table: Sequence[Sequence[Any]] | Mapping[str, Any] | None = ...,
+    ) -> None: ...
+
+class Bushing(Part):
+    """A bushing of a scene. Arguments are its keys:
+
+    bodies: 2 names of bodies
+    location: 3 numbers or a mapping {name: 3 numbers}
+    axes: {axis, angle}, {quaternion}, {matrix} or {euler, sequence} or a mapping {name: {axis, angle}, {quaternion}, {matrix} or {euler, sequence}}, optional
+    stiffness: {translation, rotation}, optional
+    damping: {translation, rotation}, optional
+    preload: {translation, rotation}, optional
+    """
+
+    def __init__(
+        self,
+        *,
+        bodies: Sequence[str],
+        location: Vector | Mapping[str, Any],
+        axes: Mapping[str, Any] | None = ...,
+        stiffness: Mapping[str, Any] | None = ...,
+        damping: Mapping[str, Any] | None = ...,
+        preload: Mapping[str, Any] | None = ...,
+    ) -> None: ...
+
+class Stop(Part):
+    """A stop of a scene. Arguments are its keys:
+
+    points: a mapping {name: 3 numbers}, optional
+    bodies: 2 names of bodies, optional
+    locations: 2 points or a mapping {name: 3 numbers}, optional
+    shortest: a number in m, optional
+    longest: a number in m, optional
+    plane: {body, location, normal}, optional
+    point: {body, location}, optional
+    radius: a number in m, optional
+    friction: a number or {coefficient, static, stribeck_speed}, optional
+    rigid: true or false, optional
+    exponent: a number, optional
+    stiffness: a number in N/m, optional
+    restitution: a number, optional
+    damping: a number in s/m, optional
+    one of points, bodies, plane
+    at most one of points, locations
+    at most one of plane, locations
+    at most one of plane, shortest
+    at most one of plane, longest
+    at most one of points, point
+    at most one of points, radius
+    at most one of points, friction
+    at most one of bodies, point
+    at most one of bodies, radius
+    at most one of bodies, friction
+    one of stiffness, rigid
+    at most one of exponent, rigid
+    at most one of damping, rigid
+    at most one of damping, restitution
+    at most one of radius, friction
+    at most one of stiffness, friction
+    """
+
+    def __init__(
+        self,
+        *,
+        points: Mapping[str, Any] | None = ...,
+        bodies: Sequence[str] | None = ...,
+        locations: Sequence[Vector] | Mapping[str, Any] | None = ...,
+        shortest: Quantity | None = ...,
+        longest: Quantity | None = ...,
+        plane: Mapping[str, Any] | None = ...,
+        point: Mapping[str, Any] | None = ...,
+        radius: Quantity | None = ...,
+        friction: Quantity | Mapping[str, Any] | None = ...,
+        rigid: bool | None = ...,
+        exponent: Quantity | None = ...,
+        stiffness: Quantity | None = ...,
+        restitution: Quantity | None = ...,
+        damping: Quantity | None = ...,
+    ) -> None: ...
+
+class Force(Part):
+    """A force of a scene. Arguments are its keys:
+
+    body: the name of a body
+    location: 3 numbers or a mapping {name: 3 numbers}, optional
+    force: 3 components
+    axes: global or body, optional
+    """
+
+    def __init__(
+        self,
+        *,
+        body: str,
+        force: Vector,
+        location: Vector | Mapping[str, Any] | None = ...,
+        axes: str | None = ...,
+    ) -> None: ...
+
+class Torque(Part):
+    """A torque of a scene. Arguments are its keys:
+
+    body: the name of a body
+    torque: 3 components
+    axes: global or body, optional
+    """
+
+    def __init__(
+        self,
+        *,
+        body: str,
+        torque: Vector,
+        axes: str | None = ...,
+    ) -> None: ...
+
+class Friction(Part):
+    """A friction of a scene. Arguments are its keys:
+
+    joint: the name of a joint
+    coefficient: a number or {angle, angle_1, angle_2, displacement, displacement_x, displacement_y}, optional
+    coulomb: {torque, force or coefficient, ...} or {angle, displacement}, optional
+    """
+
+    def __init__(
+        self,
+        *,
+        joint: str,
+        coefficient: Quantity | Mapping[str, Any] | None = ...,
+        coulomb: Mapping[str, Any] | None = ...,
+    ) -> None: ...

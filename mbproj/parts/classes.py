@@ -1,0 +1,113 @@
+"""The classes, made from the tables that read a scene: names, arguments with their types, what each of them takes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
+
+from mbproj.parts.part import Part, signature_of
+from mbproj.scene.blocks.body import BODY
+from mbproj.scene.blocks.expectations import EXPECTATION
+from mbproj.scene.blocks.forces.force_types import FORCE_RECORDS
+from mbproj.scene.blocks.motions import MOTION
+from mbproj.scene.blocks.simulation import SIMULATION
+from mbproj.scene.fields.alternatives import Alternatives
+from mbproj.scene.fields.choices import Choice
+from mbproj.scene.fields.containers import Record
+from mbproj.scene.fields.fields import Converted, Field, Flag, List, Text
+from mbproj.scene.grammar import JOINT, MARKER
+
+#: What is a number or an array to a scene: also text with a unit or an expression, and NumPy's.
+NUMBER, NUMBERS, MAPPING = "Quantity", "Vector", "Mapping[str, Any]"
+
+
+def annotation_of(field: Field[Any]) -> str:
+    """The type of what a field takes, as `__init__.pyi` writes it."""
+    if isinstance(field, Converted):
+        return annotation_of(field.field)
+    if isinstance(field, Flag):
+        return "bool"
+    if isinstance(field, Text):
+        return "str"
+    if isinstance(field, Choice):
+        return "str"
+    if isinstance(field, List):
+        return _several(annotation_of(field.item))
+    if isinstance(field, Alternatives):
+        return " | ".join(dict.fromkeys(part for way in field.ways for part in annotation_of(way).split(" | ")))
+    return _by_schema(field.schema())
+
+
+def _several(item: str) -> str:
+    return NUMBERS if item == NUMBER else f"Sequence[{item}]"
+
+
+def _by_schema(schema: Mapping[str, Any]) -> str:
+    """The same of a field that has no class of its own here, by what JSON Schema says of it."""
+    if "anyOf" in schema:
+        return " | ".join(dict.fromkeys(part for way in schema["anyOf"] for part in _by_schema(way).split(" | ")))
+    if "enum" in schema:
+        return "str"
+    kinds = schema.get("type", "object")
+    kinds = [kinds] if isinstance(kinds, str) else kinds
+    if "object" in kinds:
+        return MAPPING
+    if "array" in kinds:
+        inner = _by_schema(schema["items"]) if isinstance(schema.get("items"), Mapping) else "Any"
+        return _several(inner)
+    return NUMBER if "number" in kinds else "str"
+
+
+def _made(name: str, record: Record[Any], type_name: str = "") -> type[Part]:
+    """A class for what a record reads."""
+    fields = {key: field for key, field in record.keys.items() if key != "type"}
+    required = tuple(key for key in record.required if key != "type")
+    lines = [f"{key}: {field.expects}{'' if key in required else ', optional'}" for key, field in fields.items()]
+    groups = [
+        f"{'one' if group.needed else 'at most one'} of {', '.join(group.keys)}"
+        for group in record.choices
+        if not set(group.keys) - set(fields)
+    ]
+    what = record.what[:1].upper() + record.what[1:]
+    text = "\n".join([f"{what} of a scene. Arguments are its keys:\n", *lines, *groups])
+    keys = {key: annotation_of(field) for key, field in fields.items()}
+    body = {
+        "__doc__": text,
+        "__module__": "mbproj.parts",
+        "__slots__": (),
+        "__signature__": signature_of(keys, required),
+        "type": type_name,
+        "keys_of_scene": tuple(fields),
+        "required": required,
+    }
+    return type(name, (Part,), body)
+
+
+def _named(type_name: str) -> str:
+    """`spring_damper` as a class: `SpringDamper`."""
+    return "".join(word.capitalize() for word in type_name.split("_"))
+
+
+def _record(field: Field[Any]) -> Record[Any]:
+    """What a field reads before it converts it."""
+    while isinstance(field, Converted):
+        field = field.field
+    assert isinstance(field, Record)
+    return field
+
+
+def _classes() -> dict[str, type[Part]]:
+    alone: Mapping[str, Field[Any]] = {
+        "Body": BODY,
+        "Marker": MARKER,
+        "Motion": MOTION,
+        "Expectation": EXPECTATION,
+        "Simulation": SIMULATION,
+    }
+    typed: Mapping[str, Record[Any]] = {**JOINT.variants, **FORCE_RECORDS}
+    found = {name: _made(name, _record(field)) for name, field in alone.items()}
+    return found | {_named(name): _made(_named(name), record, name) for name, record in typed.items()}
+
+
+CLASSES: Mapping[str, type[Part]] = MappingProxyType(_classes())

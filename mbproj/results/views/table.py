@@ -1,0 +1,101 @@
+"""`Table`: rows under headings, as an object: for a prompt, a notebook, pandas. `Tabled`: what shows itself as one."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Mapping
+from html import escape
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from mbproj.dataclass import dataclass
+from mbproj.results.views.frames import needed
+from mbproj.scene.text.suggestions import choose_from
+
+#: Rows that a prompt and a notebook show.
+SHOWN = 20
+
+
+@dataclass(frozen=True)
+class Table:
+    """`headings`, and `rows` with None where a cell has no value."""
+
+    headings: tuple[str, ...]
+    rows: tuple[tuple[Any, ...], ...]
+
+    @classmethod
+    def of(cls, rows: Iterable[Mapping[str, Any]], *headings: str) -> Table:
+        """The table of rows that all have the same keys, which are its headings; of no rows, with these `headings`."""
+        found = [dict(row) for row in rows]
+        return Table(tuple(found[0]) if found else headings, tuple(tuple(row.values()) for row in found))
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def __getitem__(self, heading: str) -> npt.NDArray[Any]:
+        """The column with this heading, its unit left out or not; NaN where a cell has no value. Raises KeyError with
+        the nearest."""
+        known = {name.partition(" (")[0]: k for k, name in enumerate(self.headings)}
+        known.update({name: k for k, name in enumerate(self.headings)})
+        if heading not in known:
+            raise KeyError(f"the table has no column '{heading}'; {choose_from(heading, known)}")
+        values = [row[known[heading]] for row in self.rows]
+        if all(isinstance(value, bool) for value in values):
+            return np.array(values, dtype=bool)
+        is_text = any(isinstance(value, str) for value in values)
+        return np.array(values, dtype=object) if is_text else np.array(values, dtype=float)
+
+    def to_pandas(self) -> Any:
+        """A DataFrame. Raises ImportError where pandas is not installed."""
+        return needed("pandas").DataFrame(list(self.rows), columns=list(self.headings))
+
+    def __repr__(self) -> str:
+        lines = [self.headings, *(tuple(map(_shown, row)) for row in self.rows[:SHOWN])]
+        widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+        text = ["  ".join(f"{cell:{width}}" for cell, width in zip(row, widths, strict=True)).rstrip() for row in lines]
+        return "\n".join([*text, *([] if self._left == 0 else [f"... and {self._left} more"])])
+
+    def _repr_html_(self) -> str:
+        head = "".join(f"<th>{escape(name)}</th>" for name in self.headings)
+        body = "".join(f"<tr>{''.join(map(_cell, row))}</tr>" for row in self.rows[:SHOWN])
+        more = f"<caption>the first {SHOWN} of {len(self.rows)} rows</caption>" if self._left else ""
+        return f"<table>{more}<tr>{head}</tr>{body}</table>"
+
+    @property
+    def _left(self) -> int:
+        """Rows that are not shown."""
+        return max(len(self.rows) - SHOWN, 0)
+
+
+class Tabled(ABC):
+    """What has a table, and a line on itself: that is what a prompt and a notebook show of it."""
+
+    @property
+    @abstractmethod
+    def table(self) -> Table:
+        """All of it that stands in rows."""
+
+    @property
+    @abstractmethod
+    def line(self) -> str:
+        """What it is, in one line."""
+
+    def to_pandas(self) -> Any:
+        """The table as a DataFrame. Raises ImportError where pandas is not installed."""
+        return self.table.to_pandas()
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}: {self.line}\n{self.table!r}"
+
+    def _repr_html_(self) -> str:
+        return f"<p>{escape(self.line)}</p>{self.table._repr_html_()}"
+
+
+def _shown(value: object) -> str:
+    return "" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def _cell(value: object) -> str:
+    return f"<td>{escape(_shown(value))}</td>"
