@@ -55,8 +55,7 @@ def test_mistakes(runs: Path) -> None:
         (["--tolerance", "0"], "--tolerance: error: '--tolerance' must be greater than 0, found 0\n"),
         (
             ["--absolute", "marker/position=1"],
-            "--absolute: error: 'marker/position=1' does not begin with a quantity "
-            "and '='; did you mean 'markers/position'?\n",
+            "--absolute: error: there is no quantity 'marker/position'; did you mean 'markers/position'?\n",
         ),
         (["--absolute", "bodies/position=1 kg"], "--absolute: error: '--absolute' is in m, this is a mass\n"),
     ):
