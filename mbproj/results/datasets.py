@@ -17,29 +17,33 @@ from h5py import h5d, h5f, h5p, h5s, h5t
 from mbproj.results import events
 from mbproj.results.crash_safety import checkpoint
 from mbproj.results.file.checksums import NOT_YET, crc32, describe, stamp
-from mbproj.results.layout import Constant, Dataset, datasets_for, trailing
+from mbproj.results.file.scales import name_axes
+from mbproj.results.file.whole import GROUPS_TOO, create_text
+from mbproj.results.layout import ALL_NAMES, LATER_NAMES, Constant, Dataset, datasets_for, trailing
 from mbproj.results.loads import stored as stored_loads
 
 CHUNK_BYTES = 2**18
 CHUNK_SAMPLES = 512
-#: A dataset is created with the groups of its path.
-GROUPS_TOO = h5p.create(h5p.LINK_CREATE)
-GROUPS_TOO.set_create_intermediate_group(True)
 _NUMBERS = count()
 #: The format of HDF5 1.10: the first that SWMR can use, so that older readers can open the results.
 VERSIONS = ("v110", "v110")
 
 
 @lru_cache(8)
-def without_samples(sizes: tuple[tuple[str, int], ...]) -> bytes:
-    """A file with all arrays for so many columns by symbol, and nothing in them. It is kept for the next run of its
-    kind: the arrays take two thirds of the time of a new file."""
+def without_samples(names: tuple[tuple[str, tuple[str, ...]], ...]) -> bytes:
+    """A file with all arrays for columns with these names, by kind, and nothing in them. It is kept for the next run of
+    its kind: the arrays take two thirds of the time of a new file."""
+    sizes = {ALL_NAMES[kind].symbol: len(own) for kind, own in names}
     with h5py.File(_name(), "w", driver="core", backing_store=False, libver=VERSIONS) as file:
-        for dataset in datasets_for(dict(sizes)):
-            create_dataset(file, dataset, trailing(dataset, dict(sizes)))
+        for kind, own in names:
+            if kind not in LATER_NAMES or own:
+                create_text(file, ALL_NAMES[kind].path, own, ALL_NAMES[kind].description)
+        for dataset in datasets_for(sizes):
+            create_dataset(file, dataset, trailing(dataset, sizes))
+        name_axes(file, datasets_for(sizes))
         events.create(file)
         stored_loads.create(file)
-        checkpoint.create(file, dict(sizes)["n"])
+        checkpoint.create(file, sizes["n"])
         return image_of(file)
 
 
@@ -86,18 +90,6 @@ def create_dataset(file: h5py.File, dataset: Dataset, shape: tuple[int, ...]) ->
     stamp(created, NOT_YET)
     frame = {"frame": dataset.frame} if dataset.frame else {}
     describe(created, {"units": dataset.unit, "description": dataset.description, **frame})
-
-
-def create_whole(group: h5py.Group, path: str, values: npt.NDArray[Any]) -> h5py.Dataset:
-    """An array that is written at once, and does not grow."""
-    kind = h5t.py_create(values.dtype, logical=True)
-    properties = h5p.create(h5p.DATASET_CREATE)
-    properties.set_obj_track_times(False)
-    space = h5s.create_simple(values.shape) if values.shape else h5s.create(h5s.SCALAR)
-    created = h5d.create(group.id, path.encode(), kind, space, properties, GROUPS_TOO)
-    if values.size:
-        created.write(h5s.ALL, h5s.ALL, values, mtype=kind)
-    return h5py.Dataset(created)
 
 
 def opened(file: h5py.File, path: str) -> h5py.Dataset:

@@ -5,15 +5,14 @@ from __future__ import annotations
 import json
 import os
 import platform
-from collections.abc import Sequence
 from dataclasses import asdict
 from datetime import datetime
 
 import h5py
 import numpy as np
 
-from mbproj.results.datasets import create_whole
 from mbproj.results.file.checksums import crc32, describe, stamp
+from mbproj.results.file.whole import create_text
 from mbproj.results.layout import FORMAT, SCHEMA_VERSION
 from mbproj.scene.meshes import meshes_of
 from mbproj.scene.records import Scene
@@ -36,22 +35,6 @@ def root_attributes() -> dict[str, Attribute]:
         "numpy_version": np.__version__,
         "h5py_version": h5py.__version__,
     }
-
-
-def as_text(name: str) -> str:
-    """A text that may have a path in it, for HDF5: bytes in a file name that are no text become \\udcff, say."""
-    return name.encode(errors="backslashreplace").decode()
-
-
-def create_text(group: h5py.Group, path: str, texts: str | Sequence[str], description: str) -> None:
-    """A dataset of UTF-8 strings of one length: they stand in place, where a variable length needs HDF5's heap."""
-    listed = [texts] if isinstance(texts, str) else list(texts)
-    encoded = [as_text(text).encode() for text in listed]
-    kind = h5py.string_dtype("utf-8", max([1, *map(len, encoded)]))
-    data = np.array(encoded, dtype=kind)
-    dataset = create_whole(group, path, data.reshape(() if isinstance(texts, str) else (-1,)))
-    describe(dataset, {"description": description})
-    stamp(dataset, crc32(data))
 
 
 def write_scene(file: h5py.File, scene: Scene) -> None:

@@ -13,7 +13,7 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.results.file.checksums import NOT_YET, crc32, describe, stamp, stamp_attributes
 from mbproj.results.file.contents import Contents
-from mbproj.results.provenance import create_text
+from mbproj.results.file.whole import create_text
 
 GROUP = "trust"
 #: Of a run that ended before the better solution did.

@@ -19,9 +19,9 @@ from mbproj.results.file.checksums import stamp_attributes
 from mbproj.results.file.contents import Contents
 from mbproj.results.file.dataset import DAMAGE
 from mbproj.results.file.opening import open_rehearsed
+from mbproj.results.file.whole import create_text
 from mbproj.results.files import part_path
 from mbproj.results.layout import FORMAT
-from mbproj.results.provenance import create_text
 from mbproj.results.views.table import Table, Tabled
 from mbproj.scene.records import Scene
 from mbproj.version import __version__

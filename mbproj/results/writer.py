@@ -42,11 +42,12 @@ from mbproj.results.faults import OutputError, cannot_write, status_of
 from mbproj.results.file.attributes import put
 from mbproj.results.file.checksums import crc32, stamp, stamp_attributes
 from mbproj.results.file.dataset import CHUNK_CACHE
+from mbproj.results.file.whole import as_text
 from mbproj.results.files import check_output, part_path
 from mbproj.results.layout import ALL_NAMES, CONSTANTS, LATER_NAMES, Dataset, datasets_for, trailing
 from mbproj.results.loads import stored as stored_loads
 from mbproj.results.loads.stored import recorded_loads
-from mbproj.results.provenance import Attribute, as_text, create_text, root_attributes, write_scene
+from mbproj.results.provenance import Attribute, root_attributes, write_scene
 from mbproj.results.trust import Trust
 from mbproj.scene.records import Scene
 
@@ -186,12 +187,9 @@ class ResultsWriter:
     def _image(self) -> bytes:
         """The bytes of a file without samples. It is made in memory and written at once, so that OUT.part is never a
         file that is half created."""
-        with in_memory(without_samples(tuple(self._sizes.items()))) as file:
+        with in_memory(without_samples(tuple((kind, tuple(own)) for kind, own in self._names.items()))) as file:
             put(file, root_attributes())
             write_scene(file, self._scene)
-            for kind, entry in ALL_NAMES.items():
-                if kind not in LATER_NAMES or self._names[kind]:
-                    create_text(file, entry.path, self._names[kind], entry.description)
             if self._certified is not None:
                 points = self._names["markers"] or self._names["bodies"]
                 trusting.create(file, points, self._certified, self._sizes["n"])

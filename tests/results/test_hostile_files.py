@@ -13,7 +13,7 @@ import pytest
 from mbproj.errors import InputError
 from mbproj.results import open_results
 from mbproj.results.file.checksums import OF_ATTRIBUTES, OF_DATA, stamp_attributes
-from mbproj.results.provenance import create_text
+from mbproj.results.file.whole import create_text
 from mbproj.results.reader import BESIDE_SAMPLES
 from tests.results.pendulum_blocks import PATHS, block, record, times
 

@@ -20,7 +20,8 @@ from mbproj.results.file import stored_scene
 from mbproj.results.file.checksums import crc32, describe, stamp, stamp_attributes
 from mbproj.results.file.contents import Contents
 from mbproj.results.file.opening import open_rehearsed
-from mbproj.results.provenance import Attribute, create_text, root_attributes, write_scene
+from mbproj.results.file.whole import create_text
+from mbproj.results.provenance import Attribute, root_attributes, write_scene
 from mbproj.scene.meshes import TriangleMesh
 from mbproj.scene.records import Scene
 

@@ -11,7 +11,7 @@ from mbproj.errors import InputError, Problem
 from mbproj.kernel import build_info
 from mbproj.outputs import make_folder
 from mbproj.results.file.lock import is_locked
-from mbproj.results.provenance import as_text
+from mbproj.results.file.whole import as_text
 from mbproj.results.sweep.layout import NAME
 from mbproj.studies.sweep.keys import identity
 from mbproj.studies.sweep.spec import Spec
