@@ -39,9 +39,12 @@ _NOTHING: Mapping[str, object] = {}
 
 @dataclass(frozen=True, eq=False)
 class SceneCheck(Tabled):
-    """What a scene is at its assembled `state`: the `choice` of a formulation (None where none can run), the
-    `diagnosis` of its rows, the `problems` that keep it from running, `notes` on what may be a mistake, the dry
-    `frictions` at the start, the `fast` motions of its forces. `mobility` is None where a loop is too large for it."""
+    """What a scene is at its assembled `state`.
+
+    `choice` is the formulation, None where none can run, `diagnosis` what its rows depend on. `problems` keep it from
+    running, `notes` may be mistakes. `frictions` are the dry ones at the start, `fast` the fast motions of its forces.
+    `mobility` is None where a loop is too large for it.
+    """
 
     scene: Scene
     system: System
