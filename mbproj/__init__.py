@@ -106,7 +106,6 @@ _HOMES = {
         "Differential",
         "Distance",
         "Expectation",
-    "Exported",
         "Fixed",
         "Force",
         "Friction",

@@ -24,7 +24,6 @@ from mbproj.scene.text.suggestions import choose_from
 from mbproj.templates import TEMPLATES, written
 from mbproj.version import __version__
 
-
 _NOTHING: Mapping[str, object] = {}
 #: What writes a scene in a format.
 FORMATS = {"mjcf": as_mjcf, "urdf": as_urdf}
@@ -74,8 +73,8 @@ def import_model(
     """Makes a scene of a `model` in MJCF, URDF or SDF: `found.scene`, `found.text`, a table of what has no counterpart.
 
     It begins `at` a keyframe, or at the joint coordinates of a `pose` (rad, m; a mapping, or a file of them). `loops`
-    is the file of a URDF where its loops stand; the frames that a joint of an SDF names `meet`. `hold`: servos become springs; `contacts`: stops are made of spheres
-    and capsules above planes. Raises InputError where the model is wrong.
+    is the file of a URDF where its loops stand; the frames that a joint of an SDF names `meet`. `hold`: servos become
+    springs. `contacts`: spheres and capsules above planes become stops. Raises InputError where the model is wrong.
     """
     with by_arguments():
         if isinstance(pose, (str, Path)):

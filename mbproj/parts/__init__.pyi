@@ -289,6 +289,7 @@ class Planar(Part):
     bodies: 2 names of bodies
     location: 3 numbers or a mapping {name: 3 numbers}
     axis: 3 numbers or a mapping {name: 3 numbers}
+    x_axis: 3 numbers or a mapping {name: 3 numbers}, optional
     speed: {displacement_x, displacement_y, angle}, optional
     reflected_inertia: {displacement_x, displacement_y, angle}, optional
     limits: {displacement_x, displacement_y, angle}, optional
@@ -303,6 +304,7 @@ class Planar(Part):
         bodies: Sequence[str],
         location: Vector | Mapping[str, Any],
         axis: Vector | str | Mapping[str, Any],
+        x_axis: Vector | str | Mapping[str, Any] | None = ...,
         speed: Mapping[str, Any] | None = ...,
         reflected_inertia: Mapping[str, Any] | None = ...,
         limits: Mapping[str, Any] | None = ...,
@@ -369,6 +371,7 @@ class PointInPlane(Part):
     bodies: 2 names of bodies
     location: 3 numbers or a mapping {name: 3 numbers}
     axis: 3 numbers or a mapping {name: 3 numbers}
+    x_axis: 3 numbers or a mapping {name: 3 numbers}, optional
     speed: {displacement_x, displacement_y}, optional
     reflected_inertia: {displacement_x, displacement_y}, optional
     limits: {displacement_x, displacement_y}, optional
@@ -382,6 +385,7 @@ class PointInPlane(Part):
         bodies: Sequence[str],
         location: Vector | Mapping[str, Any],
         axis: Vector | str | Mapping[str, Any],
+        x_axis: Vector | str | Mapping[str, Any] | None = ...,
         speed: Mapping[str, Any] | None = ...,
         reflected_inertia: Mapping[str, Any] | None = ...,
         limits: Mapping[str, Any] | None = ...,
