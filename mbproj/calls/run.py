@@ -51,6 +51,7 @@ def run(
     output_step: float | str | None = None,
     break_times: Sequence[float] | None = None,
     start: str | None = None,
+    adjust_joints: float | str | None = None,
     projection_tolerance: float | None = None,
     projection_test: str | None = None,
     project_position: bool | None = None,

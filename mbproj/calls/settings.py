@@ -26,6 +26,7 @@ class RunSettings(TypedDict, total=False):
     output_step: Quantity | None
     break_times: Sequence[Quantity] | None
     start: str | None
+    adjust_joints: Quantity | None
     projection_tolerance: Quantity | None
     projection_test: str | None
     project_position: bool | None

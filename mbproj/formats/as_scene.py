@@ -28,7 +28,8 @@ def scene_text(mechanism: Mechanism, version: str) -> str:
     text = list(_head(mechanism, version))
     if names:
         text += lines("parameters", {name: quantity for quantity, name in names.items()}, 0)
-    text.append("simulation: {duration: 10 s, tolerance: 1.0e-8, integrator: dopri5, output_step: 10 ms}")
+    adjust = f", adjust_joints: {mechanism.adjust}" if mechanism.adjust else ""
+    text.append(f"simulation: {{duration: 10 s, tolerance: 1.0e-8, integrator: dopri5, output_step: 10 ms{adjust}}}")
     text.append("bodies:")
     for part in mechanism.parts.values():
         text += lines(part.name, _shared(_body(part), names), 2, _origin(part.place, mechanism.file))

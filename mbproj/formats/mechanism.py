@@ -103,7 +103,8 @@ class Connection:
 @dataclass(eq=False)
 class Mechanism:
     """A model as a scene can say it. `parts` are in the order from the ground; `tree` has the names of the joints that
-    make its tree, the others close loops. `between` are massless bodies that the model has not."""
+    make its tree, the others close loops. `between` are massless bodies that the model has not. `adjust` is how far
+    joints may move where its numbers are rounded."""
 
     title: str
     kind: str
@@ -116,6 +117,7 @@ class Mechanism:
     said: list[Said] = field(default_factory=list)
     tree: set[str] = field(default_factory=set)
     between: set[str] = field(default_factory=set)
+    adjust: str = ""
 
     def part(self, name: str) -> Part:
         """A body, or the ground."""

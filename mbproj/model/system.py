@@ -77,6 +77,19 @@ class Conditions:
     value: Array
 
 
+@dataclass(frozen=True)
+class Adjustment:
+    """How far a joint's own frame was moved so that loops of rounded numbers close: `shift` in m, `tilt` in rad."""
+
+    joint: str
+    shift: float
+    tilt: float
+
+    def size(self, length: float) -> float:
+        """The larger of the shift and of what the tilt moves at this length, in m."""
+        return max(self.shift, self.tilt * length)
+
+
 @dataclass(frozen=True, eq=False)
 class System:
     """A mechanism of n rigid carriers, most of which are one body of the scene each; index n is the ground.
@@ -90,6 +103,7 @@ class System:
     to. `body_places`, `joint_places`: where each carrier and joint stands in the scene file, for messages. `forces`,
     `stops`, `frictions` (dry ones that stick), `bearings`, and
     `states` of elements are None where the scene has none. `channels`: what functions name.
+    `adjustments`: how far joints were moved from where the scene has them.
     """
 
     names: Names
@@ -119,6 +133,7 @@ class System:
     states: ElementStates = NO_STATES
     energies: Energies = NO_ENERGIES
     channels: Channels = NO_CHANNELS
+    adjustments: tuple[Adjustment, ...] = ()
 
     @cached_property
     def layout(self) -> Layout:

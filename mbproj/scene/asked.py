@@ -30,7 +30,7 @@ class ProjectionSettings:
 class Settings:
     """The `simulation` block with defaults resolved. Exactly one of `step` and `tolerance` is set in a run; `duration`
     and both may be None in a scene that leaves them to the command line. Steps end at `break_times` (s) too. `start` is
-    one of `registry.STARTS`."""
+    one of `registry.STARTS`. Joints may move by `adjust_joints` (m) where loops of rounded numbers do not close."""
 
     duration: float | None = None
     step: float | None = None
@@ -42,4 +42,5 @@ class Settings:
     output_step: float | None = None
     break_times: tuple[float, ...] = ()
     start: str = "scene"
+    adjust_joints: float | None = None
     projection: ProjectionSettings = field(default_factory=ProjectionSettings)

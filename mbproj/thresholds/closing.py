@@ -54,6 +54,22 @@ class Closing:
     large: int = threshold(
         100, "bodies", "numpy", "dense factors of more bodies are not made to assemble or to diagnose", "seconds"
     )
+    almost_dependent: float = threshold(
+        1e-3,
+        "1",
+        "numpy",
+        "smaller singular values are those of rounded numbers",
+        "a wrist rounded to 0.1 mm: 8e-5",
+    )
+    exactly_dependent: float = threshold(
+        1e-12, "1", "numpy", "smaller singular values are round-off", "1e3 ε, with room"
+    )
+    adjusting_rank: float = threshold(
+        1e-5, "1", "numpy", "smaller parts of what frames change are round-off", "found: 1e-2, then 1e-9"
+    )
+    frame_step: float = threshold(1e-6, "1", "numpy", "differences by frames of joints take this step", "ε^(1/3)")
+    sampled_turn: float = threshold(0.2, "rad", "numpy", "poses of a sample are so far from the start", "chosen")
+    most_adjusting: int = threshold(12, "-", "numpy", "steps that adjust joints", "found: 3")
     same_start: float = threshold(
         1e-9, "m, rad", "numpy", "a motion may begin so far, over 1 + that, from a joint's own condition", "chosen"
     )

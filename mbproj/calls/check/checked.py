@@ -12,6 +12,7 @@ from mbproj.calls.given import Given, by_arguments, scene_of
 from mbproj.calls.settings import RunSettings, options_of, with_settings
 from mbproj.dataclass import dataclass
 from mbproj.dynamics import Mobility, State, mobility
+from mbproj.dynamics.assembly.adjust import adjustment_notes
 from mbproj.dynamics.assembly.assemble import coordinates, moved_from_scene
 from mbproj.dynamics.contact.driven import refuse_driven_beyond
 from mbproj.dynamics.equations.constraint_equations import constraint_at, constraint_velocity_at
@@ -104,6 +105,7 @@ class SceneCheck(Tabled):
             "expectations": [each.name for each in self.scene.expectations],
             "can_run": self.can_run,
             "problems": [_problem(problem) for problem in self.problems],
+            "adjusted_joints": {each.joint: {"shift": each.shift, "tilt": each.tilt} for each in system.adjustments},
             "notes": [_problem(note) for note in self.notes],
         }
 
@@ -170,7 +172,7 @@ def checked(what: Scene, system: System, state: State) -> SceneCheck:
         choice=choice,
         diagnosis=diagnosis,
         problems=problems,
-        notes=notes_on(what),
+        notes=[*notes_on(what), *adjustment_notes(what, system)],
         frictions=rubs,
         fast=[] if choice is None else fastest_at(choice, system, state),
         # A dense decomposition of a loop of hundreds of bodies would take minutes.

@@ -64,7 +64,7 @@ def command(scene: str, settings: tuple[str, ...], picture: Path | None, as_json
         stiff = fast_forces.lines(found.fast, stable_steps(found.fast))
         lines = [*_sizes(what, system, facts), *found.diagnosis.lines(), *start, *stiff, verdict]
         click.echo("\n".join([what.title or Path(scene).stem, *lines]))
-        show_notes(what)
+        show_notes(found.notes)
         for problem in found.problems:
             click.echo(str(problem), err=True)
     return int(ExitCode.DONE if found.can_run else ExitCode.CHECK_FAILED)

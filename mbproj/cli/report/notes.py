@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import click
 
 if TYPE_CHECKING:
-    from mbproj.scene import Scene
+    from mbproj.errors import Problem
 
 
-def show_notes(scene: Scene) -> None:
+def show_notes(notes: Iterable[Problem]) -> None:
     """A line for each note, on stderr."""
-    from mbproj.scene.blocks.oversights import notes_on
-
-    for note in notes_on(scene):
+    for note in notes:
         click.echo(note.line("note"), err=True)

@@ -36,10 +36,12 @@ def execute(
     `earlier`: the run that this one goes on with."""
     from mbproj.calls.run import record
     from mbproj.cli.report import expectations
+    from mbproj.cli.report.notes import show_notes
     from mbproj.cli.report.progress import progress_bar, telling
     from mbproj.cli.report.summary import print_summary
     from mbproj.cli.report.trust import as_numbers
     from mbproj.dynamics import unique_components
+    from mbproj.dynamics.assembly.adjust import adjustment_notes
     from mbproj.integrate.outcome.report import summary
     from mbproj.linear.equilibrium.started import start_state
     from mbproj.model import compile_system
@@ -50,6 +52,8 @@ def execute(
     started = perf_counter()
     settings = settings_to_run(scene)
     system = compile_system(scene)
+    if not quiet:
+        show_notes(adjustment_notes(scene, system))
     with placed_in(scene):
         state = start_state(scene, system)
     with placed_at(Place("--output")):

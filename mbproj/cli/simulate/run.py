@@ -71,13 +71,14 @@ def command(
     from mbproj.cli.report.notes import show_notes
     from mbproj.cli.simulate.execute import execute
     from mbproj.scene import read_scene
+    from mbproj.scene.blocks.oversights import notes_on
 
     asked, given = _limits(certify, limits), overrides(options)
     if from_equilibrium:
         given["start"] = EQUILIBRIUM
     what, facts = read_scene(scene, parameters(settings), given), dict[str, Any]()
     if not quiet:
-        show_notes(what)
+        show_notes(notes_on(what))
     if accuracy is not None:
         what, facts = _accurate(what, accuracy, given, hidden=quiet)
     execute(what, scene, output, certified=asked, facts=facts, as_json=as_json, quiet=quiet)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from importlib import import_module
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from mbproj.model.compile.coupled import bound
 from mbproj.model.compile.elements import with_elements
 from mbproj.model.compile.frames import SYMBOLS, Pose, local_frames, poses_of
 from mbproj.model.compile.friction import compile_friction
+from mbproj.model.compile.guess import initial_guess
 from mbproj.model.compile.loads import compile_forces
 from mbproj.model.compile.rigid_groups import RigidGroups, rigid_groups
 from mbproj.model.compile.stops import compile_stops
@@ -40,6 +42,9 @@ def compile_system(scene: Scene) -> System:
     """The mechanism that the scene describes, as frozen arrays. Raises InputError where nothing in it can move, or an
     element names what there is not."""
     system = _without_elements(scene)
+    most = scene.settings.adjust_joints
+    if most is not None:
+        system = import_module("mbproj.dynamics.assembly.adjust").adjusted(system, initial_guess(scene, system).q, most)
     return with_elements(system, scene.elements) if scene.elements else system
 
 

@@ -53,6 +53,7 @@ SIMULATION: Record[dict[str, Any]] = Record(
         "output_step": Number("s", above=0.0),
         "break_times": List(Number("s"), None, "times"),
         "start": Choice("start", lambda: registry.STARTS),
+        "adjust_joints": Number("m", above=0.0),
         "projection": PROJECTION,
     },
     dict,

@@ -59,12 +59,15 @@ class Mechanism:
     def identity(self) -> dict[str, Any]:
         """What it follows from, for the store."""
         times, start = self.scene.settings.break_times, self.scene.settings.start
-        started = {"start": start} if start == EQUILIBRIUM else {}
+        started: dict[str, Any] = {"start": start} if start == EQUILIBRIUM else {}
+        if self.scene.settings.adjust_joints is not None:
+            started["adjust_joints"] = self.scene.settings.adjust_joints
         text, parameters = self.scene.text, dict(self.scene.overrides)
         own = {"elements": repr(self.scene.elements)} if self.scene.elements else {}
         return {"scene": text, "parameters": parameters, "break_times": list(times), **started, **own}
 
 
 def of_scene(scene: Scene, settings: Settings) -> Settings:
-    """The settings with what belongs to the scene, whatever it is run with: its break times, and where it starts."""
-    return replace(settings, break_times=scene.settings.break_times, start=scene.settings.start)
+    """The settings with what belongs to the scene: its break times, where it starts, how far joints may move."""
+    own = scene.settings
+    return replace(settings, break_times=own.break_times, start=own.start, adjust_joints=own.adjust_joints)

@@ -1,0 +1,219 @@
+"""Loops of rounded numbers: the least change of joints' own points and axes that lets an over-constrained loop move.
+
+A linkage whose rows depend on each other moves only where its numbers are exact. Rounded ones leave rows that almost
+depend on each other, and a structure. The change δ of all joints' frames is the shortest one for which all poses of a
+sample are closed while C_q keeps its smaller rank:
+
+    minimise |δ|   where   Nₖᵀ (C(qₖ) + D δ) = 0   at each pose qₖ
+
+with N the left vectors of C_q beyond that rank and D = ∂C/∂δ. The poses follow by qₖ ← qₖ - C_q⁺ (C + D δ), and
+Gauss-Newton repeats both until they are round-off.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from mbproj.arrays import Array, Integers
+from mbproj.constraints.coupling import Coupling
+from mbproj.dataclass import dataclass
+from mbproj.dynamics.assembly.gauss_newton import moved, set_rows
+from mbproj.dynamics.equations.kinematics import pose_of
+from mbproj.errors import InputError, Problem
+from mbproj.model.primitive_set import PrimitiveSet
+from mbproj.model.system import Adjustment, System
+from mbproj.scene.records import Scene
+from mbproj.thresholds import THRESHOLDS
+
+#: Poses of the sample, and of those that must then be closed as well.
+POSES, HELD_OUT = 7, 3
+#: Joints that a note names.
+MOST_NAMED = 4
+
+
+def adjusted(system: System, q: Array, most: float) -> System:
+    """The system with its joints moved so far that its loops close; itself where they do, or cannot.
+
+    Raises InputError where a point would move by more than `most` in m."""
+    if system.bodies > THRESHOLDS.large or not system.joints.size:
+        return system
+    found = _Adjusting(system).found(q)
+    if found is None:
+        return system
+    changes = tuple(_changes(system, *found))
+    largest = max(change.size(system.length) for change in changes)
+    if largest > most:
+        far, asked = f"{1e6 * largest:.3g} um", f"{1e6 * most:.3g} um"
+        what = f"its loops close where joints move by up to {far}, and adjust_joints is {asked}"
+        hint = f"look whether the numbers are right, or give adjust_joints: {rounded_up(largest)}"
+        worst = max(changes, key=lambda change: change.size(system.length))
+        place = system.joint_places[system.names.joints.index(worst.joint)]
+        raise InputError(Problem(f"joint '{worst.joint}': {what}", place, hint))
+    shift, tilt = found
+    return replace(
+        system,
+        joints=_moved(system.joints, shift, tilt),
+        coordinates=_moved(system.coordinates, shift, tilt),
+        alignment=_moved(system.alignment, shift, tilt),
+        adjustments=changes,
+    )
+
+
+def adjustment_notes(scene: Scene, system: System) -> list[Problem]:
+    """How far joints were moved, the largest first; nothing where none was."""
+    changes = sorted(system.adjustments, key=lambda change: change.size(system.length), reverse=True)
+    if not changes:
+        return []
+    named = [
+        f"'{change.joint}' by {1e6 * change.shift:.3g} um and {1e6 * change.tilt:.3g} urad"
+        for change in changes[:MOST_NAMED]
+    ]
+    more = f", and {len(changes) - MOST_NAMED} more by less" if len(changes) > MOST_NAMED else ""
+    what = f"{len(changes)} joints were moved so that the loops close: {', '.join(named)}{more}"
+    return [Problem(what, scene.place("simulation", "adjust_joints"))]
+
+
+def rounded_up(size: float) -> str:
+    """A length in um with two digits that is not smaller than one in m."""
+    digits = 10.0 ** (np.floor(np.log10(1e6 * size)) - 1.0)
+    return f"{np.ceil(1e6 * size / digits) * digits:.6g} um"
+
+
+def needed(system: System, q: Array) -> float:
+    """How far joints' points must move, in m, for its loops to close; 0 where they do, or cannot."""
+    if system.bodies > THRESHOLDS.large or not system.joints.size:
+        return 0.0
+    found = _Adjusting(system).found(q)
+    return 0.0 if found is None else max(change.size(system.length) for change in _changes(system, *found))
+
+
+def _changes(system: System, shift: Array, tilt: Array) -> Iterator[Adjustment]:
+    """The larger one of both bodies of each joint that moves."""
+    for at, name in enumerate(system.names.joints):
+        own = slice(2 * at, 2 * at + 2)
+        change = Adjustment(
+            name,
+            float(np.linalg.norm(shift[own], axis=1).max()),
+            float(np.linalg.norm(tilt[own], axis=1).max()),
+        )
+        if change.size(system.length) > 0.0:
+            yield change
+
+
+def _holders(bound: PrimitiveSet) -> Integers:
+    """2 joint + side - 1 of each attachment: which frame it belongs to."""
+    joint = np.zeros(len(bound.body), dtype=np.intp)
+    joint[bound.entry_slot] = bound.owner[bound.entry_row]
+    return 2 * joint + bound.side - 1
+
+
+def _moved(bound: PrimitiveSet, shift: Array, tilt: Array) -> PrimitiveSet:
+    """The set with each frame's points shifted and its vectors turned, (frames, 3) each, in axes of its body."""
+    if not bound.size:
+        return bound
+    held, local, point = _holders(bound), bound.local.copy(), bound.is_point > 0.0
+    local[point] += shift[held[point]]
+    vector, turned = local[~point], tilt[held[~point]]
+    angle = np.linalg.norm(turned, axis=1, keepdims=True)
+    axis = np.where(angle > 0.0, turned / np.where(angle > 0.0, angle, 1.0), 0.0)
+    along = axis * np.sum(axis * vector, axis=1, keepdims=True)
+    local[~point] = along + np.cos(angle) * (vector - along) + np.sin(angle) * np.cross(axis, vector)
+    return replace(bound, local=local)
+
+
+@dataclass(frozen=True, eq=False)
+class _Adjusting:
+    """Rows C (m,) of the joints, in units of the mechanism's length; δ is (frames, 6), a shift over it and a tilt."""
+
+    system: System
+
+    def _set(self, delta: Array) -> PrimitiveSet:
+        return _moved(self.system.joints, self.system.length * delta[:, :3], delta[:, 3:])
+
+    @property
+    def _scale(self) -> Array:
+        return np.where(self.system.joints.is_length, self.system.length, 1.0)
+
+    def _zero(self) -> Array:
+        return np.zeros((2 * len(self.system.names.joints), 6))
+
+    def rows(self, q: Array, delta: Array) -> Array:
+        """C at a pose."""
+        bound = self._set(delta)
+        return np.asarray(bound.value(pose_of(q).places(bound)) / self._scale)
+
+    def factor(self, q: Array, delta: Array) -> tuple[Array, Array, Array]:
+        """The singular values of C_q by (δr / length, δθ), with all its left and right vectors."""
+        G = set_rows(self.system, self._set(delta), pose_of(q)).dense() / self._scale[:, None]
+        U, s, V = np.linalg.svd(G)
+        return U, s, V
+
+    def by_frames(self, q: Array, delta: Array) -> Array:
+        """∂C/∂δ, (m, 6 frames), by central differences; couplings have no frames of their own."""
+        bound = self.system.joints
+        found = np.zeros((bound.size, len(delta), 6))
+        own = np.array([not isinstance(bound.layout.members[at].primitive, Coupling) for at in bound.layout.member])
+        rows = np.flatnonzero(own)
+        h = THRESHOLDS.frame_step
+        for part in range(6):
+            for side in (0, 1):
+                step = np.zeros_like(delta)
+                step[side::2, part] = h
+                slope = (self.rows(q, delta + step) - self.rows(q, delta - step)) / (2.0 * h)
+                found[rows, 2 * bound.owner[rows] + side, part] = slope[rows]
+        return found.reshape(bound.size, -1)
+
+    def found(self, q: Array) -> tuple[Array, Array] | None:
+        """The shift in m and the tilt in rad of each frame, (frames, 3); None where none is needed, or none helps."""
+        delta = self._zero()
+        _, s, _ = self.factor(q, delta)
+        rank = int(np.count_nonzero(s > THRESHOLDS.almost_dependent * s[0]))
+        if rank == len(q) // 7 * 6 or not np.any(s[rank:] > THRESHOLDS.exactly_dependent * s[0]):
+            return None
+        rng = np.random.default_rng(0)
+        start = self._closed(q, delta, rank)
+        poses = [start, *(self._away(start, delta, rank, rng) for _ in range(POSES - 1))]
+        if max(float(np.abs(self.rows(pose, delta)).max()) for pose in poses) > THRESHOLDS.almost_dependent:
+            return None  # what almost depends on each other here does not elsewhere: the pose is singular
+        for _ in range(THRESHOLDS.most_adjusting):
+            delta, poses, step = self._step(poses, delta, rank)
+            if step < THRESHOLDS.exactly_dependent:
+                break
+        others = [self._away(start, delta, rank, rng) for _ in range(HELD_OUT)]
+        open_by = max(float(np.abs(self.rows(pose, delta)).max()) for pose in (*poses, *others))
+        if open_by > THRESHOLDS.closed_to:
+            return None
+        return self.system.length * delta[:, :3], delta[:, 3:]
+
+    def _step(self, poses: list[Array], delta: Array, rank: int) -> tuple[Array, list[Array], float]:
+        """Both of Gauss-Newton's parts: δ and the poses after it, and how large its change was."""
+        wanted, sides, known = [], [], []
+        for q in poses:
+            C, D, (U, s, V) = self.rows(q, delta), self.by_frames(q, delta), self.factor(q, delta)
+            wanted.append(U[:, rank:].T @ D)
+            sides.append(-U[:, rank:].T @ C)
+            known.append((C, D, U[:, :rank] / s[:rank], V[:rank]))
+        change = np.linalg.lstsq(np.vstack(wanted), np.concatenate(sides), rcond=THRESHOLDS.adjusting_rank)[0]
+        after = [
+            moved(self.system, q, -V.T @ (U.T @ (C + D @ change))) for q, (C, D, U, V) in zip(poses, known, strict=True)
+        ]
+        return delta + change.reshape(-1, 6), after, float(np.abs(change).max(initial=0.0))
+
+    def _closed(self, q: Array, delta: Array, rank: int) -> Array:
+        """The pose nearest to q where all of C is zero that C_q of this rank reaches."""
+        for _ in range(THRESHOLDS.most_assembling):
+            U, s, V = self.factor(q, delta)
+            step = V[:rank].T @ (U[:, :rank].T @ self.rows(q, delta) / s[:rank])
+            q = moved(self.system, q, -step)
+            if np.abs(step).max() < THRESHOLDS.closed_to:
+                break
+        return q
+
+    def _away(self, q: Array, delta: Array, rank: int, rng: np.random.Generator) -> Array:
+        """A pose some way along what C_q of this rank leaves free."""
+        free = self.factor(q, delta)[2][rank:]
+        way = rng.normal(size=len(free)) @ free
+        return self._closed(moved(self.system, q, THRESHOLDS.sampled_turn * way / np.abs(way).max()), delta, rank)
