@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from mbproj.joints import JOINTS
+from mbproj.joints import JOINTS, Parameter
 from mbproj.joints.table import TWO_ANGLES
 from mbproj.scene.coupled import Coupled
 from mbproj.scene.records import Body, Joint, Marker, Pair, Scene, Settings
@@ -50,7 +50,15 @@ def random_body(rng: np.random.Generator, name: str) -> Body:
     )
 
 
-PARAMETERS = {"pitch": 0.4, "length": 1.3, "teeth": (20.0, -35.0), "radius": 0.3, "radii": (0.2, -0.35)}
+PARAMETERS = {"pitch": 0.4, "length": 1.3}
+
+
+def parameter(name: str, given: Parameter) -> float | tuple[float, ...]:
+    """A value of a parameter of the joint table."""
+    if given.many is None:
+        return PARAMETERS.get(name, 0.3)
+    larger = 100.0 if given.may_be == "teeth" else 1.0
+    return tuple(larger * (-1.0) ** at * (0.2 + 0.15 * at) for at in range(given.many))
 
 
 def random_joint(rng: np.random.Generator, name: str, kind: str, bodies: tuple[str, str]) -> Joint:
@@ -61,8 +69,11 @@ def random_joint(rng: np.random.Generator, name: str, kind: str, bodies: tuple[s
     if JOINTS[kind].frame != "point":
         axes = Pair(tuple(float(x) for x in first), tuple(float(x) for x in second))
     points = Pair(point, vector(rng) if JOINTS[kind].separate else point)
-    parameters = {name: PARAMETERS[name] for name in JOINTS[kind].required_parameters}
-    return Joint(name, kind, bodies, points, axes, parameters=parameters, reaction=True)
+    own = JOINTS[kind].parameters
+    parameters = {name: parameter(name, own[name]) for name in JOINTS[kind].required_parameters}
+    across = vector(rng) if JOINTS[kind].x_axis == "required" else None
+    x_axis = across and Pair(across, across)
+    return Joint(name, kind, bodies, points, axes, parameters=parameters, reaction=True, x_axis=x_axis)
 
 
 #: A joint that has what is coupled.
@@ -72,7 +83,7 @@ OWN = {"angle": "revolute", "along": "prismatic"}
 def random_coupling(name: str, kind: str, couples: tuple[str, ...], bodies: tuple[str, str]) -> Joint:
     """A joint of this type on the coordinates of others; a coupler on sums of angles."""
     nowhere = Pair((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-    parameters = {name: PARAMETERS[name] for name in JOINTS[kind].parameters}
+    parameters = {name: parameter(name, own) for name, own in JOINTS[kind].parameters.items()}
     weights, period = (JOINTS[kind].coupling or (lambda: ((2.0, -3.0), None)))(**parameters)
     names = {"angle": "angle", "along": "displacement"}
     of = zip(couples, JOINTS[kind].couples or TWO_ANGLES, weights, strict=True)

@@ -51,6 +51,7 @@ MAY_IMPORT = {
     "parts": {"functions", "joints", "scene"},
     "studies": {
         "linear",
+        "elements",
         "functions",
         "joints",
         "scene",
@@ -172,7 +173,7 @@ SHORT_FILES = {
     "version.py": "read by the build",
 }
 #: Folders of which a file may be shorter: each is an entry.
-SHORT_IN = frozenset({"projection/methods"})
+SHORT_IN = frozenset({"projection/methods", "scene/blocks/elements"})
 MOST_LINES = 300
 
 

@@ -1,22 +1,23 @@
-"""Each entry of the registries once, through the commands: joints, projection methods, integrators; and a new joint."""
+"""Each entry of the registries once, through the commands: joints, elements, projection methods, integrators."""
 
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
+import re
+from itertools import cycle, islice
 
 import pytest
+import yaml
 from click.testing import CliRunner, Result
 
 from mbproj.cli.main import mbproj
-from mbproj.errors import InputError
 from mbproj.joints import JOINTS
-from mbproj.joints.table import AXES_PARALLEL, TWO_ANGLES, JointType
+from mbproj.joints.table import TWO_ANGLES, JointType
 from mbproj.kernel import core
 from mbproj.registry import PROJECTIONS, integrator_choices, is_embedded
+from mbproj.scene.blocks.elements import ELEMENTS
 from tests.kernel.scenes import needs_kernel
-from tests.support import OWN
+from tests.support import OWN, parameter
 
 BODY = "{mass: 2, inertia: [0.3, 0.4, 0.5], position: [0.3, 0, 0.1]}"
 HEAD = """\
@@ -31,8 +32,6 @@ FRAMES = {
     "normal": ", axis: [0, 1, 0]",
     "axes": ", axes: [[1, 0, 0], [0, 1, 0]]",
 }
-COUPLING_VALUES = {"teeth": [20, 35], "radius": "20 mm", "radii": [0.1, "-20 mm"]}
-VALUES = {"m": "20 mm", "rad": "10 deg"}
 #: A command each, with what comes behind its name; results.h5 is that of the run.
 COMMANDS = (
     ["check", "scene.yaml", "--json"],
@@ -48,23 +47,24 @@ COMMANDS = (
 def place_of(joint: JointType) -> str:
     """What a joint of this type needs beside its bodies."""
     place = "locations: [[0, 0, 1], [0.3, 0, 0.3]]" if joint.separate else "location: [0, 0, 0]"
-    own = "".join(f", {name}: {VALUES[joint.parameters[name].unit]}" for name in joint.required_parameters)
+    own = "".join(f", {name}: {parameter(name, joint.parameters[name])}" for name in joint.required_parameters)
+    own += ", x_axis: [1, 0, 0]" if joint.x_axis == "required" else ""
     return place + FRAMES[joint.frame] + own + (", reaction: true" if joint.merges else "")
 
 
 def scene_with(kind: str) -> str:
     """A body on one joint of this type, and of what couples as many as that wants."""
-    if kind in JOINTS and JOINTS[kind].frame == "joints":
+    if JOINTS[kind].frame == "joints":
         wanted, bodies, joints = JOINTS[kind].couples or TWO_ANGLES, "", ""
         for at, each in enumerate(wanted):
             bodies += f"  body{at}: {BODY.replace('0.3, 0, 0.1', f'{at}.2, 0, 0.1')}\n"
             place = f"bodies: [ground, body{at}], location: [{at}, 0, 0], axis: [0, 1, 0]"
             joints += f"  P{at}: {{type: {OWN[each]}, {place}}}\n"
         names = [f"P{at}" for at in range(len(wanted))]
-        given = {name: COUPLING_VALUES[name] for name in JOINTS[kind].parameters}
+        given = {name: parameter(name, own) for name, own in JOINTS[kind].parameters.items()}
         own = {"joints": names, **given} if JOINTS[kind].couples else {"of": {"P0.angle": 2, "P1": -3}}
         return f"{HEAD}bodies:\n{bodies}joints:\n{joints}  J: {json.dumps({'type': kind, **own})}\n"
-    joint = f"{{type: {kind}, bodies: [body, next], {place_of(JOINTS.get(kind, NEW))}}}"
+    joint = f"{{type: {kind}, bodies: [body, next], {place_of(JOINTS[kind])}}}"
     bodies = f"  body: {BODY}\n  next: {BODY}\n"
     ball = "  B: {type: spherical, bodies: [ground, body], location: [0, 0, 0.5]}\n"
     return f"{HEAD}bodies:\n{bodies}joints:\n{ball}  J: {joint}\n"
@@ -93,63 +93,46 @@ def call(tmp_path, monkeypatch):
     return called
 
 
+#: Each entry of each registry once: joint, element, projection method, integrator, as many as the longest has.
+LONGEST = max(map(len, (JOINTS, ELEMENTS, PROJECTIONS, integrator_choices())))
+CASES = [*islice(zip(*map(cycle, (JOINTS, ELEMENTS, PROJECTIONS, integrator_choices())), strict=False), LONGEST)]
+
+
+def with_all(kind: str, element: str, method: str, integrator: str) -> str:
+    """The scene with an element between its last body and the ground, and these settings."""
+    along = {"m": "points: {ground: [0, 0, 3], LAST: [0.3, 0, 0.1]}", "rad": "joint: hinge"}[ELEMENTS[element].along]
+    values = "".join(f", {name}: 2" for name in ELEMENTS[element].required)
+    text = scene_with(kind)
+    last = [*yaml.safe_load(text)["bodies"]][-1]
+    steps = "tolerance: 1e-6" if is_embedded(integrator) else "step: 2 ms"
+    text = text.replace("step: 2 ms", f"{steps}, integrator: {integrator}, projection: {method}")
+    text = text.replace("bodies:\n", f"bodies:\n  door: {BODY}\n", 1)
+    hinge = "{type: revolute, bodies: [ground, door], location: [0, 2, 0], axis: [0, 1, 0]}"
+    text = text.replace("joints:\n", f"joints:\n  hinge: {hinge}\n", 1)
+    return f"{text}forces: {{E: {{type: {element}, {along.replace('LAST', last)}{values}}}}}\n"
+
+
 @needs_kernel
-@pytest.mark.parametrize("kind", JOINTS)
-def test_each_joint_goes_through_the_commands(kind, call):
-    for command in COMMANDS if in_the_kernel(kind) else [each for each in COMMANDS if "reduced" not in each]:
-        done = call(scene_with(kind), *command)
-        if command[0] == "run":
+@pytest.mark.parametrize(("kind", "element", "method", "integrator"), CASES, ids=["-".join(case) for case in CASES])
+def test_each_entry_goes_through_the_commands(kind, element, method, integrator, call):
+    text, in_kernel = with_all(kind, element, method, integrator), PROJECTIONS[method].compiled
+    for command in COMMANDS:
+        if command[0] == "run" and not applies(command, kind, method):
+            continue
+        done = call(text, *command, *(OF_THE_KERNEL if command[0] == "verify" and not in_kernel else []))
+        if command[0] == "run" and PROJECTIONS[method].corrects:
             assert json.loads(done.stdout)["position_violation_max"] <= 1e-13
-    assert kind in call(scene_with(kind), "schema").stdout
+    assert {kind, element, method, integrator} <= {*re.findall(r"[\w-]+", call(text, "schema").stdout)}
 
 
-@needs_kernel
-@pytest.mark.parametrize("name", PROJECTIONS)
-def test_each_projection_runs(name, call):
-    def run(formulation: str) -> None:
-        options = ["--projection", name, "--formulation", formulation, "--quiet"]
-        call(scene_with("revolute"), "run", "scene.yaml", *options)
-
-    run("auto")
-    if name != "popm":
-        run("full")
-        return
-    with pytest.raises(InputError, match="use 'gpopm'"):  # M is singular with Euler parameters
-        run("full")
+#: An order takes 20 s to see in the full formulation; the tests of the methods measure it.
+OF_THE_KERNEL = ["--projection", "gpopm"]
 
 
-@needs_kernel
-@pytest.mark.parametrize("name", integrator_choices())
-def test_each_integrator_runs(name, call):
-    steps = "--tolerance=1e-6" if is_embedded(name) else "--step=2ms"
-    for formulation in ("auto", "full"):
-        options = ["--integrator", name, steps, "--formulation", formulation, "--quiet"]
-        call(scene_with("revolute"), "run", "scene.yaml", *options)
-
-
-NEW = JointType("axis", AXES_PARALLEL)
-NEW_JOINT = """
-import sys
-from types import MappingProxyType
-import mbproj.joints as joints
-from mbproj.joints import table
-
-row = table.JointType("axis", table.AXES_PARALLEL, aligned=table.ONE_AXIS)
-joints.JOINTS = table.JOINTS = MappingProxyType({**table.JOINTS, "parallel": row})
-from click.testing import CliRunner
-from mbproj.cli.main import mbproj
-
-for command in COMMANDS:
-    done = CliRunner().invoke(mbproj, command, catch_exceptions=False)
-    assert done.exit_code == 0, (command, done.output)
-assert "parallel" in CliRunner().invoke(mbproj, ["schema"]).stdout
-"""
-
-
-@needs_kernel
-def test_a_new_joint_is_a_row_of_the_table(tmp_path):
-    """Two bodies whose axes stay parallel, wherever they go: nothing but the row says so."""
-    (tmp_path / "scene.yaml").write_text(scene_with("parallel"))
-    program = NEW_JOINT.replace("COMMANDS", repr(COMMANDS))
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, cwd=tmp_path, check=False)
-    assert done.returncode == 0, done.stderr
+def applies(command: list[str], kind: str, method: str) -> bool:
+    """Whether the formulation of a run has the method and the joint; M is singular with Euler parameters."""
+    if "full" in command:
+        return method != "popm"
+    if "reduced" in command:
+        return PROJECTIONS[method].compiled and in_the_kernel(kind)
+    return True

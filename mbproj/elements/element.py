@@ -9,20 +9,35 @@ Programs of an element see the time, and what it reads: variable CHANNELS + i is
 the coordinate that it acts along and its rate, as COORDINATE and RATE; a row's function sees its first coordinate
 alone, as COORDINATE. Instructions whose branch changes with what they see are switches: events of a run.
 
-An expression may stand for a program. It calls the first three t, s and s_dot, and a channel as `reads` does, with _
-for each dot: "motor_current".
+An expression may stand for a program. It calls the first three t, s and s_dot, and a channel as `called` has it:
+"motor_current".
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import field
+from typing import Any
 
 from mbproj.dataclass import dataclass
 from mbproj.functions.program import Program
 
-#: Of a length: a marker's name, or a point of the ground in m.
-End = str | tuple[float, float, float]
+
+@dataclass(frozen=True)
+class Place:
+    """A point of a body by its name, from the centre of mass in the body's axes, in m."""
+
+    body: str
+    location: tuple[float, float, float]
+
+
+#: Of a length: a marker's name, a point of the ground in m, or one of a body.
+End = str | tuple[float, float, float] | Place
+
+
+def called(channel: str) -> str:
+    """How expressions call a channel: with _ for each dot and hyphen."""
+    return channel.replace(".", "_").replace("-", "_")
 
 
 @dataclass(frozen=True)
@@ -39,11 +54,13 @@ class State:
 @dataclass(frozen=True)
 class Force:
     """A generalised force `push` (N or N m), positive where it drives the coordinate up. `loses`: what it takes is
-    lost, as a damper's, and else what it gives is work done."""
+    lost, as a damper's, and else what it gives is work done. Results call it by the names of its element and of the
+    coordinate, or by a `name` of its own."""
 
     along: str
     push: Program | str
     loses: bool = False
+    name: str = ""
 
 
 @dataclass(frozen=True)
@@ -62,11 +79,21 @@ class Row:
 
 
 @dataclass(frozen=True)
+class Kind:
+    """What makes an element of a force, in place of its law: its type, a name in `ELEMENTS` of
+    `mbproj.scene.blocks.elements`, and the values of the type's own keys in SI units."""
+
+    type: str
+    values: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
 class Element:
     """Data of one element; names of states, rows and lengths begin with its own. `lengths`: from one end to another.
 
     `stores`: the energy that it keeps, and `lost`: what it has lost since it began, a state of its own say, both in J.
-    What its forces do comes out of these, and only the rest is work done on the mechanism from outside."""
+    What its forces do comes out of these, and only the rest is work done on the mechanism from outside. Where all its
+    forces lose, what they take and it does not store is lost."""
 
     name: str
     reads: tuple[str, ...] = ()
@@ -74,5 +101,5 @@ class Element:
     forces: tuple[Force, ...] = ()
     rows: tuple[Row, ...] = ()
     lengths: Mapping[str, tuple[End, End]] = field(default_factory=dict)
-    stores: Program | None = None
-    lost: Program | None = None
+    stores: Program | str | None = None
+    lost: Program | str | None = None

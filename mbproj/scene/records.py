@@ -10,7 +10,7 @@ from types import MappingProxyType
 from typing import Any, TypeAlias
 
 from mbproj.dataclass import dataclass
-from mbproj.elements import Element
+from mbproj.elements import Element, Kind
 from mbproj.errors import Place, Problem
 from mbproj.functions.program import Program
 from mbproj.scene.asked import ProjectionSettings as ProjectionSettings
@@ -123,13 +123,14 @@ class PointForce:
     bodies: tuple[str, str]
     points: Pair
     law: Law
+    element: Kind | None = None
 
 
 @dataclass(frozen=True)
 class JointForce:
     """Forces on coordinates of a joint: `laws` by coordinate, "" for the only one in `unit` ("rad", "m", None: any).
 
-    `coulomb`: dry frictions by coordinate, "" for the only one in the unit of the friction.
+    `coulomb`: dry frictions by coordinate, "" for the only one in their unit. `element`: in place of its one law.
     """
 
     name: str
@@ -137,6 +138,7 @@ class JointForce:
     laws: Mapping[str, Law]
     unit: str | None = None
     coulomb: Mapping[str, DryFriction] = field(default_factory=dict)
+    element: Kind | None = None
 
     @property
     def coordinates(self) -> tuple[str, ...]:

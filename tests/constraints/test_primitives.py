@@ -17,7 +17,10 @@ COUPLINGS = {
     "gear": Coupling(("angle", "angle"), *mesh((20.0, -35.0))),
     "three": Coupling(("angle", "along", "angle"), (0.3, -1.0, 0.2), 0.1),
 }
-EACH = {**{name: kind() for name, kind in PRIMITIVES.items() if kind is not Coupling}, **COUPLINGS}
+EACH = {
+    **{name: kind(**dict.fromkeys(kind.parameters, 0.7)) for name, kind in PRIMITIVES.items() if kind is not Coupling},
+    **COUPLINGS,
+}
 
 
 @pytest.fixture(params=sorted(EACH))

@@ -5,6 +5,7 @@
 - ```` ```console ````: lines that begin with `$ ` are commands; what follows is what they print, where `...` stands
   for what is left out. Numbers may differ. `exit N` after the language: the exit code of the last command, 0 otherwise.
 - ```` ```xml NAME.xml ````: a model of another program, saved as NAME.xml. ```` ```python ````: a program.
+- ```` ```python FILE ````, `json FILE`, `cpp FILE`: a file of mbproj, or lines of one; test_contributing.py adds them.
 - `slow` after the language: run by scripts/run_guide.py alone. ```` ```text ````: not run.
 """
 
@@ -27,7 +28,7 @@ from mbproj.studies.sweep.spec import read_spec
 from tests.cli.commands import mbproj
 from tests.support import ROOT
 
-LANGUAGES = ("yaml", "console", "python", "text", "sh", "xml")
+LANGUAGES = ("yaml", "console", "python", "text", "sh", "xml", "json", "cpp")
 PENDULUM = """
 mbproj: 1
 gravity: [0, 0, -9.81]
@@ -77,7 +78,7 @@ def run_page(page: Page, folder: Path, *, slow: bool = False) -> None:
             (folder / fence.words[0]).write_text(fence.text, encoding="utf-8")
         elif fence.language == "console":
             _run_console(fence, folder, where)
-        elif fence.language == "python":
+        elif fence.language == "python" and not fence.words:
             done = subprocess.run(
                 [sys.executable, "-c", fence.text],
                 capture_output=True,

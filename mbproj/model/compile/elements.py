@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from mbproj.dataclass import dataclass
-from mbproj.elements.element import Element
+from mbproj.elements.element import Element, called
 from mbproj.errors import InputError, Problem
 from mbproj.functions.program import CHANNELS, COORDINATE, RATE, TIME, Code, Op, Program, apply, number, variable
 from mbproj.functions.program_set import flatten, joined
@@ -47,10 +47,20 @@ def with_elements(system: System, elements: Sequence[Element]) -> System:
     )
     energies = Energies(
         joined([system.energies.stored, flatten([named[each.name](each.stores) for each in elements if each.stores])]),
-        joined([system.energies.lost, flatten([named[each.name](each.lost) for each in elements if each.lost])]),
+        joined([system.energies.lost, flatten([*_lost(elements, named)])]),
     )
     system = replace(system, channels=channels, energies=energies, states=_after(system.states, own))
     return _with_rows(_with_forces(system, elements, named), elements)
+
+
+def _lost(elements: Sequence[Element], named: Mapping[str, _Naming]) -> Iterator[Program]:
+    """What elements lose beside what their forces lose: less by what an element stores whose forces all lose."""
+    for element in elements:
+        if element.lost:
+            yield named[element.name](element.lost)
+        elif element.stores and element.forces and all(force.loses for force in element.forces):
+            kept = named[element.name](element.stores)
+            yield replace(kept, code=apply(Op.SUBTRACT, number(0.0), kept.code))
 
 
 def _after(before: ElementStates, own: ElementStates) -> ElementStates:
@@ -126,7 +136,7 @@ class _Naming:
     def __call__(self, program: Program | str) -> Program:
         """The program with the system's channels. Raises InputError where it is an expression that cannot be read."""
         if isinstance(program, str):
-            reads = {name.replace(".", "_"): CHANNELS + at for at, name in enumerate(self.element.reads)}
+            reads = {called(name): CHANNELS + at for at, name in enumerate(self.element.reads)}
             program = _program(self.element, program, VARIABLES | reads)
         return replace(program, code=_replaced(program.code, dict(enumerate(self.codes, CHANNELS))))
 
@@ -150,7 +160,7 @@ def _with_forces(system: System, elements: Sequence[Element], named: Mapping[str
         for row, (element, force) in zip(at, forces, strict=True)
     ]
     laws = system.forces.laws.size
-    shown = tuple(f"{element.name}.{force.along}" for element, force in forces)
+    shown = tuple(force.name or f"{element.name}.{force.along}" for element, force in forces)
     names = replace(
         names,
         forces=(*names.forces[:laws], *shown, *names.forces[laws:]),

@@ -10,6 +10,7 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.constraints import PRIMITIVES
 from mbproj.dataclass import dataclass
+from mbproj.elements.element import Element, End, Place
 from mbproj.errors import InputError, Problem
 from mbproj.functions.program import Program
 from mbproj.functions.program_set import flatten
@@ -20,7 +21,8 @@ from mbproj.model.compile.friction import SmoothFriction
 from mbproj.model.compile.rigid_groups import Seat
 from mbproj.model.forces import BodyForces, Forces, Laws
 from mbproj.model.primitive_set import Binding, bind
-from mbproj.scene.records import BodyForce, Bushing, JointForce, Law, PointForce, Scene
+from mbproj.scene.blocks.elements import ELEMENTS
+from mbproj.scene.records import GROUND, BodyForce, Bushing, JointForce, Law, PointForce, Scene
 from mbproj.thresholds import THRESHOLDS
 
 
@@ -70,6 +72,8 @@ def compile_forces(
     `smooth` regularised frictions by force and coordinate. Raises InputError."""
     entries: list[_Entry] = []
     for force in scene.forces:
+        if isinstance(force, PointForce | JointForce) and force.element:
+            continue
         if isinstance(force, PointForce):
             entries.append(_between_points(scene, force, seats, poses))
         elif isinstance(force, JointForce):
@@ -127,9 +131,8 @@ def _on_bodies(
 def _between_points(scene: Scene, force: PointForce, seats: Mapping[str, Seat], poses: Mapping[str, Pose]) -> _Entry:
     """A law on the distance of two points; without a free length it is that of the scene's pose."""
     slots, ends = [], []
-    for side, (name, point) in enumerate(zip(force.bodies, (force.points.first, force.points.second), strict=True), 1):
+    for side, (name, local) in enumerate(zip(force.bodies, local_ends(force, poses), strict=True), 1):
         position, rotation = poses[name]
-        local = np.array(point) if force.points.local else rotation.T @ (np.array(point) - position)
         ends.append(position + rotation @ local)
         slots.append((seats[name].carrier, side, seats[name].point(local)))
     length, place = float(np.linalg.norm(ends[1] - ends[0])), scene.place("forces", force.name)
@@ -143,6 +146,40 @@ def _between_points(scene: Scene, force: PointForce, seats: Mapping[str, Seat], 
     free = length if law.free is None else law.free
     bound = Binding(PRIMITIVES["distance"](), 0, tuple(slots))
     return _Entry(replace(law, free=free), force.name, force.name, bound)
+
+
+def local_ends(force: PointForce, poses: Mapping[str, Pose]) -> list[Array]:
+    """The two points of a force, each (3,) in the axes of its body."""
+    found = []
+    for name, point in zip(force.bodies, (force.points.first, force.points.second), strict=True):
+        position, rotation = poses[name]
+        found.append(np.array(point) if force.points.local else rotation.T @ (np.array(point) - position))
+    return found
+
+
+def elements_of(scene: Scene, poses: Mapping[str, Pose]) -> list[Element]:
+    """The forces that are elements, each acting along its coordinate."""
+    found = []
+    for force in scene.forces:
+        if not isinstance(force, PointForce | JointForce) or force.element is None:
+            continue
+        lengths, make = {}, ELEMENTS[force.element.type].make
+        if isinstance(force, PointForce):
+            ends = zip(force.bodies, local_ends(force, poses), strict=True)
+            first, second = (_end(body, point) for body, point in ends)
+            lengths, along = {"length": (first, second)}, f"{force.name}.length"
+        else:
+            (coordinate,) = force.laws
+            along = f"{force.joint}.{coordinate}"
+        made = make(force.name, along, **force.element.values)
+        forces = tuple(replace(each, name=force.name) if each.along == along else each for each in made.forces)
+        found.append(replace(made, lengths={**lengths, **made.lengths}, forces=forces))
+    return found
+
+
+def _end(body: str, point: Array) -> End:
+    x, y, z = point.tolist()
+    return (x, y, z) if body == GROUND else Place(body, (x, y, z))
 
 
 def _on_joint(

@@ -9,8 +9,9 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.constraints import PRIMITIVES
-from mbproj.elements.element import Element, End
+from mbproj.elements.element import Element, End, Place
 from mbproj.errors import InputError, Problem
+from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.model.primitive_set import Binding, bind, bindings
 from mbproj.model.system import System
 from mbproj.scene.text.suggestions import choose_from
@@ -74,6 +75,10 @@ def _length(system: System, name: str, ends: tuple[End, End]) -> Binding:
 
 
 def _end(system: System, end: End, side: int) -> Slot:
+    if isinstance(end, Place):
+        body = system.names.bodies.index(end.body)
+        own = system.body_offset[body] + rotation_matrix(system.body_turn[body]) @ np.array(end.location)
+        return int(system.body_carrier[body]), side, own
     if not isinstance(end, str):
         return system.bodies, side, np.array(end)
     marker = system.names.markers.index(end)

@@ -21,7 +21,7 @@ from mbproj.model.compile.elements import with_elements
 from mbproj.model.compile.frames import SYMBOLS, Pose, local_frames, poses_of
 from mbproj.model.compile.friction import compile_friction
 from mbproj.model.compile.guess import initial_guess
-from mbproj.model.compile.loads import compile_forces
+from mbproj.model.compile.loads import compile_forces, elements_of
 from mbproj.model.compile.rigid_groups import RigidGroups, rigid_groups
 from mbproj.model.compile.stops import compile_stops
 from mbproj.model.compile.tangents import joined, tangential_friction
@@ -45,7 +45,8 @@ def compile_system(scene: Scene) -> System:
     most = scene.settings.adjust_joints
     if most is not None:
         system = import_module("mbproj.dynamics.assembly.adjust").adjusted(system, initial_guess(scene, system).q, most)
-    return with_elements(system, scene.elements) if scene.elements else system
+    elements = (*elements_of(scene, poses_of(scene)), *scene.elements)
+    return with_elements(system, elements) if elements else system
 
 
 def _without_elements(scene: Scene) -> System:

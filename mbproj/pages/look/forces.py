@@ -59,10 +59,10 @@ def loads(scene: Scene, layout: Layout) -> Iterator[LoadLook]:
 
 
 def _springs(force: JointForce, coordinate: str, unit: str) -> bool:
-    """Whether it acts on a coordinate of this kind with more than a damper."""
+    """Whether it acts on a coordinate of this kind with more than a damper; an element counts."""
     return any(
         (name.startswith(coordinate) or (not name and force.unit == unit))
-        and (law.stiffness > 0.0 or law.function is not None)
+        and (force.element is not None or law.stiffness > 0.0 or law.function is not None)
         for name, law in force.laws.items()
     )
 

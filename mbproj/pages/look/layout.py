@@ -10,6 +10,7 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.joints import JOINTS
 from mbproj.model.compile.frames import SYMBOLS, Pose, local_frames, poses_of
+from mbproj.model.compile.loads import local_ends
 from mbproj.pages.look.motion import Motion
 from mbproj.scene.records import GROUND, PointForce, Scene
 
@@ -95,10 +96,7 @@ def _local(location: Array, at: Pose, local: bool) -> Array:
 
 
 def _ends(force: PointForce, poses: Mapping[str, Pose]) -> tuple[Array, Array]:
-    first, second = (
-        _local(np.array(point), poses[body], force.points.local)
-        for point, body in zip((force.points.first, force.points.second), force.bodies, strict=True)
-    )
+    first, second = local_ends(force, poses)
     return first, second
 
 

@@ -149,7 +149,7 @@ def _spans(scene: Scene, layout: Layout) -> Iterator[Span]:
         if isinstance(force, PointForce):
             first, second = force.bodies
             law = force.law
-            elastic = law.stiffness > 0.0 or law.function is not None
+            elastic = force.element is not None or law.stiffness > 0.0 or law.function is not None
             kind = ("strut" if elastic else "damper") if law.damping > 0.0 else "spring"
             carriers = (layout.number[first], layout.number[second])
             yield Span(kind, force.name, carriers, layout.springs[force.name], 2.0 * layout.thickness)

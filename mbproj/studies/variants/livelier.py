@@ -5,8 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+from mbproj.elements import Kind
 from mbproj.errors import InputError, Problem
 from mbproj.functions.program import TIME
+from mbproj.scene.blocks.elements import ELEMENTS
+from mbproj.scene.expressions.units import DAMPING, STIFFNESS, TORSION_DAMPING, TORSION_STIFFNESS
+from mbproj.scene.fields.quantities import dimension_of
 from mbproj.scene.records import BodyForce, Bushing, Force, JointForce, Law, Motion, Scene, Vector
 from mbproj.scene.stops import DistanceStop, Limit, PlaneStop, StopLaw
 from mbproj.studies.variants.programs import with_argument
@@ -67,6 +71,12 @@ def _with_laws(scene: Scene, of: str, factor: float) -> Scene:
         damping = None if law.damping is None else c * law.damping
         return replace(law, stiffness=k * law.stiffness, damping=damping)
 
+    def element(kind: Kind | None) -> Kind | None:
+        if kind is None:
+            return None
+        own = _in_units(kind, of)
+        return replace(kind, values={**kind.values, **{name: factor * kind.values[name] for name in own}})
+
     def limit(old: Limit) -> Limit:
         return replace(old, law=stopping(old.law))
 
@@ -78,12 +88,13 @@ def _with_laws(scene: Scene, of: str, factor: float) -> Scene:
         if isinstance(force, PlaneStop):
             return replace(force, law=stopping(force.law))
         if isinstance(force, JointForce):
-            return replace(force, laws={name: scaled(law) for name, law in force.laws.items()})
+            laws = {name: scaled(law) for name, law in force.laws.items()}
+            return replace(force, laws=laws, element=element(force.element))
         if isinstance(force, Bushing):
             (k_t, k_r), (c_t, c_r) = force.stiffness, force.damping
             stiffness = scaled_matrix(k, k_t), scaled_matrix(k, k_r)
             return replace(force, stiffness=stiffness, damping=(scaled_matrix(c, c_t), scaled_matrix(c, c_r)))
-        return replace(force, law=scaled(force.law))
+        return replace(force, law=scaled(force.law), element=element(force.element))
 
     return replace(
         scene,
@@ -100,6 +111,13 @@ def _gives(law: StopLaw, of: str) -> bool:
     return value is not None and 0.0 < value < math.inf
 
 
+def _in_units(kind: Kind, of: str) -> list[str]:
+    """The numbers of an element that are a stiffness, or a damping, by their units; the torsional ones too."""
+    able = (STIFFNESS, TORSION_STIFFNESS) if of == "stiffness" else (DAMPING, TORSION_DAMPING)
+    units = ELEMENTS[kind.type].units
+    return [name for name, value in kind.values.items() if dimension_of(units[name]) in able and value]
+
+
 def _has(force: Force, of: str) -> bool:
     """Whether a force has any stiffness, or damping."""
     if isinstance(force, BodyForce):
@@ -108,5 +126,7 @@ def _has(force: Force, of: str) -> bool:
         return any(any(row) for matrix in getattr(force, of) for row in matrix)
     if isinstance(force, DistanceStop | PlaneStop):
         return _gives(force.limit.law if isinstance(force, DistanceStop) else force.law, of)
+    if force.element is not None:
+        return bool(_in_units(force.element, of))
     laws = force.laws.values() if isinstance(force, JointForce) else [force.law]
     return any(getattr(law, of) > 0.0 for law in laws)

@@ -9,9 +9,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 from mbproj.dataclass import dataclass
+from mbproj.elements import Kind
 from mbproj.errors import InputError, Problem
 from mbproj.functions.program import COORDINATE, RATE, Program
 from mbproj.joints import COORDINATE_UNITS, JOINTS
+from mbproj.scene.blocks.elements import ELEMENTS
 from mbproj.scene.coupled import Coupled
 from mbproj.scene.fields.quantities import dimension_of
 from mbproj.scene.friction import Bearing, DryFriction
@@ -113,11 +115,12 @@ class _Larger:
 
     def force(self, force: Force) -> Force:
         if isinstance(force, PointForce):
-            return replace(force, points=self.points(force.points), law=self._law(force.law, self.k))
+            points, element = self.points(force.points), self._element(force.element)
+            return replace(force, points=points, law=self._law(force.law, self.k), element=element)
         if isinstance(force, JointForce):
             laws = {name: self._law(law, self._unit(force.joint, name)) for name, law in force.laws.items()}
             coulomb = {name: self._dry(dry, self._unit(force.joint, name)) for name, dry in force.coulomb.items()}
-            return replace(force, laws=laws, coulomb=coulomb)
+            return replace(force, laws=laws, coulomb=coulomb, element=self._element(force.element))
         if isinstance(force, Bushing):
             return self._bushing(force)
         if isinstance(force, DistanceStop):
@@ -129,6 +132,13 @@ class _Larger:
             rubs = force.friction and self._rubs(force.friction)
             return replace(force, location=plane, point=point, radius=self.k * force.radius, law=law, friction=rubs)
         return self._on_body(force)
+
+    def _element(self, kind: Kind | None) -> Kind | None:
+        """The same with each value in its unit of length."""
+        if kind is None:
+            return None
+        units = ELEMENTS[kind.type].units
+        return replace(kind, values={name: self._in(units[name], value) for name, value in kind.values.items()})
 
     def of_body(self, point: OfBody) -> OfBody:
         return replace(point, vector=self.vector(point.vector))

@@ -6,9 +6,11 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any
 
+from mbproj.elements import Kind
 from mbproj.functions.program import COORDINATE, Program, variable
 from mbproj.functions.standard import tabulated
 from mbproj.scene.blocks.coordinates import COORDINATES
+from mbproj.scene.blocks.elements import ELEMENTS, ElementType
 from mbproj.scene.blocks.forces.bushing import bushing_record
 from mbproj.scene.blocks.forces.friction import friction_record
 from mbproj.scene.blocks.forces.stops import stop_record
@@ -104,23 +106,53 @@ def _on_body(what: str, key: str, unit: str, place: Mapping[str, Field[Any]]) ->
     return Record(what, keys, _body_force, ("type", "body", key), checks, named=True)
 
 
+def _of_element(type_name: str, kind: ElementType) -> Record[Force]:
+    """A force that is an element, on a coordinate of a joint or between two points."""
+    able = Choice("coordinate", lambda: [name for name, its in COORDINATES.items() if its == kind.along])
+    keys: dict[str, Field[Any]] = {"type": FORCE_TYPE, "joint": JOINT, "coordinate": able}
+    required, choices, checks = ("type", "joint", *kind.required), tuple[OneOf, ...](), tuple[Check, ...]()
+    if kind.along == "m":
+        keys |= TWO_ENDS
+        required, checks = ("type", *kind.required), END_CHECKS
+        choices = (OneOf(("joint", "points", "bodies"), needed=True), OneOf(("joint", "locations")), *END_CHOICES)
+
+    def make(
+        name: str,
+        type: str,
+        joint: str = "",
+        coordinate: str = "",
+        points: Any = None,
+        bodies: Any = None,
+        locations: Any = None,
+        **values: Any,
+    ) -> Force:
+        own = Kind(type_name, values)
+        if joint:
+            return JointForce(name, joint, {coordinate: Law()}, kind.along, element=own)
+        if coordinate:
+            raise Unfit("has a 'coordinate' and no 'joint'", "name the joint whose coordinate it is")
+        return PointForce(name, *two_ends(points, bodies, locations), Law(), own)
+
+    keys |= kind.keys
+    article = "an" if type_name[0] in "aeiou" else "a"
+    return Record(f"{article} {type_name}", keys, make, required, checks, choices, named=True)
+
+
+TWO_ENDS: Mapping[str, Field[Any]] = {"points": POINTS_OF, "bodies": TWO_BODIES, "locations": TWO_POINTS}
+END_CHECKS = (Check(("bodies", "locations"), of_these_bodies("locations")),)
+END_CHOICES = (OneOf(("points", "locations"), hint="'points' are in global axes, 'locations' go with 'bodies'"),)
+
 FORCE_RECORDS: Mapping[str, Record[Force]] = MappingProxyType(
     {
         "spring_damper": Record(
             "a spring_damper",
-            {
-                "type": FORCE_TYPE,
-                "points": POINTS_OF,
-                "bodies": TWO_BODIES,
-                "locations": TWO_POINTS,
-                **_law_keys("force", "l", "m", "free_length"),
-            },
+            {"type": FORCE_TYPE, **TWO_ENDS, **_law_keys("force", "l", "m", "free_length")},
             _spring,
             ("type",),
-            (Check(("bodies", "locations"), of_these_bodies("locations")),),
+            END_CHECKS,
             (
                 OneOf(("points", "bodies"), needed=True),
-                OneOf(("points", "locations"), hint="'points' are in global axes, 'locations' go with 'bodies'"),
+                *END_CHOICES,
                 *_law_choices("force", "free_length"),
             ),
             named=True,
@@ -132,6 +164,7 @@ FORCE_RECORDS: Mapping[str, Record[Force]] = MappingProxyType(
         "force": _on_body("a force", "force", "N", {"location": BODY_POINT}),
         "torque": _on_body("a torque", "torque", "N*m", {}),
         "friction": friction_record(FORCE_TYPE),
+        **{name: _of_element(name, kind) for name, kind in ELEMENTS.items()},
     }
 )
 

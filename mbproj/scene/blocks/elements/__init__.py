@@ -1,0 +1,24 @@
+"""The types of force that are elements, one file each: what a scene gives, and the element that this makes.
+
+A file here has `TYPES`, its types by name. The reader, the schema, the reference, the studies and the animation go by
+them; nothing else knows a type.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from importlib import import_module
+from pkgutil import iter_modules
+from types import MappingProxyType
+
+from mbproj.scene.blocks.elements.element_type import ElementType
+
+__all__ = ["ELEMENTS", "ElementType"]
+
+
+def _found() -> Iterator[tuple[str, ElementType]]:
+    for module in sorted(iter_modules(__path__), key=lambda module: module.name):
+        yield from getattr(import_module(f"{__name__}.{module.name}"), "TYPES", {}).items()
+
+
+ELEMENTS: Mapping[str, ElementType] = MappingProxyType(dict(_found()))

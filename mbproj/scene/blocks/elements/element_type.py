@@ -1,0 +1,27 @@
+"""What a type of force is whose force is an element."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Literal
+
+from mbproj.dataclass import dataclass
+from mbproj.elements import Element
+from mbproj.scene.fields.quantities import Number
+
+
+@dataclass(frozen=True)
+class ElementType:
+    """It acts along a coordinate in m, which may be the distance of two points, or in rad; `keys` are its own, with
+    their units, and those in `required` have to be given. `make(name, s, **values)` is the element of this name that
+    acts along the coordinate named s, with the values of the keys in SI units."""
+
+    along: Literal["m", "rad"]
+    keys: Mapping[str, Number]
+    make: Callable[..., Element]
+    required: tuple[str, ...] = ()
+
+    @property
+    def units(self) -> Mapping[str, str]:
+        """The SI unit of each key."""
+        return {name: field.unit or "" for name, field in self.keys.items()}

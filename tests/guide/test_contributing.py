@@ -1,0 +1,122 @@
+"""The walks of the page on contributing, taken in a copy of mbproj: what each adds is all that it takes."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import yaml
+
+from mbproj.guide.pages import pages
+from tests.guide.fences import fences
+from tests.kernel.scenes import needs_kernel
+from tests.support import ROOT
+
+#: Behind which line of a table its new lines stand.
+TABLES = {
+    "mbproj/joints/table.py": "JOINTS: Mapping[str, JointType] = MappingProxyType(\n    {\n",
+    "mbproj/registry.py": 'Registry(\n    "projection method",\n    {\n',
+    "mbproj/constraints/__init__.py": "MappingProxyType(\n    {\n",
+}
+SCENE = """
+mbproj: 1
+gravity: [0, 0, -9.81]
+simulation: {duration: 0.1, step: 1 ms, output_step: 10 ms, integrator: ralston3, projection: lumped}
+bodies:
+  pin: {mass: 2, inertia: [0.3, 0.4, 0.5], position: [0, 0, 0]}
+  ball: {mass: 2, inertia: [0.3, 0.4, 0.5], position: [0.2, 3, 0]}
+joints:
+  slot:
+    {type: pin_in_slot, bodies: [ground, pin], location: [0, 0, 0], axis: [0, 1, 0], x_axis: [1, 0, -1]}
+  tube:
+    {type: ball_on_cylinder, bodies: [ground, ball], locations: [[0, 3, 0], [0.2, 3, 0]], axis: [0, 1, 0], radius: 0.2}
+forces:
+  air: {type: drag, joint: slot, coefficient: 40}
+  line: {type: drag, points: {pin: [0, 0, 0], ball: [0.2, 3, 0]}, coefficient: 0.5}
+  turn: {type: holder, joint: slot, angle: 20 deg, gain: 30, integral: 5}
+"""
+PROGRAM = """
+import sys
+import numpy as np
+from click.testing import CliRunner
+from mbproj.cli.main import mbproj
+from mbproj.constraints import PRIMITIVES
+
+for command in sys.stdin.read().splitlines():
+    done = CliRunner().invoke(mbproj, command.split(), catch_exceptions=False)
+    assert done.exit_code == 0, (command, done.output)
+    if "--json" in command:
+        print(done.stdout.replace("\\n", " "))
+primitive, h = PRIMITIVES["on_cylinder"](0.3), 1e-30
+x, v = np.random.default_rng(1).normal(size=(2, 5, 3, 3))
+ahead = x + 1j * h * v
+np.testing.assert_allclose(primitive.rate(x, v), primitive.value(ahead).imag / h, rtol=1e-12)
+bend = primitive.rate(ahead, v).imag / h
+np.testing.assert_allclose(primitive.curvature(x, v), bend, rtol=1e-11)
+"""
+
+
+def walked(folder: Path) -> set[str]:
+    """A copy of the package with what the walks add; the files that they touch. The kernel is as it was."""
+    shutil.copytree(ROOT / "mbproj", folder / "mbproj", ignore=shutil.ignore_patterns("src", "__pycache__", "guide"))
+    touched = set()
+    for fence in fences(pages()["contributing"]):
+        if fence.language == "cpp":
+            assert (ROOT / fence.words[0]).is_file()
+        elif fence.words:
+            (name,) = fence.words
+            touched.add(name)
+            if name not in TABLES:
+                assert not (folder / name).exists(), name
+                (folder / name).write_text(fence.text)
+                continue
+            head, _, lines = fence.text.rpartition("...\n")
+            text = (folder / name).read_text()
+            assert text.count(TABLES[name]) == 1, name
+            text = text.replace(TABLES[name], TABLES[name] + lines)
+            (folder / name).write_text(text.replace("from mbproj.", f"{head}from mbproj.", 1) if head else text)
+    return touched
+
+
+def called(folder: Path, *commands: str) -> list[dict[str, object]]:
+    """What commands print with --json."""
+    environment = {**os.environ, "PYTHONPATH": str(folder)}
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM],
+        input="\n".join(commands),
+        capture_output=True,
+        text=True,
+        cwd=folder,
+        check=False,
+        env=environment,
+    )
+    assert done.returncode == 0, done.stderr
+    return [json.loads(line) for line in done.stdout.splitlines()]
+
+
+@needs_kernel
+def test_the_walks_lead_where_the_page_says(tmp_path):
+    assert len(walked(tmp_path)) == 8
+    (tmp_path / "scene.yaml").write_text(SCENE)
+    plain = yaml.safe_load(SCENE)
+    del plain["bodies"]["ball"], plain["joints"]["tube"], plain["forces"]["line"]
+    plain["simulation"] |= {"projection": "gpopm"}
+    (tmp_path / "slot.yaml").write_text(yaml.safe_dump(plain))
+    checked, ran, reduced, planar = called(
+        tmp_path,
+        "check scene.yaml --json",
+        "run scene.yaml -o results.h5 --json",
+        "animate results.h5 -o page.html",
+        "export results.h5 -o tables",
+        "run slot.yaml --formulation reduced -o reduced.h5 --json",
+        "run slot.yaml -o planar.h5 --json",
+        "verify slot.yaml",
+    )
+    assert checked["degrees_of_freedom"] == 7  # 2 of the pin, 5 of the ball
+    assert [each["formulation"] for each in (ran, reduced, planar)] == ["full", "reduced", "planar"]
+    assert max(float(str(each["position_violation_max"])) for each in (ran, reduced, planar)) <= 1e-13
+    assert (tmp_path / "tables" / "results-state-turn.sum.csv").is_file()
