@@ -66,8 +66,8 @@ class Force:
 @dataclass(frozen=True)
 class Row:
     """Σ kᵢ sᵢ - function(s₀) = constant, with the coordinates sᵢ and their weights kᵢ `of` the row, s₀ the first.
-    A turn of an angle s₀ changes `function` by nothing, or by whole periods. Its slope does not jump; where its second
-    derivative does, at a knot of a table, a step ends.
+    A turn of an angle s₀ changes `function` by nothing, or by whole periods. Its slope does not jump; where a higher
+    derivative does, at a knot of a table or the 0 of x in max(x, 0)**3, a step ends.
 
     Of one angle with a weight, a turn of it is the row's period; `period` gives that of several, and 0 is none."""
 

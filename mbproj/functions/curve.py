@@ -9,10 +9,11 @@ import numpy as np
 
 from mbproj.arrays import Numbers
 from mbproj.dataclass import dataclass
-from mbproj.functions.program import Op, Program
-from mbproj.functions.program_set import ProgramSet, flatten
+from mbproj.functions.kinks import kinks
+from mbproj.functions.program import TIME, Op, Program
+from mbproj.functions.program_set import OF_ROWS, ProgramSet, flatten
 from mbproj.functions.series import constant_series, run, walk
-from mbproj.functions.switches import FREE, argument, switches
+from mbproj.functions.switches import FREE, argument, natural, switches
 from mbproj.thresholds import THRESHOLDS
 
 
@@ -34,28 +35,41 @@ class Curve:
         """The same, with its switches on these branches, one for each instruction."""
         return replace(self, held=held)
 
-    def has_edges(self) -> bool:
-        """Whether its slope jumps, or may: at what is no table."""
-        own = self._set
-        found = [(own.op[at] == Op.TABLE, int(own.operand[at])) for at in switches(own, 0)]
-        return any(not is_table or own.jumps(number)[:, :2].any() for is_table, number in found)
+    def edges(self, low: float, high: float) -> tuple[float, ...]:
+        """Where the value or the slope jumps from s = low to high."""
+        s = tuple(
+            replace(each, operand=TIME) if each.op is Op.VARIABLE else each  # kinks are looked for in time
+            for each in self.program.code
+        )
+        found = kinks(flatten([replace(self.program, code=s)]), 0, low, high)
+        return tuple(each.t for each in found if any(jump and np.isfinite(jump) for jump in each.jump[:2]))
 
     def repeats(self, period: float, by: float) -> bool:
         """Whether it repeats from half a period below 0 to half a period above: its derivatives, its switches, and its
-        value but for multiples of `by`."""
-        ends = np.array([-0.5, 0.5]) * period
-        change, size = np.array(self(ends)), np.abs(self(ends)).max()
+        value but for multiples of `by`. Both are looked at on the branches of the first, for there may be a knot."""
+        own, ends = self._set, np.array([-0.5, 0.5]) * period
+        held, edges = np.full(len(own.op), FREE), set(switches(own, 0))
+
+        def arguments(s: float) -> list[float]:
+            """Of the switches."""
+            seen = walk(own, 0, [constant_series(np.asarray(s))] * 2, held)
+            return [
+                argument(own, at, float(held[at]), [each[0] for each in stack[-2:]])
+                for at, stack in seen
+                if at in edges
+            ]
+
+        for at, x in zip(sorted(edges), arguments(ends[0]), strict=True):
+            held[at] = natural(own, at, x)
+        on_branches = self.on_branches(tuple(held.tolist()))
+        change, size = np.array(on_branches(ends)), np.abs(on_branches(ends)).max()
         change = change[:, 1] - change[:, 0]
         change[0] -= by * np.round(change[0] / by) if by else 0.0
         if np.abs(change).max() > THRESHOLDS.smooth_to * size:
             return False
-        own, free, edges = self._set, FREE, set(switches(self._set, 0))
-        first, last = (
-            [argument(own, at, free, stack[-1]) for at, stack in walk(own, 0, [constant_series(s)] * 2) if at in edges]
-            for s in ends
-        )
+        first, last = (arguments(end) for end in ends)
         return bool(np.allclose(first, last, atol=THRESHOLDS.smooth_to))
 
     @cached_property
     def _set(self) -> ProgramSet:
-        return flatten([self.program])
+        return flatten([self.program], OF_ROWS)

@@ -16,6 +16,9 @@ from mbproj.thresholds import THRESHOLDS
 
 #: Changes of a function's value, slope and second derivative up to this part of the largest are round-off.
 ROUND_OFF = np.array([THRESHOLDS.constant_to, THRESHOLDS.smooth_to, THRESHOLDS.smooth_to])
+#: The derivatives whose jumps are kinks: of what drives accelerations, and of what a row is, which is differentiated
+#: twice for them.
+OF_FORCES, OF_ROWS = 2, 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +27,8 @@ class ProgramSet:
 
     `op` (N,) the operations by number (`Op`), `operand` (N,) a constant, an exponent, the number of a variable or of a
     table. Tables: piece i of table k is row `table_start[k] + i` of `knot`, `origin` (B,) and `piece` (B, 4) (see
-    `Table`), `period` (T,) that with which each repeats. `texts`: how the scene writes each.
+    `Table`), `period` (T,) that with which each repeats. `smooth` (T,): how many derivatives jump at kinks alone.
+    `texts`: how the scene writes each.
     """
 
     start: Integers
@@ -35,6 +39,7 @@ class ProgramSet:
     origin: Array
     piece: Array
     period: Array
+    smooth: Integers
     texts: tuple[str, ...]
 
     @property
@@ -63,6 +68,14 @@ class ProgramSet:
             tuple(self.knot[own].tolist()), tuple(self.origin[own].tolist()), pieces, float(self.period[number])
         )
 
+    def branches(self, index: int, held: Array) -> tuple[float, ...]:
+        """Of program `index`, on those `held`, one for each instruction: as a set of this program alone has them, whose
+        tables begin with the first piece."""
+        code = slice(self.start[index], self.start[index + 1])
+        tables = self.op[code] == Op.TABLE
+        before = self.table_start[self.operand[code][tables].astype(np.intp)[:1]]
+        return tuple(np.where(tables, held[code] - before.sum(), held[code]).tolist())
+
     def names_channels(self, index: int) -> bool:
         """Whether program `index` does."""
         code = slice(self.start[index], self.start[index + 1])
@@ -70,13 +83,13 @@ class ProgramSet:
 
     @cached_property
     def kinked(self) -> npt.NDArray[np.bool_]:
-        """The pieces of tables that begin with a kink, where the value, the slope or the second derivative jumps, and
+        """The pieces of tables that begin with a kink, where the value or a derivative that counts jumps, and
         the first of each table, (B,). One that repeats and has kinks has no more than half a period from one of these
         to the next, unless that is a piece: so what is near one is nearer to it than to what repeats it."""
         found: npt.NDArray[np.bool_] = np.ones(len(self.knot), dtype=bool)
         for number, period in enumerate(self.period.tolist()):
             start, end = self.table_start[number : number + 2].tolist()
-            kinks = np.any(self.jumps(number), axis=1)
+            kinks = np.any(self.jumps(number)[:, : self.smooth[number] + 1], axis=1)
             found[start + 1 : end] = kinks[: end - start - 1]
             begun, reach = self.knot[start], 0.5 * period if kinks.any() else np.inf
             for at in range(start + 1, end) if period else ():
@@ -86,8 +99,8 @@ class ProgramSet:
         return found
 
     def jumps(self, number: int) -> npt.NDArray[np.bool_]:
-        """Whether the value, the slope and the second derivative of a table jump where its second piece begins, and
-        each after it; of one that repeats, last where its first begins again. (pieces, 3) or one less."""
+        """Whether the value and three derivatives of a table jump where its second piece begins, and each after it; of
+        one that repeats, last where its first begins again. (pieces, 4) or one less."""
         start, end = self.table_start[number : number + 2]
         origin, piece, period = self.origin[start:end], self.piece[start:end], self.period[number]
         ends = np.append(self.knot[start + 1 : end], [self.knot[start] + period] if period else [])
@@ -95,14 +108,14 @@ class ProgramSet:
         before = _derivatives(piece[:count], ends - origin[:count])
         behind = _derivatives(piece[after], np.where(after, ends, ends - period) - origin[after])
         largest = np.maximum(np.abs(before), np.abs(behind)).max(axis=0, initial=0.0)
-        return np.asarray(np.abs(behind - before) > ROUND_OFF * largest)
+        return np.asarray(np.abs(behind - before) > [*ROUND_OFF, THRESHOLDS.smooth_to] * largest)
 
 
 def _derivatives(piece: Array, u: Array) -> Array:
-    """Value, slope and second derivative of cubics (n, 4) at u (n,), (n, 3)."""
+    """Value and derivatives of cubics (n, 4) at u (n,), (n, 4)."""
     c0, c1, c2, c3 = piece.T
     value = c0 + u * (c1 + u * (c2 + u * c3))
-    return np.column_stack([value, c1 + u * (2.0 * c2 + 3.0 * u * c3), 2.0 * c2 + 6.0 * u * c3])
+    return np.column_stack([value, c1 + u * (2.0 * c2 + 3.0 * u * c3), 2.0 * c2 + 6.0 * u * c3, 6.0 * c3])
 
 
 def joined(sets: Sequence[ProgramSet]) -> ProgramSet:
@@ -116,7 +129,7 @@ def joined(sets: Sequence[ProgramSet]) -> ProgramSet:
         code, pieces, tables = code + len(each.op), pieces + len(each.knot), tables + len(each.table_start) - 1
     rest = {
         name: np.concatenate([getattr(each, name) for each in sets])
-        for name in ("op", "knot", "origin", "piece", "period")
+        for name in ("op", "knot", "origin", "piece", "period", "smooth")
     }
     return ProgramSet(
         start=np.concatenate(start),
@@ -127,7 +140,7 @@ def joined(sets: Sequence[ProgramSet]) -> ProgramSet:
     )
 
 
-def flatten(programs: Sequence[Program]) -> ProgramSet:
+def flatten(programs: Sequence[Program], smooth: int = OF_FORCES) -> ProgramSet:
     """The programs one after another, their tables numbered through."""
     code = [instruction for program in programs for instruction in program.code]
     tables = [instruction.table for instruction in code if instruction.table is not None]
@@ -141,5 +154,6 @@ def flatten(programs: Sequence[Program]) -> ProgramSet:
         origin=np.array([origin for table in tables for origin in table.origins], dtype=float),
         piece=np.array([piece for table in tables for piece in table.pieces], dtype=float).reshape(-1, 4),
         period=np.array([table.period for table in tables]),
+        smooth=np.full(len(tables), smooth, dtype=np.intp),
         texts=tuple(program.text for program in programs),
     )

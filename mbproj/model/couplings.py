@@ -10,7 +10,7 @@ from mbproj.arrays import Array, Integers, Numbers
 from mbproj.constraints.coupling import Coupling
 from mbproj.dataclass import dataclass
 from mbproj.functions.curve import Curve
-from mbproj.functions.program_set import ProgramSet, flatten
+from mbproj.functions.program_set import OF_ROWS, ProgramSet, flatten
 from mbproj.functions.series import constant_series, run
 from mbproj.model.primitive_set import Binding
 
@@ -86,7 +86,7 @@ def compile_couplings(rows: Sequence[Binding], coordinates: Sequence[Binding]) -
         weight=np.array(weight),
         program=np.where(curved, np.cumsum(curved) - 1, -1),
         growth=np.array(growth, dtype=float),
-        programs=flatten([each.program for each in functions if each is not None]),
+        programs=flatten([each.program for each in functions if each is not None], OF_ROWS),
     )
 
 

@@ -168,12 +168,12 @@ class System:
 
     def on_branches(self, held: Array) -> System:
         """With the functions of couplings on these branches, one for each instruction of `programs`."""
-        own, programs = bindings(self.joints), self.programs
+        own = bindings(self.joints)
         for program, (row, _) in self.curved.items():
             at = self.joints.layout.member[row]
-            coupling, branches = own[at].primitive, held[programs.start[program] : programs.start[program + 1]]
+            coupling = own[at].primitive
             assert isinstance(coupling, Coupling)
-            own[at] = replace(own[at], primitive=coupling.on_branches(tuple(branches.tolist())))
+            own[at] = replace(own[at], primitive=coupling.on_branches(self.programs.branches(program, held)))
         return replace(self, joints=bind(own)) if self.curved else self
 
     @property

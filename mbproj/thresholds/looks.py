@@ -38,6 +38,10 @@ class Looks:
     smooth_to: float = threshold(
         1e-9, "1", "numpy", "the same for jumps of its derivatives", "round-off of a value over a small time"
     )
+    edges_from: float = threshold(
+        1e-3, "m", "numpy", "functions of lengths are looked at for edges up to here, then by powers of ten", "chosen"
+    )
+    edges_powers: int = threshold(6, "-", "numpy", "by so many of them; functions of angles over a turn", "up to 1 km")
     most_teeth: int = threshold(
         10_000, "-", "numpy", "weights of angles that are coupled are multiples of one number, up to so many", "chosen"
     )

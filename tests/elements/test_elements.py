@@ -12,12 +12,11 @@ from scipy.integrate import solve_ivp
 from mbproj.constraints.coupling import Coupling
 from mbproj.dynamics import assemble
 from mbproj.dynamics.derivatives.row_derivatives import second_derivatives, third_derivatives
-from mbproj.elements import Element, Force, State
+from mbproj.elements import Element, Force, Row, State
 from mbproj.errors import InputError
 from mbproj.functions.curve import Curve
 from mbproj.functions.program import COORDINATE, TIME, Instruction, Op, Program, apply, number, variable
 from mbproj.functions.table import Table, periodic
-from mbproj.kernel import core
 from mbproj.model import compile_system, initial_guess
 from mbproj.model.compile.elements import with_elements
 from mbproj.studies.measure.mechanism import Mechanism
@@ -25,6 +24,7 @@ from mbproj.studies.verify.case import Case
 from mbproj.studies.verify.checks import CHECKS, _check
 from tests.elements.kinds import cam, pi_controller, rack
 from tests.elements.wheel_and_slide import FORMULATIONS, at, run, scene_of
+from tests.kernel.scenes import needs_kernel
 
 
 def push(along, value):
@@ -121,12 +121,12 @@ def test_a_cam_by_a_periodic_table_is_near_the_function_that_it_is_of(formulatio
 RISE, SPAN = 0.3, np.radians(80.0)
 
 
-def parabolas(first=0.0):
+def parabolas(first=0.0, begin=RISE):
     """A lift of h and back from the angle RISE on, by four parabolas and a dwell: accelerations jump at four knots a
     turn. `first`: the slope with which the rise begins, where it has a corner."""
     c = HEIGHT / (2 * SPAN**2)
     rise = (0.0, first, c), (c * SPAN**2, 2 * c * SPAN, -c), (HEIGHT, 0.0, -c), (c * SPAN**2, -2 * c * SPAN, c)
-    knots = tuple(RISE + SPAN * k for k in range(5))
+    knots = tuple(begin + SPAN * k for k in range(5))
     pieces = tuple((*piece, 0.0) for piece in (*rise, (0.0, 0.0, 0.0)))
     table = Table(knots, knots, pieces, 2 * np.pi)
     return Program((Instruction(Op.VARIABLE, COORDINATE), Instruction(Op.TABLE, 0.0, table)))
@@ -165,6 +165,48 @@ def test_steps_end_at_the_knots_of_a_cam(formulation):
     assert errors[2] > 1e-7
 
 
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+def test_a_function_with_a_smooth_switch_is_located(formulation):
+    """φ = 40 max(s - 0.2, 0)³ of a slide that comes with 1 m/s: t = ∫ √(1 + I φ'(s)²/m) ds by the energy. The third
+    derivative jumps where the switch is, and a step ends there."""
+    lag = Row("lag", {"rail.displacement": 0.0, "pin.angle": 1.0}, "40*max(s - 0.2, 0)**3")
+    own = {"slide": 1.0, "formulation": formulation, "duration": "0.5", "tolerance": "1e-11"}
+    _, found, report = run([Element("x", rows=(lag,))], **own)
+    angle, way = found["joints/coordinate"].T
+    nodes, weights = np.polynomial.legendre.leggauss(40)
+    s = np.maximum(way[:, None] - 0.2, 0.0) * (0.5 + 0.5 * nodes)
+    inside = 0.5 * np.sqrt(1.0 + 0.1 / 3.0 * (120.0 * s**2) ** 2) @ weights
+    t = np.minimum(way, 0.2) + np.maximum(way - 0.2, 0.0) * inside
+    assert angle[-1] > 0.5
+    np.testing.assert_allclose(t, found["time"], atol=1e-10)
+    np.testing.assert_allclose(angle, 40.0 * np.maximum(way - 0.2, 0.0) ** 3, atol=1e-12)
+    assert report.events == 1
+
+
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+def test_a_cam_knows_its_own_knots_beside_tables_of_forces(formulation):
+    """A force by a table that is 0 where the follower is changes nothing, and has pieces of its own."""
+    pieces = *((0.0, 0.0, 0.0, 0.0),) * 3, (0.0, 1.0, 0.0, 0.0)
+    table = Table((-np.inf, -2.0, 1.0, 2.0), (-2.0, -2.0, 1.0, 2.0), pieces)
+    code = (Instruction(Op.VARIABLE, COORDINATE), Instruction(Op.TABLE, 0.0, table))
+    nothing = Element("nothing", forces=(Force("rail.displacement", Program(code)),))
+    element = cam("cam", "pin.angle", "rail.displacement", parabolas())
+    own = {"axis": "z", "speed": "speed: 14", "formulation": formulation, "duration": "0.3", "tolerance": "1e-9"}
+    found = [run(elements, **own)[1]["joints/coordinate"] for elements in ([element], [nothing, element])]
+    np.testing.assert_allclose(*found, rtol=0, atol=1e-9)
+
+
+@needs_kernel
+def test_steps_end_where_the_third_derivative_of_a_cam_jumps():
+    """At the knots of a spline, once a turn each; and no method keeps its order over them."""
+    element = cam("cam", "pin.angle", "rail.displacement", lift(12))
+    own = {"axis": "z", "speed": "speed: 14", "duration": "0.5", "tolerance": "1e-8"}
+    _, found, report = run([element], **own)
+    angles = -2.0 + 2 * np.pi / 12 * np.arange(40)
+    last = found["joints/coordinate"][-1, 0]
+    assert report.events == np.count_nonzero((angles > 0.0) & (angles < last))
+
+
 def test_the_formulations_agree_on_a_cam_that_a_controller_drives():
     """A controller on the cam's angle, with a spring on the follower: motions, states and reactions are the same."""
     target = Program(apply(Op.MULTIPLY, number(9.0), variable(TIME)))
@@ -181,7 +223,7 @@ def test_the_formulations_agree_on_a_cam_that_a_controller_drives():
 APPLYING = ("popm-gpopm", "idempotent", "eliminated", "power", "momentum", "reaction", "closed", "energy")
 
 
-@pytest.mark.skipif(core() is None, reason="needs the compiled kernel")
+@needs_kernel
 @pytest.mark.parametrize(
     ("element", "also"),
     [
@@ -236,13 +278,19 @@ def test_an_expression_is_the_program_that_it_says():
     np.testing.assert_allclose(by_text, by_code, atol=1e-13)
 
 
+def _of_length(function):
+    return Row("r", {"rail.displacement": 0.0, "pin.angle": 1.0}, function)
+
+
 EDGE, ONCE = apply(Op.ABS, variable(COORDINATE)), apply(Op.MULTIPLY, variable(COORDINATE), variable(COORDINATE))
 WRONG = {
     "element 'x': 'pin.angle': unexpected '.'": Element("x", ("pin.angle",), (State("a", "pin.angle"),)),
     "element 'x' reads 'pin.angel', which there is not": Element("x", reads=("pin.angel",)),
     "element 'x' acts on 'rail.angle', which there is not": Element("x", forces=(push("rail.angle", 1.0),)),
-    "the function of row 'x.r' has edges": cam("x", "pin.angle", "rail.displacement", Program(EDGE)),
-    "function of row 'x.r' has edges": cam("x", "pin.angle", "rail.displacement", parabolas(first=0.01)),
+    "the function of row 'x.r' has edges, at s = 0": cam("x", "pin.angle", "rail.displacement", Program(EDGE)),
+    "function of row 'x.r' has edges, at s = 0.3": cam("x", "pin.angle", "rail.displacement", parabolas(first=0.01)),
+    "the function of row 'x.r' has edges, at s = 0.02": Element("x", rows=(_of_length("max(s - 0.02, 0)"),)),
+    "the function of row 'x.r' has edges, at s = -300": Element("x", rows=(_of_length("abs(s + 300)"),)),
     "the function of row 'x.r' is another one after a turn": cam("x", "pin.angle", "rail.displacement", Program(ONCE)),
     "the function of row 'x.r' names more": cam("x", "pin.angle", "rail.displacement", Program(variable(TIME))),
 }
@@ -254,6 +302,21 @@ def test_what_cannot_be_is_refused_with_words(said):
     element = replace(element, rows=tuple(replace(row, name="r") for row in element.rows))
     with pytest.raises(InputError, match=said):
         with_elements(compile_system(scene_of()), [element])
+
+
+@pytest.mark.parametrize(
+    "function", ["0.05*max(sin(s), 0)**3", "0.01*s**2*sign(s)*max(s - 1, 0)**3 + max(s, 0)**2", "abs(s)**3", "sqrt(s)"]
+)
+def test_functions_without_edges_are_rows(function):
+    of = {"pin.angle": 0.0, "rail.displacement": 1.0} if "sin" in function else None
+    row = Row("r", of, function) if of else _of_length(function)
+    assert with_elements(compile_system(scene_of()), [Element("x", rows=(row,))]).couplings.size == 1
+
+
+def test_a_knot_may_be_where_a_turn_ends():
+    for begin in (np.pi, np.pi - SPAN, -np.pi):
+        assert Curve(parabolas(begin=begin)).repeats(2 * np.pi, 0.0)
+    assert not Curve(Program(apply(Op.POWER_OF, number(2.0), variable(COORDINATE)))).repeats(2 * np.pi, 0.0)
 
 
 def test_periodic_splines_repeat_and_are_smooth():

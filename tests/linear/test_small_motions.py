@@ -8,11 +8,13 @@ import pytest
 
 from mbproj.linear.modes import modes
 from mbproj.mechanisms_folder import mechanism
-from mbproj.scene import read_scene
+from mbproj.scene import read_scene, read_scene_text
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.verify import small_motions
 from mbproj.studies.verify.case import Case
+from mbproj.studies.verify.checks import CHECKS, _check
 from mbproj.studies.verify.finding import Finding
+from tests.kernel.scenes import needs_kernel
 
 RINGING = (
     "bennett",
@@ -50,6 +52,35 @@ def test_a_run_beside_the_equilibrium_follows_the_mode_that_it_begins_in(name):
 )
 def test_it_says_where_it_does_not_apply(name, why):
     assert why in checked(name)
+
+
+CAM = """
+mbproj: 1
+gravity: [0, 0, -9.81]
+simulation: {duration: 1, output_step: 0.1, tolerance: 1.0e-8}
+bodies:
+  wheel: {mass: 2, inertia: [0.1, 0.1, 0.1], position: [1, 0, 0]}
+  follower: {mass: 1, inertia: [0.1, 0.1, 0.1], position: [1, 0, 0.3]}
+joints:
+  pin: {type: revolute, bodies: [ground, wheel], location: [1, 0, 0], axis: [0, 1, 0], speed: 60 rpm}
+  slide: {type: prismatic, bodies: [ground, follower], location: [1, 0, 0.3], axis: [0, 0, 1]}
+  cam: {type: coupler, of: {pin: 0, slide: 1}, function: {rows: [ROWS], between: periodic}}
+"""
+KNOT = "[0 deg, 0 mm], [90 deg, 12 mm], [180 deg, 20 mm], [270 deg, 12 mm], [360 deg, 0 mm]"
+BETWEEN = "[-45 deg, 3 mm], [45 deg, 3 mm], [180 deg, 20 mm], [315 deg, 3 mm]"
+
+
+@needs_kernel
+@pytest.mark.parametrize(("rows", "rests"), [(KNOT, True), (BETWEEN, False)], ids=["knot", "between"])
+def test_a_cam_that_rests_at_a_knot_has_no_motion_that_is_linear_on_both_sides(rows, rests):
+    """The third derivative of its lift jumps there. Order and energy are told from motions that pass no knot."""
+    case = Case(Mechanism.of(read_scene_text(CAM.replace("ROWS", rows))))
+    found = {name: _check(name, CHECKS[name], case) for name in ("linear", "order", "energy")}
+    assert (
+        found["linear"].remark.startswith("it rests at an edge, beside which it moves otherwise: joint 'cam'") == rests
+    )
+    assert found["linear"].verdict == ("does not apply" if rests else "passed")
+    assert "failed" not in {each.verdict for each in found.values()}
 
 
 def test_a_frequency_that_is_wrong_is_found_out(monkeypatch):

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
+from itertools import pairwise
 
 import numpy as np
 
@@ -31,7 +32,7 @@ def bound(where: str, coupled: Coupled, parts: Sequence[Binding], owner: int) ->
 def _coupling(where: str, coupled: Coupled, parts: Sequence[Binding]) -> Coupling:
     kinds, weights = tuple(_CALLED[type(part.primitive)] for part in parts), tuple(coupled.of.values())
     turns = [abs(weight) for weight, kind in zip(weights, kinds, strict=True) if kind == "angle" and weight]
-    curve = None if coupled.function is None else _curve(where, coupled)
+    curve = None if coupled.function is None else _curve(where, coupled, kinds[0] == "angle")
     if curve is not None and kinds[0] == "angle":
         ends = curve(np.array([-np.pi, np.pi]))[0].real
         grows = abs(float(ends[1] - ends[0])) / (2.0 * np.pi)
@@ -49,15 +50,27 @@ def _coupling(where: str, coupled: Coupled, parts: Sequence[Binding]) -> Couplin
     return Coupling(kinds, weights, period, curve)
 
 
-def _curve(where: str, coupled: Coupled) -> Curve:
+def _curve(where: str, coupled: Coupled, of_angle: bool) -> Curve:
     """The function of a row."""
     assert coupled.function is not None
     if any(each.op is Op.VARIABLE and each.operand != COORDINATE for each in coupled.function.code):
         raise InputError(Problem(f"the function of {where} names more than its first coordinate", hint="add a force"))
     curve = Curve(coupled.function)
-    if curve.has_edges():
-        raise InputError(Problem(f"the function of {where} has edges", hint="give one whose slope does not jump"))
+    for low, high in _looked_at(of_angle):
+        edges = curve.edges(low, high)
+        if edges:
+            what = f"the function of {where} has edges, at s = {edges[0]:.6g}"
+            raise InputError(Problem(what, hint="give one whose slope does not jump"))
     return curve
+
+
+def _looked_at(of_angle: bool) -> Iterator[tuple[float, float]]:
+    """From where to where functions are looked at for edges: of angles, in rad, more than a turn. Of lengths, in m,
+    each power of ten is looked at by itself, for what is large hides what is small."""
+    if of_angle:
+        return iter([(-4.0, 4.0)])
+    far = THRESHOLDS.edges_from * 10.0 ** np.arange(THRESHOLDS.edges_powers + 1)
+    return pairwise([*(-far[::-1]).tolist(), *far.tolist()])
 
 
 def common_measure(sizes: Sequence[float]) -> float | None:

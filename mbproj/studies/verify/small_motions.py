@@ -14,11 +14,13 @@ from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.equations.motions import drive_at
 from mbproj.errors import InputError
 from mbproj.integrate import simulate
+from mbproj.integrate.events.law_switches import switches_of
 from mbproj.linear.equilibrium.find import Equilibrium, equilibrium
 from mbproj.linear.equilibrium.solve import NoEquilibrium
 from mbproj.linear.equilibrium.started import consistent
 from mbproj.linear.modes import Modes, modes
 from mbproj.model import initial_guess
+from mbproj.model.system import System
 from mbproj.registry import EQUILIBRIUM
 from mbproj.scene.records import Settings
 from mbproj.studies.verify.case import Case
@@ -56,7 +58,11 @@ def small_motions(case: Case) -> Found:
     steps = max(STEPS, int(np.ceil(time * float(np.abs(found.eigenvalues).max()) / STABLE)))
     if steps > MOST_STEPS:
         return f"its modes are so far apart that following the slowest takes {steps} steps"
-    ends = [_end(case, _beside(case, rest, found, mode, size), time, steps) for size in (AMPLITUDE, -AMPLITUDE)]
+    sides = [_beside(case, rest, found, mode, size) for size in (AMPLITUDE, -AMPLITUDE)]
+    edge = _edge_between(case.system, *sides)
+    if edge:
+        return f"it rests at an edge, beside which it moves otherwise: {edge}"
+    ends = [_end(case, side, time, steps) for side in sides]
     moves: Numbers = found.coordinates[mode]
     expected = (moves * np.exp(found.eigenvalues[mode] * time)).real
     off = np.abs((ends[0] - ends[1]) / (2.0 * AMPLITUDE) - expected).max() / np.abs(moves).max()
@@ -72,6 +78,17 @@ def _beside(case: Case, rest: Equilibrium, found: Modes, mode: int, size: float)
     v = velocities(pose_of(q), size * (λ * ξ).real.ravel())
     state = consistent(case.system, replace(initial_guess(case.scene, case.system), q=q, v=v))
     return state.changed(turns=rest.state.turns, states=rest.state.x + size * found.states[mode].real)
+
+
+def _edge_between(system: System, one: State, other: State) -> str:
+    """What is on another branch on the other side; "" where nothing is."""
+    switches = switches_of(system)
+    if switches is None:
+        return ""
+    x = [switches.arguments(state.instant(system), switches.free) for state in (one, other)]
+    branches = [switches.settled(switches.free, each)[list(switches.at)] for each in x]
+    differ = np.flatnonzero(branches[0] != branches[1])
+    return f"{switches.owner(differ[0])}: {switches.what(differ[0])}" if len(differ) else ""
 
 
 def _changes(case: Case, rest: Equilibrium, time: float) -> bool:
