@@ -11,6 +11,15 @@ from mbproj.formats.xml import Element, parse, read_text
 MOST_INCLUDES = 50
 
 
+def is_missing(name: str, folder: Path, base: Path) -> bool:
+    """Whether a file would be in the folder, and is not."""
+    try:
+        file = (base / name).resolve()
+        return file.is_relative_to(folder) and not file.exists()
+    except (OSError, ValueError, RuntimeError):
+        return False
+
+
 def inside(name: str, place: Place, folder: Path, base: Path) -> Path:
     """The file that an element names from `base`. Raises InputError where it is missing or outside of `folder`."""
     try:

@@ -75,6 +75,11 @@ class Layout:
         slots = slots[np.argsort(joint[slots], kind="stable")]
         return slots, joint[slots]
 
+    @cached_property
+    def units(self) -> tuple[str, ...]:
+        """The unit of each row, m or rad."""
+        return tuple("m" if is_length else "rad" for is_length in self.is_length.tolist())
+
 
 @dataclass(frozen=True, eq=False)
 class PrimitiveSet:
@@ -135,7 +140,7 @@ class PrimitiveSet:
     @property
     def units(self) -> tuple[str, ...]:
         """The unit of each row, m or rad."""
-        return tuple("m" if is_length else "rad" for is_length in self.is_length)
+        return self.layout.units
 
     def value(self, x: Numbers) -> Numbers:
         """C (..., m) of the attachments' global points and vectors x (..., S, 3)."""

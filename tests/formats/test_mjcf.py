@@ -107,3 +107,42 @@ def test_an_equality_that_a_model_makes_softer_is_another_motion(tmp_path, own, 
     (tmp_path / "soft.xml").write_text(text.replace('<connect name="pin"', f'<connect {own} name="pin"'))
     (row,) = [each for each in read_model(tmp_path / "soft.xml").said if each.element == "equality 'pin' (connect)"]
     assert row.same.value == same
+
+
+def test_spheres_and_ends_of_capsules_above_a_plane_are_stops_on_request(tmp_path):
+    """A ball of 0.1 m at the height 0.3 m, and a capsule whose ends are 0.2 m along x beside its middle."""
+    path = tmp_path / "model.xml"
+    ball = '<body name="b" pos="0 0 0.3"><freejoint/><geom name="g" size="0.1"/></body>'
+    pill = '<body name="c" pos="1 0 0.5"><freejoint/><geom type="capsule" size="0.05 0.2" euler="0 90 0"/></body>'
+    text = f'<mujoco><worldbody><geom name="floor" type="plane" size="1 1 1"/>{ball}{pill}</worldbody></mujoco>'
+    path.write_text(text, encoding="utf-8")
+    assert not read_model(path).forces
+    mechanism = read_model(path, Wishes(contacts=True))
+    assert list(mechanism.forces) == ["g_on_plane", "c_on_plane", "c_on_plane_2"]
+    scene = read_scene_text(scene_text(mechanism, "1"))
+    heights = [stop.point.vector for stop in scene.forces]
+    assert [stop.radius for stop in scene.forces] == [0.1, 0.05, 0.05]
+    np.testing.assert_allclose([abs(each[0]) for each in heights], [0.0, 0.2, 0.2], atol=1e-14)
+    (row,) = [each for each in mechanism.said if each.element == "contacts of 2 shapes"]
+    assert row.what.startswith("3 spheres above planes are rigid stops without friction")
+
+
+def test_a_tendon_between_two_points_is_a_spring_a_stop_or_a_rod(tmp_path):
+    path = tmp_path / "model.xml"
+    text = """<mujoco><worldbody><site name="a"/><body name="b" pos="0 0 1"><freejoint/><geom size="0.1"/>
+      <site name="c" pos="0 0.5 0"/></body></worldbody>
+      <tendon><spatial name="spring" stiffness="3" damping="0.5" springlength="0.8" range="0.1 2">
+        <site site="a"/><site site="c"/></spatial>
+        <spatial name="odd" stiffness="3" springlength="0.2 0.4"><site site="a"/><site site="c"/></spatial>
+        <spatial name="rod"><site site="a"/><site site="c"/></spatial></tendon>
+      <equality><tendon name="held" tendon1="rod"/></equality></mujoco>"""
+    path.write_text(text, encoding="utf-8")
+    mechanism = read_model(path)
+    spring, stop = mechanism.forces["spring"], mechanism.forces["spring_limit"]
+    assert (spring["stiffness"].value, spring["damping"].value, spring["free_length"].value) == (3.0, 0.5, 0.8)
+    assert (stop["shortest"].value, stop["longest"].value) == (0.1, 2.0)
+    assert mechanism.joints["held"].type == "distance"
+    assert mechanism.joints["held"].keys["length"].value == pytest.approx(np.hypot(1.0, 0.5))
+    said = {row.element: row.same.value for row in mechanism.said}
+    assert said["tendon 'odd'"] == "no"
+    assert "tendon 'spring'" not in said

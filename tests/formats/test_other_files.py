@@ -64,8 +64,15 @@ def test_includes_stay_in_the_folder_and_make_no_circle(tmp_path):
     assert outside.startswith("model.xml:2: error: the file '../outside.xml' is outside of the model's folder")
     circle = message(written(tmp_path, '<mujoco>\n<include file="model.xml"/></mujoco>'))
     assert circle.startswith("model.xml:2: error: the files include each other in a circle: model.xml -> model.xml")
-    missing = message(written(tmp_path, '<mujoco>\n<include file="$(id).xml"/></mujoco>'))
-    assert missing.startswith("model.xml:2: error: the file '$(id).xml' is not there")
+
+
+def test_an_included_file_that_is_missing_is_left_out_and_said(tmp_path):
+    """Its name would run in a shell, and means nothing here."""
+    pytest.importorskip("mujoco")
+    body = '<worldbody><body><joint/><geom size="0.1" pos="0 0 1"/></body></worldbody>'
+    mechanism = read_model(written(tmp_path, f'<mujoco>\n<include file="$(id).xml"/>{body}</mujoco>'))
+    (row,) = [each for each in mechanism.said if each.element.startswith("include")]
+    assert (row.element, row.place.line, row.same.value) == ("include of '$(id).xml'", 2, "no")
 
 
 MESH = """<mujoco>

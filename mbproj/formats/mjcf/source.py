@@ -8,7 +8,7 @@ from xml.sax.saxutils import escape, quoteattr
 
 from mbproj.dataclass import dataclass
 from mbproj.errors import Place
-from mbproj.formats.included import include, inside
+from mbproj.formats.included import include, inside, is_missing
 from mbproj.formats.xml import Element
 
 #: A mesh is read up to so many bytes.
@@ -20,12 +20,13 @@ SHOWN_ONLY = ("texture", "skin")
 @dataclass(eq=False)
 class Source:
     """A model that stands on its own: its root, the bytes of its meshes by file, what is missing, and the geoms that
-    stand for what is missing."""
+    stand for what is missing. `gone` are included files that are not there."""
 
     root: Element
     meshes: dict[str, bytes]
     missing: list[tuple[str, Place, str]]
     stand_ins: list[Element]
+    gone: list[tuple[str, Place]]
 
     def text(self) -> tuple[str, list[Place]]:
         """XML with one tag a line, and where each of its lines comes from."""
@@ -38,10 +39,11 @@ class Source:
 
 
 def source_of(root: Element, path: Path) -> Source:
-    """The model with its includes. Raises InputError at one that is missing, outside of the folder, or in a circle."""
+    """The model with its includes. Raises InputError at one that is outside of the folder, or in a circle."""
     folder = path.resolve().parent
-    whole = _included(root, folder, folder, (path.resolve(),))
-    source = Source(whole, {}, [], [])
+    source = Source(root, {}, [], [], [])
+    whole = _included(source, root, folder, (path.resolve(),))
+    source.root = whole
     _without_pictures(whole)
     _take_meshes(source, folder)
     return source
@@ -59,16 +61,20 @@ def _tags(element: Element) -> Iterator[tuple[str, Place]]:
     yield f"</{element.tag}>", element.place
 
 
-def _included(element: Element, folder: Path, base: Path, above: tuple[Path, ...]) -> Element:
-    """The element with what <include> brings in its place; files are named from the main model's folder."""
+def _included(source: Source, element: Element, folder: Path, above: tuple[Path, ...]) -> Element:
+    """The element with what <include> brings in its place; files are named from the main model's folder. Those that are
+    missing are noted in the source."""
     children: list[Element] = []
     for child in element.children:
         if child.tag != "include":
-            children.append(_included(child, folder, base, above))
+            children.append(_included(source, child, folder, above))
             continue
-        file = inside(child.get("file"), child.place, folder, base)
+        if child.get("file") and is_missing(child.get("file"), folder, folder):
+            source.gone.append((child.get("file"), child.place))
+            continue
+        file = inside(child.get("file"), child.place, folder, folder)
         inner = include(file, child.place, above, str(Path(child.place.file).parent / child.get("file")))
-        children += _included(inner, folder, base, (*above, file)).children
+        children += _included(source, inner, folder, (*above, file)).children
     return Element(element.tag, dict(element.attributes), element.place, children, element.text)
 
 
