@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from mbproj.cli.completion import Folder, some_of
+from mbproj.cli.completion import File, Folder, some_of
 from mbproj.cli.explained import Part, option
 from mbproj.cli.quantity import Names, Positive
 from mbproj.registry import PROJECTIONS
@@ -112,6 +112,14 @@ def integrators(default: str) -> Callable[[Command], Command]:
     )
 
 
+write_table = option(
+    Part.OUTPUT,
+    "--write-table",
+    "table_file",
+    type=File(".csv", ".tex", ".md", path_type=Path),
+    metavar="FILE",
+    help="Write the table for a paper: FILE.csv, .tex for LaTeX, .md.",
+)
 force = option(Part.OUTPUT, "--force", is_flag=True, help="Replace files that mbproj did not write, too.")
 
 

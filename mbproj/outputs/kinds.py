@@ -25,6 +25,8 @@ _FILMS: Mapping[str, tuple[int, bytes]] = {"gif": (0, b"GIF89a"), "mp4": (4, b"f
 
 #: The first line of a table for LaTeX.
 LATEX_MARK = "% table written by mbproj"
+#: The same for Markdown.
+MARKDOWN_MARK = "<!-- table written by mbproj -->"
 
 
 @dataclass(frozen=True)
@@ -80,6 +82,11 @@ def csv(headings: Sequence[str], last: Sequence[str] = ()) -> Kind:
 def latex() -> Kind:
     """A table for LaTeX: its first line."""
     return Kind("a table for LaTeX", _begins_with(LATEX_MARK.encode()))
+
+
+def markdown() -> Kind:
+    """A table in Markdown: its first line."""
+    return Kind("a table in Markdown", _begins_with(MARKDOWN_MARK.encode()))
 
 
 def hdf5(file_format: str) -> Kind:

@@ -43,7 +43,20 @@ FUNCTIONS = (
     "paper",
 )
 #: Options that only say what is printed or written, for which the objects have methods.
-PRINTS = {"as_json", "quiet", "output", "ending", "force", "store", "write", "picture", "xml", "strict", "help"}
+PRINTS = {
+    "as_json",
+    "ending",
+    "force",
+    "help",
+    "output",
+    "picture",
+    "quiet",
+    "store",
+    "strict",
+    "table_file",
+    "write",
+    "xml",
+}
 #: Options of a command's own with another way in Python.
 ELSEWHERE = {
     "equilibrium": {"starts"},  # equilibria

@@ -14,6 +14,7 @@ from mbproj.cli.report.table import table
 from mbproj.cli.report.trust import as_numbers, lines_on
 from mbproj.cli.report.verification import as_json as verification_as_json
 from mbproj.cli.report.verification import lines as verification_lines
+from mbproj.cli.study_options import write_table as write_table_option
 from mbproj.errors import ExitCode
 
 if TYPE_CHECKING:
@@ -52,6 +53,7 @@ EXAMPLES = (
 )
 @option(Part.WHAT, "--rainflow", is_flag=True, help="With --loads: count the swings of each, by ASTM E1049.")
 @option(Part.WHAT, "--check", is_flag=True, help="Read all of RESULTS and hold it against its checksums instead.")
+@write_table_option
 @option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
 def command(
     results: Path | None,
@@ -64,6 +66,7 @@ def command(
     level: float | None,
     rainflow: bool,
     check: bool,
+    table_file: Path | None,
     as_json: bool,
 ) -> int:
     """Shows what RESULTS holds: settings, violations, timings, datasets.
@@ -76,7 +79,8 @@ def command(
         raise click.UsageError(f"{asked[0]} needs RESULTS, a results file")
     if len(asked) > 1:
         raise click.UsageError(f"give {' or '.join(asked)}, not both")
-    for name, given in (("--over", over), ("--level", level), ("--rainflow", rainflow)):
+    for_loads = {"--over": over, "--level": level, "--rainflow": rainflow, "--write-table": table_file}
+    for name, given in for_loads.items():
         if given and not loads:
             raise click.UsageError(f"{name} is for --loads; add --loads, or leave it out")
     if (results is not None) + build + thresholds != 1:
@@ -111,6 +115,12 @@ def command(
 
             words = _json(report.facts(opened, over, level, rainflow=rainflow)) if as_json else None
             click.echo(words or "\n".join(report.lines(opened, over, level, rainflow=rainflow)))
+            if table_file is not None:
+                from mbproj.calls.files import loads as table_of
+                from mbproj.outputs.written_table import write_table
+
+                table = table_of(opened, over=over)
+                click.echo(write_table(table_file, table.headings, table.rows), err=True)
             return int(ExitCode.DONE)
         click.echo(_json(_contents(opened)) if as_json else "\n".join(_lines(opened)))
     return int(ExitCode.DONE)

@@ -13,6 +13,7 @@ from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.linear.options import at_options, scene_argument
 from mbproj.cli.scene_options import parameters
 from mbproj.cli.study_options import force as force_option
+from mbproj.cli.study_options import write_table as write_table_option
 from mbproj.errors import InputError, Place, Problem, placed_at
 
 if TYPE_CHECKING:
@@ -45,6 +46,7 @@ EXAMPLES = (
     type=results_file(path_type=Path),
     help="File of modes.",
 )
+@write_table_option
 @option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of the table.")
 @option(Part.OUTPUT, "-q", "--quiet", is_flag=True, help="Print nothing but errors.")
 @force_option
@@ -57,6 +59,7 @@ def command(
     count: int | None,
     vary: str | None,
     output: Path,
+    table_file: Path | None,
     as_json: bool,
     quiet: bool,
     force: bool,
@@ -68,16 +71,20 @@ def command(
     """
     from mbproj.linear.stored import stored
     from mbproj.outputs import check_replaceable, hdf5
+    from mbproj.outputs.written_table import check_table, write_table
     from mbproj.results.linear.modes_file import LAYOUT, write_modes
 
     with placed_at(Place("--output")):
         check_replaceable(output, hdf5(LAYOUT.format), force=force)
+    check_table(table_file, ("mode", "frequency (Hz)"), force=force)
     changed = parameters(settings)
     trace: Trace | None = None
     if vary is None:
         what, found = _modes(scene, changed, (where, results, steady), count)
     else:
         what, found, trace = _traced(scene, changed, (where, results, steady), count, vary)
+    if table_file is not None:
+        write_table(table_file, found.table.headings, found.table.rows, force=force)
     write_modes(output, stored(found, what.title, trace), what, force=force)
     if as_json:
         click.echo(json.dumps(numbers(found, scene, str(output), trace)))

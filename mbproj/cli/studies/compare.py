@@ -59,9 +59,17 @@ EXAMPLES = (
 @study_options.repeat
 @study_options.workplace
 @study_options.files
+@study_options.write_table
 @option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print the table as JSON.")
 def command(
-    scene: str, changes: tuple[str, ...], output: Path, ending: str, force: bool, as_json: bool, **options: Any
+    scene: str,
+    changes: tuple[str, ...],
+    output: Path,
+    ending: str,
+    force: bool,
+    table_file: Path | None,
+    as_json: bool,
+    **options: Any,
 ) -> None:
     """Compares projection methods, integrators and steps on SCENE.
 
@@ -71,11 +79,13 @@ def command(
     from mbproj.cli.report.progress import telling
     from mbproj.cli.scene_options import parameters
     from mbproj.cli.studies.shared import StudyFiles
+    from mbproj.outputs.written_table import check_table, write_table
     from mbproj.scene import read_scene
     from mbproj.studies.compare.comparison import PROJECTIONS_COMPARED, compare
 
     what = read_scene(scene, parameters(changes))
     files = StudyFiles(output, f"{Path(scene).stem}-compare", ending, ("label", "setting"), force)
+    check_table(table_file, ("label", "setting"), force=force)
     where = study_options.where_of(options)
     with telling(hidden=False) as tell:
         found = compare(
@@ -88,6 +98,8 @@ def command(
         )
     rows = [{"label": entry.label, **entry.numbers} for entry in found.entries]
     written = [files.table(found.table), files.figure(_page(found, what.title))]
+    if table_file is not None:
+        written.append(write_table(table_file, found.table.headings, found.table.rows, force=force))
     if as_json:
         click.echo(json.dumps({"until": float(found.reference.times[-1]), "entries": rows, "notes": found.notes}))
         return

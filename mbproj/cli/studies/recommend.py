@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -51,6 +52,7 @@ EXAMPLES = (
     is_flag=True,
     help="Write the setting into the scene's simulation block; the rest of the file stays as it is.",
 )
+@study_options.write_table
 @option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object.")
 @option(Part.OUTPUT, "-q", "--quiet", is_flag=True, help="Print only the command line.")
 def command(
@@ -61,6 +63,7 @@ def command(
     output_step: str | None,
     changes: tuple[str, ...],
     write: bool,
+    table_file: Path | None,
     as_json: bool,
     quiet: bool,
 ) -> int:
@@ -72,6 +75,7 @@ def command(
     """
     from mbproj.cli.report.progress import telling
     from mbproj.cli.scene_options import parameters
+    from mbproj.outputs.written_table import check_table, write_table
     from mbproj.scene import read_scene
     from mbproj.studies.recommend.recommendation import recommend
     from mbproj.studies.recommend.write_back import write_back
@@ -79,6 +83,7 @@ def command(
     if write and changes:
         hint = "change the parameter in the scene, and leave out --set"
         raise InputError(Problem("--write does not go with changed parameters", Place("--set"), hint))
+    check_table(table_file, ("kind", "setting"))
     what = read_scene(scene, parameters(changes), {"output_step": output_step})
     with telling(hidden=quiet) as tell:
         found = recommend(what, goal, at or (), until, tell=tell)
@@ -93,6 +98,8 @@ def command(
             f"{found.until:.6g} s",
             err=True,
         )
+    if table_file is not None:
+        click.echo(write_table(table_file, found.table.headings, found.table.rows), err=True)
     if write and found.reached:
         click.echo(f"written into {write_back(what, found.settings)}", err=True)
     return ExitCode.DONE if found.reached else ExitCode.CHECK_FAILED

@@ -53,9 +53,17 @@ EXAMPLES = (
 @study_options.repeat
 @study_options.workplace
 @study_options.files
+@study_options.write_table
 @study_options.fresh
 def command(
-    scene: str, changes: tuple[str, ...], output: Path, ending: str, force: bool, fresh: bool, **options: Any
+    scene: str,
+    changes: tuple[str, ...],
+    output: Path,
+    ending: str,
+    force: bool,
+    table_file: Path | None,
+    fresh: bool,
+    **options: Any,
 ) -> None:
     """Measures accuracy against cost on SCENE over a grid of settings.
 
@@ -67,12 +75,14 @@ def command(
     from mbproj.cli.scene_options import parameters
     from mbproj.cli.studies.shared import OTHER_FOLDER, StudyFiles
     from mbproj.outputs import check_replaceable
+    from mbproj.outputs.written_table import check_table, write_table
     from mbproj.scene import read_scene
     from mbproj.studies.tradeoff.front import PROJECTIONS_TRIED, tradeoff
     from mbproj.studies.tradeoff.table import KIND, write_hdf5
 
     what = read_scene(scene, parameters(changes))
     files = StudyFiles(output, f"{Path(scene).stem}-tradeoff", ending, ("setting", "projection"), force)
+    check_table(table_file, ("setting", "projection"), force=force)
     where = study_options.where_of(options)
     whole = Path(f"{files.stem}.h5")
     check_replaceable(whole, KIND, force=force, hint=OTHER_FOLDER)
@@ -97,6 +107,8 @@ def command(
     click.echo(files.table(found.table))
     click.echo(write_hdf5(whole, found, force=force))
     click.echo(files.figure(_page(found)))
+    if table_file is not None:
+        click.echo(write_table(table_file, found.table.headings, found.table.rows, force=force))
 
 
 def _report(found: Tradeoff) -> Iterator[str]:
