@@ -27,17 +27,18 @@ from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
 
-def meets_inside(choice: Choice, system: System) -> bool:
+def meets_inside(choice: Choice, system: System, state: State) -> bool:
     """Whether the kernel's loop itself does what happens at stops and frictions: stops without friction, and friction
-    at joints, where every motion has inertia."""
+    at joints, where every motion that the joints leave has inertia at a state."""
     frictions = system.frictions
     if choice.compiled is None:
         return False
     if frictions is not None and (frictions.stop >= 0).any():
         return False
+    if system.driven and system.reflected.inertia.size:  # motions pay for flywheels in no time
+        return False
     heavy = bool((system.mass > 0.0).all()) and np.linalg.eigvalsh(system.inertia)[:, 0].min(initial=np.inf) > 0.0
-    pays = not (system.driven and system.reflected.inertia.size)  # what motions pay for flywheels in no time
-    return heavy and pays
+    return heavy or choice.compiled.is_regular(state)[0]
 
 
 def is_of_the_march(mark: Mark, system: System, contacts: Contacts) -> bool:

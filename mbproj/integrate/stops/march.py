@@ -62,7 +62,7 @@ class StopMarch:
         self.whole = Leg.whole(system, settings, start.t)
         self.variants = Variants(choice, system, settings)
         self.state, self.contacts, self.push = start, Contacts(), 0.0
-        self.meets_inside = meets_inside(choice, system)
+        self.meets_inside = meets_inside(choice, system, start)
         self.fastest = max(speed_of(system, start), THRESHOLDS.slow_motion / self.whole.interval)
         self.integrals = np.zeros(2 + len(system.names.frictions))  # work, dissipation, and that of each friction
         self.shaped = False  # whether a longer run may meet things in other bits

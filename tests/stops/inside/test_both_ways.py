@@ -47,6 +47,11 @@ SCENES = {
     "three balls": (THREE_BALLS, IN_SPACE, {}),
     "a beam on three points": (BEAM, IN_THE_PLANE, {}),
     "pressed through a loop": (PRESSED_LOOP, IN_THE_PLANE, {}),
+    "a rod without mass": (
+        PRESSED_LOOP.replace("rod: {{mass: 1, inertia: [7.0e-3, 7.0e-3, 7.0e-3]", "rod: {{mass: 0, inertia: [0, 0, 0]"),
+        IN_SPACE,
+        {},
+    ),
     "three balls by Poisson's law": (
         THREE_BALLS.replace("{{duration: 3", "{{impact_law: poisson, duration: 1").replace("0.5}}", "0.8}}"),
         IN_SPACE,
@@ -98,6 +103,21 @@ def test_the_kernels_loop_does_what_the_march_does(name, formulation, steps, mon
                 scale *= 1.0e3  # beside a length
             np.testing.assert_allclose(own[path], expected[path], rtol=0, atol=near * scale, err_msg=path)
     assert report.position_violation.value < 2e-13
+
+
+@pytest.mark.parametrize("steps", STEPS)
+def test_a_rod_without_mass_bears_the_push_of_stops_in_the_plane_as_in_space(steps):
+    """Rows of contacts are a border, which lends no mass. A rod without mass pushes along itself alone."""
+    _, space = run(text_of("a rod without mass", "reduced", steps))
+    _, plane = run(text_of("a rod without mass", "planar", steps))
+    told = [[(event.name, event.kind) for event in each.happened] for each in (plane, space)]
+    assert told[0] == told[1]
+    for path in ("bodies/position", "bodies/velocity"):
+        np.testing.assert_allclose(plane[path], space[path], rtol=0, atol=1e-6, err_msg=path)
+    force, moving = plane["joints/reaction_force"][:, 1], plane["bodies/position"]
+    along = moving[:, 2] - 2.0 * moving[:, 0]  # from the crank's pin to the slider's
+    across = force[:, 0] * along[:, 1] - force[:, 1] * along[:, 0]
+    np.testing.assert_allclose(across, 0.0, atol=1e-6 * np.abs(force).max())
 
 
 @pytest.mark.parametrize("steps", STEPS)

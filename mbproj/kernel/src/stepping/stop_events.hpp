@@ -41,11 +41,13 @@ public:
     int left_over() const { return left_over_; }
     bool is_released() const { return released_; }
 
-    // Whether a run cannot go on because rows of contacts have come to depend on each other, or on the joints': that is left to who
-    // drives the loop, too.
+    // Whether a run cannot go on because rows of contacts have come to depend on each other, or on the joints', or because only
+    // contacts may hold a body without inertia: that is left to who drives the loop, too.
     bool loses_contacts(const Outcome& outcome) {
         const bool lost = outcome.status == Status::singular || outcome.status == Status::vanished;
-        return lost && inside() && equations_.contacts().any() && !equations_.contacts().cholesky().full();
+        const auto& bodies = equations_.model().bodies;
+        const bool light = std::any_of(bodies.begin(), bodies.end(), [](const auto& body) { return body.is_light; });
+        return lost && inside() && equations_.contacts().any() && (light || !equations_.contacts().cholesky().full());
     }
 
     // Whether the step that was made, with this slope at its end, meets something.
