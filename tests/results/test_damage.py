@@ -129,6 +129,10 @@ def without_checksums(path: Path) -> None:
     """The file as an mbproj before checksums wrote it."""
     with h5py.File(path, "r+") as file:
         del file.attrs[OF_ATTRIBUTES]
+        for group in [item for item in file.values() if isinstance(item, h5py.Group)]:
+            for shared in {"time", "axis", "euler_parameter"} & set(group):
+                if group[shared] == file[shared]:
+                    del group[shared]
         names: list[str] = []
         file.visititems(lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None)
         for name in names:

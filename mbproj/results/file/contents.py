@@ -86,6 +86,10 @@ class Contents:
         found: list[str] = []
         with self._reading("/"):
             self._file.visititems(lambda name, item: found.append(name) if isinstance(item, h5py.Dataset) else None)
+            for place, name in enumerate(found):  # a scale of several groups stands in the root, too
+                shared = name.rpartition("/")[2]
+                if shared in self._file and self._file[shared] == self._file[name]:
+                    found[place] = shared
         return found
 
     def rows(self, name: str, trailing: tuple[int, ...], dtype: npt.DTypeLike = "f8") -> int:
