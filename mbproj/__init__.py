@@ -23,8 +23,9 @@ if TYPE_CHECKING:
     from mbproj.calls.again import continue_run, rerun
     from mbproj.calls.batch import Batch, batch
     from mbproj.calls.check.checked import SceneCheck, check
-    from mbproj.calls.files import compare_results, export, loads
+    from mbproj.calls.files import compare_results, export, largest_loads
     from mbproj.calls.linear import equilibria, equilibrium, linearize, modes, traces
+    from mbproj.calls.loads import loads
     from mbproj.calls.models import Exported, Imported, export_model, import_model, new, schema
     from mbproj.calls.paper import paper
     from mbproj.calls.run import run
@@ -86,8 +87,9 @@ _HOMES = {
     "mbproj.calls.again": ("continue_run", "rerun"),
     "mbproj.calls.batch": ("Batch", "batch"),
     "mbproj.calls.check.checked": ("SceneCheck", "check"),
-    "mbproj.calls.files": ("compare_results", "export", "loads"),
+    "mbproj.calls.files": ("compare_results", "export", "largest_loads"),
     "mbproj.calls.linear": ("equilibria", "equilibrium", "linearize", "modes", "traces"),
+    "mbproj.calls.loads": ("loads",),
     "mbproj.calls.models": ("Exported", "Imported", "export_model", "import_model", "new", "schema"),
     "mbproj.calls.paper": ("paper",),
     "mbproj.calls.run": ("run",),
@@ -219,6 +221,7 @@ __all__ = [
     "import_model",
     "initial_guess",
     "linearize",
+    "largest_loads",
     "loads",
     "mobility",
     "modes",

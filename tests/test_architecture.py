@@ -125,6 +125,7 @@ FOLDERS = {
         "threshold",
         "tradeoff",
         "verify",
+        "inverse",
     ),
     "formats": ("mjcf", "urdf", "sdf", "export"),
     "analysis": ("contacts", "loads"),

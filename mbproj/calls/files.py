@@ -108,7 +108,7 @@ def allowed(name: str, value: Quantity) -> float:
     return given_number(value, "--absolute", Number(unit, above=0.0))
 
 
-def loads(results: Results | str | Path, *, over: str | None = None) -> Table:
+def largest_loads(results: Results | str | Path, *, over: str | None = None) -> Table:
     """The largest loads of a run, as `mbproj info --loads` finds them: a row a load, with the fields of `Load`.
 
     `over` names the coordinate that tells the place in the cycle. Raises InputError where there is none of this name.

@@ -27,6 +27,7 @@ GROUPS: Mapping[str, Mapping[str, str]] = MappingProxyType(
             "run": "Simulates a scene and writes its results.",
             "rerun": "Repeats a run from its results file.",
             "continue": "Goes on with a run from its results file.",
+            "loads": "Finds the forces that a given motion takes.",
         },
         "Look": {
             "check": "Says whether a scene closes and can run.",
@@ -73,7 +74,7 @@ LINEAR = frozenset({"equilibrium", "linearize", "modes"})
 #: Commands whose name is no name of a module.
 MODULES = {"continue": "continue_run", "import": "import_model"}
 #: Commands that simulate one scene.
-SIMULATE = frozenset({"run", "rerun", "continue"})
+SIMULATE = frozenset({"run", "rerun", "continue", "loads"})
 #: The folders of `mbproj.cli` by what they hold; other commands are in `commands`.
 FOLDERS: Mapping[str, frozenset[str]] = MappingProxyType({"simulate": SIMULATE, "studies": STUDIES, "linear": LINEAR})
 

@@ -12,8 +12,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
 from mbproj.analysis.thinned import MANY, thinned
+from mbproj.arrays import Array
 from mbproj.figures.margins import put_legend, small_print
 from mbproj.figures.style import AXIS_HEIGHT, LABEL_SIZE, PAGE_HEIGHT, PANEL_HEIGHT, WIDTH, line
+from mbproj.figures.units import tick_degrees
 from mbproj.figures.words import fitted, literal
 
 TIME = "time (s)"
@@ -28,6 +30,10 @@ ROUND_OFF = 1e-12
 NOT_UNIQUE = "not unique"
 #: What a panel's height in the grid leaves for its axis and the gap to the next, inches.
 GAP = 0.18
+#: Of a label below the panels, inches.
+ROOM = 0.8 * WIDTH
+#: Between two samples an angle modulo a turn jumps by more than this where a new turn begins, in degrees.
+JUMP = 180.0
 
 
 def panels(
@@ -129,3 +135,42 @@ def span(axis: Axes) -> tuple[float, float]:
     values = np.concatenate([np.asarray(drawn.get_ydata(), dtype=float) for drawn in axis.lines] or [np.zeros(1)])
     values = values[np.isfinite(values)]
     return (float(values.min()), float(values.max())) if len(values) else (0.0, 0.0)
+
+
+def in_degrees(values: Array, unit: str, *, modulo: bool = True) -> Array:
+    """A coordinate as its axis shows it: an angle in degrees, modulo a turn unless all turns are to be seen."""
+    if unit != "rad":
+        return values
+    found = np.degrees(values)
+    return np.asarray(found % 360.0) if modulo else found
+
+
+def by_turns(at: Array, values: Array) -> tuple[Array, Array]:
+    """A line over an angle in degrees modulo a turn, with a gap where a new turn begins."""
+    gaps = np.flatnonzero(np.abs(np.diff(at)) > JUMP) + 1
+    return np.insert(at, gaps, np.nan), np.insert(np.asarray(values, dtype=float), gaps, np.nan)
+
+
+def relabel(figure: Figure, name: str, unit: str, *, modulo: bool = True) -> None:
+    """The panels over time are over a coordinate: their labels say so, and lines have gaps between turns."""
+    axes = [axis for axis in figure.axes if axis.get_xlabel() == TIME]
+    columns = {axis.get_position().x0 for axis in axes}
+    for axis in figure.axes:
+        if axis in axes:
+            axis.set_xlabel(label(name, unit))
+        elif axis.get_xlabel() or axis.get_position().x0 not in columns:
+            continue
+        if unit == "rad" and modulo:
+            _with_gaps(axis)
+
+
+def label(name: str, unit: str) -> str:
+    """Below an axis over a coordinate."""
+    return fitted(f"{name} ({'°' if unit == 'rad' else unit})", ROOM, LABEL_SIZE)
+
+
+def _with_gaps(axis: Axes) -> None:
+    for drawn in axis.lines:
+        x, y = (np.asarray(values, dtype=float) for values in drawn.get_data())
+        drawn.set_data(*by_turns(x, y))
+    tick_degrees(axis, along_x=True)

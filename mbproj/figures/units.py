@@ -50,12 +50,12 @@ def units_of(si: str, values: Iterable[Array]) -> Pair:
     return TURNS if largest > MANY else DEGREES
 
 
-def tick_degrees(axis: Axes) -> None:
-    """Ticks of the vertical axis at parts of a turn, where it is long enough."""
-    low, high = axis.get_ylim()
+def tick_degrees(axis: Axes, *, along_x: bool = False) -> None:
+    """Ticks of the vertical or the horizontal axis at parts of a turn, where it is long enough."""
+    low, high = axis.get_xlim() if along_x else axis.get_ylim()
     step = next((step for step in STEPS if high - low <= MOST_PARTS * step), None)
     if step is not None and high - low >= 2 * STEPS[0]:
-        axis.yaxis.set_major_locator(MultipleLocator(step))
+        (axis.xaxis if along_x else axis.yaxis).set_major_locator(MultipleLocator(step))
 
 
 def sizes(results: Sequence[Results]) -> dict[str, float]:

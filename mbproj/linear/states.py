@@ -33,7 +33,7 @@ def state_at(scene: Scene, system: System, time: float) -> State:
     last = _Last()
     settings = replace(scene.settings, duration=time - start.t, output_step=None)
     simulate(system, start, settings_to_run(replace(scene, settings=settings)), last)
-    return _state(system, last.block, -1)
+    return sampled_state(system, last.block, -1)
 
 
 def stored_state(system: System, results: Results, time: float) -> State:
@@ -49,7 +49,7 @@ def stored_state(system: System, results: Results, time: float) -> State:
         raise InputError(Problem(f"'{results.path}' has no sample at t = {time:.9g} s", hint=have))
     paths = [f"bodies/{name}" for name in ("position", "orientation", "velocity", "angular_velocity")]
     block = {path: results[path][nearest][None] for path in (*paths, "joints/coordinate", *system.layout.recorded)}
-    return _state(system, {"time": times[nearest : nearest + 1], **block}, 0)
+    return sampled_state(system, {"time": times[nearest : nearest + 1], **block}, 0)
 
 
 @final
@@ -64,7 +64,7 @@ class _Last:
         self.block = block
 
 
-def _state(system: System, block: Mapping[str, npt.NDArray[Any]], sample: int) -> State:
+def sampled_state(system: System, block: Mapping[str, npt.NDArray[Any]], sample: int) -> State:
     """One sample of the bodies of the scene, as a state of the carriers: each is where its first body says."""
     first = np.array([np.flatnonzero(system.body_carrier == carrier)[0] for carrier in range(system.bodies)])
     position, orientation, velocity, ω = (

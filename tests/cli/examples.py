@@ -55,12 +55,15 @@ ROBOT = """\
 
 
 def fill(folder: Path) -> None:
-    """Writes the files: a copy of the five-bar and of two scenes of the validation, a sweep, its folder, and
-    results of runs."""
+    """Writes the files: copies of the five-bar, the engine and two scenes of the validation, a motion, a sweep, its
+    folder, and results of runs."""
     shutil.copy(mechanism("five_bar"), folder)
     (folder / "lengths.yaml").write_text(SWEEP, encoding="utf-8")
     assert mbproj("sweep", "lengths.yaml", "-q", folder=folder).returncode == 0
     (folder / "robot.xml").write_text(ROBOT, encoding="utf-8")
+    shutil.copy(mechanism("inline_four"), folder)
+    measured = "".join(f"{t / 1000},{9 * t}\n" for t in range(20))
+    (folder / "measured.csv").write_text(f"time (s), main.angle (deg)\n{measured}", encoding="utf-8")
     (folder / "validation").mkdir()
     for scene in validation_scenes()[:2]:
         shutil.copy(scene, folder / "validation")

@@ -20,6 +20,7 @@ from mbproj.arrays import Array
 from mbproj.constraints import Primitive
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.blocks import Blocks, Rows, added
+from mbproj.dynamics.equations.constraint_equations import tangent_entries
 from mbproj.dynamics.equations.kinematics import Pose, Twist
 from mbproj.model.primitive_set import Group, PrimitiveSet
 
@@ -128,6 +129,12 @@ def force_derivative(bound: PrimitiveSet, carried: Carried, weight: Array) -> Bl
         row, column = np.broadcast_arrays(bound.body[slots][:, :, None], bound.body[slots][:, None, :])
         parts.append(Blocks.of(bodies, row.ravel(), column.ravel(), blocks.reshape(-1, 6, 6)))
     return added(bodies, parts)
+
+
+def rows_at(bound: PrimitiveSet, pose: Pose) -> Rows:
+    """g of a set's rows at a pose alone, (m, 6n): a tenth of the work of `row_motion`."""
+    body, entries = tangent_entries(bound, pose)
+    return Rows.of(bound.size, len(pose.position) - 1, bound.entry_row, body, entries[:, :6])
 
 
 @dataclass(frozen=True, eq=False)

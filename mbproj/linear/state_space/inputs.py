@@ -10,7 +10,8 @@ import numpy as np
 from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.derivatives.law_derivatives import given_rows
-from mbproj.dynamics.derivatives.row_derivatives import row_motion
+from mbproj.dynamics.derivatives.linear_equations import Motion
+from mbproj.dynamics.derivatives.row_derivatives import rows_at
 from mbproj.dynamics.equations.kinematics import Pose
 from mbproj.errors import InputError, Problem
 from mbproj.linear.reference import Reference
@@ -31,7 +32,7 @@ class Inputs:
 
 def inputs_named(reference: Reference, names: Sequence[str]) -> Inputs:
     """The inputs of these names. Raises InputError for one that there is not."""
-    known = _known(reference)
+    known = forces_known(reference.system, reference.motion)
     motions = reference.system.names.motions
     able = [*known, *motions]
     problems = [Problem(f"unknown input '{name}'", hint=choose_from(name, able)) for name in names if name not in able]
@@ -54,17 +55,16 @@ def _motion_unit(system: System, name: str) -> str:
 Entry = tuple[str, Callable[[], Array]]
 
 
-def _known(reference: Reference) -> dict[str, Entry]:
+def forces_known(system: System, motion: Motion) -> dict[str, Entry]:
     """Every force by name: along joint coordinates "A.angle", along what a force of the scene acts on, and components
     of forces and torques on bodies, "push.x"."""
-    system, motion = reference.system, reference.motion
-    carried, found = motion.carried(), dict[str, Entry]()
+    pose, found = motion.pose, dict[str, Entry]()
     laws = system.forces.laws.coordinates, system.forces.law_owners
     for bound, names in ((system.coordinates, system.names.coordinates), laws):
-        rows = row_motion(bound, carried).G
+        rows = rows_at(bound, pose)
         for row, (name, unit) in enumerate(zip(names, bound.units, strict=True)):
             found[name] = ("N" if unit == "m" else "N m", partial(rows.at, row))
-    return found | _on_bodies(system, motion.pose)
+    return found | _on_bodies(system, pose)
 
 
 def _on_bodies(system: System, pose: Pose) -> dict[str, Entry]:

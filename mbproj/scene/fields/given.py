@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TypeVar
+
 from mbproj.errors import InputError, Place
 from mbproj.scene.fields.fields import Field
 from mbproj.scene.fields.reading import Reading
 from mbproj.scene.text.nodes import from_value
 
+Read = TypeVar("Read")
 
-def given_number(text: object, option: str, field: Field[float]) -> float:
+
+def given_number(text: object, option: str, field: Field[Read]) -> Read:
     """The number that `text`, or a number also of NumPy, is for the field, in SI units.
 
     Raises InputError at the option.

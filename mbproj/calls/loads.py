@@ -1,0 +1,101 @@
+"""`mbproj.loads`: what actuators have to do so that a mechanism follows a motion, in one call."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TypeAlias
+
+from mbproj.calls.given import Given, by_arguments, scene_of
+from mbproj.calls.run import run
+from mbproj.errors import InputError, Place, Problem
+from mbproj.model import compile_system
+from mbproj.results import Results, open_results
+from mbproj.scene.problem_places import placed_in
+from mbproj.scene.read import read_scene_text
+from mbproj.scene.records import Scene
+from mbproj.studies.inverse.given import GivenMotion, from_csv, from_results
+from mbproj.studies.inverse.loads import ActuatorLoads, loads_of_given, loads_of_results
+
+_NOTHING: Mapping[str, object] = {}
+_ALIKE: Mapping[str, float] = {}
+#: The first bytes of an HDF5 file.
+HDF5 = b"\x89HDF\r\n\x1a\n"
+#: What may be given as a motion.
+Motion: TypeAlias = "GivenMotion | Results | str | Path"
+
+
+def loads(
+    scene: Given | Results,
+    given: Motion | None = None,
+    *,
+    actuators: Sequence[str] = (),
+    weights: Mapping[str, float] = _ALIKE,
+    smooth: Mapping[str, float] = _ALIKE,
+    parameters: Mapping[str, object] = _NOTHING,
+) -> ActuatorLoads:
+    """The forces of actuators along a motion: inverse dynamics.
+
+    `scene` is as in `run`, or results, whose motion is taken as it is recorded; a scene without `given` is run. `given`
+    is a CSV file, results, or a `GivenMotion` of joint coordinates and components of markers. `actuators` are joint
+    coordinates, motions, forces of the scene, components of forces on bodies; by default the motions, or what is
+    given. Where they are more than the freedoms they reach, Σ w p² is least with these `weights`, 1 each. `smooth`
+    says by unit ("rad", "m") what a spline may change of the given motion, as a root of a mean square; it is estimated
+    without.
+
+    Raises InputError where the motion leaves a freedom open or takes a force that no actuator has, SimulationError
+    where the joints do not close along it.
+    """
+    with by_arguments():
+        return loads_of(scene, given, actuators=actuators, weights=weights, smooth=smooth, parameters=parameters)
+
+
+def loads_of(
+    scene: Given | Results,
+    given: Motion | None,
+    *,
+    actuators: Sequence[str],
+    weights: Mapping[str, float],
+    smooth: Mapping[str, float],
+    parameters: Mapping[str, object],
+) -> ActuatorLoads:
+    """The same for the command, whose problems name options."""
+    if isinstance(scene, Results) or is_results(scene):
+        if given is not None or parameters:
+            message = "results have their motion and their parameters"
+            raise InputError(Problem(message, Place("--given"), "give the scene, or leave both out"))
+        results = scene if isinstance(scene, Results) else open_results(Path(str(scene)))
+        return loads_of_results(_stored(results), results, actuators, weights)
+    what = scene_of(scene, parameters, {})
+    if given is None:
+        return loads_of_results(what, run(what), actuators, weights)
+    with placed_in(what):
+        return loads_of_given(what, _motion(what, given), actuators, weights, smooth)
+
+
+def _motion(scene: Scene, given: Motion) -> GivenMotion:
+    system = compile_system(scene)
+    if isinstance(given, GivenMotion):
+        return given
+    if isinstance(given, Results):
+        return from_results(system, given)
+    if is_results(given):
+        with open_results(Path(given)) as opened:
+            return from_results(system, opened)
+    return from_csv(system, Path(given))
+
+
+def is_results(given: object) -> bool:
+    """Whether it is the path of an HDF5 file."""
+    if not isinstance(given, (str, Path)) or "\n" in str(given):
+        return False
+    try:
+        with Path(given).open("rb") as file:
+            return file.read(len(HDF5)) == HDF5
+    except OSError:
+        return False
+
+
+def _stored(results: Results) -> Scene:
+    """The scene of a run. Raises InputError where its bodies are not those of the results."""
+    return read_scene_text(results.scene_text, str(results.scene_path or results.path), results.overrides)

@@ -1,0 +1,134 @@
+"""What actuators take along a motion, as lines, as numbers and as a table of all samples."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from math import degrees, isnan
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mbproj.cli.report.table import columns
+
+if TYPE_CHECKING:
+    from mbproj.studies.inverse.loads import ActuatorLoads, Smoothing
+
+HEADINGS = ("actuator", "largest", "unit", "at t (s)", "place", "mean", "rms")
+#: Dead centres that are listed.
+LISTED = 5
+
+
+def facts(found: ActuatorLoads, source: str, over: str | None) -> dict[str, Any]:
+    """One object with stable keys; what is no number is null."""
+    actuators = {
+        name: {
+            "unit": unit,
+            "weight": float(weight),
+            "force": _plain(found.force[:, k]),
+            "rate": _plain(found.rate[:, k]),
+            "power": _plain(found.power[:, k]),
+        }
+        for k, (name, unit, weight) in enumerate(zip(found.names, found.units, found.weights, strict=True))
+    }
+    return {
+        "source": source,
+        "degrees_of_freedom": found.freedom,
+        "reached": found.rank,
+        "least_norm": found.shared,
+        "power_balance": found.balance,
+        "dead_centres": found.dead.tolist(),
+        "place_of": over,
+        "largest": [_without_nan(load._asdict()) for load in found.largest(over)],
+        "smoothing": [each._asdict() for each in found.smoothing],
+        "time": found.time.tolist(),
+        "actuators": actuators,
+    }
+
+
+def _plain(values: np.ndarray[Any, Any]) -> list[float | None]:
+    return [None if isnan(value) else value for value in values.tolist()]
+
+
+def _without_nan(row: dict[str, Any]) -> dict[str, Any]:
+    return {key: None if isinstance(value, float) and isnan(value) else value for key, value in row.items()}
+
+
+def lines(found: ActuatorLoads, source: str, over: str | None) -> Iterator[str]:
+    """A table of the largest forces and powers, then what one has to know of them."""
+    count = len(found.names)
+    yield (
+        f"{source}: {found.freedom} {'degree' if found.freedom == 1 else 'degrees'} of freedom, {count} "
+        f"{'actuator' if count == 1 else 'actuators'}, {len(found.time)} samples"
+    )
+    loads = found.largest(over)
+    turns = over is not None and found.cycle(over).unit == "rad"
+    yield columns(HEADINGS, [_row(load, over, turns) for load in loads])
+    works = [load for load in loads if load.quantity == "power"]
+    yield columns(
+        ("work of", "put in (J)", "taken out (J)"),
+        [(load.name, f"{load.put_in:.6g}", f"{load.taken_out:.6g}") for load in works],
+    )
+    yield "± is what looking between samples leaves open"
+    if found.shared:
+        yield _sharing(found)
+    if found.rank < found.freedom:
+        yield f"the actuators reach {found.rank} of {found.freedom} degrees of freedom; the others take no force"
+    yield f"power balance: {found.balance:.2g} of the largest power"
+    yield from _dead(found)
+    yield from _smoothing(found.smoothing)
+
+
+def _row(load: Any, over: str | None, turns: bool) -> tuple[str, ...]:
+    place = "-" if over is None else f"{degrees(load.place):.1f}°" if turns else f"{load.place:.5g}"
+    return (
+        load.name + (" power" if load.quantity == "power" else ""),
+        f"{load.largest:.6g} ± {load.uncertainty:.1g}",
+        load.unit,
+        f"{load.time:.6g}",
+        place,
+        f"{load.mean:.5g}",
+        f"{load.rms:.5g}",
+    )
+
+
+def _sharing(found: ActuatorLoads) -> str:
+    weights = dict(zip(found.names, found.weights.tolist(), strict=True))
+    weighed = {name: weight for name, weight in weights.items() if weight != 1.0}
+    said = ", ".join(f"{name} {weight:g}" for name, weight in weighed.items())
+    mixed = "; N and N m are weighed alike" if len(set(found.units)) > 1 and not weighed else ""
+    norm = f"least weighted sum of squares ({said})" if weighed else "least sum of squares"
+    return f"more actuators than they reach degrees of freedom: of all forces that do it, those of {norm}{mixed}"
+
+
+def _dead(found: ActuatorLoads) -> Iterator[str]:
+    if len(found.dead):
+        listed = ", ".join(f"{time:.6g}" for time in found.dead[:LISTED]) + (", .." if len(found.dead) > LISTED else "")
+        yield f"note: at t = {listed} s the actuators cannot move the mechanism (a dead centre): no force there"
+
+
+def _smoothing(smoothing: Sequence[Smoothing]) -> Iterator[str]:
+    """What became of the given columns."""
+    if smoothing:
+        yield "the motion against the data that was given"
+        rows = [
+            (
+                each.name,
+                "interpolated" if each.noise == 0.0 else f"smoothed, {each.noise:.3g}",
+                f"{each.largest:.3g}",
+                f"{each.time:.6g}",
+                f"{each.rms:.3g}",
+                each.unit,
+            )
+            for each in smoothing
+        ]
+        yield columns(("column", "spline", "largest change", "at t (s)", "rms", "unit"), rows)
+
+
+def table(found: ActuatorLoads) -> tuple[list[str], np.ndarray[Any, Any]]:
+    """Headings and rows (T, 1 + 3 k) of a CSV table."""
+    headings = ["time (s)"]
+    for name, unit in zip(found.names, found.units, strict=True):
+        own = "rad/s" if unit == "N m" else "m/s"
+        headings += [f"{name} force ({unit})", f"{name} rate ({own})", f"{name} power (W)"]
+    parts = np.stack([found.force, found.rate, found.power], axis=2).reshape(len(found.time), -1)
+    return headings, np.concatenate([found.time[:, None], parts], axis=1)

@@ -1,0 +1,145 @@
+"""The equations of motion solved for the forces of actuators: M u' + Gᵀλ = f + B p on the tangent space.
+
+With N a null space matrix of G, NᵀB p = Nᵀ(M u' - f). The constraints have no part in it, and may be redundant.
+Of all p that balance, the one with the least Σ w p² is taken; where B has a column for each freedom there is only one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
+from mbproj.dynamics.derivatives.linear_equations import Motion, tangent_force
+from mbproj.dynamics.derivatives.row_derivatives import rows_at
+from mbproj.dynamics.derivatives.tangent_space import TangentSpace, tangent_space
+from mbproj.dynamics.equations.constraint_equations import set_bias, set_velocity
+from mbproj.dynamics.equations.forces import applied
+from mbproj.dynamics.equations.kinematics import body_rates
+from mbproj.errors import InputError, Place, Problem
+from mbproj.model.system import System
+from mbproj.studies.inverse.actuators import Actuators
+
+#: Singular values of NᵀB below this part of the largest column of B move nothing.
+DEAD = 1e-8
+#: What may be missing of the forces, as a part of the largest: what is more has no actuator.
+MISSING = 1e-7
+
+
+@dataclass(frozen=True, eq=False)
+class Balance:
+    """Forces (T, k) of actuators and their rates (T, k); `off` (T,): the power balance, as a part of the largest power
+    in it; `dead` (T,): where the actuators cannot move the mechanism, and their forces are NaN; `freedom` of the
+    mechanism, and the `rank` of what the actuators reach of it."""
+
+    force: Array
+    rate: Array
+    off: Array
+    dead: Array
+    freedom: int
+    rank: int
+
+
+@dataclass(frozen=True, eq=False)
+class _Sample:
+    force: Array
+    rate: Array
+    gained: Array
+    left: float
+    size: float
+    rank: int
+    space: TangentSpace
+    reached: Array
+
+
+def balance(actuators: Actuators, motions: Iterable[Motion]) -> Balance:
+    """The forces along the motion. Raises InputError where a freedom that takes a force has no actuator."""
+    samples, motion = [], None
+    for motion in motions:
+        samples.append(_at(actuators, motion))
+    assert motion is not None
+    rank, freedom = max(sample.rank for sample in samples), samples[0].space.freedom
+    size = max(sample.size for sample in samples)
+    dead = np.array([sample.rank < rank and sample.left > MISSING * sample.size for sample in samples])
+    missing = [sample.left if not gone else 0.0 for sample, gone in zip(samples, dead, strict=True)]
+    if max(missing) > MISSING * size:
+        raise _refused(actuators.system, samples[int(np.argmax(missing))], motion, rank)
+    force = np.array([sample.force for sample in samples])
+    rate = np.array([sample.rate for sample in samples])
+    force[dead] = np.nan
+    gained = np.array([sample.gained for sample in samples])
+    put_in = np.where(dead, gained.sum(axis=1), np.sum(force * rate, axis=1))
+    largest = max(float(np.abs(gained).max(initial=0.0)), float(np.abs(force * rate)[~dead].max(initial=0.0)))
+    off = np.abs(gained.sum(axis=1) - put_in) / (largest or 1.0)
+    return Balance(force, rate, off, dead, freedom, rank)
+
+
+def _at(actuators: Actuators, motion: Motion) -> _Sample:
+    system = actuators.system
+    space = tangent_space(system, rows_at(system.rows, motion.pose).dense())
+    B, own = actuators.columns(motion)
+    weights = np.sqrt(actuators.weights)
+    A = (space.N.T @ B) / weights
+    wanted = -(space.N.T @ (tangent_force(system, motion) - B @ own))
+    U, σ, V = np.linalg.svd(A, full_matrices=False)
+    alone = np.linalg.norm(space.lengths[:, None] * B, axis=0) / weights
+    rank = int(np.count_nonzero(σ > DEAD * alone.max(initial=0.0)))
+    reached = U[:, :rank]
+    force = V[:rank].T @ ((reached.T @ wanted) / σ[:rank]) / weights
+    left = wanted - A @ (weights * force)
+    size = _size(system, motion)
+    gained = _gained(system, motion, own, B)
+    return _Sample(force, B.T @ motion.u, gained, float(np.linalg.norm(left)), size, rank, space, reached)
+
+
+def _size(system: System, motion: Motion) -> float:
+    """The largest force of inertia, gravity or the scene on a body, as a torque at the length of the mechanism."""
+    loads, u_dot = applied(motion.instant(system)), motion.change.reshape(-1, 6)
+    inertia = system.mass[:, None] * u_dot[:, :3], (system.inertia @ u_dot[:, 3:, None])[..., 0]
+    weight = system.mass[:, None] * system.gravity
+    lengths = [inertia[0], weight, loads.force[:-1]]
+    turns = [inertia[1], loads.torque[:-1]]
+    largest = [system.length * float(np.abs(part).max(initial=0.0)) for part in lengths]
+    return max(*largest, *(float(np.abs(part).max(initial=0.0)) for part in turns), float(np.finfo(float).tiny))
+
+
+def _gained(system: System, motion: Motion, own: Array, B: Array) -> Array:
+    """The power in W that the actuators have to put in, term by term: what the kinetic energy gains by translation,
+    rotation and reflected inertias, what gravity and the scene's other forces take. The tangent space has no part."""
+    pose = motion.pose
+    twist, change = motion.twist(pose), motion.change_of(pose)
+    velocity, ω = twist.velocity[:-1], body_rates(pose, twist)[:-1]
+    u_dot, loads = motion.change.reshape(-1, 6), applied(motion.instant(system))
+    turning = (system.inertia @ u_dot[:, 3:, None])[..., 0]
+    rows = system.reflected.rows
+    rate = set_velocity(rows, pose, twist)
+    faster = set_velocity(rows, pose, change) + set_bias(rows, pose, twist)
+    others = np.sum(loads.force * twist.velocity) + np.sum(loads.torque[:-1] * ω)
+    return np.array(
+        [
+            np.sum(system.mass[:, None] * velocity * u_dot[:, :3]),
+            np.sum(ω * turning),
+            np.sum(system.reflected.inertia * rate * faster),
+            -np.sum(system.mass[:, None] * velocity * system.gravity),
+            -(others - own @ (B.T @ motion.u)),
+        ]
+    )
+
+
+def _refused(system: System, sample: _Sample, motion: Motion, rank: int) -> InputError:
+    """What has no actuator: the joint coordinates that move most where none reaches."""
+    space = sample.space
+    beyond = np.eye(space.freedom) - sample.reached @ sample.reached.T
+    G = rows_at(system.coordinates, motion.pose).dense() @ space.N @ beyond
+    lengths = np.array([unit == "m" for unit in system.names.coordinate_units], dtype=bool)
+    moved = np.linalg.norm(G / np.where(lengths, system.length, 1.0)[:, None], axis=1)
+    most = np.argsort(-moved, kind="stable")[: max(1, space.freedom - rank)]
+    names = [f"'{system.names.coordinates[k]}'" for k in most if moved[k] > 0.0]
+    message = (
+        f"the actuators reach {rank} of {space.freedom} degrees of freedom, and the motion takes forces along the "
+        f"{'other' if space.freedom - rank == 1 else 'others'}"
+    )
+    hint = f"add an actuator, along {' and '.join(names)} say" if names else "add an actuator"
+    return InputError(Problem(message, Place("--actuator"), hint))

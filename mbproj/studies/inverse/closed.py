@@ -1,0 +1,217 @@
+"""A mechanism that follows a motion given of joint coordinates and markers, with its joints closed at each time.
+
+The joints' rows hold exactly, C(q) = 0; what is given holds beside them in the sense of least squares, as measured
+coordinates of a closed loop contradict each other a little. With N a null space matrix of G, and given rows K,
+
+    δξ = -G⁺C + N z,   |K δξ - (g(t) - s(q))|² least;   u = N z,  |K u - g'|² least;   and u' likewise.
+
+More coordinates than freedoms are so averaged, and fewer are refused.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
+from mbproj.dynamics.assembly.assemble import State, coordinate_values, is_angle
+from mbproj.dynamics.blocks import Rows, stacked
+from mbproj.dynamics.derivatives.linear_equations import Motion
+from mbproj.dynamics.derivatives.row_derivatives import rows_at, tilde
+from mbproj.dynamics.derivatives.tangent import moved
+from mbproj.dynamics.derivatives.tangent_space import TangentSpace, tangent_space
+from mbproj.dynamics.equations.constraint_equations import constraint, set_bias, set_velocity
+from mbproj.dynamics.equations.kinematics import Pose, pose_of
+from mbproj.errors import InputError, Problem, SimulationError
+from mbproj.model.system import System
+from mbproj.studies.inverse.spline import Smoothed
+
+#: A step between two poses is divided until what is given moves by no more than this, in rad and parts of the length.
+LONGEST = 0.2
+#: Newton's iterations, and where they end: corrections in rad and parts of the length.
+ITERATIONS, CLOSED = 40, 1e-13
+#: Above this part of the length, or angle, the joints count as open.
+OPEN = 1e-10
+#: Singular values of K N below this part of the largest are a freedom that the given motion does not tell.
+UNTOLD = 1e-8
+
+
+@dataclass(frozen=True, eq=False)
+class GivenRows:
+    """What a motion is given of: joint coordinates by their numbers, then components of markers (number, axis);
+    `scale` (c,): the length of the mechanism for what is in m, 1 for angles; `order`: where each stands in the file."""
+
+    coordinates: tuple[int, ...]
+    components: tuple[tuple[int, int], ...]
+    scale: Array
+    order: tuple[int, ...]
+
+
+def given_rows(system: System, names: Sequence[str]) -> GivenRows:
+    """The rows of these names, which the system has."""
+    own = system.names
+    coordinates = [k for k, name in enumerate(names) if name in own.coordinates]
+    others = [k for k, name in enumerate(names) if name not in own.coordinates]
+    at = [own.coordinates.index(names[k]) for k in coordinates]
+    components = [(own.markers.index(names[k][:-2]), "xyz".index(names[k][-1])) for k in others]
+    lengths = np.array([own.coordinate_units[k] == "m" for k in at] + [True] * len(others), dtype=bool)
+    scale = np.where(lengths, system.length, 1.0)
+    return GivenRows(tuple(at), tuple(components), scale, (*coordinates, *others))
+
+
+@dataclass(frozen=True, eq=False)
+class Followed:
+    """The motion at each time, and how far the closed mechanism is from what was given, (T, c), in its order."""
+
+    motions: list[Motion]
+    off: Array
+
+
+def follow(system: System, start: State, names: Sequence[str], splines: Sequence[Smoothed], times: Array) -> Followed:
+    """The motion of a system without motions from the pose of `start` on.
+
+    Raises InputError where what is given leaves a freedom open, SimulationError where the joints do not close.
+    """
+    rows = given_rows(system, names)
+    series = np.stack([spline.at(times) for spline in splines], axis=-1)[:, :, list(rows.order)]
+    q, reached = start.q, _values(system, rows, pose_of(start.q))
+    expected = coordinate_values(system, pose_of(start.q)) + 2.0 * np.pi * start.turns
+    angles = is_angle(system)[list(rows.coordinates)].astype(bool)
+    reached[: len(angles)] = expected[list(rows.coordinates)]
+    # The pose that the scene gives may be turns away from the first sample.
+    away = np.round((series[0, 0, : len(angles)] - reached[: len(angles)]) / (2.0 * np.pi)) * angles
+    reached[: len(angles)] += 2.0 * np.pi * away
+    expected = expected.copy()
+    expected[list(rows.coordinates)] += 2.0 * np.pi * away
+    found: list[Motion] = []
+    off = []
+    for t, target, rate, change in zip(times, *series, strict=True):
+        if found:
+            q = moved(q, _ahead(found[-1], float(t)))
+        parts = max(1, int(np.ceil(np.abs((target - reached) / rows.scale).max() / LONGEST)))
+        for part in range(1, parts + 1):
+            q = _closed(system, rows, q, reached + (target - reached) * part / parts, float(t))
+            value = coordinate_values(system, pose_of(q))
+            expected = value + 2.0 * np.pi * np.round((expected - value) / (2.0 * np.pi)) * is_angle(system)
+        motion, left = _moving(system, rows, Motion(float(t), q, *_still(q), expected, start.x), target, rate, change)
+        found.append(motion)
+        off.append(left)
+        reached = target
+    back = np.argsort(rows.order)
+    return Followed(found, np.array(off)[:, back])
+
+
+def _ahead(motion: Motion, t: float) -> Array:
+    """What the bodies move by until t, to second order, (6n,)."""
+    h = t - motion.t
+    return h * motion.u + 0.5 * h**2 * motion.change
+
+
+def _still(q: Array) -> tuple[Array, Array]:
+    none = np.zeros(len(q) // 7 * 6)
+    return none, none
+
+
+def _values(system: System, rows: GivenRows, pose: Pose) -> Array:
+    """What is given, as the mechanism has it, (c,); angles without turns."""
+    places = pose.position[system.marker_body] + _arms(system, pose)
+    own = coordinate_values(system, pose)[list(rows.coordinates)]
+    return np.concatenate([own, [places[marker, axis] for marker, axis in rows.components]])
+
+
+def _arms(system: System, pose: Pose) -> Array:
+    """A s of each marker, (k, 3)."""
+    found: Array = (pose.rotation[system.marker_body] @ system.marker_local[..., None])[..., 0]
+    return found
+
+
+def _markers(system: System, rows: GivenRows, motion: Motion) -> tuple[Rows, Array]:
+    """Rows of the markers' components by (δr, δθ in body axes), and the part ω × (ω × s) of their accelerations."""
+    pose = motion.pose
+    marker, axis = np.array(rows.components, dtype=np.intp).reshape(-1, 2).T
+    body, local = system.marker_body[marker], system.marker_local[marker]
+    ω = np.concatenate([motion.u.reshape(-1, 6)[:, 3:], np.zeros((1, 3))])[body]
+    each, A = np.arange(len(axis)), pose.rotation[body]
+    entries = np.concatenate([np.eye(3)[axis], -(A @ tilde(local))[each, axis]], axis=1)
+    bias = (A @ np.cross(ω, np.cross(ω, local))[..., None])[each, axis, 0]
+    return Rows.of(len(axis), system.bodies, each, body, entries), bias
+
+
+def _closed(system: System, rows: GivenRows, q: Array, target: Array, t: float) -> Array:
+    """The closed pose next to q that is nearest to what is given."""
+    for _ in range(ITERATIONS):
+        motion = Motion(t, q, *_still(q), np.zeros(system.coordinates.size))
+        space, K = _linear(system, rows, motion)
+        C = constraint(system, motion.pose)[system.bodies :]
+        close = -(space.pseudoinverse @ C)
+        δ = close + space.N @ _told(space, K, rows, _off(system, rows, motion, target) - K @ close, t)
+        q = moved(q, δ)
+        size = np.abs(δ / space.lengths).max(initial=0.0)
+        if size <= CLOSED:
+            break
+    left = np.abs(constraint(system, pose_of(q)) / system.row_scale).max(initial=0.0)
+    if not left <= OPEN:
+        cause = "the joints do not close along the motion that is given"
+        raise SimulationError(t, cause, hint="it may be out of reach: compare it with what `mbproj run` moves")
+    return q
+
+
+def _off(system: System, rows: GivenRows, motion: Motion, target: Array) -> Array:
+    """How far what is given is from what the mechanism has; angles within half a turn."""
+    off = target - _values(system, rows, motion.pose)
+    angles = np.zeros(len(off), dtype=bool)
+    angles[: len(rows.coordinates)] = is_angle(system)[list(rows.coordinates)].astype(bool)
+    return np.where(angles, np.arctan2(np.sin(off), np.cos(off)), off)
+
+
+def _linear(system: System, rows: GivenRows, motion: Motion) -> tuple[TangentSpace, Array]:
+    """The tangent space, and K (c, 6n)."""
+    pose, index = motion.pose, np.array(rows.coordinates, dtype=np.intp)
+    given = [rows_at(system.coordinates, pose).chosen(index), _markers(system, rows, motion)[0]]
+    return tangent_space(system, rows_at(system.rows, pose).dense()), stacked(system.bodies, given).dense()
+
+
+def _turning(system: System, rows: GivenRows, motion: Motion) -> tuple[Array, Array]:
+    """G'u (m,) and K'u (c,): the accelerations of the rows where u' is zero."""
+    pose = motion.pose
+    twist, change = motion.twist(pose), motion.change_of(pose)
+    own, others = (
+        np.asarray(set_velocity(bound, pose, change) + set_bias(bound, pose, twist))
+        for bound in (system.rows, system.coordinates)
+    )
+    return own, np.concatenate([others[list(rows.coordinates)], _markers(system, rows, motion)[1]])
+
+
+def _told(space: TangentSpace, K: Array, rows: GivenRows, wanted: Array, t: float) -> Array:
+    """z (f,) with the least |K N z - wanted|. Raises InputError where freedoms are left open."""
+    A = (K @ space.N) / rows.scale[:, None]
+    U, σ, V = np.linalg.svd(A, full_matrices=False)
+    rank = int(np.count_nonzero(σ > UNTOLD * σ.max(initial=0.0)))
+    if rank < space.freedom:
+        raise _open(space.freedom, rank, t)
+    return np.asarray(V.T @ ((U.T @ (wanted / rows.scale)) / σ))
+
+
+def _open(freedom: int, told: int, t: float) -> InputError:
+    missing = freedom - told
+    message = (
+        f"at t = {t:.6g} s the motion that is given tells {told} of {freedom} degrees of freedom, and "
+        f"{missing} {'is' if missing == 1 else 'are'} left open"
+    )
+    return InputError(Problem(message, hint="give more joint coordinates or markers, or others near this pose"))
+
+
+def _moving(
+    system: System, rows: GivenRows, motion: Motion, target: Array, rate: Array, change: Array
+) -> tuple[Motion, Array]:
+    """The motion with its velocities and accelerations, and how far what is given is from it."""
+    space, K = _linear(system, rows, motion)
+    u = space.N @ _told(space, K, rows, rate, motion.t)
+    own = Motion(motion.t, motion.q, u, motion.change, motion.expected, motion.x)
+    G_dot_u, K_dot_u = _turning(system, rows, own)
+    held = -(space.pseudoinverse @ G_dot_u)
+    u_dot = held + space.N @ _told(space, K, rows, change - K_dot_u - K @ held, motion.t)
+    left = -_off(system, rows, motion, target)
+    return Motion(motion.t, motion.q, u, u_dot, motion.expected, motion.x), left

@@ -1,0 +1,199 @@
+"""What actuators have to do so that a mechanism follows a motion: of a run, or of measured coordinates."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
+from mbproj.dynamics.derivatives.linear_equations import Motion
+from mbproj.errors import InputError, Place, Problem
+from mbproj.linear.equilibrium.started import assembled_start
+from mbproj.model import compile_system
+from mbproj.model.channels import NO_MOTIONS
+from mbproj.model.system import System
+from mbproj.results import Results
+from mbproj.results.loads.largest import Cycle, Load, Recorded, loads
+from mbproj.scene.records import Scene
+from mbproj.scene.text.suggestions import choose_from
+from mbproj.studies.inverse.actuators import actuators
+from mbproj.studies.inverse.balance import balance
+from mbproj.studies.inverse.closed import follow
+from mbproj.studies.inverse.given import GivenMotion
+from mbproj.studies.inverse.recorded import motions_of, refuse_unknown_forces
+from mbproj.studies.inverse.spline import smoothed
+
+_NOTHING: Mapping[str, float] = {}
+
+
+class Smoothing(NamedTuple):
+    """What became of a column of the given motion: `noise` is what the spline was allowed to change, as a root of a
+    mean square; `largest` is how far the closed mechanism is from a sample at most, at the time `time`; `rms` its root
+    of the mean square. All in `unit`."""
+
+    name: str
+    unit: str
+    noise: float
+    largest: float
+    time: float
+    rms: float
+
+
+@dataclass(frozen=True, eq=False)
+class ActuatorLoads:
+    """The forces of k actuators along a motion: `time` (T,) in s; `force` and `rate` (T, k) along what each acts on,
+    positive where it drives that up, in `units` "N m" and "N" and per s.
+
+    `coordinate` (T, nc) are the joint coordinates of the motion. `freedom` is that of the mechanism, `rank` how much of
+    it the actuators reach; with more actuators than that, Σ w p² is least with these `weights` (k,). `balance` is the
+    largest error of the power balance, as a part of the largest power in it. `dead` (D,) are times in s at which the
+    actuators cannot move the mechanism; their forces are NaN there. `smoothing`: what became of the given columns.
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    time: Array
+    force: Array
+    rate: Array
+    coordinates: tuple[str, ...]
+    coordinate_units: tuple[str, ...]
+    coordinate: Array
+    freedom: int
+    rank: int
+    weights: Array
+    balance: float
+    dead: Array
+    smoothing: tuple[Smoothing, ...] = ()
+
+    @cached_property
+    def power(self) -> Array:
+        """What each puts in, (T, k), in W."""
+        return self.force * self.rate
+
+    @property
+    def shared(self) -> bool:
+        """Whether there are more actuators than they reach freedoms, so that they share the forces."""
+        return len(self.names) > self.rank
+
+    def __getitem__(self, name: str) -> Array:
+        """The force of one actuator, (T,). Raises KeyError with the nearest name."""
+        if name not in self.names:
+            raise KeyError(f"there is no actuator '{name}'; {choose_from(name, self.names)}")
+        return self.force[:, self.names.index(name)]
+
+    def cycle(self, over: str) -> Cycle:
+        """A joint coordinate of the motion. Raises InputError with the nearest where there is none."""
+        if over not in self.coordinates:
+            hint = choose_from(over, self.coordinates)
+            raise InputError(Problem(f"there is no joint coordinate '{over}'", Place("--over"), hint))
+        column = self.coordinates.index(over)
+        return Cycle(over, self.coordinate_units[column], self.coordinate[:, column])
+
+    def largest(self, over: str | None = None) -> list[Load]:
+        """The largest force and power of each, as `mbproj info --loads` has them; the place is told by `over`."""
+        alive = ~np.isnan(self.force).any(axis=1)
+        cycle = None if over is None else self.cycle(over)
+        found = {"forces/force": self.force, "forces/rate": self.rate}
+        recorded = Recorded(
+            {"forces": self.names, "force_units": ["rad" if unit == "N m" else "m" for unit in self.units]},
+            lambda path, columns: found[path][alive][:, columns],
+            self.time[alive],
+            self.dead,
+            lambda path: None,
+        )
+        of_alive = None if cycle is None else cycle._replace(values=cycle.values[alive])
+        return [load._replace(kind="actuator") for load in loads(recorded, of_alive)]
+
+
+def loads_of_results(
+    scene: Scene, results: Results, names: Sequence[str] = (), weights: Mapping[str, float] = _NOTHING
+) -> ActuatorLoads:
+    """Along the motion that a run of the scene recorded; the actuators are its motions where none are named."""
+    system = compile_system(scene)
+    chosen = tuple(names) or system.names.motions
+    if not chosen:
+        raise _unnamed(system)
+    free = replace(system, motions=NO_MOTIONS)
+    motions = list(motions_of(free, results))
+    if not motions:
+        raise InputError(Problem(f"'{results.path}' holds no samples", hint=f"its status: {results.status}"))
+    return _loads(system, motions, chosen, weights, states_known=True)
+
+
+def loads_of_given(
+    scene: Scene,
+    given: GivenMotion,
+    names: Sequence[str] = (),
+    weights: Mapping[str, float] = _NOTHING,
+    noise: Mapping[str, float] = _NOTHING,
+) -> ActuatorLoads:
+    """Along a given motion, at its times. `noise` by unit ("rad", "m") is what smoothing may change, as a root of a
+    mean square; what is not named is estimated.
+
+    Without names the actuators are the motions of the scene, or the given joint coordinates where these are as many as
+    the degrees of freedom.
+    """
+    system = compile_system(scene)
+    free = replace(system, motions=NO_MOTIONS)
+    splines = [
+        smoothed(given.time, values, noise.get(unit)) for values, unit in zip(given.values.T, given.units, strict=True)
+    ]
+    followed = follow(free, assembled_start(scene, system), given.names, splines, given.time)
+    chosen = tuple(names) or system.names.motions
+    if not chosen:
+        if not set(given.names) <= set(system.names.coordinates):
+            raise _unnamed(system)
+        chosen = given.names
+    found = _loads(system, followed.motions, chosen, weights, states_known=False)
+    if not names and not system.driven and len(chosen) > found.freedom:
+        raise _unnamed(system)
+    changes = [
+        Smoothing(
+            name,
+            unit,
+            spline.noise,
+            float(np.abs(off).max()),
+            float(given.time[np.argmax(np.abs(off))]),
+            float(np.sqrt(np.mean(off**2))),
+        )
+        for name, unit, spline, off in zip(
+            given.names, given.units, splines, followed.off.T + [each.change for each in splines], strict=True
+        )
+    ]
+    return replace(found, smoothing=tuple(changes))
+
+
+def _unnamed(system: System) -> InputError:
+    hint = f"name them: --actuator NAME; {choose_from('', system.names.coordinates, 'joint coordinates are')}"
+    return InputError(Problem("it is not said which actuators move the mechanism", Place("--actuator"), hint))
+
+
+def _loads(
+    system: System, motions: Sequence[Motion], names: Sequence[str], weights: Mapping[str, float], *, states_known: bool
+) -> ActuatorLoads:
+    free = replace(system, motions=NO_MOTIONS)
+    for motion in motions:
+        refuse_unknown_forces(free, motion, states_known=states_known)
+    own = actuators(system, free, motions[0], names, weights)
+    found = balance(own, motions)
+    time = np.array([motion.t for motion in motions])
+    return ActuatorLoads(
+        own.names,
+        own.units,
+        time,
+        found.force,
+        found.rate,
+        system.names.coordinates,
+        system.names.coordinate_units,
+        np.array([motion.expected for motion in motions]).reshape(len(motions), -1),
+        found.freedom,
+        found.rank,
+        own.weights,
+        float(found.off.max()),
+        time[found.dead],
+    )
