@@ -128,7 +128,7 @@ FOLDERS = {
         "inverse",
     ),
     "formats": ("mjcf", "urdf", "sdf", "export"),
-    "analysis": ("contacts", "loads"),
+    "analysis": ("kinematics", "contacts", "loads"),
     "linear": ("equilibrium", "state_space"),
     "pages": ("look", "data", "page"),
     "figures": ("pages", "kinds", "sweeps"),

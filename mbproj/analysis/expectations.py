@@ -8,11 +8,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mbproj.analysis.observed import Samples, is_unique, series
+from mbproj.analysis.kinematics.passage import at, passed
+from mbproj.analysis.observed import Samples, is_unique, ratio_of, series, speeds
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.results import Results
-from mbproj.scene.records import Expectation
+from mbproj.scene.records import Expectation, Passage
 from mbproj.scene.sampling import SAME_TIME
 
 
@@ -95,8 +96,25 @@ def measured(expectation: Expectation, samples: Samples, duration: float | None)
     if not len(time):
         return None
     values = _components(expectation, series(expectation, samples))
+    if isinstance(expectation.at, Passage):
+        return _at_passage(expectation, expectation.at, samples, values)
     row = _row(expectation, time, values, duration)
     return None if row is None else Measured(values[row], float(time[row]))
+
+
+def _at_passage(expectation: Expectation, passage: Passage, samples: Samples, values: Array) -> Measured | None:
+    """What the curves are where a coordinate first has its value, between samples; None where it never has. Of a ratio
+    both speeds are looked at there: it has poles."""
+    time, column = samples["time"], list(samples.names("coordinates")).index(passage.coordinate)
+    coordinate = samples["joints/coordinate"][:, column]
+    events = np.array([event.time for event in samples.events] if isinstance(samples, Results) else [])
+    when = passed(passage, time, coordinate, events)
+    if when is None:
+        return None
+    if expectation.over:
+        pair = at(time, speeds(expectation, samples), when, events)
+        return Measured(ratio_of(expectation, pair[None]), when)
+    return Measured(at(time, values, when, events), when)
 
 
 def _components(expectation: Expectation, values: Array) -> Array:
@@ -112,8 +130,9 @@ def _components(expectation: Expectation, values: Array) -> Array:
 
 def _row(expectation: Expectation, time: Array, values: Array, duration: float | None) -> int | None:
     """The sample to look at; None where there is none at that time. A NaN is larger and smaller than any number."""
-    at = expectation.at
-    if isinstance(at, str):
+    moment = expectation.at
+    assert not isinstance(moment, Passage)
+    if isinstance(moment, str):
         pick: Mapping[str, Callable[[], Any]] = {
             "end": lambda: len(time) - 1,
             "maximum": lambda: np.argmax(values[:, 0]),
@@ -121,9 +140,9 @@ def _row(expectation: Expectation, time: Array, values: Array, duration: float |
             "largest": lambda: np.argmax(values[:, 0]),
             "range": lambda: np.argmax(values[:, 0]),
         }
-        return int(pick[at]())
-    nearest = int(np.argmin(np.abs(time - at)))
-    return nearest if abs(time[nearest] - at) <= SAME_TIME * (duration or time[-1]) else None
+        return int(pick[moment]())
+    nearest = int(np.argmin(np.abs(time - moment)))
+    return nearest if abs(time[nearest] - moment) <= SAME_TIME * (duration or time[-1]) else None
 
 
 def _plain(values: Array) -> tuple[float, ...]:

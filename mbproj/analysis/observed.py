@@ -10,11 +10,13 @@ import numpy as np
 import numpy.typing as npt
 
 from mbproj.analysis.energy import relative_drift
+from mbproj.analysis.kinematics.ratios import mechanical_advantage, transmission_angle, velocity_ratio
 from mbproj.analysis.reactions import REACTIONS, shared_at_contacts
 from mbproj.arrays import Array
 from mbproj.results import Results
 from mbproj.results.layout import ALL_NAMES
-from mbproj.scene.records import Expectation
+from mbproj.scene.blocks.passages import VELOCITY_RATIO, output_of
+from mbproj.scene.records import Expectation, Passage
 
 #: The names of the columns by what is observed, and where its samples stand.
 PLACES = {
@@ -55,17 +57,22 @@ class Samples(Protocol):
 def series(expectation: Expectation, samples: Samples) -> Array:
     """All samples of the quantity that the expectation names: (T, k), k components."""
     time = samples["time"]
+    if expectation.over or expectation.between:
+        return _kinematic(expectation, samples).reshape(len(time), 1)
     found = _diagnostic(expectation, samples) if expectation.of == "diagnostic" else _column(expectation, samples)
     return np.asarray(found, dtype=float).reshape(len(time), -1)
 
 
 def datasets(expectation: Expectation, coordinates: Sequence[str]) -> tuple[str, ...]:
     """The paths of the datasets that `series` needs beside the time; `coordinates` are the names of the joints'."""
+    passed = ("joints/coordinate",) if isinstance(expectation.at, Passage) else ()
+    if expectation.over or expectation.between:
+        return ("joints/speed" if expectation.over else "markers/position", *passed)
     if expectation.of != "diagnostic":
-        return (_place(expectation, coordinates)[0],)
+        return (_place(expectation, coordinates)[0], *passed)
     if expectation.quantity == "energy_drift_relative":
-        return (BALANCE, *ENERGIES)
-    return (BALANCE if expectation.quantity == "energy_drift" else f"diagnostics/{expectation.quantity}",)
+        return (BALANCE, *ENERGIES, *passed)
+    return (BALANCE if expectation.quantity == "energy_drift" else f"diagnostics/{expectation.quantity}", *passed)
 
 
 def is_unique(expectation: Expectation, results: Results) -> bool:
@@ -108,6 +115,28 @@ def _column(expectation: Expectation, samples: Samples) -> npt.NDArray[Any]:
         return np.asarray(samples[path][:, columns])
     found: npt.NDArray[Any] = samples[path][:, names.index(name)]
     return found
+
+
+def _kinematic(expectation: Expectation, samples: Samples) -> Array:
+    """A velocity ratio or mechanical advantage to the input, or a transmission angle, (T,)."""
+    if expectation.between:
+        names, position = list(samples.names("markers")), samples["markers/position"]
+        first, second = (position[:, names.index(name)] for name in expectation.between)
+        return transmission_angle(first, position[:, names.index(expectation.item)], second)
+    return ratio_of(expectation, speeds(expectation, samples))
+
+
+def speeds(expectation: Expectation, samples: Samples) -> Array:
+    """The speeds of the output and the input of a ratio, (T, 2)."""
+    names = list(samples.names("coordinates"))
+    pair = f"{expectation.item}.{output_of(expectation.quantity)}", expectation.over
+    return np.asarray(samples["joints/speed"][:, [names.index(name) for name in pair]])
+
+
+def ratio_of(expectation: Expectation, pair: Array) -> Array:
+    """The ratio of these speeds (T, 2) that the expectation names, (T,)."""
+    ratio = velocity_ratio if expectation.quantity.endswith(VELOCITY_RATIO) else mechanical_advantage
+    return ratio(pair[:, 0], pair[:, 1])
 
 
 def _diagnostic(expectation: Expectation, samples: Samples) -> Array:

@@ -3,7 +3,7 @@ diagnostics."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from math import prod
 from typing import Any, TypeAlias
@@ -11,17 +11,21 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from mbproj.analysis.kinematics.ratios import mechanical_advantage, transmission_angle, velocity_ratio
 from mbproj.analysis.loads.largest import loads_of
 from mbproj.analysis.reactions import shared_at_contacts
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.results import DATASETS, Results, Trust
 from mbproj.results.loads.largest import SOURCES, Load
+from mbproj.results.members import Over
 
 #: Rows that are lists in memory at one time.
 AT_ONCE = 1000
 #: How the components of a quantity are called, by their number.
 COMPONENTS = {1: ("",), 3: ("_x", "_y", "_z"), 4: ("_0", "_1", "_2", "_3")}
+#: Tables that are not of all samples.
+NOT_OVER = ("loads", "events", "trust")
 #: What stands in a table: its name, its unit, and the dataset and column of the results that has it; None: all of that.
 Quantity: TypeAlias = tuple[str, str, str, int | None]
 
@@ -42,8 +46,57 @@ class Table:
             yield from values[first : first + AT_ONCE].tolist()
 
 
-def tables(results: Results) -> Iterator[Table]:
-    """All tables of these results; time is the first column of each."""
+def tables(results: Results, corners: Sequence[tuple[str, str, str]] = ()) -> Iterator[Table]:
+    """All tables of these results; time is the first column of each, or the coordinate that they are shown over, and
+    then time. `corners` are the markers of transmission angles."""
+    over = results.shown_over
+    for table in _over_time(results):
+        yield table if over is None or table.name in NOT_OVER else _over(results, table)
+    if over is not None:
+        yield _over(results, Table("ratios", *_ratios(results, over)))
+    for first, corner, second in corners:
+        markers = [results.marker(name).position for name in (first, corner, second)]
+        angle = np.stack([results.time, transmission_angle(*markers)], axis=1)
+        heading = f"angle between {first} and {second} (rad)"
+        found = Table(f"transmission-{corner}", ("time (s)", heading), partial(_as_it_is, angle))
+        yield found if over is None else _over(results, found)
+
+
+def _as_it_is(values: Array) -> Array:
+    return values
+
+
+def _over(results: Results, table: Table) -> Table:
+    """The table with the coordinate before time; its unit is SI's, whatever pictures show."""
+    over = results.shown_over
+    assert over is not None
+    values = np.radians(over.values) if over.unit == "rad" else over.values
+    headings = (f"{over.name} ({over.unit})", *table.headings)
+    return Table(table.name, headings, lambda: np.concatenate([values[:, None], table.read()], axis=1))
+
+
+def _ratios(results: Results, over: Over) -> tuple[tuple[str, ...], Callable[[], Array]]:
+    """Velocity ratios and mechanical advantages of all coordinates to the input."""
+    names, units = results.names("coordinates"), results.names("coordinate_units")
+    others = [(name, unit) for name, unit in zip(names, units, strict=True) if name != over.name]
+    own = over.unit
+    headings = ["time (s)"]
+    for name, unit in others:
+        same = unit == own
+        headings.append(f"{name} velocity ratio ({'1' if same else f'{unit}/{own}'})")
+        headings.append(f"{name} mechanical advantage ({'1' if same else f'{own}/{unit}'})")
+
+    def read() -> Array:
+        speed, columns = over.rate, [results.time]
+        for name, _ in others:
+            output = results.coordinate(name).speed
+            columns += [velocity_ratio(output, speed), mechanical_advantage(output, speed)]
+        return np.stack(columns, axis=1)
+
+    return tuple(headings), read
+
+
+def _over_time(results: Results) -> Iterator[Table]:
     for kind, symbol, group in (("bodies", "n", "body"), ("markers", "k", "marker"), ("joints", "nj", "joint")):
         for column, name in enumerate(results.names(kind)):
             parts = [(dataset.path, dataset.unit) for dataset in DATASETS if dataset.symbol == symbol]

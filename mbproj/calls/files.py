@@ -33,24 +33,40 @@ def export(
     output: str | Path = ".",
     table: str | Sequence[str] = (),
     format: str = CSV,
+    over: str | None = None,
+    per_turn: bool = False,
+    transmission: Sequence[tuple[str, str, str]] = (),
     force: bool = False,
 ) -> dict[str, Path]:
     """Writes results as tables into the folder `output`, and gives the file of each table.
 
     There is one for each body, marker, joint, force and motion ("body-crank"), "loads" and "diagnostics"; `table` names
-    those that are wanted. `format` is "csv" or "latex". Raises InputError for a name that there is not, and where
+    those that are wanted. `format` is "csv" or "latex". `over` is a joint coordinate with which each begins,
+    `per_turn` modulo a turn; it adds the table "ratios". `transmission` adds the angle at the second of three markers.
+    Raises InputError for a name that there is not, and where
     something else stands there that `force` does not replace.
     """
     with by_arguments(), opened(results) as found:
         if format not in (CSV, LATEX):
             hint = choose_from(format, (CSV, LATEX))
             raise InputError(Problem(f"unknown format '{format}'", Place("format"), hint))
-        return written(found, Path(output), names_of(table), format, force=force)
+        if per_turn and over is None:
+            raise InputError(Problem("it is for a coordinate", Place("per_turn"), "add over, or leave it out"))
+        shown = found if over is None else found.over(over, modulo=per_turn)
+        return written(shown, Path(output), names_of(table), format, transmission, force=force)
 
 
-def written(results: Results, folder: Path, chosen: Sequence[str], form: str, *, force: bool) -> dict[str, Path]:
+def written(
+    results: Results,
+    folder: Path,
+    chosen: Sequence[str],
+    form: str,
+    corners: Sequence[tuple[str, str, str]],
+    *,
+    force: bool,
+) -> dict[str, Path]:
     """The same, of results that are open; without `chosen` all tables."""
-    found, first = {each.name: each for each in tables(results)}, stem(results)
+    found, first = {each.name: each for each in tables(results, corners)}, stem(results)
     names = [named(found, name) for name in chosen] or list(found)
     make_folder(folder, OTHER_DIRECTORY)
     ending, is_csv = ("csv", True) if form == CSV else ("tex", False)

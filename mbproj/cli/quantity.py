@@ -73,3 +73,19 @@ class Names(click.ParamType):  # type: ignore[type-arg]
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, ...]:
         """The words, a tuple."""
         return tuple(part.strip() for part in value.split(","))
+
+
+class Corners(Names):
+    """Three markers: the second is the corner of an angle."""
+
+    name = "corners"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The three names. Raises InputError where they are not three."""
+        from mbproj.errors import InputError, Place, Problem
+
+        found = super().convert(value, param, ctx)
+        if len(set(found)) != 3 or len(found) != 3:
+            place = Place(param.opts[0] if param is not None else "")
+            raise InputError(Problem(f"'{value}' is not three markers", place, "give FIRST,CORNER,SECOND"))
+        return found

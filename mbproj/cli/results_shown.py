@@ -65,3 +65,13 @@ def _nothing(results: Results, low: float, high: float) -> InputError:
     span = f"its samples go from {results.time[0]:g} s to {results.time[-1]:g} s"
     window = "".join(f" {word} {at:g} s" for word, at in (("from", low), ("to", high)) if abs(at) < float("inf"))
     return InputError(Problem(f"'{results.path}' has no sample{window}", hint=span))
+
+
+def require_markers(names: Sequence[str], given: Sequence[Results]) -> None:
+    """Raises InputError for a marker that none of the results has."""
+    from mbproj.results.faults import no_such_name
+
+    present = list(dict.fromkeys(name for results in given for name in results.names("markers")))
+    for name in names:
+        if name not in present:
+            raise no_such_name("markers", name, present, "the results")

@@ -41,7 +41,9 @@ def draw(axis: Axes, results: Sequence[Results], labels: Sequence[str], read: Re
             continue
         here, there = common_samples(results[0].time, other.time)
         apart = factor * np.abs(first[here] - second[there])
-        lines.append((results[0].time[here], apart if apart.ndim == 1 else np.linalg.norm(apart, axis=1), label, index))
+        lines.append(
+            (results[0].abscissa[here], apart if apart.ndim == 1 else np.linalg.norm(apart, axis=1), label, index)
+        )
     if any(np.any(apart > 0.0) for _, apart, _, _ in lines):
         axis.set_yscale("log")
         lines = [(time, np.where(apart > 0.0, apart, np.nan), label, index) for time, apart, label, index in lines]

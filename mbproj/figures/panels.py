@@ -34,6 +34,8 @@ GAP = 0.18
 ROOM = 0.8 * WIDTH
 #: Between two samples an angle modulo a turn jumps by more than this where a new turn begins, in degrees.
 JUMP = 180.0
+#: An axis of more than so many degrees shows the whole turn.
+MOST_OF_A_TURN = 330.0
 
 
 def panels(
@@ -151,20 +153,24 @@ def by_turns(at: Array, values: Array) -> tuple[Array, Array]:
     return np.insert(at, gaps, np.nan), np.insert(np.asarray(values, dtype=float), gaps, np.nan)
 
 
-def relabel(figure: Figure, name: str, unit: str, *, modulo: bool = True) -> None:
+def relabel(figure: Figure, name: str, unit: str, *, modulo: bool) -> None:
     """The panels over time are over a coordinate: their labels say so, and lines have gaps between turns."""
     axes = [axis for axis in figure.axes if axis.get_xlabel() == TIME]
     columns = {axis.get_position().x0 for axis in axes}
     for axis in figure.axes:
         if axis in axes:
-            axis.set_xlabel(label(name, unit))
+            axis.set_xlabel(label_of(name, unit))
         elif axis.get_xlabel() or axis.get_position().x0 not in columns:
             continue
-        if unit == "rad" and modulo:
+        if modulo:
             _with_gaps(axis)
+            low, high = axis.get_xlim()
+            axis.set_xlim((0.0, 360.0) if high - low > MOST_OF_A_TURN else (low, high))
+        if unit == "rad":
+            tick_degrees(axis, along_x=True)
 
 
-def label(name: str, unit: str) -> str:
+def label_of(name: str, unit: str) -> str:
     """Below an axis over a coordinate."""
     return fitted(f"{name} ({'°' if unit == 'rad' else unit})", ROOM, LABEL_SIZE)
 
@@ -173,4 +179,3 @@ def _with_gaps(axis: Axes) -> None:
     for drawn in axis.lines:
         x, y = (np.asarray(values, dtype=float) for values in drawn.get_data())
         drawn.set_data(*by_turns(x, y))
-    tick_degrees(axis, along_x=True)

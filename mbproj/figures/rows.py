@@ -101,9 +101,9 @@ def _lines(axis: Axes, results: Sequence[Results], labels: Sequence[str], quanti
         values = quantity.unit.factor * values.reshape(len(result.time), -1)
         grey: dict[str, Any] = OPEN if quantity.not_unique else {}
         if not quantity.parts:
-            panels.plot(axis, result.time, values[:, 0], panels.NOT_UNIQUE if grey else label, index, **grey)
+            panels.plot(axis, result.abscissa, values[:, 0], panels.NOT_UNIQUE if grey else label, index, **grey)
         for column, (part, look) in enumerate(quantity.parts):
-            panels.plot(axis, result.time, values[:, column], part, look)
+            panels.plot(axis, result.abscissa, values[:, column], part, look)
 
 
 def _scale(shown: dict[Unit, list[Axes]], results: Sequence[Results]) -> None:

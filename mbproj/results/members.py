@@ -83,3 +83,15 @@ class Coordinate:
     value: Array
     speed: Array
     unit: str
+
+
+@dataclass(frozen=True)
+class Over:
+    """What results are shown over in place of time: a joint coordinate, its unit rad or m, and its values (T) as an
+    axis shows them: angles in degrees, `modulo` a turn where that is asked for; its rate (T) in rad/s or m/s."""
+
+    name: str
+    unit: str
+    values: Array
+    rate: Array
+    modulo: bool

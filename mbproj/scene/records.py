@@ -7,7 +7,7 @@ from dataclasses import field
 from importlib import import_module
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 from mbproj.dataclass import dataclass
 from mbproj.elements import Element, Kind
@@ -213,13 +213,22 @@ class Marker:
     local: bool = False
 
 
+class Passage(NamedTuple):
+    """Where a joint coordinate ("crank.angle") first has a value in its `unit`; angles modulo a turn."""
+
+    coordinate: str
+    value: float
+    unit: str
+
+
 @dataclass(frozen=True)
 class Expectation:
     """What a run has to find, with where the number comes from (`source`).
 
     `of` says of what ("marker", "body", "joint", "force", "motion", "stop", "friction", "diagnostic"), `item` is its
     name. The `quantity` is one of `mbproj.scene.blocks.observables`, in the SI unit `unit`. `component` of a vector:
-    "x", "y", "z", "norm", or "" for all of it. `at` is a time in s, or "end", "maximum", "minimum", "largest" (in
+    "x", "y", "z", "norm", or "" for all of it. `over` is the input of a ratio, `between` are the markers of a
+    transmission angle. `at` is a time in s, a passage, or "end", "maximum", "minimum", "largest" (in
     magnitude), "range" (from the minimum to the maximum) over the samples.
     Either `value` holds within `tolerance`, or the quantity stays at or below `below`, or at or above `above`.
     """
@@ -230,12 +239,14 @@ class Expectation:
     quantity: str
     unit: str
     component: str
-    at: float | str
+    at: float | str | Passage
     source: str
     value: tuple[float, ...] | None = None
     tolerance: float | None = None
     below: float | None = None
     above: float | None = None
+    over: str = ""
+    between: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,8 @@ import click
 from mbproj.cli.completion import Folder, one_of, results_file
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.linear.pictures import draw_linear, is_linear
-from mbproj.cli.quantity import AnyNumber, Positive, Times
-from mbproj.cli.results_shown import opened, selected
+from mbproj.cli.quantity import AnyNumber, Corners, Positive, Times
+from mbproj.cli.results_shown import opened, require_markers, selected
 from mbproj.cli.studies.sweep_pictures import draw_sweep, is_sweep
 from mbproj.cli.study_options import force as force_option
 from mbproj.errors import InputError, Problem
@@ -34,6 +34,7 @@ EXAMPLES = (
         "Hold the violations of two runs side by side.",
         "mbproj plot gopm.h5 results.h5 --kind violation --label GOPM --label GPOPM",
     ),
+    ("Draw forces over the angle of a joint.", "mbproj plot results.h5 --kind reactions --over A.angle --per-turn"),
     ("Draw the tip of a sweep over its lengths.", "mbproj plot lengths-sweep --kind lines --of tip --over length"),
 )
 
@@ -88,7 +89,17 @@ EXAMPLES = (
     "over",
     multiple=True,
     metavar="NAME",
-    help="Over this quantity of a sweep, repeatable: in order.",
+    help="Over this quantity of a sweep, repeatable: in order. Of runs: over this coordinate JOINT.COORDINATE.",
+)
+@option(Part.WHAT, "--per-turn", is_flag=True, help="With --over of runs: an angle modulo a turn.")
+@option(
+    Part.WHAT,
+    "--transmission",
+    "corners",
+    type=Corners(),
+    multiple=True,
+    metavar="A,B,C",
+    help="Transmission angle at marker B, between the lines to A and C, repeatable.",
 )
 @option(
     Part.ACCURACY,
@@ -112,6 +123,8 @@ def command(
     joints: tuple[str, ...],
     of: tuple[str, ...],
     over: tuple[str, ...],
+    per_turn: bool,
+    corners: tuple[tuple[str, str, str], ...],
     limit: float | None,
     force: bool,
 ) -> None:
@@ -136,18 +149,31 @@ def command(
         "--marker": markers,
         "--joint": joints,
         "--error": limit,
+        "--per-turn": per_turn or None,
+        "--transmission": corners,
     }
-    if any(map(is_sweep, results)) or of or over:
+    if any(map(is_sweep, results)) or of or len(over) > 1:
         draw_sweep(results, kinds, directory, file_format, of, over, unfit=_given(of_runs), force=force)
         return
+    of_runs["--over"] = over
     if any(map(is_linear, results)):
         draw_linear(results, kinds, directory, file_format, unfit=_given(of_runs), force=force)
         return
+    kinds = (*kinds, "transmission") if corners and "transmission" not in kinds else kinds
     _check(results, kinds, labels, times or ())
+    if per_turn and not over:
+        raise click.UsageError("--per-turn is for --over; add --over, or leave it out")
+    if "transmission" in kinds and not corners:
+        raise InputError(Problem("--kind transmission: it needs three markers", hint="add --transmission A,B,C"))
     files = [opened(path) for path in results]
     names = list(labels) or derive_labels(files)
     first = stem(files[0])
     shown = selected(files, start, stop, markers, joints)
+    if over:
+        whole = selected(files, start, stop)
+        shown = [each.over(over[0], modulo=per_turn, of=one) for each, one in zip(shown, whole, strict=True)]
+    for three in corners:
+        require_markers(three, files)
     able = [kind for kind, entry in KINDS.items() if entry.by_default or kind in kinds]
     drawn = _applicable(kinds, {kind: why_not(kind, shown) for kind in able})
     drawn = drawn if kinds else _worth_it(drawn, {kind: nothing_to_see(kind, shown) for kind in drawn})
@@ -156,7 +182,7 @@ def command(
     for path in paths.values():  # all or none
         check_replaceable(path, picture(file_format), force=force, hint=OTHER_DIRECTORY)
     for kind, path in paths.items():
-        figure = draw(kind, shown, names, limit, times or ())
+        figure = draw(kind, shown, names, limit, times or (), corners)
         if kind == "steps" and kind in kinds:
             _say_what_limits(shown, figure)
         click.echo(save(figure, path, force=force))
@@ -193,7 +219,7 @@ def _check(results: Sequence[Path], kinds: Sequence[str], labels: Sequence[str],
     if labels and len(labels) != len(results):
         message = f"--label: {len(labels)} for {len(results)} results"
         raise InputError(Problem(message, hint="give one for each file, in their order, or none"))
-    if times and not any(KINDS[kind].timed for kind in kinds):
+    if times and not any(KINDS[kind].takes == "times" for kind in kinds):
         raise InputError(Problem("--at is for --kind mechanism alone", hint="add --kind mechanism, or leave it out"))
 
 

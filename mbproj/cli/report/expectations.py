@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from math import degrees
 from typing import TYPE_CHECKING, Any
+
+from mbproj.scene.records import Passage
 
 if TYPE_CHECKING:
     from mbproj.analysis import Outcome
@@ -13,12 +16,17 @@ if TYPE_CHECKING:
 def subject(expected: Expectation) -> str:
     """What an expectation is about: "marker tip, position x at 3 s"."""
     what = "" if expected.of == "diagnostic" else f"{expected.of} {expected.item}, "
+    further = f" to {expected.over}" if expected.over else f" between {' and '.join(expected.between)}"
+    further = further if expected.over or expected.between else ""
     part = f" {expected.component}" if expected.component else ""
-    return f"{what}{expected.quantity}{part} {moment(expected)}"
+    return f"{what}{expected.quantity}{part}{further} {moment(expected)}"
 
 
 def moment(expected: Expectation) -> str:
     """When: "at 3 s", "at the end", "at its maximum"."""
+    if isinstance(expected.at, Passage):
+        value = f"{degrees(expected.at.value):.10g}°" if expected.at.unit == "rad" else f"{expected.at.value:.10g} m"
+        return f"where {expected.at.coordinate} is {value}"
     if not isinstance(expected.at, str):
         return f"at {expected.at:.10g} s"
     return "at the end" if expected.at == "end" else f"at its {expected.at}"
@@ -69,7 +77,9 @@ def record(outcome: Outcome) -> dict[str, Any]:
         "quantity": expected.quantity,
         "component": expected.component or None,
         "unit": expected.unit,
-        "at": expected.at,
+        "at": expected.at._asdict() if isinstance(expected.at, Passage) else expected.at,
+        **({"over": expected.over} if expected.over else {}),
+        **({"between": list(expected.between)} if expected.between else {}),
         "time": outcome.time,
         "measured": _shortest(outcome.measured),
         "value": _shortest(expected.value),

@@ -21,7 +21,8 @@ class Kind:
     """A kind of picture: its module in this folder, one line on it, and the names (in `needs`) without which it does
     not apply. `usual`: most results have those, so a note says where they are missing. `of_motion`: it shows the
     motion, so what is not to be trusted is marked. `function`: what draws it in the module. `by_default`: it is drawn
-    where no kind is asked for. `timed`: it takes times."""
+    where no kind is asked for. `takes`: what else it is given, "times" or "corners". `over`: it may be drawn over a
+    coordinate in place of time."""
 
     module: str
     summary: str
@@ -30,17 +31,20 @@ class Kind:
     of_motion: bool = True
     function: str = "draw"
     by_default: bool = True
-    timed: bool = False
+    takes: str = ""
+    over: bool = False
 
 
 KINDS: Mapping[str, Kind] = MappingProxyType(
     {
-        "markers": Kind("markers", "position and velocity of each marker", "markers"),
+        "markers": Kind("markers", "position and velocity of each marker", "markers", over=True),
         "paths": Kind("paths", "path of each marker in a plane", "markers"),
-        "coordinates": Kind("coordinates", "joint coordinates and their speeds", "coordinates"),
-        "violation": Kind("violation", "violation of the constraints, position and velocity", of_motion=False),
-        "joints": Kind("joints", "violation of each joint, lengths and angles", "joints", of_motion=False),
-        "reactions": Kind("reactions", "reaction force and torque of each joint", "joints"),
+        "coordinates": Kind("coordinates", "joint coordinates and their speeds", "coordinates", over=True),
+        "violation": Kind(
+            "violation", "violation of the constraints, position and velocity", of_motion=False, over=True
+        ),
+        "joints": Kind("joints", "violation of each joint, lengths and angles", "joints", of_motion=False, over=True),
+        "reactions": Kind("reactions", "reaction force and torque of each joint", "joints", over=True),
         "loads": Kind(
             "loads.polar",
             "polar diagram of each joint's force, what motions take over the cycle",
@@ -49,20 +53,28 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
             by_default=False,
         ),
         "forces": Kind(
-            "driven", "what forces act along, and their size", "forces", usual=False, function="draw_forces"
+            "driven", "what forces act along, and their size", "forces", usual=False, function="draw_forces", over=True
         ),
         "motions": Kind(
-            "driven", "what motions prescribe, and what they take", "motions", usual=False, function="draw_motions"
+            "driven",
+            "what motions prescribe, and what they take",
+            "motions",
+            usual=False,
+            function="draw_motions",
+            over=True,
         ),
-        "stops": Kind("driven", "gap and force of each stop", "stops", usual=False, function="draw_stops"),
+        "stops": Kind("driven", "gap and force of each stop", "stops", usual=False, function="draw_stops", over=True),
         "friction": Kind(
             "driven",
             "rate, force and lost energy of each dry friction",
             "frictions",
             usual=False,
             function="draw_friction",
+            over=True,
         ),
-        "energy": Kind("energy", "kinetic, potential and total energy, and the energy balance", of_motion=False),
+        "energy": Kind(
+            "energy", "kinetic, potential and total energy, and the energy balance", of_motion=False, over=True
+        ),
         "steps": Kind("steps", "step size and iterations of the projection", of_motion=False),
         "mechanism": Kind(
             "mechanism",
@@ -70,7 +82,26 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
             "scene",
             of_motion=False,
             by_default=False,
-            timed=True,
+            takes="times",
+        ),
+        "ratios": Kind(
+            "kinematics.ratios",
+            "velocity ratios and mechanical advantages to --over",
+            "over",
+            of_motion=False,
+            function="draw_ratios",
+            by_default=False,
+            over=True,
+        ),
+        "transmission": Kind(
+            "kinematics.ratios",
+            "the angles of --transmission",
+            "markers",
+            of_motion=False,
+            function="draw_transmission",
+            by_default=False,
+            takes="corners",
+            over=True,
         ),
         "trust": Kind("trust", "error of each marker, of certified runs", "trust", usual=False, of_motion=False),
     }
@@ -91,6 +122,10 @@ NEEDED = {
 def why_not(kind: str, results: Sequence[Results]) -> str | None:
     """Why `kind` does not apply to `results`; None where it does."""
     needs = KINDS[kind].needs
+    if not KINDS[kind].over and any(result.shown_over for result in results):
+        return "it is not over time, and not over a coordinate"
+    if needs == "over":
+        return None if any(result.shown_over for result in results) else "name the input: --over JOINT.COORDINATE"
     if needs == "trust":
         return None if any(result.trust for result in results) else "no result is certified: mbproj run --certify"
     if needs == "scene":
@@ -124,16 +159,22 @@ def draw(
     labels: Sequence[str],
     limit: float | None = None,
     times: Sequence[float] = (),
+    corners: Sequence[tuple[str, str, str]] = (),
 ) -> Figure:
     """The picture of one or several overlaid `results`, each with at least one sample; `labels` name them.
 
     What the error of a certified run may have made wrong by more than `limit` (m) is marked: by default a power of ten
-    below a thousandth of the markers' travel. `times` (s) are for the kinds that take some."""
+    below a thousandth of the markers' travel. `times` (s) and `corners`, three markers each, are for the kinds of that.
+    Results over a coordinate are drawn over that, and nothing is marked that belongs to a time."""
     module = import_module(f"mbproj.figures.kinds.{KINDS[kind].module}")
-    options = {"times": times} if KINDS[kind].timed else {}
+    given: Mapping[str, Sequence[object]] = {"times": times, "corners": corners}
+    takes, over = KINDS[kind].takes, next((each.shown_over for each in results if each.shown_over), None)
+    options = {takes: given[takes]} if takes else {}
     figure: Figure = getattr(module, KINDS[kind].function)(results, labels, **options)
+    if over is not None:
+        import_module("mbproj.figures.panels").relabel(figure, over.name, over.unit, modulo=over.modulo)
     import_module("mbproj.figures.events").mark(figure, results)
-    if KINDS[kind].of_motion and any(result.trust for result in results):
+    if over is None and KINDS[kind].of_motion and any(result.trust for result in results):
         untrusted = import_module("mbproj.figures.untrusted")
         mark = getattr(module, "mark_untrusted", untrusted.mark)
         untrusted.explain(

@@ -180,6 +180,8 @@ def _way(result: Results, name: str) -> Array:
 def _shade(figure: Figure, results: Sequence[Results]) -> bool:
     """Shade the panels of each friction while it sticks; whether any does."""
     any_sticks = False
+    if any(result.shown_over for result in results):  # sticking is a span of time
+        return False
     for axis in figure.axes:
         limits, name = axis.get_xlim(), str(axis.get_label())
         for result in results if axis.get_visible() else ():

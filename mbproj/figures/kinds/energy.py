@@ -28,9 +28,9 @@ def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
     (result,) = results
     figure, axes = panels.panels(2, height=2.1)
     for index, energy in enumerate(ENERGIES):
-        panels.plot(axes[0, 0], result.time, result[f"diagnostics/{energy}_energy"], energy, index)
+        panels.plot(axes[0, 0], result.abscissa, result[f"diagnostics/{energy}_energy"], energy, index)
     # The balance is named by its axis: the legend is that of the energies.
-    panels.plot(axes[1, 0], result.time, result["diagnostics/energy_balance"], "", 0)
+    panels.plot(axes[1, 0], result.abscissa, result["diagnostics/energy_balance"], "", 0)
     panels.hold_still([axes[0, 0]], sizes(results)["J"])
     panels.name(axes[0, 0], "energy", "J")
     panels.name(axes[1, 0], BALANCE, "J")

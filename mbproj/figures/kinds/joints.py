@@ -32,7 +32,7 @@ def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
             for index, (result, label) in enumerate(zip(results, labels, strict=True)):
                 if name in result.names("joints"):
                     text, look = (name, row) if single else (label, index)
-                    panels.plot_log(axis, result.time, getattr(result.joint(name), member), text, look)
+                    panels.plot_log(axis, result.abscissa, getattr(result.joint(name), member), text, look)
             panels.name(axis, "violation" if single else f"{name}: violation", unit)
     return panels.finish(figure, remark="; ".join(filter(None, [remark, *zero])))
 

@@ -58,10 +58,10 @@ def _plot(axis: Axes, result: Results, reactions: Sequence[Reaction]) -> None:
     lines = _lines(result, reactions)
     for index, (text, values, is_unique) in enumerate(lines):
         part = slice(None) if is_unique else slice(0)
-        panels.plot(axis, result.time[part], values[part], text, index)
+        panels.plot(axis, result.abscissa[part], values[part], text, index)
     for index, (_, values, is_unique) in enumerate(lines):
         if not is_unique:
-            panels.plot(axis, result.time, values, panels.NOT_UNIQUE, index, **OPEN)
+            panels.plot(axis, result.abscissa, values, panels.NOT_UNIQUE, index, **OPEN)
 
 
 def _lines(result: Results, reactions: Sequence[Reaction]) -> list[tuple[str, Array, bool]]:

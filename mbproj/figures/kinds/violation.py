@@ -22,6 +22,6 @@ def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
     figure, axes = panels.panels(2, height=2.1)
     for axis, (path, name) in zip(axes[:, 0], ROWS, strict=True):
         for index, (result, label) in enumerate(zip(results, labels, strict=True)):
-            panels.plot_log(axis, result.time, result[path], label, index)
+            panels.plot_log(axis, result.abscissa, result[path], label, index)
         axis.set_ylabel(name)
     return panels.finish(figure, with_legend=len(results) > 1)

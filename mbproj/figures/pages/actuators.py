@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from mbproj.arrays import Array
 from mbproj.figures import panels
-from mbproj.figures.panels import by_turns, in_degrees, label
+from mbproj.figures.panels import by_turns, in_degrees, label_of
 from mbproj.figures.style import styled
 from mbproj.figures.units import tick_degrees
 from mbproj.results.loads.largest import Cycle
@@ -33,7 +33,7 @@ def draw_actuators(
     for axis, unit in zip(axes[:, 0], [*kinds, "W"], strict=True):
         panels.name(axis, WORDS.get(unit, "power"), unit)
     if over is not None:
-        axes[-1, 0].set_xlabel(label(over.name, over.unit))
+        axes[-1, 0].set_xlabel(label_of(over.name, over.unit))
         if over.unit == "rad":
             tick_degrees(axes[-1, 0], along_x=True)
     return panels.finish(figure, remark=remark)

@@ -113,6 +113,11 @@ def _weights(nodes: Array, times: Array) -> Array:
     return weights
 
 
+def polynomial(time: Array, values: Array, when: float) -> Array:
+    """The polynomial through all of these samples (n,), of curves (n, k), at one time, (k,)."""
+    return np.asarray(_weights(time[None], np.array([[when]]))[0, 0] @ values)
+
+
 def integrals(time: Array, values: Array, piece: Integers) -> Array:
     """∫ f dt over each interval between samples, values (T, C): (T - 1, C). A cubic stands for the curve where four
     samples of one piece are around, a straight line elsewhere."""

@@ -4,15 +4,20 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
+from copy import copy
 from importlib import import_module
-from typing import Any
+from typing import Any, TypeVar
 
+import numpy as np
 import numpy.typing as npt
 
 from mbproj.arrays import Array
 from mbproj.results.file.contents import Contents
 from mbproj.results.layout import Dataset
+from mbproj.results.members import Coordinate, Over
 from mbproj.results.views import frames, words
+
+Same = TypeVar("Same", bound="Shown")
 
 
 class Shown(ABC):
@@ -20,6 +25,8 @@ class Shown(ABC):
 
     contents: Contents
     attributes: Mapping[str, Any]
+    #: What pictures show the samples over, where that is not time.
+    shown_over: Over | None = None
 
     @abstractmethod
     def __getitem__(self, path: str) -> npt.NDArray[Any]: ...
@@ -37,6 +44,25 @@ class Shown(ABC):
     @abstractmethod
     def time(self) -> Array:
         """(T), in s."""
+
+    @abstractmethod
+    def coordinate(self, name: str) -> Coordinate:
+        """A joint coordinate by its whole name."""
+
+    def over(self: Same, name: str, *, modulo: bool = False, of: Shown | None = None) -> Same:
+        """The same results, which pictures show over a joint coordinate, "A.angle", in place of time; an angle in
+        degrees, modulo a turn where that is asked for. `of`: results of the same samples that have it, where this view
+        leaves it out. Raises InputError with the nearest name where there is none."""
+        found, shown = (of or self).coordinate(name), copy(self)
+        values = np.degrees(found.value) if found.unit == "rad" else found.value
+        is_turned = modulo and found.unit == "rad"
+        shown.shown_over = Over(name, found.unit, values % 360.0 if is_turned else values, found.speed, is_turned)
+        return shown
+
+    @property
+    def abscissa(self) -> Array:
+        """What pictures show the samples over, (T,): time in s, or the coordinate of `over`."""
+        return self.time if self.shown_over is None else self.shown_over.values
 
     @property
     @abstractmethod

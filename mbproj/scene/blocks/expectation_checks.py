@@ -12,6 +12,15 @@ from mbproj.scene.blocks.expectations import Given, expectation, subject
 from mbproj.scene.blocks.forces.dry_joints import friction_units
 from mbproj.scene.blocks.forces.stops import stop_units
 from mbproj.scene.blocks.observables import OBSERVABLES, OF_BUSHINGS, Observable
+from mbproj.scene.blocks.passages import (
+    RATIOS,
+    GivenPassage,
+    coordinates_of,
+    of_coordinates,
+    of_corners,
+    output_of,
+    ratio_unit,
+)
 from mbproj.scene.fields.containers import Check, Complaint
 from mbproj.scene.fields.reading import either
 from mbproj.scene.records import BodyForce, Bushing, Expectation, Force, Joint, JointForce, Motion, PointForce, Settings
@@ -42,7 +51,7 @@ def of_joints(joints: Mapping[str, Joint], expected: Expected) -> Iterator[Compl
         joint, observable = joints[item], OBSERVABLES["joint"].get(quantity)
         own = coordinates_in(joint, None)
         theirs = {coordinate for coordinate in COORDINATES if coordinate not in own}
-        lacking = theirs | {f"{coordinate}_speed" for coordinate in theirs}
+        lacking = theirs | {f"{coordinate}{more}" for coordinate in theirs for more in ("_speed", *RATIOS)}
         if JOINTS[joint.type].merges and not joint.reaction:
             message = f"joint '{item}' merges its bodies, and nothing of it is recorded"
             yield Complaint(("expect", name, "joint"), message, "give it reaction: true")
@@ -50,8 +59,10 @@ def of_joints(joints: Mapping[str, Joint], expected: Expected) -> Iterator[Compl
             able = [other for other in OBSERVABLES["joint"] if other not in lacking]
             message = f"joint '{item}' is {joint.type} and has no '{quantity}'"
             yield Complaint(("expect", name, "quantity"), message, f"it has {', '.join(able)}")
-        else:
+        elif not output_of(quantity):
             yield from fits(name, given, observable, observable.unit)
+        elif given.get("over") in coordinates_of(joints):
+            yield from fits(name, given, observable, ratio_unit(quantity, given["over"]))
 
 
 def of_forces(forces: Mapping[str, Force], expected: Expected) -> Iterator[Complaint]:
@@ -145,13 +156,16 @@ def expectations_of(found: Mapping[str, Any]) -> Iterator[Expectation]:
             coordinate = stop_units(joints, found.get("forces", {}))[item]
         elif of == "friction":
             coordinate = friction_units(joints, found.get("forces", {}))[item]
-        yield expectation(name, given, able[quantity].unit_with(coordinate))
+        unit = ratio_unit(quantity, given["over"]) if output_of(quantity) else able[quantity].unit_with(coordinate)
+        yield expectation(name, given, unit)
 
 
 def unsampled(expected: Expected, settings: Settings) -> Iterator[Complaint]:
     """A check that the run records at the times of the expectations."""
     for name, given in expected.items():
         time, path = given["at"], ("expect", name, "at")
+        if isinstance(time, GivenPassage):
+            continue
         near = None if isinstance(time, str) else nearest_samples(settings, time)
         if settings.duration is not None and near and time > settings.duration:
             message = f"{time:.10g} s is after the end of the run, at {settings.duration:.10g} s"
@@ -186,6 +200,8 @@ CHECKS = (
     Check(("forces", "expect"), of_forces),
     Check(("joints", "forces", "expect"), of_joint_forces),
     Check(("motions", "expect"), of_motions),
+    Check(("joints", "expect"), of_coordinates),
+    Check(("expect",), of_corners, besides=("markers",)),
     Check(("expect",), of_stops, besides=("joints", "forces")),
     Check(("expect",), of_frictions, besides=("joints", "forces")),
 )

@@ -7,6 +7,7 @@ from typing import Any
 
 from mbproj.dataclass import dataclass
 from mbproj.scene.blocks.observables import COMPONENTS, MOMENTS, OBSERVABLES, OF_BUSHINGS
+from mbproj.scene.blocks.passages import GivenPassage, passage_of
 from mbproj.scene.expressions.evaluate import Value
 from mbproj.scene.fields.alternatives import Alternatives
 from mbproj.scene.fields.choices import Choice, Reference
@@ -15,7 +16,7 @@ from mbproj.scene.fields.fields import Converted, Field, List, Schema, Text
 from mbproj.scene.fields.quantities import Number
 from mbproj.scene.fields.reading import Reading, Unfit, either, label
 from mbproj.scene.records import Expectation, KeyPath
-from mbproj.scene.text.nodes import Node, ScalarNode
+from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode
 from mbproj.scene.text.suggestions import choose_from
 
 #: An expectation as read: values by key. Numbers whose unit depends on the quantity have kept their dimension.
@@ -59,15 +60,25 @@ class Measure(Field[Value]):
         return {"description": self.expects, "type": ["number", "string"], "pattern": r"\S", **limits}
 
 
+MEASURE = Measure()
+
+
 @dataclass(frozen=True)
-class Moment(Field["float | str"]):
-    """A time in s, or one of `MOMENTS`."""
+class Moment(Field["float | str | GivenPassage"]):
+    """A time in s, one of `MOMENTS`, or where a joint coordinate has a value: {crank.angle: 90 deg}."""
 
     @property
     def expects(self) -> str:
-        return either(["a time in s", *MOMENTS])
+        return either(["a time in s", *MOMENTS, "a place {A.angle: 90 deg}"])
 
-    def read(self, node: Node, path: KeyPath, reading: Reading) -> float | str | None:
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> float | str | GivenPassage | None:
+        if isinstance(node, MappingNode):
+            if len(node.values) != 1:
+                self.reject(node, path, reading)
+                return None
+            ((coordinate, where),) = node.values.items()
+            value = MEASURE.read(where, (*path, coordinate), reading)
+            return None if value is None else GivenPassage(coordinate, value)
         if isinstance(node, ScalarNode):
             if node.text in MOMENTS:
                 return node.text
@@ -78,7 +89,15 @@ class Moment(Field["float | str"]):
         return Number("s", minimum=0.0).read(node, path, reading)
 
     def schema(self) -> Schema:
-        return {"description": self.expects, "type": ["number", "string"], "pattern": r"\S", "minimum": 0.0}
+        return {
+            "description": self.expects,
+            "type": ["number", "string", "object"],
+            "pattern": r"\S",
+            "minimum": 0.0,
+            "minProperties": 1,
+            "maxProperties": 1,
+            "additionalProperties": MEASURE.schema(),
+        }
 
 
 def _said(text: str) -> str:
@@ -87,7 +106,6 @@ def _said(text: str) -> str:
     return text
 
 
-MEASURE = Measure()
 VALUE: Field[Any] = Alternatives((Converted(MEASURE, lambda value: (value,)), List(MEASURE, None, "numbers")))
 QUANTITIES = tuple(
     dict.fromkeys([*(name for of, names in OBSERVABLES.items() if of != "diagnostic" for name in names), *OF_BUSHINGS])
@@ -101,6 +119,8 @@ EXPECTATION: Record[Given] = Record(
         "diagnostic": Choice("diagnostic", lambda: OBSERVABLES["diagnostic"]),
         "quantity": Choice("quantity", lambda: QUANTITIES),
         "component": Choice("component", lambda: COMPONENTS),
+        "over": Text(),
+        "between": List(Text(), 2, "markers"),
         "at": Moment(),
         "value": VALUE,
         "absolute": Measure(above=0.0),
@@ -134,6 +154,8 @@ def expectation(name: str, given: Given, unit: str) -> Expectation:
     if value is not None:
         relative = given.get("relative", 0.0) * max(map(abs, value))
         bounds["tolerance"] = given["absolute"].number if "absolute" in given else relative
+    at = passage_of(given["at"]) if isinstance(given["at"], GivenPassage) else given["at"]
+    further = {key: given[key] for key in ("over", "between") if key in given}
     return Expectation(
-        name, of, item, quantity, unit, given.get("component", ""), given["at"], given["source"], value, **bounds
+        name, of, item, quantity, unit, given.get("component", ""), at, given["source"], value, **bounds, **further
     )

@@ -12,7 +12,7 @@ from mbproj.scene.fields.fields import Converted, Field
 from mbproj.scene.fields.reading import Unfit
 from mbproj.scene.records import Expectation, Scene, Settings
 
-_WORDS = (*SUBJECTS, "quantity", "component", "at")
+_WORDS = (*SUBJECTS, "quantity", "component", "over", "between", "at")
 
 MEASURE: Record[Given] = Record(
     "a measure",

@@ -7,6 +7,7 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from mbproj.scene.blocks.coordinates import COORDINATES
+from mbproj.scene.blocks.passages import RATIOS, TRANSMISSION_ANGLE
 
 
 class Observable(NamedTuple):
@@ -24,6 +25,7 @@ class Observable(NamedTuple):
 _OF_JOINT_COORDINATES = {
     **{name: Observable(unit) for name, unit in COORDINATES.items()},
     **{f"{name}_speed": Observable(f"{unit}/s") for name, unit in COORDINATES.items()},
+    **{f"{name}{ratio}": Observable("") for ratio in RATIOS for name in COORDINATES},
 }
 #: By what they are of. Joints have those of their own coordinates only.
 OBSERVABLES: Mapping[str, Mapping[str, Observable]] = MappingProxyType(
@@ -32,6 +34,7 @@ OBSERVABLES: Mapping[str, Mapping[str, Observable]] = MappingProxyType(
             "position": Observable("m", 3),
             "velocity": Observable("m/s", 3),
             "acceleration": Observable("m/s^2", 3),
+            TRANSMISSION_ANGLE: Observable("rad"),
         },
         "body": {
             "position": Observable("m", 3),

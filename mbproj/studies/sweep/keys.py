@@ -33,4 +33,5 @@ class Keys:
 
 def identity(measure: Expectation) -> str:
     """What a measure is known by, whatever it is called: what it is of and what it takes of that."""
-    return json.dumps([measure.of, measure.item, measure.quantity, measure.component, measure.at])
+    further = [measure.over, *measure.between] if measure.over or measure.between else []
+    return json.dumps([measure.of, measure.item, measure.quantity, measure.component, measure.at, *further])

@@ -9,18 +9,15 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mbproj.analysis.loads.largest import loads_of, recorded_in
-from mbproj.arrays import Array
 from mbproj.figures import panels, shown
-from mbproj.figures.style import LABEL_SIZE, WIDTH, line, styled
-from mbproj.figures.words import fitted
+from mbproj.figures.panels import by_turns, in_degrees, label_of
+from mbproj.figures.style import WIDTH, line, styled
 from mbproj.results import Results
 
 #: Where a force is largest.
 DOT = {"marker": "o", "markersize": 4}
 #: Height of the panel of the motions, as a part of that of the polar diagram.
 BELOW = 0.55
-#: Of the label below it, inches.
-ROOM = 0.8 * WIDTH
 
 
 @styled
@@ -80,22 +77,13 @@ def _over_the_cycle(
             if cycle is None or name not in result.names("motions"):
                 continue
             text = f"{name} ({_unit(result, name)})" + ("" if len(results) == 1 else f", {label}")
-            at, force = _by_turns(cycle.values, result.motion(name).force, angular=cycle.unit == "rad")
-            panels.plot(axis, at, force, text, looks + place + number * len(motions))
-            axis.set_xlabel(fitted(f"{cycle.name} ({'°' if cycle.unit == 'rad' else cycle.unit})", ROOM, LABEL_SIZE))
+            at, force = in_degrees(cycle.values, cycle.unit), result.motion(name).force
+            line_of = by_turns(at, force) if cycle.unit == "rad" else (at, force)
+            panels.plot(axis, *line_of, text, looks + place + number * len(motions))
+            axis.set_xlabel(label_of(cycle.name, cycle.unit))
     axis.set_ylabel("force or torque of motions")
 
 
 def _unit(result: Results, name: str) -> str:
     units = dict(zip(result.names("motions"), result.names("motion_units"), strict=True))
     return "N m" if units[name] == "rad" else "N"
-
-
-def _by_turns(values: Array, force: Array, *, angular: bool) -> tuple[Array, Array]:
-    """The coordinate in degrees modulo a turn, and the force, with a gap between turns."""
-    if not angular:
-        return values, force
-    turn = np.floor(values / (2.0 * np.pi))
-    gaps = np.flatnonzero(np.diff(turn)) + 1
-    at = np.degrees(values - 2.0 * np.pi * turn)
-    return np.insert(at, gaps, np.nan), np.insert(force, gaps, np.nan)

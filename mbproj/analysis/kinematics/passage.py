@@ -1,0 +1,60 @@
+"""Where a joint coordinate first passes a value, and what a curve is there: by polynomials through the samples around,
+which do not cross an event."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.results.loads.between_samples import pieces, polynomial
+from mbproj.scene.records import Passage
+
+#: Samples of the polynomial.
+POINTS = 6
+BISECTIONS = 60
+#: A sample that is so near, beside the largest value, is at the place itself.
+AT = 1e-12
+TURN = 2.0 * np.pi
+
+
+def passed(passage: Passage, time: Array, coordinate: Array, events: Array) -> float | None:
+    """The time at which the coordinate (T,) first has the value, angles modulo a turn; None where it never has."""
+    turn = TURN if passage.unit == "rad" else np.inf
+    apart = coordinate - passage.value
+    whole = np.zeros_like(apart) if np.isinf(turn) else turn * np.round(apart / turn)
+    size = max(float(np.abs(coordinate).max(initial=0.0)), abs(passage.value), 1e-300)
+    met = np.flatnonzero(np.abs(apart - whole) <= AT * size)
+    side = (apart > 0.0).astype(float) if np.isinf(turn) else np.floor(apart / turn)
+    crossed = np.flatnonzero(side[1:] != side[:-1])
+    first = [int(met[0])] if len(met) else []
+    if len(crossed) and (not first or crossed[0] + 1 < first[0]):
+        before = int(crossed[0])
+        target = passage.value + (0.0 if np.isinf(turn) else turn * max(side[before], side[before + 1]))
+        return _root(time, coordinate - target, before, events)
+    return float(time[first[0]]) if first else None
+
+
+def _root(time: Array, values: Array, before: int, events: Array) -> float:
+    """Where the polynomial through the samples around changes its sign after the sample `before`."""
+    low, high = float(time[before]), float(time[before + 1])
+    sign = values[before] > 0.0
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        if (at(time, values[:, None], middle, events)[0] > 0.0) == sign:
+            low = middle
+        else:
+            high = middle
+    return 0.5 * (low + high)
+
+
+def at(time: Array, values: Array, when: float, events: Array) -> Array:
+    """What curves (T, k) are at a time between two samples, (k,)."""
+    piece = pieces(time, events)
+    after = int(np.clip(np.searchsorted(time, when, side="left"), 1, len(time) - 1))
+    own = np.flatnonzero(piece == piece[after])
+    first, last = int(own[0]), int(own[-1]) + 1
+    if piece[after] != piece[after - 1]:
+        first -= time[after] > time[after - 1]  # the sample at an event ends its piece, and begins the next
+    start = int(np.clip(after - POINTS // 2, first, max(first, last - POINTS)))
+    rows = slice(start, min(start + POINTS, last))
+    return polynomial(time[rows], values[rows], when)

@@ -1,0 +1,1 @@
+"""What a mechanism transmits: ratios of speeds and forces to an input, transmission angles."""
