@@ -48,7 +48,11 @@ def crowded(tmp_path_factory):
         yield [first, second]
 
 
-@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind not in ("trust", "mechanism")])
+#: What needs more than a run.
+OTHERS = ("trust", "mechanism", "ratios", "transmission")
+
+
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind not in OTHERS])
 @pytest.mark.parametrize("results", [1, 2])
 def test_all_texts_are_on_the_page_and_beside_each_other(crowded, kind, results):
     figure = draw(kind, crowded[:results], ["first", "p" * 300 + " = 1e-3"][:results])
