@@ -99,9 +99,11 @@ class Expectation(Part):
     stop: text, optional
     friction: text, optional
     diagnostic: position_violation, velocity_violation, acceleration_violation, kinetic_energy, potential_energy, total_energy, work, dissipation, energy_balance, energy_drift, energy_drift_relative, step_size, steps, rejected_steps, evaluations, projections, projection_iterations, velocity_iterations, projection_failures, projection_fallbacks or factorisations, optional
-    quantity: position, velocity, acceleration, orientation, angular_velocity, angular_acceleration, angle, angle_1, angle_2, displacement, displacement_x, displacement_y, angle_speed, angle_1_speed, angle_2_speed, displacement_speed, displacement_x_speed, displacement_y_speed, reaction_force, reaction_torque, violation, violation_length, violation_angle, coordinate, rate, force, value, gap, state, dissipation, translation, rotation, translation_rate, rotation_rate or torque, optional
+    quantity: position, velocity, acceleration, transmission_angle, orientation, angular_velocity, angular_acceleration, angle, angle_1, angle_2, displacement, displacement_x, displacement_y, angle_speed, angle_1_speed, angle_2_speed, displacement_speed, displacement_x_speed, displacement_y_speed, angle_velocity_ratio, angle_1_velocity_ratio, angle_2_velocity_ratio, displacement_velocity_ratio, displacement_x_velocity_ratio, displacement_y_velocity_ratio, angle_mechanical_advantage, angle_1_mechanical_advantage, angle_2_mechanical_advantage, displacement_mechanical_advantage, displacement_x_mechanical_advantage, displacement_y_mechanical_advantage, reaction_force, reaction_torque, violation, violation_length, violation_angle, coordinate, rate, force, value, gap, state, dissipation, translation, rotation, translation_rate, rotation_rate or torque, optional
     component: x, y, z or norm, optional
-    at: a time in s, end, maximum, minimum, largest or range
+    over: text, optional
+    between: 2 markers, optional
+    at: a time in s, end, maximum, minimum, largest, range or a place {A.angle: 90 deg}
     value: a number in the unit of the quantity or a list of numbers, optional
     absolute: a number in the unit of the quantity, optional
     relative: a number, optional
@@ -117,7 +119,7 @@ class Expectation(Part):
     def __init__(
         self,
         *,
-        at: Quantity,
+        at: Mapping[str, Any],
         source: str,
         marker: str | None = ...,
         body: str | None = ...,
@@ -129,6 +131,8 @@ class Expectation(Part):
         diagnostic: str | None = ...,
         quantity: str | None = ...,
         component: str | None = ...,
+        over: str | None = ...,
+        between: Sequence[str] | None = ...,
         value: Quantity | Vector | None = ...,
         absolute: Quantity | None = ...,
         relative: Quantity | None = ...,

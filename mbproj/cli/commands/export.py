@@ -13,6 +13,119 @@ from mbproj.cli.quantity import Corners
 from mbproj.cli.study_options import force as force_option
 from mbproj.errors import ExitCode, InputError, Problem
 
+if TYPE_CHECKING:
+    from mbproj.results import Results
+
+EXAMPLES = (
+    ("Write every table.", "mbproj export results.h5 -o tables"),
+    ("Write the largest loads for a report in LaTeX.", "mbproj export results.h5 --table loads --format latex"),
+    ("Write a scene as a model of MuJoCo.", "mbproj export five_bar.yaml --mjcf five_bar.xml"),
+)
+
+
+@explained("export", EXAMPLES)
+@click.argument("results", metavar="FILE", type=results_file(path_type=Path))
+@option(
+    Part.OUTPUT,
+    "-o",
+    "--output",
+    "folder",
+    default=".",
+    type=Folder(path_type=Path),
+    help="Output directory [default: .].",
+)
+@option(
+    Part.WHAT, "--table", "chosen", multiple=True, metavar="NAME", help="Only this table, e.g. body-crank; repeatable."
+)
+@option(
+    Part.OUTPUT,
+    "--format",
+    "file_format",
+    default="csv",
+    type=click.Choice(["csv", "latex"]),
+    help="A CSV table, or a tabular for LaTeX [default: csv].",
+)
+@option(
+    Part.WHAT, "--over", metavar="JOINT.COORDINATE", help="Begin each table with this coordinate, and add its ratios."
+)
+@option(Part.WHAT, "--per-turn", is_flag=True, help="With --over: an angle modulo a turn.")
+@option(
+    Part.WHAT,
+    "--transmission",
+    "corners",
+    type=Corners(),
+    multiple=True,
+    metavar="A,B,C",
+    help="Add the transmission angle at marker B, between the lines to A and C; repeatable.",
+)
+@option(Part.OUTPUT, "--list", "only_list", is_flag=True, help="List the tables, write nothing.")
+@option(Part.WHAT, "--mjcf", type=click.Path(path_type=Path), metavar="MODEL", help="Of a scene: write it as MJCF.")
+@option(
+    Part.WHAT,
+    "--urdf",
+    type=click.Path(path_type=Path),
+    metavar="MODEL",
+    help="Of a scene: write it as URDF, with its loops in a YAML file beside it.",
+)
+@option(
+    Part.WHAT, "--set", "settings", multiple=True, metavar="NAME=VALUE", help="Of a scene: change a value; repeatable."
+)
+@option(Part.OUTPUT, "--strict", is_flag=True, help="Of a scene: end with 4 where the model's motion is another one.")
+@option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Of a scene: print the table as one JSON object.")
+@force_option
+def command(
+    results: Path,
+    folder: Path,
+    chosen: tuple[str, ...],
+    file_format: str,
+    over: str | None,
+    per_turn: bool,
+    corners: tuple[tuple[str, str, str], ...],
+    only_list: bool,
+    mjcf: Path | None,
+    urdf: Path | None,
+    settings: tuple[str, ...],
+    strict: bool,
+    as_json: bool,
+    force: bool,
+) -> int:
+    """Writes results as CSV or LaTeX tables, or a scene as MJCF or URDF.
+
+    There is a table for each body, marker, joint, force and motion, one of the largest loads, and one of
+    diagnostics. Files are DIR/<file>-<table>.csv or .tex. The first line names the columns and their units; numbers
+    keep all their digits in CSV, and six in LaTeX.
+
+    Of a scene the model begins at the assembled start. A table says what the format lacks, and whether the motion of
+    the model is still that of the scene.
+    """
+    models = {kind: path for kind, path in (("mjcf", mjcf), ("urdf", urdf)) if path is not None}
+    if models:
+        from mbproj.cli.commands.export_model import export_models
+
+        return export_models(results, settings, models, strict=strict, as_json=as_json, force=force)
+    if settings or strict or as_json:
+        problem = Problem("--set, --strict and --json are of a scene", hint="add --mjcf FILE or --urdf FILE")
+        raise InputError(problem)
+    if per_turn and over is None:
+        raise click.UsageError("--per-turn is for --over; add --over, or leave it out")
+    from mbproj.results import open_results
+
+    with open_results(results) as opened:
+        shown = opened if over is None else opened.over(over, modulo=per_turn)
+        _tables(shown, folder, chosen, file_format, corners, only_list, force)
+    return ExitCode.DONE
+
+
+def _tables(
+    shown: Results,
+    folder: Path,
+    chosen: tuple[str, ...],
+    file_format: str,
+    corners: tuple[tuple[str, str, str], ...],
+    only_list: bool,
+    force: bool,
+) -> None:
+    from mbproj.analysis.tables import tables
     from mbproj.calls.files import named, written
 
     if only_list:
