@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import field
+from typing import NamedTuple
 
 from mbproj.dataclass import dataclass
 
@@ -44,3 +45,11 @@ class Settings:
     start: str = "scene"
     adjust_joints: float | None = None
     projection: ProjectionSettings = field(default_factory=ProjectionSettings)
+
+
+class Passage(NamedTuple):
+    """Where a joint coordinate ("crank.angle") first has a value in its `unit`; angles modulo a turn."""
+
+    coordinate: str
+    value: float
+    unit: str

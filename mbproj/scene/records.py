@@ -7,12 +7,13 @@ from dataclasses import field
 from importlib import import_module
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, TypeAlias
 
 from mbproj.dataclass import dataclass
 from mbproj.elements import Element, Kind
 from mbproj.errors import Place, Problem
 from mbproj.functions.program import Program
+from mbproj.scene.asked import Passage as Passage
 from mbproj.scene.asked import ProjectionSettings as ProjectionSettings
 from mbproj.scene.asked import Settings as Settings
 from mbproj.scene.coupled import Coupled
@@ -211,14 +212,6 @@ class Marker:
     body: str
     location: Vector
     local: bool = False
-
-
-class Passage(NamedTuple):
-    """Where a joint coordinate ("crank.angle") first has a value in its `unit`; angles modulo a turn."""
-
-    coordinate: str
-    value: float
-    unit: str
 
 
 @dataclass(frozen=True)

@@ -52,7 +52,6 @@ EXAMPLES = (
 @option(
     Part.WHAT,
     "--transmission",
-    "corners",
     type=Corners(),
     multiple=True,
     metavar="A,B,C",
@@ -80,7 +79,7 @@ def command(
     file_format: str,
     over: str | None,
     per_turn: bool,
-    corners: tuple[tuple[str, str, str], ...],
+    transmission: tuple[tuple[str, str, str], ...],
     only_list: bool,
     mjcf: Path | None,
     urdf: Path | None,
@@ -112,7 +111,7 @@ def command(
 
     with open_results(results) as opened:
         shown = opened if over is None else opened.over(over, modulo=per_turn)
-        _tables(shown, folder, chosen, file_format, corners, only_list, force)
+        _tables(shown, folder, chosen, file_format, transmission, only_list, force)
     return ExitCode.DONE
 
 
