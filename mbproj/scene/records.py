@@ -218,11 +218,10 @@ class Marker:
 class Expectation:
     """What a run has to find, with where the number comes from (`source`).
 
-    `of` says of what ("marker", "body", "joint", "force", "motion", "stop", "friction", "diagnostic"), `item` is its
-    name. The `quantity` is one of `mbproj.scene.blocks.observables`, in the SI unit `unit`. `component` of a vector:
-    "x", "y", "z", "norm", or "" for all of it. `over` is the input of a ratio, `between` are the markers of a
-    transmission angle. `at` is a time in s, a passage, or "end", "maximum", "minimum", "largest" (in
-    magnitude), "range" (from the minimum to the maximum) over the samples.
+    `of` says of what ("marker", "body", ..., "diagnostic"), `item` is its name. The `quantity` is one of
+    `mbproj.scene.blocks.observables`, in the SI unit `unit`. `component` of a vector: "x", "y", "z", "norm", or "" for
+    all of it. `over` is the input of a ratio, `between` are the markers of a transmission angle. `at` is a time in s, a
+    passage, or "end", "maximum", "minimum", "largest" (in magnitude), "range" (from the minimum to the maximum).
     Either `value` holds within `tolerance`, or the quantity stays at or below `below`, or at or above `above`.
     """
 
