@@ -216,14 +216,11 @@ class Marker:
 
 @dataclass(frozen=True)
 class Expectation:
-    """What a run has to find, with where the number comes from (`source`).
+    """What a run has to find: a `value` within `tolerance`, or at most `below`, or at least `above`, by its `source`.
 
-    `of` says of what ("marker", "body", ..., "diagnostic"), `item` is its name. The `quantity` is one of
-    `mbproj.scene.blocks.observables`, in the SI unit `unit`. `component` of a vector: "x", "y", "z", "norm", or "" for
-    all of it. `over` is the input of a ratio, `between` are the markers of a transmission angle. `at` is a time in s, a
-    passage, or "end", "maximum", "minimum", "largest" (in magnitude), "range" (from the minimum to the maximum).
-    Either `value` holds within `tolerance`, or the quantity stays at or below `below`, or at or above `above`.
-    """
+    `of` ("marker", .., "diagnostic") and `item` say of what; `quantity` is of `mbproj.scene.blocks.observables`, in the
+    SI unit `unit`; `component` "x", "y", "z", "norm" or "" for all; `over` the input of a ratio; `between` the markers
+    of a transmission angle; `at` a time in s, a passage, or one of `MOMENTS` there."""
 
     name: str
     of: str
