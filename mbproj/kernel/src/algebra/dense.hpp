@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <utility>
 
 namespace mbproj {
@@ -19,6 +20,17 @@ template <int Count> [[gnu::always_inline]] inline double sum_by_halves(const do
         return p[0];
     else
         return sum_by_halves<Count / 2>(p) + sum_by_halves<Count - Count / 2>(p + Count / 2);
+}
+
+// Whether all of these numbers are: 0 x is NaN for the others. Eight at a time, so that the sums stay in registers.
+inline bool all_finite(const double* x, std::ptrdiff_t size) {
+    constexpr std::ptrdiff_t width = 8;
+    double none[width] = {};
+    std::ptrdiff_t i = 0;
+    for (; i + width <= size; i += width)
+        for (std::ptrdiff_t k = 0; k < width; ++k) none[k] += 0.0 * x[i + k];
+    for (; i < size; ++i) none[0] += 0.0 * x[i];
+    return sum_by_halves<width>(none) == 0.0;
 }
 
 // `Derived` has data(), where its first number is; the next of a column is RowStep away, the next of a row ColumnStep.

@@ -95,14 +95,14 @@ public:
         pose_.update(y);
         const Block& followed = layout().followed;
         if (followed.size) std::copy(y + followed.first, y + followed.end(), expected_.begin());
-        factored_ = false;
+        factored_ = known_ = false;
         if (t == t_ && !broken_) return;
         t_ = t;
         broken_ = !drive_.set(t, window_);
     }
     // Evaluations from now on see functions of time from within this window, until another is set.
     void see(const TimeWindow& window) {
-        window_ = window;
+        window_ = window, known_ = false;
         broken_ = !drive_.set(t_, window_);
     }
     // Another state at the same time.
@@ -154,6 +154,7 @@ public:
     // Whether there is a factor in this metric, be it of an earlier pose.
     bool holds(Metric metric) const { return held_ && metric == metric_; }
     const double* constraint() {
+        if (std::exchange(known_, true)) return C_.data();
         mbproj::constraint(model_, pose_, C_.data());
         leave_flywheels(model_, C_);
         couplings_.count(pose_, expected_, C_.data());
@@ -174,7 +175,7 @@ public:
     const double* C_dot() const { return C_dot_.data(); }
 
     // Gears and screws count on from the teeth in mesh now.
-    void start_teeth() { couplings_.start(pose_, expected_, constraint()); }
+    void start_teeth() { couplings_.start(pose_, expected_, constraint()), known_ = false; }
     // A coordinate that is an angle, in the state in place.
     JointAngle angle(int coordinate) const { return joint_angle(model_, pose_, motion_, coordinate); }
     // What motion k prescribes at the time in place.
@@ -292,6 +293,7 @@ private:
     std::vector<double> broken_state_;
     double t_ = std::numeric_limits<double>::quiet_NaN();
     bool factored_ = false, held_ = false, broken_ = false;
+    bool known_ = false;  // whether C is that of the pose in place
     Metric metric_ = Metric::mass;
 };
 

@@ -141,7 +141,7 @@ private:
 
     bool accept(bool watching) {  // the end of a step: closed, counted, and its slope evaluated
         meets_ = false;
-        if (!now_.y_new.allFinite()) return stop({Status::not_finite, now_.to.t}), false;
+        if (!all_finite(now_.y_new.data(), now_.y_new.size())) return stop({Status::not_finite, now_.to.t}), false;
         ++now_.counters.steps;
         now_.counters.evaluations += stepper_.arrival_cost();
         if (!steps_.fixed() || watching) counted_before_ = counted_;
@@ -153,7 +153,7 @@ private:
         if (!equations_.start() || !stepper_.arrive(now_.y_new, slope_, lambda) ||
             (now_.to.at_break && !stepper_.meet_break(now_.to.t, now_.y_new, schedule_.window(), slope_, lambda)))
             return stop_at(now_.to.t), false;
-        if (!slope_.allFinite()) return stop({Status::not_finite, now_.to.t}), false;
+        if (!all_finite(slope_.data(), slope_.size())) return stop({Status::not_finite, now_.to.t}), false;
         meets_ = watching && stops_.meets(slope_, counted_.turns, lambda_);
         if (!meets_) return true;
         --now_.counters.steps;
