@@ -22,6 +22,7 @@ from mbproj.version import __version__
 if TYPE_CHECKING:
     from mbproj.calls.again import continue_run, rerun
     from mbproj.calls.batch import Batch, batch
+    from mbproj.calls.check.assemblies import branches
     from mbproj.calls.check.checked import SceneCheck, check
     from mbproj.calls.files import compare_results, export, largest_loads
     from mbproj.calls.linear import equilibria, equilibrium, linearize, modes, traces
@@ -86,6 +87,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "mbproj.calls.again": ("continue_run", "rerun"),
     "mbproj.calls.batch": ("Batch", "batch"),
+    "mbproj.calls.check.assemblies": ("branches",),
     "mbproj.calls.check.checked": ("SceneCheck", "check"),
     "mbproj.calls.files": ("compare_results", "export", "largest_loads"),
     "mbproj.calls.linear": ("equilibria", "equilibrium", "linearize", "modes", "traces"),
@@ -209,6 +211,7 @@ __all__ = [
     "__version__",
     "assemble",
     "batch",
+    "branches",
     "check",
     "compare",
     "compare_results",

@@ -46,6 +46,7 @@ def run(
     integrator: str | None = None,
     projection: str | None = None,
     formulation: str | None = None,
+    kinematic: bool | None = None,
     acceleration: str | None = None,
     impact_law: str | None = None,
     output_step: float | str | None = None,

@@ -21,6 +21,7 @@ class RunSettings(TypedDict, total=False):
     integrator: str | None
     projection: str | None
     formulation: str | None
+    kinematic: bool | None
     acceleration: str | None
     impact_law: str | None
     output_step: Quantity | None

@@ -31,6 +31,7 @@ GROUPS: Mapping[str, Mapping[str, str]] = MappingProxyType(
         },
         "Look": {
             "check": "Says whether a scene closes and can run.",
+            "branches": "Finds all assemblies of a mechanism.",
             "plot": "Draws pictures of results.",
             "animate": "Shows the mechanism moving, in a browser.",
             "info": "Says what a results file holds.",

@@ -50,6 +50,12 @@ _OPTIONS: tuple[tuple[Part, str, str | Collection[str], str], ...] = (
         FORMULATIONS,
         "Coordinates to compute in; auto takes the fewest that fit.",
     ),
+    (
+        Part.INTEGRATION,
+        "--kinematic",
+        BOOL,
+        "true: only without degrees of freedom, and not integrated; false: integrated all the same.",
+    ),
     (Part.INTEGRATION, "--acceleration", ACCELERATIONS, "Solve Eq. 14, or Eqs. 80-81 without multipliers."),
     (Part.INTEGRATION, "--impact-law", IMPACT_LAWS, "What the restitution of rigid stops is of."),
     (Part.PROJECTION, "--projection", PROJECTIONS, "How the constraints are enforced."),

@@ -21,6 +21,7 @@ from mbproj.errors import SimulationError
 from mbproj.integrate.events.splits import splits_of, unresolved
 from mbproj.integrate.events.time_events import DECIDES, SHARED, Event, crowded, events_of
 from mbproj.integrate.formulations.choice import Choice, choose
+from mbproj.integrate.formulations.kinematic import settings_along
 from mbproj.integrate.loop.interruption import Interruption, interruption
 from mbproj.integrate.loop.one_method import march_by_one_method
 from mbproj.integrate.outcome.lock_up import naming_lock_up
@@ -111,7 +112,9 @@ def simulate(
     computed so far was recorded.
     """
     _refuse_at_the_start(system, state, settings)
-    choice = choose(system, state, settings)
+    choice, asked_for = choose(system, state, settings), settings
+    if choice.kinematic:
+        settings = settings_along(system, settings)
     events = events_of(system, state.t, settings)
     weight = float(np.sum(system.mass) * np.linalg.norm(system.gravity))
     reach = system.length + float(np.abs(pose_of(state.q).position).max(initial=0.0))
@@ -165,7 +168,8 @@ def simulate(
     return Report(
         formulation=choice.name,
         why=choice.why,
-        settings=settings,
+        settings=asked_for,
+        kinematic=choice.kinematic,
         degrees_of_freedom=choice.degrees_of_freedom,
         redundant_rows=system.constraints - 7 * system.bodies + choice.degrees_of_freedom,
         swamped=tuple(str(motion) for motion in swamped_motions(system, pose_of(state.q))),

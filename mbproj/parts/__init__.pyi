@@ -24,6 +24,7 @@ class Body(Part):
     orientation: {axis, angle}, {quaternion}, {matrix} or {euler, sequence}, optional
     velocity: 3 numbers, optional
     angular_velocity: 3 numbers, optional
+    start: {position, orientation}, optional
     appearance: {colour, opacity, shapes, mesh}, optional
     one of mass, density, shapes
     one of inertia, shape, shapes
@@ -46,6 +47,7 @@ class Body(Part):
         orientation: Mapping[str, Any] | None = ...,
         velocity: Vector | None = ...,
         angular_velocity: Vector | None = ...,
+        start: Mapping[str, Any] | None = ...,
         appearance: Mapping[str, Any] | None = ...,
     ) -> None: ...
 
@@ -148,11 +150,13 @@ class Simulation(Part):
     tolerance: a number, optional
     integrator: heun2, bs32, rk4, dopri5, dop853, esdirk4, radau5 or auto, optional
     formulation: auto, full, reduced or planar, optional
+    kinematic: true or false, optional
     acceleration: bordered or eliminated, optional
     impact_law: newton, poisson or energetic, optional
     output_step: a number in s, optional
     break_times: a list of times, optional
     start: scene or equilibrium, optional
+    adjust_joints: a number in m, optional
     projection: none, baumgarte, gopm, popm, mass-orthogonal, mmopm, gpopm or gpopm-pinv or {method, tolerance, test, every, threshold, position, velocity, max_iterations, fallback, alpha, gains}, optional
     at most one of step, tolerance
     """
@@ -165,11 +169,13 @@ class Simulation(Part):
         tolerance: Quantity | None = ...,
         integrator: str | None = ...,
         formulation: str | None = ...,
+        kinematic: bool | None = ...,
         acceleration: str | None = ...,
         impact_law: str | None = ...,
         output_step: Quantity | None = ...,
         break_times: Vector | None = ...,
         start: str | None = ...,
+        adjust_joints: Quantity | None = ...,
         projection: str | Mapping[str, Any] | None = ...,
     ) -> None: ...
 
@@ -732,4 +738,49 @@ class Friction(Part):
         joint: str,
         coefficient: Quantity | Mapping[str, Any] | None = ...,
         coulomb: Mapping[str, Any] | None = ...,
+    ) -> None: ...
+
+class Maxwell(Part):
+    """A maxwell of a scene. Arguments are its keys:
+
+    joint: the name of a joint, optional
+    coordinate: displacement, displacement_x or displacement_y, optional
+    points: a mapping {name: 3 numbers}, optional
+    bodies: 2 names of bodies, optional
+    locations: 2 points or a mapping {name: 3 numbers}, optional
+    stiffness: a number in N/m
+    damping: a number in N*s/m
+    one of joint, points, bodies
+    at most one of joint, locations
+    at most one of points, locations
+    """
+
+    def __init__(
+        self,
+        *,
+        stiffness: Quantity,
+        damping: Quantity,
+        joint: str | None = ...,
+        coordinate: str | None = ...,
+        points: Mapping[str, Any] | None = ...,
+        bodies: Sequence[str] | None = ...,
+        locations: Sequence[Vector] | Mapping[str, Any] | None = ...,
+    ) -> None: ...
+
+class TorsionMaxwell(Part):
+    """A torsion_maxwell of a scene. Arguments are its keys:
+
+    joint: the name of a joint
+    coordinate: angle, angle_1 or angle_2, optional
+    stiffness: a number in N*m/rad
+    damping: a number in N*m*s/rad
+    """
+
+    def __init__(
+        self,
+        *,
+        joint: str,
+        stiffness: Quantity,
+        damping: Quantity,
+        coordinate: str | None = ...,
     ) -> None: ...

@@ -31,7 +31,8 @@ class ProjectionSettings:
 class Settings:
     """The `simulation` block with defaults resolved. Exactly one of `step` and `tolerance` is set in a run; `duration`
     and both may be None in a scene that leaves them to the command line. Steps end at `break_times` (s) too. `start` is
-    one of `registry.STARTS`. Joints may move by `adjust_joints` (m) where loops of rounded numbers do not close."""
+    one of `registry.STARTS`. Joints may move by `adjust_joints` (m) where loops of rounded numbers do not close.
+    `kinematic`: None does not integrate what has no degrees of freedom, True refuses all else, False integrates all."""
 
     duration: float | None = None
     step: float | None = None
@@ -44,6 +45,7 @@ class Settings:
     break_times: tuple[float, ...] = ()
     start: str = "scene"
     adjust_joints: float | None = None
+    kinematic: bool | None = None
     projection: ProjectionSettings = field(default_factory=ProjectionSettings)
 
 

@@ -35,9 +35,8 @@ class Body:
     """A rigid body: mass in kg, inertia tensor in kg m² about the centre of mass in body axes, and its pose at start.
 
     `position` is the centre of mass in m, `orientation` the unit Euler parameters (scalar first, body to global),
-    `velocity` global in m/s, `angular_velocity` in body axes in rad/s. Poses and velocities are the guess of assembly.
-    `shapes`, where its mass comes from some, and `appearance` are what it looks like.
-    """
+    `velocity` global in m/s, `angular_velocity` in body axes in rad/s. They are the guess of assembly, but for a pose
+    `start`. `shapes`, where its mass comes from some, and `appearance` are what it looks like."""
 
     name: str
     mass: float
@@ -46,6 +45,7 @@ class Body:
     orientation: Quaternion = (1.0, 0.0, 0.0, 0.0)
     velocity: Vector = (0.0, 0.0, 0.0)
     angular_velocity: Vector = (0.0, 0.0, 0.0)
+    start: tuple[Vector, Quaternion] | None = None
     shapes: tuple[PlacedShape, ...] = field(default=(), compare=False)
     appearance: Appearance | None = field(default=None, compare=False)
 

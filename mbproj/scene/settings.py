@@ -199,7 +199,8 @@ def values_of(scene: Scene) -> dict[KeyPath, Any]:
 
 
 def settings_to_run(scene: Scene) -> Settings:
-    """The settings of a scene that says how long, and by which step or to which tolerance, it runs.
+    """The settings of a scene that says how long, and by which step or to which tolerance, it runs; a kinematic one
+    needs neither.
 
     Raises InputError where it does not.
     """
@@ -207,7 +208,7 @@ def settings_to_run(scene: Scene) -> Settings:
     problems = []
     if settings.duration is None:
         problems.append(Problem("the scene has no duration", place, "add 'duration' to 'simulation', or --duration"))
-    if settings.step is None and settings.tolerance is None:
+    if settings.step is None and settings.tolerance is None and settings.kinematic is not True:
         problems.append(
             Problem(
                 "the scene has neither step nor tolerance",

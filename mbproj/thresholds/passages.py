@@ -75,6 +75,19 @@ class Passages:
     nearly_closed: float = threshold(
         1e-8, "length, rad", "kernel", "a row that is left out may stay open by this", "√ε: it closes to second order"
     )
+    told_part: float = threshold(
+        0.1,
+        "1",
+        "both",
+        "a stage of a kinematic run is on its branch where Newton's method corrects less of way and velocity",
+        "a fold is met at 1/2; tests/integrate/kinematic",
+    )
+    told_way: float = threshold(
+        1e-3, "length", "both", "or no more than this, away from singular poses: motions begin at rest", "chosen"
+    )
+    turning_step: float = threshold(
+        1e-9, "intervals of samples", "numpy", "a kinematic step that is shorter is at a turning point", "chosen"
+    )
     left_open: float = threshold(
         3e-13, "length, rad", "numpy", "what is left out may stay open by this, or branches are near", "measured: 1e-13"
     )

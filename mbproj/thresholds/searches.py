@@ -20,6 +20,22 @@ class Searches:
         16, "directions", "numpy", "the forms of branches are not set up for more", "their number grows as the square"
     )
     most_branch_passes: int = threshold(60, "-", "numpy", "passes of Newton's method to a branch", "chosen")
+    first_damping: float = threshold(
+        0.01, "residual²", "numpy", "poses from random starts are closed with this damping at first", "chosen"
+    )
+    least_damping: float = threshold(1e-12, "residual²", "numpy", "and with no less", "chosen")
+    lost_damping: float = threshold(1e8, "residual²", "numpy", "one that needs more is given up", "chosen")
+    most_closing: int = threshold(80, "-", "numpy", "or one that needs so many steps", "most need 10 to 30")
+    fewest_starts: int = threshold(
+        400, "-", "numpy", "assemblies are looked for from so many starts at least", "one in 100 is missed by e^-4"
+    )
+    most_starts: int = threshold(40_000, "-", "numpy", "and from so many at most", "minutes")
+    found_often: int = threshold(
+        8, "-", "numpy", "the search ends when each assembly was found so often", "one alike is missed by e^-8"
+    )
+    same_assembly: float = threshold(
+        1e-5, "length, rad", "numpy", "poses that differ by less are one assembly", "√ε is left at a double root"
+    )
     locked_step: float = threshold(
         0.05, "length, rad", "numpy", "motions are followed to a lock-up in steps of this", "chosen"
     )

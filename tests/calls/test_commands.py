@@ -24,6 +24,7 @@ FUNCTIONS = (
     "rerun",
     "continue",
     "check",
+    "branches",
     "export",
     "verify",
     "stability",

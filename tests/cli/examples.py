@@ -58,6 +58,7 @@ def fill(folder: Path) -> None:
     """Writes the files: copies of the five-bar, the engine and two scenes of the validation, a motion, a sweep, its
     folder, and results of runs."""
     shutil.copy(mechanism("five_bar"), folder)
+    shutil.copy(mechanism("planar_four_bar"), folder)
     (folder / "lengths.yaml").write_text(SWEEP, encoding="utf-8")
     assert mbproj("sweep", "lengths.yaml", "-q", folder=folder).returncode == 0
     (folder / "robot.xml").write_text(ROBOT, encoding="utf-8")

@@ -38,11 +38,12 @@ def test_every_option_reaches_its_setting() -> None:
         "break_times": "0.5,1 s",
         "start": "equilibrium",
         "adjust_joints": "2 um",
+        "kinematic": False,
     }
     settings = read(GOOD, simulation=given).settings
     assert (settings.duration, settings.step, settings.integrator) == (120.0, 0.005, "heun2")
     assert (settings.formulation, settings.acceleration, settings.output_step) == ("full", "eliminated", 0.01)
-    assert (settings.break_times, settings.start) == ((0.5, 1.0), "equilibrium")
+    assert (settings.break_times, settings.start, settings.kinematic) == ((0.5, 1.0), "equilibrium", False)
     assert settings.adjust_joints == 2e-6
     assert settings.projection == ProjectionSettings("mmopm", 1e-9, "paper", 3, 1e-6, True, False, 9, 1e6, None, "gopm")
     assert {*given} == {*OPTIONS} - {"tolerance", "gains"}

@@ -91,6 +91,7 @@ class SceneCheck(Tabled):
             "constraints": system.constraints,
             "rank": None if ranks is None else ranks.rank,
             "degrees_of_freedom": self.degrees_of_freedom,
+            "kinematic": choice is not None and choice.kinematic,
             "formulation": None if choice is None else choice.name,
             "formulation_why": None if choice is None else choice.why,
             "elimination": None if choice is None else choice.elimination,

@@ -105,7 +105,8 @@ def _sizes(scene: Scene, system: System, facts: dict[str, Any]) -> list[str]:
         f"  {len(scene.bodies)} bodies, {len(scene.joints)} joints, {len(scene.markers)} markers{_driven(scene)}",
         *_shortened([f"    {_body(body)}" for body in scene.bodies]),
         *_shortened(joints),
-        f"  {facts['coordinates']} coordinates, {facts['constraints']} constraints{_rank(facts)} degrees of freedom",
+        f"  {facts['coordinates']} coordinates, {facts['constraints']} constraints{_rank(facts)} degrees of freedom"
+        f"{': kinematic' if facts['kinematic'] else ''}",
     ]
 
 

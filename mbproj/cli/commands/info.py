@@ -201,6 +201,7 @@ def _lines(results: Results) -> Iterator[str]:
             "scene": has["scene"] or "(not from a file)",
             "size": f"{has['bodies']} bodies, {has['joints']} joints with {has['coordinates']} coordinates, "
             f"{has['markers']} markers",
+            **({"motion": "0 degrees of freedom: kinematic"} if has["attributes"].get("kinematic") else {}),
             **numbers,
             **_reactions(has),
         }

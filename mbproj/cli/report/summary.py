@@ -11,6 +11,7 @@ from mbproj.cli.report.expectations import summary_lines
 from mbproj.cli.report.trust import lines_on
 from mbproj.dynamics.equations.round_off import EPSILON
 from mbproj.dynamics.rank.massless import SHOWN
+from mbproj.integrate.formulations.kinematic import words
 from mbproj.integrate.outcome.report import Report, Worst
 from mbproj.model.system import System
 from mbproj.registry import PROJECTIONS, explicit_integrators
@@ -47,7 +48,7 @@ def print_summary(
         f"  {7 * system.bodies} coordinates, {system.constraints} constraints{_redundant(report)}, "
         f"{report.degrees_of_freedom} degrees of freedom",
         f"  {report.formulation} formulation: {report.why}",
-        f"  {settings.projection.method}, {settings.integrator}, {step_words(settings)}",
+        f"  {_method(report, system)}",
         *(f"    {line}" for line in report.methods),
         f"  {counts['steps']} steps to t = {settings.duration:g} s in {seconds:.2f} s "
         f"({_time(seconds / max(counts['steps'], 1))} a step), {counts['evaluations']} evaluations, "
@@ -144,8 +145,18 @@ def warnings(report: Report) -> list[str]:
 
 
 def step_words(settings: Settings) -> str:
-    """The step or the tolerance, as one reads it."""
+    """The step or the tolerance, as one reads it; a scene that is kinematic may have neither."""
+    if settings.step is None and settings.tolerance is None:
+        return "kinematic"
     return f"step {settings.step:g} s" if settings.step is not None else f"tolerance {settings.tolerance:g}"
+
+
+def _method(report: Report, system: System) -> str:
+    """By what the run was made."""
+    settings = report.settings
+    if report.kinematic:
+        return f"kinematic: {words(system, settings)}"
+    return f"{settings.projection.method}, {settings.integrator}, {step_words(settings)}"
 
 
 def _redundant(report: Report) -> str:
@@ -166,6 +177,8 @@ def _account(report: Report, system: System) -> list[str]:
     damping = " and ".join(["dampers", *(name for name, there in others.items() if there is not None)])
     projects = PROJECTIONS[settings.projection.method].corrects and system.constraints > system.bodies
     numerics = "integrator and projection" if projects else "the integrator"
+    if report.kinematic:
+        numerics = "the quadrature"
     return [
         f"  energy in, out      forces put in {energy.work:.2e} J, {damping} took {energy.dissipation:.2e} J, "
         f"{numerics} {'took' if energy.numerical < 0.0 else 'added'} {abs(energy.numerical):.2e} J"

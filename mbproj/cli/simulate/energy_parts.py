@@ -50,6 +50,8 @@ def found(results: Results) -> EnergyParts:
 
     settings, mechanism = results.settings, Mechanism.of(stored_scene(results)[0])
     obstacle = None
+    if results.attributes.get("kinematic"):
+        raise _undivided(results, "the run is kinematic, nothing of its motion was integrated")
     if settings.integrator == AUTOMATIC:
         obstacle = f"steps of '{AUTOMATIC}' are not all of one method"
     elif mechanism.system.stops is not None:

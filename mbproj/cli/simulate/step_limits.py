@@ -28,6 +28,8 @@ def found(results: Results) -> list[StepLimit]:
     from mbproj.model import compile_system
 
     settings = results.settings
+    if results.attributes.get("kinematic"):
+        raise InputError(Problem(f"{results.path}: the run is kinematic, and no error limits its steps"))
     if settings.tolerance is None:
         raise InputError(
             Problem(f"{results.path}: its steps are fixed, and nothing limits them", hint="run it with a --tolerance")

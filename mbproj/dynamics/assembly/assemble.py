@@ -123,7 +123,8 @@ def moved_from_scene(scene: Scene, system: System, q: Array) -> tuple[float, flo
     pose, carrier = pose_of(q), system.body_carrier
     position = attached(pose, carrier, system.body_offset, np.ones(len(carrier)))
     orientation = product(pose.orientation[carrier], system.body_turn)
-    given = np.array([(*body.position, *body.orientation) for body in scene.bodies])
+    starts = [body.start or (body.position, body.orientation) for body in scene.bodies]
+    given = np.array([(*place, *turn) for place, turn in starts])
     return moved_by(given, np.concatenate([position, orientation], axis=1))
 
 
@@ -155,14 +156,14 @@ def nearest(system: System, q: Array, start: Conditions, drive: Drive, close_eno
 
 
 def scaled_residual(system: System, q: Array, start: Conditions, drive: Drive) -> Array:
-    """Joint, motion and start rows, lengths in units of the system's length, (m + c,)."""
+    """Joint, motion and start rows at poses q (..., 7n), lengths in units of the system's length, (..., m + c)."""
     pose = pose_of(q)
-    rows = (constraint(system, pose, drive) / system.row_scale)[system.bodies :]
+    rows = np.asarray(constraint(system, pose, drive) / system.row_scale, dtype=float)[..., system.bodies :]
     if not len(start.index):
         return rows
-    excess = coordinate_values(system, pose)[start.index] - start.value
+    excess = coordinate_values(system, pose)[..., start.index] - start.value
     excess = np.where(_asked_angles(system, start), np.arctan2(np.sin(excess), np.cos(excess)), excess / system.length)
-    return np.concatenate([rows, excess])
+    return np.concatenate([rows, excess], axis=-1)
 
 
 def scaled_rows(system: System, pose: Pose, start: Conditions) -> Rows:

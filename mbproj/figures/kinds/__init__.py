@@ -191,6 +191,9 @@ def caption(results: Sequence[Results]) -> str:
     parts = [titles.pop()] if len(titles) == 1 else []
     if len(results) == 1:
         settings = results[0].settings
-        step = f"step {settings.step:g} s" if settings.step is not None else f"tolerance {settings.tolerance:g}"
-        parts.append(f"{settings.projection.method}, {settings.integrator}, {step}")
+        if results[0].attributes.get("kinematic"):
+            parts.append("kinematic")
+        else:
+            step = f"step {settings.step:g} s" if settings.step is not None else f"tolerance {settings.tolerance:g}"
+            parts.append(f"{settings.projection.method}, {settings.integrator}, {step}")
     return "; ".join(part for part in parts if part)

@@ -26,6 +26,8 @@ GHOST = 0.3
 HEIGHTS = (0.3, 1.1)
 #: Markers whose paths are drawn.
 MOST_PATHS = 7
+#: Pictures in a row, and how high a panel may be, beside its width.
+MOST_COLUMNS, PANEL_HEIGHTS = 8, (0.4, 2.0)
 
 
 @styled
@@ -59,6 +61,27 @@ def draw_start(look: Look, view: View, motion: Motion) -> Figure:
     draw_pose(axis, look, view, motion)
     limits(axis, view)
     return panels.finish(figure, with_legend=False)
+
+
+@styled
+def draw_side_by_side(look: Look, view: View, motion: Motion) -> Figure:
+    """A panel for each sample of the motion, numbered from 1 on."""
+    count = len(motion.time)
+    columns = min(MOST_COLUMNS, int(np.ceil(np.sqrt(count))) if count > 4 else count)
+    rows = -(-count // columns)
+    width, height = np.ptp(projected(view.points, view), axis=0)
+    shape = float(np.clip(height / width if width else 1.0, *PANEL_HEIGHTS))
+    figure = Figure(figsize=(WIDTH, WIDTH / columns * shape * rows + 0.25 * rows), layout="constrained")
+    axes = figure.subplots(rows, columns, squeeze=False).ravel()
+    for number, axis in enumerate(axes):
+        axis.set_axis_off()
+        if number >= count:
+            continue
+        axis.set_aspect("equal", adjustable="box")
+        draw_pose(axis, look, view, motion.at([number]))
+        limits(axis, view)
+        axis.set_title(f"{number + 1}{' (the start)' if number == 0 else ''}", fontsize="small")
+    return figure
 
 
 def nearest(motion: Motion, time: float | None) -> int:

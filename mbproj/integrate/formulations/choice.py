@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from mbproj.arrays import Array, Integers
@@ -12,6 +14,7 @@ from mbproj.dynamics.contact.driven import refuse_driven_beyond
 from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.errors import InputError, Problem
 from mbproj.integrate.formulations.compiled import Compiled
+from mbproj.integrate.formulations.kinematic import decided
 from mbproj.integrate.formulations.planar import InPlane
 from mbproj.integrate.formulations.reduced import Reduced
 from mbproj.integrate.formulations.redundant_rows import settle_rows
@@ -28,13 +31,15 @@ from mbproj.thresholds import THRESHOLDS
 @dataclass(frozen=True, eq=False)
 class Choice:
     """The formulation by name, why it is this one, its degrees of freedom, what runs it in the kernel (None: the full
-    one, in NumPy), and how many rows are left out because they follow from the others."""
+    one, in NumPy), how many rows are left out because they follow from the others, and whether the run is kinematic:
+    nothing of the motion is integrated."""
 
     name: str
     why: str
     degrees_of_freedom: int
     compiled: Compiled | None = None
     redundant: int = 0
+    kinematic: bool = False
 
     @property
     def elimination(self) -> dict[str, int] | None:
@@ -57,7 +62,14 @@ class Choice:
 
 def choose(system: System, state: State, settings: Settings) -> Choice:
     """The formulation for a run from `state`. Raises InputError where the one asked for is not available, or the
-    equations have no unique solution at the start. Raises it, too, where a motion jumps or goes beyond a rigid stop."""
+    equations have no unique solution at the start. Raises it, too, where a motion jumps or goes beyond a rigid stop.
+    A mechanism that has degrees of freedom is refused where a kinematic run is asked for."""
+    found = _formulation(system, state, settings)
+    return replace(found, kinematic=decided(found.degrees_of_freedom, settings))
+
+
+def _formulation(system: System, state: State, settings: Settings) -> Choice:
+    """The same, but for whether the run is kinematic."""
     refuse_jumps(system, state.t, state.t + (settings.duration or 0.0))
     refuse_driven_beyond(system, state.t, state.t + (settings.duration or 0.0))
     asked = settings.formulation

@@ -33,6 +33,7 @@ from mbproj.integrate.outcome.failures import (
 )
 from mbproj.integrate.steppers.implicit_tableau import ImplicitTableau
 from mbproj.integrate.steppers.methods import tableau_of
+from mbproj.integrate.steppers.stages import branch_untold
 from mbproj.integrate.steppers.tableau import Tableau
 from mbproj.model.layout import Layout
 from mbproj.model.system import System
@@ -180,7 +181,7 @@ class Compiled(ABC):
         turns = np.ascontiguousarray(self.turns(state.turns), dtype=np.int64)
         return kind(
             self.model,
-            _tableau(self.core, tableau_of(settings.integrator)),
+            _tableau(self.core, tableau_of(settings.integrator), kinematic=settings.kinematic is True),
             self.projection(settings.projection),
             _steps(self.core, settings, leg or Leg.whole(self.system, settings, state.t)),
             self.layout.joined(
@@ -214,6 +215,8 @@ class Compiled(ABC):
             return None
         if outcome.status == status.not_finite or not np.isfinite(outcome.open_by):
             return not_finite(t)
+        if settings.kinematic is True and outcome.status in (status.vanished, status.singular, status.unsolved):
+            return branch_untold(t)
         if outcome.status == status.vanished:
             return step_vanished(t)
         if outcome.status == status.singular:
@@ -253,13 +256,15 @@ class Compiled(ABC):
         return not_finite(state.t)
 
 
-def _tableau(core: ModuleType, tableau: Tableau | ImplicitTableau) -> Any:
+def _tableau(core: ModuleType, tableau: Tableau | ImplicitTableau, *, kinematic: bool) -> Any:
     if isinstance(tableau, ImplicitTableau):
         names = ("a", "b", "c", "error", "dense", "splitting")
         coefficients = {name: np.ascontiguousarray(getattr(tableau, name)) for name in names}
         return core.Tableau.implicit(tableau.order, tableau.error_order, tableau.gamma, **coefficients)
     parts = (tableau.a, tableau.b, tableau.c, tableau.error, tableau.extra_a, tableau.extra_c, tableau.dense)
-    return core.Tableau(tableau.order, tableau.error_order, *(np.ascontiguousarray(part) for part in parts))
+    made = core.Tableau(tableau.order, tableau.error_order, *(np.ascontiguousarray(part) for part in parts))
+    made.kinematic = kinematic
+    return made
 
 
 def _steps(core: ModuleType, settings: Settings, leg: Leg) -> Any:

@@ -9,7 +9,7 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from mbproj.arrays import may_overflow
+from mbproj.arrays import Array, may_overflow
 from mbproj.dynamics.assembly.assemble import coordinates
 from mbproj.dynamics.equations.motions import drive_at
 from mbproj.dynamics.equations.teeth import near
@@ -76,7 +76,7 @@ class ErrorControl:
         assert times is not None
         done = bisect_right(times, point.t)
         while done < len(times):
-            if not h >= THRESHOLDS.fewest_grains * run.grain(point.t):
+            if not h >= self.shortest(point.t):
                 raise lost or step_vanished(point.t)
             before_step = partial(self._before_step, h, control)
             run.mark(point, before_step)
@@ -112,6 +112,13 @@ class ErrorControl:
                 (point, h), control = self.go_on(point, crossing, tried.step.h), self.forgetful
             elif self.events is not None:
                 self.events.tell(point)
+
+    def shortest(self, t: float) -> float:
+        """The shortest step from t that is tried. A kinematic one that is far shorter than the way between two samples
+        is at a turning point, to which ever shorter ones lead: the kernel follows these to the end."""
+        if self.run.exact.settings.kinematic is True:
+            return max(THRESHOLDS.fewest_grains * self.run.grain(t), THRESHOLDS.turning_step * self.run.interval)
+        return THRESHOLDS.fewest_grains * self.run.grain(t)
 
     def _before_step(self, h: float, control: Controller) -> Mark:
         """What a step of size h depends on beside the point."""
@@ -192,16 +199,22 @@ class ErrorControl:
                 step = attempted(stepper, run.inside, point, h, watched=True)
                 run.tally.count_evaluations(step.evaluations)
                 step, estimates = stepper.error(StageEquations(run.inside, watched=True), t, step)
-                error = error_norm(estimates, step.y, step.y_new, self.tolerance, self.scale)
+                error = self.norm(step, estimates)
                 if self._again and error > 1.0 and step.filtered is not None:
                     # Of a stiff vibration the estimate is as large as it is, however short the step: it would be made
                     # shorter until it follows what steps before have damped (Hairer & Wanner II, IV.8).
                     twice = step.filtered(estimates[0])[None]
-                    error = error_norm(twice, step.y, step.y_new, self.tolerance, self.scale)
+                    error = self.norm(step, twice)
         except SimulationError as lost:
             run.tally.count_evaluations(lost.evaluations if isinstance(lost, StagesUnsolved) else 0)
             return lost
         return _Attempt(step, error) if np.isfinite(error) else not_finite(t)
+
+    def norm(self, step: Step, estimates: Array) -> float:
+        """Of estimates of a step's error: 1 is just acceptable. Those of a kinematic step are parts already."""
+        if step.stages is not None:
+            return error_norm(estimates, np.zeros(1), np.zeros(1), self.tolerance, np.ones(1))
+        return error_norm(estimates, step.y, step.y_new, self.tolerance, self.scale)
 
     def in_between(self, before: Point, after: Point, step: Step, times: Sequence[float]) -> Iterator[Sample]:
         """Samples inside a step: the extension's value, of which a copy is projected; the integration goes on without

@@ -38,7 +38,7 @@ class Run:
         watch: StopWatch | None = None,
     ) -> None:
         self.leg, self.start, self.end, self.tally, self.watch = leg, leg.start, leg.end, tally, watch
-        self.stepper = stepper_of(formulation.settings.integrator)
+        self.stepper = stepper_of(formulation.settings.integrator, kinematic=formulation.settings.kinematic is True)
         #: Between two samples, s.
         self.interval = leg.interval
         self.breaks = BreakCursor(leg.breaks, leg.start, self.interval)

@@ -59,7 +59,7 @@ class Report:
     nothing is. `decided_by_shares`: the stops on whose shares of a load, which rigid bodies leave open, the motion
     depends. `methods`: of `integrator: auto` which method made the steps, line by line. `round_off`: what it leaves of
     positions, in lengths of the mechanism or rad. `shared`: whose forces stops that touch and frictions at rest shared
-    arbitrarily at some time, and when first; "" where nothing is.
+    arbitrarily at some time, and when first; "" where nothing is. `kinematic`: nothing of the motion was integrated.
     """
 
     formulation: str
@@ -92,6 +92,7 @@ class Report:
     round_off: float = 0.0
     shared: str = ""
     energy: EnergyAccount = EnergyAccount()
+    kinematic: bool = False
 
     @property
     def rests(self) -> bool:
@@ -173,6 +174,7 @@ def summary(scene: str, output: str, report: Report, total_seconds: float) -> di
         "projection": report.settings.projection.method,
         "integrator": report.settings.integrator,
         "degrees_of_freedom": report.degrees_of_freedom,
+        "kinematic": report.kinematic,
         "redundant_rows": report.redundant_rows,
         **report.counters,
         "integration_seconds": report.integration_seconds,

@@ -5,25 +5,35 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, TypeAlias
 
 from mbproj.integrate.steppers.implicit_tableau import ImplicitTableau, load_implicit_tableau
+from mbproj.integrate.steppers.quadrature import QUADRATURE, quadrature
 from mbproj.integrate.steppers.tableau import Tableau, load_tableau
 from mbproj.registry import integrators
 
 if TYPE_CHECKING:
     from mbproj.integrate.steppers.implicit_runge_kutta import ImplicitRungeKutta
+    from mbproj.integrate.steppers.kinematic_steps import KinematicSteps
     from mbproj.integrate.steppers.runge_kutta import ExplicitRungeKutta
 
-Stepper: TypeAlias = "ExplicitRungeKutta | ImplicitRungeKutta"
+Stepper: TypeAlias = "ExplicitRungeKutta | KinematicSteps | ImplicitRungeKutta"
 
 
 def tableau_of(integrator: str) -> Tableau | ImplicitTableau:
     """The coefficients of an integrator."""
+    if integrator == QUADRATURE:
+        return quadrature()
     return (load_implicit_tableau if integrators()[integrator].implicit else load_tableau)(integrator)
 
 
-def stepper_of(integrator: str) -> Stepper:
-    """What makes its steps, where the kernel does not."""
+def stepper_of(integrator: str, *, kinematic: bool = False) -> Stepper:
+    """What makes its steps, where the kernel does not. `kinematic`: explicit ones close bodies at each stage."""
     from mbproj.integrate.steppers.implicit_runge_kutta import ImplicitRungeKutta
     from mbproj.integrate.steppers.runge_kutta import ExplicitRungeKutta
 
     tableau = tableau_of(integrator)
-    return ImplicitRungeKutta(tableau) if isinstance(tableau, ImplicitTableau) else ExplicitRungeKutta(tableau)
+    if isinstance(tableau, ImplicitTableau):
+        return ImplicitRungeKutta(tableau)
+    if not kinematic:
+        return ExplicitRungeKutta(tableau)
+    from mbproj.integrate.steppers.kinematic_steps import KinematicSteps
+
+    return KinematicSteps(tableau)

@@ -21,7 +21,8 @@ RightHandSide = Callable[[float, Array], Array]
 class Step:
     """A step from (t, y) over h to `y_new` (N,), with its stages k (s, N), and f at the new point where its error was
     estimated. Of an implicit step: `multipliers` (s, m) of the stages; how near the last is to a singular pose; how
-    many evaluations it took; the `estimate` (N,) of its error; what filters one, e (N,) -> (I - hγ ∂f/∂y)⁻¹ e."""
+    many evaluations it took; the `estimate` (N,) of its error; what filters one, e (N,) -> (I - hγ ∂f/∂y)⁻¹ e. Of a
+    kinematic step: its `stages` (s, N), closed."""
 
     t: float
     h: float
@@ -34,6 +35,7 @@ class Step:
     evaluations: int = 0
     estimate: Array | None = None
     filtered: Callable[[Array], Array] | None = None
+    stages: Array | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -29,6 +29,16 @@ class StagesUnsolved(SimulationError):
     evaluations = 0
 
 
+def branch_untold(t: float, where: str | None = None) -> SimulationError:
+    """Of a motion without degrees of freedom: however short the step, Newton's method may come to another branch, or
+    to none."""
+    cause = (
+        "what the motions prescribe cannot be followed beyond here: the mechanism is at a dead centre, or branches of "
+        "its motion cross"
+    )
+    return SimulationError(t, cause, where=where, hint="turn back before, drive another joint, or change the lengths")
+
+
 class Equations(Protocol):
     """y' = f(t, y) of a second-order system, as a right-hand side and stage by stage."""
 

@@ -59,6 +59,7 @@ class StiffnessWatch:
         self._tableau = tableau_of(self._integrator)
         self._kept: list[_Kept] = []
         can_be_fast = system.states.size > 0 or system.forces.size > 0
+        can_be_fast = can_be_fast and not (choice.kinematic and system.states.size == 0)
         self._active = settings.projection.gains is not None or can_be_fast
 
     @cached_property

@@ -7,7 +7,7 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.model.compile.rigid_groups import rigid_groups
-from mbproj.model.euler_parameters import matrix_L
+from mbproj.model.euler_parameters import matrix_L, product, rotation_matrix
 from mbproj.model.system import Conditions, System
 from mbproj.scene.records import Scene
 
@@ -23,11 +23,18 @@ class Guess:
 
 
 def initial_guess(scene: Scene, system: System) -> Guess:
-    """The guess that the scene's bodies give, and what its joints demand. Λ' = ½ Lᵀ ω (Eq. 16)."""
+    """The guess that the scene's bodies give, and what its joints demand. Λ' = ½ Lᵀ ω (Eq. 16). A body that has a pose
+    at the start carries those with it that it is one with."""
     carriers = rigid_groups(scene).carriers
     position = np.array([carrier.position for carrier in carriers])
     orientation = np.array([carrier.orientation for carrier in carriers])
     velocity = np.array([carrier.velocity for carrier in carriers])
+    for body, (carrier, offset, turn) in zip(
+        scene.bodies, zip(system.body_carrier, system.body_offset, system.body_turn, strict=True), strict=True
+    ):
+        if body.start is not None and carrier < system.bodies:
+            orientation[carrier] = product(np.array(body.start[1]), turn * [1.0, -1.0, -1.0, -1.0])
+            position[carrier] = body.start[0] - rotation_matrix(orientation[carrier]) @ offset
     omega = np.array([carrier.angular_velocity for carrier in carriers])
     rate = 0.5 * np.einsum("nij,ni->nj", matrix_L(orientation), omega)
     return Guess(

@@ -91,7 +91,8 @@ def _solid(given: dict[str, Any]) -> Solid:
 
 def _body(given: dict[str, Any]) -> Body:
     solid = _solid(given)
-    rest = {key: given[key] for key in ("orientation", "velocity", "angular_velocity", "appearance") if key in given}
+    kept = ("orientation", "velocity", "angular_velocity", "start", "appearance")
+    rest = {key: given[key] for key in kept if key in given}
     position = given.get("position")
     if position is None:
         position = _placed(given["origin"], given.get("orientation", Body.orientation), solid.centre)
@@ -114,6 +115,10 @@ def _placed(origin: Vector, orientation: Quaternion, point: Vector) -> Vector:
     return (x, y, z)
 
 
+def _start(position: Vector, orientation: Quaternion = Body.orientation) -> tuple[Vector, Quaternion]:
+    return position, orientation
+
+
 BODY: Field[Body] = Converted(
     Record(
         "a body",
@@ -128,6 +133,9 @@ BODY: Field[Body] = Converted(
             "orientation": ORIENTATION,
             "velocity": vector("m/s"),
             "angular_velocity": vector("rad/s"),
+            "start": Record(
+                "a pose at the start", {"position": POINT, "orientation": ORIENTATION}, _start, ("position",)
+            ),
             "appearance": APPEARANCE,
         },
         dict,

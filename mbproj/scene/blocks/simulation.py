@@ -48,6 +48,7 @@ SIMULATION: Record[dict[str, Any]] = Record(
         "tolerance": Number(above=0.0, maximum=0.1),
         "integrator": Choice("integrator", registry.integrator_choices),
         "formulation": Choice("formulation", lambda: registry.FORMULATIONS),
+        "kinematic": Flag(),
         "acceleration": Choice("acceleration", lambda: registry.ACCELERATIONS),
         "impact_law": Choice("impact law", lambda: registry.IMPACT_LAWS),
         "output_step": Number("s", above=0.0),

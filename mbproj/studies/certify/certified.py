@@ -12,11 +12,13 @@ from mbproj.dynamics.observe.recorded import Block
 from mbproj.errors import SimulationError
 from mbproj.integrate import Report, simulate
 from mbproj.integrate.events.time_events import Event
+from mbproj.integrate.formulations.choice import choose
 from mbproj.integrate.outcome.report import words_on_shares
 from mbproj.integrate.simulate import EventRecorder, Keep, Progress
 from mbproj.results.trust import Trust
 from mbproj.scene.records import Settings
 from mbproj.studies.certify.horizon import LIMITS, certify
+from mbproj.studies.certify.kinematic import certify_kinematic
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.parallel.progress import Tell, silent
 
@@ -45,11 +47,15 @@ def simulate_certified(
     A run that fails is certified up to there before its SimulationError is raised; one that is interrupted is not.
     """
     paths = _Paths(mechanism, recorder)
+    kinematic = choose(mechanism.system, mechanism.state, settings).kinematic
 
     def judge() -> Trust:
         decided = words_on_shares(paths.met)
         refusal = f"no figure: the motion depends on how these share their load, {decided}" if decided else ""
-        trust = certify(mechanism, settings, *paths.arrays, limits, tell, refusal)
+        if kinematic and len(paths.arrays[0]) > 1:
+            trust = certify_kinematic(mechanism, *paths.arrays, limits, tell)
+        else:
+            trust = certify(mechanism, settings, *paths.arrays, limits, tell, refusal)
         if recorder is not None:
             recorder.trust(trust)
         return trust

@@ -114,7 +114,7 @@ def compare(
     What is not given is the scene's. Raises InputError for what cannot be run at all; a setting that fails is an entry.
     """
     settings, notes = _settings(scene, projections, integrators, steps, tolerances, formulations)
-    mechanism = Mechanism.of(scene)
+    mechanism = Mechanism.to_choose_for(scene)
     times = common_times(span(scene, until), {each.step for each in settings if each.step is not None})
     tell("reference", 0, 1)
     truth = reference(mechanism, times, {each.integrator for each in settings})
@@ -141,7 +141,7 @@ def _entry(label: str, solution: Solution, split: EnergySplit | None, truth: Ref
 def _run(shared: tuple[Scene, Array], setting: Setting) -> tuple[Solution, EnergySplit | None]:
     """One entry's solution and energy split, from the cache where they are there; runs in a process of its own."""
     scene, times = shared
-    mechanism = Mechanism.of(scene)
+    mechanism = Mechanism.to_choose_for(scene)
     what = ["compare", mechanism.identity, times.tolist(), asdict(setting)]
     return cached(what, lambda: _solved(mechanism, setting, times), (EnergySplit, *SOLUTION_RECORDS))
 

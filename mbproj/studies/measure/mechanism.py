@@ -9,6 +9,7 @@ from typing import Any
 from mbproj.dataclass import dataclass
 from mbproj.dynamics import State
 from mbproj.errors import InputError, Problem
+from mbproj.integrate.formulations.choice import choose
 from mbproj.linear.equilibrium.started import start_state
 from mbproj.model import System, compile_system
 from mbproj.registry import EQUILIBRIUM
@@ -31,6 +32,16 @@ class Mechanism:
         """Compiles and assembles. Raises InputError where the mechanism cannot be assembled."""
         system = compile_system(scene)
         return cls(scene, system, start_state(scene, system))
+
+    @classmethod
+    def to_choose_for(cls, scene: Scene) -> Mechanism:
+        """The same, for a study of settings. Raises InputError where a run has nothing to choose: it is kinematic."""
+        found = cls.of(scene)
+        if choose(found.system, found.state, scene.settings).kinematic:
+            message = "0 degrees of freedom: the run is kinematic, exact at any setting; there is none to choose"
+            hint = "simply run it; --set simulation.kinematic=false integrates it all the same"
+            raise InputError(Problem(message, scene.place("simulation"), hint))
+        return found
 
     @property
     def points(self) -> tuple[str, ...]:
@@ -68,6 +79,8 @@ class Mechanism:
 
 
 def of_scene(scene: Scene, settings: Settings) -> Settings:
-    """The settings with what belongs to the scene: its break times, where it starts, how far joints may move."""
+    """The settings with what belongs to the scene: its break times, where it starts, how far joints may move, and
+    whether it is integrated though nothing is free."""
     own = scene.settings
-    return replace(settings, break_times=own.break_times, start=own.start, adjust_joints=own.adjust_joints)
+    kept = {"break_times": own.break_times, "start": own.start, "adjust_joints": own.adjust_joints}
+    return replace(settings, **kept, kinematic=own.kinematic)

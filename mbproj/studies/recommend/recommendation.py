@@ -127,7 +127,7 @@ def recommend(
 
     Raises InputError for a name or duration that is not there, Unreachable where no setting keeps the error at all.
     """
-    mechanism = Mechanism.of(scene)
+    mechanism = Mechanism.to_choose_for(scene)
     columns = mechanism.columns(at)
     times = sampled(scene, until)
     tell("reference", 0, 1)

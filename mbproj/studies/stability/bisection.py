@@ -117,7 +117,7 @@ def stability(
     """Varies `vary` (a name of `QUANTITIES`) from `low` to `high` for each projection method.
 
     Raises InputError where the scene does not have what is to be varied, or a method is not concerned."""
-    quantity, mechanism = quantity_named(vary), Mechanism.of(scene)
+    quantity, mechanism = quantity_named(vary), Mechanism.to_choose_for(scene)
     names = _methods(vary, projections)
     subject = Subject(scene, _fixed(mechanism, until_of(scene, until)), until_of(scene, until), limits or Limits())
     found = quantity.span(subject)

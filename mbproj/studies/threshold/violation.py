@@ -113,7 +113,7 @@ def threshold_study(
     """Varies the threshold (m or rad, and per s) of the scene's own setting, and measures error, violation and cost.
 
     Raises InputError where that setting has no projection, or does not run."""
-    mechanism = Mechanism.of(scene)
+    mechanism = Mechanism.to_choose_for(scene)
     columns = mechanism.columns(at)
     own = _every_step(Setting.of(scene.settings), scene)
     size = round(np.log10(mechanism.system.length))

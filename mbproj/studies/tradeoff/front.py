@@ -174,7 +174,7 @@ def tradeoff(
     interrupted, and gives the same tables again, unless it is to begin `fresh`. Raises InputError for what cannot be
     run at all.
     """
-    mechanism = Mechanism.of(scene)
+    mechanism = Mechanism.to_choose_for(scene)
     points = tuple(mechanism.points[k] for k in mechanism.columns(at))
     own, names = _own(scene, formulation), tuple(integrators or registry.explicit_integrators())
     for projection, name in product(projections, names):

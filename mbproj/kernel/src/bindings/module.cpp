@@ -103,10 +103,12 @@ void add_settings(nb::module_& m) {
                                numbers(extra_c, "extra_c"),
                                matrix(dense, "dense"),
                                0.0,
+                               false,
                                {}};
                  check_tableau(built, 32);
                  new (self) Tableau(std::move(built));
              })
+        .def_rw("kinematic", &Tableau::kinematic)
         .def_static(
             "implicit",
             [](int order, int error_order, double gamma, Numbers2 a, Numbers1 b, Numbers1 c, Numbers1 error,
@@ -121,6 +123,7 @@ void add_settings(nb::module_& m) {
                               {},
                               {},
                               gamma,
+                              false,
                               matrix(splitting, "splitting")};
                 const std::vector<double> weights = numbers(error, "error");
                 built.error = Eigen::Map<const RowMajor>(weights.data(), 1, static_cast<Eigen::Index>(weights.size()));

@@ -23,6 +23,7 @@ struct Tableau {
     std::vector<double> extra_c;
     RowMajor dense;
     double gamma = 0.0;  // of an implicit method: what filters the error, and the diagonal of `splitting`; else 0
+    bool kinematic = false;  // whether bodies are closed at each stage, and what else is in y is integrated along them
     RowMajor splitting;  // the lower triangle with which stages are solved; a itself where none needs a later one
     bool is_implicit() const { return gamma > 0.0; }
     bool is_coupled() const { return is_implicit() && splitting != a; }

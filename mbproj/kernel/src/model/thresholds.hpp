@@ -10,7 +10,7 @@ struct Thresholds {
     int most_dense_rows;
     // mbproj/thresholds/passages.py
     double least_violation, passing, nearing, agreement, agreed_tolerances, shorter, branch_change, lost_velocity,
-        lost_way, at_rest, rest_rate, nearly_closed;
+        lost_way, at_rest, rest_rate, nearly_closed, told_part, told_way;
     int most_shorter;
     // mbproj/thresholds/elimination.py
     double no_inertia, no_mass, asymmetry, most_cancelled, parallel, lent_part, settled_part, settled_enough,
@@ -55,6 +55,8 @@ template <class Visit> void each_threshold(Visit&& visit) {
     visit("at_rest", &Thresholds::at_rest);
     visit("rest_rate", &Thresholds::rest_rate);
     visit("nearly_closed", &Thresholds::nearly_closed);
+    visit("told_part", &Thresholds::told_part);
+    visit("told_way", &Thresholds::told_way);
     visit("no_inertia", &Thresholds::no_inertia);
     visit("no_mass", &Thresholds::no_mass);
     visit("asymmetry", &Thresholds::asymmetry);

@@ -17,7 +17,7 @@ protected:
         : model_(tableau.is_implicit() ? with_compliant_rows(std::move(model)) : std::move(model)),
           tableau_(std::move(tableau)), projection_(projection), steps_(std::move(steps)),
           equations_(model_, projection_), projector_(equations_, projection_, phases_),
-          made_by_(stepper_of(tableau_, equations_, steps_.fixed() ? 0.0 : steps_.tolerance)), stepper_(*made_by_),
+          made_by_(stepper_of(tableau_, equations_, projector_, steps_.fixed() ? 0.0 : steps_.tolerance)), stepper_(*made_by_),
           turns_(model_, equations_, stepper_), step_end_(model_, equations_, projector_, turns_),
           schedule_(steps_), now_{steps_.start, 0.0, Eigen::Map<const Eigen::VectorXd>(y.data(), model_.layout.size()),
                                   Eigen::VectorXd::Zero(model_.layout.size())},

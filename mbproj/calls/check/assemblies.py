@@ -1,0 +1,70 @@
+"""`mbproj.branches`: the command of this name, in one call."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from mbproj.calls.given import Given, by_arguments, scene_of
+from mbproj.dynamics.assembly.assemble import State
+from mbproj.dynamics.assembly.assemblies import Assemblies, assemblies, conditions, freedom_left
+from mbproj.errors import InputError, Place, Problem
+from mbproj.linear.equilibrium.started import assembled_start
+from mbproj.model import System, compile_system, initial_guess
+from mbproj.model.system import Conditions
+from mbproj.scene.fields.given import given_number
+from mbproj.scene.fields.quantities import Number
+from mbproj.scene.problem_places import placed_in
+from mbproj.scene.records import Scene
+from mbproj.scene.text.suggestions import choose_from
+
+_NOTHING: Mapping[str, object] = {}
+#: Coordinates that a message names.
+NAMED = 8
+
+
+def branches(
+    scene: Given,
+    *,
+    hold: Sequence[str] = (),
+    starts: int | None = None,
+    parameters: Mapping[str, object] = _NOTHING,
+) -> Assemblies:
+    """All assemblies of a scene: the poses that meet its joints, its motions at the start, and what is held.
+
+    `hold` names joint coordinates, "A.angle=30deg", or "A.angle" where it starts. `starts` is from how many random
+    poses they are looked for. `scene` and `parameters` are as in `run`. Raises InputError where the scene is wrong or
+    degrees of freedom are left.
+    """
+    with by_arguments():
+        what = scene_of(scene, parameters, {})
+        system, state, held = ready(what, [hold] if isinstance(hold, str) else hold)
+        return assemblies(system, state, held, starts)
+
+
+def ready(scene: Scene, hold: Sequence[str]) -> tuple[System, State, Conditions]:
+    """A scene compiled and assembled, and what is held of it. Raises InputError where that leaves freedoms."""
+    with placed_in(scene):
+        system = compile_system(scene)
+        state = assembled_start(scene, system)
+    return system, state, _held(scene, system, state, hold)
+
+
+def _held(scene: Scene, system: System, state: State, hold: Sequence[str]) -> Conditions:
+    """What the scene's joints ask for at the start, and what is to be held besides."""
+    names, units = list(system.names.coordinates), system.names.coordinate_units
+    start = initial_guess(scene, system).start
+    wanted: dict[int, float | None] = dict(zip(start.index.tolist(), start.value.tolist(), strict=True))
+    for text in hold:
+        name, equals, value = (part.strip() for part in text.partition("="))
+        if name not in names:
+            raise InputError(Problem(f"there is no coordinate '{name}'", Place("--hold"), choose_from(name, names)))
+        index = names.index(name)
+        wanted[index] = given_number(value, f"--hold {name}", Number(units[index])) if equals else None
+    made = conditions(system, state, iter(wanted.items()))
+    left = freedom_left(system, state, made)
+    if left:
+        count = f"{left} degrees of freedom are" if left > 1 else "1 degree of freedom is"
+        free = [name for index, name in enumerate(names) if index not in wanted]
+        able = f"hold {left} of the coordinates {', '.join(free[:NAMED])}" if free else "drive them by 'motions'"
+        raise InputError(Problem(f"{count} left: assemblies cannot be counted", Place("--hold"), able))
+    return made

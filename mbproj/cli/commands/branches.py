@@ -1,0 +1,184 @@
+"""`mbproj branches`: all assemblies of a mechanism at a pose."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from mbproj.cli.completion import File
+from mbproj.cli.explained import Part, explained, option
+from mbproj.cli.linear.options import scene_argument
+from mbproj.cli.scene_options import parameters
+from mbproj.errors import ExitCode
+
+if TYPE_CHECKING:
+    from mbproj.dynamics.assembly.assemblies import Assemblies, Assembly
+    from mbproj.model import System
+    from mbproj.scene import Scene
+
+#: Joint coordinates of an assembly that are printed; --json has all.
+SHOWN = 8
+#: A search that misses one as rare as the rarest with a larger probability is said not to be sure.
+UNSURE = 1e-3
+EXAMPLES = (
+    ("List both assemblies of a four-bar at its crank's angle.", "mbproj branches planar_four_bar.yaml --hold A.angle"),
+    (
+        "Write each as a scene that starts there, and draw them.",
+        "mbproj branches planar_four_bar.yaml --hold A.angle --write starts --picture assemblies.png",
+    ),
+)
+
+
+@explained("branches", EXAMPLES)
+@scene_argument
+@option(
+    Part.WHAT,
+    "--hold",
+    multiple=True,
+    metavar="NAME[=VALUE]",
+    help="Hold a joint's coordinate, A.angle=30deg, or where it starts. Again for more.",
+)
+@option(
+    Part.EFFORT,
+    "--starts",
+    type=click.IntRange(1),
+    metavar="N",
+    help="Look from N random poses [default: until each was found often].",
+)
+@option(
+    Part.OUTPUT,
+    "--write",
+    type=click.Path(file_okay=False, path_type=Path),
+    metavar="DIR",
+    help="Write each assembly as a scene that starts there.",
+)
+@option(
+    Part.OUTPUT,
+    "--picture",
+    type=File(".png", ".svg", ".pdf", path_type=Path),
+    metavar="FILE",
+    help="Draw them side by side.",
+)
+@option(Part.OUTPUT, "--force", is_flag=True, help="Replace files that mbproj did not write, too.")
+@option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of the report.")
+def command(
+    scene: str,
+    settings: tuple[str, ...],
+    hold: tuple[str, ...],
+    starts: int | None,
+    write: Path | None,
+    picture: Path | None,
+    force: bool,
+    as_json: bool,
+) -> int:
+    """Finds all assemblies of SCENE, in which its joints close.
+
+    They meet its motions at the start and what is held, which must leave no degree of freedom. Poses are looked for
+    from random starts; the report says with which probability one was missed.
+    """
+    from mbproj.calls.check.assemblies import ready
+    from mbproj.dynamics.assembly.assemblies import assemblies
+    from mbproj.scene import read_scene
+
+    what = read_scene(scene, parameters(settings))
+    system, state, conditions = ready(what, hold)
+    found = assemblies(system, state, conditions, starts)
+    written: list[str] = []
+    if write is not None:
+        from mbproj.cli.start_written import write_starts
+
+        written = [str(path) for path in write_starts(what, system, found, conditions, write, force=force)]
+    if picture is not None:
+        _draw(what, system, found, picture, force=force)
+    if as_json:
+        drawn = None if picture is None else str(picture)
+        click.echo(json.dumps({"scene": scene, **_facts(system, found), "written": written, "picture": drawn}))
+    else:
+        click.echo("\n".join(_lines(what.title or scene, system, found)))
+        for path in [*written, *([] if picture is None else [str(picture)])]:
+            click.echo(path)
+        if found.missed > UNSURE:
+            click.echo(f"note: {_doubt(found)}; look from more, --starts {4 * found.starts}", err=True)
+    return int(ExitCode.DONE)
+
+
+def _draw(what: Scene, system: System, found: Assemblies, picture: Path, *, force: bool) -> None:
+    """The assemblies side by side, all at one scale."""
+    import numpy as np
+
+    from mbproj.figures.kinds.mechanism import draw_side_by_side
+    from mbproj.figures.save import save
+    from mbproj.pages.look.mechanism import look_of
+    from mbproj.pages.look.motion import Motion, motion_at
+    from mbproj.pages.look.view import view_of
+    from mbproj.scene.meshes import meshes_of
+
+    each = [motion_at(system, assembly.q) for assembly in found.found]
+    position, orientation = (
+        np.concatenate([getattr(one, name) for one in each]) for name in ("position", "orientation")
+    )
+    motion = Motion(np.arange(float(len(each))), position, orientation)
+    look = look_of(what, motion, meshes_of(what))
+    save(draw_side_by_side(look, view_of(what, motion, look), motion), picture, force=force)
+
+
+def _facts(system: System, found: Assemblies) -> dict[str, Any]:
+    """One object with stable keys."""
+    names = system.names.coordinates
+    return {
+        "assemblies": [
+            {
+                "coordinates": dict(zip(names, each.coordinates.tolist(), strict=True)),
+                "bodies": _poses(system, each),
+                "found": each.hits,
+                "distance_to_singular": each.distance,
+                "singular": each.is_singular,
+                "at_start": number == 0,
+            }
+            for number, each in enumerate(found.found)
+        ],
+        "units": dict(zip(names, system.names.coordinate_units, strict=True)),
+        "starts": found.starts,
+        "closed": found.closed,
+        "missed": found.missed,
+    }
+
+
+def _poses(system: System, each: Assembly) -> dict[str, dict[str, list[float]]]:
+    from mbproj.pages.look.motion import motion_at
+
+    motion = motion_at(system, each.q)
+    return {
+        name: {"position": motion.position[0, k].tolist(), "orientation": motion.orientation[0, k].tolist()}
+        for k, name in enumerate(system.names.bodies)
+    }
+
+
+def _lines(title: str, system: System, found: Assemblies) -> list[str]:
+    """The report."""
+    from mbproj.cli.report.table import columns
+
+    names = list(system.names.coordinates)[:SHOWN]
+    rows = [
+        [
+            f"{number}{' (the start)' if number == 1 else ''}",
+            *(f"{0.0 if abs(value) < 1e-12 else value:.6g}" for value in each.coordinates[: len(names)]),
+            str(each.hits),
+            "singular: assemblies meet here" if each.is_singular else f"{each.distance:.2g}",
+        ]
+        for number, each in enumerate(found.found, 1)
+    ]
+    more = len(system.names.coordinates) - len(names)
+    return [
+        f"{title}: {len(found.found)} assembl{'y' if len(found.found) == 1 else 'ies'}",
+        columns(["", *names, "found", "distance"], rows),
+        *([f"  and {more} more coordinates, which --json has"] if more > 0 else []),
+        f"  {found.closed:,} of {found.starts:,} random starts led to one; {_doubt(found)}",
+    ]
+
+
+def _doubt(found: Assemblies) -> str:
+    return f"one more that is as hard to find as the rarest was missed with a probability of {found.missed:.1g}"

@@ -1,0 +1,62 @@
+"""Assemblies written as scenes: the text as it was, but that bodies start at other poses, and what is held at its
+values."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from mbproj.dynamics.assembly.assemble import assemble, moved_by
+from mbproj.dynamics.assembly.assemblies import Assemblies, Assembly
+from mbproj.errors import InputError, Place, Problem
+from mbproj.model import System, compile_system, initial_guess
+from mbproj.model.system import Conditions
+from mbproj.outputs import SCENE, make_folder, write_text
+from mbproj.pages.look.motion import motion_at
+from mbproj.scene import read_scene_text
+from mbproj.scene.records import Scene
+from mbproj.scene.text.rewrite import Changes, with_changes
+from mbproj.thresholds import THRESHOLDS
+
+HINT = "choose another folder with --write"
+
+
+def write_starts(
+    scene: Scene, system: System, found: Assemblies, held: Conditions, folder: Path, *, force: bool
+) -> Iterator[Path]:
+    """Writes DIR/<scene>_<number>.yaml for each, from 1 on. Raises InputError where parameters were changed, or where
+    a text cannot be changed so that it starts there."""
+    if scene.overrides:
+        problem = Problem("--set has changed parameters, which the file does not have", Place("--write"))
+        raise InputError(problem)
+    stem = make_folder(folder, HINT) / (scene.path.stem if scene.path is not None else "scene")
+    for number, each in enumerate(found.found, 1):
+        try:
+            text = with_changes(scene.text, _changes(scene, system, each, held))
+            read = read_scene_text(text, str(scene.path))
+            own = compile_system(read)
+            reached = assemble(own, initial_guess(read, own))
+        except (ValueError, InputError) as error:
+            raise InputError(Problem(f"assembly {number} cannot be written: {error}", Place("--write"))) from error
+        if max(moved_by(reached.q, each.q)) > THRESHOLDS.same_assembly:
+            problem = Problem(f"assembly {number} cannot be written: from there the scene closes elsewhere")
+            raise InputError(problem)
+        yield write_text(Path(f"{stem}_{number}.yaml"), text, SCENE, force=force, hint=HINT)
+
+
+def _changes(scene: Scene, system: System, each: Assembly, held: Conditions) -> Changes:
+    """Where each body starts, and at which values joints do that are held."""
+    motion = motion_at(system, each.q)
+    bodies: dict[str, Changes] = {
+        body.name: {"start": _pose(motion.position[0, k].tolist(), motion.orientation[0, k].tolist())}
+        for k, body in enumerate(scene.bodies)
+    }
+    joints: dict[str, dict[str, str | None]] = {}
+    for index, value in zip(held.index.tolist(), held.value.tolist(), strict=True):
+        joint, _, coordinate = system.names.coordinates[index].rpartition(".")
+        joints.setdefault(joint, {})[coordinate] = repr(value)
+    return {"bodies": bodies, **({"joints": joints} if joints else {})}
+
+
+def _pose(position: list[float], orientation: list[float]) -> Changes:
+    return {"position": repr(position), "orientation": f"{{quaternion: {orientation!r}}}"}

@@ -1,0 +1,163 @@
+"""All assemblies of a mechanism at a pose: the poses that meet its joints, its motions at a time, and what is held.
+
+They are looked for from many random starts. How sure it is that none is missing follows from how often each was found.
+One that draws as many starts as the rarest, which was found n times, is missed with the probability e^-n (Poisson).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from mbproj.arrays import Array, Flags
+from mbproj.dataclass import dataclass
+from mbproj.dynamics.assembly.assemble import State, coordinate_values, nearest
+from mbproj.dynamics.assembly.many_starts import close_all, scaled_rows_of
+from mbproj.dynamics.equations.kinematics import pose_of
+from mbproj.dynamics.equations.motions import Drive, drive_at
+from mbproj.model.planar import Plane, planar_reduction
+from mbproj.model.system import Conditions, System
+from mbproj.thresholds import THRESHOLDS
+
+#: Of the random starts; and how many are closed at once.
+SEED, AT_ONCE = 44, 200
+
+
+@dataclass(frozen=True, eq=False)
+class Assembly:
+    """Coordinates q (7n,), joint coordinates (nc,) in m and rad, from how many starts it was reached, and its distance
+    σ from a singular pose: the smallest singular value of C_q in lengths of the mechanism and rad."""
+
+    q: Array
+    coordinates: Array
+    hits: int
+    distance: float
+
+    @property
+    def is_singular(self) -> bool:
+        """Whether assemblies meet there."""
+        return self.distance < THRESHOLDS.dependent
+
+
+@dataclass(frozen=True)
+class Assemblies:
+    """All that were found, the one at the start first; of how many `starts`, and how many of these led to one."""
+
+    found: tuple[Assembly, ...]
+    starts: int
+    closed: int
+
+    @property
+    def missed(self) -> float:
+        """The probability that a further one as hard to find as the rarest of these was missed."""
+        rarest = min((each.hits for each in self.found), default=0)
+        return float(np.exp(-rarest))
+
+
+def freedom_left(system: System, state: State, held: Conditions) -> int:
+    """How many degrees of freedom what is held leaves at a state."""
+    values = np.linalg.svd(scaled_rows_of(system, pose_of(state.q[None]), held)[0], compute_uv=False)
+    return 6 * system.bodies - int(np.count_nonzero(values > THRESHOLDS.dependent))
+
+
+def assemblies(system: System, state: State, held: Conditions, starts: int | None = None) -> Assemblies:
+    """Those of a mechanism with its motions at the time of `state` and `held` coordinates, which leave no freedom. From
+    so many starts; without a number, until each assembly was found often, and none was new in half of the starts."""
+    rng, drive = np.random.default_rng(SEED), drive_at(system, state.t)
+    draw = _Draw(system, state)
+    found, last_new, done, closed = [_polished(system, state.q, held, drive)], 0, 0, 0
+    hits = [0]
+    while done < (starts or THRESHOLDS.most_starts):
+        count = min(AT_ONCE, (starts or THRESHOLDS.most_starts) - done)
+        q, good = close_all(system, draw.starts(rng, count), held, drive)
+        done += count
+        for each in q[good & _is_not_turned_over(system, q)]:
+            closed += 1
+            at = _number(system, each, found)
+            if at is None:
+                polished = _polished(system, each, held, drive)
+                at = _number(system, polished, found)
+                if at is None:
+                    at, last_new = len(found), done
+                    found.append(polished)
+                    hits.append(0)
+            hits[at] += 1
+        often = min(hits) >= THRESHOLDS.found_often
+        if starts is None and done >= THRESHOLDS.fewest_starts and often and done >= 2 * last_new:
+            break
+    order = [0, *sorted(range(1, len(found)), key=lambda k: _key(system, found[k]))]
+    return Assemblies(tuple(_assembly(system, found[k], held, hits[k]) for k in order), done, closed)
+
+
+class _Draw:
+    """Random poses to start from: in the plane where the joints keep all bodies in one, else anywhere."""
+
+    def __init__(self, system: System, state: State) -> None:
+        self.system, self.plane = system, planar_reduction(system, state.q)
+        bodies = state.q.reshape(-1, 7)
+        self.centre = bodies[:, :3].mean(axis=0)
+        reach = np.abs(bodies[:, :3] - self.centre).max(initial=0.0)
+        self.reach = max(reach, system.length)
+        self.in_plane = self.plane.reduce(state.q, state.v)[0] if isinstance(self.plane, Plane) else None
+
+    def starts(self, rng: np.random.Generator, count: int) -> Array:
+        """So many, (count, 7n)."""
+        n = self.system.bodies
+        if isinstance(self.plane, Plane) and self.in_plane is not None:
+            centre = self.in_plane.reshape(n, 3)[:, :2].mean(axis=0)
+            place = centre + rng.uniform(-1.0, 1.0, (count, n, 2)) * self.reach
+            angle = rng.uniform(-np.pi, np.pi, (count, n, 1))
+            p = np.concatenate([place, angle], axis=-1).reshape(count, -1)
+            return self.plane.expand(p, np.zeros_like(p), np.zeros_like(p))[0]
+        position = self.centre + rng.uniform(-1.0, 1.0, (count, n, 3)) * self.reach
+        orientation = rng.normal(size=(count, n, 4))
+        orientation /= np.linalg.norm(orientation, axis=-1, keepdims=True)
+        return np.concatenate([position, orientation], axis=-1).reshape(count, -1)
+
+
+def _is_not_turned_over(system: System, q: Array) -> Flags:
+    """Of poses (B, 7n), whether axes that a joint makes parallel have not come to be opposite: its rows allow it, no
+    assembly does."""
+    cosines = system.alignment.value(pose_of(q).places(system.alignment))
+    found: Flags = np.asarray(np.all(cosines > 0.0, axis=-1))
+    return found
+
+
+def _polished(system: System, q: Array, held: Conditions, drive: Drive) -> Array:
+    return nearest(system, q, held, drive, THRESHOLDS.closed_at_rest)[0]
+
+
+def _number(system: System, q: Array, found: list[Array]) -> int | None:
+    """Which of those found a pose is; None where it is new."""
+    apart = [_apart(system, q, each) for each in found]
+    at = int(np.argmin(apart))
+    return at if apart[at] < THRESHOLDS.same_assembly else None
+
+
+def _apart(system: System, q: Array, other: Array) -> float:
+    """How far two poses are apart, in lengths of the mechanism and rad."""
+    a, b = q.reshape(-1, 7), other.reshape(-1, 7)
+    shift = np.abs(a[:, :3] - b[:, :3]).max() / system.length
+    cosine = np.abs((a[:, 3:] * b[:, 3:]).sum(axis=1)).clip(0.0, 1.0)
+    return float(max(shift, 2.0 * np.sqrt(2.0 * (1.0 - cosine.min()))))
+
+
+def _key(system: System, q: Array) -> tuple[float, ...]:
+    values = np.concatenate([coordinate_values(system, pose_of(q)), q])
+    return tuple(np.round(values, 6).tolist())
+
+
+def _assembly(system: System, q: Array, held: Conditions, hits: int) -> Assembly:
+    values = np.linalg.svd(scaled_rows_of(system, pose_of(q[None]), held)[0], compute_uv=False)
+    distance = float(values[6 * system.bodies - 1]) if len(values) >= 6 * system.bodies else 0.0
+    return Assembly(q, coordinate_values(system, pose_of(q)), hits, distance)
+
+
+def conditions(system: System, state: State, wanted: Iterator[tuple[int, float | None]]) -> Conditions:
+    """Coordinates by number that are held at a value, or where they are at a state."""
+    own = coordinate_values(system, pose_of(state.q))
+    pairs = [(index, float(own[index]) if value is None else value) for index, value in wanted]
+    return Conditions(
+        np.array([index for index, _ in pairs], dtype=np.intp), np.array([value for _, value in pairs], dtype=float)
+    )

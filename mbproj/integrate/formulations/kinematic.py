@@ -1,0 +1,50 @@
+"""Runs without degrees of freedom: joints and motions alone say where each body is, and nothing of it is integrated."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from mbproj.errors import InputError, Problem
+from mbproj.integrate.steppers.quadrature import QUADRATURE
+from mbproj.model.system import System
+from mbproj.registry import AUTOMATIC, implicit_integrators
+from mbproj.scene.records import ProjectionSettings, Settings
+from mbproj.scene.sampling import output_interval
+from mbproj.thresholds import THRESHOLDS
+
+#: The settings of the scene that a kinematic run has no use for, in words.
+UNUSED = "each sample is closed by Newton's method; the scene's integrator, step, tolerance and projection are not used"
+
+
+def decided(degrees_of_freedom: int, settings: Settings) -> bool:
+    """Whether a run is kinematic. Raises InputError where that is asked for of a mechanism that can move by itself."""
+    if settings.kinematic is True and degrees_of_freedom > 0:
+        count = f"{degrees_of_freedom} degree{'s' if degrees_of_freedom > 1 else ''} of freedom"
+        message = f"the mechanism has {count}: a kinematic run needs 0"
+        hint = f"drive {degrees_of_freedom} more of its coordinates by 'motions', or leave out 'kinematic'"
+        raise InputError(Problem(message, key=("simulation", "kinematic"), hint=hint))
+    return degrees_of_freedom == 0 and settings.kinematic is not False
+
+
+def settings_along(system: System, settings: Settings) -> Settings:
+    """What a kinematic run takes in place of the scene's settings. Positions and velocities are closed at each stage
+    and sample by Newton's method. States of elements are integrated by the scene's integrator, whose implicit steps
+    close what they predict; without states a quadrature of high order takes the works along. Raises InputError where
+    states need an integrator's step or tolerance and the scene has none."""
+    closed = replace(settings, projection=ProjectionSettings(), kinematic=True)
+    if not system.states.size:
+        interval = output_interval(settings)
+        return replace(closed, integrator=QUADRATURE, step=None, tolerance=THRESHOLDS.work, output_step=interval)
+    if settings.step is None and settings.tolerance is None:
+        message = "states of elements are integrated along the motion: that needs a step or a tolerance"
+        raise InputError(Problem(message, key=("simulation",), hint="add 'tolerance' to 'simulation'"))
+    return closed
+
+
+def words(system: System, settings: Settings) -> str:
+    """What a kinematic run with these settings of the scene does, for the summary."""
+    if not system.states.size:
+        return UNUSED
+    how = "implicit steps" if settings.integrator in (*implicit_integrators(), AUTOMATIC) else "explicit steps"
+    size = f"step {settings.step:g} s" if settings.step is not None else f"tolerance {settings.tolerance:g}"
+    return f"positions are closed by Newton's method; {how} of {settings.integrator}, {size}, integrate the states"

@@ -1,0 +1,128 @@
+"""Steps of a mechanism without degrees of freedom, for the full formulation.
+
+The joints and motions alone say where its bodies are: at each stage these are closed by Newton's method from where the
+stages before lead, and velocities and accelerations follow from the equations. What remains to be integrated is the
+work of forces, and states of elements, by explicit stages. Newton's method may come to another assembly of the
+mechanism: a step is made only where none of its stages leaves a doubt about that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from mbproj.arrays import Array, may_overflow
+from mbproj.dataclass import dataclass
+from mbproj.dynamics.equations.kinematics import pose_of
+from mbproj.integrate.steppers.runge_kutta import ExplicitRungeKutta, Extension, RightHandSide, Step
+from mbproj.integrate.steppers.stages import branch_untold
+from mbproj.thresholds import THRESHOLDS
+
+
+@dataclass(frozen=True, eq=False)
+class KinematicSteps(ExplicitRungeKutta):
+    """By the tableau of an explicit method."""
+
+    def attempt(
+        self, f: RightHandSide, t: float, y: Array, h: float, first: Array, multipliers: Array | None = None
+    ) -> Step:
+        """One step of size h; `first` is f(t, y). Raises SimulationError where the branch of the motion cannot be
+        told."""
+        tableau, stages = self.tableau, np.empty((self.tableau.stages, len(y)))
+        k = np.empty_like(stages)
+        stages[0], k[0] = y, first
+        with may_overflow():
+            for s in range(1, tableau.stages):
+                span = tableau.c[s] * h
+                stages[s] = _closed(f, t, span, y, y + h * (tableau.a[s, :s] @ k[:s]))
+                k[s] = f(t + span, stages[s])
+            y_new = _closed(f, t, h, y, y + h * (tableau.b @ k))
+        return Step(t, h, y, y_new, k, stages=stages)
+
+    def error(self, f: RightHandSide, t: float, step: Step) -> tuple[Step, Array]:
+        """The step to t with f at its end, and the estimates of its local error (e, s) in states and works, as parts of
+        their sizes. A work is measured against what the bodies' inertias, weights and its own power amount to."""
+        step, found = super().error(f, t, step)
+        formulation = _formulation(f)
+        layout, stages = formulation.layout, step.stages
+        assert stages is not None
+        states, works = layout["states"], layout["quadratures"]
+        size = layout.scale[states] + np.maximum(np.abs(step.y[states]), np.abs(step.y_new[states]))
+        exchanged = [_exchanged(formulation, y, k) for y, k in zip(stages, step.k, strict=True)]
+        work = step.h * float(np.abs(self.tableau.b) @ exchanged)
+        parts = np.hstack([found[:, states] / size, found[:, works] / (work or 1.0)])
+        return step, parts if parts.shape[1] else np.zeros((1, 1))
+
+    def extend(self, f: RightHandSide, step: Step) -> Extension:
+        """The continuous extension of a step whose error was estimated."""
+        tableau = self.tableau
+        assert step.last is not None
+        k = np.concatenate([step.k, step.last[None]])
+        for row, c in zip(tableau.extra_a, tableau.extra_c, strict=True):
+            closed = _closed(f, step.t, c * step.h, step.y, step.y + step.h * (row[: len(k)] @ k))
+            k = np.concatenate([k, f(step.t + c * step.h, closed)[None]])
+        return Extension(step, tableau.dense.T @ k)
+
+    def quadrature(self, step: Step) -> Iterator[tuple[float, Array]]:
+        """The stages of a step, with the weights of its quadrature."""
+        assert step.stages is not None
+        for weight, y in zip(self.tableau.b, step.stages, strict=True):
+            if weight:
+                yield float(weight), y
+
+
+def _formulation(f: Any) -> Any:
+    """The full formulation that a right-hand side is of."""
+    return f.formulation
+
+
+def _closed(f: RightHandSide, start: float, span: float, y: Array, predicted: Array) -> Array:
+    """A stage on the constraints, `span` after the start of a step from y. Raises SimulationError where that is not for
+    certain the branch of the motion that the step began on."""
+    formulation, t = _formulation(f), start + span
+    predicted = formulation.lead(t, predicted)
+    stage, projected = formulation.project_copy(t, predicted)
+    open_by, _ = formulation.violations(t, *formulation.parts(stage))
+    closed = not projected.failures and bool(np.all(open_by <= THRESHOLDS.lost_limit * formulation.system.row_scale))
+    if not (np.isfinite(stage).all() and closed and _is_told(formulation, projected, span, y, predicted, stage)):
+        raise branch_untold(t)
+    return stage
+
+
+def _is_told(formulation: Any, projected: Any, span: float, y: Array, predicted: Array, stage: Array) -> bool:
+    """Newton's method has corrected a small part of the way alone, and of the velocity; or a way so short that no other
+    branch is in reach. Branches cross at an angle: where two are near to each other, their velocities are not."""
+    corrected, made = (_way(formulation, each, stage) for each in (predicted, y))
+    before, after = (formulation.parts(each)[1] for each in (predicted, stage))
+    part, least = THRESHOLDS.told_part, THRESHOLDS.told_way
+    if corrected <= part * made and formulation.change(before, after) <= part:
+        return True
+    moved = span * float(np.linalg.norm(_lengths(formulation, after - before)))
+    return max(corrected - part * made, moved) <= least and projected.nearest >= THRESHOLDS.near_singular
+
+
+def _way(formulation: Any, x: Array, y: Array) -> float:
+    """How far all bodies are from where they are in another state, in the mechanism's length."""
+    return float(np.linalg.norm(_lengths(formulation, formulation.parts(x)[0] - formulation.parts(y)[0])))
+
+
+def _lengths(formulation: Any, change: Array) -> Array:
+    """A change of q or of q' (7n,), lengths in the mechanism's own and turns in rad."""
+    each = change.reshape(-1, 7)
+    return np.hstack([each[:, :3] / formulation.system.length, 2.0 * each[:, 3:]])
+
+
+def _exchanged(formulation: Any, y: Array, slope: Array) -> float:
+    """What the bodies' inertias and weights exchange with the forces at a stage, W, all as if of one sign."""
+    system, layout = formulation.system, formulation.layout
+    q, v, _ = formulation.parts(y)
+    L, rate = pose_of(q).L[: system.bodies], slope[layout["velocities"]].reshape(-1, 7)
+    speed = v.reshape(-1, 7)
+    omega, alpha = (2.0 * np.einsum("bij,bj->bi", L, each[:, 3:]) for each in (speed, rate))
+    sizes = [np.linalg.norm(each, axis=1) for each in (speed[:, :3], rate[:, :3], omega)]
+    turned = [np.linalg.norm(np.einsum("bij,bj->bi", system.inertia, each), axis=1) for each in (alpha, omega)]
+    weight = float(np.linalg.norm(system.gravity))
+    inertial = system.mass * sizes[0] * (sizes[1] + weight) + sizes[2] * (turned[0] + sizes[2] * turned[1])
+    return float(np.abs(slope[layout["quadratures"]][:2]).sum() + inertial.sum())

@@ -1,0 +1,198 @@
+// Steps of a mechanism without degrees of freedom (mbproj.integrate.steppers.kinematic_steps). The joints and motions alone say
+// where its bodies are: at each stage these are closed by Newton's method from where the stages before lead, and velocities and
+// accelerations follow from the equations. What remains to be integrated is the work of forces, and states of elements, by
+// explicit stages. Newton's method may come to another assembly of the mechanism: a step is made only where none of its stages
+// leaves a doubt about that.
+#pragma once
+
+#include "projection/projector.hpp"
+#include "steppers/stepper.hpp"
+
+namespace mbproj {
+
+template <int D> class KinematicSteps final : public Stepper<D> {
+public:
+    using Base = Stepper<D>;
+    using S = Size<D>;
+    using typename Base::Vector;
+    using typename Base::Visit;
+
+    KinematicSteps(const Tableau& tableau, EquationsOfMotion<D>& equations, Projector<D>& projector)
+        : Base(tableau, equations, tableau.stages() + (tableau.error.rows() > 0 ? 1 + tableau.extra_c.size() : 0)),
+          model_(equations.model()), projector_(projector), states_(k_.size(), stage_),
+          needs_last_(tableau.error.rows() > 0 && !(tableau.error.col(tableau.stages()).isZero(0.0) &&
+                                                    tableau.dense.row(tableau.stages()).isZero(0.0))) {}
+
+    std::unique_ptr<Base> copy() const override { return std::make_unique<KinematicSteps>(*this); }
+
+    long attempt_cost() const override { return tableau_.stages() - 1; }
+    int error_cost() const override { return needs_last_; }
+    int extend_cost() const override { return static_cast<int>(tableau_.extra_c.size()); }
+    int arrival_cost() const override { return 1; }
+
+    bool attempt(double t, const Vector& y, double h, Vector& y_new) override {
+        doubt_ = false;
+        states_[0] = y;
+        int end = -1;  // a stage at the end of the step
+        for (int s = 1; s < tableau_.stages(); ++s) {
+            combine(y, h, tableau_.a.row(s), s, states_[s]);
+            if (!close(t, h, tableau_.c[s], states_[s]) || !evaluate(states_[s], k_[s])) return false;
+            if (tableau_.c[s] == 1.0) end = s;
+        }
+        combine(y, h, tableau_.b, tableau_.stages(), y_new);
+        if (end < 0) return close(t, h, 1.0, y_new);
+        const Block& bodies = layout_.bodies;
+        y_new.segment(bodies.first, bodies.size) = states_[end].segment(bodies.first, bodies.size);
+        return true;
+    }
+    std::optional<Unsolved> unsolved() const override {
+        return doubt_ ? std::optional(Unsolved{-1, -1}) : std::nullopt;
+    }
+
+    void quadrature(double t, const Vector&, double h, const Visit& visit) const override {
+        for (int s = 0; s < tableau_.stages(); ++s)
+            if (tableau_.b[s] != 0.0) visit(tableau_.b[s], t + tableau_.c[s] * h, states_[s]);
+    }
+
+    // Of the states and the works. A work is measured against what the bodies' inertias, weights and its own power amount to
+    // in the step.
+    std::optional<double> error(double t, const Vector& y, const Vector& y_new, double h, double tolerance,
+                                bool) override {
+        const int last = tableau_.stages();
+        if (needs_last_ && !equations_.watched_derivative(t, y_new.data(), k_[last].data())) return std::nullopt;
+        const Block &states = layout_.states, &works = layout_.quadratures;
+        const int count = states.size + works.size;
+        if (!count) return 0.0;
+        double work = 0.0;
+        for (int s = 0; s < last && works.size; ++s)
+            if (tableau_.b[s] != 0.0) work += h * std::abs(tableau_.b[s]) * exchanged(states_[s], k_[s]);
+        double norms[2] = {0.0, 0.0};
+        for (int e = 0; e < tableau_.error.rows(); ++e) {
+            double sum = 0.0;
+            const auto add = [&](int i, double size) {
+                double estimate = 0.0;
+                for (int s = 0; s <= last; ++s)
+                    if (tableau_.error(e, s) != 0.0) estimate += tableau_.error(e, s) * k_[s][i];
+                if (estimate == 0.0) return;
+                const double part = h * estimate / (tolerance * size);
+                sum += part * part;
+            };
+            for (int i = states.first; i < states.end(); ++i)
+                add(i, layout_.scale[i] + std::max(std::abs(y[i]), std::abs(y_new[i])));
+            for (int i = works.first; i < works.end(); ++i) add(i, work);
+            norms[e] = std::sqrt(sum / count);
+        }
+        if (tableau_.error.rows() == 1 || norms[0] == 0.0) return norms[0];
+        return norms[0] * norms[0] / std::hypot(norms[0], 0.1 * norms[1]);
+    }
+
+    bool extend(double t, const Vector& y, double h) override {
+        for (std::size_t x = 0; x < tableau_.extra_c.size(); ++x) {
+            const int known = tableau_.stages() + 1 + static_cast<int>(x);
+            combine(y, h, tableau_.extra_a.row(x), known, stage_);
+            if (!close(t, h, tableau_.extra_c[x], stage_) || !evaluate(stage_, k_[known])) return false;
+        }
+        return true;
+    }
+
+    bool arrive(const Vector& y, Vector& slope, double* lambda) override {
+        return equations_.slope_at(y.data(), slope.data(), lambda);
+    }
+    bool follow_on(double t, const Vector& y) override {
+        return equations_.watched_derivative(t, y.data(), k_[0].data());
+    }
+    bool inside(double, double, double, const Vector& y, Vector& slope, double* lambda) override {
+        if (!equations_.factor(Metric::mass)) return false;
+        equations_.set_velocities(y.data(), false);
+        return equations_.slope_at(y.data(), slope.data(), lambda);
+    }
+
+    bool before_jump(double, const Vector&) override { return true; }
+    bool after_jump(double t, const Vector& y, Vector& slope, double* lambda) override {
+        equations_.set_pose(t, y.data());
+        return inside(t, 0.0, 0.0, y, slope, lambda);
+    }
+    bool meet_break(double, const Vector&, const TimeWindow&, Vector&, double*) override { return true; }
+    bool carries_slope() const override { return false; }
+
+private:
+    // The bodies of a stage at the part c of a step, predicted, on the constraints. False where that is not for certain the
+    // branch of the motion that the step began on.
+    bool close(double t, double h, double c, Vector& stage) {
+        const double time = t + c * h;
+        lead(time, stage);
+        predicted_ = stage;
+        const Projected done = projector_.anywhere(time, stage.data());
+        const bool closed = done.regular && done.failures == 0 && stage.allFinite() &&
+                            model_.open_by_more(equations_.constraint(), model_.thresholds.lost_limit) < 0;
+        doubt_ = !closed || !is_told(done, c * h, stage);
+        return !doubt_;
+    }
+
+    // Newton's method has corrected a small part of the way alone, and of the velocity; or a way so short that no other branch
+    // is in reach. Branches cross at an angle: where two are near to each other, their velocities are not.
+    bool is_told(const Projected& done, double h, const Vector& stage) {
+        const double corrected = way(predicted_, stage), made = way(states_[0], stage), length = model_.length;
+        const double part = model_.thresholds.told_part, least = model_.thresholds.told_way * length;
+        if (corrected <= part * made && done.velocity_change <= part) return true;
+        const bool is_short = corrected <= std::max(part * made, least) && done.speed_change * std::abs(h) <= least;
+        return is_short && !equations_.is_near_singular();
+    }
+
+    // y' at a stage that is closed, in place.
+    bool evaluate(const Vector& stage, Vector& slope) {
+        if (!equations_.factor(Metric::mass)) return false;
+        equations_.policy().see();
+        if (equations_.wants_others()) return false;
+        equations_.set_velocities(stage.data(), false);
+        return equations_.slope_at(stage.data(), slope.data());
+    }
+
+    // Angles that are followed and driven are where their motions are.
+    void lead(double t, Vector& stage) {
+        if (!layout_.follows() || model_.driven.empty()) return;
+        equations_.set_pose(t, stage.data());
+        for (std::size_t k = 0; k < model_.driven.size(); ++k)
+            if (const int i = model_.driven[k].coordinate; model_.counts_turns[i])
+                stage[layout_.followed.first + i] = equations_.prescribed(k);
+    }
+
+    // How far all bodies are from where they are in another state, turns times the mechanism's length.
+    double way(const Vector& x, const Vector& y) const {
+        double sum = 0.0;
+        for (int b = 0; b < model_.size(); ++b) {
+            const Part<D> from(x.data(), b), to(y.data(), b);
+            const auto by = Column<S::orientation>(to.orientation() - from.orientation());
+            sum += (to.position() - from.position()).squaredNorm() + model_.length * model_.length * squared_turn(by);
+        }
+        return std::sqrt(sum);
+    }
+    static double squared_turn(const Column<1>& by) { return std::pow(std::remainder(by[0], 2.0 * M_PI), 2); }
+    static double squared_turn(const Column<4>& by) { return 4.0 * by.squaredNorm(); }
+
+    // What the bodies' inertias and weights exchange with the forces at a stage, W, all as if of one sign.
+    double exchanged(const Vector& stage, const Vector& slope) const {
+        const Block& works = layout_.quadratures;
+        double sum = std::abs(slope[works.first]) + std::abs(slope[works.first + 1]);
+        const double weight = model_.gravity.norm();
+        for (int b = 0; b < model_.size(); ++b) {
+            const Body<D>& body = model_.bodies[b];
+            const Part<D> at(stage.data(), b), rate(slope.data(), b);
+            const Turn<D> omega = at.omega(), alpha = rate.omega();
+            sum += body.mass * at.velocity().norm() * (rate.velocity().norm() + weight) +
+                   omega.norm() * ((body.inertia * alpha).norm() + omega.norm() * (body.inertia * omega).norm());
+        }
+        return sum;
+    }
+
+    const Model<D>& model_;
+    Projector<D>& projector_;
+    std::vector<Vector> states_;  // the stages
+    Vector predicted_;
+    const bool needs_last_;  // f at the end of the step
+    bool doubt_ = false;     // about the branch at the last stage
+
+    using Base::combine, Base::equations_, Base::k_, Base::layout_, Base::stage_, Base::tableau_;
+};
+
+}  // namespace mbproj

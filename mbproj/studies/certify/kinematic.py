@@ -1,0 +1,119 @@
+"""The certificate of a kinematic run: its poses against those that Gauss-Newton steps in all coordinates close.
+
+Nothing of the motion was integrated, so that no error grows. What a pose can be wrong by is what is left of C.
+That counts 1 / σ of C_q in lengths and rad, as far as the mechanism gives way to it. That both solutions stay on one
+branch is part of what is compared: each follows it by steps of its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from mbproj.analysis.trust import horizons
+from mbproj.arrays import Array
+from mbproj.dynamics.assembly.assemble import moved_by, nearest, scaled_rows
+from mbproj.dynamics.assembly.gauss_newton import moved, shortest
+from mbproj.dynamics.equations.constraint_equations import time_derivative
+from mbproj.dynamics.equations.kinematics import attached, pose_of
+from mbproj.dynamics.equations.motions import drive_at
+from mbproj.dynamics.equations.round_off import position_grain
+from mbproj.dynamics.rank.nearby import NO_CONDITIONS
+from mbproj.errors import SimulationError
+from mbproj.integrate.steppers.stages import branch_untold
+from mbproj.model import System
+from mbproj.results.trust import Trust
+from mbproj.studies.measure.mechanism import Mechanism
+from mbproj.studies.parallel.progress import Tell, silent
+from mbproj.thresholds import THRESHOLDS
+
+#: Samples at which σ is computed, at most.
+LOOKS = 40
+#: A pose is closed to this, in lengths of the mechanism and rad.
+CLOSED = 1e-15
+#: What closing a pose may correct of the way to it, or in m and rad; and how often the way is halved for that.
+NEAR, NEARLY, MOST_HALVINGS = 0.1, 1e-3, 12
+SOLUTION = "Gauss-Newton steps in the full coordinates at the samples, which follow the motion by themselves"
+
+
+def certify_kinematic(
+    mechanism: Mechanism, times: Array, position: Array, limits: Sequence[float], tell: Tell = silent
+) -> Trust:
+    """What those poses say of a run whose points were at `position` (T, k, 3), m, at the sample times (T,), s; `limits`
+    in m. From the first sample on that they cannot follow, nothing is known."""
+    own = np.full(position.shape, np.nan)
+    uncertainty, remark = np.zeros(position.shape[:2]), "nothing of the motion was integrated: no error grows"
+    largest, looks = 0.0, set(np.linspace(0, len(times) - 1, min(len(times), LOOKS)).astype(int).tolist())
+    try:
+        for at, q in enumerate(_followed(mechanism, times)):
+            own[at] = _points(mechanism, q)
+            if at in looks:
+                tell("certifying", at, len(times))
+                largest = max(largest, _round_off(mechanism, q))
+    except (SimulationError, np.linalg.LinAlgError) as failure:
+        cause = failure.cause if isinstance(failure, SimulationError) else str(failure)
+        remark = f"the poses could not be followed to the end: {cause}"
+    error = np.linalg.norm(position - own, axis=-1)
+    uncertainty[:] = largest
+    found = horizons(times, error, uncertainty, np.asarray(limits))
+    unknown = np.full(len(mechanism.points), np.nan)
+    return Trust(
+        names=mechanism.points,
+        limits=np.asarray(limits, dtype=float),
+        time=times,
+        error=error,
+        uncertainty=uncertainty,
+        horizon=found.time,
+        horizon_low=found.low,
+        horizon_high=found.high,
+        growth_rate=unknown,
+        growth_power=unknown,
+        growth_law=("",) * len(mechanism.points),
+        solution=SOLUTION,
+        remark=remark,
+    )
+
+
+def _followed(mechanism: Mechanism, times: Array) -> Iterator[Array]:
+    """q (7n,) at each of the times, from the start on."""
+    t, q = mechanism.state.t, mechanism.state.q
+    for time in times.tolist():
+        q = _led(mechanism.system, t, q, time)
+        t = time
+        yield q
+
+
+def _led(system: System, t: float, q: Array, end: float, halvings: int = 0) -> Array:
+    """The pose at a time, from q at t: along its velocity and onto the constraints, in halves where these correct much
+    of that. Raises SimulationError where the branch cannot be told."""
+    drive = drive_at(system, end)
+    rows, own = scaled_rows(system, pose_of(q), NO_CONDITIONS), slice(system.bodies, None)
+    rate = shortest(rows, -time_derivative(system, drive_at(system, t))[own] / system.row_scale[own])
+    ahead = moved(system, q, (end - t) * rate)
+    closed, residual = nearest(system, ahead, NO_CONDITIONS, drive, CLOSED)
+    way, corrected = (max(moved_by(each, closed)) for each in (q, ahead))
+    if np.abs(residual).max(initial=0.0) <= THRESHOLDS.locked_closed and corrected <= max(NEAR * way, NEARLY):
+        return closed
+    if halvings == MOST_HALVINGS:
+        raise branch_untold(end)
+    middle = 0.5 * (t + end)
+    return _led(system, middle, _led(system, t, q, middle, halvings + 1), end, halvings + 1)
+
+
+def _points(mechanism: Mechanism, q: Array) -> Array:
+    """Where the points are, (k, 3)."""
+    system = mechanism.system
+    markers = mechanism.kind == "markers"
+    body, local = (system.marker_body, system.marker_local) if markers else (system.body_carrier, system.body_offset)
+    return np.asarray(attached(pose_of(q), body, local, np.ones(len(body))), dtype=float)
+
+
+def _round_off(mechanism: Mechanism, q: Array) -> float:
+    """What round-off in C leaves open of a point's position, m; infinite at a singular pose."""
+    system, pose = mechanism.system, pose_of(q)
+    rows = scaled_rows(system, pose, NO_CONDITIONS).dense()
+    values = np.linalg.svd(rows, compute_uv=False)
+    σ = float(values[values > THRESHOLDS.dependent].min(initial=np.inf))
+    grain = float((position_grain(system, pose)[system.bodies :] / system.row_scale[system.bodies :]).max(initial=0.0))
+    return THRESHOLDS.closed_grains * grain / σ * system.length

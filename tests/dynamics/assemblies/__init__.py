@@ -1,0 +1,1 @@
+"""Assemblies of mechanisms, against the numbers that are known of their kinds."""
