@@ -58,6 +58,8 @@ def run(
     project_position: bool | None = None,
     project_velocity: bool | None = None,
     projection_fallback: str | None = None,
+    energy_row: bool | None = None,
+    momentum_row: bool | None = None,
     every: int | None = None,
     threshold: float | None = None,
     max_iterations: int | None = None,

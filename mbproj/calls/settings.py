@@ -33,6 +33,8 @@ class RunSettings(TypedDict, total=False):
     project_position: bool | None
     project_velocity: bool | None
     projection_fallback: str | None
+    energy_row: bool | None
+    momentum_row: bool | None
     every: int | None
     threshold: Quantity | None
     max_iterations: int | None

@@ -76,6 +76,8 @@ _OPTIONS: tuple[tuple[Part, str, str | Collection[str], str], ...] = (
         FALLBACKS,
         "Method to try when a position projection does not converge.",
     ),
+    (Part.PROJECTION, "--energy-row", BOOL, "Whether velocities keep the energy balance, too: for long runs."),
+    (Part.PROJECTION, "--momentum-row", BOOL, "Whether velocities keep momenta that nothing changes, too."),
     (Part.PROJECTION, "--max-iterations", "N", "Largest number of iterations of one projection."),
     (Part.PROJECTION, "--alpha", "NUMBER", "Penalty factor of mass-orthogonal and mmopm."),
     (Part.PROJECTION, "--gains", "A[,B]", "Baumgarte's gains α and β in 1/s."),

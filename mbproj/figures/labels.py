@@ -20,6 +20,8 @@ READS: Mapping[str, str] = {
     "projection.every": "every {} steps",
     "projection.threshold": "threshold {:g}",
     "projection.test": "test {}",
+    "projection.energy": "energy row {}",
+    "projection.momentum": "momentum rows {}",
     "projection.alpha": "α = {:g}",
     "projection.max_iterations": "at most {} iterations",
 }

@@ -183,6 +183,8 @@ def simulate(
         energy_drift=energy.drift,
         energy_drift_relative=energy.relative,
         energy=account,
+        rows=tally.rows,
+        exchanged=energy.exchanged,
         integration_seconds=integration.elapsed,
         integration_cpu_seconds=integration.busy,
         recording_seconds=recording.elapsed,

@@ -157,7 +157,7 @@ class Simulation(Part):
     break_times: a list of times, optional
     start: scene or equilibrium, optional
     adjust_joints: a number in m, optional
-    projection: none, baumgarte, gopm, popm, mass-orthogonal, mmopm, gpopm or gpopm-pinv or {method, tolerance, test, every, threshold, position, velocity, max_iterations, fallback, alpha, gains}, optional
+    projection: none, baumgarte, gopm, popm, mass-orthogonal, mmopm, gpopm or gpopm-pinv or {method, tolerance, test, every, threshold, position, velocity, max_iterations, fallback, energy, momentum, alpha, gains}, optional
     at most one of step, tolerance
     """
 

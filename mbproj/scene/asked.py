@@ -12,7 +12,7 @@ from mbproj.dataclass import dataclass
 class ProjectionSettings:
     """How the constraints are enforced. `tolerance` None: max(1e-13, 4 ε × the largest coordinate) for the violation
     test, 1e-12 for the paper's. `threshold` (violation) None: by `every` alone. `alpha`, `gains`: None where the
-    method has no such option."""
+    method has no such option. `energy`, `momentum`: whether velocities keep the energy balance and momenta, too."""
 
     method: str = "gpopm"
     tolerance: float | None = None
@@ -25,6 +25,8 @@ class ProjectionSettings:
     alpha: float | None = None
     gains: tuple[float, float] | None = None
     fallback: str = "none"
+    energy: bool = False
+    momentum: bool = False
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,20 @@ Values = Mapping[KeyPath, Any]
 
 METHOD: KeyPath = ("projection", "method")
 #: What a method that corrects takes, whichever it is.
-CORRECTION_OPTIONS = ("tolerance", "test", "every", "threshold", "position", "velocity", "max_iterations", "fallback")
+CORRECTION_OPTIONS = (
+    "tolerance",
+    "test",
+    "every",
+    "threshold",
+    "position",
+    "velocity",
+    "max_iterations",
+    "fallback",
+    "energy",
+    "momentum",
+)
+#: Those that are rows of what the motion keeps.
+ROWS = ("energy", "momentum")
 #: A method's own options that need a value, where none is given.
 DEFAULTS: Mapping[str, Any] = {"alpha": 1e7, "gains": (25.0, 25.0)}
 #: The integrator of a tolerance, where none is given.
@@ -145,6 +158,14 @@ def _method_takes_its_options(merged: Merged) -> Iterator[Problem]:
             )
 
 
+def _rows_need_velocities(merged: Merged) -> Iterator[Problem]:
+    for row in ROWS:
+        path: KeyPath = ("projection", row)
+        if merged.values.get(path) and merged.values.get(("projection", "velocity")) is False:
+            place = merged.place(path, ("projection", "velocity"))
+            yield Problem(f"'{row}' is a row of the velocity projection, which is off", place, "leave out 'velocity'")
+
+
 def _steps_can_be_counted(merged: Merged) -> Iterator[Problem]:
     duration, step, output_step = (merged.values.get((name,)) for name in ("duration", "step", "output_step"))
     problem = too_many(Settings(duration=duration, step=step, output_step=output_step))
@@ -158,6 +179,7 @@ _CHECKS: tuple[Callable[[Merged], Iterable[Problem]], ...] = (
     _auto_needs_a_tolerance,
     _output_is_a_multiple,
     _steps_can_be_counted,
+    _rows_need_velocities,
     _method_takes_its_options,
 )
 

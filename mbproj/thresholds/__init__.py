@@ -17,6 +17,7 @@ from mbproj.thresholds.closing import Closing
 from mbproj.thresholds.contact import Contact
 from mbproj.thresholds.dependence import Dependence
 from mbproj.thresholds.elimination import Elimination
+from mbproj.thresholds.invariants import Invariants
 from mbproj.thresholds.linear import Linear
 from mbproj.thresholds.looks import Looks
 from mbproj.thresholds.passages import Passages
@@ -28,11 +29,13 @@ __all__ = ["THRESHOLDS", "Row", "Thresholds", "of_the_kernel", "table"]
 
 @final
 @dataclass(frozen=True)
-class Thresholds(Automatic, Linear, Contact, Looks, Searches, Steps, Closing, Passages, Elimination, Dependence):
+class Thresholds(
+    Automatic, Linear, Contact, Looks, Searches, Steps, Invariants, Closing, Passages, Elimination, Dependence
+):
     """All of them, each under its name."""
 
     def __init__(self, **others: float) -> None:
-        """As chosen, but for `others`. A function with each of the 224 as a parameter would take 6 ms to compile."""
+        """As chosen, but for `others`. A function with each of the 228 as a parameter would take 6 ms to compile."""
         chosen = {entry.name: entry.default for entry in fields(Thresholds)}
         unknown = others.keys() - chosen.keys()
         if unknown:

@@ -35,6 +35,8 @@ def test_every_option_reaches_its_setting() -> None:
         "max_iterations": "9",
         "alpha": 1e6,
         "projection_fallback": "gopm",
+        "energy_row": False,
+        "momentum_row": False,
         "break_times": "0.5,1 s",
         "start": "equilibrium",
         "adjust_joints": "2 um",
@@ -45,7 +47,9 @@ def test_every_option_reaches_its_setting() -> None:
     assert (settings.formulation, settings.acceleration, settings.output_step) == ("full", "eliminated", 0.01)
     assert (settings.break_times, settings.start, settings.kinematic) == ((0.5, 1.0), "equilibrium", False)
     assert settings.adjust_joints == 2e-6
-    assert settings.projection == ProjectionSettings("mmopm", 1e-9, "paper", 3, 1e-6, True, False, 9, 1e6, None, "gopm")
+    rows = {"energy": False, "momentum": False}
+    own = ProjectionSettings("mmopm", 1e-9, "paper", 3, 1e-6, True, False, 9, 1e6, None, "gopm", **rows)
+    assert settings.projection == own
     assert {*given} == {*OPTIONS} - {"tolerance", "gains"}
 
 

@@ -167,6 +167,7 @@ def _expectations(scene: Scene) -> list[str]:
 
 def _start(scene: Scene, facts: dict[str, Any]) -> list[str]:
     from mbproj.cli.report.summary import step_words
+    from mbproj.cli.rows_kept import projection_words
     from mbproj.cli.start_lines import frictions, stops
 
     settings = scene.settings
@@ -187,7 +188,7 @@ def _start(scene: Scene, facts: dict[str, Any]) -> list[str]:
         *stops(facts["stops_at_start"]),
         *frictions(facts["frictions_at_start"], " at the start"),
         *_formulation(scene, facts),
-        f"  {settings.projection.method}, {settings.integrator}, {step}, {duration}",
+        f"  {projection_words(settings.projection)}, {settings.integrator}, {step}, {duration}",
         *_expectations(scene),
         "  can run" if facts["can_run"] else "  cannot run",
     ]

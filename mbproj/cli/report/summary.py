@@ -9,6 +9,7 @@ import click
 
 from mbproj.cli.report.expectations import summary_lines
 from mbproj.cli.report.trust import lines_on
+from mbproj.cli.rows_kept import lines_on_rows, projection_words, warnings_on_rows
 from mbproj.dynamics.equations.round_off import EPSILON
 from mbproj.dynamics.rank.massless import SHOWN
 from mbproj.integrate.formulations.kinematic import words
@@ -61,6 +62,7 @@ def print_summary(
         f"  projection          {counts['projections']} times, {counts['projection_iterations']} position and "
         f"{counts['velocity_iterations']} velocity iterations, {counts['projection_failures']} failures"
         f"{_fallbacks(counts)}",
+        *lines_on_rows(report),
         *_shortened(frictions),
         *_phases(report),
         *(lines_on(trust) if trust is not None else ()),
@@ -106,6 +108,7 @@ def warnings(report: Report) -> list[str]:
             f"{'; '.join(report.unresolved[:MOST_FRICTIONS])}: fixed steps do not resolve what happens there, though "
             "they are split; take --tolerance in place of --step"
         )
+    found += warnings_on_rows(report)
     if report.drifts:
         found.append(
             f"the energy drifted by {100 * report.drift_of_exchanged:.2g} %: the motion may be wrong "
@@ -156,7 +159,7 @@ def _method(report: Report, system: System) -> str:
     settings = report.settings
     if report.kinematic:
         return f"kinematic: {words(system, settings)}"
-    return f"{settings.projection.method}, {settings.integrator}, {step_words(settings)}"
+    return f"{projection_words(settings.projection)}, {settings.integrator}, {step_words(settings)}"
 
 
 def _redundant(report: Report) -> str:

@@ -131,6 +131,11 @@ def _table(found: Comparison, rows: Sequence[Mapping[str, Any]]) -> str:
                 number(row["factorisations"], ".0f"),
             ]
         )
+    kept = [row.get("energy_row_given") for row in rows]
+    if any(value is not None for value in kept):
+        headings.insert(6, "row gave, J")
+        for line, value in zip(lines, kept, strict=True):
+            line.insert(6, "-" if value is None else number(value, "+.1e"))
     counts = ["evaluations", "position it.", "velocity it.", "factorisations"]
     return columns([*headings, *cost, *counts], lines)
 

@@ -179,7 +179,7 @@ class Compiled(ABC):
         """The kernel's run from a state, or a leg of one."""
         kind = getattr(self.core, f"{self.dimension}Run")
         turns = np.ascontiguousarray(self.turns(state.turns), dtype=np.int64)
-        return kind(
+        run = kind(
             self.model,
             _tableau(self.core, tableau_of(settings.integrator), kinematic=settings.kinematic is True),
             self.projection(settings.projection),
@@ -189,6 +189,26 @@ class Compiled(ABC):
             ),
             turns,
         )
+        self._keep(run, state, settings.projection)
+        return run
+
+    def _keep(self, run: Any, state: State, projection: ProjectionSettings) -> None:
+        """Rows of what the motion keeps, where they are asked for and something is free to move."""
+        corrects = PROJECTIONS[projection.method].corrects and self.degrees_of_freedom > 0
+        if not corrects or not (projection.energy or projection.momentum):
+            return
+        fields = np.zeros((0, 3 if self.dimension == "Plane" else 6))
+        if projection.momentum:
+            from mbproj.integrate.formulations.invariants import momenta_of
+
+            fields = momenta_of(self.system, state, self.rigid_fields)
+        if projection.energy or len(fields):
+            run.keep(projection.energy, fields)
+
+    @abstractmethod
+    def rigid_fields(self, q: Array) -> Array:
+        """q' (k, 7n) at q of the rigid motions of all bodies that these coordinates have: shifts, then turns about axes
+        through the origin."""
 
     def projection(self, settings: ProjectionSettings) -> Any:
         """The settings as the kernel has them."""

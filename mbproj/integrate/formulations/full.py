@@ -30,6 +30,7 @@ from mbproj.dynamics.rank.row_set import RowSet, in_lengths
 from mbproj.errors import InputError, SimulationError
 from mbproj.integrate.events.breaks import TimeWindow
 from mbproj.integrate.events.law_switches import LawSwitches
+from mbproj.integrate.formulations.balance import Balance
 from mbproj.integrate.formulations.terms import Accelerations, Terms
 from mbproj.integrate.outcome.failures import (
     LostStep,
@@ -64,19 +65,19 @@ class FullFormulation:
     window: TimeWindow
     held: Array | None = None
     on_branches: System | None = None  # the system with its rows on these
+    balance: Balance | None = None  # where rows hold what the motion keeps
 
     @classmethod
     def of(cls, system: System, state: State, settings: Settings, redundant: int = 0) -> FullFormulation:
-        """Of a system with so many redundant rows. Raises InputError where its mass matrix does not suit the projection
-        method."""
+        """Of a system with `redundant` rows. Raises InputError where the projection method refuses its mass matrix."""
         method = make_method(settings.projection)
-        reason = method.refusal(mass_matrix(system, pose_of(state.q))) if isinstance(method, Projection) else None
-        if reason:
+        if isinstance(method, Projection) and (reason := method.refusal(mass_matrix(system, pose_of(state.q)))):
             raise InputError(reason)
         start = state.instant(system)
         sums = sums_at_start(system, start.pose, start.expected)
         bodies, policy = replace(system, reflected=NO_REFLECTED), RowPolicy(system, redundant)
-        return cls(system, settings, method, policy, sums, bodies, TimeWindow())
+        balance = Balance.of(system, state, method, settings.projection)
+        return cls(system, settings, method, policy, sums, bodies, TimeWindow(), balance=balance)
 
     @property
     def layout(self) -> Layout:
@@ -217,16 +218,17 @@ class FullFormulation:
             terms, Q=terms.Q + carried @ pulls, power=np.array([loads.power, loads.dissipation, *loads.apart])
         )
 
-    def project(self, step: int, t: float, y: Array) -> Projected:
-        """The state after step number `step`, projected as the settings say."""
+    def project(self, step: int, t: float, before: Array, y: Array) -> Projected:
+        """The state after step number `step` from `before`, projected as the settings say."""
         projected = self._projected(step, self.settings.projection, t, y)
         self.policy.see(projected.nearest)
-        return projected
+        return projected if self.balance is None else self.balance.after_step(self, t, before, y, projected)
 
     def project_copy(self, t: float, y: Array) -> tuple[Array, Projected]:
         """A state between two steps moved to the constraints, both levels that the settings switch on, and how."""
         projected = self._projected(1, replace(self.settings.projection, every=1, threshold=None), t, y)
-        return self.layout.changed(y, {"positions": projected.q, "velocities": projected.v}), projected
+        closed = self.layout.changed(y, {"positions": projected.q, "velocities": projected.v})
+        return closed if self.balance is None else self.balance.inside_step(self, t, closed, projected), projected
 
     def _projected(self, step: int, settings: ProjectionSettings, t: float, y: Array) -> Projected:
         q, v, expected = self.parts(y)
@@ -264,9 +266,8 @@ class FullFormulation:
             and moved > THRESHOLDS.at_rest
         ):
             raise other_branch(t, part)
-        driven = self.system.driven > 0  # what motions drive is led to where they are
-        if not driven and part > THRESHOLDS.lost_velocity and moved > THRESHOLDS.lost_way:
-            raise LostStep(t, part)
+        if part > THRESHOLDS.lost_velocity and moved > THRESHOLDS.lost_way and not self.system.driven:
+            raise LostStep(t, part)  # what motions drive is led to where they are
         if projected.left_open > THRESHOLDS.left_open or (
             projected.failures and self.policy.nearest < THRESHOLDS.near_singular
         ):

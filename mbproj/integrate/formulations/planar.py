@@ -77,6 +77,15 @@ class InPlane(Compiled):
     def coordinate(self, number: int) -> int:
         return int(self.plane.coordinates.source.source[number])
 
+    def rigid_fields(self, q: Array) -> Array:
+        p, _ = self.plane.reduce(q, np.zeros_like(q))
+        at = p.reshape(-1, 3)
+        moved = np.zeros((3, *at.shape))
+        moved[0, :, 0] = moved[1, :, 1] = moved[2, :, 2] = 1.0
+        moved[2, :, 0], moved[2, :, 1] = -at[:, 1], at[:, 0]
+        rates = moved.reshape(3, -1)
+        return self.plane.expand(np.broadcast_to(p, rates.shape), rates, np.zeros_like(rates))[1]
+
     def multipliers(self, samples: Samples, forces: Array | None = None) -> Array:
         """From one spatial solve a sample. Where rows out of the plane are redundant, the smallest λ that keep the
         bodies on the motion that the plane gives."""

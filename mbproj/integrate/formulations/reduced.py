@@ -9,6 +9,7 @@ import numpy as np
 
 from mbproj.arrays import Array, Integers
 from mbproj.dynamics.observe.samples import Samples
+from mbproj.dynamics.symmetries import rigid_fields
 from mbproj.integrate.formulations.compiled import Compiled
 from mbproj.kernel.models import space_model
 from mbproj.model.euler_parameters import matrix_L
@@ -40,6 +41,9 @@ class Reduced(Compiled):
 
     def motion(self, y: Array, acceleration: Array) -> tuple[Array, Array, Array]:
         return from_space(y, acceleration)
+
+    def rigid_fields(self, q: Array) -> Array:
+        return rigid_fields(q)
 
     def multipliers(self, samples: Samples, forces: Array | None = None) -> Array:
         """Where redundant rows leave reactions open, the smallest."""

@@ -20,7 +20,7 @@ from mbproj.integrate.formulations.compiled import PHASES, Compiled
 from mbproj.integrate.loop.looks import Looks, Standing
 from mbproj.integrate.outcome.failures import unsolved_owner
 from mbproj.integrate.outcome.marks import START, Mark, Marks, restored_events, resuming, saved_events
-from mbproj.integrate.outcome.tally import Halved, Passed, Peak, Tally, with_another
+from mbproj.integrate.outcome.tally import Halved, Passed, Peak, RowsKept, Tally, with_another
 from mbproj.model.system import System
 from mbproj.scene.records import Settings
 
@@ -82,6 +82,7 @@ def march(
         tally.velocity_peak = _peak(compiled, run.velocity_peak)
         _take_events(compiled.system, run, tally, [] if inside is None else inside.take(run))
         tally.halved = _halved(compiled.system, run)
+        tally.rows = RowsKept.of(run.kept)
         counters = dict(zip(tally.counters(), block["counters"].T, strict=True))
         if len(block["t"]):
             samples = _samples(compiled, block, counters)

@@ -17,7 +17,7 @@ from mbproj.integrate.loop.looks import Looks, Standing
 from mbproj.integrate.loop.step_end import accept
 from mbproj.integrate.loop.stop_watch import StopWatch
 from mbproj.integrate.outcome.marks import START, Mark, Marks, restore_tally, saved_events, saved_tally
-from mbproj.integrate.outcome.tally import Tally
+from mbproj.integrate.outcome.tally import RowsKept, Tally
 from mbproj.integrate.point import Point
 from mbproj.integrate.steppers.implicit_runge_kutta import ImplicitRungeKutta
 from mbproj.integrate.steppers.methods import stepper_of
@@ -56,7 +56,11 @@ class Run:
             self._mark = self._saved(point, rest)
 
     def _saved(self, point: Point, rest: Callable[[], Mark]) -> Mark:
-        return {**point.save(), **saved_tally(self.tally), "policy": self.exact.policy.save(), **rest()}
+        return {**point.save(), **saved_tally(self.tally), "policy": self.exact.policy.save(), **self._kept(), **rest()}
+
+    def _kept(self) -> Mark:
+        balance = self.exact.balance
+        return {} if balance is None else {"kept": balance.kept.save()}
 
     def is_left(self, point: Point, rest: Callable[[], Mark]) -> bool:
         """Whether who looks at the run ends it here; so that another method goes on."""
@@ -96,6 +100,8 @@ class Run:
                 raise ValueError(f"an array of {size} numbers is not there")
         restore_tally(self.tally, mark)
         self.exact.policy.restore(mark["policy"])
+        if self.exact.balance is not None:
+            self.exact.balance.kept.restore(mark["kept"])
         self.pass_break(point.t)
         self.shaped = bool(mark.get("shaped", False))
         return replace(point, found=seen_by(self.inside, point, Tally())) if mark.get("anew") else point
@@ -118,6 +124,8 @@ class Run:
         look()
         at_end = self.exact if self.breaks.is_at(t) else self.inside
         point = accept(self.inside, at_end, self.stepper, self.tally, before, t, step)
+        if self.exact.balance is not None:
+            self.tally.rows = RowsKept.of(self.exact.balance.kept.save())
         if self.watch is not None:
             self.watch.take(before, point, shaped=self.shaped)
         return point
@@ -135,6 +143,8 @@ class Run:
 
     def renewed(self, point: Point, before: FullFormulation) -> Point:
         """A point with the accelerations from here on; until here it was seen by `before`."""
+        if self.exact.balance is not None:
+            self.exact.balance.begin(self.inside, point.t, point.y)
         found = seen_by(self.inside, point, self.tally)
         if isinstance(self.stepper, ImplicitRungeKutta):
             found = jumped(point.found, seen_by(before, point, self.tally), found)

@@ -58,7 +58,7 @@ def _closed(
     """The state after a step, on the constraints, and the joints' coordinates there, without turns and with."""
     tally.steps += 1
     tally.count_evaluations(int(step.multipliers is None))
-    projected = formulation.project(tally.steps, t, y)
+    projected = formulation.project(tally.steps, t, before.y, y)
     tally.count_projection(projected)
     try:
         formulation.check_branch(t, t - before.t, y, projected)
@@ -131,6 +131,8 @@ def first_point(formulation: FullFormulation, state: State, tally: Tally) -> Poi
     layout = formulation.layout
     followed = turning.coordinate[: layout.size_of("followed")]
     y = layout.joined(state.layout.shared(state.y, layout) | {"followed": followed})
+    if formulation.balance is not None:
+        formulation.balance.begin(formulation, state.t, y)
     found = formulation.accelerations(state.t, y, turning.coordinate)
     return Point(state.t, y, found, coordinate, turning)
 

@@ -8,7 +8,7 @@ from typing import Any
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.round_off import EPSILON
 from mbproj.integrate.events.time_events import DECIDES, SHARED, Event
-from mbproj.integrate.outcome.tally import Halved, Passed, Peak
+from mbproj.integrate.outcome.tally import Halved, Passed, Peak, RowsKept
 from mbproj.model.system import System
 from mbproj.scene.records import Settings
 from mbproj.thresholds import THRESHOLDS
@@ -50,6 +50,8 @@ class Report:
     leaves (m or rad, per s). `fastest` is the speed of the fastest part, in lengths of the mechanism and rad per s.
     Each is the largest of the samples. `worst_joint` names the joint that was open most, None without joints.
     `energy_drift` in J, and relative to the largest kinetic energy + |ΔV|; `energy`: where it came from and went.
+    `rows`: what those of the energy and of momenta did.
+    `exchanged`: the largest kinetic energy + |ΔV|, J.
     `integration_seconds` went into the steps (`integration_cpu_seconds` of them with the processor, by the thread's own
     clock), `recording_seconds` into observing and writing the samples. `phases`: seconds by phase in a sample of the
     steps; empty where they were not measured. `stiffness`: which force was too stiff for the step, and what to do; ""
@@ -93,6 +95,8 @@ class Report:
     shared: str = ""
     energy: EnergyAccount = EnergyAccount()
     kinematic: bool = False
+    rows: RowsKept = RowsKept()
+    exchanged: float = 0.0
 
     @property
     def rests(self) -> bool:
@@ -190,6 +194,7 @@ def summary(scene: str, output: str, report: Report, total_seconds: float) -> di
         "energy_put_in": report.energy.work,
         "energy_dissipated": report.energy.dissipation,
         "energy_numerical": report.energy.numerical,
+        **_of_rows(report),
         "stiffness": report.stiffness,
         "events": report.events,
         "passed_over": report.passed,
@@ -198,6 +203,23 @@ def summary(scene: str, output: str, report: Report, total_seconds: float) -> di
         "decided_by_shares": report.decided_by_shares,
         "methods": "; ".join(report.methods),
         "status": "complete",
+    }
+
+
+def _of_rows(report: Report) -> dict[str, Any]:
+    """What the rows of the energy and of momenta did, where they were asked for."""
+    projection, rows = report.settings.projection, report.rows
+    if not (projection.energy or projection.momentum):
+        return {}
+    return {
+        "rows_steps": rows.steps,
+        "rows_left_near_rest": rows.rest,
+        "rows_refused": rows.refused,
+        "rows_momenta": rows.momenta,
+        "energy_row_given": rows.given,
+        "energy_row_furthest": rows.furthest,
+        "energy_row_moved": rows.moved,
+        "rows_largest_correction": rows.largest,
     }
 
 
@@ -216,9 +238,14 @@ class EnergyWatch:
         self.lowest, self.highest = min(self.lowest, lowest), max(self.highest, highest)
 
     @property
+    def exchanged(self) -> float:
+        """The largest kinetic energy + |ΔV| of the run."""
+        return self.kinetic + max(self.highest - self.lowest, 0.0)
+
+    @property
     def relative(self) -> float:
         """The drift over the largest kinetic energy + |ΔV| of the run; 0 where nothing but round-off moved."""
-        size = self.kinetic + max(self.highest - self.lowest, 0.0)
+        size = self.exchanged
         nothing = THRESHOLDS.rests * EPSILON * max(self._scale, abs(self.lowest), abs(self.highest))
         rests = max(size, self.drift) <= nothing or size == 0.0
         return 0.0 if rests or not self._moves else self.drift / size

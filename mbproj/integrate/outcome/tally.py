@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -50,6 +50,39 @@ class Halved:
     times: int
 
 
+@dataclass(frozen=True)
+class RowsKept:
+    """What the rows of the energy balance and of momenta did: how many `steps` they closed, at how many they were left
+    near `rest`, or `refused`; the energy in J that they have `given`, signed, how far that has been from nothing at the
+    `furthest`, and in sum `moved`; their `largest` change of the velocities, as a part of them; `momenta`: how many are
+    kept. None of them asked for: all 0."""
+
+    steps: int = 0
+    rest: int = 0
+    refused: int = 0
+    given: float = 0.0
+    moved: float = 0.0
+    furthest: float = 0.0
+    largest: float = 0.0
+    momenta: int = 0
+
+    @classmethod
+    def of(cls, saved: Mapping[str, Any]) -> RowsKept:
+        """From what a mark says."""
+        if not saved:
+            return cls()
+        steps, rest, refused = map(int, saved["often"])
+        given, moved, furthest, largest = map(float, saved["sizes"])
+        return cls(steps, rest, refused, given, moved, furthest, largest, len(saved["momenta"]))
+
+    def plus(self, other: RowsKept) -> RowsKept:
+        """With those of another leg."""
+        counted = (self.steps + other.steps, self.rest + other.rest, self.refused + other.refused)
+        furthest = max(self.furthest, abs(self.given) + other.furthest)
+        energy = self.given + other.given, self.moved + other.moved, furthest
+        return RowsKept(*counted, *energy, max(self.largest, other.largest), max(self.momenta, other.momenta))
+
+
 def with_another(halved: Sequence[Halved], one: Halved) -> list[Halved]:
     """What was halved, and this with it."""
     found = {each.where: each for each in halved}
@@ -62,8 +95,8 @@ def with_another(halved: Sequence[Halved], one: Halved) -> list[Halved]:
 class Tally:
     """Counters since the start; the peaks of |C|, of |C'|, and of |C| over the joints' rows alone; the seconds of each
     phase of the steps, where they were measured, in a sample of the steps. `met`: the events in the state where steps
-    ended; `passed`: what fixed steps passed over; `halved`: for want of what they were halved; `reached`: where a run
-    is that came back without samples, s."""
+    ended; `passed`: what fixed steps passed over; `halved`: for want of what they were halved; `rows`: what
+    those of the energy and of momenta did; `reached`: where a run is that came back without samples, s."""
 
     steps: int = 0
     rejected_steps: int = 0
@@ -81,6 +114,7 @@ class Tally:
     met: list[Event] = field(default_factory=list)
     passed: list[Passed] = field(default_factory=list)
     halved: list[Halved] = field(default_factory=list)
+    rows: RowsKept = field(default_factory=RowsKept)
     reached: float = 0.0
 
     def counters(self) -> dict[str, int]:
@@ -105,6 +139,7 @@ class Tally:
     def join(self, own: Tally) -> None:
         """Takes in what belongs to a leg as a whole: its events, what it halved and passed over, seconds of phases."""
         self.met += own.met
+        self.rows = self.rows.plus(own.rows)
         for name, seconds in own.phases.items():
             self.phases[name] = self.phases.get(name, 0.0) + seconds
         for halved in own.halved:

@@ -32,6 +32,8 @@ PROJECTION: Field[dict[str, Any]] = Alternatives(
                 "velocity": Flag(),
                 "max_iterations": Integer(minimum=1),
                 "fallback": Choice("fallback", lambda: registry.FALLBACKS),
+                "energy": Flag(),
+                "momentum": Flag(),
                 "alpha": Number(above=0.0),
                 "gains": Alternatives((Converted(GAIN, lambda gain: (gain, gain)), List(GAIN, 2))),
             },
@@ -73,6 +75,8 @@ OPTIONS: Mapping[str, KeyPath] = MappingProxyType(
         "project_position": ("projection", "position"),
         "project_velocity": ("projection", "velocity"),
         "projection_fallback": ("projection", "fallback"),
+        "energy_row": ("projection", "energy"),
+        "momentum_row": ("projection", "momentum"),
         **{key: ("projection", key) for key in ("every", "threshold", "max_iterations", "alpha", "gains")},
     }
 )

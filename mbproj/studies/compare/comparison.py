@@ -65,12 +65,20 @@ class Entry:
             "energy_drift": float(sum(parts)),
             "energy_drift_integrator": float(parts[0]),
             "energy_drift_projection": float(parts[1]),
+            **self._of_row(),
             "cpu_seconds": timing.median if timing else nan,
             "cpu_seconds_lowest": low,
             "cpu_seconds_highest": high,
             **{name: found.counters.get(name, nan) for name in COUNTERS},
             "failure": found.failure or "",
         }
+
+    def _of_row(self) -> dict[str, float]:
+        """What the row of the energy gave, J, where there is one."""
+        report = self.solution.report
+        if not self.measurement.setting.energy_row or report is None:
+            return {}
+        return {"energy_row_given": report.rows.given}
 
 
 @dataclass(frozen=True, eq=False)

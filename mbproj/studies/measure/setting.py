@@ -37,6 +37,8 @@ class Setting:
     project_position: bool = True
     project_velocity: bool = True
     projection_fallback: str = "none"
+    energy_row: bool = False
+    momentum_row: bool = False
     max_iterations: int = 25
     alpha: float | None = None
     gains: tuple[float, float] | None = None
@@ -73,6 +75,8 @@ class Setting:
             project_position=inner.position,
             project_velocity=inner.velocity,
             projection_fallback=inner.fallback,
+            energy_row=inner.energy,
+            momentum_row=inner.momentum,
             max_iterations=inner.max_iterations,
             alpha=inner.alpha,
             gains=inner.gains,
@@ -111,6 +115,7 @@ class Setting:
             parts.append(f"threshold {_written(self.threshold)}")
         if self.projection_test != "violation":
             parts.append(f"{self.projection_test}'s test")
+        parts += [words for on, words in ((self.energy_row, "energy row"), (self.momentum_row, "momentum rows")) if on]
         return ", ".join(parts)
 
     def settings(self, duration: float, output_step: float) -> Settings:
@@ -139,6 +144,8 @@ _OF_METHODS = {
         "project_position": "position",
         "project_velocity": "velocity",
         "projection_fallback": "fallback",
+        "energy_row": "energy",
+        "momentum_row": "momentum",
     }.get(field.name, field.name)
     for field in fields(Setting)
     if field.name not in ("projection", "integrator", "step", "tolerance", "formulation", "acceleration")

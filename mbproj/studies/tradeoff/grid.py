@@ -48,7 +48,7 @@ class Ladder:
 
 def schedule_label(setting: Setting) -> str:
     """The projection and when it takes place."""
-    text = setting.projection
+    text = setting.projection + " with energy row" * setting.energy_row
     if setting.every != 1:
         text += f" every {setting.every} steps"
     return text if setting.threshold is None else f"{text} above {shortest(setting.threshold)}"
@@ -86,10 +86,11 @@ def projection_ladders(ladder: Ladder, methods: Sequence[Setting]) -> list[Ladde
 
 
 def schedule_ladders(ladder: Ladder, size: float) -> list[Ladder]:
-    """The ladder with its projection less often; `size` (m) is that of the mechanism."""
+    """The ladder with the energy balance as a row, and with its projection less often; `size` (m): of the mechanism."""
     often = [replace(ladder.base, every=k) for k in EVERY]
     above = [replace(ladder.base, threshold=float(f"{part * size:.1g}")) for part in THRESHOLDS]
-    return [Ladder(base, ladder.by_tolerance) for base in (*often, *above)]
+    kept = [] if ladder.base.energy_row else [replace(ladder.base, energy_row=True)]
+    return [Ladder(base, ladder.by_tolerance) for base in (*kept, *often, *above)]
 
 
 def _sizeless(setting: Setting, **changes: str) -> Setting:

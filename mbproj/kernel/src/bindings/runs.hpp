@@ -51,6 +51,19 @@ template <int D> void watch(TimeLoop<D>& run, const WatchedGaps& gaps, const Wat
     run.stops().watch().watch(std::move(own_gaps), std::move(own_rows), spacing);
 }
 
+// Rigid motions (k, D + turns): the shift, then the turn.
+template <int D> void keep(TimeLoop<D>& run, bool energy, const Numbers2& fields) {
+    constexpr std::size_t freedoms = Size<D>::freedoms;
+    require(fields, {fields.shape(0), freedoms}, "fields");
+    std::vector<RigidField<D>> found(fields.shape(0));
+    for (std::size_t k = 0; k < found.size(); ++k) {
+        const double* from = fields.data() + freedoms * k;
+        for (int i = 0; i < D; ++i) found[k].shift[i] = from[i];
+        for (int i = 0; i < Size<D>::turns; ++i) found[k].turn[i] = from[D + i];
+    }
+    run.projector().keep(energy, std::move(found));
+}
+
 template <int D> void add_run(nb::module_& m, const char* name) {
     nb::class_<TimeLoop<D>>(m, name)
         .def("__init__",
@@ -93,6 +106,12 @@ template <int D> void add_run(nb::module_& m, const char* name) {
         .def_prop_ro("left_over",
                      [](const TimeLoop<D>& self) {
                          return std::make_pair(self.stops().left_over(), self.stops().is_released());
+                     })
+        .def("keep", &keep<D>, nb::arg("energy"), nb::arg("fields"))
+        .def_prop_ro("kept",
+                     [](TimeLoop<D>& self) {
+                         const Invariants<D>* rows = self.projector().invariants();
+                         return rows ? saved_kept(rows->kept) : nb::dict();
                      })
         .def("watch", &watch<D>, nb::arg("gaps"), nb::arg("rows"), nb::arg("spacing"))
         .def_prop_ro("standing",

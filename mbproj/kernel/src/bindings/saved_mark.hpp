@@ -60,6 +60,29 @@ template <int D> std::vector<Halved> halved_from(const HalvedSteps& given, const
     return found;
 }
 
+inline nb::dict saved_kept(const Kept& kept) {
+    nb::dict found;
+    found["energy"] = kept.energy;
+    found["momenta"] = kept.momenta;
+    found["closing"] = kept.closing;
+    found["often"] = std::vector<long>{kept.held, kept.rested, kept.refused};
+    found["sizes"] = std::vector<double>{kept.given, kept.moved, kept.furthest, kept.largest};
+    return found;
+}
+
+inline Kept kept_from(const nb::dict& given) {
+    Kept kept;
+    kept.energy = nb::cast<double>(given["energy"]);
+    kept.momenta = nb::cast<std::vector<double>>(given["momenta"]);
+    kept.closing = nb::cast<double>(given["closing"]);
+    const auto often = nb::cast<std::vector<long>>(given["often"]);
+    const auto sizes = nb::cast<std::vector<double>>(given["sizes"]);
+    if (often.size() != 3 || sizes.size() != 4) refuse("kept", "has a wrong shape");
+    kept.held = often[0], kept.rested = often[1], kept.refused = often[2];
+    kept.given = sizes[0], kept.moved = sizes[1], kept.furthest = sizes[2], kept.largest = sizes[3];
+    return kept;
+}
+
 template <int D> nb::dict saved_mark(const Mark<D>& mark) {
     std::vector<double> angles;
     for (const auto& angle : mark.counted.angles)
@@ -82,6 +105,7 @@ template <int D> nb::dict saved_mark(const Mark<D>& mark) {
     found["previous_error"] = mark.control.previous;
     found["rejected"] = mark.control.rejected;
     found["events"] = saved_events(mark.events);
+    if (mark.kept) found["kept"] = saved_kept(*mark.kept);
     if (mark.contacts) found["contacts"] = saved_contacts(*mark.contacts);
     found["counters"] = std::vector<long>(counters.begin(), counters.end());
     found["peaks"] = std::vector<std::vector<double>>{as_list(mark.peaks.position), as_list(mark.peaks.joint),
@@ -128,6 +152,7 @@ template <int D> Mark<D> mark_from(const nb::dict& given, const Model<D>& model,
     mark.control = {finite("previous_error"), nb::cast<bool>(given["rejected"])};
     if (given.contains("contacts"))
         mark.contacts = contacts_from(nb::cast<nb::dict>(given["contacts"]), model.stops.bound.size());
+    if (given.contains("kept")) mark.kept = kept_from(nb::cast<nb::dict>(given["kept"]));
     mark.events = events_from(nb::cast<nb::dict>(given["events"]));
     const auto counters = nb::cast<std::vector<long>>(given["counters"]);
     if (counters.size() != Counters::count) refuse("counters", "has a wrong shape");

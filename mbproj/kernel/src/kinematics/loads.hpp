@@ -123,6 +123,22 @@ template <int D> struct Applied {
         for (auto& f : force) f.setZero();
         for (auto& f : torque) f.setZero();
     }
+    // V of springs, with the preloads of bushings.
+    double stored(const Loads<D>& loads, const Pose<D>& pose, const Channels<D>& channels) const {
+        double sum = 0.0;
+        for (std::size_t l = 0; l < loads.laws.size(); ++l) {
+            const Law& law = loads.laws[l];
+            if (law.stiffness == 0.0) continue;
+            const double longer =
+                value(law, Coordinate<D>(loads.coordinates, static_cast<int>(l), pose), channels) - law.free;
+            sum += 0.5 * law.stiffness * longer * longer;
+        }
+        for (const Bushing<D>& bushing : loads.bushings) {
+            const auto s = Deflection<D>(bushing, pose).value();
+            sum += s.dot(0.5 * (bushing.stiffness * s) - bushing.preload);
+        }
+        return sum;
+    }
     double load_of(const Law& law) const { return law.bearing < 0 ? 1.0 : carried[law.bearing]; }
     void add(const Loads<D>& loads, int law, const Pose<D>& pose, double size) {
         pull(Coordinate<D>(loads.coordinates, law, pose), size);

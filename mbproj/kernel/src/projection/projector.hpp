@@ -2,10 +2,11 @@
 #pragma once
 
 #include <limits>
+#include <memory>
 #include <numeric>
 
 #include "model/phase_times.hpp"
-#include "projection/trust_region.hpp"
+#include "projection/invariants.hpp"
 
 namespace mbproj {
 
@@ -62,13 +63,29 @@ public:
         return done;
     }
 
+    // The same of a step from `before`, and with the rows of what the motion keeps.
+    Projected after_step(long step, double t, const double* before, double* y) {
+        const Projected done = after_step(step, t, y);
+        if (invariants_ && keeps(done.velocity_passes > 0 || frees_all(step), done))
+            invariants_->after_step(t, before, y, done.velocity_change);
+        return done;
+    }
+
     // A state between two steps, moved to the constraints at the levels that are switched on.
     Projected anywhere(double t, double* y) {
         normalise(y);
         equations_.set_pose(t, y);
         const bool due = closes();
-        return correct(y, due && settings_.position, due && settings_.velocity);
+        const Projected done = correct(y, due && settings_.position, due && settings_.velocity);
+        if (invariants_ && keeps(settings_.velocity, done)) invariants_->inside_step(t, y);
+        return done;
     }
+
+    // From now on velocities keep the energy balance, and the momenta along fields of rigid motion.
+    void keep(bool energy, std::vector<RigidField<D>> fields) {
+        invariants_ = std::make_unique<Invariants<D>>(equations_, trust_region_, metric_, energy, std::move(fields));
+    }
+    Invariants<D>* invariants() { return invariants_.get(); }
 
     // One exact Newton correction of the position; false where there is none.
     bool newton(double t, double* y) {
@@ -86,6 +103,13 @@ private:
     }
 
     bool closes() const { return settings_.corrects() && (model_.constraints.rows > 0 || equations_.contacts().any()); }
+
+    // Without joints nothing is closed, and what the motion keeps is projected by the same schedule.
+    bool frees_all(long step) const { return !closes() && settings_.corrects() && step % settings_.every == 0; }
+    // Whether velocities that are `due` can be corrected: the pose is closed and factored.
+    bool keeps(bool due, const Projected& done) {
+        return due && done.regular && !done.failures && equations_.factor(metric_);
+    }
 
     double largest(const double* rows) const {
         double most = 0.0;
@@ -253,6 +277,7 @@ private:
     Metric metric_;
     double length2_;
     std::vector<double> start_;
+    std::unique_ptr<Invariants<D>> invariants_;  // where any are asked for
 };
 
 }  // namespace mbproj

@@ -43,6 +43,20 @@ protected:
         return true;
     }
 
+    Projector<D>& projector() { return projector_; }
+    // Whether a mark is of such a loop; the contacts' is taken over when the run begins.
+    bool takes(const Mark<D>& mark) {
+        auto* rows = step_end_.invariants();
+        if (mark.contacts.has_value() != stops_.inside() || mark.kept.has_value() != (rows != nullptr)) return false;
+        if (mark.contacts && !stops_.policy().fits(*mark.contacts)) return false;
+        if (rows) rows->kept = *mark.kept;
+        return events().resume(mark.events);
+    }
+    // A new balance of what the motion keeps, at the state at hand.
+    void begin_balance() {
+        if (auto* rows = step_end_.invariants()) rows->begin(now_.t, now_.y.data());
+    }
+
     void stop(const Outcome& reached) { now_.outcome = reached; }
     void stop_at(double t) { stop(step_end_.failed_at(t)); }
 
@@ -57,6 +71,7 @@ protected:
         mark.control = trial_.control().save(), mark.shortened = trial_.shortened();
         if (events().any()) mark.events = events().save();
         if (stops_.inside()) mark.contacts = stops_.policy().state();
+        if (const auto* rows = step_end_.invariants()) mark.kept = rows->kept;
         mark.shaped = shaped_, mark.anew = false;
         if (stepper_.carries_slope()) mark.slope = stepper_.first();
     }

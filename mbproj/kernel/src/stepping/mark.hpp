@@ -2,7 +2,7 @@
 #pragma once
 
 #include "contacts/contact_state.hpp"
-#include "dynamics/equations_of_motion.hpp"
+#include "projection/invariants.hpp"
 #include "stepping/halvings.hpp"
 #include "stepping/samples.hpp"
 #include "stepping/state_events.hpp"
@@ -26,6 +26,7 @@ template <int D> struct Mark {
     SavedEvents events;
     std::optional<ContactState> contacts;  // where they are this loop's
     std::vector<Halved> halved;
+    std::optional<Kept> kept;  // where rows hold what the motion keeps
     Counters counters;
     Peaks peaks;
 };

@@ -22,7 +22,7 @@ public:
     Outcome close(double t, const Vector& y, double t_new, Vector& y_new, Counted& counted,
                   const StepDoubling<D>* halves, Counters& counters, Peaks& peaks) {
         turns_.lead(t_new, y_new);
-        const Projected done = projector_.after_step(counters.steps, t_new, y_new.data());
+        const Projected done = projector_.after_step(counters.steps, t_new, y.data(), y_new.data());
         count(done, counters);
         if (!done.regular) return failed_at(t_new);
         if (const Outcome other = other_branch(done, t_new, y_new, t_new - t, halves); other.stops()) return other;
@@ -60,6 +60,9 @@ public:
         found.joint = equations_.solver().singular_joint();
         return found;
     }
+
+    // What the motion keeps, where rows hold it; else null.
+    Invariants<D>* invariants() { return projector_.invariants(); }
 
 private:
     // By how much a joint may be open.

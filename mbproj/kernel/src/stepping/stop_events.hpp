@@ -136,8 +136,12 @@ private:
         Counters counters = now_.counters;
         ++counters.steps;
         Peaks peaks;
-        if (step_end_.close(now_.t, now_.y, now_.to.t, now_.y_new, there, nullptr, counters, peaks).stops())
-            return false;
+        auto* rows = step_end_.invariants();
+        const Kept kept = rows ? rows->kept : Kept{};
+        const bool stops =
+            step_end_.close(now_.t, now_.y, now_.to.t, now_.y_new, there, nullptr, counters, peaks).stops();
+        if (rows) rows->kept = kept;
+        if (stops) return false;
         if (stepper_.carries_slope()) stepper_.arrive(now_.y_new, slope_, lambda_.data());
         return margins(now_.to.t, now_.y_new, there.turns, found);
     }

@@ -22,8 +22,7 @@ public:
     // model.
     bool resume(Mark<D> mark) {
         mark_ = std::move(mark);
-        if (mark_->contacts.has_value() != stops_.inside()) return false;
-        return (!mark_->contacts || stops_.policy().fits(*mark_->contacts)) && events().resume(mark_->events);
+        return this->takes(*mark_);
     }
     const Mark<D>* mark() {  // where a longer run can go on from; null where that is the start
         if (started_ && steps_.fixed()) take_mark();
@@ -59,7 +58,7 @@ public:
     }
 
     SampleBlock block;
-    using Parts::peaks, Parts::events;
+    using Parts::peaks, Parts::events, Parts::projector;
     bool keeps_marks = false;  // whether somebody asks for them
     bool pauses = false;       // whether `advance` came back because so many steps were tried
 
@@ -83,7 +82,7 @@ private:
         if (mark_) return go_on_from_mark();
         if (stops_.watch().any()) stops_.look(now_.t, now_.y, counted_.turns);
         if (!equations_.start() || !evaluate(now_.y, true)) return stop_at(now_.t);
-        stepper_.first() = slope_;
+        stepper_.first() = slope_, begin_balance();
         now_.h = steps_.fixed() ? steps_.step : steps_.first;
         if (!(now_.h > 0.0) && !choose_step(schedule_.left(now_.t))) return;
         sample(now_.t, now_.y, slope_, lambda_, now_.h, counted_.turns);
@@ -263,7 +262,8 @@ private:
         return true;
     }
 
-    bool renew() {  // the slope at the state
+    bool renew() {  // the slope at the state, and a new balance
+        begin_balance();
         ++now_.counters.evaluations;
         return stepper_.after_jump(now_.t, now_.y, stepper_.first(), nullptr) || (stop_at(now_.t), false);
     }
@@ -288,7 +288,7 @@ private:
     using Parts::counted_, Parts::counted_before_, Parts::factorised_before_, Parts::shaped_, Parts::stops_;
     using Parts::model_, Parts::steps_, Parts::phases_, Parts::equations_, Parts::stepper_, Parts::turns_;
     using Parts::step_end_, Parts::schedule_, Parts::now_, Parts::trial_;
-    using Parts::stop, Parts::stop_at;
+    using Parts::stop, Parts::stop_at, Parts::begin_balance;
     using Parts::write, Parts::count_factorisations, Parts::go_on, Parts::choose_step, Parts::after_event;
     Vector slope_;              // at the end of a step, until the step is taken over
     Vector copy_, copy_slope_;  // of a sample inside a step

@@ -1,0 +1,52 @@
+"""What the rows of the energy balance and of momenta did in a run, for a reader."""
+
+from __future__ import annotations
+
+from mbproj.integrate.outcome.report import Report
+from mbproj.scene.records import ProjectionSettings
+from mbproj.thresholds import THRESHOLDS
+
+
+def lines_on_rows(report: Report) -> list[str]:
+    """How often they held, what they gave, and where they were left; nothing where none was asked for."""
+    projection, rows = report.settings.projection, report.rows
+    if not (projection.energy or projection.momentum):
+        return []
+    asked = " and ".join(["energy"] * projection.energy + [momenta(rows.momenta)] * projection.momentum)
+    left = [f"left at {rows.rest} near rest"] * bool(rows.rest) + [f"refused at {rows.refused}"] * bool(rows.refused)
+    if not (rows.steps or left):
+        return [f"  rows of {asked}: nothing is free to move that they could correct"]
+    gave = f"; gave {rows.given:.2e} J, {rows.moved:.2e} J in sum" if projection.energy else ""
+    largest = f"; changed the velocities by {rows.largest:.1e} of them at most"
+    return [f"  rows of {asked}: closed at {rows.steps} steps{''.join(f', {each}' for each in left)}{gave}{largest}"]
+
+
+def projection_words(projection: ProjectionSettings) -> str:
+    """The method, and the rows that it has beside those of the joints."""
+    rows = ["energy row"] * projection.energy + ["momentum rows"] * projection.momentum
+    return projection.method + (f" with {' and '.join(rows)}" if rows else "")
+
+
+def momenta(number: int) -> str:
+    """How many momenta are kept."""
+    return f"{number or 'no'} moment{'um' if number == 1 else 'a'}"
+
+
+def warnings_on_rows(report: Report) -> list[str]:
+    """Where they may hide a motion that is wrong, or had nothing to say."""
+    projection, rows = report.settings.projection, report.rows
+    found = []
+    if rows.refused:
+        found.append(
+            f"the rows of energy and momenta asked for more than the steps' own errors at {rows.refused} steps, and "
+            "were refused there: the motion may be wrong; take a smaller --step or --tolerance"
+        )
+    each = rows.moved / max(rows.steps, 1)
+    if each > THRESHOLDS.row_suspicious * report.exchanged:
+        found.append(
+            f"the energy row gave or took {each:.2g} J a step, where the run exchanged {report.exchanged:.2g} J: the "
+            "motion may be wrong although the balance is kept; take a smaller --step or --tolerance"
+        )
+    if projection.momentum and not rows.momenta and not projection.energy:
+        found.append("joints to the ground, gravity or forces act on every momentum: --momentum-row keeps none")
+    return found

@@ -1,0 +1,110 @@
+"""Which momenta a mechanism keeps: the rigid motions of all bodies that no joint, motion or force resists.
+
+By Noether's theorem uᵀM q' is constant where a field of velocities u of a rigid motion leaves the constraints, the
+potential and every coordinate that forces act along as they are. What depends on the pose is asked at some poses that
+the mechanism can take.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from mbproj.arrays import Array, cross
+from mbproj.dynamics.assembly.assemble import State
+from mbproj.dynamics.equations.bushings import deflection, rates
+from mbproj.dynamics.equations.constraint_equations import jacobian, set_velocity
+from mbproj.dynamics.equations.kinematics import Pose, body_rates, pose_of, twist_of
+from mbproj.model.euler_parameters import matrix_L
+from mbproj.model.system import System
+
+#: Poses that are asked beside the start, and how far they are from it, in the mechanism's lengths or rad.
+POSES, FAR = 3, 0.3
+#: A field is kept where what resists it is below this, in the mechanism's own units.
+NOTHING = 1e-9
+
+#: Velocities q' (k, 7n) at q of the k rigid motions that are asked.
+Fields = Callable[[Array], Array]
+
+
+def rigid_fields(q: Array) -> Array:
+    """The six rigid motions at q (7n,): along and about the global axes through the origin, (6, 7n)."""
+    rows = q.reshape(-1, 7)
+    found = np.zeros((6, len(rows), 7))
+    for axis, e in enumerate(np.eye(3)):
+        found[axis, :, :3] = e
+        found[3 + axis, :, :3] = np.cross(e, rows[:, :3])
+        omega = pose_of(q).rotation[:-1].swapaxes(-1, -2) @ e
+        found[3 + axis, :, 3:] = 0.5 * (np.swapaxes(matrix_L(rows[:, 3:]), -1, -2) @ omega[..., None])[..., 0]
+    return found.reshape(6, -1)
+
+
+def kept_fields(
+    system: System, state: State, close: Callable[[Array], Array | None], fields: Fields = rigid_fields
+) -> Array:
+    """The combinations (j, k) of the k fields whose momenta the mechanism keeps. `close`: q moved to the constraints,
+    or None where that fails."""
+    poses, generator = [state.q], np.random.default_rng(7)
+    for _ in range(POSES):
+        q = close(state.q + FAR * _tangent(system, state.q, generator))
+        poses += [] if q is None else [q]
+    scale = np.linalg.norm(fields(state.q) / _lengths(system), axis=-1)
+    resisted = np.concatenate([_resistance(system, state, q, fields(q)) / scale for q in poses])
+    _, sizes, basis = np.linalg.svd(resisted)
+    kept = basis[np.count_nonzero(sizes > NOTHING) :]
+    return np.ascontiguousarray(kept / scale)
+
+
+def _lengths(system: System) -> Array:
+    return np.tile([system.length] * 3 + [1.0] * 4, system.bodies)
+
+
+def _tangent(system: System, q: Array, generator: np.random.Generator) -> Array:
+    """A change of q that the joints allow to first order, of size 1 in the mechanism's lengths."""
+    lengths = _lengths(system)
+    _, sizes, basis = np.linalg.svd(jacobian(system, pose_of(q)) * lengths)
+    free = basis[np.count_nonzero(sizes > 1e-9 * sizes[0]) :]
+    along = generator.standard_normal(len(free)) @ free
+    return np.asarray(lengths * along / max(np.linalg.norm(along), np.finfo(float).tiny))
+
+
+def _resistance(system: System, state: State, q: Array, fields: Array) -> Array:
+    """What each field (k, 7n) changes at q that it must not, (r, k): rows, coordinates of forces and contacts, the
+    potential of gravity, bodies on which forces of given components act."""
+    pose, columns = pose_of(q), []
+    C_q = jacobian(system, pose) / system.row_scale[:, None]
+    for u in fields:
+        twist = twist_of(pose, u)
+        own = [system.forces.laws.coordinates]
+        own += [part.coordinates for part in (system.stops, system.frictions) if part is not None]
+        own += [system.reflected.rows] if system.reflected.size else []
+        changes = [C_q @ u, *(set_velocity(each, pose, twist) / _row_lengths(system, each) for each in own)]
+        if system.forces.bushings.size:
+            bushings = system.forces.bushings
+            changes.append(rates(bushings, deflection(bushings, pose), pose, twist).ravel() / system.length)
+        changes.append(_by_gravity(system, u))
+        changes.append(_of_pushed(system, pose, u))
+        columns.append(np.concatenate([np.atleast_1d(part) for part in changes]))
+    return np.array(columns).T
+
+
+def _row_lengths(system: System, bound: object) -> Array:
+    return np.where(bound.is_length, system.length, 1.0)  # type: ignore[attr-defined]
+
+
+def _by_gravity(system: System, u: Array) -> Array:
+    """The power of gravity, over the weight times the mechanism's length."""
+    weight = float(np.sum(system.mass) * np.linalg.norm(system.gravity))
+    power = np.sum(system.mass * (u.reshape(-1, 7)[:, :3] @ system.gravity))
+    return np.array([power / (weight * system.length) if weight else 0.0])
+
+
+def _of_pushed(system: System, pose: Pose, u: Array) -> Array:
+    """How bodies move on which forces and torques of given components act: these may do work on any motion."""
+    given, twist = system.forces.on_bodies, twist_of(pose, u)
+    if not given.size:
+        return np.zeros(0)
+    omega = body_rates(pose, twist)[given.body]
+    moved = twist.velocity[given.body] + (pose.rotation[given.body] @ cross(omega, given.point)[..., None])[..., 0]
+    return np.concatenate([np.where(given.is_torque[:, None], omega, moved / system.length).ravel()])

@@ -1,0 +1,35 @@
+"""The momenta that a mechanism keeps, with poses that it can take."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dynamics.assembly.assemble import State
+from mbproj.dynamics.equations.motions import drive_at
+from mbproj.dynamics.equations.teeth import Teeth, sums_at_start
+from mbproj.dynamics.rank.row_set import RowSet
+from mbproj.dynamics.symmetries import Fields, kept_fields, rigid_fields
+from mbproj.model.system import System
+from mbproj.projection.methods.gpopm import Gpopm
+from mbproj.projection.solve.position import correct_position
+from mbproj.scene.records import ProjectionSettings
+
+
+def momenta_of(system: System, state: State, fields: Fields = rigid_fields) -> Array:
+    """The combinations (j, k) of rigid motions whose momenta are kept."""
+    return kept_fields(system, state, partial(_closed, system, state), fields)
+
+
+def _closed(system: System, state: State, q: Array) -> Array | None:
+    """q moved to the constraints; None where that fails."""
+    instant = state.instant(system)
+    teeth = Teeth(sums_at_start(system, instant.pose, instant.expected), instant.expected)
+    drive = drive_at(system, state.t, teeth if system.couplings.size else None)
+    try:
+        found = correct_position(system, Gpopm(), ProjectionSettings(), RowSet.regular(system), q, drive)
+    except np.linalg.LinAlgError:
+        return None
+    return found.q if found.met else None

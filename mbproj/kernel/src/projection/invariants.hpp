@@ -1,0 +1,287 @@
+// What a motion keeps, as further rows of the velocity projection: its energy balance T + V - W = E0, and momenta that nothing
+// changes. The balance is nonlinear in the velocities. Along one direction d of the tangent space it is a scalar quadratic,
+// which is solved exactly: afterwards the joints' rows and the balance hold to round-off.
+#pragma once
+
+#include "algebra/decompositions.hpp"
+#include "projection/trust_region.hpp"
+
+namespace mbproj {
+
+// A rigid motion of all bodies: shift + turn × r at r.
+template <int D> struct RigidField {
+    Point<D> shift;
+    Turn<D> turn;
+};
+
+// With what the balance began, how large corrections of the joints' velocities have been since the run's start, and what the
+// rows have done: how often they held, were left near rest, or were refused; the energy that they gave, signed, in sum, and how
+// far the signed one has been from nothing; their largest correction, as a part of the velocity.
+struct Kept {
+    double energy = 0.0;
+    std::vector<double> momenta;
+    double closing = 0.0;
+    long held = 0, rested = 0, refused = 0;
+    double given = 0.0, moved = 0.0, furthest = 0.0, largest = 0.0;
+};
+
+template <int D> class Invariants final {
+public:
+    Invariants(EquationsOfMotion<D>& equations, TrustRegion<D>& trust_region, Metric metric, bool energy,
+               std::vector<RigidField<D>> fields)
+        : equations_(equations), trust_region_(trust_region), model_(equations.model()), metric_(metric),
+          energy_(energy), fields_(std::move(fields)), motion_(model_), raw_(model_.all_rows()),
+          beyond_(model_.all_rows()), own_(equations.layout().bodies.size),
+          now_(model_.size()) {
+        kept.momenta.resize(fields_.size());
+        across_.resize(fields_.size());
+    }
+
+    Kept kept;
+
+    // A new balance begins at y at t.
+    void begin(double t, const double* y) {
+        equations_.set_pose(t, y);
+        equations_.constraint_velocity(y);
+        see(equations_.motion(), raw_);
+        kept.energy = energy(t, y);
+        copy(y, now_);
+        for (std::size_t k = 0; k < fields_.size(); ++k) kept.momenta[k] = momentum_of(fields_[k], now_);
+    }
+
+    // Corrects the velocities of y at t, whose pose is in place, factored and closed. A step led there from `before`, and the
+    // joints' rows changed its velocities by the part `closing`.
+    void after_step(double t, const double* before, double* y, double closing) {
+        kept.closing = std::max(kept.closing, closing);
+        before_.assign(before, before + own_.size());
+        refused_ = false;
+        const Result result = hold(t, y, true);
+        refused_ = result == Result::refused;
+        if (result == Result::rests) ++kept.rested;
+        if (result == Result::refused) ++kept.refused;
+        if (result != Result::held) return;
+        ++kept.held;
+        kept.given += energy_given_;
+        kept.moved += std::abs(energy_given_);
+        kept.furthest = std::max(kept.furthest, std::abs(kept.given));
+        kept.largest = std::max(kept.largest, change_);
+    }
+    // The same of a state inside that step, whose extension errs by more; nothing is counted.
+    void inside_step(double t, double* y) {
+        if (!refused_ && !before_.empty()) hold(t, y, false);
+    }
+
+private:
+    enum class Result { held, rests, refused };
+    using Way = std::vector<Twist<D>>;  // a change of the velocities, global axes, of each body
+
+    Result hold(double t, double* y, bool refuses) {
+        const Thresholds& thresholds = model_.thresholds;
+        equations_.constraint_velocity(y);
+        see(equations_.motion(), raw_);
+        const double now = speed(y);
+        if (!(now > thresholds.row_rests * speed_from_before(y))) return Result::rests;
+        copy(y, now_);
+        way_ = now_;
+        total_ = Way(model_.size(), Twist<D>{Point<D>::Zero(), Turn<D>::Zero()});
+        if (!fields_.empty() && !momenta_directions()) return Result::rests;
+        energy_given_ = 0.0;
+        const bool singular = energy_ && !close_balance(t, y, now);
+        if (singular && fields_.empty()) return Result::rests;
+        change_ = size(total_) / size(now_);
+        // Without rows of joints nothing tells how much a step errs.
+        if (refuses && model_.constraints.rows > 0 &&
+            change_ > thresholds.row_refused * std::max(kept.closing, thresholds.row_grain))
+            return Result::refused;
+        for (int b = 0; b < model_.size(); ++b) {
+            WritablePart<D> part(y, b);
+            part.velocity() += total_[b].velocity;
+            part.omega() += to_body(equations_.pose()[b].rotation, total_[b].omega);
+        }
+        return singular ? Result::rests : Result::held;
+    }
+
+    // Adds the change of the velocities that closes the balance to that of the momenta's rows. False where it is singular:
+    // little of the kinetic energy is free, or less than what has to go.
+    bool close_balance(double t, const double* y, double now) {
+        const double missing = kept.energy - energy(t, y);
+        if (!direction(y)) return false;
+        const double of_momenta = fields_.empty() ? 0.0 : 0.5 * product(total_, total_) + product(now_, total_);
+        const double slope = product(now_, way_) + flywheels(raw_, beyond_) + product(total_, way_);
+        const double curve = product(way_, way_) + flywheels(beyond_, beyond_);
+        const double root = slope * slope + 2.0 * curve * (missing - of_momenta);
+        // slope² / curve is 2 T of what is free, in any metric.
+        const double least = model_.thresholds.row_singular;
+        if (!(slope > 0.0 && slope * slope > least * curve * now * now && curve > least * whole_ && root > 0.0))
+            return false;
+        add(total_, 2.0 * (missing - of_momenta) / (slope + std::sqrt(root)), way_);
+        energy_given_ = missing;
+        return true;
+    }
+
+    // `way_`: the direction in which the balance is corrected, the least in the metric, in the tangent space and across the
+    // momenta. Of the masses it is the part of the velocity there; of the coordinates that of M v.
+    bool direction(const double* y) {
+        if (metric_ == Metric::coordinates && !equations_.contacts().any()) {
+            if (!pulled(way_)) return false;
+        } else if (model_.driven.size() > 0 || equations_.contacts().any()) {
+            if (!trust_region_.solve(of_rows(), equations_.motion())) return false;
+            for (int b = 0; b < model_.size(); ++b) {
+                way_[b].velocity += equations_.solver().shift(b);
+                way_[b].omega += equations_.solver().turn(b);
+            }
+        }
+        whole_ = metric_ == Metric::coordinates ? product(way_, way_) : std::pow(speed(y), 2);
+        if (!fields_.empty()) {
+            Eigen::VectorXd parts(fields_.size());
+            for (std::size_t k = 0; k < fields_.size(); ++k) parts[k] = momentum_of(fields_[k], way_);
+            const Eigen::VectorXd much = solved(coupling_, parts);
+            for (std::size_t k = 0; k < fields_.size(); ++k) add(way_, -much[k], across_[k]);
+        }
+        if (!model_.flywheels.empty()) {
+            std::copy(y, y + own_.size(), own_.begin());
+            for (int b = 0; b < model_.size(); ++b) {
+                WritablePart<D> part(own_.data(), b);
+                part.velocity() = way_[b].velocity;
+                part.omega() = to_body(equations_.pose()[b].rotation, way_[b].omega);
+            }
+            motion_.update(own_.data(), equations_.pose());
+            see(motion_, beyond_);
+        }
+        return true;
+    }
+
+    // The changes of the velocities that each change one momentum, their coupling, and what closes the momenta's rows.
+    bool momenta_directions() {
+        const std::size_t count = fields_.size();
+        Eigen::VectorXd missing(count);
+        coupling_.resize(count, count);
+        for (std::size_t k = 0; k < count; ++k) {
+            across_[k] = Way(model_.size());
+            for (int b = 0; b < model_.size(); ++b)
+                across_[k][b] = {fields_[k].shift + turned_by(fields_[k].turn, Point<D>(equations_.pose()[b].position)),
+                                 fields_[k].turn};
+            if (metric_ == Metric::coordinates && !equations_.contacts().any() && !pulled(across_[k])) return false;
+            for (std::size_t i = 0; i < count; ++i) coupling_(i, k) = momentum_of(fields_[i], across_[k]);
+            missing[k] = kept.momenta[k] - momentum_of(fields_[k], now_);
+        }
+        const Eigen::VectorXd much = solved(coupling_, missing);
+        for (std::size_t k = 0; k < count; ++k) add(total_, much[k], across_[k]);
+        return much.allFinite();
+    }
+
+    // What the momentum of a way pulls the bodies along, in the metric of the factor at hand, with the joints closed.
+    bool pulled(Way& way) {
+        for (int b = 0; b < model_.size(); ++b)
+            equations_.solver().set_force(b, model_.bodies[b].mass * way[b].velocity, spin(b, way[b].omega));
+        rhs_.assign(model_.all_rows(), 0.0);
+        if (!equations_.solver().solve(rhs_.data())) return false;
+        for (int b = 0; b < model_.size(); ++b) way[b] = {equations_.solver().shift(b), equations_.solver().turn(b)};
+        return true;
+    }
+
+    // G v of all rows but the flywheels'.
+    const double* of_rows() {
+        rhs_ = raw_;
+        leave_flywheels(model_, rhs_);
+        return rhs_.data();
+    }
+
+    // The rates of all rows, of motions and flywheels too.
+    void see(const Motion<D>& motion, std::vector<double>& rates) const {
+        if (model_.driven.empty() && model_.flywheels.empty()) return;
+        moving_rows(model_, equations_.pose(), motion, rates.data(), static_cast<double*>(nullptr));
+    }
+
+    // E = T + V - W at y at t, whose pose and velocities are in place.
+    double energy(double t, const double* y) {
+        double sum = 0.5 * (std::pow(speed(y), 2) + flywheels(raw_, raw_));
+        for (int b = 0; b < model_.size(); ++b)
+            sum -= model_.bodies[b].mass * model_.gravity.dot(Point<D>(equations_.pose()[b].position));
+        if (model_.loads)
+            sum += equations_.applied().stored(*model_.loads, equations_.pose(), equations_.seen(t, y));
+        const Block& work = equations_.layout().quadratures;
+        return work.size ? sum - y[work.first] + y[work.first + 1] : sum;
+    }
+
+    // By how much the step has changed the velocities, in the bodies' axes, as a speed.
+    double speed_from_before(const double* y) {
+        for (std::size_t i = 0; i < own_.size(); ++i) own_[i] = y[i] - before_[i];
+        return speed(own_.data());
+    }
+
+    // √(vᵀMv) of the bodies.
+    double speed(const double* y) const {
+        double sum = 0.0;
+        for (int b = 0; b < model_.size(); ++b) {
+            const Part<D> part(y, b);
+            const Turn<D> omega = part.omega();
+            sum += model_.bodies[b].mass * part.velocity().squaredNorm() + omega.dot(model_.bodies[b].inertia * omega);
+        }
+        return std::sqrt(sum);
+    }
+    double flywheels(const std::vector<double>& a, const std::vector<double>& b) const {
+        double sum = 0.0;
+        const std::size_t first = model_.constraints.rows;
+        for (std::size_t f = 0; f < model_.flywheels.size(); ++f)
+            sum += model_.flywheels[f] * a[first + f] * b[first + f];
+        return sum;
+    }
+
+    void copy(const double* y, Way& way) const {
+        for (int b = 0; b < model_.size(); ++b) {
+            const Part<D> part(y, b);
+            way[b] = {part.velocity(), to_global(equations_.pose()[b].rotation, Turn<D>(part.omega()))};
+        }
+    }
+    static void add(Way& way, double part, const Way& other) {
+        for (std::size_t b = 0; b < way.size(); ++b) {
+            way[b].velocity += part * other[b].velocity;
+            way[b].omega += part * other[b].omega;
+        }
+    }
+    // J ω in global axes.
+    Turn<D> spin(int b, const Turn<D>& omega) const {
+        const Rotation<D>& A = equations_.pose()[b].rotation;
+        return to_global(A, Turn<D>(model_.bodies[b].inertia * to_body(A, omega)));
+    }
+    // aᵀMb of the bodies.
+    double product(const Way& a, const Way& b) const {
+        double sum = 0.0;
+        for (int i = 0; i < model_.size(); ++i)
+            sum += model_.bodies[i].mass * a[i].velocity.dot(b[i].velocity) + a[i].omega.dot(spin(i, b[i].omega));
+        return sum;
+    }
+    double momentum_of(const RigidField<D>& field, const Way& way) const {
+        double sum = 0.0;
+        for (int b = 0; b < model_.size(); ++b)
+            sum += model_.bodies[b].mass *
+                       Point<D>(field.shift + turned_by(field.turn, Point<D>(equations_.pose()[b].position)))
+                           .dot(way[b].velocity) +
+                   field.turn.dot(spin(b, way[b].omega));
+        return sum;
+    }
+    // Rotations times the mechanism's length.
+    double size(const Way& way) const {
+        double sum = 0.0;
+        for (const Twist<D>& each : way)
+            sum += each.velocity.squaredNorm() + model_.length * model_.length * each.omega.squaredNorm();
+        return std::sqrt(sum);
+    }
+
+    EquationsOfMotion<D>& equations_;
+    TrustRegion<D>& trust_region_;
+    const Model<D>& model_;
+    const Metric metric_;
+    const bool energy_;
+    const std::vector<RigidField<D>> fields_;
+    Motion<D> motion_;
+    std::vector<double> raw_, beyond_, rhs_, own_, before_;
+    Way now_, way_, total_;  // the velocities, the direction of the balance, and the change
+    std::vector<Way> across_;
+    Eigen::MatrixXd coupling_;
+    double energy_given_ = 0.0, change_ = 0.0, whole_ = 0.0;
+    bool refused_ = false;
+};
+
+}  // namespace mbproj

@@ -1,0 +1,43 @@
+"""When the energy balance and the momenta are left, or refused, as rows of the velocity projection."""
+
+from __future__ import annotations
+
+from mbproj.dataclass import dataclass
+from mbproj.thresholds.entry import threshold
+
+
+@dataclass(frozen=True)
+class Invariants:
+    """Of what the projection keeps beside the joints' rows."""
+
+    row_rests: float = threshold(
+        0.25,
+        "1",
+        "both",
+        "with a smaller part of the speed that a step changes, the row is singular",
+        "a quarter of a step from rest",
+    )
+    row_suspicious: float = threshold(
+        1e-5,
+        "energy exchanged",
+        "numpy",
+        "where the row gives more a step in the mean, the motion may be wrong",
+        "a heavy top at 20 ms: 4e-5, wrong; a crank-rocker at 40 ms: 2e-7, right",
+    )
+    row_singular: float = threshold(
+        1e-6, "1", "both", "with a smaller part of the kinetic energy along what is free, the row is singular", "chosen"
+    )
+    row_refused: float = threshold(
+        100.0,
+        "1",
+        "both",
+        "a correction of more times the largest of the joints' own is refused",
+        "15 was the largest of 20 runs",
+    )
+    row_grain: float = threshold(
+        1e-10,
+        "1",
+        "both",
+        "a correction of so small a part of the velocity is never refused times row_refused",
+        "chosen",
+    )

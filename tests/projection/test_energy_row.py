@@ -1,0 +1,154 @@
+"""The energy balance and momenta as rows of the velocity projection, in runs."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import mbproj
+from mbproj.dynamics import assemble
+from mbproj.integrate import simulate
+from mbproj.integrate.formulations.invariants import momenta_of
+from mbproj.integrate.outcome.marks import Mark
+from mbproj.integrate.outcome.report import Report
+from mbproj.model import compile_system, initial_guess
+from mbproj.scene import read_scene, read_scene_text, settings_to_run
+from mbproj.scene.settings import with_options
+from tests.support import ROOT, Recorder
+
+SCENES = ROOT / "mechanisms"
+FIXED = {"step": 0.01, "integrator": "rk4"}
+CONTROLLED = {"tolerance": 1e-9, "integrator": "dop853"}
+IMPLICIT = {"tolerance": 1e-6, "integrator": "esdirk4"}
+
+#: A pendulum that never rests, with a torque, a damper and a spring; a motor's motion drives a cart below it.
+WORKED = """
+mbproj: 1
+gravity: [0, -9.81, 0]
+simulation: {duration: 1 s, step: 0.01, output_step: 0.05}
+bodies:
+  cart: {mass: 1 kg, inertia: [0.1, 0.1, 0.1], position: [0, 0, 0]}
+  bar: {mass: 2 kg, inertia: [0.01, 0.2, 0.2], position: [0.5, 0, 0], angular_velocity: [0, 0, 9]}
+joints:
+  rail: {type: prismatic, bodies: [ground, cart], location: [0, 0, 0], axis: [1, 0, 0]}
+  pin: {type: revolute, bodies: [cart, bar], location: [0, 0, 0], axis: [0, 0, 1]}
+motions:
+  shake: {joint: rail, displacement: "0.1*sin(3*t)"}
+forces:
+  motor: {type: torsion_spring_damper, joint: pin, torque: "2*cos(angle)"}
+  coil: {type: torsion_spring_damper, joint: pin, stiffness: 5, damping: 0.1}
+"""
+
+
+def run(scene: str, **options: Any) -> tuple[Report, Recorder]:
+    """Of a scene of ours, or of a text."""
+    options = {name: str(value) for name, value in options.items()}
+    what = read_scene_text(scene) if "\n" in scene else read_scene(SCENES / f"{scene}.yaml")
+    what = with_options(what, options)
+    system = compile_system(what)
+    state = assemble(system, initial_guess(what, system))
+    recorder = Recorder()
+    return simulate(system, state, settings_to_run(what), recorder), recorder
+
+
+@pytest.mark.parametrize("formulation", ["full", "planar", "reduced"])
+@pytest.mark.parametrize("how", [FIXED, CONTROLLED, IMPLICIT], ids=["rk4", "dop853", "esdirk4"])
+def test_the_balance_of_driven_and_damped_mechanisms_holds_to_round_off(formulation: str, how: dict[str, Any]) -> None:
+    short = {"duration": 0.2 if formulation == "full" else 1.0, "output_step": 0.05}
+    options = {**how, **short, "formulation": formulation}
+    without, _ = run(WORKED, **options)
+    report, _ = run(WORKED, **options, energy_row="true")
+    assert report.rows.steps == report.counters["steps"] and not report.rows.refused
+    assert report.energy_drift < 2e-13
+    assert without.energy_drift > 1e3 * report.energy_drift
+    assert report.position_violation.value < 1e-12 and report.velocity_violation.value < 1e-12
+
+
+@pytest.mark.parametrize("method", ["gopm", "mass-orthogonal", "mmopm", "gpopm-pinv"])
+def test_every_metric_keeps_the_balance_and_the_joints(method: str) -> None:
+    options = {**FIXED, "duration": 0.1, "output_step": 0.01, "projection": method}
+    report, _ = run("spatial_slider_crank", **options, energy_row="true")
+    assert report.rows.steps == 10
+    assert report.energy_drift_relative < 1e-13 and report.velocity_violation.value < 1e-11
+
+
+def test_formulations_take_the_same_steps_with_the_row() -> None:
+    options = {**FIXED, "duration": 0.2, "output_step": 0.1, "energy_row": "true", "projection": "gopm"}
+    full, reduced = (run(WORKED, **options, formulation=name)[1] for name in ("full", "reduced"))
+    difference = np.abs(full["bodies/position"][-1] - reduced["bodies/position"][-1]).max()
+    assert difference < 1e-8
+
+
+def test_the_row_is_left_near_rest_and_said_so() -> None:
+    report, _ = run("physical_pendulum", **FIXED, duration=3, output_step=0.1, energy_row="true")
+    assert 0 < report.rows.rest < 40
+    assert report.rows.steps + report.rows.rest == report.counters["steps"]
+
+
+def test_a_mechanism_that_motions_drive_has_nothing_to_correct() -> None:
+    text = WORKED.replace("forces:\n  motor", "unused").split("unused")[0] + '  swing: {joint: pin, angle: "9*t"}\n'
+    report, _ = run(text, energy_row="true")
+    assert report.degrees_of_freedom == 0 and report.rows.steps == 0
+
+
+@pytest.mark.parametrize(("scene", "number"), [("heavy_top", 1), ("free_body", 6), ("spatial_four_bar", 0)])
+def test_the_momenta_are_those_that_nothing_changes(scene: str, number: int) -> None:
+    what = read_scene(SCENES / f"{scene}.yaml")
+    system = compile_system(what)
+    assert len(momenta_of(system, assemble(system, initial_guess(what, system)))) == number
+
+
+@pytest.mark.parametrize("formulation", ["full", "reduced"])
+def test_a_free_body_keeps_its_momenta_to_round_off(formulation: str) -> None:
+    options = {**FIXED, "step": 0.05, "duration": 2, "output_step": 0.05, "formulation": formulation}
+
+    def change(**rows: str) -> float:
+        _, found = run("free_body", **options, **rows)
+        what = read_scene(SCENES / "free_body.yaml")
+        system = compile_system(what)
+        ω, Λ = found["bodies/angular_velocity"][:, 0], found["bodies/orientation"][:, 0]
+        w, x = Λ[:, :1], Λ[:, 1:]
+        L = ω @ system.inertia[0]
+        turned = L + 2.0 * w * np.cross(x, L) + 2.0 * np.cross(x, np.cross(x, L))
+        return float(np.abs(turned - turned[0]).max() / np.linalg.norm(turned[0]))
+
+    assert change() > 1e-9
+    assert change(momentum_row="true") < 1e-12
+
+
+@pytest.mark.parametrize("how", [FIXED, CONTROLLED, IMPLICIT], ids=["rk4", "dop853", "esdirk4"])
+@pytest.mark.parametrize("formulation", ["full", "planar"])
+def test_a_continued_run_has_the_same_bits(formulation: str, how: dict[str, Any]) -> None:
+    options = {**how, "formulation": formulation, "energy_row": "true", "output_step": 0.05}
+    what = read_scene_text(WORKED)
+    marks: list[Mark] = []
+
+    def simulated(duration: float, **others: Any) -> tuple[Report, Recorder]:
+        given = {**{name: str(value) for name, value in options.items()}, "duration": str(duration)}
+        scene = with_options(what, given)
+        system, recorder = compile_system(scene), Recorder()
+        state = assemble(system, initial_guess(scene, system))
+        return simulate(system, state, settings_to_run(scene), recorder, **others), recorder
+
+    whole, recorded = simulated(0.3)
+    simulated(0.15, keep=lambda name, build, mark: marks.append(mark))
+    report, rest = simulated(0.3, resumed=marks[-1])
+    assert report.rows == whole.rows and report.rows.steps > 0
+    assert np.array_equal(rest["bodies/position"][-1], recorded["bodies/position"][-1])
+
+
+def test_velocities_that_are_not_projected_have_no_rows() -> None:
+    with pytest.raises(mbproj.InputError, match="'energy' is a row of the velocity projection, which is off"):
+        run(WORKED, energy_row="true", project_velocity="false")
+    with pytest.raises(mbproj.InputError, match="'none' has no 'energy'"):
+        run(WORKED, energy_row="true", projection="none")
+
+
+def test_a_coarse_motion_is_said_to_be_wrong_though_its_balance_is_kept() -> None:
+    from mbproj.cli.rows_kept import warnings_on_rows
+
+    report, _ = run("heavy_top", integrator="rk4", step=0.02, duration=1, output_step=0.1, energy_row="true")
+    assert report.energy_drift_relative < 1e-12
+    assert any("the motion may be wrong although the balance is kept" in each for each in warnings_on_rows(report))
