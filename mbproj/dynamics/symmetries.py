@@ -18,11 +18,10 @@ from mbproj.dynamics.equations.constraint_equations import jacobian, set_velocit
 from mbproj.dynamics.equations.kinematics import Pose, body_rates, pose_of, twist_of
 from mbproj.model.euler_parameters import matrix_L
 from mbproj.model.system import System
+from mbproj.thresholds import THRESHOLDS
 
-#: Poses that are asked beside the start, and how far they are from it, in the mechanism's lengths or rad.
-POSES, FAR = 3, 0.3
-#: A field is kept where what resists it is below this, in the mechanism's own units.
-NOTHING = 1e-9
+#: Poses that are asked beside the start.
+POSES = 3
 
 #: Velocities q' (k, 7n) at q of the k rigid motions that are asked.
 Fields = Callable[[Array], Array]
@@ -47,12 +46,12 @@ def kept_fields(
     or None where that fails."""
     poses, generator = [state.q], np.random.default_rng(7)
     for _ in range(POSES):
-        q = close(state.q + FAR * _tangent(system, state.q, generator))
+        q = close(state.q + THRESHOLDS.field_far * _tangent(system, state.q, generator))
         poses += [] if q is None else [q]
     scale = np.linalg.norm(fields(state.q) / _lengths(system), axis=-1)
     resisted = np.concatenate([_resistance(system, state, q, fields(q)) / scale for q in poses])
     _, sizes, basis = np.linalg.svd(resisted)
-    kept = basis[np.count_nonzero(sizes > NOTHING) :]
+    kept = basis[np.count_nonzero(sizes > THRESHOLDS.field_kept) :]
     return np.ascontiguousarray(kept / scale)
 
 
@@ -64,7 +63,7 @@ def _tangent(system: System, q: Array, generator: np.random.Generator) -> Array:
     """A change of q that the joints allow to first order, of size 1 in the mechanism's lengths."""
     lengths = _lengths(system)
     _, sizes, basis = np.linalg.svd(jacobian(system, pose_of(q)) * lengths)
-    free = basis[np.count_nonzero(sizes > 1e-9 * sizes[0]) :]
+    free = basis[np.count_nonzero(sizes > THRESHOLDS.field_kept * sizes[0]) :]
     along = generator.standard_normal(len(free)) @ free
     return np.asarray(lengths * along / max(np.linalg.norm(along), np.finfo(float).tiny))
 

@@ -32,7 +32,7 @@ class Invariants:
         "1",
         "both",
         "a correction of more times the largest of the joints' own is refused",
-        "15 was the largest of 20 runs",
+        "15 was the largest of 17 runs",
     )
     row_grain: float = threshold(
         1e-10,
@@ -40,4 +40,14 @@ class Invariants:
         "both",
         "a correction of so small a part of the velocity is never refused times row_refused",
         "chosen",
+    )
+    field_far: float = threshold(
+        0.3,
+        "lengths or rad",
+        "numpy",
+        "momenta are asked for at poses so far from the start",
+        "far from symmetric ones",
+    )
+    field_kept: float = threshold(
+        1e-9, "1", "numpy", "where less resists a rigid motion, its momentum is kept", "10 decades below what resists"
     )
