@@ -132,7 +132,7 @@ def _full(system: System, state: State, why: str) -> Choice:
 def _solvable(compiled: Compiled, system: System, state: State, settings: Settings, why: str) -> Choice:
     """The choice, with redundant rows left out, unless the equations have no unique solution at the start."""
     _refuse_massless(system, state, settings)
-    redundant = settle_rows(compiled, state)
+    redundant = settle_rows(compiled, state, settings.projection)
     regular, number = compiled.is_regular(state)
     if regular and redundant is not None:
         return Choice(compiled.name, why, compiled.degrees_of_freedom, compiled, redundant or 0)

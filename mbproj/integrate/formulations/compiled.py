@@ -52,6 +52,8 @@ class Compiled(ABC):
     def __init__(self, core: ModuleType | None, system: System, layout: Layout, model: Any) -> None:
         assert core is not None
         self.core, self.system, self.layout, self.model = core, system, layout, model
+        #: The projection that the model's usual rows were found for: a penalty has more of them in S.
+        self.settled = ProjectionSettings()
 
     @property
     @abstractmethod
@@ -136,7 +138,9 @@ class Compiled(ABC):
         """The system's number of one of the kernel's coordinates."""
 
     def equations(self, projection: ProjectionSettings | None = None) -> Any:
-        """The kernel's equations at single states."""
+        """The kernel's equations at single states; with the rows of the run, unless a projection is given."""
+        if projection is None and PROJECTIONS[self.settled.method].correction == "penalty":
+            projection = self.settled
         mass = self.core.Correction.mass
         settings = self.core.Projection(mass) if projection is None else self.projection(projection)
         return getattr(self.core, f"{self.dimension}Equations")(self.model, settings)

@@ -14,15 +14,17 @@ import numpy as np
 from mbproj.arrays import Array, may_overflow
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.integrate.formulations.compiled import Compiled
+from mbproj.scene.records import ProjectionSettings
 from mbproj.thresholds import THRESHOLDS
 
 #: Directions that are tried.
 TRIALS = 3
 
 
-def settle_rows(compiled: Compiled, state: State) -> int | None:
-    """Sets the rows that the kernel's model holds at most poses; how many are redundant, or None, as `count_redundant`
-    has it."""
+def settle_rows(compiled: Compiled, state: State, projection: ProjectionSettings | None = None) -> int | None:
+    """Sets the rows that the kernel's model holds at most poses, of a run with this projection; how many are redundant,
+    or None, as `count_redundant` has it."""
+    compiled.settled = projection or ProjectionSettings()
     first = _left_out(compiled, state)
     if first is None:
         return None

@@ -77,6 +77,7 @@ public:
     int row(int block) const { return begin_[block]; }
     double smallest_pivot() const { return smallest_pivot_; }
     double nearness() const { return nearness_; }  // the same where each is a part of what it usually is, or of 1
+    std::size_t rows() const { return per_usual_.size(); }
     void expect(const std::vector<double>& usual) {
         for (std::size_t r = 0; r < per_usual_.size(); ++r) per_usual_[r] = usual.empty() ? 1.0 : 1.0 / usual[r];
     }
