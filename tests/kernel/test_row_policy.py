@@ -115,7 +115,7 @@ def from_sample(compiled: Compiled, block, at: int, step: float, steps: int):
     """A run of so many steps of RK4 and GPOPM from a recorded sample."""
     return compiled.core.SpaceRun(
         compiled.model,
-        tableau_of(compiled.core, load_tableau("rk4")),
+        tableau_of(compiled.core, load_tableau("rk4"), kinematic=False),
         compiled.projection(ProjectionSettings()),
         compiled.core.Steps.fixed(float(block["t"][at]), steps * step, step, steps, 1),
         np.ascontiguousarray(block["y"][at]),
