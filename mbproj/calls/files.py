@@ -1,4 +1,4 @@
-"""Results files as functions take them: `mbproj.export`, `compare_results`, `loads`."""
+"""Results files as functions take them: `mbproj.export`, `compare_results`, `largest_loads`."""
 
 from __future__ import annotations
 

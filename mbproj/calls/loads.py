@@ -43,8 +43,8 @@ def loads(
     says by unit ("rad", "m") what a spline may change of the given motion, as a root of a mean square; it is estimated
     without.
 
-    Raises InputError where the motion leaves a freedom open or takes a force that no actuator has, SimulationError
-    where the joints do not close along it.
+    Raises InputError where the motion leaves a freedom open or takes a force that no actuator has. Raises
+    SimulationError where the joints do not close along it.
     """
     with by_arguments():
         return loads_of(scene, given, actuators=actuators, weights=weights, smooth=smooth, parameters=parameters)

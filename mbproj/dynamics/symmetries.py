@@ -1,8 +1,8 @@
 """Which momenta a mechanism keeps: the rigid motions of all bodies that no joint, motion or force resists.
 
-By Noether's theorem uᵀM q' is constant where a field of velocities u of a rigid motion leaves the constraints, the
-potential and every coordinate that forces act along as they are. What depends on the pose is asked at some poses that
-the mechanism can take.
+Let u be the velocities of a rigid motion. By Noether's theorem uᵀM q' is constant where u leaves as they are the
+constraints, the potential and every coordinate that forces act along. What depends on the pose is asked at some poses
+that the mechanism can take.
 """
 
 from __future__ import annotations

@@ -249,9 +249,11 @@ class ResultsWriter:
                 reserve(self._descriptor, self._room_for(self._samples) + trusting.room(self._trust))
                 trusting.write(self._file, self._trust)
             met = [event for event in self._events if event.time <= self._last_time]
-            reserve(self._descriptor, self._room_for(self._samples) + happening.room(met) + self._slots.room)
+            # Half of the margin that each flush has kept: a disk that is full by now has room for the end.
+            end = self._room_for(self._samples) - MARGIN // 2
+            reserve(self._descriptor, end + happening.room(met) + self._slots.room)
             happening.write(self._file, met)
-            if has_room(self._descriptor, self._room_for(self._samples) + stored_loads.room(self._names)):
+            if has_room(self._descriptor, end + stored_loads.room(self._names)):
                 stored_loads.write(self._file, recorded_loads(self._targets, self._names, self._constants, met))
             self._slots.write(self._file)
             put(self._file, {name: value for name, value in self._summary.items() if value is not None})

@@ -9,7 +9,7 @@ import pytest
 
 from mbproj.figures.kinds import KINDS, draw, why_not
 from mbproj.results import open_results
-from tests.analysis.test_over_coordinates import SCENE, SPEED, L, R, place
+from tests.analysis.turning_crank import SCENE, SPEED, L, R, place
 from tests.cli.commands import mbproj
 
 OVER = [kind for kind, entry in KINDS.items() if entry.over and entry.needs in (None, "markers", "joints", "motions")]

@@ -245,8 +245,8 @@ def test_steps_of_a_large_mechanism_hold_its_usual_rows(cells):
 @needs_kernel
 @pytest.mark.parametrize("method", ["gpopm", "gopm", "mass-orthogonal"])
 def test_usual_pivots_are_those_of_the_rows_that_a_run_with_the_method_has(method):
-    """A penalty keeps all joints in S: pivots that were found without them were read beyond their end, and runs with the
-    same input came out in two ways."""
+    """A penalty keeps all joints in S: pivots that were found without them were read beyond their end, and equal input
+    came out in two ways."""
     scene = read_scene(ROOT / "mechanisms" / "spatial_slider_crank.yaml")
     system, state = assembled(scene)
     compiled, projection = Reduced(core(), system), ProjectionSettings(method=method)

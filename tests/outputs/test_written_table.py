@@ -54,7 +54,7 @@ def test_modes_and_loads_write_what_python_gives(tmp_path):
     assert found == pytest.approx(mbproj.modes(FIVE_BAR, at="equilibrium").frequencies, rel=1e-9)
     path = tmp_path / "results.h5"
     with mbproj.run(FIVE_BAR, duration=0.05, output=path) as results:
-        felt = mbproj.loads(results)
+        felt = mbproj.largest_loads(results)
     run("info", path, "--loads", "--write-table", tmp_path / "loads.md")
     assert len((tmp_path / "loads.md").read_text(encoding="utf-8").splitlines()) == len(felt) + 4
     assert "--write-table is for --loads" in run("info", path, "--write-table", tmp_path / "x.md").output

@@ -116,7 +116,7 @@ def command(
             words = _json(report.facts(opened, over, level, rainflow=rainflow)) if as_json else None
             click.echo(words or "\n".join(report.lines(opened, over, level, rainflow=rainflow)))
             if table_file is not None:
-                from mbproj.calls.files import loads as table_of
+                from mbproj.calls.files import largest_loads as table_of
                 from mbproj.outputs.written_table import write_table
 
                 table = table_of(opened, over=over)

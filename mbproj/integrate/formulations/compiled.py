@@ -52,8 +52,7 @@ class Compiled(ABC):
     def __init__(self, core: ModuleType | None, system: System, layout: Layout, model: Any) -> None:
         assert core is not None
         self.core, self.system, self.layout, self.model = core, system, layout, model
-        #: The projection that the model's usual rows were found for: a penalty has more of them in S.
-        self.settled = ProjectionSettings()
+        self.settled = ProjectionSettings()  # what the model's usual rows were found for: a penalty has more of them
 
     @property
     @abstractmethod

@@ -22,10 +22,10 @@ from mbproj.thresholds import THRESHOLDS
 
 @dataclass
 class Kept:
-    """Scratch of a run: the `energy` E0 in J and the momenta (k,) of the balance at hand, the largest `closing` change
-    of the velocities by the joints' rows so far (as a part of them), how often the rows held, were left near rest, or
-    were refused; the energy in J that they have `given`, signed, how far that has been from nothing at the `furthest`,
-    and in sum `moved`; their `largest` change of the velocities, as a part of them."""
+    """Scratch of a run: the `energy` E0 in J and the momenta (k,) of the balance at hand. `closing` and `largest` are
+    the largest changes of the velocities so far, by the joints' rows and by these, as parts of them. Counted is how
+    often the rows held, were left near rest (`rested`), or were refused. In J: the energy that they have `given`,
+    signed; the largest size of that, `furthest`; the sum of the sizes, `moved`."""
 
     energy: float = 0.0
     momenta: Array = field(default_factory=lambda: np.zeros(0))

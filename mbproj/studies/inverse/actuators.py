@@ -18,8 +18,8 @@ from mbproj.scene.text.suggestions import choose_from
 
 @dataclass(frozen=True, eq=False)
 class Actuators:
-    """k actuators of a system without motions: their `names`, the `entries` by which forces are known ("A.angle" of a
-    motion on it), their `units` N or N m, and the `weights` (k,) of the squares of their forces."""
+    """k actuators of a system without motions, with their `names`. `entries`: by what their forces are known ("A.angle"
+    of a motion on it). `units`: N or N m. `weights` (k,): those of the squares of their forces."""
 
     system: System
     names: tuple[str, ...]

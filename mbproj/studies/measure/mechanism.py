@@ -82,5 +82,10 @@ def of_scene(scene: Scene, settings: Settings) -> Settings:
     """The settings with what belongs to the scene: its break times, where it starts, how far joints may move, and
     whether it is integrated though nothing is free."""
     own = scene.settings
-    kept = {"break_times": own.break_times, "start": own.start, "adjust_joints": own.adjust_joints}
-    return replace(settings, **kept, kinematic=own.kinematic)
+    return replace(
+        settings,
+        break_times=own.break_times,
+        start=own.start,
+        adjust_joints=own.adjust_joints,
+        kinematic=own.kinematic,
+    )

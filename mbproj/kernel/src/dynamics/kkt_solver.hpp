@@ -105,8 +105,6 @@ public:
     double even_nearness(const Pose<D>& pose) { return even_pivot(pose) / model_.rows.even; }
     // What the pivots of the rows held usually are: masses and lengths of different orders make some small at every pose.
     void expect(const std::vector<double>& usual) { loops_.expect(usual); }
-    // How many rows S has.
-    std::size_t rows() const { return cholesky().rows(); }
     // How often dependent rows were looked for, or a singular pose.
     long close_looks() const { return close_looks_; }
 

@@ -38,9 +38,7 @@ public:
     // Holds all rows but these from here on, whatever the pose.
     void hold_all_but(const std::vector<int>& rows) {
         solver_.leave_out(rows);
-        // A penalty keeps in S what the other corrections eliminate: pivots found for the one say nothing of the other.
-        if (holds_usual()) knows_usual_ = model_.rows.pivots.size() == solver_.rows();
-        solver_.expect(holds_usual() && knows_usual_ ? model_.rows.pivots : std::vector<double>());
+        solver_.expect(holds_usual() ? model_.rows.pivots : std::vector<double>());
     }
     // Whether the rows at hand are the usual ones.
     bool holds_usual() const { return solver_.left_out() == model_.rows.left_out; }
@@ -71,7 +69,7 @@ public:
 private:
     // Whether no pivot of the usual rows is far below what it usually is.
     bool serves() const {
-        return solver_.is_regular() && knows_usual_ && solver_.nearness() >= model_.thresholds.decline;
+        return solver_.is_regular() && !model_.rows.pivots.empty() && solver_.nearness() >= model_.thresholds.decline;
     }
     // Holds the best-conditioned rows of a pose from here on, where exactly as many as are redundant depend on them.
     bool choose(const Pose<D>& pose) {
@@ -92,7 +90,6 @@ private:
 
     const Model<D>& model_;
     KktSolver<D>& solver_;
-    bool knows_usual_ = false;      // the pivots of the usual rows
     bool others_may_serve_ = true;  // where the rows held depend on each other
     Passed here_, passed_;          // at the pose where the step begins alone, and in the step at hand
 };

@@ -76,10 +76,10 @@ public:
     std::size_t filled() const { return fill_; }  // of these, numbers in blocks that the matrix does not have
     int row(int block) const { return begin_[block]; }
     double smallest_pivot() const { return smallest_pivot_; }
-    double nearness() const { return nearness_; }  // the same where each is a part of what it usually is, or of 1
-    std::size_t rows() const { return per_usual_.size(); }
-    void expect(const std::vector<double>& usual) {
-        for (std::size_t r = 0; r < per_usual_.size(); ++r) per_usual_[r] = usual.empty() ? 1.0 : 1.0 / usual[r];
+    double nearness() const { return nearness_; }    // the same where each is a part of what it usually is, or of 1
+    void expect(const std::vector<double>& usual) {  // none where they are of other rows, as a penalty has them
+        const std::size_t n = per_usual_.size();
+        for (std::size_t r = 0; r < n; ++r) per_usual_[r] = usual.size() == n ? 1.0 / usual[r] : 1.0;
     }
     // The pivots of all rows, parts of their diagonal entries; 0 of those that are left out.
     std::vector<double> pivots() const {
@@ -127,8 +127,7 @@ private:
     std::vector<ColumnOf> columns_;                                // in the order of elimination
     std::vector<double> values_, diagonal_, hidden_, reciprocal_;  // `diagonal_`: the squares of the rows
     std::vector<char> left_out_;                                   // one for each row, or none
-    std::vector<double> transposed_, per_usual_;                   // of the blocks of a column; 1 / usual pivots
-    std::vector<double> kept_;
+    std::vector<double> transposed_, per_usual_, kept_;  // of the blocks of a column; 1 / usual pivots; values
     double smallest_pivot_ = 1.0, nearness_ = 1.0, largest_left_ = 0.0;
     std::size_t fill_ = 0;
 };
