@@ -93,7 +93,7 @@ def run(y: np.ndarray | None = None, turns: np.ndarray | None = None, **changes:
     steps = changes.get("steps", core().Steps.fixed(0.0, 1.0, 0.1, 10, 1))
     made = core().SpaceRun(
         changes.get("model") or model(),
-        changes.get("tableau") or _tableau(core(), load_tableau("rk4")),
+        changes.get("tableau") or _tableau(core(), load_tableau("rk4"), kinematic=False),
         changes.get("projection") or projection(),
         steps,
         state().ravel() if y is None else y,
