@@ -26,8 +26,8 @@ UNSURE = 1e-3
 EXAMPLES = (
     ("List both assemblies of a four-bar at its crank's angle.", "mbproj branches planar_four_bar.yaml --hold A.angle"),
     (
-        "Write each as a scene that starts there, and draw them.",
-        "mbproj branches planar_four_bar.yaml --hold A.angle --write starts --picture assemblies.png",
+        "Write each as a scene that starts there.",
+        "mbproj branches planar_four_bar.yaml --hold A.angle --write starts",
     ),
 )
 

@@ -34,7 +34,6 @@ EXAMPLES = (
         "Hold the violations of two runs side by side.",
         "mbproj plot gopm.h5 results.h5 --kind violation --label GOPM --label GPOPM",
     ),
-    ("Draw forces over the angle of a joint.", "mbproj plot results.h5 --kind reactions --over A.angle --per-turn"),
     ("Draw the tip of a sweep over its lengths.", "mbproj plot lengths-sweep --kind lines --of tip --over length"),
 )
 
