@@ -39,8 +39,13 @@ REFUSED = {
     "stick_slip": {"equilibrium": MOVES},
 }
 UNJOINED = "there is nothing to project"
+KINEMATIC = "the run is kinematic"
 #: The same of studies.
-NOT_STUDIED = {"bouncing_ball": {"threshold": UNJOINED}, "free_body": {"threshold": UNJOINED}}
+NOT_STUDIED = {
+    "bouncing_ball": {"threshold": UNJOINED},
+    "free_body": {"threshold": UNJOINED},
+    "inline_four": dict.fromkeys(("compare", "recommend", "tradeoff", "threshold", "stability"), KINEMATIC),
+}
 
 pytestmark = [
     pytest.mark.long,
