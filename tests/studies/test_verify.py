@@ -332,7 +332,7 @@ def test_where_steps_are_split_for_a_short_move_no_order_is_claimed():
 GEARS = """\
 mbproj: 1
 gravity: [0, 0, 0]
-simulation: {duration: 0.5, step: 10 ms, integrator: rk4, formulation: full}
+simulation: {duration: 0.5, step: 10 ms, integrator: rk4, formulation: full, kinematic: false}
 bodies:
   wheel: {mass: 1, inertia: [0.01, 0.01, 0.02], position: [0, 0, 0]}
   pinion: {mass: 0.5, inertia: [0.001, 0.001, 0.001], position: [0.1, 0, 0]}

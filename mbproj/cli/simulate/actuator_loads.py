@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbproj.cli.report.table import columns
+from mbproj.cli.simulate.largest_loads import cells
 
 if TYPE_CHECKING:
     from mbproj.studies.inverse.loads import ActuatorLoads, Smoothing
@@ -80,15 +81,7 @@ def lines(found: ActuatorLoads, source: str, over: str | None) -> Iterator[str]:
 
 def _row(load: Any, over: str | None, turns: bool) -> tuple[str, ...]:
     place = "-" if over is None else f"{degrees(load.place):.1f}°" if turns else f"{load.place:.5g}"
-    return (
-        load.name + (" power" if load.quantity == "power" else ""),
-        f"{load.largest:.6g} ± {load.uncertainty:.1g}",
-        load.unit,
-        f"{load.time:.6g}",
-        place,
-        f"{load.mean:.5g}",
-        f"{load.rms:.5g}",
-    )
+    return cells(load, load.name + (" power" if load.quantity == "power" else ""), place)
 
 
 def _sharing(found: ActuatorLoads) -> str:

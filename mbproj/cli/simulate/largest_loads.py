@@ -87,8 +87,13 @@ def _name(load: Load) -> str:
 
 def _row(load: Load, unit: str) -> tuple[str, ...]:
     place = f"{degrees(load.place):.1f}°" if unit == "rad" else f"{load.place:.5g} {unit}" if unit else "-"
+    return cells(load, _name(load) + ("" if load.unique else " *"), place)
+
+
+def cells(load: Load, name: str, place: str) -> tuple[str, ...]:
+    """A load as a row of a table, under this name and with its place in the cycle."""
     return (
-        _name(load) + ("" if load.unique else " *"),
+        name,
         f"{load.largest:.6g} ± {load.uncertainty:.1g}",
         load.unit,
         f"{load.time:.6g}",

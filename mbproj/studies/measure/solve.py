@@ -10,6 +10,7 @@ from mbproj.dynamics.observe.recorded import Block
 from mbproj.errors import InputError, SimulationError
 from mbproj.integrate import Report, simulate
 from mbproj.integrate.outcome.report import EnergyAccount, Worst
+from mbproj.integrate.outcome.tally import RowsKept
 from mbproj.scene.records import ProjectionSettings, Scene, Settings
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.setting import Setting
@@ -80,7 +81,7 @@ class Solution:
 
 
 #: What a solution consists of, for the store.
-SOLUTION_RECORDS = (Solution, Failure, Setting, Report, EnergyAccount, Worst, Settings, ProjectionSettings)
+SOLUTION_RECORDS = (Solution, Failure, Setting, Report, EnergyAccount, RowsKept, Worst, Settings, ProjectionSettings)
 
 
 #: What to do about points that do not move.

@@ -16,7 +16,7 @@ from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.setting import Setting
 from mbproj.studies.tradeoff.curves import by_integrator, by_projection, studied
 from mbproj.studies.tradeoff.front import tradeoff
-from mbproj.studies.tradeoff.table import rows, write_hdf5
+from mbproj.studies.tradeoff.table import write_hdf5
 from tests.support import ROOT
 
 PENDULUM = ROOT / "mechanisms" / "physical_pendulum.yaml"
@@ -57,12 +57,12 @@ def test_tradeoff(scene, tmp_path):
     assert found.error[best] <= 1e-9
     assert found.seconds[best] == min(found.seconds[i] for i in timed if found.error[i] <= 1e-9)
 
-    table = rows(found)
-    assert len({row["setting"] for row in table}) == len(found.trials)
-    path = write_hdf5(tmp_path / "t.h5", found, table)
+    settings = [row[found.table.headings.index("setting")] for row in found.table.rows]
+    assert len(set(settings)) == len(found.trials)
+    path = write_hdf5(tmp_path / "t.h5", found)
     with h5py.File(path) as file:
         assert np.array_equal(file["trials/error"][:], found.error)
-        assert file["trials/setting"].asstr()[0] == table[0]["setting"]
+        assert file["trials/setting"].asstr()[0] == settings[0]
         assert file["reference/uncertainty"].shape == (len(found.reference.times), 1)
 
 
@@ -89,8 +89,8 @@ def test_an_interrupted_study_resumes_and_gives_the_same_table_again(scene, tmp_
     with pytest.raises(KeyboardInterrupt):
         tradeoff(scene, **small, tell=interrupt)
     assert told(2) == ("projections and schedules", 3)  # the sweeps of the integrators are through at once
-    first = rows(tradeoff(scene, **small))
-    again = rows(tradeoff(scene, **small))
+    first = tradeoff(scene, **small).table.rows
+    again = tradeoff(scene, **small).table.rows
     assert repr(first) == repr(again)  # to the last digit of every timing
     assert told(1, until=0.1) == told(1, fresh=True) == ("integrators", 0)
 

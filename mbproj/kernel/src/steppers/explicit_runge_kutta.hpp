@@ -1,25 +1,21 @@
 // Explicit Runge-Kutta steps.
 #pragma once
 
-#include "steppers/stepper.hpp"
+#include "steppers/explicit_stages.hpp"
 
 namespace mbproj {
 
-template <int D> class ExplicitRungeKutta final : public Stepper<D> {
+template <int D> class ExplicitRungeKutta final : public ExplicitStages<D> {
 public:
-    using Base = Stepper<D>;
+    using Base = ExplicitStages<D>;
     using typename Base::Vector;
     using typename Base::Visit;
 
-    ExplicitRungeKutta(const Tableau& tableau, EquationsOfMotion<D>& equations)
-        : Base(tableau, equations, tableau.stages() + (tableau.error.rows() > 0 ? 1 + tableau.extra_c.size() : 0)) {}
+    ExplicitRungeKutta(const Tableau& tableau, EquationsOfMotion<D>& equations) : Base(tableau, equations) {}
 
-    std::unique_ptr<Base> copy() const override { return std::make_unique<ExplicitRungeKutta>(*this); }
+    std::unique_ptr<Stepper<D>> copy() const override { return std::make_unique<ExplicitRungeKutta>(*this); }
 
-    long attempt_cost() const override { return tableau_.stages() - 1; }
     int error_cost() const override { return 1; }
-    int extend_cost() const override { return static_cast<int>(tableau_.extra_c.size()); }
-    int arrival_cost() const override { return 1; }
 
     bool attempt(double t, const Vector& y, double h, Vector& y_new) override {
         for (int s = 1; s < tableau_.stages(); ++s) {
@@ -56,28 +52,7 @@ public:
         return true;
     }
 
-    bool arrive(const Vector& y, Vector& slope, double* lambda) override {
-        return equations_.slope_at(y.data(), slope.data(), lambda);
-    }
-    bool follow_on(double t, const Vector& y) override {
-        return equations_.watched_derivative(t, y.data(), k_[0].data());
-    }
-    bool inside(double, double, double, const Vector& y, Vector& slope, double* lambda) override {
-        if (!equations_.factor(Metric::mass)) return false;
-        equations_.set_velocities(y.data(), false);
-        return equations_.slope_at(y.data(), slope.data(), lambda);
-    }
-
-    bool before_jump(double, const Vector&) override { return true; }
-    bool after_jump(double t, const Vector& y, Vector& slope, double* lambda) override {
-        equations_.set_pose(t, y.data());
-        return inside(t, 0.0, 0.0, y, slope, lambda);
-    }
-    bool meet_break(double, const Vector&, const TimeWindow&, Vector&, double*) override { return true; }
-    bool carries_slope() const override { return false; }
-
 private:
-    // Of two estimates (DOP853) the combination of its authors.
     double norm_of_error(const Vector& y, const Vector& y_new, double h, double tolerance) const {
         double norms[2] = {0.0, 0.0};
         for (int e = 0; e < tableau_.error.rows(); ++e) {
@@ -91,11 +66,10 @@ private:
             }
             norms[e] = std::sqrt(sum / layout_.controlled());
         }
-        if (tableau_.error.rows() == 1 || norms[0] == 0.0) return norms[0];
-        return norms[0] * norms[0] / std::hypot(norms[0], 0.1 * norms[1]);
+        return combined(norms);
     }
 
-    using Base::combine, Base::equations_, Base::k_, Base::layout_, Base::stage_, Base::tableau_;
+    using Base::combine, Base::combined, Base::equations_, Base::k_, Base::layout_, Base::stage_, Base::tableau_;
 };
 
 }  // namespace mbproj

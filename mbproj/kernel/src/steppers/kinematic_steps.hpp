@@ -6,29 +6,25 @@
 #pragma once
 
 #include "projection/projector.hpp"
-#include "steppers/stepper.hpp"
+#include "steppers/explicit_stages.hpp"
 
 namespace mbproj {
 
-template <int D> class KinematicSteps final : public Stepper<D> {
+template <int D> class KinematicSteps final : public ExplicitStages<D> {
 public:
-    using Base = Stepper<D>;
+    using Base = ExplicitStages<D>;
     using S = Size<D>;
     using typename Base::Vector;
     using typename Base::Visit;
 
     KinematicSteps(const Tableau& tableau, EquationsOfMotion<D>& equations, Projector<D>& projector)
-        : Base(tableau, equations, tableau.stages() + (tableau.error.rows() > 0 ? 1 + tableau.extra_c.size() : 0)),
-          model_(equations.model()), projector_(projector), states_(k_.size(), stage_),
+        : Base(tableau, equations), model_(equations.model()), projector_(projector), states_(k_.size(), stage_),
           needs_last_(tableau.error.rows() > 0 && !(tableau.error.col(tableau.stages()).isZero(0.0) &&
                                                     tableau.dense.row(tableau.stages()).isZero(0.0))) {}
 
-    std::unique_ptr<Base> copy() const override { return std::make_unique<KinematicSteps>(*this); }
+    std::unique_ptr<Stepper<D>> copy() const override { return std::make_unique<KinematicSteps>(*this); }
 
-    long attempt_cost() const override { return tableau_.stages() - 1; }
     int error_cost() const override { return needs_last_; }
-    int extend_cost() const override { return static_cast<int>(tableau_.extra_c.size()); }
-    int arrival_cost() const override { return 1; }
 
     bool attempt(double t, const Vector& y, double h, Vector& y_new) override {
         doubt_ = false;
@@ -82,8 +78,7 @@ public:
             for (int i = works.first; i < works.end(); ++i) add(i, work);
             norms[e] = std::sqrt(sum / count);
         }
-        if (tableau_.error.rows() == 1 || norms[0] == 0.0) return norms[0];
-        return norms[0] * norms[0] / std::hypot(norms[0], 0.1 * norms[1]);
+        return combined(norms);
     }
 
     bool extend(double t, const Vector& y, double h) override {
@@ -94,26 +89,6 @@ public:
         }
         return true;
     }
-
-    bool arrive(const Vector& y, Vector& slope, double* lambda) override {
-        return equations_.slope_at(y.data(), slope.data(), lambda);
-    }
-    bool follow_on(double t, const Vector& y) override {
-        return equations_.watched_derivative(t, y.data(), k_[0].data());
-    }
-    bool inside(double, double, double, const Vector& y, Vector& slope, double* lambda) override {
-        if (!equations_.factor(Metric::mass)) return false;
-        equations_.set_velocities(y.data(), false);
-        return equations_.slope_at(y.data(), slope.data(), lambda);
-    }
-
-    bool before_jump(double, const Vector&) override { return true; }
-    bool after_jump(double t, const Vector& y, Vector& slope, double* lambda) override {
-        equations_.set_pose(t, y.data());
-        return inside(t, 0.0, 0.0, y, slope, lambda);
-    }
-    bool meet_break(double, const Vector&, const TimeWindow&, Vector&, double*) override { return true; }
-    bool carries_slope() const override { return false; }
 
 private:
     // The bodies of a stage at the part c of a step, predicted, on the constraints. False where that is not for certain the
@@ -192,7 +167,7 @@ private:
     const bool needs_last_;  // f at the end of the step
     bool doubt_ = false;     // about the branch at the last stage
 
-    using Base::combine, Base::equations_, Base::k_, Base::layout_, Base::stage_, Base::tableau_;
+    using Base::combine, Base::combined, Base::equations_, Base::k_, Base::layout_, Base::stage_, Base::tableau_;
 };
 
 }  // namespace mbproj
