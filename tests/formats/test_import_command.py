@@ -71,3 +71,13 @@ def test_a_wrong_pose_is_said(pose, said, tmp_path):
     done = mbproj("import", "loop_joint.urdf", "--pose", "pose.yaml", folder=tmp_path)
     assert done.returncode == 2
     assert said in done.stderr
+
+
+def test_a_warning_of_mujoco_is_a_note_and_no_file(tmp_path):
+    (tmp_path / "total.xml").write_text(
+        '<mujoco><compiler settotalmass="2"/><worldbody><body><joint axis="0 1 0"/>'
+        '<geom size="0.1" pos="0.2 0 0"/></body></worldbody></mujoco>'
+    )
+    done = mbproj("import", "total.xml", "-o", "total.yaml", folder=tmp_path)
+    assert (done.returncode, "note: MuJoCo: compiler attribute 'settotalmass'" in done.stderr) == (0, True)
+    assert {path.name for path in tmp_path.iterdir()} == {"total.xml", "total.yaml"}

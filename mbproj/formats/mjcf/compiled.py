@@ -8,7 +8,7 @@ from importlib.util import find_spec
 from typing import Any
 
 from mbproj.dataclass import dataclass
-from mbproj.errors import InputError, Place, Problem
+from mbproj.errors import InputError, Place, Problem, warn_once
 from mbproj.formats.mechanism import Wishes
 from mbproj.formats.mjcf.source import Source
 from mbproj.formats.xml import Element
@@ -64,6 +64,8 @@ def _model(source: Source) -> Any:
     import mujoco
 
     text, places = source.text()
+    # Its own way is a file MUJOCO_LOG.TXT in the user's folder.
+    mujoco.set_mju_user_warning(lambda message: warn_once(f"MuJoCo: {message}"))
     try:
         return mujoco.MjModel.from_xml_string(text, assets=dict(source.meshes))
     except ValueError as error:
@@ -72,6 +74,8 @@ def _model(source: Source) -> Any:
         place = places[int(line[1]) - 1] if line and 0 < int(line[1]) <= len(places) else source.root.place
         said = _LINE.sub("", words.removeprefix("XML Error: ").removeprefix("Error: ")).strip(" ,")
         raise InputError(Problem(f"MuJoCo refuses the model: {said}", place, "repair it there")) from None
+    finally:
+        mujoco.set_mju_user_warning(None)
 
 
 def _refuse_mass_of_missing(source: Source) -> None:
