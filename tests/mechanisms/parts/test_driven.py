@@ -104,7 +104,7 @@ def test_every_method_drives(projection, acceleration):
 def test_without_projection_a_driven_angle_drifts_with_the_order():
     errors = []
     for step in (0.02, 0.01):
-        done = drive("sin(3*t)", projection="none", step=step)
+        done = drive("sin(3*t)", projection="none", step=step, kinematic="false")
         errors.append(np.abs(done.column("joints/coordinate", "A.angle") - np.sin(3 * done["time"])).max())
     assert 1e-12 < errors[1] < errors[0] / 14.0
 
@@ -120,7 +120,7 @@ def test_error_control_and_the_continuous_extension():
 def test_the_work_of_a_motion_closes_the_balance(integrator, order):
     errors = []
     for step in (0.02, 0.01):
-        done = drive("sin(3*t)", integrator=integrator, step=step)
+        done = drive("sin(3*t)", integrator=integrator, step=step, kinematic="false")
         errors.append(np.abs(done["diagnostics/energy_balance"]).max())
         energy = done["diagnostics/total_energy"]
         assert_close(done["diagnostics/work"], energy - energy[0], 1.01 * errors[-1])
@@ -231,7 +231,7 @@ def test_all_coordinates_of_an_arm_driven_at_once():
     energy = done["diagnostics/total_energy"]
     rate = (8 * (energy[3:-1] - energy[1:-3]) - (energy[4:] - energy[:-4])) / (12 * 0.01)
     np.testing.assert_allclose(power[2:-2], rate, atol=1e-4)
-    assert_close(done["diagnostics/energy_balance"], 0.0, 1e-10)
+    assert_close(done["diagnostics/energy_balance"], 0.0, 1e-10 * np.ptp(energy))
 
 
 def test_some_driven_some_free():
