@@ -6,13 +6,13 @@ import dataclasses
 
 import numpy as np
 import pytest
-from tests.dynamics.linkages import assembled, scaled
 
 from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.rank.massless import massless_motions, swamped_motions
 from mbproj.dynamics.rank.mobility import mobility, refuse_unsolvable
 from mbproj.errors import InputError
 from tests.dynamics import linkages
+from tests.dynamics.linkages import assembled, scaled
 
 
 def light_coupler(*kinds: str):

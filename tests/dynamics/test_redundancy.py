@@ -6,7 +6,6 @@ import dataclasses
 
 import numpy as np
 import pytest
-from tests.dynamics.linkages import assembled, scaled
 
 from mbproj.dynamics.equations.constraint_equations import jacobian
 from mbproj.dynamics.equations.kinematics import pose_of
@@ -18,6 +17,7 @@ from mbproj.dynamics.rank.row_words import listed
 from mbproj.mechanisms_folder import mechanism
 from mbproj.scene import read_scene
 from tests.dynamics import linkages
+from tests.dynamics.linkages import assembled, scaled
 
 #: Mechanism, permanent sets, sets at the pose only, degrees of freedom at the pose.
 KNOWN = {

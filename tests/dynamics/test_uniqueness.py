@@ -6,7 +6,6 @@ import dataclasses
 
 import numpy as np
 import pytest
-from tests.dynamics.linkages import assembled, scaled
 
 from mbproj.dynamics.equations.constraint_equations import tangent_jacobian
 from mbproj.dynamics.equations.kinematics import pose_of
@@ -14,6 +13,7 @@ from mbproj.dynamics.rank.row_space import self_stresses
 from mbproj.dynamics.rank.uniqueness import indeterminate, unique_components
 from tests.dynamics import linkages
 from tests.dynamics.four_bar import parallelogram
+from tests.dynamics.linkages import assembled, scaled
 
 
 def open_parts(scene):

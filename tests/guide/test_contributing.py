@@ -41,6 +41,8 @@ forces:
 """
 PROGRAM = """
 import sys
+# An editable installation finds its own mbproj before the copy.
+sys.meta_path = [each for each in sys.meta_path if "Redirecting" not in type(each).__name__]
 import numpy as np
 from click.testing import CliRunner
 from mbproj.cli.main import mbproj

@@ -6,7 +6,6 @@ import re
 
 import numpy as np
 import pytest
-from tests.dynamics.linkages import assembled
 
 from mbproj.dynamics import State
 from mbproj.dynamics.equations.energy import kinetic_energy
@@ -19,6 +18,7 @@ from mbproj.integrate.formulations.reduced import from_space
 from mbproj.scene import read_scene_text
 from mbproj.scene.records import Settings
 from mbproj.studies.verify import verify
+from tests.dynamics.linkages import assembled
 from tests.kernel.scenes import needs_kernel, opened, tree
 from tests.mechanisms.parts.flywheels import FLOATING, HEAD, PENDULUM
 from tests.mechanisms.running import BRIEF, TIGHT, Run, assert_close, run_text
