@@ -88,7 +88,8 @@ def imported(model: Path, wishes: Wishes) -> Imported:
     mechanism = read_model(model, wishes)
     text, refused = without_refused(mechanism, __version__)
     for problem in refused:
-        mechanism.say("the scene itself", problem.place, f"check refuses it: {problem.message}", Same.NO)
+        line = "it" if problem.place.line is None else f"its line {problem.place.line}"
+        mechanism.say("the scene itself", None, f"check refuses {line}: {problem.message}", Same.NO)
     return Imported(text, mechanism)
 
 

@@ -139,7 +139,7 @@ def _cylindrical(singles: Sequence[Single]) -> _Recognised | None:
     if len(singles) != 2 or singles[0].turns == singles[1].turns:
         return None
     turn, slide = sorted(singles, key=lambda single: not single.turns)
-    if turn.axis @ slide.axis < 1.0 - EXACT**2 or np.linalg.norm(np.cross(turn.axis, slide.axis)) > EXACT:
+    if turn.axis @ slide.axis < 0.0 or np.linalg.norm(np.cross(turn.axis, slide.axis)) > EXACT:
         return None
     return "cylindrical", turn.point, turn.axis, tuple("angle" if each.turns else "displacement" for each in singles)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from mbproj.errors import InputError, Problem
+from mbproj.errors import InputError, Place, Problem
 from mbproj.formats.mechanism import Mechanism, Wishes
 from mbproj.formats.mjcf.read import read_mjcf
 from mbproj.formats.sdf.read import read_sdf
@@ -16,11 +16,14 @@ READERS = {"mujoco": read_mjcf, "robot": read_urdf, "sdf": read_sdf}
 
 
 def read_model(path: Path, wishes: Wishes | None = None) -> Mechanism:
-    """The model in the file. Raises InputError, with the file's line, where it is wrong or cannot be read."""
+    """The model in the file. Raises InputError, with the file's line, where it is wrong, and where nothing can move."""
     shown = str(path)
     root = parse(read_text(path, shown), shown)
     _refuse_others(root)
-    return READERS[root.tag](root, path, wishes or Wishes())
+    mechanism = READERS[root.tag](root, path, wishes or Wishes())
+    if not mechanism.parts:
+        raise InputError(Problem("no body of the model can move", Place(shown), "a scene needs one: add a joint"))
+    return mechanism
 
 
 def _refuse_others(root: Element) -> None:

@@ -81,3 +81,11 @@ def test_a_warning_of_mujoco_is_a_note_and_no_file(tmp_path):
     done = mbproj("import", "total.xml", "-o", "total.yaml", folder=tmp_path)
     assert (done.returncode, "note: MuJoCo: compiler attribute 'settotalmass'" in done.stderr) == (0, True)
     assert {path.name for path in tmp_path.iterdir()} == {"total.xml", "total.yaml"}
+
+
+def test_a_model_that_cannot_move_is_no_scene(tmp_path):
+    (tmp_path / "r.urdf").write_text('<robot name="r"><link name="a"/></robot>')
+    done = mbproj("import", "r.urdf", "-o", "r.yaml", folder=tmp_path)
+    assert done.returncode == 2
+    assert done.stderr == "r.urdf: error: no body of the model can move; a scene needs one: add a joint\n"
+    assert not (tmp_path / "r.yaml").exists()

@@ -146,3 +146,18 @@ def test_a_tendon_between_two_points_is_a_spring_a_stop_or_a_rod(tmp_path):
     said = {row.element: row.same.value for row in mechanism.said}
     assert said["tendon 'odd'"] == "no"
     assert "tendon 'spring'" not in said
+
+
+def test_meshes_of_one_name_in_two_folders_are_two(tmp_path):
+    """A tetrahedron with edges of 0.1 m along the axes has 1/6 kg, one of twice the size eight times as much."""
+    for folder, size in (("a", 0.1), ("b", 0.2)):
+        (tmp_path / folder).mkdir()
+        points = "\n".join(f"v {x} {y} {z}" for x, y, z in ([0, 0, 0], [size, 0, 0], [0, size, 0], [0, 0, size]))
+        (tmp_path / folder / "part.obj").write_text(f"{points}\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+    path = tmp_path / "model.xml"
+    path.write_text(
+        """<mujoco><asset><mesh name="first" file="a/part.obj"/><mesh file="b/part.obj"/></asset><worldbody>
+        <body name="one"><joint axis="0 1 0"/><geom type="mesh" mesh="first"/></body>
+        <body name="two"><joint axis="0 1 0"/><geom type="mesh" mesh="part"/></body></worldbody></mujoco>"""
+    )
+    assert [part.mass for part in read_model(path).parts.values()] == pytest.approx([1 / 6, 8 / 6], rel=1e-6)

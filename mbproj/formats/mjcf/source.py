@@ -15,6 +15,8 @@ from mbproj.formats.xml import Element
 MOST_MESH_BYTES = 64_000_000
 #: Assets that have no say in the motion, and the attributes that name them.
 SHOWN_ONLY = ("texture", "skin")
+#: Where files are, which MuJoCo need not know.
+FOLDERS = ("assetdir", "meshdir", "texturedir", "strippath")
 
 
 @dataclass(eq=False)
@@ -100,11 +102,16 @@ def _take_meshes(source: Source, folder: Path) -> None:
             if not file:
                 continue
             own = settings.get("meshdir", assets) if asset.tag == "mesh" else assets
-            why = _read_mesh(source, folder, own, file, strip, asset.tag)
+            why = _read_mesh(source, folder, own, file, strip, asset)
             if why:
                 gone[asset.tag].add(name)
                 element.children.remove(asset)
                 source.missing.append((f"{asset.tag} '{name}'", asset.place, f"its file '{file}' {why}"))
+            else:
+                asset.attributes["name"] = name
+    for compiler in source.root.all("compiler"):
+        for key in FOLDERS:
+            compiler.attributes.pop(key, None)
     for element in source.root.walk():
         for kind, names in gone.items():
             if element.get(kind) in names and element.tag in ("geom", "site"):
@@ -115,9 +122,10 @@ def _take_meshes(source: Source, folder: Path) -> None:
             element.children = [each for each in element.children if each.tag != "flex"]
 
 
-def _read_mesh(source: Source, folder: Path, own: str, file: str, strip: bool, kind: str) -> str:
-    """Why a mesh's file cannot be had, "" where it is among the meshes now."""
-    if kind == "hfield":
+def _read_mesh(source: Source, folder: Path, own: str, file: str, strip: bool, asset: Element) -> str:
+    """Why a mesh's file cannot be had, "" where it is among the meshes now. Each file gets a name of its own: MuJoCo
+    takes two of one name in different folders for one."""
+    if asset.tag == "hfield":
         return "is a height field, which takes no part"
     name = Path(file).name if strip else file
     try:
@@ -128,7 +136,8 @@ def _read_mesh(source: Source, folder: Path, own: str, file: str, strip: bool, k
             return "is not there"
         if found.stat().st_size > MOST_MESH_BYTES:
             return f"is larger than {MOST_MESH_BYTES // 1_000_000} MB"
-        source.meshes[str(Path(own) / name)] = found.read_bytes()
+        asset.attributes["file"] = f"{len(source.meshes)}{found.suffix}"
+        source.meshes[asset.get("file")] = found.read_bytes()
     except (OSError, ValueError, RuntimeError):
         return "cannot be read"
     return ""

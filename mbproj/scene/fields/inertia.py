@@ -58,6 +58,7 @@ def _rotate(a: list[list[float]], i: int, j: int) -> None:
         a[k][i], a[k][j] = cosine * a[k][i] - sine * a[k][j], sine * a[k][i] + cosine * a[k][j]
     for k in range(3):
         a[i][k], a[j][k] = cosine * a[i][k] - sine * a[j][k], sine * a[i][k] + cosine * a[j][k]
+    a[i][j] = a[j][i] = 0.0  # what round-off leaves would be turned again, for ever where two moments are equal
 
 
 def impossible(matrix: Matrix) -> str | None:

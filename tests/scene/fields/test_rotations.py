@@ -106,6 +106,13 @@ def test_principal_moments_as_numpys_eigenvalues(scale: float) -> None:
         )
 
 
+def test_equal_moments_about_a_diagonal_are_found_at_once() -> None:
+    """A rod along (1, 1, 1), as a model has it: rotations once turned what round-off left, without an end."""
+    a, b = 0.009318672582184233, 0.004348555749923228
+    matrix = from_elements([a, a + 7e-18, a + 5e-18, b, -b - 3e-18, b + 2e-18])
+    assert principal_moments(matrix) == pytest.approx([a - 2 * b, a + b, a + b], abs=1e-16)
+
+
 def turned(moments: tuple[float, float, float]) -> Matrix:
     """The tensor with these principal moments in axes turned at random."""
     R = matrix_of(unit(RNG.normal(size=4).tolist()))
