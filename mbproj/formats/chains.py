@@ -125,14 +125,21 @@ def _universal(singles: Sequence[Single]) -> _Recognised | None:
     if len(singles) != 2 or not all(single.turns for single in singles) or any(single.dry for single in singles):
         return None
     first, second = singles
+    point = crossing(first, second)
+    if point is None:
+        return None
+    return "universal", point, np.array([first.axis, second.axis]), ("angle_1", "angle_2")
+
+
+def crossing(first: Single, second: Single) -> Array | None:
+    """Where two axes meet at a right angle; None where they do not."""
     if abs(first.axis @ second.axis) > EXACT:
         return None
     between = second.point - first.point
     point = first.point + (between @ first.axis) * first.axis
     off = second.point - point
-    if np.linalg.norm(off - (off @ second.axis) * second.axis) > EXACT:
-        return None
-    return "universal", point, np.array([first.axis, second.axis]), ("angle_1", "angle_2")
+    meets = np.linalg.norm(off - (off @ second.axis) * second.axis) <= EXACT
+    return np.asarray(point) if meets else None
 
 
 def _cylindrical(singles: Sequence[Single]) -> _Recognised | None:

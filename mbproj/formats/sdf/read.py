@@ -14,6 +14,7 @@ from mbproj.formats.chains import Coordinates
 from mbproj.formats.geometry import IDENTITY, Pose
 from mbproj.formats.loops import add_loops
 from mbproj.formats.mechanism import Mechanism, Names, Part, Same, Wishes, said_of
+from mbproj.formats.rings import without_rings
 from mbproj.formats.sdf.frames import WORLD, Frames, full_name
 from mbproj.formats.sdf.inertias import inertia_of
 from mbproj.formats.sdf.joints import SdfJoint, add_gearboxes, add_joint, add_mimics, open_loop, read_joint
@@ -63,6 +64,7 @@ def read_sdf(root: Element, path: Path, wishes: Wishes) -> Mechanism:
     add_loops(mechanism, [loop for loop in apart if loop is not None], poses, called, names)
     add_gearboxes(mechanism, joints, poses, frames.link, names, coordinates)
     add_mimics(mechanism, joints, names, coordinates, wishes.pose)
+    without_rings(mechanism)
     say_rest(mechanism, scope, others, frames, joints.values(), wishes.meet)
     for kind, changed in (("bodies", bodies), ("joints", names)):
         mechanism.said += said_of(mechanism, kind, changed)

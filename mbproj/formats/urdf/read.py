@@ -13,6 +13,7 @@ from mbproj.formats.chains import Coordinates, Single, connect, follow, span
 from mbproj.formats.geometry import Pose, turn
 from mbproj.formats.loops import add_loops
 from mbproj.formats.mechanism import Mechanism, Names, Part, Same, Wishes, said_of
+from mbproj.formats.rings import without_rings
 from mbproj.formats.urdf.loops import loops_beside, loops_in
 from mbproj.formats.urdf.model import Urdf, UrdfJoint, number, read_urdf_model
 from mbproj.formats.xml import Element
@@ -45,6 +46,7 @@ def read_urdf(root: Element, path: Path, wishes: Wishes) -> Mechanism:
             _add_joint(mechanism, joint, frames, called, joints, coordinates, wishes.pose)
     _add_mimics(mechanism, model, joints, coordinates, wishes.pose)
     add_loops(mechanism, loops, frames, called, joints)
+    without_rings(mechanism)
     _say_rest(mechanism, root, model)
     for kind, names in (("bodies", bodies), ("joints", joints)):
         mechanism.said += said_of(mechanism, kind, names)

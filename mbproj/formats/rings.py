@@ -1,0 +1,109 @@
+"""Links without mass between turns whose axes cross at right angles: a universal or a spherical joint in its place.
+
+Robots' formats have no such joints in a tree, and their writers stack two or three turns with rings between. A ring
+without mass moves beyond all bounds near the pose where the first and the last axis are parallel; the joint does not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import pairwise, takewhile
+from typing import Any
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.formats.chains import EXACT, Single, crossing
+from mbproj.formats.mechanism import Connection, Mechanism, Names, Part, Same
+
+#: The joint that so many turns in a row make.
+KINDS = {2: "universal", 3: "spherical"}
+
+
+def without_rings(mechanism: Mechanism) -> None:
+    """Puts one joint in the place of two or three where nothing else holds, moves or names what is between, and says
+    so."""
+    used = _used(mechanism)
+    for count in (3, 2):
+        for first in list(mechanism.joints.values()):
+            chain = _chain(mechanism, first, count, used) if first.name in mechanism.joints else []
+            point = _meeting(mechanism, chain) if chain else None
+            if point is not None:
+                _replace(mechanism, chain, point)
+
+
+def _used(mechanism: Mechanism) -> set[str]:
+    """The joints and bodies that forces, couplers and markers name."""
+    found = {body for body, _ in mechanism.markers.values()}
+    for entry in [*mechanism.forces.values(), *(joint.keys for joint in mechanism.joints.values())]:
+        found |= set(_names(entry))
+    return found
+
+
+def _names(entry: Mapping[str, Any]) -> list[str]:
+    of = [name.partition(".")[0] for name in entry.get("of", {})]
+    alone = [str(entry[key]) for key in ("joint", "body") if key in entry]
+    return [*of, *alone, *entry.get("bodies", [])]
+
+
+def _chain(mechanism: Mechanism, first: Connection, count: int, used: set[str]) -> list[Connection]:
+    """So many turns from `first` on, with links without mass between that have no others; [] where there are fewer."""
+    chain = [first]
+    while _is_free_turn(mechanism, chain[-1], used):
+        if len(chain) == count:
+            return chain
+        ring = chain[-1].bodies[1]
+        others = [joint for joint in mechanism.joints.values() if ring in joint.bodies and joint is not chain[-1]]
+        if ring in used or len(others) != 1 or others[0].bodies[0] != ring or not _massless(mechanism.part(ring)):
+            return []
+        chain.append(others[0])
+    return []
+
+
+def _is_free_turn(mechanism: Mechanism, joint: Connection, used: set[str]) -> bool:
+    return joint.type == "revolute" and joint.name in mechanism.tree and not joint.keys and joint.name not in used
+
+
+def _massless(part: Part) -> bool:
+    return not part.mass and not part.inertia.any()
+
+
+def _meeting(mechanism: Mechanism, chain: Sequence[Connection]) -> Array | None:
+    """Where axes meet of which each is at a right angle to the next, in global axes; None where they do not."""
+    singles = [_single(mechanism, joint) for joint in chain]
+    first, *others = (crossing(one, other) for one, other in pairwise(singles))
+    if first is None or any(other is None or np.abs(other - first).max() > EXACT for other in others):
+        return None
+    return first
+
+
+def _single(mechanism: Mechanism, joint: Connection) -> Single:
+    assert joint.points is not None and joint.axes is not None
+    part = mechanism.part(joint.bodies[0])
+    point = part.position + part.rotation @ joint.points[0]
+    return Single(joint.name, True, point, part.rotation @ joint.axes[0])
+
+
+def _beginning(names: Sequence[str]) -> str:
+    """The letters that the names begin with, without a sign at their end."""
+    alike = takewhile(lambda letters: len(set(letters)) == 1, zip(*names, strict=False))
+    return "".join(letters[0] for letters in alike).rstrip("_-.")
+
+
+def _replace(mechanism: Mechanism, chain: Sequence[Connection], point: Array) -> None:
+    """One joint where the first was; the links between are gone."""
+    kind, names = KINDS[len(chain)], [joint.name for joint in chain]
+    axes = np.array([_single(mechanism, joint).axis for joint in chain]) if len(chain) == 2 else None
+    own = Names(frozenset(mechanism.joints)).own(_beginning(names) or names[0])
+    before = dict(mechanism.joints)
+    mechanism.joints.clear()
+    for name, joint in before.items():
+        if joint is chain[0]:
+            mechanism.join(own, kind, (chain[0].bodies[0], chain[-1].bodies[1]), point, axes, place=joint.place)
+        elif joint not in chain:
+            mechanism.joints[name] = joint
+    for joint in chain[:-1]:
+        del mechanism.parts[joint.bodies[1]]
+    mechanism.tree -= set(names)
+    what = f"one {kind} joint '{own}': what is between them has no mass"
+    mechanism.say(f"joints {', '.join(names)}", chain[0].place, what, Same.YES)
