@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from mbproj.dynamics import State, assemble, mobility, unique_components
     from mbproj.errors import InputError, SimulationError
     from mbproj.integrate import Report, simulate
+    from mbproj.integrate.steppers.plugin import register_integrator
     from mbproj.model import System, compile_system, initial_guess
     from mbproj.parts import (
         Belt,
@@ -75,6 +76,7 @@ if TYPE_CHECKING:
     from mbproj.results import Results, ResultsWriter, Trust, Verification, open_results
     from mbproj.results.views.table import Table
     from mbproj.scene import Scene, read_scene, read_scene_text, settings_to_run
+    from mbproj.scene.blocks.forces.plugin import register_element, register_force
     from mbproj.studies.certify.certified import simulate_certified
     from mbproj.studies.compare.comparison import Comparison
     from mbproj.studies.measure.mechanism import Mechanism
@@ -102,6 +104,7 @@ _HOMES = {
     "mbproj.dynamics": ("State", "assemble", "mobility", "unique_components"),
     "mbproj.errors": ("InputError", "SimulationError"),
     "mbproj.integrate": ("Report", "simulate"),
+    "mbproj.integrate.steppers.plugin": ("register_integrator",),
     "mbproj.model": ("System", "compile_system", "initial_guess"),
     "mbproj.parts": (
         "Belt",
@@ -142,6 +145,7 @@ _HOMES = {
     "mbproj.results": ("Results", "ResultsWriter", "Trust", "Verification", "open_results"),
     "mbproj.results.views.table": ("Table",),
     "mbproj.scene": ("Scene", "read_scene", "read_scene_text", "settings_to_run"),
+    "mbproj.scene.blocks.forces.plugin": ("register_element", "register_force"),
     "mbproj.studies.certify.certified": ("simulate_certified",),
     "mbproj.studies.compare.comparison": ("Comparison",),
     "mbproj.studies.measure.mechanism": ("Mechanism",),
@@ -241,6 +245,9 @@ __all__ = [
     "read_scene_text",
     "recommend",
     "reference",
+    "register_element",
+    "register_force",
+    "register_integrator",
     "register_projection",
     "rerun",
     "run",

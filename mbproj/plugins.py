@@ -8,10 +8,12 @@ from __future__ import annotations
 
 import hashlib
 import inspect
-from collections.abc import Callable, Iterator, Mapping
+import sys
+from collections.abc import Callable, Container, Iterator, Mapping
+from contextlib import contextmanager
 from typing import Generic, TypeVar, final
 
-from mbproj.errors import InputError, Problem, warn_once
+from mbproj.errors import InputError, MbprojError, Place, Problem, warn_once
 
 GROUP = "mbproj.plugins"
 Entry = TypeVar("Entry")
@@ -27,32 +29,41 @@ class Registry(Mapping[str, Entry], Generic[Entry]):
     are called, as in "projection method"."""
 
     def __init__(self, kind: str, own: Mapping[str, Entry]) -> None:
-        self.kind, self._own, self._added = kind, own, dict[str, Entry]()
+        self.kind, self.own, self._added = kind, own, dict[str, Entry]()
 
-    def add(self, name: str, entry: Entry, code: Callable[..., object]) -> None:
-        """Registers what `code` does; once more under the same name replaces it, as a notebook's cell does. Raises
-        InputError where the name cannot be one, or is mbproj's own."""
+    def add(
+        self, name: str, entry: Entry, made_of: Callable[..., object] | str, taken: Container[str] = frozenset()
+    ) -> None:
+        """Registers what is `made_of` this code, or of data in a text; once more under the same name replaces it, as a
+        notebook's cell does. Raises InputError where the name cannot be one, or is mbproj's own or `taken`."""
+        article = "an" if self.kind[0] in "aeiou" else "a"
         if not name.replace("-", "_").isidentifier() or name != name.lower():
             hint = "take small letters, digits and hyphens"
-            raise InputError(Problem(f"'{name}' cannot be the name of a {self.kind}", hint=hint))
-        if name in self._own:
-            raise InputError(Problem(f"mbproj has a {self.kind} '{name}' itself", hint="choose another name"))
+            raise InputError(Problem(f"'{name}' cannot be the name of {article} {self.kind}", hint=hint))
+        if name in self.own or name in taken:
+            raise InputError(Problem(f"mbproj has {article} {self.kind} '{name}' itself", hint="choose another name"))
         self._added[name] = entry
-        _origins[self.kind, name] = (code.__module__, _checksum(code))
+        _origins[self.kind, name] = (_caller() if isinstance(made_of, str) else made_of.__module__, _checksum(made_of))
+
+    @property
+    def added(self) -> Mapping[str, Entry]:
+        """Those of plug-ins alone."""
+        load_installed()
+        return self._added
 
     def __getitem__(self, name: str) -> Entry:
-        if name in self._own:
-            return self._own[name]
+        if name in self.own:
+            return self.own[name]
         load_installed()
         return self._added[name]
 
     def __iter__(self) -> Iterator[str]:
         load_installed()
-        yield from (*self._own, *self._added)
+        yield from (*self.own, *self._added)
 
     def __len__(self) -> int:
         load_installed()
-        return len(self._own) + len(self._added)
+        return len(self.own) + len(self._added)
 
 
 def load_installed() -> None:
@@ -86,8 +97,32 @@ def marks() -> list[list[str]]:
     return [[*key, checksum] for key, (_, checksum) in sorted(_origins.items())]
 
 
-def _checksum(code: Callable[..., object]) -> str:
+@contextmanager
+def blamed(what: str, *meant: type[Exception]) -> Iterator[None]:
+    """Whatever a plug-in's code raises is said of it by InputError, but for `meant`, which mbproj expects."""
+    try:
+        yield
+    except Exception as error:
+        if isinstance(error, (MbprojError, *meant)):
+            raise
+        code = inspect.getinnerframes(error.__traceback__)[-1] if error.__traceback__ else None
+        place = Place(code.filename, code.lineno) if code else None
+        message = f"{what}, of a plug-in, has failed: {type(error).__name__}: {error}"
+        raise InputError(Problem(message, place)) from error
+
+
+def _caller() -> str:
+    """The module that has called mbproj."""
+    frame = sys._getframe()
+    while frame.f_back is not None and frame.f_globals["__name__"].partition(".")[0] == "mbproj":
+        frame = frame.f_back
+    return str(frame.f_globals["__name__"])
+
+
+def _checksum(code: Callable[..., object] | str) -> str:
     """Of the text of the module, or of the class alone where there is no such text; of its name in a prompt."""
+    if isinstance(code, str):
+        return hashlib.sha256(code.encode()).hexdigest()
     for of in (inspect.getmodule(code), code):
         try:
             return hashlib.sha256(inspect.getsource(of).encode()).hexdigest()  # type: ignore[arg-type]

@@ -1,18 +1,17 @@
 """What a user may choose, by name: projection methods, integrators, formulations. Names only, so importing it is cheap.
 
 A new projection method is one file under `mbproj/projection/methods` and one entry here; a new integrator is one
-tableau under `mbproj/integrate/steppers`, in `tableaus` or `implicit_tableaus`. The reader, the command line,
-did-you-mean and the tests ask here.
+tableau under `mbproj/integrate/steppers`, in `tableaus` or `implicit_tableaus`. Plug-ins add theirs by a call. The
+reader, the command line, did-you-mean and the tests ask here.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from functools import cache
 from pathlib import Path
-from types import MappingProxyType
-from typing import Any
+from typing import Any, final
 
 from mbproj.dataclass import dataclass
 from mbproj.plugins import Registry
@@ -88,28 +87,38 @@ SCENE_START, STEADY = "start", "steady"
 LINEARISED_AT = (SCENE_START, EQUILIBRIUM, STEADY)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class IntegratorEntry:
-    """An integrator's order, whether it estimates its error (an embedded pair), one line on it, its tableau's file;
-    whether its stages are implicit, for stiff scenes."""
+    """An integrator's order, whether it estimates its error (an embedded pair), one line on it, its tableau as plain
+    data or the file with it; whether its stages are implicit, for stiff scenes."""
 
     order: int
     embedded: bool
     summary: str
-    tableau: Path
+    tableau: Path | Mapping[str, Any]
     implicit: bool = False
+
+    def data(self) -> Mapping[str, Any]:
+        """The tableau as plain data."""
+        return read_json(self.tableau) if isinstance(self.tableau, Path) else self.tableau
+
+
+def read_json(path: Path) -> dict[str, Any]:
+    """The object in a file of the package."""
+    found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    return found
 
 
 @cache
-def integrators() -> Mapping[str, IntegratorEntry]:
-    """Every integrator by name, from the tableaus on disk, by order, the implicit ones last."""
+def integrators() -> Registry[IntegratorEntry]:
+    """Every integrator by name: those of the tableaus on disk, by order, the implicit ones last; those of plug-ins."""
     found = {}
     steppers = Path(__file__).parent / "integrate" / "steppers"
     for path in (*steppers.glob("tableaus/*.json"), *steppers.glob("implicit_tableaus/*.json")):
-        data = json.loads(path.read_text(encoding="utf-8"))
-        implicit = path.parent.name.startswith("implicit")
+        data, implicit = read_json(path), path.parent.name.startswith("implicit")
         found[path.stem] = IntegratorEntry(data["order"], "error" in data, data["summary"], path, implicit)
-    return MappingProxyType(dict(sorted(found.items(), key=lambda item: (item[1].implicit, item[1].order))))
+    ordered = sorted(found.items(), key=lambda item: (item[1].implicit, item[1].order))
+    return Registry("integrator", dict(ordered))
 
 
 #: An explicit method where nothing is stiff, and an implicit one where a force is: the run itself tells.
@@ -117,9 +126,23 @@ AUTOMATIC = "auto"
 WHERE_SMOOTH, WHERE_STIFF = "dop853", "esdirk4"
 
 
-def integrator_choices() -> tuple[str, ...]:
+@final
+class IntegratorChoices(Collection[str]):
     """What a scene may name: every integrator, and the choice by the run itself."""
-    return *integrators(), AUTOMATIC
+
+    def __contains__(self, name: object) -> bool:
+        return name == AUTOMATIC or name in integrators()
+
+    def __iter__(self) -> Iterator[str]:
+        yield from (*integrators(), AUTOMATIC)
+
+    def __len__(self) -> int:
+        return len(integrators()) + 1
+
+
+def integrator_choices() -> IntegratorChoices:
+    """What a scene may name as its integrator; a name of mbproj's own is found without a look for plug-ins."""
+    return IntegratorChoices()
 
 
 def is_embedded(integrator: str) -> bool:
@@ -132,9 +155,20 @@ def with_fixed_steps(integrator: str) -> str:
     return WHERE_SMOOTH if integrator == AUTOMATIC else integrator
 
 
+def is_implicit(integrator: str) -> bool:
+    """Whether all its stages are implicit; not of `auto`, which takes what the run needs."""
+    return integrator in integrators() and integrators()[integrator].implicit
+
+
+def is_explicit(integrator: str) -> bool:
+    """Whether all its stages are explicit."""
+    return integrator in integrators() and not integrators()[integrator].implicit
+
+
 def explicit_integrators() -> tuple[str, ...]:
-    """The names of the explicit ones."""
-    return tuple(name for name, entry in integrators().items() if not entry.implicit)
+    """The names of the explicit ones, by their order."""
+    explicit = {name: entry.order for name, entry in integrators().items() if not entry.implicit}
+    return tuple(sorted(explicit, key=lambda name: explicit[name]))
 
 
 def implicit_integrators() -> tuple[str, ...]:

@@ -1,22 +1,25 @@
 """The parts of a scene as classes with the words of YAML, `Body`, `Revolute` and others, made from its tables.
 
-Their arguments are the keys of the scene. `python scripts/write_parts.py` writes `__init__.pyi`, which says the same to
-editors and type checkers.
+Their arguments are the keys of the scene. Types of force of plug-ins have classes, too. `python scripts/write_parts.py`
+writes `__init__.pyi`, which says the same of mbproj's own to editors and type checkers.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
-from mbproj.parts.classes import CLASSES
+from mbproj.parts.classes import CLASSES, class_of_plugin
 
 __all__ = list(CLASSES)
 
 
 def __getattr__(name: str) -> Any:
-    if name not in CLASSES:
+    if name in CLASSES:
+        return CLASSES[name]
+    made = None if name.startswith("_") else class_of_plugin(name)
+    if made is None:
         raise AttributeError(f"module 'mbproj.parts' has no attribute '{name}'")
-    return CLASSES[name]
+    return made
 
 
 def __dir__() -> list[str]:

@@ -8,8 +8,9 @@ from typing import Any
 
 from mbproj.parts.part import Part, signature_of
 from mbproj.scene.blocks.body import BODY
+from mbproj.scene.blocks.elements import ELEMENTS
 from mbproj.scene.blocks.expectations import EXPECTATION
-from mbproj.scene.blocks.forces.force_types import FORCE_RECORDS
+from mbproj.scene.blocks.forces.force_types import FORCE_RECORDS, OWN_RECORDS
 from mbproj.scene.blocks.motions import MOTION
 from mbproj.scene.blocks.simulation import SIMULATION
 from mbproj.scene.fields.alternatives import Alternatives
@@ -89,6 +90,12 @@ def _named(type_name: str) -> str:
     return "".join(word.capitalize() for word in type_name.split("_"))
 
 
+def class_of_plugin(name: str) -> type[Part] | None:
+    """The class of a type of force that a plug-in has registered; None where there is none."""
+    types = {_named(type_name): type_name for type_name in ELEMENTS.added}
+    return _made(name, FORCE_RECORDS[types[name]], types[name]) if name in types else None
+
+
 def _record(field: Field[Any]) -> Record[Any]:
     """What a field reads before it converts it."""
     while isinstance(field, Converted):
@@ -105,7 +112,7 @@ def _classes() -> dict[str, type[Part]]:
         "Expectation": EXPECTATION,
         "Simulation": SIMULATION,
     }
-    typed: Mapping[str, Record[Any]] = {**JOINT.variants, **FORCE_RECORDS}
+    typed: Mapping[str, Record[Any]] = {**JOINT.variants, **OWN_RECORDS}
     found = {name: _made(name, _record(field)) for name, field in alone.items()}
     return found | {_named(name): _made(_named(name), record, name) for name, record in typed.items()}
 

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
+import numpy as np
+
+from mbproj.arrays import Array
 from mbproj.errors import InputError, Problem
-from mbproj.projection.methods.method import Method
+from mbproj.plugins import blamed
+from mbproj.projection.methods.method import Method, Projection
 from mbproj.registry import PROJECTIONS, ProjectionEntry
 
 #: Options that a scene may give to a method.
@@ -29,5 +34,29 @@ def register_projection(
     for option in options:
         if option not in OPTIONS:
             raise InputError(Problem(f"a method has no option '{option}'", hint=f"options are: {', '.join(OPTIONS)}"))
-    entry = ProjectionEntry("", equations, summary, tuple(options), not method.stabilises, factory=method)
+    made = _blamed(name, method)
+    entry = ProjectionEntry("", equations, summary, tuple(options), not method.stabilises, factory=made)
     PROJECTIONS.add(name, entry, method)
+
+
+def _blamed(name: str, method: type[Method]) -> Callable[..., Method]:
+    """Makes the method, whose errors name it. LinAlgError says that a correction does not exist."""
+
+    def guarded(formula: str) -> Callable[..., Any]:
+        def call(self: Any, *given: Array) -> Any:
+            with blamed(f"'{formula}' of projection method '{name}'", np.linalg.LinAlgError):
+                found = getattr(method, formula)(self, *given)
+                if formula == "correction" and np.shape(found) != (given[1].shape[1],):
+                    raise ValueError(f"Δ has the shape {np.shape(found)}, not {(given[1].shape[1],)}")
+                return found
+
+        return call
+
+    formulas = ("correction", "refusal") if issubclass(method, Projection) else ("stabilised",)
+    own: type[Method] = type(method.__name__, (method,), {formula: guarded(formula) for formula in formulas})
+
+    def make(**options: Any) -> Method:
+        with blamed(f"projection method '{name}'"):
+            return own(**options)
+
+    return make

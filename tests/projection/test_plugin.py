@@ -25,7 +25,10 @@ mbproj: 1
 gravity: [0, 0, -9.81]
 bodies: {rod: {mass: 2, inertia: [0.1, 0.1, 0.1], position: [0.5, 0, 0]}}
 joints: {A: {type: revolute, bodies: [ground, rod], location: [0, 0, 0], axis: [0, 1, 0]}}
-simulation: {duration: 0.1, step: 0.01, projection: lumped}
+forces:
+  spring: {type: hardening_spring, points: {ground: [0, 0, 1], rod: [0.5, 0, 0]}, stiffness: 9 N/m, free_length: 1}
+  drive: {type: motor, joint: A, stall_torque: 4 N*m, no_load_speed: 9 rad/s, delay: 50 ms}
+simulation: {duration: 0.1, step: 0.01, projection: lumped, integrator: three-eighths}
 """
 SWEEP = """\
 sweep: 1
@@ -33,6 +36,8 @@ scene: scene.yaml
 vary: {bodies.rod.mass: {linspace: [1 kg, 2 kg, 2]}}
 measure: {open: {diagnostic: position_violation, at: maximum}}
 """
+#: The modules of the guide's page, in its order, as one package.
+MODULES = ("lumped", "integrator", "spring", "motor")
 
 
 class Nearest(mbproj.Projection):
@@ -55,11 +60,14 @@ def environment(tmp_path) -> dict[str, str]:
     site = tmp_path / "site"
     about = site / "mbproj_lumped-1.0.dist-info"
     about.mkdir(parents=True)
-    code = next(fence for fence in fences(pages()["write_a_plugin"]) if fence.language == "python")
-    assert len([line for line in code.text.splitlines() if line]) <= 40
-    (site / "lumped.py").write_text(code.text, encoding="utf-8")
+    found = [fence.text for fence in fences(pages()["write_a_plugin"]) if fence.language == "python"]
+    points = "[mbproj.plugins]\n"
+    for module, code in zip(MODULES, found, strict=True):
+        assert len([line for line in code.splitlines() if line]) <= 40
+        (site / f"{module}.py").write_text(code, encoding="utf-8")
+        points += f"{module} = {module}:register\n"
     (about / "METADATA").write_text("Metadata-Version: 2.1\nName: mbproj-lumped\nVersion: 1.0\n", encoding="utf-8")
-    (about / "entry_points.txt").write_text("[mbproj.plugins]\nlumped = lumped:register\n", encoding="utf-8")
+    (about / "entry_points.txt").write_text(points, encoding="utf-8")
     return {"PYTHONPATH": f"{site}:{ROOT}", "MBPROJ_CACHE": str(tmp_path / "cache"), "OPENBLAS_NUM_THREADS": "1"}
 
 
@@ -95,6 +103,28 @@ def test_what_cannot_be_registered_is_said(nearest):
         register("other", Nearest, summary="", options=["beta"])
 
 
+def test_a_method_that_fails_is_said_with_its_name(nearest):
+    """So is one whose correction has another shape; that a correction does not exist is a failure of the run."""
+
+    class Broken(Nearest):
+        def correction(self, M, C_q, violation):
+            return violation[:2]
+
+    class Raising(Nearest):
+        def correction(self, M, C_q, violation):
+            raise KeyError("weights")
+
+    for name, code in (("broken", Broken), ("raising", Raising)):
+        mbproj.register_projection(name, code, summary="")
+    message = (
+        r"'correction' of projection method 'broken', of a plug-in, has failed: ValueError: Δ has the shape \(2,\)"
+    )
+    with pytest.raises(mbproj.InputError, match=message):
+        mbproj.run(FIVE_BAR, projection="broken", duration=0.02)
+    with pytest.raises(mbproj.InputError, match=r"test_plugin.py:\d+: error: 'correction' .* KeyError: 'weights'"):
+        mbproj.run(FIVE_BAR, projection="raising", duration=0.02)
+
+
 def test_another_code_is_another_study(nearest):
     before = plugins.marks()
     mbproj.register_projection("nearest", type("Other", (Nearest,), {"__module__": "elsewhere"}), summary="changed")
@@ -106,8 +136,14 @@ def test_an_installed_method_runs_in_commands_and_workers(tmp_path, environment)
     assert json.loads(done.stdout)["position_violation_max"] < 1e-12, done.stderr
     assert "lumped" in command(tmp_path, environment, "run", "--help").stdout
     built = json.loads(command(tmp_path, environment, "info", "--build", "--json").stdout)
-    assert built["plugins"] == {"projection method": {"lumped": "lumped"}}
+    assert built["plugins"] == {
+        "projection method": {"lumped": "lumped"},
+        "integrator": {"three-eighths": "integrator"},
+        "force type": {"hardening_spring": "spring", "motor": "motor"},
+    }
     (tmp_path / "scene.yaml").write_text(PENDULUM, encoding="utf-8")
+    schema = command(tmp_path, environment, "schema").stdout
+    assert all(f'"{name}"' in schema for name in ("lumped", "three-eighths", "hardening_spring", "motor"))
     (tmp_path / "spec.yaml").write_text(SWEEP, encoding="utf-8")
     swept = command(tmp_path, environment, "sweep", "spec.yaml", "--jobs", "2", "--json")
     assert json.loads(swept.stdout)["computed"] == 2, swept.stderr

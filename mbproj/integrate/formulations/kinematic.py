@@ -7,7 +7,7 @@ from dataclasses import replace
 from mbproj.errors import InputError, Problem
 from mbproj.integrate.steppers.quadrature import QUADRATURE
 from mbproj.model.system import System
-from mbproj.registry import AUTOMATIC, implicit_integrators
+from mbproj.registry import is_explicit
 from mbproj.scene.records import ProjectionSettings, Settings
 from mbproj.scene.sampling import output_interval
 from mbproj.thresholds import THRESHOLDS
@@ -48,6 +48,6 @@ def words(system: System, settings: Settings) -> str:
     """What a kinematic run with these settings of the scene does, for the summary."""
     if not system.states.size:
         return UNUSED
-    how = "implicit steps" if settings.integrator in (*implicit_integrators(), AUTOMATIC) else "explicit steps"
+    how = "explicit steps" if is_explicit(settings.integrator) else "implicit steps"
     size = f"step {settings.step:g} s" if settings.step is not None else f"tolerance {settings.tolerance:g}"
     return f"positions are closed by Newton's method; {how} of {settings.integrator}, {size}, integrate the states"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from functools import cache
 
 import numpy as np
@@ -10,7 +9,7 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.integrate.steppers.tableau import matrix, vector
-from mbproj.registry import integrators
+from mbproj.registry import IntegratorEntry, integrators
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,10 +45,14 @@ class ImplicitTableau:
         return bool(np.triu(self.a, 1).any())
 
 
-@cache
 def load_implicit_tableau(name: str) -> ImplicitTableau:
     """The tableau of an implicit method by its name."""
-    data = json.loads(integrators()[name].tableau.read_text(encoding="utf-8"))
+    return _loaded(name, integrators()[name])
+
+
+@cache
+def _loaded(name: str, entry: IntegratorEntry) -> ImplicitTableau:
+    data = entry.data()
     stages = len(data["b"])
     return ImplicitTableau(
         name=name,

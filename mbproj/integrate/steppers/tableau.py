@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from functools import cache
 
@@ -10,7 +9,7 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.registry import integrators
+from mbproj.registry import IntegratorEntry, integrators
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,10 +44,14 @@ class Tableau:
         return len(self.error) > 0
 
 
-@cache
 def load_tableau(name: str) -> Tableau:
     """The tableau of an integrator by its name in the registry."""
-    data = json.loads(integrators()[name].tableau.read_text(encoding="utf-8"))
+    return _loaded(name, integrators()[name])
+
+
+@cache
+def _loaded(name: str, entry: IntegratorEntry) -> Tableau:
+    data = entry.data()
     stages = len(data["b"])
     extra = data.get("extra_a", [])
     return Tableau(

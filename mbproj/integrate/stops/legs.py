@@ -24,7 +24,7 @@ from mbproj.integrate.outcome.tally import Tally
 from mbproj.integrate.stiff.modes_at_a_step import FastModes
 from mbproj.integrate.stops.inside import Inside
 from mbproj.integrate.stops.variants import Variant
-from mbproj.registry import implicit_integrators
+from mbproj.registry import is_implicit
 from mbproj.scene.records import Settings
 from mbproj.scene.sampling import SampleTimes
 from mbproj.thresholds import THRESHOLDS
@@ -97,11 +97,7 @@ def one_step(variant: Variant, state: State, settings: Settings, whole: Leg, h: 
     leg = Leg(state.t, h, whole.interval, whole.breaks, step=h, count=1)
     single = replace(settings, duration=h, step=h, tolerance=None)
     grain = float(np.finfo(float).eps) * max(abs(state.t), whole.interval)
-    if (
-        whole.step is None
-        and settings.integrator in implicit_integrators()
-        and h > 4.0 * THRESHOLDS.fewest_grains * grain
-    ):
+    if whole.step is None and is_implicit(settings.integrator) and h > 4.0 * THRESHOLDS.fewest_grains * grain:
         leg = replace(leg, step=None, count=0, times=SampleTimes(state.t, state.t + h, state.t, h), first=h)
         single = replace(settings, duration=h)
     own = Tally()

@@ -28,10 +28,14 @@ _OPERATORS: Mapping[str, Op] = MappingProxyType(
 #: Variables by name: their numbers in programs.
 Variables = Mapping[str, int]
 Parameters = Mapping[str, Value | None]
+#: Dimensions of variables by name.
+Dimensions = Mapping[str, Dimension]
 
 
-def compiled(tree: Expression, parameters: Parameters, variables: Variables) -> tuple[Code, Dimension | None]:
-    """The program of the tree, and the dimension of its value where that is known; a variable's is not.
+def compiled(
+    tree: Expression, parameters: Parameters, variables: Variables, known: Dimensions = MappingProxyType({})
+) -> tuple[Code, Dimension | None]:
+    """The program of the tree, and the dimension of its value where that is known; a variable's is where it is `known`.
 
     Raises ExpressionError and Unavailable as `evaluate` does, and where a variable has the name of a parameter.
     """
@@ -44,18 +48,18 @@ def compiled(tree: Expression, parameters: Parameters, variables: Variables) -> 
             if tree.name in parameters:
                 clash = f"'{tree.name}' is a parameter, and a variable here"
                 raise ExpressionError(clash, tree.at, "give the parameter another name")
-            return variable(variables[tree.name]), None
+            return variable(variables[tree.name]), known.get(tree.name)
         case Negative():
-            code, dimension = compiled(tree.operand, parameters, variables)
+            code, dimension = compiled(tree.operand, parameters, variables, known)
             return apply(Op.NEGATE, code), dimension
         case Quantity():
-            code, dimension = compiled(tree.operand, parameters, variables)
+            code, dimension = compiled(tree.operand, parameters, variables, known)
             one = evaluate(replace(tree, operand=Number(1.0, tree.at)), {})
             return apply(Op.MULTIPLY, code, number(one.number)), quantity_dimension(tree, dimension)
         case Binary():
-            return _binary(tree, parameters, variables)
+            return _binary(tree, parameters, variables, known)
         case Call():
-            return _call(tree, parameters, variables)
+            return _call(tree, parameters, variables, known)
     raise AssertionError(tree)
 
 
@@ -68,9 +72,11 @@ def _refuse_unknown(tree: Expression, parameters: Parameters, variables: Variabl
             raise ExpressionError(f"unknown name '{node.name}'", node.at, hint)
 
 
-def _binary(tree: Binary, parameters: Parameters, variables: Variables) -> tuple[Code, Dimension | None]:
-    left, left_dimension = compiled(tree.left, parameters, variables)
-    right, right_dimension = compiled(tree.right, parameters, variables)
+def _binary(
+    tree: Binary, parameters: Parameters, variables: Variables, known: Dimensions
+) -> tuple[Code, Dimension | None]:
+    left, left_dimension = compiled(tree.left, parameters, variables, known)
+    right, right_dimension = compiled(tree.right, parameters, variables, known)
     constant = right[0].operand if len(right) == 1 and right[0].op is Op.CONSTANT else None
     dimension = binary_dimension(tree, left_dimension, right_dimension, constant)
     if tree.operator == "**" and constant is not None:
@@ -78,9 +84,9 @@ def _binary(tree: Binary, parameters: Parameters, variables: Variables) -> tuple
     return apply(_OPERATORS[tree.operator], left, right), dimension
 
 
-def _call(tree: Call, parameters: Parameters, variables: Variables) -> tuple[Code, Dimension | None]:
+def _call(tree: Call, parameters: Parameters, variables: Variables, known: Dimensions) -> tuple[Code, Dimension | None]:
     function = function_of(tree, [*parameters, *variables])
-    arguments = [compiled(argument, parameters, variables) for argument in tree.arguments]
+    arguments = [compiled(argument, parameters, variables, known) for argument in tree.arguments]
     dimension = call_dimension(tree, function, [dimension for _, dimension in arguments])
     op = Op.ABS if tree.function == "hypot" and len(arguments) == 1 else Op[tree.function.upper()]
     return apply(op, *(code for code, _ in arguments)), dimension

@@ -1,16 +1,16 @@
 """The types of force that are elements, one file each: what a scene gives, and the element that this makes.
 
-A file here has `TYPES`, its types by name. The reader, the schema, the reference, the studies and the animation go by
-them; nothing else knows a type.
+A file here has `TYPES`, its types by name; plug-ins add theirs. The reader, the schema, the reference, the studies and
+the animation go by them; nothing else knows a type.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from importlib import import_module
 from pkgutil import iter_modules
-from types import MappingProxyType
 
+from mbproj.plugins import Registry
 from mbproj.scene.blocks.elements.element_type import ElementType
 
 __all__ = ["ELEMENTS", "ElementType"]
@@ -21,4 +21,4 @@ def _found() -> Iterator[tuple[str, ElementType]]:
         yield from getattr(import_module(f"{__name__}.{module.name}"), "TYPES", {}).items()
 
 
-ELEMENTS: Mapping[str, ElementType] = MappingProxyType(dict(_found()))
+ELEMENTS: Registry[ElementType] = Registry("force type", dict(_found()))

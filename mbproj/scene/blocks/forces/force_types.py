@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from types import MappingProxyType
-from typing import Any
+from typing import Any, final
 
 from mbproj.elements import Kind
 from mbproj.functions.program import COORDINATE, Program, variable
@@ -142,7 +142,7 @@ TWO_ENDS: Mapping[str, Field[Any]] = {"points": POINTS_OF, "bodies": TWO_BODIES,
 END_CHECKS = (Check(("bodies", "locations"), of_these_bodies("locations")),)
 END_CHOICES = (OneOf(("points", "locations"), hint="'points' are in global axes, 'locations' go with 'bodies'"),)
 
-FORCE_RECORDS: Mapping[str, Record[Force]] = MappingProxyType(
+OWN_RECORDS: Mapping[str, Record[Force]] = MappingProxyType(
     {
         "spring_damper": Record(
             "a spring_damper",
@@ -164,8 +164,25 @@ FORCE_RECORDS: Mapping[str, Record[Force]] = MappingProxyType(
         "force": _on_body("a force", "force", "N", {"location": BODY_POINT}),
         "torque": _on_body("a torque", "torque", "N*m", {}),
         "friction": friction_record(FORCE_TYPE),
-        **{name: _of_element(name, kind) for name, kind in ELEMENTS.items()},
+        **{name: _of_element(name, kind) for name, kind in ELEMENTS.own.items()},
     }
 )
+
+
+@final
+class ForceRecords(Mapping[str, Record[Force]]):
+    """What each type of force is written as: those of mbproj, and the elements of plug-ins."""
+
+    def __getitem__(self, name: str) -> Record[Force]:
+        return OWN_RECORDS[name] if name in OWN_RECORDS else _of_element(name, ELEMENTS[name])
+
+    def __iter__(self) -> Iterator[str]:
+        yield from (*OWN_RECORDS, *ELEMENTS.added)
+
+    def __len__(self) -> int:
+        return len(OWN_RECORDS) + len(ELEMENTS.added)
+
+
+FORCE_RECORDS: Mapping[str, Record[Force]] = ForceRecords()
 
 FORCE: Variants[Force] = Variants("type", FORCE_TYPE, FORCE_RECORDS)

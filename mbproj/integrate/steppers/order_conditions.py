@@ -1,0 +1,75 @@
+"""The order of a Runge-Kutta method by its order conditions, one for each rooted tree (Hairer, Nørsett & Wanner 1993,
+sect. II.2): Σ bᵢ Φᵢ(tree) = 1/γ(tree)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cache
+from math import prod
+from typing import TypeAlias
+
+import numpy as np
+
+from mbproj.arrays import Array
+
+#: The subtrees at the root, sorted.
+Tree: TypeAlias = tuple["Tree", ...]
+#: There are 719 conditions of this order.
+HIGHEST = 10
+#: What a condition may be missed by, relative to the size of its terms: coefficients are rounded to 15 digits.
+SLACK = 1e-13
+
+
+@cache
+def trees(vertices: int) -> tuple[Tree, ...]:
+    """All rooted trees with so many vertices."""
+    if vertices == 1:
+        return ((),)
+    return tuple(sorted({grown for tree in trees(vertices - 1) for grown in _with_one_more(tree)}))
+
+
+def _with_one_more(tree: Tree) -> Iterator[Tree]:
+    """The trees that have one more leaf somewhere."""
+    yield tuple(sorted((*tree, ())))
+    for at, branch in enumerate(tree):
+        for grown in _with_one_more(branch):
+            yield tuple(sorted((*tree[:at], grown, *tree[at + 1 :])))
+
+
+@cache
+def density(tree: Tree) -> int:
+    """γ: the number of vertices, times γ of the branches."""
+    return _vertices(tree) * prod(map(density, tree))
+
+
+def _vertices(tree: Tree) -> int:
+    return 1 + sum(map(_vertices, tree))
+
+
+def defect(a: Array, weights: Array, vertices: int, *, theta: float = 1.0, exact: bool = True) -> float:
+    """The largest |Σ wᵢ Φᵢ - θⁿ/γ| of the trees with n `vertices`, beyond round-off; `a` is (s, s), `weights` (s,).
+    Not `exact`: the sums are to be 0, as those of an estimate of the error."""
+    worst, found = 0.0, dict[Tree, Array]()
+    for tree in trees(vertices):
+        terms = weights * _elementary(tree, a, found)
+        wanted = theta**vertices / density(tree) if exact else 0.0
+        missed = abs(float(terms.sum()) - wanted)
+        if missed > SLACK * (1.0 + float(np.abs(terms).sum())) * len(a):
+            worst = max(worst, missed)
+    return worst
+
+
+def _elementary(tree: Tree, a: Array, found: dict[Tree, Array]) -> Array:
+    """Φ (s,): of each branch A Φ, multiplied."""
+    if tree not in found:
+        parts = [a @ _elementary(branch, a, found) for branch in tree]
+        found[tree] = np.prod(parts, axis=0) if parts else np.ones(len(a))
+    return found[tree]
+
+
+def holds_up_to(a: Array, weights: Array, *, exact: bool = True) -> int:
+    """The largest number of vertices up to which all conditions hold."""
+    order = 0
+    while order < HIGHEST and not defect(a, weights, order + 1, exact=exact):
+        order += 1
+    return order

@@ -1,0 +1,174 @@
+"""`register_integrator`: a Runge-Kutta method of one's own, which runs wherever those of mbproj run.
+
+A tableau that does not have the order that it is said to have is refused. So is an implicit one that is not A-stable. A
+coefficient with a wrong digit would be a wrong result without a warning.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.errors import InputError, Problem
+from mbproj.integrate.steppers.order_conditions import HIGHEST, defect, holds_up_to
+from mbproj.integrate.steppers.tableau import matrix, vector
+from mbproj.registry import IntegratorEntry, integrators
+
+#: A coefficient: a number, or a text as "5/72".
+Coefficient: TypeAlias = "float | Fraction | str"
+#: The kernel holds so many stages.
+MOST_STAGES = 32
+#: Where an extension is held against the order conditions.
+WITHIN = (0.25, 0.6)
+
+
+def register_integrator(
+    name: str,
+    *,
+    order: int,
+    a: Sequence[Sequence[Coefficient]],
+    b: Sequence[Coefficient],
+    summary: str,
+    error: Sequence[Coefficient] | None = None,
+    dense: Sequence[Sequence[Coefficient]] | None = None,
+    source: str = "",
+) -> None:
+    """Adds the Runge-Kutta method of a tableau to the integrators that a scene may name.
+
+    `a` has a row for each stage, or for each but the first, which is f at the start of the step. Zeros on the right may
+    be left out. Where a stage has a coefficient of its own, the method is implicit, for stiff scenes. It is an ESDIRK
+    method then: that coefficient is the same γ in all stages but the first, and the last row is `b`.
+
+    `error`, b - b̂ of an embedded pair, lets a tolerance control the steps. It has a weight for each stage, and one more
+    of an explicit method, for f at the end of the step. An implicit one needs it. `dense`: for each weight of `error`
+    the coefficients of θ, θ², … in the continuous extension, without which it is the cubic through both ends.
+
+    Raises InputError where the name is taken, the numbers do not fit together, or the order is another.
+    """
+    rows, weights = [_texts(row) for row in a], _texts(b)
+    stages = len(weights)
+    if len(rows) == stages and not vector(rows[0]).any():
+        rows = rows[1:]
+    if len(rows) != stages - 1 or any(len(row) > stages for row in rows):
+        shape = f"'a' has {len(rows)} rows beside {stages} weights in 'b'"
+        raise _unfit(name, shape, "give a row for each stage, or for each but the first")
+    if not 1 <= stages <= MOST_STAGES:
+        raise _unfit(name, f"it has {stages} stages", f"a method has 1 to {MOST_STAGES}")
+    A = matrix([[], *rows], stages)
+    implicit = bool(np.triu(A).any())
+    data: dict[str, Any] = {"summary": summary, "source": source, "order": order, "a": rows, "b": weights}
+    data["c"] = [repr(float(c)) for c in A.sum(axis=1)]
+    _check_order(name, A, vector(weights), order)
+    if implicit:
+        data["gamma"] = rows[-1][-1] if len(rows[-1]) == stages else "0"
+        _check_implicit(name, A, vector(weights), error)
+    if error is not None:
+        data |= _estimate(name, A, weights, _texts(error), order, implicit=implicit)
+    if dense is not None or error is not None:
+        data["dense"] = _extension(name, A, vector(weights), dense, implicit=implicit)
+    entry = IntegratorEntry(order, error is not None, summary, data, implicit)
+    integrators().add(name, entry, json.dumps(data), taken=("auto",))
+
+
+def _texts(numbers: Sequence[Coefficient]) -> list[str]:
+    """As the files of tableaus have them. Raises InputError where one is no finite number."""
+    found = []
+    for each in numbers:
+        text = str(each) if isinstance(each, str | Fraction) else repr(float(each))
+        try:
+            finite = bool(np.isfinite(vector([text])[0]))
+        except (ValueError, ZeroDivisionError):
+            finite = False
+        if not finite:
+            raise InputError(Problem(f"a tableau has '{text}', which is no number", hint="write 0.25 or '1/4'"))
+        found.append(text)
+    return found
+
+
+def _unfit(name: str, what: str, hint: str | None = None) -> InputError:
+    return InputError(Problem(f"integrator '{name}': {what}", hint=hint))
+
+
+def _check_order(name: str, A: Array, b: Array, order: int) -> None:
+    if not 1 <= order <= HIGHEST:
+        raise _unfit(name, f"an order of {order} cannot be checked", f"it is 1 to {HIGHEST}")
+    found = holds_up_to(A, b)
+    if found < order:
+        missed = defect(A, b, found + 1)
+        what = f"it is of order {found}, not {order}: a condition of order {found + 1} is missed by {missed:.2g}"
+        raise _unfit(name, what, "check the coefficients; fractions as texts are exact: '5/72'")
+
+
+def _check_implicit(name: str, A: Array, b: Array, error: object) -> None:
+    """What implicit steps take for granted, here and in the kernel."""
+    gamma = A[-1, -1]
+    if np.triu(A, 1).any():
+        raise _unfit(name, "a stage needs a later one", "an implicit method has one stage after another (ESDIRK)")
+    if not gamma > 0.0 or (np.diag(A)[1:] != gamma).any() or A[0, 0]:
+        raise _unfit(name, "its stages have several γ", "all but the first have one γ > 0, and the first has none")
+    if (A[-1] != b).any():
+        raise _unfit(name, "its last stage is not the end of the step", "the last row of 'a' is 'b' (stiffly accurate)")
+    if error is None:
+        raise _unfit(name, "an implicit method needs 'error'", "give b - b̂ of its embedded pair")
+    largest = max(_growth(A, 1j * y) for y in np.geomspace(1e-3, 1e8, 2000))
+    if largest > 1.0 + 1e-9:
+        raise _unfit(name, f"it is not A-stable: an undamped vibration grows {largest:.4g} times in a step")
+
+
+def _growth(A: Array, z: complex) -> float:
+    """|R(z)| where the last stage is the end of the step."""
+    return float(abs(np.linalg.solve(np.eye(len(A)) - z * A, np.ones(len(A)))[-1]))
+
+
+def _estimate(
+    name: str, A: Array, weights: list[str], error: list[str], order: int, *, implicit: bool
+) -> dict[str, Any]:
+    """The estimate of the error, and the order that follows from it."""
+    wanted = len(weights) + (not implicit)
+    if len(error) != wanted:
+        after = "" if implicit else ", and one for f at the end of the step"
+        raise _unfit(name, f"'error' has {len(error)} weights, not {wanted}", f"it has one for each stage{after}")
+    found = holds_up_to(A if implicit else _with_end(A, vector(weights)), vector(error), exact=False)
+    if not 1 <= found < order:
+        what = f"'error' is an estimate of order {found + 1} in the step"
+        raise _unfit(name, what, f"b - b̂ of an embedded pair is of order 2 to {order}")
+    return {"error": error if implicit else [error], "error_order": found}
+
+
+def _with_end(A: Array, b: Array) -> Array:
+    """With f at the end of the step as one more stage."""
+    whole = np.zeros((len(A) + 1, len(A) + 1))
+    whole[:-1, :-1], whole[-1, :-1] = A, b
+    return whole
+
+
+def _extension(
+    name: str, A: Array, b: Array, dense: Sequence[Sequence[Coefficient]] | None, *, implicit: bool
+) -> list[list[str]]:
+    """The continuous extension as it is given, or the cubic y₀ + (3θ² - 2θ³)(y₁ - y₀) + h (θ - 2θ² + θ³) y₀' +
+    h (θ³ - θ²) y₁'."""
+    whole = A if implicit else _with_end(A, b)
+    if dense is None:
+        found = np.zeros((len(whole), 3))
+        found[: len(b)] = np.outer(b, (0.0, 3.0, -2.0))
+        found[0] += (1.0, -2.0, 1.0)
+        found[-1] += (0.0, -1.0, 1.0)
+        return [_texts(row) for row in found.tolist()]
+    rows = [_texts(row) for row in dense]
+    if len(rows) != len(whole) or len({len(row) for row in rows}) != 1:
+        raise _unfit(name, f"'dense' needs {len(whole)} rows of one length, one for each weight of 'error'")
+    D = np.array([vector(row) for row in rows])
+    ends = np.zeros((2, len(whole)))
+    ends[0, 0], ends[1, : len(b)] = 1.0, b
+    if not np.allclose(D[:, 0], ends[0], atol=1e-12) or not np.allclose(D.sum(axis=1), ends[1], atol=1e-12):
+        raise _unfit(name, "'dense' does not join both ends", "it begins with f at the start and sums to 'b'")
+    for theta in WITHIN:
+        at = D @ theta ** np.arange(1, D.shape[1] + 1)
+        if any(defect(whole, at, n, theta=theta) for n in (1, 2)):
+            raise _unfit(name, "'dense' is not of order 2 within a step", "check its coefficients")
+    return rows

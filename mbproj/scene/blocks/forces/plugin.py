@@ -1,0 +1,142 @@
+"""`register_force` and `register_element`: types of force of one's own, which run wherever those of mbproj run.
+
+A force is a formula of its coordinate. An element is a function that returns what `mbproj.elements` describes: forces
+along several coordinates, states with their rates, rows between coordinates.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping
+from keyword import iskeyword
+from typing import Literal
+
+from mbproj.elements import Element, Force
+from mbproj.errors import InputError, Problem
+from mbproj.functions.program import CHANNELS, COORDINATE, RATE, TIME, Program
+from mbproj.plugins import blamed
+from mbproj.scene.blocks.elements import ELEMENTS, ElementType
+from mbproj.scene.blocks.forces.force_types import OWN_RECORDS, TWO_ENDS
+from mbproj.scene.expressions.compiled import compiled
+from mbproj.scene.expressions.evaluate import RESERVED, Value
+from mbproj.scene.expressions.syntax_tree import parse
+from mbproj.scene.expressions.tokens import ExpressionError
+from mbproj.scene.expressions.units import TIME as SECONDS
+from mbproj.scene.expressions.units import Dimension, describe
+from mbproj.scene.fields.quantities import Number, dimension_of
+
+#: What a formula of a force may name, and the energy that it stores.
+OF_FORCE: Mapping[str, int] = {"t": TIME, "s": COORDINATE, "s_dot": RATE}
+OF_ENERGY: Mapping[str, int] = {"t": TIME, "s": CHANNELS, "s_dot": CHANNELS + 1}
+#: Keys of every type of force.
+TAKEN = frozenset({"type", "name", "joint", "coordinate", *TWO_ENDS, *OF_FORCE})
+
+
+def register_force(
+    name: str,
+    *,
+    along: Literal["m", "rad"],
+    force: str,
+    parameters: Mapping[str, str],
+    defaults: Mapping[str, float] | None = None,
+    positive: Collection[str] = (),
+    stores: str | None = None,
+    loses: bool = False,
+) -> None:
+    """Adds a type of force to those that a scene may name: a formula of t, s and s_dot, the coordinate in m or rad.
+
+    In m it acts on a joint's coordinate or along the distance of two points. `force` is in N or N*m, positive where
+    it drives s up. `parameters` are its keys with their SI units, as {"k": "N/m^3"}; those without one of the
+    `defaults` have to be given. `stores` is the energy in J that it keeps; `loses`: what it takes beside is lost.
+
+    Raises InputError where a name cannot be one, or a formula cannot be read or has another unit.
+    """
+    keys = _keys(name, along, parameters, defaults or {}, positive)
+    units = {"s": dimension_of(along), "s_dot": dimension_of(f"{along}/s"), "t": SECONDS}
+    dimensions = {**units, **{key: dimension_of(field.unit or "") for key, field in keys.items()}}
+    push = _formula(name, force, OF_FORCE, dimensions, "N*m" if along == "rad" else "N")
+    energy = None if stores is None else _formula(name, stores, OF_ENERGY, dimensions, "J")
+
+    def make(called: str, s: str, **values: float) -> Element:
+        given = {key: Value(value) for key, value in {**(defaults or {}), **values}.items()}
+        return Element(
+            called,
+            reads=(s, f"{s}_dot"),
+            forces=(Force(s, push(given), loses=loses),),
+            stores=None if energy is None else energy(given),
+        )
+
+    text = repr((along, force, dict(parameters), defaults, sorted(positive), stores, loses))
+    _add(name, ElementType(along, keys, make, _required(keys, defaults)), text)
+
+
+def register_element(
+    name: str,
+    make: Callable[..., Element],
+    *,
+    along: Literal["m", "rad"],
+    parameters: Mapping[str, str],
+    defaults: Mapping[str, float] | None = None,
+    positive: Collection[str] = (),
+) -> None:
+    """Adds a type of force that is an element: `make(name, s, **parameters)` is the element of this name that acts
+    along the coordinate named s, in m or rad, with the parameters in SI units.
+
+    In m it acts on a joint's coordinate or along the distance of two points. `parameters`, `defaults` and `positive`
+    are as those of `register_force`. Raises InputError where a name cannot be one.
+    """
+    keys = _keys(name, along, parameters, defaults or {}, positive)
+
+    def made(called: str, s: str, **values: float) -> Element:
+        with blamed(f"force type '{name}'"):
+            element = make(called, s, **{**(defaults or {}), **values})
+            if not isinstance(element, Element):
+                raise TypeError(f"it makes {element!r}, which is no mbproj.elements.Element")
+            return element
+
+    _add(name, ElementType(along, keys, made, _required(keys, defaults)), make)
+
+
+def _add(name: str, kind: ElementType, made_of: Callable[..., object] | str) -> None:
+    ELEMENTS.add(name, kind, made_of, taken=OWN_RECORDS)
+
+
+def _required(keys: Mapping[str, object], defaults: Mapping[str, float] | None) -> tuple[str, ...]:
+    return tuple(key for key in keys if key not in (defaults or {}))
+
+
+def _unfit(name: str, what: str, hint: str | None = None) -> InputError:
+    return InputError(Problem(f"force type '{name}': {what}", hint=hint))
+
+
+def _keys(
+    name: str, along: str, parameters: Mapping[str, str], defaults: Mapping[str, float], positive: Collection[str]
+) -> dict[str, Number]:
+    """What a scene reads for each parameter."""
+    if along not in ("m", "rad"):
+        raise _unfit(name, f"'along' is 'm' or 'rad', found {along!r}")
+    for key, unit in parameters.items():
+        if not key.isidentifier() or iskeyword(key) or key in RESERVED or key in TAKEN:
+            raise _unfit(name, f"'{key}' cannot be the name of a parameter", "take another word")
+        try:
+            dimension_of(unit)
+        except (ExpressionError, ValueError) as error:
+            raise _unfit(name, f"parameter '{key}': {error}", "units are as in a scene: N/m^3, kg*m^2") from error
+    for key in (*defaults, *positive):
+        if key not in parameters:
+            raise _unfit(name, f"there is no parameter '{key}'", f"parameters are: {', '.join(parameters)}")
+    return {key: Number(unit, above=0.0 if key in positive else None) for key, unit in parameters.items()}
+
+
+def _formula(
+    name: str, text: str, variables: Mapping[str, int], dimensions: Mapping[str, Dimension], unit: str
+) -> Callable[[Mapping[str, Value]], Program]:
+    """The program of a formula, once the parameters have their values."""
+    try:
+        tree = parse(text, frozenset(dimensions))
+        symbols = {key: at for at, key in enumerate(dimensions)}
+        _, dimension = compiled(tree, {}, symbols, dimensions)
+    except ExpressionError as error:
+        raise _unfit(name, f"'{text}': {error}", error.hint) from error
+    if dimension is not None and not dimension_of(unit).agrees(dimension):
+        raise _unfit(name, f"'{text}' is {describe(dimension)}, not in {unit}", "check the units of the parameters")
+    return lambda given: Program(compiled(tree, given, variables)[0], text)

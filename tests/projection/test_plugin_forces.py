@@ -1,0 +1,213 @@
+"""Integrators and forces of plug-ins: they equal what mbproj has of the same formula, and what is wrong is refused."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+import pytest
+
+import mbproj
+from mbproj import parts, plugins
+from mbproj.elements import Element, Force, State, called
+from mbproj.integrate.steppers.methods import tableau_of
+from mbproj.integrate.steppers.order_conditions import density, holds_up_to, trees
+from mbproj.registry import integrators
+from mbproj.scene.blocks.elements import ELEMENTS
+from tests.support import ROOT
+
+FIVE_BAR = str(ROOT / "mechanisms" / "five_bar.yaml")
+PENDULUM = """\
+mbproj: 1
+gravity: [0, 0, -9.81]
+bodies: {rod: {mass: 2, inertia: [0.1, 0.1, 0.1], position: [0.5, 0, 0]}}
+joints: {A: {type: revolute, bodies: [ground, rod], location: [0, 0, 0], axis: [0, 1, 0]}}
+forces: {F: {FORCE}}
+simulation: {duration: 0.3, step: 0.01}
+"""
+POINTS = "points: {ground: [0.5, 0, 1], rod: [0.5, 0, 0]}"
+#: Bogacki-Shampine's pair, whose extension is the cubic that follows where none is given.
+BS32 = {
+    "order": 3,
+    "a": [["1/2"], ["0", "3/4"]],
+    "b": ["2/9", "1/3", "4/9"],
+    "error": ["-5/72", "1/12", "1/9", "-1/8"],
+    "summary": "",
+}
+GAMMA = 1 - 0.5**0.5
+#: Two stages of an L-stable method of order 2 (Alexander 1977) after an explicit one.
+SDIRK = {
+    "order": 2,
+    "a": [[0, 0, 0], [0, GAMMA, 0], [0, 1 - GAMMA, GAMMA]],
+    "b": [0, 1 - GAMMA, GAMMA],
+    "error": [0.1, (1 - GAMMA) * -0.1 / GAMMA, 0.1 * (1 - GAMMA) / GAMMA - 0.1],
+    "summary": "",
+}
+TRAPEZOID = {"order": 2, "a": [["1/2", "1/2"]], "b": ["1/2", "1/2"], "summary": "", "error": [1, -1]}
+SPRING = {
+    "along": "m",
+    "force": "-k*(s - free) - c*s_dot",
+    "parameters": {"k": "N/m", "c": "N*s/m", "free": "m"},
+    "defaults": {"c": 0.0},
+    "stores": "k*(s - free)**2/2",
+    "loses": True,
+}
+
+
+@pytest.fixture(autouse=True)
+def alone(monkeypatch):
+    """Registries that forget what a test adds."""
+    for registry in (integrators(), ELEMENTS):
+        monkeypatch.setattr(registry, "_added", {})
+    monkeypatch.setattr(plugins, "_origins", {})
+
+
+def scene(force: str) -> str:
+    return PENDULUM.replace("FORCE", force)
+
+
+@pytest.mark.parametrize("name", integrators())
+def test_order_conditions_find_the_orders_of_all_tableaus(name):
+    """The estimate of an embedded pair is of the lower order."""
+    tableau, entry = tableau_of(name), integrators()[name]
+    assert holds_up_to(tableau.a, tableau.b) == entry.order
+    if entry.embedded:
+        a = tableau.a
+        if not entry.implicit:
+            a = np.zeros((tableau.stages + 1,) * 2)
+            a[:-1, :-1], a[-1, :-1] = tableau.a, tableau.b
+        found = holds_up_to(a, np.atleast_2d(tableau.error)[0], exact=False)
+        assert found == {"dop853": 5}.get(name, tableau.error_order)
+
+
+def test_there_are_as_many_trees_as_the_theory_has():
+    """Table 2.1 of Hairer, Nørsett & Wanner; γ of the trees with four vertices are 4, 8, 12, 24."""
+    assert [len(trees(order)) for order in range(1, 10)] == [1, 1, 2, 4, 9, 20, 48, 115, 286]
+    assert sorted(map(density, trees(4))) == [4, 8, 12, 24]
+
+
+@pytest.mark.parametrize("formulation", ["full", "auto"])
+def test_a_tableau_steps_as_the_same_one_of_mbproj(formulation):
+    mbproj.register_integrator("pair", **BS32)
+    run = partial(mbproj.run, FIVE_BAR, tolerance=1e-6, duration=0.1, formulation=formulation)
+    with run(integrator="pair") as own, run(integrator="bs32") as known:
+        assert own.attributes["steps"] == known.attributes["steps"] >= 20
+        np.testing.assert_allclose(own["bodies/position"], known["bodies/position"], atol=1e-14)
+
+
+def test_a_tableau_with_a_diagonal_is_implicit():
+    """Its error falls with the square of the step, and a stiff damper does not hold it up."""
+    mbproj.register_integrator("sdirk2", **SDIRK)
+    assert integrators()["sdirk2"].implicit
+    text = scene(f"type: spring_damper, {POINTS}, stiffness: 40, damping: 5e3, free_length: 0.9")
+    exact = mbproj.run(text, integrator="radau5", tolerance=1e-11)["bodies/position"][-1]
+    errors = []
+    for step in (0.01, 0.005):
+        with mbproj.run(text, integrator="sdirk2", step=step) as results:
+            errors.append(np.abs(results["bodies/position"][-1] - exact).max())
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(2, abs=0.3)
+
+
+WRONG_TABLEAUS = [
+    (BS32 | {"b": ["2/9", "1/3", "4/8"]}, "of order 0, not 3: a condition of order 1 is missed by 0.056"),
+    (BS32 | {"a": [["1/2"], ["0", "2/3"]]}, "of order 1, not 3: a condition of order 2"),
+    (BS32 | {"order": 4}, "of order 3, not 4"),
+    (BS32 | {"order": 11}, "an order of 11 cannot be checked; it is 1 to 10"),
+    (BS32 | {"a": [["1/2"]]}, "'a' has 1 rows beside 3 weights in 'b'"),
+    (BS32 | {"b": ["2/9", "1/3", "4/0"]}, "a tableau has '4/0', which is no number"),
+    (BS32 | {"error": ["-5/72", "1/12", "1/9"]}, "'error' has 3 weights, not 4; it has one for each stage, and one"),
+    (BS32 | {"error": ["-5/72", "1/12", "1/9", "1/8"]}, "'error' is an estimate of order 1 in the step"),
+    (BS32 | {"dense": [[1]] * 4}, "'dense' does not join both ends"),
+    (SDIRK | {"error": None}, "an implicit method needs 'error'"),
+    (SDIRK | {"a": [[0], [0, "1/2"], [0, 1 - GAMMA, GAMMA]]}, "of order 1, not 2"),
+    (TRAPEZOID | {"error": [1, 2]}, "'error' is an estimate of order 1"),
+    (TRAPEZOID | {"order": 1, "a": [["3/4", "1/4"]], "b": ["3/4", "1/4"]}, "it is not A-stable"),
+    (TRAPEZOID | {"order": 1, "a": [["1/2", "1/2"], [0, 1]], "b": [0, 1, 0]}, "its stages have several γ"),
+]
+
+
+@pytest.mark.parametrize(("given", "message"), WRONG_TABLEAUS, ids=[message for _, message in WRONG_TABLEAUS])
+def test_a_wrong_tableau_is_refused(given, message):
+    with pytest.raises(mbproj.InputError, match=f"(?s){message.replace('(', '.')}"):
+        mbproj.register_integrator("wrong", **given)
+
+
+@pytest.mark.parametrize("formulation", ["full", "auto"])
+def test_a_force_moves_as_the_one_it_equals(formulation):
+    """And its account of energy is that of a spring with a damper."""
+    mbproj.register_force("own_spring", **SPRING)
+    own_text = scene(f"type: own_spring, {POINTS}, k: 40 N/m, c: 2 N*s/m, free: 80 cm")
+    known_text = scene(f"type: spring_damper, {POINTS}, stiffness: 40, damping: 2, free_length: 0.8")
+    run = partial(mbproj.run, formulation=formulation)
+    with run(own_text) as own, run(known_text) as known:
+        np.testing.assert_allclose(own["bodies/position"], known["bodies/position"], atol=1e-14)
+        for account in ("energy_dissipated", "energy_put_in", "energy_drift"):
+            assert own.attributes[account] == pytest.approx(known.attributes[account], abs=1e-6)
+        assert own.attributes["energy_dissipated"] > 0.05
+
+
+def test_a_force_has_a_class_of_its_words():
+    mbproj.register_force("own_spring", **SPRING)
+    made = parts.OwnSpring(joint="A", k="3 N/m", free=0.1)
+    assert dict(made) == {"type": "own_spring", "joint": "A", "k": "3 N/m", "free": 0.1}
+    with pytest.raises(TypeError, match="lacks the argument 'free'"):
+        parts.OwnSpring(joint="A", k=3)
+    with pytest.raises(AttributeError, match="has no attribute 'NoSpring'"):
+        parts.NoSpring  # noqa: B018
+
+
+def test_an_element_has_a_state():
+    """A torque T that follows its target with the delay τ is T₀ (1 - exp(-t/τ)) where nothing turns."""
+
+    def lagged(name: str, s: str, target: float, delay: float) -> Element:
+        torque = called(f"{name}.torque")
+        state = State("torque", f"({target!r} - {torque})/{delay!r}", unit="N*m")
+        return Element(name, reads=(f"{name}.torque",), states=(state,), forces=(Force(s, torque),))
+
+    keys = {"target": "N*m", "delay": "s"}
+    mbproj.register_element("lagged", lagged, along="rad", parameters=keys, positive=["delay"])
+    with mbproj.run(scene("type: lagged, joint: A, target: 3 N*m, delay: 100 ms"), step=0.005) as results:
+        expected = 3 * (1 - np.exp(-results["time"][:] / 0.1))
+        np.testing.assert_allclose(results["states/value"][:, 0], expected, atol=1e-7)
+    with pytest.raises(mbproj.InputError, match="'delay' must be greater than 0, found 0"):
+        mbproj.run(scene("type: lagged, joint: A, target: 3 N*m, delay: 0 s"))
+
+
+WRONG_FORCES = [
+    ({"force": "-k*(s - free)**2"}, r"'-k\*\(s - free\)\*\*2' is in m\*kg/s\^2\*m|is a torque, not in N"),
+    ({"force": "-k*x"}, "unknown name 'x'; variables here are s, s_dot, t, k, c, free"),
+    ({"force": "-k*s - free"}, "a force and a length cannot be added"),
+    ({"stores": "k*s"}, "'k.s' is a force, not in J"),
+    ({"along": "deg"}, "'along' is 'm' or 'rad', found 'deg'"),
+    ({"parameters": {"s": "m"}}, "'s' cannot be the name of a parameter"),
+    ({"parameters": {"k": "N/parsec"}}, "parameter 'k': 'N/parsec' is no unit"),
+    ({"positive": ["d"]}, "there is no parameter 'd'; parameters are: k, c, free"),
+]
+
+
+@pytest.mark.parametrize(("change", "message"), WRONG_FORCES, ids=[message for _, message in WRONG_FORCES])
+def test_a_wrong_force_is_refused(change, message):
+    with pytest.raises(mbproj.InputError, match=message):
+        mbproj.register_force("own_spring", **{**SPRING, **change})
+
+
+def test_a_name_of_mbproj_is_taken():
+    with pytest.raises(mbproj.InputError, match="mbproj has a force type 'spring_damper' itself"):
+        mbproj.register_force("spring_damper", **SPRING)
+    with pytest.raises(mbproj.InputError, match="mbproj has an integrator 'auto' itself"):
+        mbproj.register_integrator("auto", **BS32)
+
+
+def test_code_that_fails_is_said_with_its_name():
+    """An element's, and a projection method's, with the line of the code."""
+
+    def fails(name: str, s: str, k: float) -> Element:
+        raise ZeroDivisionError("no")
+
+    mbproj.register_element("fails", fails, along="m", parameters={"k": "N/m"})
+    message = r"test_plugin_forces.py:\d+: error: force type 'fails', of a plug-in, has failed: ZeroDivisionError: no"
+    with pytest.raises(mbproj.InputError, match=message):
+        mbproj.run(scene(f"type: fails, {POINTS}, k: 3"))
+    mbproj.register_element("empty", lambda name, s: None, along="m", parameters={})
+    with pytest.raises(mbproj.InputError, match=r"it makes None, which is no mbproj\.elements\.Element"):
+        mbproj.run(scene(f"type: empty, {POINTS}"))
