@@ -133,7 +133,7 @@ FOLDERS = {
     "pages": ("look", "data", "page"),
     "figures": ("pages", "kinds", "sweeps"),
     "calls": ("check",),
-    "cli": ("report", "simulate", "studies", "linear", "commands"),
+    "cli": ("report", "simulate", "studies", "linear", "watch", "commands"),
 }
 #: The kernel's folders: a header includes only headers of its own folder and of those that stand before it.
 KERNEL_FOLDERS = (

@@ -34,6 +34,7 @@ GROUPS: Mapping[str, Mapping[str, str]] = MappingProxyType(
             "branches": "Finds all assemblies of a mechanism.",
             "plot": "Draws pictures of results.",
             "animate": "Shows the mechanism moving, in a browser.",
+            "watch": "Runs a scene at each save, and shows it moving.",
             "info": "Says what a results file holds.",
             "export": "Writes results as CSV tables, a scene as MJCF or URDF.",
         },

@@ -15,7 +15,7 @@ from mbproj.dynamics.rank.massless import SHOWN
 from mbproj.integrate.formulations.kinematic import words
 from mbproj.integrate.outcome.report import Report, Worst
 from mbproj.model.system import System
-from mbproj.registry import PROJECTIONS, explicit_integrators
+from mbproj.registry import PROJECTIONS, is_explicit
 from mbproj.results.trust import Trust
 from mbproj.scene.records import Settings
 from mbproj.thresholds import THRESHOLDS
@@ -174,7 +174,7 @@ def _fallbacks(counts: dict[str, int]) -> str:
 def _account(report: Report, system: System) -> list[str]:
     """Where the energy came from and went until the end, where something puts in or takes any, or the method damps."""
     energy, settings = report.energy, report.settings
-    if not (energy.work or energy.dissipation) and settings.integrator in explicit_integrators():
+    if not (energy.work or energy.dissipation) and is_explicit(settings.integrator):
         return []
     others = {"impacts": system.stops, "dry friction": system.frictions}
     damping = " and ".join(["dampers", *(name for name, there in others.items() if there is not None)])

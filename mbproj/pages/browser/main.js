@@ -170,6 +170,7 @@ async function open() {
     return fail(no ? "This browser shows no 3D graphics: WebGL is switched off or missing." : `The page is damaged: ${error.message}`);
   }
   window.mbproj = page; // for tests, and for whoever wants to drive the page from its console
+  if (data.watched !== undefined) new Watch(page, data.watched);
   page.run();
   return page;
 }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import zipfile
+from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -15,6 +16,7 @@ TEMPLATE = Path("resources", "templates", "viewer.zip")
 SCRIPT = re.compile(r"(/\*\*\s*\* @license\s[^/]*Three\.js Authors[^/]*\*/\s*!function[^\n]*\}\)\);)\n")
 
 
+@cache
 def three_js() -> str:
     """The text of three.js with its licence. Raises InputError where trimesh is missing, or holds no such script."""
     found = find_spec("trimesh")

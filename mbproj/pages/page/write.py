@@ -33,25 +33,45 @@ SCRIPTS = (
     "controls",
     "main",
 )
+#: What a page has beside that knows its server.
+WATCH = "watch"
 
 
-def html(title: str, data: Mapping[str, Any], packer: Packer) -> str:
-    """The whole page. What comes from files is data in it, never markup: `<` is escaped wherever it stands."""
+#: What a page may load: nothing, and from its server its news alone where it has one.
+POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
+SERVED = f"{POLICY}; connect-src 'self'"
+
+
+def html(title: str, data: Mapping[str, Any], packer: Packer, watched: int | None = None) -> str:
+    """The whole page, of this number where `mbproj watch` serves it. What comes from files is data in it, never markup:
+    `<` is escaped wherever it stands."""
+    scripts = SCRIPTS if watched is None else (*SCRIPTS[:-1], WATCH, SCRIPTS[-1])
     pieces = {
         "title": escape(title),
+        "policy": POLICY if watched is None else SERVED,
         "style": _ours("style.css"),
         "made": escape(f"Made with mbproj {__version__}, drawn with three.js (MIT licence)."),
-        "data": as_json(data),
+        "data": as_json(data if watched is None else {**data, "watched": watched}),
         "motion": packer.text(),
         "three": three_js(),
-        "script": "\n".join(_ours(f"{name}.js") for name in SCRIPTS),
+        "script": "\n".join(_ours(f"{name}.js") for name in scripts),
     }
-    text = _ours("page.html")
+    return _filled("page.html", pieces)
+
+
+def waiting(title: str) -> str:
+    """The page that `mbproj watch` serves as long as the scene gives none."""
+    pieces = {"title": escape(title), "policy": SERVED, "style": _ours("style.css"), "script": _ours(f"{WATCH}.js")}
+    return _filled("waiting.html", pieces)
+
+
+def _filled(name: str, pieces: Mapping[str, str]) -> str:
+    text = _ours(name)
     before, *rest = text.split("{{")
     found = [before]
     for piece in rest:
-        name, _, after = piece.partition("}}")
-        found += [pieces[name], after]
+        key, _, after = piece.partition("}}")
+        found += [pieces[key], after]
     return "".join(found)
 
 

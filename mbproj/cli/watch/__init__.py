@@ -1,0 +1,1 @@
+"""What `mbproj watch` does: a scene is run at each save of it, and a server shows its page to one browser."""

@@ -1,0 +1,138 @@
+"""A server of one page, for one user of this machine: on the loopback interface, under a token, and nothing else.
+
+A page tells its number to the browser; when another is shown, the browser hears of it by an event and loads it.
+"""
+
+from __future__ import annotations
+
+import json
+from hmac import compare_digest
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from secrets import token_urlsafe
+from threading import Condition, Thread
+from typing import Any, NamedTuple
+
+LOOPBACK = "127.0.0.1"
+#: Where nothing happens, a browser hears so every so many seconds; one that has gone is noticed by that.
+HEARTBEAT = 5.0
+#: A request has to be read within so many seconds.
+PATIENCE = 10.0
+
+
+class Shown(NamedTuple):
+    """What the browser is to show: the page of this number, and what is wrong with the scene since then."""
+
+    number: int
+    problem: str
+    page: bytes
+
+
+class Board:
+    """What is shown now. Threads that serve it wait here for what comes next."""
+
+    def __init__(self) -> None:
+        self._changed, self._versions = Condition(), 0
+        self.shown, self.closed = Shown(0, "", b""), False
+
+    def show(self, shown: Shown) -> None:
+        """Shows something else from now on."""
+        with self._changed:
+            self.shown, self._versions = shown, self._versions + 1
+            self._changed.notify_all()
+
+    def close(self) -> None:
+        """Nothing comes any more."""
+        with self._changed:
+            self.closed = True
+            self._changed.notify_all()
+
+    def after(self, version: int) -> tuple[int, Shown] | None:
+        """What is shown as soon as it is another version than that, with its own; None where that takes too long."""
+        with self._changed:
+            if not self._changed.wait_for(lambda: self.closed or self._versions != version, HEARTBEAT):
+                return None
+            return self._versions, self.shown
+
+
+class Server:
+    """Serves a board until it is closed; `address` has the token."""
+
+    def __init__(self, board: Board, port: int = 0) -> None:
+        """Raises OSError where the port is taken."""
+        self.board, self._token = board, token_urlsafe(24)
+        self._http = _Http((LOOPBACK, port), _Handler)
+        self._http.board, self._http.token = board, self._token
+        Thread(target=self._http.serve_forever, kwargs={"poll_interval": 0.1}, daemon=True).start()
+
+    @property
+    def address(self) -> str:
+        """Of the page."""
+        return f"http://{LOOPBACK}:{self._http.server_port}/{self._token}/"
+
+    def close(self) -> None:
+        """Ends all threads."""
+        self.board.close()
+        self._http.shutdown()
+        self._http.server_close()
+
+
+class _Http(ThreadingHTTPServer):
+    daemon_threads, block_on_close, allow_reuse_address = True, False, False
+    board: Board
+    token: str
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """A browser that goes away in the middle of an answer is no fault."""
+
+
+class _Handler(BaseHTTPRequestHandler):
+    server: _Http
+    server_version, sys_version, timeout = "mbproj", "", PATIENCE
+    #: The text of an answer that is none.
+    error_message_format, error_content_type = "%(code)d %(message)s\n", "text/plain; charset=utf-8"
+
+    def do_GET(self) -> None:
+        port = self.server.server_port
+        # A name that another site has made to mean this machine is no name of ours.
+        known = self.headers.get("Host") in (f"{LOOPBACK}:{port}", f"localhost:{port}")
+        parts = self.path.split("/")
+        may = len(parts) > 1 and compare_digest(parts[1].encode(), self.server.token.encode())
+        if not known or not may:
+            self.send_error(HTTPStatus.FORBIDDEN, "the address that mbproj watch has printed is needed")
+        elif parts[2:] == [""]:
+            self._page()
+        elif parts[2:] == ["events"]:
+            self._events()
+        else:
+            self.send_error(HTTPStatus.NOT_FOUND, "nothing else is served")
+
+    def _start(self, kind: str) -> None:
+        self.send_response(HTTPStatus.OK)
+        self.send_header("Content-Type", kind)
+        self.send_header("Cache-Control", "no-store")
+        self.send_header("Referrer-Policy", "no-referrer")
+        self.send_header("X-Content-Type-Options", "nosniff")
+        self.send_header("X-Frame-Options", "DENY")
+        self.send_header("Cross-Origin-Resource-Policy", "same-origin")
+        self.end_headers()
+
+    def _page(self) -> None:
+        self._start("text/html; charset=utf-8")
+        self.wfile.write(self.server.board.shown.page)
+
+    def _events(self) -> None:
+        """The number of the page that is shown and what is wrong, now and whenever they change."""
+        self._start("text/event-stream")
+        version, board = -1, self.server.board
+        while not board.closed:
+            found = board.after(version)
+            if found is None:
+                self.wfile.write(b":\n\n")
+                continue
+            version, shown = found
+            said = json.dumps({"number": shown.number, "problem": shown.problem})
+            self.wfile.write(f"data: {said}\n\n".encode())
+
+    def log_message(self, format: str, *given: Any) -> None:
+        """A line at each save says what a user wants to know; requests do not."""
