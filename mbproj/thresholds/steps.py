@@ -124,6 +124,13 @@ class Steps:
     )
     within_limit: float = threshold(0.9, "1", "numpy", "the step that a hint proposes, beside the limit", "chosen")
     wild_growth: float = threshold(1e6, "1", "numpy", "larger growth is not told as a number", "words only")
+    order_condition: float = threshold(
+        1e-13,
+        "1",
+        "numpy",
+        "what a tableau of a plug-in may miss an order condition by, a stage, beside the size of its terms",
+        "coefficients of 15 digits: DOP853 misses its by 1e-15",
+    )
     stable_slack: float = threshold(
         0.01, "1", "numpy", "an amplification up to 1 + this counts as stable in the scan of a boundary", "round-off"
     )

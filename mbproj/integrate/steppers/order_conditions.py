@@ -11,13 +11,12 @@ from typing import TypeAlias
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.thresholds import THRESHOLDS
 
 #: The subtrees at the root, sorted.
 Tree: TypeAlias = tuple["Tree", ...]
 #: There are 719 conditions of this order.
 HIGHEST = 10
-#: What a condition may be missed by, relative to the size of its terms: coefficients are rounded to 15 digits.
-SLACK = 1e-13
 
 
 @cache
@@ -54,7 +53,7 @@ def defect(a: Array, weights: Array, vertices: int, *, theta: float = 1.0, exact
         terms = weights * _elementary(tree, a, found)
         wanted = theta**vertices / density(tree) if exact else 0.0
         missed = abs(float(terms.sum()) - wanted)
-        if missed > SLACK * (1.0 + float(np.abs(terms).sum())) * len(a):
+        if missed > THRESHOLDS.order_condition * (1.0 + float(np.abs(terms).sum())) * len(a):
             worst = max(worst, missed)
     return worst
 

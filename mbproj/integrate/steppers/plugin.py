@@ -24,7 +24,7 @@ Coefficient: TypeAlias = "float | Fraction | str"
 #: The kernel holds so many stages.
 MOST_STAGES = 32
 #: Where an extension is held against the order conditions.
-WITHIN = (0.25, 0.6)
+THROUGH = (0.25, 0.6)
 
 
 def register_integrator(
@@ -167,7 +167,7 @@ def _extension(
     ends[0, 0], ends[1, : len(b)] = 1.0, b
     if not np.allclose(D[:, 0], ends[0], atol=1e-12) or not np.allclose(D.sum(axis=1), ends[1], atol=1e-12):
         raise _unfit(name, "'dense' does not join both ends", "it begins with f at the start and sums to 'b'")
-    for theta in WITHIN:
+    for theta in THROUGH:
         at = D @ theta ** np.arange(1, D.shape[1] + 1)
         if any(defect(whole, at, n, theta=theta) for n in (1, 2)):
             raise _unfit(name, "'dense' is not of order 2 within a step", "check its coefficients")
