@@ -7,8 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mbproj.dynamics.assembly.assemble import State
-from mbproj.dynamics.equations.constraint_equations import jacobian
+from mbproj.dynamics.assembly.assemble import State, coordinate_values
+from mbproj.dynamics.derivatives.linear_equations import Motion, tangent_force
+from mbproj.dynamics.derivatives.row_derivatives import row_motion
 from mbproj.dynamics.equations.equations_of_motion import tangent_mass_matrix
 from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.formats import Wishes, read_model, scene_text
@@ -21,9 +22,11 @@ from mbproj.scene.fields.rotations import from_matrix, to_matrix
 
 
 class Agreement(NamedTuple):
-    """The largest differences over the states, relative to the largest number of each."""
+    """The largest differences over the states, relative to the largest numbers: of the mass matrix, of the forces
+    without accelerations of the coordinates, of the accelerations of all bodies."""
 
     mass: float
+    bias: float
     accelerations: float
 
 
@@ -47,13 +50,8 @@ def agreement(path: Path, states: int = 10, seed: int = 0, model=None) -> Agreem
     """Of the scene that is made of the file with MuJoCo's model of it, or with another one."""
     import mujoco
 
-    from mbproj.formats.mjcf.compiled import compile_mjcf
-    from mbproj.formats.mjcf.source import source_of
-    from mbproj.formats.xml import parse
-
     if model is None:
-        compiled = compile_mjcf(source_of(parse(path.read_bytes(), str(path)), path), Wishes())
-        model = compiled.model
+        model = urdf_in_mujoco(path) if path.suffix == ".urdf" else mjcf_in_mujoco(path)
     mechanism = read_model(path, Wishes())
     scene = read_scene_text(tree_of(mechanism))
     system = compile_system(scene)
@@ -62,14 +60,42 @@ def agreement(path: Path, states: int = 10, seed: int = 0, model=None) -> Agreem
     for values in (model.tendon_stiffness, model.tendon_damping, model.tendon_armature):
         values[:] = 0.0
     data, rng = mujoco.MjData(model), np.random.default_rng(seed)
-    worst = Agreement(0.0, 0.0)
+    worst = Agreement(0.0, 0.0, 0.0)
     for _ in range(states):
         data.qpos[:] = _random(model, rng)
         data.qvel[:] = rng.normal(size=model.nv)
         mujoco.mj_forward(model, data)
         found = _compared(model, data, mechanism, scene, system)
-        worst = Agreement(max(worst.mass, found.mass), max(worst.accelerations, found.accelerations))
+        worst = Agreement(*map(max, worst, found))
     return worst
+
+
+def mjcf_in_mujoco(path: Path):
+    """MuJoCo's model of an MJCF file."""
+    from mbproj.formats.mjcf.compiled import compile_mjcf
+    from mbproj.formats.mjcf.source import source_of
+    from mbproj.formats.xml import parse
+
+    return compile_mjcf(source_of(parse(path.read_bytes(), str(path)), path), Wishes()).model
+
+
+def urdf_in_mujoco(path: Path):
+    """MuJoCo's model of a URDF's tree, without its shapes, with bodies that are fixed, and with our gravity."""
+    from xml.etree import ElementTree
+
+    import mujoco
+
+    root = ElementTree.parse(path).getroot()
+    for link in root.iter("link"):
+        for shape in [each for each in link if each.tag in ("visual", "collision")]:
+            link.remove(shape)
+    for unknown in [each for each in root if each.tag not in ("link", "joint")]:
+        root.remove(unknown)
+    options = ElementTree.SubElement(ElementTree.SubElement(root, "mujoco"), "compiler")
+    options.attrib |= {"fusestatic": "false", "balanceinertia": "false"}
+    model = mujoco.MjModel.from_xml_string(ElementTree.tostring(root, encoding="unicode"))
+    model.opt.gravity[:] = [0.0, 0.0, -9.81]
+    return model
 
 
 def _random(model, rng):
@@ -85,9 +111,8 @@ def _compared(model, data, mechanism, scene, system) -> Agreement:
 
     n = system.bodies
     numbers = _numbers(model, mechanism)
-    q, v = np.zeros((n, 7)), np.zeros((n, 7))
+    q, known = np.zeros((n, 7)), np.zeros(n, dtype=bool)
     jacobian_6, dot_6 = np.zeros((n, 6, model.nv)), np.zeros((n, 6, model.nv))
-    known = np.zeros(n, dtype=bool)
     for at, body in enumerate(scene.bodies):
         carrier = int(system.body_carrier[at])
         if body.name not in numbers or carrier == n or known[carrier]:
@@ -103,27 +128,33 @@ def _compared(model, data, mechanism, scene, system) -> Agreement:
         mujoco.mj_jacDot(model, data, both[0], both[1], centre, number)
         dot_6[carrier] = np.concatenate([both[0], rotation.T @ both[1]])
         q[carrier] = [*centre, *from_matrix(tuple(map(tuple, rotation.tolist())))]
-        twist = jacobian_6[carrier] @ data.qvel
-        v[carrier] = [*twist[:3], *(0.5 * matrix_L(q[carrier, 3:]).T @ twist[3:])]
+    change = dot_6 @ data.qvel
     if not known.all():
-        _between(model, data, mechanism, scene, system, q, v, known)
-    settings = scene.settings
-    state = State.of(system, 0.0, positions=q.ravel(), velocities=v.ravel())
-    form = FullFormulation.of(system, state, settings)
-    ours = form.accelerations(0.0, _y(form, state)).acceleration.reshape(n, 7)
+        _between(model, data, scene, system, q, known)
+        _carried(system, q, jacobian_6, change, data.qvel, known)
+    u, moved = jacobian_6 @ data.qvel, jacobian_6 @ data.qacc
     L = matrix_L(q[:, 3:])
-    ours_6 = np.concatenate([ours[:, :3], 2.0 * np.einsum("nij,nj->ni", L, ours[:, 3:])], axis=1)[known]
-    terms = (jacobian_6 @ data.qacc)[known], (dot_6 @ data.qvel)[known]
-    theirs = sum(terms)
-    scale = max(*(np.abs(term).max() for term in terms), 1e-6)  # they cancel in a body that nothing accelerates
-    mass = 0.0
-    if known.all():
-        M = np.zeros((model.nv, model.nv))
-        mujoco.mj_fullM(model, data, M)
-        flat = jacobian_6.reshape(6 * n, model.nv)
-        weighed = flat.T @ tangent_mass_matrix(system, pose_of(q.ravel())) @ flat
-        mass = float(np.abs(weighed - M).max() / np.abs(M).max())
-    return Agreement(mass, float(np.abs(ours_6 - theirs).max() / scale))
+    rates = 0.5 * np.einsum("nij,ni->nj", L, u[:, 3:])
+    state = State.of(system, 0.0, positions=q.ravel(), velocities=np.concatenate([u[:, :3], rates], axis=1).ravel())
+    form = FullFormulation.of(system, state, scene.settings)
+    ours = form.accelerations(0.0, _y(form, state)).acceleration.reshape(n, 7)
+    ours_6 = np.concatenate([ours[:, :3], 2.0 * np.einsum("nij,nj->ni", L, ours[:, 3:])], axis=1)
+    M = np.zeros((model.nv, model.nv))
+    mujoco.mj_fullM(model, data, M)
+    flat = jacobian_6.reshape(6 * n, model.nv)
+    weighed = flat.T @ tangent_mass_matrix(system, pose_of(q.ravel())) @ flat
+    expected = coordinate_values(system, pose_of(state.q))
+    left = -flat.T @ tangent_force(system, Motion(0.0, q.ravel(), u.ravel(), change.ravel(), expected))
+    forces = data.qfrc_bias, -data.qfrc_passive
+    # In a body that nothing accelerates large terms cancel, ω × v among them.
+    turning = np.abs(u[:, 3:]).max() * np.abs(u).max()
+    bias_scale = max(*(np.abs(force).max() for force in forces), np.abs(M).max() * turning, 1e-6)
+    scale = max(np.abs(moved).max(), np.abs(change).max(), turning, 1e-6)
+    return Agreement(
+        float(np.abs(weighed - M).max() / np.abs(M).max()),
+        float(np.abs(left - sum(forces)).max() / bias_scale),
+        float(np.abs(ours_6 - moved - change)[known].max() / scale),
+    )
 
 
 def _y(form, state):
@@ -132,8 +163,6 @@ def _y(form, state):
     for name in ("states", "quadratures", "followed"):
         parts[name] = np.zeros(layout.size_of(name))
     if layout.size_of("followed"):
-        from mbproj.dynamics.assembly.assemble import coordinate_values
-
         parts["followed"] = coordinate_values(form.system, pose_of(state.q))
     return layout.joined(parts)
 
@@ -147,7 +176,7 @@ def _numbers(model, mechanism):
     return named if set(named) == set(own) else dict(zip(own, moving, strict=True))
 
 
-def _between(model, data, mechanism, scene, system, q, v, known) -> None:
+def _between(model, data, scene, system, q, known) -> None:
     """Poses of the massless bodies between: each joint's frame turned and shifted as its coordinate says."""
     for at, body in enumerate(scene.bodies):
         carrier = int(system.body_carrier[at])
@@ -172,11 +201,23 @@ def _between(model, data, mechanism, scene, system, q, v, known) -> None:
                 rotation, place = half @ rotation, anchor - half @ rotation @ model.jnt_pos[joint]
         centre = place + rotation @ model.jnt_pos[number]
         q[carrier] = [*centre, *from_matrix(tuple(map(tuple, rotation.tolist())))]
-    rows = jacobian(system, pose_of(q.ravel())).reshape(system.constraints, system.bodies, 7)
-    unknown = np.flatnonzero(~known)
-    left = -np.einsum("mbk,bk->m", rows[:, known], v[known])
-    columns = rows[:, unknown].reshape(system.constraints, -1)
-    v[unknown] = np.linalg.lstsq(columns, left, rcond=None)[0].reshape(-1, 7)
+
+
+def _carried(system, q, jacobian_6, change, rates, known) -> None:
+    """How massless bodies between move, from the rows of their joints: G u = 0 and G u' = -G' u."""
+    columns = np.repeat(known, 6)
+    G = row_motion(system.rows, _motion(q, np.zeros_like(change), change).carried()).G.matrix()
+    own, others = G[:, ~columns], G[:, columns]
+    left = others @ jacobian_6[known].reshape(-1, len(rates))
+    jacobian_6[~known] = -np.linalg.lstsq(own, left, rcond=None)[0].reshape(-1, 6, len(rates))
+    u = jacobian_6 @ rates
+    G_dot = row_motion(system.rows, _motion(q, u, change).carried()).G_dot.matrix()
+    left = others @ change[known].ravel() + G_dot @ u.ravel()
+    change[~known] = -np.linalg.lstsq(own, left, rcond=None)[0].reshape(-1, 6)
+
+
+def _motion(q, u, change):
+    return Motion(0.0, q.ravel(), u.ravel(), change.ravel(), np.zeros(0))
 
 
 def _own(name):

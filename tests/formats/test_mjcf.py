@@ -21,8 +21,7 @@ DATA = ROOT / "tests" / "data" / "formats"
 @pytest.mark.parametrize("name", ["stacks.xml", "loops.xml"])
 def test_trees_move_as_mujocos(name):
     found = agreement(DATA / name)
-    assert found.mass < 1e-10
-    assert found.accelerations < 1e-10
+    assert max(found) < 1e-10
 
 
 @pytest.mark.parametrize("name", ["stacks.xml", "loops.xml"])

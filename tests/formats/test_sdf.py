@@ -35,8 +35,7 @@ def test_a_tree_moves_as_the_same_in_mjcf():
     mujoco = pytest.importorskip("mujoco")
     model = mujoco.MjModel.from_xml_path(str(DATA / "stack_in_mujoco.xml"))
     found = agreement(DATA / "stack.sdf", model=model)
-    assert found.mass < 1e-10
-    assert found.accelerations < 1e-10
+    assert max(found) < 1e-10
 
 
 def test_a_loop_is_what_the_graph_of_joints_is():

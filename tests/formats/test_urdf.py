@@ -22,14 +22,9 @@ DIALECTS = {"loop_joint": "revolute", "urdf_plus": "revolute", "closing": "spher
 
 
 def test_a_tree_moves_as_mujoco_reads_it():
-    mujoco = pytest.importorskip("mujoco")
-    path = DATA / "chain.urdf"
-    kept = '<mujoco><compiler fusestatic="false"/></mujoco></robot>'
-    model = mujoco.MjModel.from_xml_string(path.read_text(encoding="utf-8").replace("</robot>", kept))
-    model.opt.gravity[:] = [0.0, 0.0, -9.81]
-    found = agreement(path, model=model)
-    assert found.mass < 1e-10
-    assert found.accelerations < 1e-10
+    pytest.importorskip("mujoco")
+    found = agreement(DATA / "chain.urdf")
+    assert max(found) < 1e-10
 
 
 @pytest.mark.parametrize("name", DIALECTS)
