@@ -15,6 +15,7 @@ from mbproj.formats.export.mjcf import as_mjcf
 from mbproj.formats.export.urdf import as_urdf
 from mbproj.formats.mechanism import Mechanism, Said, Same
 from mbproj.formats.pose import read_pose
+from mbproj.formats.signals import signals_of
 from mbproj.results.views.table import Table, Tabled
 from mbproj.scene.read import read_scene_text
 from mbproj.scene.records import Scene
@@ -68,19 +69,25 @@ def import_model(
     loops: str | Path | None = None,
     meet: bool = False,
     hold: bool = False,
+    controls: Mapping[str, str | float] | str | Path | None = None,
+    motions: Mapping[str, str | float] | str | Path | None = None,
     contacts: bool = False,
 ) -> Imported:
     """Makes a scene of a `model` in MJCF, URDF or SDF: `found.scene`, `found.text`, a table of what has no counterpart.
 
     It begins `at` a keyframe, or at the joint coordinates of a `pose` (rad, m; a mapping, or a file of them). `loops`
-    is the file of a URDF where its loops stand; the frames that a joint of an SDF names `meet`. `hold`: servos become
-    springs. `contacts`: spheres and capsules above planes become stops. Raises InputError where the model is wrong.
+    is the file of a URDF where its loops stand; the frames that a joint of an SDF names `meet`. `hold`: actuators act
+    with their signals at the start. `controls` are other signals, `motions` coordinates of joints: functions of t by
+    name (a mapping, or a file). `contacts`: spheres and capsules above planes become stops. Raises InputError where the
+    model is wrong.
     """
     with by_arguments():
         if isinstance(pose, (str, Path)):
             pose = read_pose(Path(pose))
         beside = None if loops is None else Path(loops)
-        return imported(Path(model), Wishes(at, pose or {}, hold, contacts, beside, meet))
+        acting = signals_of(controls, "controls") if controls is not None else {} if hold else None
+        driven = signals_of(motions, "motions") if motions is not None else {}
+        return imported(Path(model), Wishes(at, pose or {}, acting, driven, contacts, beside, meet))
 
 
 def imported(model: Path, wishes: Wishes) -> Imported:
@@ -88,7 +95,8 @@ def imported(model: Path, wishes: Wishes) -> Imported:
     mechanism = read_model(model, wishes)
     text, refused = without_refused(mechanism, __version__)
     for problem in refused:
-        line = "it" if problem.place.line is None else f"its line {problem.place.line}"
+        at = problem.place.line if problem.place else None
+        line = "it" if at is None else f"its line {at}"
         mechanism.say("the scene itself", None, f"check refuses {line}: {problem.message}", Same.NO)
     return Imported(text, mechanism)
 

@@ -12,7 +12,7 @@ from mbproj.arrays import Array
 from mbproj.errors import Place
 from mbproj.formats.mechanism import Bare, Connection, Mechanism, Part, Quantity
 from mbproj.formats.placed import quaternion
-from mbproj.formats.yaml_text import flow, lines
+from mbproj.formats.yaml_text import WIDTH, flow, lines
 
 #: Points and axes of two bodies that differ by less, in m, rad, are one.
 AGREE = 2e-13
@@ -47,6 +47,10 @@ def scene_text(mechanism: Mechanism, version: str) -> str:
         text.append("forces:")
         for name, force in mechanism.forces.items():
             text += lines(name, _shared(force, names), 2)
+    if mechanism.motions:
+        text.append("motions:")
+        for name, motion in mechanism.motions.items():
+            text += lines(name, motion, 2)
     if mechanism.markers:
         text.append("markers:")
         for name, (body, point) in mechanism.markers.items():
@@ -55,7 +59,9 @@ def scene_text(mechanism: Mechanism, version: str) -> str:
 
 
 def _head(mechanism: Mechanism, version: str) -> Iterator[str]:
-    yield f"# Imported by mbproj {version} from {flow(mechanism.file)} ({mechanism.kind})."
+    origin = f"# Imported by mbproj {version} from {mechanism.kind},"
+    file = flow(mechanism.file)
+    yield from [f"{origin} {file}"] if len(origin) + len(file) < WIDTH else [origin, f"#   {file}"]
     yield f"# {len(mechanism.parts)} bodies, {len(mechanism.joints)} joints. Comments give the lines of the model."
     yield "mbproj: 1"
     yield f"title: {flow(mechanism.title)}"

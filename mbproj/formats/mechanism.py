@@ -26,14 +26,34 @@ class Same(Enum):
 
 
 @dataclass(frozen=True)
+class Signal:
+    """An expression of the time t in s, and where it stands."""
+
+    text: str
+    place: Place = Place("")
+
+    @property
+    def constant(self) -> float | None:
+        """Its number where it is one."""
+        try:
+            return float(self.text)
+        except ValueError:
+            return None
+
+
+Signals = Mapping[str, Signal]
+
+
+@dataclass(frozen=True)
 class Wishes:
-    """What a user asks of an import: the keyframe, or the joint coordinates by name (rad, m), to start at; to `hold`:
-    springs in place of servos; `contacts`: stops where spheres may meet planes; the file where the `loops` stand; that
-    the two frames which a joint of an SDF names `meet`."""
+    """What a user asks of an import: the keyframe, or the joint coordinates by name (rad, m), to start at; `controls`
+    of actuators by name, which then act, and `motions` of joints; `contacts`: stops where spheres may meet planes; the
+    file where the `loops` stand; that the two frames which a joint of an SDF names `meet`."""
 
     key: str | None = None
     pose: Mapping[str, float] = field(default_factory=dict)
-    hold: bool = False
+    controls: Signals | None = None
+    motions: Signals = field(default_factory=dict)
     contacts: bool = False
     loops: Path | None = None
     meet: bool = False
@@ -113,6 +133,7 @@ class Mechanism:
     parts: dict[str, Part] = field(default_factory=dict)
     joints: dict[str, Connection] = field(default_factory=dict)
     forces: dict[str, Mapping[str, Any]] = field(default_factory=dict)
+    motions: dict[str, Mapping[str, Any]] = field(default_factory=dict)
     markers: dict[str, tuple[str, Array]] = field(default_factory=dict)
     said: list[Said] = field(default_factory=list)
     tree: set[str] = field(default_factory=set)

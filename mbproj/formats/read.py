@@ -13,6 +13,8 @@ from mbproj.formats.xml import Element, parse, read_text
 
 #: What reads a format, by the tag of the root element.
 READERS = {"mujoco": read_mjcf, "robot": read_urdf, "sdf": read_sdf}
+#: What formats are called.
+NAMES = {"mujoco": "MJCF", "robot": "URDF", "sdf": "SDF"}
 
 
 def read_model(path: Path, wishes: Wishes | None = None) -> Mechanism:
@@ -20,6 +22,7 @@ def read_model(path: Path, wishes: Wishes | None = None) -> Mechanism:
     shown = str(path)
     root = parse(read_text(path, shown), shown)
     _refuse_others(root)
+    _refuse_wishes(root, wishes or Wishes())
     mechanism = READERS[root.tag](root, path, wishes or Wishes())
     if not mechanism.parts:
         raise InputError(Problem("no body of the model can move", Place(shown), "a scene needs one: add a joint"))
@@ -34,3 +37,17 @@ def _refuse_others(root: Element) -> None:
     if root.tag not in READERS:
         what = f"<{root.tag[:40]}> begins no model that mbproj reads"
         raise InputError(Problem(what, root.place, "a model is MJCF (<mujoco>), URDF (<robot>) or SDF (<sdf>)"))
+
+
+def _refuse_wishes(root: Element, wishes: Wishes) -> None:
+    """Raises InputError at what is asked for and the format has not."""
+    asked: dict[str, dict[str, object]] = {
+        "mujoco": {"keyframes": wishes.key, "actuators": wishes.controls, "contacts": wishes.contacts or None},
+        "robot": {"loops in another file": wishes.loops},
+        "sdf": {"frames of joints that may meet": wishes.meet or None},
+    }
+    for tag, kinds in asked.items():
+        for what, value in kinds.items():
+            if value is not None and tag != root.tag:
+                message = f"a model in {NAMES[root.tag]} has no {what}: these are asked of {NAMES[tag]}"
+                raise InputError(Problem(message, Place(root.place.file), "leave the option out"))

@@ -33,9 +33,10 @@ def without_rings(mechanism: Mechanism) -> None:
 
 
 def _used(mechanism: Mechanism) -> set[str]:
-    """The joints and bodies that forces, couplers and markers name."""
+    """The joints and bodies that forces, motions, couplers and markers name."""
     found = {body for body, _ in mechanism.markers.values()}
-    for entry in [*mechanism.forces.values(), *(joint.keys for joint in mechanism.joints.values())]:
+    couplers = [joint.keys for joint in mechanism.joints.values()]
+    for entry in [*mechanism.forces.values(), *mechanism.motions.values(), *couplers]:
         found |= set(_names(entry))
     return found
 

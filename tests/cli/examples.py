@@ -48,7 +48,7 @@ measure: {tip: {marker: tip, quantity: position, at: end, component: z}}
 ROBOT = """\
 <mujoco>
   <worldbody><body><joint name="hinge" axis="0 1 0"/><geom size="0.1" pos="0 0 -1"/></body></worldbody>
-  <actuator><position joint="hinge" kp="3"/></actuator>
+  <actuator><position name="servo" joint="hinge" kp="3"/></actuator>
   <keyframe><key name="home" qpos="0.3" ctrl="0.2"/></keyframe>
 </mujoco>
 """
@@ -62,6 +62,7 @@ def fill(folder: Path) -> None:
     (folder / "lengths.yaml").write_text(SWEEP, encoding="utf-8")
     assert mbproj("sweep", "lengths.yaml", "-q", folder=folder).returncode == 0
     (folder / "robot.xml").write_text(ROBOT, encoding="utf-8")
+    (folder / "u.yaml").write_text("servo: 0.2 * sin(3*t)\n", encoding="utf-8")
     shutil.copy(mechanism("inline_four"), folder)
     measured = "".join(f"{t / 1000},{9 * t}\n" for t in range(20))
     (folder / "measured.csv").write_text(f"time (s), main.angle (deg)\n{measured}", encoding="utf-8")

@@ -46,16 +46,19 @@ def tree_of(mechanism: Mechanism) -> str:
     return scene_text(alone, "test")
 
 
-def agreement(path: Path, states: int = 10, seed: int = 0, model=None) -> Agreement:
-    """Of the scene that is made of the file with MuJoCo's model of it, or with another one."""
+def agreement(path: Path, states: int = 10, seed: int = 0, model=None, wishes=None, ctrl=()) -> Agreement:
+    """Of the scene that is made of the file with MuJoCo's model of it, or with another one; with these control signals
+    where `wishes` let actuators act."""
     import mujoco
 
     if model is None:
         model = urdf_in_mujoco(path) if path.suffix == ".urdf" else mjcf_in_mujoco(path)
-    mechanism = read_model(path, Wishes())
+    mechanism = read_model(path, wishes)
     scene = read_scene_text(tree_of(mechanism))
     system = compile_system(scene)
-    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT) | int(mujoco.mjtDisableBit.mjDSBL_ACTUATION)
+    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
+    if not len(ctrl):
+        model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_ACTUATION)
     model.opt.density = model.opt.viscosity = 0.0
     for values in (model.tendon_stiffness, model.tendon_damping, model.tendon_armature):
         values[:] = 0.0
@@ -64,6 +67,7 @@ def agreement(path: Path, states: int = 10, seed: int = 0, model=None) -> Agreem
     for _ in range(states):
         data.qpos[:] = _random(model, rng)
         data.qvel[:] = rng.normal(size=model.nv)
+        data.ctrl[: len(ctrl)] = ctrl
         mujoco.mj_forward(model, data)
         found = _compared(model, data, mechanism, scene, system)
         worst = Agreement(*map(max, worst, found))
@@ -145,7 +149,7 @@ def _compared(model, data, mechanism, scene, system) -> Agreement:
     weighed = flat.T @ tangent_mass_matrix(system, pose_of(q.ravel())) @ flat
     expected = coordinate_values(system, pose_of(state.q))
     left = -flat.T @ tangent_force(system, Motion(0.0, q.ravel(), u.ravel(), change.ravel(), expected))
-    forces = data.qfrc_bias, -data.qfrc_passive
+    forces = data.qfrc_bias, -data.qfrc_passive, -data.qfrc_actuator
     # In a body that nothing accelerates large terms cancel, ω × v among them.
     turning = np.abs(u[:, 3:]).max() * np.abs(u).max()
     bias_scale = max(*(np.abs(force).max() for force in forces), np.abs(M).max() * turning, 1e-6)

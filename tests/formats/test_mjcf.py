@@ -67,36 +67,6 @@ def test_a_weld_holds_frames_that_the_pose_does_not():
     np.testing.assert_allclose(turns[0].T @ turns[1], to_matrix((0.8, 0.0, 0.6, 0.0)), atol=1e-14)
 
 
-ACTUATED = """<mujoco>
-  <worldbody><body><joint name="j" axis="0 1 0"/><geom size="0.1" pos="0 0 -1"/></body></worldbody>
-  <actuator>
-    <motor name="m" joint="j"/>
-    <position name="p" joint="j" kp="3" kv="0.5"/>
-    <general name="g" joint="j" biastype="affine" biasprm="2 0 0"/>
-  </actuator>
-  <keyframe><key name="home" qpos="0.3" ctrl="0 0.2 0"/></keyframe>
-</mujoco>"""
-
-
-def test_what_acts_without_a_control_signal_is_no_small_matter(tmp_path):
-    """A constant bias and a servo move the model; a motor without a signal does not."""
-    path = tmp_path / "model.xml"
-    path.write_text(ACTUATED, encoding="utf-8")
-    same = {row.element: row.same.value for row in read_model(path).said if row.element.startswith("actuator")}
-    assert same == {"actuator 'm'": "until then", "actuator 'p'": "no", "actuator 'g'": "no"}
-
-
-def test_a_servo_that_holds_is_a_spring_to_its_control_signal(tmp_path):
-    """kp (ctrl - q) - kv q' with ctrl = 0.2 at q = 0.3: free 0.1 rad behind the start."""
-    path = tmp_path / "model.xml"
-    path.write_text(ACTUATED, encoding="utf-8")
-    forces = read_model(path, Wishes(key="home", hold=True)).forces
-    assert list(forces) == ["p"]
-    spring = forces["p"]
-    assert (spring["stiffness"].value, spring["damping"].value) == (3.0, 0.5)
-    assert spring["free_angle"].value == pytest.approx(-0.1)
-
-
 @pytest.mark.parametrize(
     ("own", "same"),
     [("", "yes"), ('solref="0.005 1"', "yes"), ('solref="0.5 1"', "no"), ('solimp="0.1 0.2 0.1"', "no")],

@@ -4,7 +4,8 @@
 - ```` ```yaml ````: a part of a scene; with the last scene saved before, or a pendulum, it has to be read.
 - ```` ```console ````: lines that begin with `$ ` are commands; what follows is what they print, where `...` stands
   for what is left out. Numbers may differ. `exit N` after the language: the exit code of the last command, 0 otherwise.
-- ```` ```xml NAME.xml ````: a model of another program, saved as NAME.xml. ```` ```python ````: a program.
+- ```` ```xml NAME.xml ````, `text NAME`: a model of another program, or another file, saved so.
+- ```` ```python ````: a program.
 - ```` ```python FILE ````, `json FILE`, `cpp FILE`: a file of mbproj, or lines of one; test_contributing.py adds them.
 - `slow` after the language: run by scripts/run_guide.py alone. ```` ```text ````: not run.
 """
@@ -74,7 +75,7 @@ def run_page(page: Page, folder: Path, *, slow: bool = False) -> None:
             read_scene_text(scene := fence.text)
         elif fence.language == "yaml":
             read_scene_text(_merged(scene, fence.text))
-        elif fence.language == "xml":
+        elif fence.language in ("xml", "text") and fence.words:
             (folder / fence.words[0]).write_text(fence.text, encoding="utf-8")
         elif fence.language == "console":
             _run_console(fence, folder, where)

@@ -17,6 +17,10 @@ EXAMPLES = (
         "Begin at a keyframe, with servos that hold their place.",
         "mbproj import robot.xml --at home --hold -o held.yaml",
     ),
+    (
+        "Drive its actuators and joints by functions of time.",
+        "mbproj import robot.xml --controls u.yaml -o r.yaml",
+    ),
 )
 
 
@@ -46,7 +50,21 @@ EXAMPLES = (
     help="Of a URDF: the YAML file where its loops stand, unless it is beside it with its name.",
 )
 @option(Part.WHAT, "--meet", is_flag=True, help="Of an SDF: let the two frames that a joint names meet.")
-@option(Part.WHAT, "--hold", is_flag=True, help="Let servos hold their control signal: springs and dampers.")
+@option(Part.WHAT, "--hold", is_flag=True, help="Let actuators act with their control signal at the start.")
+@option(
+    Part.WHAT,
+    "--controls",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Let actuators act with the signals in FILE, lines as 'motor: 0.3*sin(2*t)'; others hold theirs.",
+)
+@option(
+    Part.WHAT,
+    "--motions",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Drive joints by the functions of time in FILE, lines as 'hinge: 0.2*t' in rad and m.",
+)
 @option(Part.WHAT, "--contacts", is_flag=True, help="Make stops of spheres and capsules above planes.")
 @option(Part.OUTPUT, "--strict", is_flag=True, help="End with 4 where the scene's motion is not the model's.")
 @option(
@@ -64,6 +82,8 @@ def command(
     loops: Path | None,
     meet: bool,
     hold: bool,
+    controls: Path | None,
+    motions: Path | None,
     contacts: bool,
     strict: bool,
     as_json: bool,
@@ -79,9 +99,12 @@ def command(
     from mbproj.cli.said import table_json, table_lines
     from mbproj.formats import Wishes
     from mbproj.formats.pose import read_pose
+    from mbproj.formats.signals import read_signals
     from mbproj.outputs import SCENE, write_text
 
-    wishes = Wishes(key, read_pose(pose) if pose else {}, hold, contacts, loops, meet)
+    acting = read_signals(controls) if controls else {} if hold else None
+    driven = read_signals(motions) if motions else {}
+    wishes = Wishes(key, read_pose(pose) if pose else {}, acting, driven, contacts, loops, meet)
     found = imported(model, wishes)
     mechanism, text = found.mechanism, found.text
     if output is None:

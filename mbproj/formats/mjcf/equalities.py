@@ -116,7 +116,7 @@ def _coupled(
         return
     sums = []
     for each in (int(model.eq_obj1id[at]), int(model.eq_obj2id[at])):
-        found = _tendon(compiled, each) if tendons else {each: 1.0}
+        found = tendon_weights(compiled, each) if tendons else {each: 1.0}
         if each >= 0 and found is None:
             mechanism.say(shown, place, "left out: a scene has no ropes over sites or pulleys", Same.NO)
             return
@@ -175,7 +175,7 @@ def _row(y: Mapping[str, float], x: Mapping[str, float], curve: Polynomial) -> d
     return keys
 
 
-def _tendon(compiled: Compiled, number: int) -> dict[int, float] | None:
+def tendon_weights(compiled: Compiled, number: int) -> dict[int, float] | None:
     """The weights of joints in a tendon; None where it goes over sites."""
     import mujoco
 

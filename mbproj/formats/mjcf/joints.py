@@ -86,6 +86,16 @@ def joint_name(compiled: Compiled, number: int, child: str) -> str:
     return f"{child}_joint" if alone else f"{child}_joint_{number - first + 1}"
 
 
+def start_of(compiled: Compiled, called: Called) -> dict[str, float]:
+    """The model's coordinates of hinges and slides at the pose of the start, by name."""
+    model, found = compiled.model, {}
+    for number in range(model.njnt):
+        if int(model.jnt_type[number]) in (HINGE, SLIDE):
+            name = joint_name(compiled, number, called[int(model.jnt_bodyid[number])])
+            found[name] = float(compiled.data.qpos[model.jnt_qposadr[number]])
+    return found
+
+
 def _say_free(compiled: Compiled, mechanism: Mechanism, number: int, child: str) -> None:
     """A free joint is no joint in a scene; what acts on its coordinates has no counterpart."""
     model, dof = compiled.model, int(compiled.model.jnt_dofadr[number])

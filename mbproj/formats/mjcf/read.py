@@ -10,11 +10,12 @@ from mbproj.formats.chains import Coordinates
 from mbproj.formats.mechanism import Mechanism, Names, Same, Wishes, said_of
 from mbproj.formats.mjcf.compiled import compile_mjcf
 from mbproj.formats.mjcf.equalities import add_equalities
-from mbproj.formats.mjcf.joints import add_joints
+from mbproj.formats.mjcf.joints import add_joints, start_of
 from mbproj.formats.mjcf.looks import add_looks, add_markers
 from mbproj.formats.mjcf.parts import add_parts
 from mbproj.formats.mjcf.rest import say_rest
 from mbproj.formats.mjcf.source import source_of
+from mbproj.formats.signals import add_motions
 from mbproj.formats.xml import Element
 from mbproj.scene.records import GROUND
 
@@ -33,6 +34,7 @@ def read_mjcf(root: Element, path: Path, wishes: Wishes) -> Mechanism:
     add_looks(compiled, mechanism, called)
     add_markers(compiled, mechanism, called)
     say_rest(compiled, mechanism, called, coordinates, wishes)
+    add_motions(mechanism, coordinates, wishes.motions, start_of(compiled, called))
     for kind, names in (("bodies", bodies), ("joints", joints)):
         mechanism.said += said_of(mechanism, kind, names)
     for name, place in compiled.source.gone:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from mbproj.formats.chains import Coordinates, free_name
 from mbproj.formats.mechanism import Mechanism, Quantity, Same, Wishes
+from mbproj.formats.mjcf.actuators import add_actuators
 from mbproj.formats.mjcf.compiled import Compiled
-from mbproj.formats.mjcf.joints import FREE, HINGE, joint_name
+from mbproj.formats.mjcf.joints import FREE
 from mbproj.formats.mjcf.looks import CAPSULE, PLANE, SPHERE
 from mbproj.formats.mjcf.parts import Called
 from mbproj.formats.mjcf.tendons import add_tendons
@@ -20,69 +19,11 @@ def say_rest(
     compiled: Compiled, mechanism: Mechanism, called: Called, coordinates: Coordinates, wishes: Wishes
 ) -> None:
     """Rows on all that is no body, no joint and no loop."""
-    _actuators(compiled, mechanism, called, coordinates, wishes)
+    add_actuators(compiled, mechanism, called, coordinates, wishes)
     _contacts(compiled, mechanism, called, wishes)
     add_tendons(compiled, mechanism, called)
     _keyframes(compiled, mechanism, wishes)
     _surroundings(compiled, mechanism)
-
-
-def _actuators(
-    compiled: Compiled, mechanism: Mechanism, called: Called, coordinates: Coordinates, wishes: Wishes
-) -> None:
-    """A servo's law is force = gain ctrl + b₀ + b₁ length + b₂ velocity; on request it holds its `ctrl` as a spring."""
-    import mujoco
-
-    model, data = compiled.model, compiled.data
-    for number in range(model.nu):
-        name = compiled.name("actuator", number) or f"actuator_{number}"
-        place = compiled.place_in("actuator", name)
-        gain, bias = model.actuator_gainprm[number], model.actuator_biasprm[number]
-        affine = int(model.actuator_biastype[number]) == int(mujoco.mjtBias.mjBIAS_AFFINE)
-        joint = int(model.actuator_trnid[number][0])
-        on_joint = int(model.actuator_trntype[number]) == int(mujoco.mjtTrn.mjTRN_JOINT)
-        where = coordinates.get(joint_name(compiled, joint, called[int(model.jnt_bodyid[joint])])) if on_joint else None
-        shown = f"actuator '{name}'"
-        fixed = int(model.actuator_dyntype[number]) == int(mujoco.mjtDyn.mjDYN_NONE)
-        own = int(model.actuator_biastype[number]) != int(mujoco.mjtBias.mjBIAS_NONE)
-        for word, values in (
-            ("armature", getattr(model, "actuator_armature", None)),
-            ("damping", getattr(model, "actuator_damping", None)),
-        ):
-            if values is not None and np.any(values[number]):
-                mechanism.say(f"{word} of {shown}", place, "left out: give it to the joint", Same.NO)
-        if not own or (affine and not bias[:3].any()):
-            mechanism.say(shown, place, "left out: it exerts nothing without a control signal", Same.UNTIL)
-        elif not wishes.hold:
-            what = "left out: a servo needs a control signal; --hold makes a spring and a damper of it"
-            mechanism.say(shown, place, what, Same.NO)
-        elif where is None or not fixed or (not bias[1] and (bias[0] or gain[0] * data.ctrl[number])):
-            what = "left out: it has states, pushes without a spring, or acts on no coordinate of a joint"
-            mechanism.say(shown, place, what, Same.NO)
-        else:
-            gear = float(model.actuator_gear[number][0])
-            stiffness, damping = -float(bias[1]) * gear**2, -float(bias[2]) * gear**2
-            push = gear * (float(gain[0]) * float(data.ctrl[number]) + float(bias[0]))
-            at = float(data.qpos[model.jnt_qposadr[joint]])
-            turns = int(model.jnt_type[joint]) == HINGE
-            _hold(mechanism, name, where, turns, stiffness, damping, (push / stiffness if stiffness else 0.0) - at)
-            mechanism.say(
-                shown, place, "holds its control signal of the keyframe, or 0: a spring and a damper", Same.UNTIL
-            )
-
-
-def _hold(
-    mechanism: Mechanism, name: str, where: tuple[str, str], turns: bool, stiffness: float, damping: float, rest: float
-) -> None:
-    entry: dict[str, Any] = {"type": "torsion_spring_damper" if turns else "linear_spring_damper", "joint": where[0]}
-    if where[1] not in ("angle", "displacement") or mechanism.joints[where[0]].type == "cylindrical":
-        entry["coordinate"] = where[1]
-    if stiffness:
-        entry["stiffness"] = Quantity(stiffness, "N*m/rad" if turns else "N/m")
-        entry["free_angle" if turns else "free_displacement"] = Quantity(rest, "rad" if turns else "m")
-    if damping:
-        entry["damping"] = Quantity(damping, "N*m*s/rad" if turns else "N*s/m")
-    mechanism.forces[free_name(mechanism, name)] = entry
 
 
 def _contacts(compiled: Compiled, mechanism: Mechanism, called: Called, wishes: Wishes) -> None:

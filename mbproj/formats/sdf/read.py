@@ -20,6 +20,7 @@ from mbproj.formats.sdf.inertias import inertia_of
 from mbproj.formats.sdf.joints import SdfJoint, add_gearboxes, add_joint, add_mimics, open_loop, read_joint
 from mbproj.formats.sdf.rest import say_rest
 from mbproj.formats.sdf.scopes import Scope, pose_in, scopes_of, text, vector
+from mbproj.formats.signals import add_motions
 from mbproj.formats.xml import Element
 from mbproj.scene.records import GROUND
 from mbproj.scene.text.suggestions import choose_from
@@ -64,6 +65,7 @@ def read_sdf(root: Element, path: Path, wishes: Wishes) -> Mechanism:
     add_loops(mechanism, [loop for loop in apart if loop is not None], poses, called, names)
     add_gearboxes(mechanism, joints, poses, frames.link, names, coordinates)
     add_mimics(mechanism, joints, names, coordinates, wishes.pose)
+    add_motions(mechanism, coordinates, wishes.motions, wishes.pose)
     without_rings(mechanism)
     say_rest(mechanism, scope, others, frames, joints.values(), wishes.meet)
     for kind, changed in (("bodies", bodies), ("joints", names)):

@@ -1,0 +1,66 @@
+"""Functions of time that a user gives by name: control signals of actuators, coordinates of joints that are driven."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from mbproj.errors import InputError, Place, Problem
+from mbproj.formats.chains import Coordinates
+from mbproj.formats.mechanism import Bare, Mechanism, Signal, Signals
+from mbproj.formats.yaml_text import number
+from mbproj.scene.expressions.compiled import compiled
+from mbproj.scene.expressions.syntax_tree import parse
+from mbproj.scene.expressions.tokens import ExpressionError
+from mbproj.scene.text.document import compose
+from mbproj.scene.text.nodes import MappingNode, ScalarNode
+from mbproj.scene.text.source import read_text
+from mbproj.scene.text.suggestions import choose_from
+
+
+def read_signals(path: Path) -> Signals:
+    """Signals by name of a YAML mapping. Raises InputError at what is no expression of t."""
+    root, problems = compose(read_text(path), str(path))
+    if not isinstance(root, MappingNode):
+        hint = "write lines as in 'hinge: 0.3 * sin(2*t)'"
+        raise InputError(Problem("signals are a mapping of names and expressions of t", root.place, hint))
+    found = {}
+    for name, node in root.values.items():
+        found[name] = Signal(node.text if isinstance(node, ScalarNode) else "", node.place)
+    return _checked(found, problems)
+
+
+def signals_of(given: Mapping[str, str | float] | str | Path, what: str) -> Signals:
+    """Signals of a mapping, which messages call `what`, or of the file at a path."""
+    if isinstance(given, (str, Path)):
+        return read_signals(Path(given))
+    return _checked({name: Signal(str(text), Place(f"{what}['{name}']")) for name, text in given.items()}, [])
+
+
+def _checked(signals: Signals, problems: list[Problem]) -> Signals:
+    """The same. Raises InputError, all problems at once, where one is no expression of t."""
+    for name, signal in signals.items():
+        try:
+            compiled(parse(signal.text), {}, {"t": 0})
+        except ExpressionError as error:
+            problems.append(Problem(f"'{name}': {error.message}", signal.place, error.hint or "write a function of t"))
+    if problems:
+        raise InputError(problems)
+    return signals
+
+
+def refuse_unknown(signals: Signals, able: list[str], what: str) -> None:
+    """Raises InputError at the first name that is none of those able, which are `what`."""
+    for name, signal in signals.items():
+        if name not in able:
+            raise InputError(Problem(f"'{name}' is no {what}", signal.place, choose_from(name, able)))
+
+
+def add_motions(mechanism: Mechanism, coordinates: Coordinates, motions: Signals, start: Mapping[str, float]) -> None:
+    """Drives joints: their coordinates, which have the values `start` at the pose, are functions of time."""
+    refuse_unknown(motions, list(coordinates), "joint of the model with a coordinate")
+    for name, signal in motions.items():
+        joint, coordinate = coordinates[name]
+        begun = start.get(name, 0.0)
+        text = signal.text if not begun else f"{signal.text} - ({number(begun)})"
+        mechanism.motions[name] = {"joint": joint, coordinate: Bare(text)}

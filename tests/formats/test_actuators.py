@@ -1,0 +1,185 @@
+"""Actuators and motions on request: forces as MuJoCo's own, signals of time, and what has no counterpart is said."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import mbproj
+from mbproj.errors import InputError
+from mbproj.formats import Wishes, read_model, scene_text
+from mbproj.formats.signals import signals_of
+from mbproj.scene import read_scene_text
+from tests.cli.commands import mbproj as command
+from tests.formats.agreement import agreement
+
+mujoco = pytest.importorskip("mujoco")
+
+MODEL = """<mujoco><compiler angle="radian"/>
+<worldbody>
+  <site name="post" pos="0 0 1"/>
+  <body name="arm" pos="0.1 0 0" euler="0.1 0.2 0.3"><joint name="turn" axis="0 1 0.2"/>
+    <geom type="box" size="0.1 0.05 0.3" pos="0 0 -0.3"/><site name="eye" pos="0.1 0 -0.4" euler="0.4 0 0.2"/>
+    <body name="cart" pos="0 0 -0.6"><joint name="slide" type="slide" axis="1 0 0.3"/>
+      <geom size="0.1" pos="0 0.1 0"/></body></body>
+  <body name="ship" pos="2 0 0" euler="0.3 0.1 0"><freejoint name="loose"/><geom type="box" size="0.2 0.1 0.05"
+      pos="0.05 0 0"/></body>
+</worldbody>
+<tendon><fixed name="both"><joint joint="turn" coef="0.7"/><joint joint="slide" coef="-2"/></fixed>
+  <fixed name="one"><joint joint="slide" coef="-2"/></fixed>
+  <spatial name="line"><site site="post"/><site site="eye"/></spatial></tendon>
+<actuator>{}</actuator>
+<keyframe><key name="home" qpos="0.3 -0.2 2 0 0 1 0 0 0" ctrl="{}"/></keyframe></mujoco>"""
+
+ACTING = {
+    "motor": '<motor name="u" joint="turn" gear="2.5"/>',
+    "position": '<position name="u" joint="turn" kp="30" kv="2" gear="0.5"/>',
+    "position of a slide": '<position name="u" joint="slide" kp="30" ctrlrange="-0.1 0.2"/>',
+    "velocity": '<velocity name="u" joint="slide" kv="4" gear="-1.5"/>',
+    "damper": '<damper name="u" joint="turn" kv="2" ctrlrange="0 1"/>',
+    "affine": '<general name="u" joint="turn" gaintype="affine" gainprm="2 0.3 -0.4" biastype="affine"'
+    ' biasprm="1 0.5 -0.2" gear="1.3"/>',
+    "limited force": '<position name="u" joint="turn" kp="30" kv="2" gear="-0.5" forcerange="-3 2"/>',
+    "constant push": '<general name="u" joint="turn" biastype="affine" biasprm="2 0 0"/>',
+    "motor of two joints": '<motor name="u" tendon="both" gear="1.5"/>',
+    "servo of a tendon": '<position name="u" tendon="one" kp="3" kv="0.4"/>',
+    "servo of a line": '<position name="u" tendon="line" kp="3" kv="0.4"/>',
+    "motor of a line": '<motor name="u" tendon="line" gear="-2"/>',
+    "thruster": '<motor name="u" site="eye" gear="1 -2 3 0.4 0.5 -0.6"/>',
+    "free body": '<motor name="u" joint="loose" gear="1 -2 3 0.4 0.5 -0.6"/>',
+}  # fmt: skip
+
+
+def written(folder, actuator, ctrl="0.4"):
+    (folder / "model.xml").write_text(MODEL.format(actuator, ctrl), encoding="utf-8")
+    return folder / "model.xml"
+
+
+@pytest.mark.parametrize("name", ACTING)
+@pytest.mark.parametrize("signal", ["0.4", "0.4 * cos(3*t)"])
+def test_forces_are_mujocos(name, signal, tmp_path):
+    path = written(tmp_path, ACTING[name])
+    wishes = Wishes(controls=signals_of({"u": signal}, "controls"))
+    (row,) = [each for each in read_model(path, wishes).said if each.element == "actuator 'u'"]
+    assert row.same.value == "yes"
+    assert max(agreement(path, wishes=wishes, ctrl=[0.4])) < 1e-12
+    other = Wishes(controls=signals_of({"u": "-0.35"}, "controls"))
+    assert max(agreement(path, wishes=other, ctrl=[0.4])) > 1e-6
+
+
+@pytest.mark.skipif(not hasattr(mujoco.mjtGain, "mjGAIN_DCMOTOR"), reason="this MuJoCo has no DC motors")
+def test_a_dc_motor_is_its_constant_over_its_resistance(tmp_path):
+    path = written(tmp_path, '<dcmotor name="u" joint="turn" motorconst="0.5" resistance="2" gear="3"/>')
+    wishes = Wishes(controls=signals_of({"u": 24}, "controls"))
+    assert max(agreement(path, wishes=wishes, ctrl=[24.0])) < 1e-12
+
+
+@pytest.mark.parametrize(
+    ("own", "expected"),
+    [
+        ('dyntype="integrator"', lambda t: 0.4 * t),
+        ('dyntype="filter" dynprm="0.5"', lambda t: 0.4 * (1 - np.exp(-t / 0.5))),
+        ('dyntype="filterexact" dynprm="0.5"', lambda t: 0.4 * (1 - np.exp(-t / 0.5))),
+    ],
+)
+def test_a_constant_signal_goes_through_a_filter_in_closed_form(own, expected, tmp_path):
+    """A force of so many N on 3 kg that nothing else accelerates: the second integral of the signal."""
+    text = (
+        '<mujoco><option gravity="0 0 0"/><worldbody><body><joint name="x" type="slide" axis="1 0 0"/>'
+        f'<geom size="0.1" mass="3"/></body></worldbody><actuator><general name="u" joint="x" {own}/></actuator>'
+        "</mujoco>"
+    )
+    (tmp_path / "m.xml").write_text(text, encoding="utf-8")
+    found = mbproj.import_model(tmp_path / "m.xml", controls={"u": 0.4})
+    results = mbproj.run(found.scene, duration=1.0, tolerance=1e-12)
+    times = np.linspace(0.0, 1.0, 20001)
+    speed = np.concatenate([[0.0], np.cumsum(0.5 * (expected(times)[1:] + expected(times)[:-1]) * np.diff(times))]) / 3
+    assert results.body("body_1").velocity[-1][0] == pytest.approx(speed[-1], rel=1e-8)
+
+
+def test_without_a_request_what_acts_is_left_out_and_said(tmp_path):
+    """A servo moves the model, and so does a signal of the keyframe; a motor without one does not."""
+    path = written(tmp_path, ACTING["motor"] + ACTING["position"].replace('"u"', '"p"'), "0.4 0")
+    said = {key: {row.element: row.same.value for row in read_model(path, Wishes(key)).said} for key in (None, "home")}
+    assert [said[key]["actuator 'u'"] for key in (None, "home")] == ["until then", "no"]
+    assert [said[key]["actuator 'p'"] for key in (None, "home")] == ["no", "no"]
+    assert not read_model(path, Wishes("home")).forces
+
+
+def test_a_servo_that_holds_is_a_spring_to_its_control_signal(tmp_path):
+    """kp (ctrl - q) - kv q' with ctrl = 0.4 at q = 0.3: free 0.1 rad ahead of the start."""
+    path = written(tmp_path, '<position name="p" joint="turn" kp="3" kv="0.5"/>')
+    forces = read_model(path, Wishes("home", controls={})).forces
+    assert list(forces) == ["p"]
+    assert (forces["p"]["stiffness"].value, forces["p"]["damping"].value) == (3.0, 0.5)
+    assert forces["p"]["free_angle"].value == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize(
+    "actuator",
+    [
+        '<position name="u" tendon="both" kp="3"/>',
+        '<muscle name="u" joint="turn"/>',
+        '<intvelocity name="u" joint="turn" kp="3" actrange="-1 1"/>',
+        '<position name="u" site="eye" refsite="post" kp="3"/>',
+    ],
+)
+def test_what_has_no_counterpart_is_said_at_its_line(actuator, tmp_path):
+    path = written(tmp_path, f"\n{actuator}")
+    mechanism = read_model(path, Wishes(controls={}))
+    (row,) = [each for each in mechanism.said if each.element == "actuator 'u'"]
+    assert (row.same.value, row.place.line) == ("no", 15)
+    assert row.what.startswith("left out: ")
+    assert not mechanism.forces
+
+
+def test_joints_are_driven_by_functions_of_time(tmp_path):
+    """The model's coordinate, which is 0.3 rad at the start of the keyframe."""
+    path = written(tmp_path, ACTING["motor"])
+    found = mbproj.import_model(path, at="home", motions={"turn": "0.3 + 0.1*sin(2*t)", "slide": "-0.2"})
+    results = mbproj.run(found.scene, duration=0.5)
+    angle = results.coordinate("turn.angle").value
+    np.testing.assert_allclose(angle, 0.1 * np.sin(2 * results.time), atol=1e-12)
+
+
+WRONG = {
+    "controls": [("v: 1", "'v' is no actuator of the model; choose from: u"), ("u: x + 1", "'u': unknown name 'x'")],
+    "motions": [("torn: 1", "'torn' is no joint of the model with a coordinate; did you mean 'turn'?"),
+                ("turn: 2 *", "'turn': the expression ends")],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("option", "text", "said"), [(key, *each) for key, rows in WRONG.items() for each in rows])
+def test_a_wrong_signal_is_said_at_its_line(option, text, said, tmp_path):
+    written(tmp_path, ACTING["motor"])
+    (tmp_path / "given.yaml").write_text(f"# of mine\n{text}\n", encoding="utf-8")
+    done = command("import", "model.xml", f"--{option}", "given.yaml", folder=tmp_path)
+    assert done.returncode == 2
+    assert "given.yaml:2:" in done.stderr
+    assert said in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("name", "wishes", "said"),
+    [
+        ("m.urdf", Wishes("home"), "a model in URDF has no keyframes"),
+        ("m.urdf", Wishes(controls={}), "a model in URDF has no actuators"),
+        ("m.sdf", Wishes(contacts=True), "a model in SDF has no contacts"),
+        ("m.urdf", Wishes(meet=True), "a model in URDF has no frames of joints that may meet"),
+    ],
+)
+def test_an_option_of_another_format_is_refused(name, wishes, said, tmp_path):
+    root = {"urdf": "robot", "sdf": "sdf"}[name.partition(".")[2]]
+    (tmp_path / name).write_text(f"<{root}/>", encoding="utf-8")
+    with pytest.raises(InputError, match=said):
+        read_model(tmp_path / name, wishes)
+
+
+def test_the_scene_with_signals_reads_as_written(tmp_path):
+    folder = tmp_path / "a_folder_with_a_long_name"
+    folder.mkdir()
+    path = written(folder, ACTING["limited force"])
+    text = scene_text(read_model(path, Wishes(controls=signals_of({"u": "sin(t)"}, "controls"))), "1")
+    assert [line for line in text.splitlines() if len(line) > 100 and str(tmp_path) not in line] == []
+    assert text.splitlines()[:2] == ["# Imported by mbproj 1 from MJCF,", f"#   {path}"]
+    assert [force.name for force in read_scene_text(text).forces] == ["u"]
