@@ -178,6 +178,10 @@ class Mechanism:
         return self.joints[name]
 
 
+#: Names have so many characters at most: a key of YAML has 1024 at most, and a line of a scene 100 where it can.
+LONGEST_NAME = 80
+
+
 class Names:
     """Names that mbproj can have, each once; what was changed is kept."""
 
@@ -187,7 +191,7 @@ class Names:
 
     def own(self, wanted: str) -> str:
         """A name that is not taken, as near to the wanted one as can be."""
-        plain = re.sub(r"[^A-Za-z0-9_-]+", "_", wanted) or "unnamed"
+        plain = re.sub(r"[^A-Za-z0-9_-]+", "_", wanted)[:LONGEST_NAME] or "unnamed"
         if not re.match(r"[A-Za-z_]", plain):
             plain = f"_{plain}"
         found, count = plain, 2
@@ -201,7 +205,11 @@ class Names:
 
 def said_of(mechanism: Mechanism, kind: str, names: Names) -> Iterator[Said]:
     """Rows on names that were changed."""
-    changed = [f"'{old}' is '{new}'" for old, new in names.renamed.items() if old]
+    changed = [f"'{_cut(old)}' is '{new}'" for old, new in names.renamed.items() if old]
     if changed:
         shown = ", ".join(changed[:4]) + (f", and {len(changed) - 4} more" if len(changed) > 4 else "")
         yield Said(f"names of {kind}", None, f"changed to what a scene can have, each once: {shown}", Same.YES)
+
+
+def _cut(name: str) -> str:
+    return name if len(name) <= LONGEST_NAME else f"{name[:LONGEST_NAME]}..."

@@ -122,7 +122,7 @@ def _coupled(
             return
         sums.append(found or {} if each >= 0 else {})
     y, x = sums
-    polynomial = Polynomial(model.eq_data[at][:5])
+    polynomial = Polynomial(model.eq_data[at][: 5 if x else 1])
     if len(x) > 1 and np.any(polynomial.coef[2:]):
         mechanism.say(shown, place, "left out: it is not linear in several coordinates", Same.NO)
         return

@@ -37,8 +37,8 @@ def read_mjcf(root: Element, path: Path, wishes: Wishes) -> Mechanism:
     add_motions(mechanism, coordinates, wishes.motions, start_of(compiled, called))
     for kind, names in (("bodies", bodies), ("joints", joints)):
         mechanism.said += said_of(mechanism, kind, names)
-    for name, place in compiled.source.gone:
-        mechanism.say(f"include of '{name}'", place, "left out: its file is not there", Same.NO)
+    for what, place, why in compiled.source.gone:
+        mechanism.say(what, place, f"left out: {why}", Same.NO)
     for what, place, why in compiled.source.missing:
         mechanism.say(what, place, f"{why}: it is not drawn", Same.YES)
     return mechanism

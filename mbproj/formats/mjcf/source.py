@@ -2,33 +2,33 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from pathlib import Path
 from xml.sax.saxutils import escape, quoteattr
 
 from mbproj.dataclass import dataclass
-from mbproj.errors import Place
+from mbproj.errors import InputError, Place, Problem
 from mbproj.formats.included import include, inside, is_missing
+from mbproj.formats.mjcf.assets import Missing, take_meshes
 from mbproj.formats.xml import Element
 
-#: A mesh is read up to so many bytes.
-MOST_MESH_BYTES = 64_000_000
 #: Assets that have no say in the motion, and the attributes that name them.
 SHOWN_ONLY = ("texture", "skin")
-#: Where files are, which MuJoCo need not know.
-FOLDERS = ("assetdir", "meshdir", "texturedir", "strippath")
+#: Attributes that are names or texts, whatever stands in them.
+NAMING = ("name", "class", "childclass", "file", "model", "data")
 
 
 @dataclass(eq=False)
 class Source:
-    """A model that stands on its own: its root, the bytes of its meshes by file, what is missing, and the geoms that
-    stand for what is missing. `gone` are included files that are not there."""
+    """A model that stands on its own: its root, the bytes of its files by name, what is missing, and the geoms that
+    stand for what is missing. `gone` may act on the motion: included files that are not there, flexible bodies."""
 
     root: Element
     meshes: dict[str, bytes]
-    missing: list[tuple[str, Place, str]]
+    missing: list[Missing]
     stand_ins: list[Element]
-    gone: list[tuple[str, Place]]
+    gone: list[Missing]
 
     def text(self) -> tuple[str, list[Place]]:
         """XML with one tag a line, and where each of its lines comes from."""
@@ -40,14 +40,17 @@ class Source:
         return "\n".join(lines), places
 
 
-def source_of(root: Element, path: Path) -> Source:
-    """The model with its includes. Raises InputError at one that is outside of the folder, or in a circle."""
-    folder = path.resolve().parent
-    source = Source(root, {}, [], [], [])
-    whole = _included(source, root, folder, (path.resolve(),))
-    source.root = whole
-    _without_pictures(whole)
-    _take_meshes(source, folder)
+def source_of(root: Element, path: Path, files: dict[str, bytes] | None = None, above: tuple[Path, ...] = ()) -> Source:
+    """The model with its includes, which `above` attach. Raises InputError at a file outside of its folder or in a
+    circle, and at numbers that are not finite."""
+    folder, above = path.resolve().parent, (*above, path.resolve())
+    source = Source(root, {} if files is None else files, [], [], [])
+    source.root = _included(source, root, folder, above)
+    _refuse_infinite(source.root)
+    _without_pictures(source.root)
+    _without_flexible(source)
+    source.missing, source.stand_ins = take_meshes(source.root, source.meshes, folder)
+    _attach(source, folder, above)
     return source
 
 
@@ -72,12 +75,32 @@ def _included(source: Source, element: Element, folder: Path, above: tuple[Path,
             children.append(_included(source, child, folder, above))
             continue
         if child.get("file") and is_missing(child.get("file"), folder, folder):
-            source.gone.append((child.get("file"), child.place))
+            source.gone.append((f"include of '{child.get('file')}'", child.place, "its file is not there"))
             continue
         file = inside(child.get("file"), child.place, folder, folder)
         inner = include(file, child.place, above, str(Path(child.place.file).parent / child.get("file")))
         children += _included(source, inner, folder, (*above, file)).children
     return Element(element.tag, dict(element.attributes), element.place, children, element.text)
+
+
+def _refuse_infinite(root: Element) -> None:
+    """Raises InputError at numbers that are not finite, which MuJoCo lets pass; an element may have such a name."""
+    names = {element.get("name") for element in root.walk()}
+    problems = []
+    for element in root.walk():
+        for key, value in element.attributes.items():
+            if key not in NAMING and value not in names and any(_is_infinite(part) for part in value.split()):
+                what = f"'{key}' of <{element.tag}> is not finite"
+                problems.append(Problem(what, element.place, "write numbers as in '0 0 1'"))
+    if problems:
+        raise InputError(problems)
+
+
+def _is_infinite(text: str) -> bool:
+    try:
+        return not math.isfinite(float(text))
+    except ValueError:
+        return False
 
 
 def _without_pictures(root: Element) -> None:
@@ -89,55 +112,23 @@ def _without_pictures(root: Element) -> None:
             element.children = []
 
 
-def _take_meshes(source: Source, folder: Path) -> None:
-    """Reads the meshes that are there; geoms of the others become spheres, whose mass must not count."""
-    settings = {name: value for each in source.root.all("compiler") for name, value in each.attributes.items()}
-    assets = settings.get("assetdir", "")
-    strip = settings.get("strippath", "false") == "true"
-    gone: dict[str, set[str]] = {"mesh": set(), "hfield": set()}
+def _without_flexible(source: Source) -> None:
     for element in source.root.walk():
-        for asset in [child for child in element.children if element.tag == "asset" and child.tag in gone]:
-            file = asset.get("file")
-            name = asset.get("name") or Path(file).stem
-            if not file:
-                continue
-            own = settings.get("meshdir", assets) if asset.tag == "mesh" else assets
-            why = _read_mesh(source, folder, own, file, strip, asset)
-            if why:
-                gone[asset.tag].add(name)
-                element.children.remove(asset)
-                source.missing.append((f"{asset.tag} '{name}'", asset.place, f"its file '{file}' {why}"))
-            else:
-                asset.attributes["name"] = name
-    for compiler in source.root.all("compiler"):
-        for key in FOLDERS:
-            compiler.attributes.pop(key, None)
-    for element in source.root.walk():
-        for kind, names in gone.items():
-            if element.get(kind) in names and element.tag in ("geom", "site"):
-                element.attributes.pop(kind)
-                element.attributes |= {"type": "sphere", "size": "0.01"}
-                source.stand_ins.append(element)
-        if element.tag in ("body", "worldbody"):
-            element.children = [each for each in element.children if each.tag != "flex"]
+        for child in element.all("flexcomp"):
+            element.children.remove(child)
+            source.gone.append((f"flexcomp '{child.get('name')}'", child.place, "a scene has no flexible bodies"))
 
 
-def _read_mesh(source: Source, folder: Path, own: str, file: str, strip: bool, asset: Element) -> str:
-    """Why a mesh's file cannot be had, "" where it is among the meshes now. Each file gets a name of its own: MuJoCo
-    takes two of one name in different folders for one."""
-    if asset.tag == "hfield":
-        return "is a height field, which takes no part"
-    name = Path(file).name if strip else file
-    try:
-        found = (folder / own / name).resolve()
-        if not found.is_relative_to(folder):
-            return "is outside of the model's folder"
-        if not found.is_file():
-            return "is not there"
-        if found.stat().st_size > MOST_MESH_BYTES:
-            return f"is larger than {MOST_MESH_BYTES // 1_000_000} MB"
-        asset.attributes["file"] = f"{len(source.meshes)}{found.suffix}"
-        source.meshes[asset.get("file")] = found.read_bytes()
-    except (OSError, ValueError, RuntimeError):
-        return "cannot be read"
-    return ""
+def _attach(source: Source, folder: Path, above: tuple[Path, ...]) -> None:
+    """Reads the models that <attach> takes from. Raises InputError at one outside of the folder, in a circle, or whose
+    own meshes are missing."""
+    for asset in [each for section in source.root.all("asset") for each in section.all("model")]:
+        file = inside(asset.get("file"), asset.place, folder, folder)
+        inner = source_of(include(file, asset.place, above, asset.get("file")), file, source.meshes, above)
+        if inner.stand_ins:
+            what, place, why = inner.missing[0]
+            raise InputError(Problem(f"the {what}: {why}", place, "put it there: another model attaches this one"))
+        source.missing += inner.missing
+        source.gone += inner.gone
+        asset.attributes["file"] = f"{len(source.meshes)}.xml"
+        source.meshes[asset.get("file")] = inner.text()[0].encode()

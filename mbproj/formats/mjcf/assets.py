@@ -1,0 +1,72 @@
+"""Meshes of an MJCF model: those that are there as bytes, and spheres in the place of those that are missing."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from mbproj.errors import Place
+from mbproj.formats.xml import Element
+
+#: A mesh is read up to so many bytes.
+MOST_MESH_BYTES = 64_000_000
+#: Where files are, which MuJoCo need not know.
+FOLDERS = ("assetdir", "meshdir", "texturedir", "strippath")
+
+#: What is missing, where it stands, and why it cannot be had.
+Missing = tuple[str, Place, str]
+
+
+def take_meshes(root: Element, files: dict[str, bytes], folder: Path) -> tuple[list[Missing], list[Element]]:
+    """Adds the meshes that are there to the files. Returns what is missing, and the geoms in its place: spheres, whose
+    mass must not count."""
+    missing: list[Missing] = []
+    stand_ins: list[Element] = []
+    settings = {name: value for each in root.all("compiler") for name, value in each.attributes.items()}
+    assets = settings.get("assetdir", "")
+    strip = settings.get("strippath", "false") == "true"
+    gone: dict[str, set[str]] = {"mesh": set(), "hfield": set()}
+    for element in root.walk():
+        for asset in [child for child in element.children if element.tag == "asset" and child.tag in gone]:
+            file = asset.get("file")
+            name = asset.get("name") or Path(file).stem
+            if not file:
+                continue
+            own = settings.get("meshdir", assets) if asset.tag == "mesh" else assets
+            why = _read_mesh(files, folder, own, file, strip, asset)
+            if why:
+                gone[asset.tag].add(name)
+                element.children.remove(asset)
+                missing.append((f"{asset.tag} '{name}'", asset.place, f"its file '{file}' {why}"))
+            else:
+                asset.attributes["name"] = name
+    for compiler in root.all("compiler"):
+        for key in FOLDERS:
+            compiler.attributes.pop(key, None)
+    for element in root.walk():
+        for kind, names in gone.items():
+            if element.get(kind) in names and element.tag in ("geom", "site"):
+                element.attributes.pop(kind)
+                element.attributes |= {"type": "sphere", "size": "0.01"}
+                stand_ins.append(element)
+    return missing, stand_ins
+
+
+def _read_mesh(files: dict[str, bytes], folder: Path, own: str, file: str, strip: bool, asset: Element) -> str:
+    """Why a mesh's file cannot be had, "" where it is among the meshes now. Each file gets a name of its own: MuJoCo
+    takes two of one name in different folders for one."""
+    if asset.tag == "hfield":
+        return "is a height field, which takes no part"
+    name = Path(file).name if strip else file
+    try:
+        found = (folder / own / name).resolve()
+        if not found.is_relative_to(folder):
+            return "is outside of the model's folder"
+        if not found.is_file():
+            return "is not there"
+        if found.stat().st_size > MOST_MESH_BYTES:
+            return f"is larger than {MOST_MESH_BYTES // 1_000_000} MB"
+        asset.attributes["file"] = f"{len(files)}{found.suffix}"
+        files[asset.get("file")] = found.read_bytes()
+    except (OSError, ValueError, RuntimeError):
+        return "cannot be read"
+    return ""

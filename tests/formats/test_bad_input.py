@@ -1,0 +1,174 @@
+"""Bad input: models changed at random, names that a shell or YAML misreads, files that are outside, huge or none.
+
+Whatever stands in a file, a reader ends with a scene that can be read back, or with InputError at a line of the file.
+"""
+
+from __future__ import annotations
+
+import copy
+import random
+import shutil
+from itertools import pairwise
+from xml.etree import ElementTree
+
+import pytest
+
+from mbproj.calls.models import import_model
+from mbproj.errors import InputError, MbprojWarning
+from mbproj.formats import read_model
+from mbproj.scene import read_scene_text
+from tests.cli.commands import mbproj
+from tests.support import ROOT
+
+pytest.importorskip("mujoco")
+DATA = ROOT / "tests" / "data" / "formats"
+MODELS = sorted(path.name for path in DATA.iterdir() if path.suffix in (".xml", ".urdf", ".sdf"))
+#: What stands in the place of an attribute or a text.
+VALUES = (
+    *("", " ", "nan", "inf", "-1", "0", "1e400", "1e308", "1 2", "0 0 0", "-1 -1 -1", "1,2,3", "0x10", "1_000", "true"),
+    *("$(id)", "yes", "1e3", "a: b", "# x", "'", '"', "~", "é", "x" * 5000, "../x", "/etc/passwd", "%s", "world"),
+)  # fmt: skip
+BODY = '<body name="b"><joint axis="0 1 0"/><geom size="0.1" pos="0 0 1"/></body>'
+
+
+def changed(text: str, rng: random.Random) -> str:
+    """The model with one or two of its elements gone, twice, renamed, or with another value."""
+    root = ElementTree.fromstring(text)
+    for _ in range(rng.choice((1, 1, 2))):
+        nodes = list(root.iter())
+        parents = {child: parent for parent in nodes for child in parent}
+        node, other = rng.choice(nodes), rng.choice(nodes)
+        way = rng.randrange(6)
+        if way == 0 and node in parents:
+            parents[node].remove(node)
+        elif way == 1 and node in parents:
+            parents[node].append(copy.deepcopy(node))
+        elif way == 2:
+            node.tag, other.tag = other.tag, node.tag
+        elif way == 3 and node.attrib:
+            del node.attrib[rng.choice(sorted(node.attrib))]
+        elif way == 4 and (node.text or "").strip():
+            node.text = rng.choice(VALUES)
+        elif node.attrib:
+            node.set(rng.choice(sorted(node.attrib)), rng.choice(VALUES))
+    return ElementTree.tostring(root, encoding="unicode").replace("><", ">\n<")
+
+
+@pytest.mark.filterwarnings(f"ignore::{MbprojWarning.__module__}.{MbprojWarning.__name__}")
+@pytest.mark.parametrize("name", MODELS)
+def test_a_changed_model_is_a_scene_or_wrong_at_a_line_of_its(name, tmp_path):
+    text, path = (DATA / name).read_text(encoding="utf-8"), tmp_path / name
+    shutil.copytree(DATA / "rocker", tmp_path / "rocker")  # which one of them includes
+    wrong = 0
+    for seed in range(60):
+        path.write_text(changed(text, random.Random(f"{name} {seed}")), encoding="utf-8")
+        try:
+            found = import_model(path)
+        except InputError as error:
+            wrong += 1
+            for problem in error.problems:
+                assert problem.place is not None
+                assert problem.place.file.startswith(str(tmp_path)), f"seed {seed}"
+                assert problem.place.line or problem.message == "no body of the model can move", f"seed {seed}"
+        else:
+            if not any(row.element == "the scene itself" for row in found.mechanism.said):
+                read_scene_text(found.text)
+    assert 5 < wrong < 55
+
+
+@pytest.mark.parametrize("name", ["$(touch run).xml", "yes", "1e3", "-q.xml", "a: b # c.xml", "`id`.xml", "\u202e.xml"])
+def test_names_mean_nothing_to_a_shell_or_to_yaml(name, tmp_path):
+    """File, model, bodies and joints are called so; the scene is read back with as many."""
+    text = (
+        f'<mujoco model="{name}"><worldbody><body name="{name}"><joint name="{name}" axis="0 1 0"/>'
+        '<geom size="0.1" pos="0 0 1"/></body><body name="null"><joint name="~" axis="0 1 0"/>'
+        '<geom size="0.1" pos="0 0 1"/></body></worldbody></mujoco>'
+    )
+    (tmp_path / name).write_text(text, encoding="utf-8")
+    done = mbproj("import", "--quiet", "--output", "scene.yaml", "--", name, folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    scene = read_scene_text((tmp_path / "scene.yaml").read_text(encoding="utf-8"))
+    assert (scene.title, len(scene.bodies), len(scene.joints)) == (name, 2, 2)
+    assert scene.bodies[1].name == "null"
+    assert {path.name for path in tmp_path.iterdir()} == {name, "scene.yaml"}
+
+
+def test_a_name_of_5000_letters_is_cut(tmp_path):
+    long = BODY.replace('"b"', '"' + "x" * 5000 + '"')
+    (tmp_path / "m.xml").write_text(f"<mujoco><worldbody>{long}</worldbody></mujoco>", encoding="utf-8")
+    found = import_model(tmp_path / "m.xml")
+    assert found.scene.bodies[0].name == "x" * 80
+    assert max(map(len, found.text.splitlines())) < 200
+
+
+ATTACHED = f"""<mujoco>
+<asset><model name="other" file="{{}}"/></asset>
+<worldbody>{BODY}<frame pos="1 0 0"><attach model="other" body="b" prefix="o_"/></frame></worldbody>
+</mujoco>"""
+
+
+def test_an_attached_model_is_read_from_the_folder(tmp_path):
+    (tmp_path / "other.xml").write_text(f"<mujoco><worldbody>{BODY}</worldbody></mujoco>", encoding="utf-8")
+    (tmp_path / "model.xml").write_text(ATTACHED.format("other.xml"), encoding="utf-8")
+    assert list(read_model(tmp_path / "model.xml").parts) == ["b", "o_b"]
+
+
+OUTSIDE = {
+    "a model": (ATTACHED.format("../other.xml"), "model.xml:2: error: the file '../other.xml' is outside of"),
+    "a circle": (ATTACHED.format("model.xml"), "model.xml:2: error: the files include each other in a circle"),
+    "an absolute path": (
+        f'<mujoco>\n<include file="/etc/hostname"/><worldbody>{BODY}</worldbody></mujoco>',
+        "model.xml:2: error: the file '/etc/hostname' is outside of",
+    ),
+    "no number": (
+        f'<mujoco><worldbody>{BODY}\n<body pos="0 0 nan"/></worldbody></mujoco>',
+        "model.xml:2: error: 'pos' of <body> is not finite",
+    ),
+}
+
+
+@pytest.mark.parametrize("what", OUTSIDE)
+def test_what_is_outside_is_said_at_its_line(what, tmp_path):
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    (tmp_path / "other.xml").write_text(f"<mujoco><worldbody>{BODY}</worldbody></mujoco>", encoding="utf-8")
+    text, said = OUTSIDE[what]
+    (folder / "model.xml").write_text(text, encoding="utf-8")
+    done = mbproj("import", "model.xml", folder=folder)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith(said)
+
+
+def test_flexible_bodies_are_left_out_and_their_files_not_read(tmp_path):
+    flex = '<flexcomp name="cloth" type="mesh" file="/etc/passwd" dim="2"/>'
+    text = f"<mujoco><worldbody>{BODY.replace('</body>', flex + '</body>')}</worldbody></mujoco>"
+    (tmp_path / "model.xml").write_text(text, encoding="utf-8")
+    (row,) = [each for each in read_model(tmp_path / "model.xml").said if each.element == "flexcomp 'cloth'"]
+    assert (row.what, row.same.value) == ("left out: a scene has no flexible bodies", "no")
+
+
+FILES = {
+    "empty": (b"", "{}:1:1: error: no well-formed XML: no element found"),
+    "binary": (bytes(range(256)), "{}:1:1: error: no well-formed XML: not well-formed"),
+    "another encoding": (b'<?xml version="1.0" encoding="ebcdic-99"?><robot/>', "{}:1: error: no XML that can be read"),
+    "many elements": (b"<robot>" + b"<link/>" * 600_000 + b"</robot>", "{}:1: error: the file has more than 500000"),
+}
+
+
+@pytest.mark.parametrize("what", FILES)
+def test_files_that_are_no_models_end_with_2(what, tmp_path):
+    data, said = FILES[what]
+    (tmp_path / "m.urdf").write_bytes(data)
+    done = mbproj("import", "m.urdf", folder=tmp_path)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith(said.format("m.urdf"))
+
+
+def test_aliases_in_a_file_of_loops_are_bounded(tmp_path):
+    (tmp_path / "m.urdf").write_text((DATA / "closed_loop.urdf").read_text(encoding="utf-8"), encoding="utf-8")
+    rows = ["a: &a [x, x, x, x, x, x, x, x, x]"]
+    rows += [f"{name}: &{name} [{', '.join([f'*{before}'] * 9)}]" for before, name in pairwise("abcdefghi")]
+    (tmp_path / "bomb.yaml").write_text("\n".join([*rows, "closed_loop: *i"]), encoding="utf-8")
+    done = mbproj("import", "m.urdf", "--loops", "bomb.yaml", folder=tmp_path)
+    assert done.returncode == 2
+    assert "error: more than 500000 values, with aliases counted" in done.stderr
