@@ -26,7 +26,8 @@ def time_series(t: Numbers) -> Series:
 def constant_series(x: Numbers) -> Series:
     """What is taken as constant: its derivatives are not asked for."""
     x = np.asarray(x, dtype=float)
-    return x, np.zeros_like(x), np.zeros_like(x)
+    zero = np.zeros(x.shape)
+    return x, zero, zero
 
 
 def run(programs: ProgramSet, index: int, variables: Sequence[Series], held: Array | None = None) -> Series:

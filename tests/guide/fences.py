@@ -12,6 +12,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shlex
 import shutil
@@ -86,7 +87,7 @@ def run_page(page: Page, folder: Path, *, slow: bool = False) -> None:
                 text=True,
                 cwd=folder,
                 check=False,
-                env={"PYTHONPATH": str(ROOT), "MBPROJ_CACHE": str(folder / "cache")},
+                env={**os.environ, "PYTHONPATH": str(ROOT), "MBPROJ_CACHE": str(folder / "cache")},
             )
             assert done.returncode == 0, f"{where}: {done.stderr}"
 

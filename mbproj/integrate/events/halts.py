@@ -146,7 +146,7 @@ def closed_inside(
         ends = (first[0][k], first[1][k]), (found[0][k], found[1][k]), (last[0][k], last[1][k])
         expected = 0.5 * (ends[0][0] + ends[2][0]) + 0.25 * half * (ends[0][1] - ends[2][1])
         values = [end[0] for end in ends]
-        unlike |= abs(values[1] - expected) > max(0.5 * min(values), THRESHOLDS.middle_unlike * max(values))
+        unlike |= abs(values[1] - expected) > max(slack, 0.5 * min(values), THRESHOLDS.middle_unlike * max(values))
         if values[1] < -slack:
             yield middle
         for start, (one, two) in ((x, ends[:2]), (middle, ends[1:])):

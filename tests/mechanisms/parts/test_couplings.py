@@ -42,6 +42,7 @@ TORQUE = "forces:\n  drive: {type: torsion_spring_damper, joint: A, torque: 4}\n
 
 
 def scene(body, formulation="planar", duration=2, integrator="dop853"):
+    duration = min(duration, 0.5) if formulation == "full" and integrator != "dop853" else duration  # in NumPy: minutes
     return HEAD.format(formulation=formulation, duration=duration, integrator=integrator) + body
 
 

@@ -173,7 +173,7 @@ private:
                 found[k].value = near(found[k].value, expected);
             const auto [least, largest] = std::minmax({from[k].value, found[k].value, to[k].value});
             const double off = std::abs(found[k].value - expected);
-            unlike = unlike || off > std::max(0.5 * least, model_.thresholds.middle_unlike * largest);
+            unlike = unlike || off > std::max({gaps_[k].slack, 0.5 * least, model_.thresholds.middle_unlike * largest});
         }
         if (below(from, found, h, x, middle) || below(found, to, h, middle, x_to)) return true;
         return unlike && halves > 0 &&
