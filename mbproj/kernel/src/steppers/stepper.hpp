@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "algebra/weighted_sum.hpp"
 #include "dynamics/equations_of_motion.hpp"
 
 namespace mbproj {
@@ -132,7 +133,7 @@ protected:
         return weights;
     }
 
-    // y + h Σ w k in one pass, without the stages of no weight.
+    // y + h Σ w k, without the stages of no weight.
     template <class Row> void combine(const Vector& y, double h, const Row& weights, int count, Vector& out) const {
         const double* stages[most_stages];
         double factors[most_stages];
@@ -142,21 +143,7 @@ protected:
                 stages[used] = k_[s].data();
                 factors[used++] = h * weights[s];
             }
-        const double* from = y.data();
-        double* to = out.data();
-        constexpr Eigen::Index width = 8;  // at a time, so that the sums stay in registers
-        Eigen::Index i = 0;
-        for (; i + width <= y.size(); i += width) {
-            double sum[width] = {};
-            for (int s = 0; s < used; ++s)
-                for (Eigen::Index k = 0; k < width; ++k) sum[k] += factors[s] * stages[s][i + k];
-            for (Eigen::Index k = 0; k < width; ++k) to[i + k] = from[i + k] + sum[k];
-        }
-        for (; i < y.size(); ++i) {
-            double sum = 0.0;
-            for (int s = 0; s < used; ++s) sum += factors[s] * stages[s][i];
-            to[i] = from[i] + sum;
-        }
+        add_weighted(y.data(), stages, factors, used, y.size(), out.data());
     }
 
     const Tableau& tableau_;

@@ -62,8 +62,8 @@ public:
             double turned = led ? now.prescribed - before.prescribed : 0.5 * h * (before.speed + now.speed);
             const double most = led ? 2.0 * std::abs(turned) : h * (std::abs(before.speed) + std::abs(now.speed));
             counted.angles[i] = now;
-            if (before.cosine > 0.0 && now.cosine > 0.0 && most < 2.0)
-                continue;  // far from ±π, where the value jumps, at both ends and in between
+            if (most < 2.0 && ((before.cosine > 0.0 && now.cosine > 0.0) || before.sine * now.sine > 0.0))
+                continue;  // not across ±π, where the value jumps, but there and back
             double off = 0.0;
             long more = turns(before.value() + turned, now.value(), off);
             if (off > model_.thresholds.turns_told && !led) {

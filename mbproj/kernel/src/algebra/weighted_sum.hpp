@@ -1,0 +1,39 @@
+// A vector and a weighted sum of others: what a step makes of its stages.
+#pragma once
+
+#include <cstring>
+
+namespace mbproj {
+
+// Four numbers that are computed at once, each by itself; one where the compiler has no vectors.
+#ifdef __GNUC__
+using Pack = double __attribute__((vector_size(32)));
+#else
+using Pack = double;
+#endif
+
+// From place i on, as many numbers at once as a Number has, until fewer are left.
+template <class Number> long add_weighted(const double* from, const double* const* terms, const double* factors,
+                                          int count, long i, long size, double* to) {
+    constexpr long lanes = sizeof(Number) / sizeof(double);
+    for (; i + lanes <= size; i += lanes) {
+        Number sum{}, term;
+        for (int s = 0; s < count; ++s) {
+            std::memcpy(&term, terms[s] + i, sizeof term);
+            sum += factors[s] * term;
+        }
+        std::memcpy(&term, from + i, sizeof term);
+        sum += term;
+        std::memcpy(to + i, &sum, sizeof sum);
+    }
+    return i;
+}
+
+// to = from + Σ factors[s] terms[s].
+inline void add_weighted(const double* from, const double* const* terms, const double* factors, int count, long size,
+                         double* to) {
+    const long packed = add_weighted<Pack>(from, terms, factors, count, 0, size, to);
+    add_weighted<double>(from, terms, factors, count, packed, size, to);
+}
+
+}  // namespace mbproj
