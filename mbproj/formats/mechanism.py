@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import field
 from enum import Enum
+from itertools import takewhile
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -201,6 +202,12 @@ class Names:
         if found != wanted:
             self.renamed[wanted] = found
         return found
+
+    @staticmethod
+    def beginning(names: Sequence[str]) -> str:
+        """The letters that the names begin with, without a sign at their end."""
+        alike = takewhile(lambda letters: len(set(letters)) == 1, zip(*names, strict=False))
+        return "".join(letters[0] for letters in alike).rstrip("_-.")
 
 
 def said_of(mechanism: Mechanism, kind: str, names: Names) -> Iterator[Said]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from mbproj.formats.chains import Coordinates
 from mbproj.formats.mechanism import Mechanism, Names, Same, Wishes, said_of
+from mbproj.formats.merged import with_hinges
 from mbproj.formats.mjcf.compiled import compile_mjcf
 from mbproj.formats.mjcf.equalities import add_equalities
 from mbproj.formats.mjcf.joints import add_joints, start_of
@@ -31,6 +32,7 @@ def read_mjcf(root: Element, path: Path, wishes: Wishes) -> Mechanism:
     called = add_parts(compiled, mechanism, bodies)
     add_joints(compiled, mechanism, called, joints, coordinates)
     add_equalities(compiled, mechanism, called, joints, coordinates)
+    with_hinges(mechanism)
     add_looks(compiled, mechanism, called)
     add_markers(compiled, mechanism, called)
     say_rest(compiled, mechanism, called, coordinates, wishes)

@@ -14,7 +14,7 @@ from mbproj.formats.chains import Coordinates
 from mbproj.formats.geometry import IDENTITY, Pose
 from mbproj.formats.loops import add_loops
 from mbproj.formats.mechanism import Mechanism, Names, Part, Same, Wishes, said_of
-from mbproj.formats.rings import without_rings
+from mbproj.formats.merged import without_rings
 from mbproj.formats.sdf.frames import WORLD, Frames, full_name
 from mbproj.formats.sdf.inertias import inertia_of
 from mbproj.formats.sdf.joints import SdfJoint, add_gearboxes, add_joint, add_mimics, open_loop, read_joint

@@ -13,7 +13,7 @@ from mbproj.formats.chains import Coordinates, Single, connect, follow, span
 from mbproj.formats.geometry import Pose, turn
 from mbproj.formats.loops import add_loops
 from mbproj.formats.mechanism import Mechanism, Names, Part, Same, Wishes, said_of
-from mbproj.formats.rings import without_rings
+from mbproj.formats.merged import with_hinges, without_rings
 from mbproj.formats.signals import add_motions
 from mbproj.formats.urdf.loops import loops_beside, loops_in
 from mbproj.formats.urdf.model import Urdf, UrdfJoint, number, read_urdf_model
@@ -47,6 +47,7 @@ def read_urdf(root: Element, path: Path, wishes: Wishes) -> Mechanism:
             _add_joint(mechanism, joint, frames, called, joints, coordinates, wishes.pose)
     _add_mimics(mechanism, model, joints, coordinates, wishes.pose)
     add_loops(mechanism, loops, frames, called, joints)
+    with_hinges(mechanism)
     add_motions(mechanism, coordinates, wishes.motions, wishes.pose)
     without_rings(mechanism)
     _say_rest(mechanism, root, model)

@@ -1,21 +1,25 @@
-"""Links without mass between turns whose axes cross at right angles: a universal or a spherical joint in its place.
+"""One joint in the place of several that robots' formats write for it.
 
-Robots' formats have no such joints in a tree, and their writers stack two or three turns with rings between. A ring
-without mass moves beyond all bounds near the pose where the first and the last axis are parallel; the joint does not.
+Links without mass between turns whose axes cross at right angles are a universal or a spherical joint. A ring moves
+beyond all bounds near the pose where the first and the last axis are parallel, and the joint does not. Two points of a
+body that are held to two points of another one are a hinge, without a row too many.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import pairwise, takewhile
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.formats.chains import EXACT, Single, crossing
+from mbproj.formats.geometry import unit
 from mbproj.formats.mechanism import Connection, Mechanism, Names, Part, Same
 
+#: Points are as far apart in both bodies up to this, m, and are two where they are farther.
+ALIKE, APART = 1e-12, 1e-6
 #: The joint that so many turns in a row make.
 KINDS = {2: "universal", 3: "spherical"}
 
@@ -85,17 +89,11 @@ def _single(mechanism: Mechanism, joint: Connection) -> Single:
     return Single(joint.name, True, point, part.rotation @ joint.axes[0])
 
 
-def _beginning(names: Sequence[str]) -> str:
-    """The letters that the names begin with, without a sign at their end."""
-    alike = takewhile(lambda letters: len(set(letters)) == 1, zip(*names, strict=False))
-    return "".join(letters[0] for letters in alike).rstrip("_-.")
-
-
 def _replace(mechanism: Mechanism, chain: Sequence[Connection], point: Array) -> None:
     """One joint where the first was; the links between are gone."""
     kind, names = KINDS[len(chain)], [joint.name for joint in chain]
     axes = np.array([_single(mechanism, joint).axis for joint in chain]) if len(chain) == 2 else None
-    own = Names(frozenset(mechanism.joints)).own(_beginning(names) or names[0])
+    own = Names(frozenset(mechanism.joints)).own(Names.beginning(names) or names[0])
     before = dict(mechanism.joints)
     mechanism.joints.clear()
     for name, joint in before.items():
@@ -108,3 +106,40 @@ def _replace(mechanism: Mechanism, chain: Sequence[Connection], point: Array) ->
     mechanism.tree -= set(names)
     what = f"one {kind} joint '{own}': what is between them has no mass"
     mechanism.say(f"joints {', '.join(names)}", chain[0].place, what, Same.YES)
+
+
+def with_hinges(mechanism: Mechanism) -> None:
+    """Puts a revolute joint in the place of two spherical ones that close loops between the same bodies, and says so.
+
+    It has the beginning of their names."""
+    pairs: dict[tuple[str, ...], list[Connection]] = {}
+    for joint in mechanism.joints.values():
+        if joint.type == "spherical" and joint.name not in mechanism.tree and not joint.keys:
+            pairs.setdefault(tuple(sorted(joint.bodies)), []).append(joint)
+    for first, second in (pair for pair in pairs.values() if len(pair) == 2):
+        axes = _axes(first, second)
+        if axes is None:
+            continue
+        own = Names.beginning([first.name, second.name]) or first.name
+        name = own if own in (first.name, second.name) else Names(frozenset(mechanism.joints)).own(own)
+        hinge = Connection(name, "revolute", first.bodies, first.points, axes, place=first.place)
+        held = {second.name: None, first.name: hinge}
+        before = dict(mechanism.joints)
+        mechanism.joints.clear()
+        for each, joint in before.items():
+            kept = held.get(each, joint)
+            if kept is not None:
+                mechanism.joints[kept.name] = kept
+        what = f"joints '{first.name}' and '{second.name}'"
+        mechanism.say(what, first.place, "one revolute joint through both points", Same.YES)
+
+
+def _axes(first: Connection, second: Connection) -> Array | None:
+    """The line through both points in the axes of each body, (2, 3); None where they are not as far apart in both."""
+    assert first.points is not None and second.points is not None
+    ends = second.points if first.bodies == second.bodies else second.points[::-1]
+    lines = ends - first.points
+    lengths = np.linalg.norm(lines, axis=1)
+    if lengths.min() < APART or abs(lengths[0] - lengths[1]) > ALIKE * max(1.0, float(np.abs(ends).max())):
+        return None
+    return np.array([unit(line) for line in lines])
