@@ -145,6 +145,11 @@ class Mechanism:
         """A body, or the ground."""
         return ORIGIN if name == GROUND else self.parts[name]
 
+    def mark(self, wanted: str, body: str, point: Array) -> None:
+        """Adds a marker at a global point (3,) of a body."""
+        name = Names(frozenset(self.markers)).own(wanted)
+        self.markers[name] = (body, self.part(body).local(point))
+
     def insert(self, part: Part, before: str) -> None:
         """Adds a body, in the order before another one that it carries."""
         parts = list(self.parts.items())

@@ -173,7 +173,7 @@ def _y(form, state):
 
 def _numbers(model, mechanism):
     """MuJoCo's number of each body by the scene's name: that of the same name, or in the same order."""
-    moving = [number for number in range(1, model.nbody) if model.body_weldid[number]]
+    moving = [n for n in range(1, model.nbody) if model.body_weldid[n] and (model.body_jntnum[n] or model.body_mass[n])]
     own = [name for name in mechanism.parts if name not in mechanism.between]
     assert len(moving) == len(own)
     named = {model.body(number).name: number for number in moving}

@@ -11,7 +11,8 @@ from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.formats import read_model, scene_text
 from mbproj.linear.equilibrium.started import start_state
 from mbproj.model import compile_system
-from mbproj.scene import read_scene_text
+from mbproj.scene import read_scene, read_scene_text
+from tests.support import ROOT
 
 MODEL = """<mujoco><worldbody>
   <body name="crank"><joint name="drive" axis="0 1 0"/><geom type="capsule" size="0.02" fromto="0 0 0 0 0 0.2"/>
@@ -69,3 +70,15 @@ def test_points_that_make_no_hinge_stay(second, tmp_path):
     loops = {name: joint.type for name, joint in read_model(tmp_path / "model.xml").joints.items() if "pin" in name}
     assert set(loops.values()) == {"spherical"}
     assert len(loops) == 1 + second.count("<connect")
+
+
+def test_a_hinge_comes_back_from_urdf_and_its_frames_are_markers(tmp_path):
+    """An export writes two frames on its axis in each body, as links without mass that are fixed to it."""
+    written = mbproj.export_model(ROOT / "mechanisms" / "n_four_bar.yaml", "urdf")
+    (tmp_path / "m.urdf").write_text(written.text, encoding="utf-8")
+    (tmp_path / "m.yaml").write_text(written.loops, encoding="utf-8")
+    mechanism = read_model(tmp_path / "m.urdf")
+    assert {joint.type for joint in mechanism.joints.values()} == {"revolute"}
+    assert len(mechanism.joints) == len(read_scene(ROOT / "mechanisms" / "n_four_bar.yaml").joints)
+    assert all(part.mass for part in mechanism.parts.values())
+    assert len(mechanism.markers) >= 4

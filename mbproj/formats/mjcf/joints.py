@@ -20,9 +20,9 @@ def add_joints(
     model = compiled.model
     for number in range(1, model.nbody):
         child = called[number]
-        if child not in mechanism.parts or model.body_weldid[number] == 0:
-            continue
         parent = called[int(model.body_parentid[number])]
+        if child == parent:
+            continue
         first, count = int(model.body_jntadr[number]), int(model.body_jntnum[number])
         kinds = [int(model.jnt_type[first + at]) for at in range(count)]
         if not count:

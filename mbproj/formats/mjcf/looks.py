@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.formats.mechanism import Mechanism, Names, Same
+from mbproj.formats.mechanism import Mechanism, Same
 from mbproj.formats.mjcf.compiled import Compiled
 from mbproj.formats.mjcf.parts import Called
 from mbproj.formats.placed import placed
@@ -72,14 +72,12 @@ def _hex(rgba: Array) -> str:
 
 def add_markers(compiled: Compiled, mechanism: Mechanism, called: Called) -> None:
     """Sites of bodies that move become markers."""
-    model, names = compiled.model, Names()
-    still = 0
+    model, still = compiled.model, 0
     for site in range(model.nsite):
         body = called[int(model.site_bodyid[site])]
         if body not in mechanism.parts:
             still += 1
             continue
-        name = names.own(compiled.name("site", site) or f"site_{site}")
-        mechanism.markers[name] = (body, mechanism.parts[body].local(compiled.data.site_xpos[site]))
+        mechanism.mark(compiled.name("site", site) or f"site_{site}", body, compiled.data.site_xpos[site])
     if still:
         mechanism.say(f"{still} sites of the ground", None, "left out: a marker is of a body that moves", Same.YES)

@@ -26,6 +26,10 @@ def add_parts(compiled: Compiled, mechanism: Mechanism, names: Names) -> Called:
             called[number] = GROUND
             still.append(compiled.name("body", number) or f"body_{number}")
             continue
+        if not model.body_jntnum[number] and not model.body_mass[number] and not model.body_inertia[number].any():
+            called[number] = called[int(model.body_parentid[number])]
+            mechanism.mark(compiled.name("body", number) or f"body_{number}", called[number], data.xpos[number])
+            continue
         called[number] = names.own(compiled.name("body", number) or f"body_{number}")
         rotation = data.xmat[number].reshape(3, 3)
         inner = from_quaternion(model.body_iquat[number])

@@ -32,6 +32,11 @@ class UrdfLink:
     def place(self) -> Place:
         return self.element.place
 
+    @property
+    def massless(self) -> bool:
+        """Whether it has neither mass nor inertia: a frame."""
+        return not self.mass and not self.inertia.any()
+
 
 @dataclass(frozen=True, eq=False)
 class UrdfJoint:

@@ -41,6 +41,10 @@ def read_urdf(root: Element, path: Path, wishes: Wishes) -> Mechanism:
     called = {model.root: GROUND}
     for joint in model.down():
         still = called[joint.parent] == GROUND and joint.type == "fixed"
+        if not still and joint.type == "fixed" and model.links[joint.child].massless:
+            called[joint.child] = called[joint.parent]
+            mechanism.mark(joint.child, called[joint.parent], frames[joint.child].position)
+            continue
         called[joint.child] = GROUND if still else bodies.own(joint.child)
         if not still:
             _add_part(mechanism, model, called[joint.child], joint.child, frames[joint.child])
@@ -79,7 +83,7 @@ def _add_part(mechanism: Mechanism, model: Urdf, name: str, link: str, frame: Po
     given = model.links[link]
     centre = frame.position + frame.rotation @ given.centre
     mechanism.parts[name] = Part(name, given.mass, given.inertia, centre, frame.rotation, given.place)
-    if not given.mass and not given.inertia.any():
+    if given.massless:
         mechanism.say(f"link '{link}'", given.place, "has neither mass nor inertia, and none in the scene", Same.YES)
 
 
