@@ -96,7 +96,8 @@ def connect(
         if found is None:
             continue
         kind, point, axes, names = found
-        name = own("_".join(single.name for single in singles))
+        every = [single.name for single in singles]
+        name = own(before_coordinates(every, names) or "_".join(every))
         add_one(mechanism, name, kind, bodies, point, axes, list(zip(singles, names, strict=True)))
         places.update({single.name: (name, coordinate) for single, coordinate in zip(singles, names, strict=True)})
         return
@@ -116,6 +117,12 @@ def connect(
         add_one(mechanism, name, kind, (first, second), single.point, single.axis, [(single, coordinate)])
         places[single.name] = (name, coordinate)
         first = second
+
+
+def before_coordinates(names: Sequence[str], coordinates: Sequence[str]) -> str:
+    """What stands before `_angle_1` and `_angle_2`, as an export calls turns of one joint; "" of other names."""
+    before = {name.removesuffix(f"_{own}") for name, own in zip(names, coordinates, strict=True)}
+    return before.pop() if len(before) == 1 and len(set(names)) == len(names) else ""
 
 
 _Recognised = tuple[str, Array, Array, tuple[str, ...]]

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.formats.chains import EXACT, Single, crossing
+from mbproj.formats.chains import EXACT, Single, before_coordinates, crossing
 from mbproj.formats.geometry import unit
 from mbproj.formats.mechanism import Connection, Mechanism, Names, Part, Same
 
@@ -93,7 +93,9 @@ def _replace(mechanism: Mechanism, chain: Sequence[Connection], point: Array) ->
     """One joint where the first was; the links between are gone."""
     kind, names = KINDS[len(chain)], [joint.name for joint in chain]
     axes = np.array([_single(mechanism, joint).axis for joint in chain]) if len(chain) == 2 else None
-    own = Names(frozenset(mechanism.joints)).own(Names.beginning(names) or names[0])
+    own = Names(frozenset(mechanism.joints)).own(
+        before_coordinates(names, ("angle_1", "angle_2", "angle_3")[: len(names)]) or Names.beginning(names) or names[0]
+    )
     before = dict(mechanism.joints)
     mechanism.joints.clear()
     for name, joint in before.items():

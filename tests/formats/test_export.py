@@ -7,6 +7,7 @@ import json
 import numpy as np
 import pytest
 
+from mbproj.formats import read_model
 from mbproj.formats.export.mjcf import as_mjcf
 from mbproj.formats.export.urdf import as_urdf
 from mbproj.scene import read_scene, read_scene_text
@@ -135,3 +136,20 @@ def test_numbers_read_back_as_they_are():
     values = np.array([0.1, 1 / 3, 1e-7, 12345678.9])
     text = tag("a", x=values).attributes["x"]
     assert [float(each) for each in text.split()] == values.tolist()
+
+
+@pytest.mark.parametrize("ending", ["xml", "urdf"])
+def test_a_universal_joint_comes_back_with_its_name(ending, tmp_path):
+    """An export writes two hinges, which are named after the joint and its angles."""
+    scene = read_scene(ROOT / "mechanisms" / "hooke_shaft.yaml")
+    names = {joint.name for joint in scene.joints if joint.type == "universal"}
+    if ending == "xml":
+        pytest.importorskip("mujoco")
+    written = as_mjcf(scene, "1") if ending == "xml" else as_urdf(scene, "1")
+    (tmp_path / f"m.{ending}").write_text(written.text, encoding="utf-8")
+    if written.loops:
+        (tmp_path / "m.yaml").write_text(written.loops, encoding="utf-8")
+        assert max(map(len, written.loops.splitlines())) <= 100
+    found = read_model(tmp_path / f"m.{ending}").joints
+    assert names
+    assert {name for name, joint in found.items() if joint.type == "universal"} == names

@@ -12,7 +12,7 @@ from mbproj.formats.export.start import start_of
 from mbproj.formats.export.tree import Branch, Freedom, tree_of
 from mbproj.formats.export.written import Written, say_unwritten
 from mbproj.formats.mechanism import Names, Same
-from mbproj.formats.yaml_text import flow
+from mbproj.formats.yaml_text import flow, lines
 from mbproj.scene.records import GROUND, Joint, PointForce, Scene
 from mbproj.scene.stops import DistanceStop, Limit
 
@@ -56,9 +56,10 @@ class _Urdf:
         head = f"<!-- Written by mbproj {version}. Links have the global axes at the start, where joints are zero. -->"
         self.out.text = "\n".join([head, *self.root.lines()]) + "\n"
         if self.loops:
-            pairs = ", ".join(f"[{flow(first)}, {flow(second)}]" for first, second, _ in self.loops)
-            kinds = ", ".join(flow(kind) for _, _, kind in self.loops)
-            self.out.loops = f"# Loops of {flow(self.scene.title)}.\nclosed_loop: [{pairs}]\ntype: [{kinds}]\n"
+            rows = [f"# Loops of {flow(self.scene.title)}.", "closed_loop:"]
+            rows += [f"  - [{flow(first)}, {flow(second)}]" for first, second, _ in self.loops]
+            rows += lines("type", [kind for _, _, kind in self.loops], 0)
+            self.out.loops = "\n".join(rows) + "\n"
         return self.out
 
     def _called(self, body: str) -> str:

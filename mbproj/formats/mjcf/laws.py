@@ -81,8 +81,9 @@ def drive_of(compiled: Compiled, number: int, name: str, signals: Signals) -> Dr
     if kind not in simple or constant is None or model.actuator_actlimited[number]:
         return "it has states, which a scene has only of a constant signal through an integrator or a filter"
     first = float(compiled.data.act[int(model.actuator_actadr[number])])
+    if constant == (0.0 if kind == simple[0] else first):  # at rest
+        return Drive(first, shown(first))
     if kind == simple[0]:
-        return Drive(None if constant else first, f"({shown(first)} + {shown(constant)}*t)")
+        return Drive(None, f"({shown(first)} + {shown(constant)}*t)")
     time = float(model.actuator_dynprm[number][0])
-    still = first == constant
-    return Drive(constant if still else None, f"({text} + ({shown(first - constant)})*exp(-t/{shown(time)}))")
+    return Drive(None, f"({text} + ({shown(first - constant)})*exp(-t/{shown(time)}))")
