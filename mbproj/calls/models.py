@@ -14,8 +14,7 @@ from mbproj.formats.couplers import without_refused
 from mbproj.formats.export.mjcf import as_mjcf
 from mbproj.formats.export.urdf import as_urdf
 from mbproj.formats.mechanism import Mechanism, Said, Same
-from mbproj.formats.pose import read_pose
-from mbproj.formats.signals import signals_of
+from mbproj.formats.signals import read_pose, signals_of
 from mbproj.results.views.table import Table, Tabled
 from mbproj.scene.read import read_scene_text
 from mbproj.scene.records import Scene

@@ -49,7 +49,8 @@ Signals = Mapping[str, Signal]
 class Wishes:
     """What a user asks of an import: the keyframe, or the joint coordinates by name (rad, m), to start at; `controls`
     of actuators by name, which then act, and `motions` of joints; `contacts`: stops where spheres may meet planes; the
-    file where the `loops` stand; that the two frames which a joint of an SDF names `meet`."""
+    file where the `loops` stand; that the two frames which a joint of an SDF names `meet`; the `folder` of the scene,
+    from which its meshes are named, that of the model unless given."""
 
     key: str | None = None
     pose: Mapping[str, float] = field(default_factory=dict)
@@ -58,6 +59,7 @@ class Wishes:
     contacts: bool = False
     loops: Path | None = None
     meet: bool = False
+    folder: Path | None = None
 
 
 @dataclass(frozen=True)

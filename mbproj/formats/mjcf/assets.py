@@ -16,10 +16,13 @@ FOLDERS = ("assetdir", "meshdir", "texturedir", "strippath")
 Missing = tuple[str, Place, str]
 
 
-def take_meshes(root: Element, files: dict[str, bytes], folder: Path) -> tuple[list[Missing], list[Element]]:
-    """Adds the meshes that are there to the files. Returns what is missing, and the geoms in its place: spheres, whose
-    mass must not count."""
+def take_meshes(
+    root: Element, files: dict[str, bytes], folder: Path
+) -> tuple[dict[str, Path], list[Missing], list[Element]]:
+    """Adds the meshes that are there to the files. Returns their paths by name, what is missing, and the geoms in its
+    place: spheres, whose mass must not count."""
     missing: list[Missing] = []
+    found: dict[str, Path] = {}
     stand_ins: list[Element] = []
     settings = {name: value for each in root.all("compiler") for name, value in each.attributes.items()}
     assets = settings.get("assetdir", "")
@@ -32,13 +35,16 @@ def take_meshes(root: Element, files: dict[str, bytes], folder: Path) -> tuple[l
             if not file:
                 continue
             own = settings.get("meshdir", assets) if asset.tag == "mesh" else assets
-            why = _read_mesh(files, folder, own, file, strip, asset)
+            path = folder / own / (Path(file).name if strip else file)
+            why = _read_mesh(files, folder, path, asset)
             if why:
                 gone[asset.tag].add(name)
                 element.children.remove(asset)
                 missing.append((f"{asset.tag} '{name}'", asset.place, f"its file '{file}' {why}"))
             else:
                 asset.attributes["name"] = name
+                if not {"refpos", "refquat"} & asset.attributes.keys():
+                    found[name] = path.resolve()
     for compiler in root.all("compiler"):
         for key in FOLDERS:
             compiler.attributes.pop(key, None)
@@ -48,17 +54,16 @@ def take_meshes(root: Element, files: dict[str, bytes], folder: Path) -> tuple[l
                 element.attributes.pop(kind)
                 element.attributes |= {"type": "sphere", "size": "0.01"}
                 stand_ins.append(element)
-    return missing, stand_ins
+    return found, missing, stand_ins
 
 
-def _read_mesh(files: dict[str, bytes], folder: Path, own: str, file: str, strip: bool, asset: Element) -> str:
+def _read_mesh(files: dict[str, bytes], folder: Path, path: Path, asset: Element) -> str:
     """Why a mesh's file cannot be had, "" where it is among the meshes now. Each file gets a name of its own: MuJoCo
     takes two of one name in different folders for one."""
     if asset.tag == "hfield":
         return "is a height field, which takes no part"
-    name = Path(file).name if strip else file
     try:
-        found = (folder / own / name).resolve()
+        found = path.resolve()
         if not found.is_relative_to(folder):
             return "is outside of the model's folder"
         if not found.is_file():

@@ -2,72 +2,50 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Iterator
 
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.formats.geometry import Pose, from_quaternion
 from mbproj.formats.mechanism import Mechanism, Same
 from mbproj.formats.mjcf.compiled import Compiled
 from mbproj.formats.mjcf.parts import Called
-from mbproj.formats.placed import placed
+from mbproj.formats.visuals import Shapes, Visual, box, capsule, colour, cylinder, sphere
 
 PLANE, HFIELD, SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX, MESH = range(8)
+WORDS = {MESH: "meshes", ELLIPSOID: "ellipsoids"}
 
 
-def add_looks(compiled: Compiled, mechanism: Mechanism, called: Called) -> None:
-    """Gives bodies an appearance, of geoms that can be drawn; what cannot is said once."""
+def visuals(compiled: Compiled, called: Called) -> Iterator[Visual]:
+    """Geoms of bodies, at the pose of the start."""
     model, data = compiled.model, compiled.data
-    shapes: dict[str, list[dict[str, Any]]] = {}
-    colours: dict[str, Array] = {}
-    undrawn: dict[str, int] = {}
     for geom in range(model.ngeom):
-        body, kind = called[int(model.geom_bodyid[geom])], int(model.geom_type[geom])
-        if body not in mechanism.parts:
-            continue
-        part = mechanism.parts[body]
-        found = _shapes(kind, model.geom_size[geom])
-        if not found:
-            word = {MESH: "meshes", ELLIPSOID: "ellipsoids"}.get(kind, "other shapes")
-            undrawn[word] = undrawn.get(word, 0) + 1
-            continue
-        rotation = part.rotation.T @ data.geom_xmat[geom].reshape(3, 3)
-        for shape, shift in found:
-            along = part.rotation.T @ (data.geom_xmat[geom].reshape(3, 3) @ shift)
-            turned = np.eye(3) if "sphere" in shape else rotation
-            shapes.setdefault(body, []).append(shape | placed(part.local(data.geom_xpos[geom]) + along, turned))
-        material = int(model.geom_matid[geom])
-        colours.setdefault(body, model.mat_rgba[material] if material >= 0 else model.geom_rgba[geom])
-    for body, own in shapes.items():
-        part = mechanism.parts[body]
-        mechanism.parts[body] = _looking(part, {"colour": _hex(colours[body]), "shapes": own})
-    for word, count in undrawn.items():
-        what = "not drawn: a scene shows one mesh file of a body in its folder; add 'appearance' by hand"
-        mechanism.say(f"{count} {word}", None, what if word == "meshes" else "not drawn", Same.YES)
+        kind, material = int(model.geom_type[geom]), int(model.geom_matid[geom])
+        pose = Pose(data.geom_xpos[geom], data.geom_xmat[geom].reshape(3, 3))
+        look = colour(model.mat_rgba[material] if material >= 0 else model.geom_rgba[geom])
+        body, mesh, scale = called[int(model.geom_bodyid[geom])], None, 1.0
+        if kind == MESH:
+            number = int(model.geom_dataid[geom])
+            mesh = compiled.source.files.get(model.mesh(number).name)
+            scales = np.array(model.mesh_scale[number])
+            scale, mesh = float(scales[0]), mesh if (scales == scales[0]).all() else None
+            # MuJoCo moves a mesh to its centre of mass and principal axes.
+            moved = Pose(np.array(model.mesh_pos[number]), from_quaternion(model.mesh_quat[number]))
+            pose = pose.then(moved.inverse())
+        yield Visual(
+            body, pose, _shapes(kind, model.geom_size[geom]), mesh, scale, look, WORDS.get(kind, "other shapes")
+        )
 
 
-def _looking(part: Any, look: dict[str, Any]) -> Any:
-    from dataclasses import replace
-
-    return replace(part, look=look)
-
-
-def _shapes(kind: int, size: Array) -> list[tuple[dict[str, Any], Array]]:
-    """Shapes of a scene, each with its shift in the geom's axes. A capsule is a cylinder and two spheres."""
-    none, up = np.zeros(3), np.array([0.0, 0.0, 1.0])
+def _shapes(kind: int, size: Array) -> Shapes:
     if kind == SPHERE:
-        return [({"sphere": float(size[0])}, none)]
+        return sphere(size[0])
     if kind == BOX:
-        return [({"box": 2.0 * size[:3]}, none)]
+        return box(2.0 * size[:3])
     if kind in (CYLINDER, CAPSULE):
-        tube = {"cylinder": {"radius": float(size[0]), "length": float(2.0 * size[1])}}
-        ends = [({"sphere": float(size[0])}, sign * size[1] * up) for sign in (-1.0, 1.0)]
-        return [(tube, none), *(ends if kind == CAPSULE else [])]
-    return []
-
-
-def _hex(rgba: Array) -> str:
-    return "#" + "".join(f"{round(255 * min(1.0, max(0.0, float(part)))):02x}" for part in rgba[:3])
+        return (cylinder if kind == CYLINDER else capsule)(size[0], 2.0 * size[1])
+    return ()
 
 
 def add_markers(compiled: Compiled, mechanism: Mechanism, called: Called) -> None:

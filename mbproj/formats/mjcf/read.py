@@ -12,11 +12,12 @@ from mbproj.formats.merged import with_hinges
 from mbproj.formats.mjcf.compiled import compile_mjcf
 from mbproj.formats.mjcf.equalities import add_equalities
 from mbproj.formats.mjcf.joints import add_joints, start_of
-from mbproj.formats.mjcf.looks import add_looks, add_markers
+from mbproj.formats.mjcf.looks import add_markers, visuals
 from mbproj.formats.mjcf.parts import add_parts
 from mbproj.formats.mjcf.rest import say_rest
 from mbproj.formats.mjcf.source import source_of
 from mbproj.formats.signals import add_motions
+from mbproj.formats.visuals import add_visuals
 from mbproj.formats.xml import Element
 from mbproj.scene.records import GROUND
 
@@ -33,7 +34,7 @@ def read_mjcf(root: Element, path: Path, wishes: Wishes) -> Mechanism:
     add_joints(compiled, mechanism, called, joints, coordinates)
     add_equalities(compiled, mechanism, called, joints, coordinates)
     with_hinges(mechanism)
-    add_looks(compiled, mechanism, called)
+    add_visuals(mechanism, visuals(compiled, called), wishes.folder or path.parent)
     add_markers(compiled, mechanism, called)
     say_rest(compiled, mechanism, called, coordinates, wishes)
     add_motions(mechanism, coordinates, wishes.motions, start_of(compiled, called))

@@ -21,11 +21,13 @@ NAMING = ("name", "class", "childclass", "file", "model", "data")
 
 @dataclass(eq=False)
 class Source:
-    """A model that stands on its own: its root, the bytes of its files by name, what is missing, and the geoms that
-    stand for what is missing. `gone` may act on the motion: included files that are not there, flexible bodies."""
+    """A model that stands on its own: its root, the bytes of its files by the name that MuJoCo has for them, the
+    `files` of meshes by the mesh's name, what is missing, and the geoms that stand for it. `gone` may act on the
+    motion: included files that are not there, flexible bodies."""
 
     root: Element
     meshes: dict[str, bytes]
+    files: dict[str, Path]
     missing: list[Missing]
     stand_ins: list[Element]
     gone: list[Missing]
@@ -44,12 +46,12 @@ def source_of(root: Element, path: Path, files: dict[str, bytes] | None = None, 
     """The model with its includes, which `above` attach. Raises InputError at a file outside of its folder or in a
     circle, and at numbers that are not finite."""
     folder, above = path.resolve().parent, (*above, path.resolve())
-    source = Source(root, {} if files is None else files, [], [], [])
+    source = Source(root, {} if files is None else files, {}, [], [], [])
     source.root = _included(source, root, folder, above)
     _refuse_infinite(source.root)
     _without_pictures(source.root)
     _without_flexible(source)
-    source.missing, source.stand_ins = take_meshes(source.root, source.meshes, folder)
+    source.files, source.missing, source.stand_ins = take_meshes(source.root, source.meshes, folder)
     _attach(source, folder, above)
     return source
 

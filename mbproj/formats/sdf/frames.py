@@ -141,3 +141,12 @@ class _Once:
 
     def __exit__(self, *_: object) -> None:
         self._waiting.discard(self._key)
+
+
+def in_link(frames: Frames, scope: Scope, at: Pose, shape: Element) -> Pose:
+    """The pose of a shape of a link that stands at `at`, in the link's frame."""
+    given = shape.first("pose")
+    named = "" if given is None else given.get("relative_to") or given.get("frame")
+    if not named:
+        return pose_in(shape)
+    return at.inverse().then(frames.pose(scope, named, shape.place)).then(pose_in(shape))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -15,12 +16,14 @@ from mbproj.formats.geometry import IDENTITY, Pose
 from mbproj.formats.loops import add_loops
 from mbproj.formats.mechanism import Mechanism, Names, Part, Same, Wishes, said_of
 from mbproj.formats.merged import without_rings
-from mbproj.formats.sdf.frames import WORLD, Frames, full_name
+from mbproj.formats.sdf.frames import WORLD, Frames, full_name, in_link
 from mbproj.formats.sdf.inertias import inertia_of
 from mbproj.formats.sdf.joints import SdfJoint, add_gearboxes, add_joint, add_mimics, open_loop, read_joint
+from mbproj.formats.sdf.looks import visuals
 from mbproj.formats.sdf.rest import say_rest
-from mbproj.formats.sdf.scopes import Scope, pose_in, scopes_of, text, vector
+from mbproj.formats.sdf.scopes import Scope, scopes_of, text, vector
 from mbproj.formats.signals import add_motions
+from mbproj.formats.visuals import add_visuals
 from mbproj.formats.xml import Element
 from mbproj.scene.records import GROUND
 from mbproj.scene.text.suggestions import choose_from
@@ -67,6 +70,13 @@ def read_sdf(root: Element, path: Path, wishes: Wishes) -> Mechanism:
     add_mimics(mechanism, joints, names, coordinates, wishes.pose)
     add_motions(mechanism, coordinates, wishes.motions, wishes.pose)
     without_rings(mechanism)
+    folder = path.resolve().parent
+    shown = (
+        visual
+        for name, (at, model, link) in links.items()
+        for visual in visuals(link, called[name], poses[name], partial(in_link, frames, model, at), folder)
+    )
+    add_visuals(mechanism, shown, wishes.folder or folder)
     say_rest(mechanism, scope, others, frames, joints.values(), wishes.meet)
     for kind, changed in (("bodies", bodies), ("joints", names)):
         mechanism.said += said_of(mechanism, kind, changed)
@@ -206,15 +216,7 @@ def _meets(joint: SdfJoint, poses: Mapping[str, Pose]) -> bool:
 
 def _add_part(mechanism: Mechanism, frames: Frames, link: tuple[Pose, Scope, Element], name: str, pose: Pose) -> None:
     at, scope, element = link
-
-    def shape_pose(collision: Element) -> Pose:
-        given = collision.first("pose")
-        named = "" if given is None else given.get("relative_to") or given.get("frame")
-        if not named:
-            return pose_in(collision)
-        return at.inverse().then(frames.pose(scope, named, collision.place)).then(pose_in(collision))
-
-    found = inertia_of(element, shape_pose)
+    found = inertia_of(element, partial(in_link, frames, scope, at))
     centre = pose.position + pose.rotation @ found.centre
     mechanism.parts[name] = Part(name, found.mass, found.inertia, centre, pose.rotation, element.place)
     if text(element, "gravity") in ("false", "0"):

@@ -40,13 +40,9 @@ def say_rest(
         mechanism.say(f"{other.tag} '{other.get('name')}'", other.place, what, Same.NO)
     models = list(scope.walk())
     links = [(name, element) for model in models for name, element in model.all("link")]
-    for tag, shown, same, what in (
-        ("visual", "visuals", Same.YES, "not drawn: add an 'appearance' by hand"),
-        ("collision", "collision shapes", Same.UNTIL, "left out: shapes pass through each other"),
-    ):
-        count = sum(len(link.all(tag)) for _, link in links)
-        if count:
-            mechanism.say(f"{count} {shown}", None, what, same)
+    touching = sum(len(link.all("collision")) for _, link in links)
+    if touching:
+        mechanism.say(f"{touching} collision shapes", None, "left out: shapes pass through each other", Same.UNTIL)
     for model in models:
         _say_elements(mechanism, model.rest)
     for _, link in links:

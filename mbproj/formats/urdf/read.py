@@ -15,8 +15,10 @@ from mbproj.formats.loops import add_loops
 from mbproj.formats.mechanism import Mechanism, Names, Part, Same, Wishes, said_of
 from mbproj.formats.merged import with_hinges, without_rings
 from mbproj.formats.signals import add_motions
+from mbproj.formats.urdf.looks import visuals
 from mbproj.formats.urdf.loops import loops_beside, loops_in
 from mbproj.formats.urdf.model import Urdf, UrdfJoint, number, read_urdf_model
+from mbproj.formats.visuals import add_visuals
 from mbproj.formats.xml import Element
 from mbproj.scene.records import GROUND
 from mbproj.scene.text.suggestions import choose_from
@@ -54,6 +56,8 @@ def read_urdf(root: Element, path: Path, wishes: Wishes) -> Mechanism:
     with_hinges(mechanism)
     add_motions(mechanism, coordinates, wishes.motions, wishes.pose)
     without_rings(mechanism)
+    folder = path.resolve().parent
+    add_visuals(mechanism, visuals(root, model, frames, called, folder), wishes.folder or folder)
     _say_rest(mechanism, root, model)
     for kind, names in (("bodies", bodies), ("joints", joints)):
         mechanism.said += said_of(mechanism, kind, names)
@@ -171,9 +175,6 @@ def _add_mimics(
 
 def _say_rest(mechanism: Mechanism, root: Element, model: Urdf) -> None:
     """What has no say, or no counterpart."""
-    drawn = sum(len(link.element.all("visual")) for link in model.links.values())
-    if drawn:
-        mechanism.say(f"{drawn} visuals", None, "not drawn: add an 'appearance' by hand", Same.YES)
     touching = sum(len(link.element.all("collision")) for link in model.links.values())
     if touching:
         mechanism.say(f"{touching} collision shapes", None, "left out: shapes pass through each other", Same.UNTIL)
