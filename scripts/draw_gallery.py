@@ -23,6 +23,7 @@ from matplotlib.figure import Figure
 from mbproj import assemble, compile_system, initial_guess, read_scene, settings_to_run, simulate
 from mbproj.arrays import Array
 from mbproj.dynamics.observe.recorded import Block
+from mbproj.joints import JOINTS
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.scene import Scene
 from mbproj.scene.records import GROUND, Joint
@@ -142,12 +143,16 @@ SYMBOLS = {"spherical": ("o", INK, 6.0), "universal": ("P", PAPER, 8.0)}
 
 def draw_joints(axes: Axes, camera: Camera, scene: Scene, start: Poses, support: float) -> None:
     """A symbol at every joint, and the ground where it holds one, of size `support` (below 0: above the joint)."""
-    for joint, (_, _, point) in zip(connecting(scene), list(local_joints(scene, start))[1::2], strict=True):
+    ends = list(local_joints(scene, start))
+    for joint, (_, _, first), (_, _, point) in zip(connecting(scene), ends[::2], ends[1::2], strict=True):
         if joint.type in ("prismatic", "planar"):
             continue
         x, y = camera.flat(point)
         if GROUND in joint.bodies and support:
-            draw_ground(axes, x, y, support)
+            at, above = camera.flat(first if joint.bodies[0] == GROUND else point)
+            draw_ground(axes, at, above, support)
+        if JOINTS[joint.type].is_rod:
+            axes.plot(*np.stack([camera.flat(first), (x, y)], axis=-1), color=INK, linewidth=1.6, zorder=35)
         marker, face, diameter = SYMBOLS.get(joint.type, ("o", PAPER, 6.5))
         axes.plot(
             x, y, marker, markersize=diameter, markerfacecolor=face, markeredgecolor=INK, markeredgewidth=1.2, zorder=40

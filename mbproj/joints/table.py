@@ -11,7 +11,8 @@ p1 to p2 has no component along a vector) and `distance` in m, `perpendicular` i
           "axes"     z1 fixed in body 1, z2 in body 2; x1 is z2 and x2 is z1, made normal to their own z
           "joints"   no frame of its own: it couples coordinates of joints
 
-`coordinates` are what the joint leaves free and can be counted, each a primitive whose value is the coordinate.
+`coordinates` are what the joint leaves free and can be counted, each a primitive whose value is the coordinate; a
+joint without rows is there for its coordinates.
 `aligned` lists pairs of vectors that the rows make parallel, and that must not end up opposite. `kept` are rows that
 keep the value that they have at the scene's pose, or that of the parameter which they name. `parameters` are what else
 the joint takes; those that no row keeps are required. A primitive that has parameters takes those of their names. A row
@@ -35,7 +36,7 @@ from mbproj.dataclass import dataclass
 Row = tuple[str, ...]
 
 #: Unit of a coordinate by the primitive that measures it.
-COORDINATE_UNITS = MappingProxyType({"angle": "rad", "along": "m"})
+COORDINATE_UNITS = MappingProxyType({"angle": "rad", "along": "m", "distance": "m"})
 #: Unit of the inertia of a coordinate by that of the coordinate.
 INERTIA_UNITS = MappingProxyType({"rad": "kg*m^2", "m": "kg"})
 
@@ -91,8 +92,8 @@ class JointType:
 
     @property
     def is_rod(self) -> bool:
-        """Whether a rod of constant length joins its two points."""
-        return any(row[0] == "distance" for row in self.rows)
+        """Whether a rod joins its two points, of constant length or not."""
+        return any(row[0] == "distance" for row in (*self.rows, *self.coordinates.values()))
 
 
 def thread(pitch: float) -> Ratio:
@@ -134,6 +135,7 @@ SLIDE_X: Row = ("along", "x1", "p1", "p2")
 SLIDE_Y: Row = ("along", "y1", "p1", "p2")
 IN_PLANE: Mapping[str, Row] = MappingProxyType({"displacement_x": SLIDE_X, "displacement_y": SLIDE_Y})
 COINCIDENT: Row = ("coincident", "p1", "p2")
+ROD: Row = ("distance", "p1", "p2")
 AXES_PARALLEL: tuple[Row, ...] = (("perpendicular", "x1", "z2"), ("perpendicular", "y1", "z2"))
 NO_TURN: tuple[Row, ...] = (*AXES_PARALLEL, ("perpendicular", "x1", "y2"))
 COUPLED: tuple[Row, ...] = (("coupling",),)
@@ -177,15 +179,16 @@ JOINTS: Mapping[str, JointType] = MappingProxyType(
         "fixed": JointType("point", (COINCIDENT, *NO_TURN), aligned=ONE_TRIAD, merges=True, sketch="weld"),
         "distance": JointType(
             "point",
-            (("distance", "p1", "p2"),),
+            (ROD,),
             separate=True,
             kept={0: "length"},
             parameters={"length": LENGTH},
             sketch="two_balls",
         ),
+        "telescope": JointType("point", (), {"length": ROD}, separate=True, dry=True, sketch="two_balls"),
         "revolute_spherical": JointType(
             "normal",
-            (SLIDE, ("distance", "p1", "p2")),
+            (SLIDE, ROD),
             separate=True,
             kept={0: None, 1: "length"},
             parameters={"length": LENGTH},

@@ -165,7 +165,7 @@ def _coupler(
     type: str,
     of: Mapping[str, tuple[float, str]],
     function: Program | None = None,
-    constant: float = 0.0,
+    constant: float | None = None,
 ) -> Joint:
     weights = {each: weight for each, (weight, _) in of.items()}
     units = {each: unit for each, (_, unit) in of.items()}

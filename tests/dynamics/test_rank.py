@@ -36,6 +36,7 @@ FREEDOM = {
     "belt": 1,
     "differential": 2,
     "coupler": 1,
+    "telescope": 24,
 }
 
 

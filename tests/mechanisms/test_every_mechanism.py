@@ -17,6 +17,7 @@ SIZES = {
     "bouncing_ball": (1, 6),
     "bricard": (5, 1),
     "bump_stop": (2, 2),
+    "crane": (2, 5),
     "delta_robot": (10, 3),
     "differential": (3, 2),
     "door_closer": (1, 1),

@@ -26,6 +26,7 @@ SHIPPED = {
     "bouncing_ball": "nothing but symmetry can keep the bodies in a plane: no joint has an axis",
     "bricard": "nothing but symmetry keeps body 'bar2' in the plane normal to [1, 0, 0]",
     "bump_stop": [1, 0, 0],
+    "crane": "nothing but symmetry keeps body 'load' in the plane normal to [0, 1, 0]",
     "delta_robot": "joint 'A2' is tilted, seen in the plane normal to [0, 1, 0]",
     "differential": [0, 1, 0],
     "door_closer": [0, 0, 1],

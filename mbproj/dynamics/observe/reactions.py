@@ -20,16 +20,13 @@ def reactions(system: System, pose: Pose, multipliers: Array) -> tuple[Numbers, 
     """
     bound = system.joints
     x, (slots, joint) = pose.places(bound), bound.layout.on_second_bodies
-    if not len(slots):
-        none = np.zeros((*x.shape[:-2], 0, 3))
-        return none, none
-    pull = -bound.forces(x, multipliers[..., : bound.size])[..., slots, :]
-    is_point = bound.is_point[slots, None]
+    pull, is_point = -bound.forces(x, multipliers[..., : bound.size])[..., slots, :], bound.is_point[slots, None]
     places = attached(pose, system.reaction_body, system.reaction_local, np.ones(len(system.reaction_body)))
     arm = x[..., slots, :] - is_point * places[..., joint, :]
-    first = np.flatnonzero(np.diff(joint, prepend=-1))  # each joint has some
-    force: Numbers = np.add.reduceat(is_point * pull, first, axis=-2)
-    torque: Numbers = np.add.reduceat(cross(arm, pull), first, axis=-2)
+    first = np.flatnonzero(np.diff(joint, prepend=-1))
+    force, torque = np.zeros((2, *pull.shape[:-2], len(system.reaction_body), 3), dtype=pull.dtype)
+    force[..., joint[first], :] = np.add.reduceat(is_point * pull, first, axis=-2)
+    torque[..., joint[first], :] = np.add.reduceat(cross(arm, pull), first, axis=-2)
     return force, torque
 
 

@@ -291,8 +291,8 @@ QUANTITIES: Mapping[str, Callable[[Observation], npt.NDArray[Any]]] = MappingPro
 
 
 def _largest_by_joint(system: System, rows: Numbers) -> Numbers:
-    """The largest of each joint's rows, (..., m) to (..., nj); a joint's rows are consecutive."""
-    joints = len(system.names.joints)
-    if not joints:
-        return np.zeros((*rows.shape[:-1], 0))
-    return np.maximum.reduceat(rows, np.searchsorted(system.joints.owner, np.arange(joints)), axis=-1)
+    """The largest of each joint's rows, (..., m) to (..., nj), which are consecutive; 0 of a joint that has none."""
+    largest = np.zeros((*rows.shape[:-1], len(system.names.joints)))
+    owner, first = np.unique(system.joints.owner, return_index=True)
+    largest[..., owner] = np.maximum.reduceat(rows, first, axis=-1)
+    return largest

@@ -62,8 +62,9 @@ def conditioning(system: System, pose: Pose) -> Conditioning:
 
 
 def _has_joints(system: System, component: Component) -> bool:
-    """Whether the component has several joints."""
-    joints = system.joints.owner[component.rows[component.rows < system.joints.size]]
+    """Whether the component has several joints: a motion is of the joint that it drives."""
+    driven = system.coordinates.owner[system.motions.joint_coordinate]
+    joints = np.concatenate([system.joints.owner, driven])[component.rows]
     return bool(np.any(joints != joints[0]))
 
 

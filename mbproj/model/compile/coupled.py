@@ -20,13 +20,13 @@ from mbproj.thresholds import THRESHOLDS
 _CALLED = {type(primitive): name for name, primitive in COORDINATES.items()}
 
 
-def bound(where: str, coupled: Coupled, parts: Sequence[Binding], owner: int) -> Binding:
-    """The row on the slots of the coordinates, `parts`. Its reaction is that on the second body of the last. Raises
-    InputError, which names `where`, where its function has edges or changes with a turn."""
+def bound(where: str, coupled: Coupled, constant: float, parts: Sequence[Binding], owner: int) -> Binding:
+    """The row with this constant, on the slots of the coordinates, `parts`. Its reaction is that on the second body of
+    the last. Raises InputError, which names `where`, where its function has edges or changes with a turn."""
     slots = [(body, side if part is parts[-1] else 1, local) for part in parts for body, side, local in part.slots]
     primitive = _coupling(where, coupled, parts)
-    whole = primitive.period * np.round(coupled.constant / primitive.period) if primitive.period else 0.0
-    return Binding(primitive, owner, tuple(slots), float(coupled.constant - whole))
+    whole = primitive.period * np.round(constant / primitive.period) if primitive.period else 0.0
+    return Binding(primitive, owner, tuple(slots), float(constant - whole))
 
 
 def _coupling(where: str, coupled: Coupled, parts: Sequence[Binding]) -> Coupling:

@@ -184,7 +184,7 @@ def _with_rows(system: System, elements: Sequence[Element]) -> System:
         parts = [coordinates[_coordinate(system, element, name)] for name in row.of]
         function = _program(element, row.function, VARIABLES) if isinstance(row.function, str) else row.function
         coupled = Coupled(dict(row.of), function, row.constant, row.period)
-        own.append(bound(f"row '{element.name}.{row.name}'", coupled, parts, len(body)))
+        own.append(bound(f"row '{element.name}.{row.name}'", coupled, row.constant, parts, len(body)))
         body.append(next(body for body, side, _ in reversed(own[-1].slots) if side == 2))
         local.append([0.0] * 3)
     return replace(

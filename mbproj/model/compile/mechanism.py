@@ -30,12 +30,13 @@ from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.model.primitive_set import Binding, bind
 from mbproj.model.reflected import compile_reflected
 from mbproj.model.system import Names, System
+from mbproj.scene.coupled import Coupled
 from mbproj.scene.fields.rotations import from_matrix
 from mbproj.scene.records import Joint, Marker, Scene
 
 #: The points and vectors of a joint by symbol: body index, side, and the vector in that body's axes.
 Symbols = Mapping[str, tuple[int, int, Array]]
-_PERPENDICULAR = PRIMITIVES["perpendicular"]()
+_PERPENDICULAR, _DISTANCE = PRIMITIVES["perpendicular"](), PRIMITIVES["distance"]()
 
 
 def compile_system(scene: Scene) -> System:
@@ -73,7 +74,7 @@ def _without_elements(scene: Scene) -> System:
     ]
     dry = compile_friction(scene, groups.joints, [_axis(symbols[joint.name]) for joint in groups.joints], named)
     forces, force_names = compile_forces(scene, groups.seats, poses, named, dry.smooth)
-    motions, motion_names = _motions(scene, named)
+    motions, motion_names = _motions(scene, named, groups)
     reflected = compile_reflected(scene, named)
     stops, stop_names = compile_stops(scene, groups.seats, poses, named)
     tangential, tangent_names = tangential_friction(scene, groups.seats, poses, stop_names)
@@ -125,13 +126,16 @@ def _without_elements(scene: Scene) -> System:
     )
 
 
-def _motions(scene: Scene, coordinates: Mapping[str, Binding]) -> tuple[Motions, tuple[str, ...]]:
+def _motions(scene: Scene, coordinates: Mapping[str, Binding], groups: RigidGroups) -> tuple[Motions, tuple[str, ...]]:
     """The motions and their names; `coordinates` are the joints' by whole name."""
     motions = scene.motions
-    starts = {joint.name: joint.start for joint in scene.joints}
+    starts = {f"{joint.name}.{name}": start for joint in scene.joints for name, start in joint.start.items()}
     names = [f"{motion.joint}.{motion.coordinate}" for motion in motions]
     index = np.array([list(coordinates).index(name) for name in names], dtype=np.intp)
-    from_start = [starts[each.joint].get(each.coordinate, 0.0) if each.from_start else 0.0 for each in motions]
+    from_start = [
+        starts.get(name, _at_scenes_pose(coordinates[name], groups)) if motion.from_start else 0.0
+        for name, motion in zip(names, motions, strict=True)
+    ]
     places = tuple(scene.place("motions", motion.name, motion.coordinate) for motion in motions)
     functions = flatten([motion.function for motion in motions])
     return Motions(index, np.array(from_start), functions, places), tuple(each.name for each in motions)
@@ -176,8 +180,9 @@ def _rows(
 ) -> Iterator[Binding]:
     """The rows of a joint; `coordinates` are those of all joints by whole name."""
     if joint.couples is not None:
+        parts = [coordinates[name] for name in joint.couples.of]
         with placed_at(place):
-            yield bound(f"'{joint.name}'", joint.couples, [coordinates[name] for name in joint.couples.of], owner)
+            yield bound(f"'{joint.name}'", joint.couples, _kept(joint.couples, parts, groups), parts, owner)
         return
     for number, row in enumerate(JOINTS[joint.type].rows):
         primitive, slots = _primitive(row, joint), tuple(_slots(row, symbols))
@@ -208,15 +213,38 @@ def _offset(
     name = kept[number]
     if name is not None and name in joint.parameters:
         return float(joint.parameters[name])
-    points = [
-        _global(body, local, kind == "point", groups)
-        for (body, _, local), kind in zip(slots, primitive.slots, strict=True)
-    ]
-    value = float(primitive.value(np.array([points]))[0, 0])
+    value = _value(primitive, slots, groups)
     if name is not None and value == 0.0:
         what = f"joint '{joint.name}' keeps a distance, and its two points are one at the scene's pose"
         raise InputError(Problem(what, place, f"give its '{name}', or other points"))
     return value
+
+
+def _kept(coupled: Coupled, parts: Sequence[Binding], groups: RigidGroups) -> float:
+    """The constant of a coupling: where none is given, weighted lengths keep the sum that they have."""
+    if coupled.constant is not None:
+        return coupled.constant
+    weighted = zip(coupled.of.values(), parts, strict=True)
+    return (
+        0.0
+        if coupled.function is not None
+        else sum(weight * _at_scenes_pose(part, groups) for weight, part in weighted)
+    )
+
+
+def _at_scenes_pose(coordinate: Binding, groups: RigidGroups) -> float:
+    """A coordinate at the scene's pose, in m or rad: lengths alone are not zero there."""
+    is_length = coordinate.primitive == _DISTANCE
+    return _value(coordinate.primitive, coordinate.slots, groups) if is_length else 0.0
+
+
+def _value(primitive: Primitive, slots: Sequence[tuple[int, int, Array]], groups: RigidGroups) -> float:
+    """The first row of a primitive at the scene's pose."""
+    points = [
+        _global(body, local, kind == "point", groups)
+        for (body, _, local), kind in zip(slots, primitive.slots, strict=True)
+    ]
+    return float(primitive.value(np.array([points]))[0, 0])
 
 
 def _global(body: int, local: Array, is_point: bool, groups: RigidGroups) -> Array:

@@ -84,6 +84,8 @@ def lacks(joint: Joint, coordinate: str, able: Iterable[str], path: KeyPath) -> 
     """That a joint has no such coordinate."""
     has = ", ".join(able)
     hint = f"it has {has}" if has else _takers(None)
+    if coordinate == "length" and JOINTS[joint.type].is_rod:
+        hint = "it keeps its length; a joint of type 'telescope' lets it change"
     return Complaint(path, f"joint '{joint.name}' is {joint.type} and has no {coordinate} to act on", hint)
 
 

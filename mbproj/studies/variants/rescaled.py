@@ -108,7 +108,8 @@ class _Larger:
             (first, *_) = units.values()
             function = times(self.k, with_argument(function, COORDINATE, 1.0 / first))
         weights = {name: weight * self.k / units[name] for name, weight in coupled.of.items()}
-        return replace(coupled, of=weights, function=function, constant=self.k * coupled.constant)
+        constant = None if coupled.constant is None else self.k * coupled.constant
+        return replace(coupled, of=weights, function=function, constant=constant)
 
     def marker(self, marker: Marker) -> Marker:
         return replace(marker, location=self.vector(marker.location))

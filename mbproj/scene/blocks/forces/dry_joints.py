@@ -33,6 +33,10 @@ def slides_in_joints(joints: Mapping[str, Joint], forces: Mapping[str, Force]) -
             if coordinate and coordinate not in own:
                 yield lacks(joint, coordinate, own, path)
                 continue
+            if dry.bearing is not None and not JOINTS[joint.type].rows:
+                said = f"joint '{joint.name}' is {joint.type}, which holds nothing: no load presses on its friction"
+                yield Complaint((*path, "coefficient"), said, "give a constant 'force'")
+                continue
             if not coordinate:
                 yield from _undecided(joint, dry, path)
             yield from _thread(joint, dry, path)
