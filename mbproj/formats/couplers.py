@@ -1,10 +1,12 @@
-"""What keeps an imported scene from running: couplers that it cannot hold, and loops of rounded numbers."""
+"""What keeps an imported scene from running: couplers that it cannot hold, loops of rounded numbers, or open ones."""
 
 from __future__ import annotations
 
+import numpy as np
+
 from mbproj.errors import InputError, Problem
 from mbproj.formats.as_scene import scene_text
-from mbproj.formats.mechanism import Mechanism, Same
+from mbproj.formats.mechanism import Connection, Mechanism, Same
 
 #: Numbers of a model are rounded to so many m at most: 0.1 mm.
 ROUNDED = 1e-4
@@ -16,6 +18,7 @@ def without_refused(mechanism: Mechanism, version: str) -> tuple[str, list[Probl
     from mbproj.model import compile_system, initial_guess
     from mbproj.scene import read_scene_text
 
+    _say_open(mechanism)
     while True:
         text = scene_text(mechanism, version)
         try:
@@ -42,3 +45,32 @@ def without_refused(mechanism: Mechanism, version: str) -> tuple[str, list[Probl
                 mechanism.say("loops of rounded numbers", None, what, Same.YES)
                 text = scene_text(mechanism, version)
             return text, []
+
+
+def _say_open(mechanism: Mechanism) -> None:
+    """Loops that a run closes first, from where the model begins."""
+    loops = [
+        joint for joint in mechanism.joints.values() if joint.name not in mechanism.tree and joint.type != "distance"
+    ]
+    gaps = [_gap(mechanism, joint) for joint in loops if joint.points is not None]
+    opened = [(apart, turned) for apart, turned in gaps if max(apart, turned) > ROUNDED]
+    if opened:
+        apart, turned = np.max(opened, axis=0)
+        what = f"up to {apart:.2g} m and {np.degrees(turned):.3g} deg apart: the scene is assembled from there;"
+        what += " 'mbproj branches' lists other assemblies"
+        mechanism.say(f"{len(opened)} of {len(gaps)} loops, open where the model begins", None, what, Same.YES)
+
+
+def _gap(mechanism: Mechanism, joint: Connection) -> tuple[float, float]:
+    """How far the two ends of a joint are apart, m, and turned against each other, rad."""
+    assert joint.points is not None
+    first, second = (mechanism.part(body) for body in joint.bodies)
+    ends = [end.position + end.rotation @ at for end, at in zip((first, second), joint.points, strict=True)]
+    turned = 0.0
+    if joint.turns is not None:
+        across = (first.rotation @ joint.turns[0]).T @ (second.rotation @ joint.turns[1])
+        turned = float(np.arccos(np.clip(0.5 * (np.trace(across) - 1.0), -1.0, 1.0)))
+    elif joint.axes is not None and joint.type != "universal":
+        axes = first.rotation @ joint.axes[0], second.rotation @ joint.axes[1]
+        turned = float(np.arctan2(np.linalg.norm(np.cross(*axes)), axes[0] @ axes[1]))
+    return float(np.linalg.norm(ends[1] - ends[0])), turned

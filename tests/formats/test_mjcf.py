@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from mbproj.calls.models import import_model
 from mbproj.dynamics.equations.constraint_equations import constraint_at
 from mbproj.formats import Wishes, read_model, scene_text
 from mbproj.linear.equilibrium.started import start_state
@@ -130,3 +131,18 @@ def test_meshes_of_one_name_in_two_folders_are_two(tmp_path):
         <body name="two"><joint axis="0 1 0"/><geom type="mesh" mesh="part"/></body></worldbody></mujoco>"""
     )
     assert [part.mass for part in read_model(path).parts.values()] == pytest.approx([1 / 6, 8 / 6], rel=1e-6)
+
+
+def test_a_pose_that_opens_a_loop_is_said_with_its_gap(tmp_path):
+    """A pin at (0.5, 0, 0.3) m of an arm that has turned by 0.4 rad about y; the other end stays."""
+    bodies = """<body name="arm"><joint name="turn" axis="0 1 0"/><geom size="0.1" pos="0 0 0.3"/></body>
+      <body name="other" pos="0.5 0 0"><joint name="swing" axis="0 1 0"/><geom size="0.1" pos="0 0 0.3"/></body>"""
+    pin = '<connect name="pin" body1="arm" body2="other" anchor="0.5 0 0.3"/>'
+    path = tmp_path / "m.xml"
+    path.write_text(f"<mujoco><worldbody>{bodies}</worldbody><equality>{pin}</equality></mujoco>", encoding="utf-8")
+    said = [import_model(path, pose=pose).mechanism.said for pose in ({}, {"turn": 0.4})]
+    assert not [row for row in said[0] if "loops" in row.element]
+    (row,) = [row for row in said[1] if "loops" in row.element]
+    gap = 2.0 * np.sin(0.2) * np.hypot(0.5, 0.3)
+    assert row.element == "1 of 1 loops, open where the model begins"
+    assert row.what.startswith(f"up to {gap:.2g} m and 0 deg apart: the scene is assembled from there")
