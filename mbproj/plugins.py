@@ -6,7 +6,6 @@ called. Looking for them takes 10 ms, so that a name that mbproj itself has is f
 
 from __future__ import annotations
 
-import hashlib
 import inspect
 import sys
 from collections.abc import Callable, Container, Iterator, Mapping
@@ -121,6 +120,8 @@ def _caller() -> str:
 
 def _checksum(code: Callable[..., object] | str) -> str:
     """Of the text of the module, or of the class alone where there is no such text; of its name in a prompt."""
+    import hashlib  # with OpenSSL it takes 3 ms, which a run without plug-ins does not need
+
     if isinstance(code, str):
         return hashlib.sha256(code.encode()).hexdigest()
     for of in (inspect.getmodule(code), code):

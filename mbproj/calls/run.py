@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
-import tempfile
 import weakref
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -110,6 +108,9 @@ def kept(
     """A run in the file `output`, or in a temporary file that is removed with the results."""
     if output is not None:
         return _recorded(scene, Path(output), limits, progress, earlier)
+    import shutil
+    import tempfile
+
     folder = Path(tempfile.mkdtemp(prefix="mbproj-"))
     try:
         results = _recorded(scene, folder / "results.h5", limits, progress, earlier)

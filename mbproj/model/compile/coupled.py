@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from fractions import Fraction
 from itertools import pairwise
 
 import numpy as np
@@ -77,6 +76,8 @@ def common_measure(sizes: Sequence[float]) -> float | None:
     """The largest number of which these positive ones are multiples, 0 of none; None where they have none."""
     if not sizes:
         return 0.0
+    from fractions import Fraction  # with decimal it takes 3 ms, which a run without couplings does not need
+
     largest = max(sizes)
     parts = [Fraction(size / largest).limit_denominator(THRESHOLDS.most_teeth) for size in sizes]
     if any(abs(float(part) - size / largest) > THRESHOLDS.whole_teeth for part, size in zip(parts, sizes, strict=True)):

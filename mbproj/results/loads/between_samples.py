@@ -32,7 +32,7 @@ class Peaks(NamedTuple):
 def pieces(time: Array, events: Array) -> Integers:
     """The number of the piece between events that each sample belongs to, (T,). A sample at an event ends its piece;
     two samples at one time are the state before and after."""
-    number = np.searchsorted(np.unique(events), time, side="left")
+    number = np.searchsorted(sorted(set(events.tolist())), time, side="left")  # np.unique imports masked arrays, 8 ms
     return np.asarray(number + np.concatenate([[0], np.cumsum(np.diff(time) <= 0.0)]), dtype=np.intp)
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
-from html import escape
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ import numpy.typing as npt
 
 from mbproj.dataclass import dataclass
 from mbproj.results.views.frames import needed
+from mbproj.results.views.words import escaped
 from mbproj.scene.text.suggestions import choose_from
 
 #: Rows that a prompt and a notebook show.
@@ -58,7 +58,7 @@ class Table:
         return "\n".join([*text, *([] if self._left == 0 else [f"... and {self._left} more"])])
 
     def _repr_html_(self) -> str:
-        head = "".join(f"<th>{escape(name)}</th>" for name in self.headings)
+        head = "".join(f"<th>{escaped(name)}</th>" for name in self.headings)
         body = "".join(f"<tr>{''.join(map(_cell, row))}</tr>" for row in self.rows[:SHOWN])
         more = f"<caption>the first {SHOWN} of {len(self.rows)} rows</caption>" if self._left else ""
         return f"<table>{more}<tr>{head}</tr>{body}</table>"
@@ -90,7 +90,7 @@ class Tabled(ABC):
         return f"{type(self).__name__}: {self.line}\n{self.table!r}"
 
     def _repr_html_(self) -> str:
-        return f"<p>{escape(self.line)}</p>{self.table._repr_html_()}"
+        return f"<p>{escaped(self.line)}</p>{self.table._repr_html_()}"
 
 
 def _shown(value: object) -> str:
@@ -98,4 +98,4 @@ def _shown(value: object) -> str:
 
 
 def _cell(value: object) -> str:
-    return f"<td>{escape(_shown(value))}</td>"
+    return f"<td>{escaped(_shown(value))}</td>"
