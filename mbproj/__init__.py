@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from mbproj.calls.sweep import SweepTable, sweep
     from mbproj.dynamics import State, assemble, mobility, unique_components
     from mbproj.errors import InputError, SimulationError
+    from mbproj.figures.style import figure_style
     from mbproj.integrate import Report, simulate
     from mbproj.integrate.steppers.plugin import register_integrator
     from mbproj.model import System, compile_system, initial_guess
@@ -104,6 +105,7 @@ _HOMES = {
     "mbproj.calls.sweep": ("SweepTable", "sweep"),
     "mbproj.dynamics": ("State", "assemble", "mobility", "unique_components"),
     "mbproj.errors": ("InputError", "SimulationError"),
+    "mbproj.figures.style": ("figure_style",),
     "mbproj.integrate": ("Report", "simulate"),
     "mbproj.integrate.steppers.plugin": ("register_integrator",),
     "mbproj.model": ("System", "compile_system", "initial_guess"),
@@ -234,6 +236,7 @@ __all__ = [
     "equilibrium",
     "export",
     "export_model",
+    "figure_style",
     "import_model",
     "initial_guess",
     "largest_loads",

@@ -65,6 +65,24 @@ class Times(click.ParamType):  # type: ignore[type-arg]
         return tuple(given_number(part, where, Number("s", minimum=0.0)) for part in value.split(","))
 
 
+class Millimetres(click.ParamType):  # type: ignore[type-arg]
+    """A width in mm, or a width and a height: "85", "85,60", "85 mm, 60 mm"."""
+
+    name = "millimetres"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[float, ...]:
+        """The numbers in mm, a tuple of one or two."""
+        if isinstance(value, tuple):
+            return value
+        try:
+            found = tuple(float(part.strip().removesuffix("mm")) for part in value.split(","))
+        except ValueError:
+            found = ()
+        if len(found) not in (1, 2):
+            self.fail(f"'{value}' is no width in mm, nor a width and a height, as 85 or 85,60", param, ctx)
+        return found
+
+
 class Names(click.ParamType):  # type: ignore[type-arg]
     """Several words: "gopm,gpopm"."""
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from matplotlib.figure import Figure, SubFigure
 
-from mbproj.figures.style import LEGEND_SIZE, PRINT_SIZE, STYLE
+from mbproj.figures.style import STYLE, legend_size, print_size, styled
 from mbproj.figures.words import fitted, width
 
 #: Free at both sides of the page together, inches.
@@ -21,36 +21,38 @@ MOST_LINES, MOST_LEGEND_LINES = 4, 2
 BESIDE = STYLE["legend.handlelength"] + 0.8 + STYLE["legend.columnspacing"]
 
 
+@styled
 def small_print(figure: Figure, text: str) -> None:
     """Put `text` below the panels, above what stands there; nothing where it is empty."""
     if not text:
         return
-    lines = fitted(text, figure.get_figwidth() - SIDES, PRINT_SIZE, MOST_LINES)
+    lines = fitted(text, figure.get_figwidth() - SIDES, print_size(), MOST_LINES)
     below = figure.get_supxlabel()
-    figure.supxlabel(f"{lines}\n{below}" if below else lines, fontsize=PRINT_SIZE, color="#555555")
-    _grow(figure, len(lines.split("\n")) * LINE * PRINT_SIZE / 72.0)
+    figure.supxlabel(f"{lines}\n{below}" if below else lines, fontsize=print_size(), color="#555555")
+    _grow(figure, len(lines.split("\n")) * LINE * print_size() / 72.0)
 
 
+@styled
 def put_legend(figure: Figure | SubFigure, entries: Mapping[str, Any]) -> None:
     """A legend of these handles by label above the panels, in as many columns as there is room for."""
     if not entries:
         return
     whole = figure.get_figure(root=True) if isinstance(figure, SubFigure) else figure
     assert whole is not None
-    room, beside = whole.get_figwidth() - SIDES, BESIDE * LEGEND_SIZE / 72.0
+    room, beside = whole.get_figwidth() - SIDES, BESIDE * legend_size() / 72.0
     texts = [_entry(label, room - beside) for label in entries]
-    widest = max(width(line, LEGEND_SIZE) for text in texts for line in text.split("\n"))
+    widest = max(width(line, legend_size()) for text in texts for line in text.split("\n"))
     columns = max(1, min(len(texts), int(room / (widest + beside))))
     columns = ceil(len(texts) / ceil(len(texts) / columns))
     figure.legend(list(entries.values()), texts, loc="outside upper center", ncols=columns)
     lines = max(text.count("\n") + 1 for text in texts) * ceil(len(texts) / columns)
-    _grow(whole, (1.5 * lines + 0.5) * LEGEND_SIZE / 72.0)
+    _grow(whole, (1.5 * lines + 0.5) * legend_size() / 72.0)
 
 
 def _entry(label: str, room: float) -> str:
     """A label as the legend shows it. Where it has mathematics it is one of ours, and short."""
     plain = label.replace(r"\$", "")
-    return label if "$" in plain else fitted(label.replace(r"\$", "$"), room, LEGEND_SIZE, MOST_LEGEND_LINES)
+    return label if "$" in plain else fitted(label.replace(r"\$", "$"), room, legend_size(), MOST_LEGEND_LINES)
 
 
 def _grow(figure: Figure, height: float) -> None:

@@ -14,7 +14,7 @@ from matplotlib.ticker import NullFormatter
 from mbproj.analysis.thinned import MANY, thinned
 from mbproj.arrays import Array
 from mbproj.figures.margins import put_legend, small_print
-from mbproj.figures.style import AXIS_HEIGHT, LABEL_SIZE, PAGE_HEIGHT, PANEL_HEIGHT, WIDTH, line
+from mbproj.figures.style import AXIS_HEIGHT, PANEL_HEIGHT, label_size, line, page_height, page_width
 from mbproj.figures.units import tick_degrees
 from mbproj.figures.words import fitted, literal
 
@@ -30,8 +30,8 @@ ROUND_OFF = 1e-12
 NOT_UNIQUE = "not unique"
 #: What a panel's height in the grid leaves for its axis and the gap to the next, inches.
 GAP = 0.18
-#: Of a label below the panels, inches.
-ROOM = 0.8 * WIDTH
+#: Of a label below the panels, as a part of the width.
+ROOM = 0.8
 #: Between two samples an angle modulo a turn jumps by more than this where a new turn begins, in degrees.
 JUMP = 180.0
 #: An axis of more than so many degrees shows the whole turn.
@@ -44,8 +44,8 @@ def panels(
     """A figure and its axes (rows, columns) with one time axis; `share` is matplotlib's `sharey`, and rows have these
     `parts` of `height`, or less where the page is full. Height ratios of the grid are inches: see `name`."""
     ratios = np.array(parts or [1.0] * rows, dtype=float)
-    heights = ratios * min(height, (PAGE_HEIGHT - AXIS_HEIGHT) / ratios.sum())
-    figure = Figure(figsize=(WIDTH, heights.sum() + AXIS_HEIGHT), layout="constrained")
+    heights = ratios * min(height, (page_height() - AXIS_HEIGHT) / ratios.sum())
+    figure = Figure(figsize=(page_width(), heights.sum() + AXIS_HEIGHT), layout="constrained")
     axes = figure.subplots(rows, columns, sharex=True, sharey=share, squeeze=False, height_ratios=heights.tolist())
     for axis in axes[-1]:
         axis.set_xlabel(TIME)
@@ -59,7 +59,7 @@ def name(axis: Axes, words: str, unit: str = "") -> None:
     heights = np.array(place.get_gridspec().get_height_ratios(), dtype=float)
     room = float(heights[list(place.rowspan)].sum()) - GAP
     whole = f"({unit})".replace(" ", "\u00a0") if unit else ""
-    axis.set_ylabel(fitted(f"{words} {whole}", room, LABEL_SIZE, 2))
+    axis.set_ylabel(fitted(f"{words} {whole}", room, label_size(), 2))
 
 
 def plot(axis: Axes, time: npt.NDArray[Any], values: npt.NDArray[Any], label: str, index: int, **options: Any) -> None:
@@ -172,7 +172,7 @@ def relabel(figure: Figure, name: str, unit: str, *, modulo: bool) -> None:
 
 def label_of(name: str, unit: str) -> str:
     """Below an axis over a coordinate."""
-    return fitted(f"{name} ({'°' if unit == 'rad' else unit})", ROOM, LABEL_SIZE)
+    return fitted(f"{name} ({'°' if unit == 'rad' else unit})", ROOM * page_width(), label_size())
 
 
 def _with_gaps(axis: Axes) -> None:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import warnings
 from pathlib import Path
+from typing import Any
 
 from matplotlib.figure import Figure
 
-from mbproj.figures.style import styled
+from mbproj.figures.style import look, page_width, styled
 from mbproj.outputs import picture, replacing
 from mbproj.outputs.kinds import MARK
 
@@ -29,5 +30,9 @@ def save(figure: Figure, path: Path, *, force: bool = False) -> Path:
     hint = "choose another directory with -o"
     with replacing(path, picture(file_format), force=force, hint=hint) as draft, warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Glyph .* missing from")  # the picture shows a box
-        figure.savefig(draft, format=file_format, metadata=METADATA[file_format])
+        asked = look()
+        if asked.height is not None:
+            figure.set_size_inches(page_width(), asked.height)
+        exact: dict[str, Any] = {"bbox_inches": figure.bbox_inches} if asked.width is not None else {}
+        figure.savefig(draft, format=file_format, metadata=METADATA[file_format], **exact)
     return path

@@ -1,19 +1,31 @@
-"""The look of every picture: for a report's text width, readable in black and white and by the colour-blind."""
+"""The look of every picture: for a report's text width, readable in black and white and by the colour-blind; or as
+the sheets, the size and the font of a document have it (`figure_style`)."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import field, replace
 from functools import cache, wraps
+from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
 import matplotlib as mpl
+
+from mbproj.dataclass import dataclass
+from mbproj.errors import InputError, Problem
+from mbproj.figures.sheet import read_sheet
 
 Parameters = ParamSpec("Parameters")
 Returned = TypeVar("Returned")
 
 #: Width of a report's text, height of one panel, of the time axis below the last one, and of all panels at most, so
 #: that legend and small print have room on the page; inches.
-WIDTH, PANEL_HEIGHT, AXIS_HEIGHT, PAGE_HEIGHT = 6.3, 1.75, 0.4, 8.4
+_WIDTH, PANEL_HEIGHT, AXIS_HEIGHT, _PAGE_HEIGHT = 6.3, 1.75, 0.4, 8.4
+MILLIMETRE = 1.0 / 25.4
+#: What a picture may be wide and high, mm.
+SIZES = (20.0, 1000.0)
 DOTS_PER_INCH = 200
 
 #: Okabe and Ito's colours in an order that also falls in lightness steps, each with a dash pattern of its own.
@@ -47,15 +59,15 @@ OTHERS = (
 )
 
 #: Sizes in points: of axes' names, of the legend, of what stands below the panels.
-LABEL_SIZE, LEGEND_SIZE, PRINT_SIZE = 8.5, 8.0, 7.0
+_LABEL_SIZE, _LEGEND_SIZE, _PRINT_SIZE = 8.5, 8.0, 7.0
 
 STYLE: Any = {
-    "font.size": LABEL_SIZE,
-    "axes.labelsize": LABEL_SIZE,
+    "font.size": _LABEL_SIZE,
+    "axes.labelsize": _LABEL_SIZE,
     "axes.titlesize": 8.5,
     "xtick.labelsize": 8,
     "ytick.labelsize": 8,
-    "legend.fontsize": LEGEND_SIZE,
+    "legend.fontsize": _LEGEND_SIZE,
     "legend.frameon": False,
     "legend.handlelength": 2.8,
     "legend.columnspacing": 1.4,
@@ -80,12 +92,137 @@ STYLE: Any = {
 }
 
 
+#: Those of its entries that are sizes of letters: they follow the `font.size` of a sheet that does not give them.
+LETTERS = ("axes.labelsize", "axes.titlesize", "xtick.labelsize", "ytick.labelsize", "legend.fontsize")
+
+
+@dataclass(frozen=True)
+class Look:
+    """What a document asks for: the size of a picture in inches, a font, and what sheets set, by Matplotlib's keys.
+    None and "": as mbproj has it."""
+
+    width: float | None = None
+    height: float | None = None
+    font: str = ""
+    sheets: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """All of Matplotlib's settings that this look needs."""
+        found = {**STYLE, **self.sheets}
+        scale = self.font_size / STYLE["font.size"]
+        found |= {key: STYLE[key] * scale for key in LETTERS if key not in self.sheets}
+        families = found.get("font.family", [FONT])
+        if self.font:
+            families = [self.font]
+            upright = {f"mathtext.{face}": self.font for face in ("rm", "sf", "tt", "cal")}
+            slanted = {"mathtext.it": f"{self.font}:italic", "mathtext.bf": f"{self.font}:bold"}
+            found |= {"mathtext.fontset": "custom", **upright, **slanted}
+        found["font.family"] = list(dict.fromkeys([*families, FONT, *_installed()]))
+        return found
+
+    @property
+    def font_size(self) -> float:
+        """Points."""
+        return float(self.sheets.get("font.size", STYLE["font.size"]))
+
+
+#: As mbproj has it.
+_OURS = Look()
+_LOOK: ContextVar[Look] = ContextVar("look")
+
+
+def look() -> Look:
+    """The look that is in force."""
+    return _LOOK.get(_OURS)
+
+
+@contextmanager
+def figure_style(
+    *sheets: str | Path, size: float | Sequence[float] | None = None, font: str | None = None
+) -> Iterator[None]:
+    """Pictures that are drawn inside have this look.
+
+    `sheets` are files of Matplotlib's style sheets, or names of its own; later ones win. `size` is the width in mm, or
+    width and height. `font` is the document's, in mathematics too. Raises InputError where a sheet is wrong, a font is
+    not installed, or a size is none.
+    """
+    known = look()
+    found = replace(known, sheets={**known.sheets, **{key: value for one in sheets for key, value in read_sheet(one)}})
+    if "figure.figsize" in found.sheets and size is None and known.width is None:
+        width, height = found.sheets["figure.figsize"]
+        found = replace(found, width=float(width), height=float(height))
+    if size is not None:
+        width, *rest = (size,) if isinstance(size, int | float) else tuple(size)
+        found = replace(found, width=_inches(width), height=_inches(rest[0]) if rest else None)
+    if font is not None:
+        found = replace(found, font=_present(font))
+    token = _LOOK.set(found)
+    try:
+        yield
+    finally:
+        _LOOK.reset(token)
+
+
+def _inches(millimetres: float) -> float:
+    least, most = SIZES
+    if not least <= millimetres <= most:
+        raise InputError(Problem(f"a picture of {millimetres:g} mm", hint=f"sizes are {least:g} to {most:g} mm"))
+    return float(millimetres) * MILLIMETRE
+
+
+def _present(font: str) -> str:
+    """The font's name. Raises InputError where it is not installed."""
+    from matplotlib.font_manager import fontManager
+
+    from mbproj.scene.text.suggestions import choose_from
+
+    names = sorted(set(fontManager.get_font_names()))
+    if font not in names:
+        raise InputError(Problem(f"the font '{font}' is not installed here", hint=choose_from(font, names)))
+    return font
+
+
+def page_width() -> float:
+    """The width of a picture, inches."""
+    return look().width or _WIDTH
+
+
+def page_height() -> float:
+    """The height of all panels at most, inches; of a picture that has a height, what its margins leave."""
+    height = look().height
+    return _PAGE_HEIGHT if height is None else max(height - AXIS_HEIGHT, 0.5 * height)
+
+
+def label_size() -> float:
+    """Of axes' names, points."""
+    return _points("axes.labelsize")
+
+
+def legend_size() -> float:
+    """Of the legend, points."""
+    return _points("legend.fontsize")
+
+
+def print_size() -> float:
+    """Of what stands below the panels, points."""
+    return _PRINT_SIZE * look().font_size / STYLE["font.size"]
+
+
+def _points(key: str) -> float:
+    from matplotlib.font_manager import font_scalings
+
+    size = look().settings[key]
+    return look().font_size * font_scalings[size] if isinstance(size, str) else float(size)
+
+
 def styled(function: Callable[Parameters, Returned]) -> Callable[Parameters, Returned]:
-    """`function` with this look in force, and the caller's own settings back afterwards."""
+    """`function` with the look in force, and the caller's own settings back afterwards."""
 
     @wraps(function)
     def inside(*arguments: Parameters.args, **options: Parameters.kwargs) -> Returned:
-        with mpl.rc_context(STYLE | {"font.family": [FONT, *_installed()]}):
+        settings: Any = look().settings
+        with mpl.rc_context(settings):
             return function(*arguments, **options)
 
     return inside
@@ -100,7 +237,11 @@ def _installed() -> list[str]:
 
 
 def line(index: int) -> dict[str, Any]:
-    """Colour and dashes of the line number `index`; from the eighth on, in other pairs."""
+    """Colour and dashes of the line number `index`, from a sheet where one has lines; else from the eighth on, in other
+    pairs."""
     turn, place = divmod(index, len(LINES))
     colour, dashes = LINES[place][0], LINES[(place + turn) % len(LINES)][1]
-    return {"color": colour, "linestyle": dashes}
+    own = {"color": colour, "linestyle": dashes}
+    cycle = look().sheets.get("axes.prop_cycle")
+    given = list(cycle) if cycle is not None else []
+    return own | given[index % len(given)] if given else own

@@ -8,12 +8,12 @@ from typing import Any
 
 from matplotlib.font_manager import FontProperties, findfont, get_font
 
-from mbproj.figures.style import FONT
+from mbproj.figures.style import look
 
 #: What is longer is cut in its middle before anything is measured: no picture has room for it.
 LONGEST = 1200
-#: Where a line may end: after these. A space that is not to be broken at is U+00A0.
-PIECES = re.compile(r"[^ _.,;:-]*[ _.,;:-]*")
+#: Where a line may end: after these, but not within a number. A space that is not to be broken at is U+00A0.
+PIECES = re.compile(r"(?:[^ _.,;:-]|(?<=\d)[.,:-](?=\d))*[ _.,;:-]*")
 SPACES = re.compile(r"[ \t\r\n]+")
 CUT = "…"
 
@@ -27,7 +27,8 @@ def literal(text: str) -> str:
 
 def width(text: str, size: float) -> float:
     """The width in inches of a line of `text` at a font `size` in points."""
-    return sum(map(_advance, text)) * size / 72.0
+    family = look().settings["font.family"][0]
+    return sum(_advance(letter, family) for letter in text) * size / 72.0
 
 
 def wrapped(text: str, room: float, size: float, most: int) -> list[str]:
@@ -71,10 +72,10 @@ def _filled(text: str, room: float, size: float) -> list[str]:
 
 
 @lru_cache(maxsize=4096)
-def _advance(letter: str) -> float:
+def _advance(letter: str, family: str) -> float:
     """How far a letter moves the pen, in font sizes; one that the font does not have comes from another, and is taken
     for a wide one."""
-    font: Any = get_font(findfont(FontProperties(family=FONT)))
+    font: Any = get_font(findfont(FontProperties(family=family)))
     if not font.get_char_index(ord(letter)):
         return 1.0
     font.set_size(64, 72)

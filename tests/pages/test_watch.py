@@ -22,6 +22,13 @@ from tests.pages.browser import MISSING, browser
 from tests.support import ROOT
 
 FIVE_BAR = (ROOT / "mechanisms" / "five_bar.yaml").read_text(encoding="utf-8")
+#: A shell starts what is in the background without Ctrl-C.
+INTERRUPTED_AS_IN_A_TERMINAL = """\
+import signal
+signal.signal(signal.SIGINT, signal.default_int_handler)
+from mbproj.cli.main import main
+main()
+"""
 SHORT = {"duration": "0.2", "output_step": "0.02"}
 
 
@@ -153,9 +160,10 @@ def test_a_save_ends_a_run_that_goes_on(scene, tmp_path):
 
 def test_the_command_follows_the_file(scene):
     """A page at the start, another at a save; an error keeps it and is told in the page and the terminal."""
-    line = [sys.executable, "-m", "mbproj", "watch", str(scene), "--duration", "0.2"]
-    with subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=scene.parent) as process:
-        assert process.stdout is not None and process.stderr is not None
+    line = [sys.executable, "-c", INTERRUPTED_AS_IN_A_TERMINAL, "watch", str(scene), "--duration", "0.2"]
+    process = subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=ROOT)
+    try:
+        assert process.stdout is not None
         address = process.stdout.readline().strip()
         stream = asked(address, urlsplit(address).path + "events")
         while (first := news(stream))["number"] != 1:
@@ -172,6 +180,8 @@ def test_the_command_follows_the_file(scene):
         assert b"Other" in asked(address).read()
         process.send_signal(signal.SIGINT)
         out, err = process.communicate(timeout=20)
+    finally:
+        process.kill()
     assert [line.split(" ", 1)[1].split(",")[0] for line in out.splitlines()] == [
         "five_bar.yaml: 5 degrees of freedom",
         "five_bar.yaml: not run",

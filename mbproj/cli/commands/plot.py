@@ -16,6 +16,7 @@ from mbproj.cli.quantity import AnyNumber, Corners, Positive, Times
 from mbproj.cli.results_shown import opened, require_markers, selected
 from mbproj.cli.studies.sweep_pictures import draw_sweep, is_sweep
 from mbproj.cli.study_options import force as force_option
+from mbproj.cli.study_options import look
 from mbproj.errors import InputError, Problem
 from mbproj.figures.kinds import KINDS
 from mbproj.figures.sweeps import PICTURES
@@ -109,6 +110,7 @@ EXAMPLES = (
     help="Mark where a certified run may be off by E.",
 )
 @force_option
+@look
 def command(
     results: tuple[Path, ...],
     kinds: tuple[str, ...],

@@ -11,6 +11,7 @@ from mbproj.cli.completion import Folder
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.quantity import Positive
 from mbproj.cli.study_options import force as force_option
+from mbproj.cli.study_options import look
 from mbproj.outputs import check_replaceable, make_folder, picture
 
 if TYPE_CHECKING:
@@ -45,6 +46,7 @@ EXAMPLES = (
     help="Format of the pictures.",
 )
 @force_option
+@look
 def command(output: str, duration: float, ending: str, force: bool) -> None:
     """Draws eight figures of the paper, with the paper's settings.
 

@@ -9,9 +9,8 @@ from matplotlib.figure import Figure
 from mbproj.analysis.reactions import shortened
 from mbproj.arrays import Array
 from mbproj.figures import rows, shown
-from mbproj.figures.differences import SIGN
+from mbproj.figures.differences import SIGN, coinciding
 from mbproj.figures.rows import Group, Quantity
-from mbproj.figures.same import coinciding
 from mbproj.figures.style import styled
 from mbproj.figures.units import units_of
 from mbproj.results import Results

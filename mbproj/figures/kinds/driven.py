@@ -14,10 +14,9 @@ from mbproj.analysis.contacts.friction import sticking
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.figures import rows, shown
-from mbproj.figures.differences import SIGN
+from mbproj.figures.differences import SIGN, alike
 from mbproj.figures.margins import small_print
 from mbproj.figures.rows import Group, Quantity, Row
-from mbproj.figures.same import alike
 from mbproj.figures.style import styled
 from mbproj.figures.units import Unit, units_of
 from mbproj.results import Results

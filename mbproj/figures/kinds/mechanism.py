@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from mbproj.figures import panels
 from mbproj.figures.kinds.poses import draw_pose, picture_axes, projected
-from mbproj.figures.style import WIDTH, line, styled
+from mbproj.figures.style import line, page_width, styled
 from mbproj.figures.words import literal
 from mbproj.pages.look.mechanism import Look, look_of
 from mbproj.pages.look.motion import Motion
@@ -71,7 +71,7 @@ def draw_side_by_side(look: Look, view: View, motion: Motion) -> Figure:
     rows = -(-count // columns)
     width, height = np.ptp(projected(view.points, view), axis=0)
     shape = float(np.clip(height / width if width else 1.0, *PANEL_HEIGHTS))
-    figure = Figure(figsize=(WIDTH, WIDTH / columns * shape * rows + 0.25 * rows), layout="constrained")
+    figure = Figure(figsize=(page_width(), page_width() / columns * shape * rows + 0.25 * rows), layout="constrained")
     axes = figure.subplots(rows, columns, squeeze=False).ravel()
     for number, axis in enumerate(axes):
         axis.set_axis_off()
@@ -95,7 +95,8 @@ def canvas(view: View) -> tuple[Figure, Axes]:
     width, height = np.ptp(projected(view.points, view), axis=0)
     low, high = HEIGHTS
     figure = Figure(
-        figsize=(WIDTH, WIDTH * float(np.clip(height / width if width else 1.0, low, high))), layout="constrained"
+        figsize=(page_width(), page_width() * float(np.clip(height / width if width else 1.0, low, high))),
+        layout="constrained",
     )
     axis = figure.subplots()
     axis.set_aspect("equal", adjustable="box")

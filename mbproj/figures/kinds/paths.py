@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from mbproj.arrays import Array
 from mbproj.figures import panels, shown, untrusted
-from mbproj.figures.style import WIDTH, styled
+from mbproj.figures.style import page_width, styled
 from mbproj.figures.units import sizes
 from mbproj.results import Results
 
@@ -92,7 +92,7 @@ def _extent(results: Sequence[Results], names: Sequence[str]) -> Array:
 
 def _plane(extent: Array) -> tuple[Figure, list[tuple[Axes, tuple[int, int]]]]:
     """One panel, of the two axes along which the markers travel most, in the order x, y, z."""
-    figure = Figure(figsize=(WIDTH, 0.8 * WIDTH), layout="constrained")
+    figure = Figure(figsize=(page_width(), 0.8 * page_width()), layout="constrained")
     axis = figure.subplots()
     axis.set_aspect("equal", adjustable="datalim")
     first, second = sorted(np.argsort(-extent, kind="stable")[:2].tolist())
@@ -101,7 +101,7 @@ def _plane(extent: Array) -> tuple[Figure, list[tuple[Axes, tuple[int, int]]]]:
 
 def _space(paths: Sequence[Array]) -> tuple[Figure, list[tuple[Axes, tuple[int, int]]]]:
     """Three panels of one scale, those that share an axis beside or below each other."""
-    figure = Figure(figsize=(WIDTH, WIDTH), layout="constrained")
+    figure = Figure(figsize=(page_width(), page_width()), layout="constrained")
     grid = figure.add_gridspec(2, 2)
     points = np.concatenate(paths)
     low, high = points.min(axis=0), points.max(axis=0)

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from mbproj.arrays import Array, Numbers
 from mbproj.figures import panels
-from mbproj.figures.style import AXIS_HEIGHT, WIDTH, line, styled
+from mbproj.figures.style import AXIS_HEIGHT, line, page_width, styled
 from mbproj.figures.words import literal
 from mbproj.results.linear.model_file import StoredModel
 
@@ -37,7 +37,7 @@ def bode(model: StoredModel) -> Figure:
     """A line for each pair of an input and an output."""
     frequency = frequencies(model)
     found = response(model, frequency)
-    figure = Figure(figsize=(WIDTH, 2 * 2.2 + AXIS_HEIGHT), layout="constrained")
+    figure = Figure(figsize=(page_width(), 2 * 2.2 + AXIS_HEIGHT), layout="constrained")
     gain, phase = figure.subplots(2, 1, sharex=True)
     pairs = [(row, column) for row in range(len(model.outputs)) for column in range(len(model.inputs))]
     for number, (row, column) in enumerate(pairs[:MOST_LINES]):

@@ -13,7 +13,7 @@ from matplotlib.ticker import EngFormatter
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.figures import panels
-from mbproj.figures.style import SHADE, WIDTH, line, styled
+from mbproj.figures.style import SHADE, line, page_width, styled
 from mbproj.figures.words import fitted
 
 #: Height of a row of panels, and room for a method's name beside its costs, inches.
@@ -47,7 +47,7 @@ class Compared:
 def comparison_page(methods: Sequence[Compared], uncertainty: Array, remark: str) -> Figure:
     """Four rows of two panels; `uncertainty` (T,) in m is that of the reference, the floor of the errors."""
     heights = [ROW, ROW, ROW, 0.9 + 0.16 * len(methods)]
-    figure = Figure(figsize=(WIDTH, sum(heights)), layout="constrained")
+    figure = Figure(figsize=(page_width(), sum(heights)), layout="constrained")
     grid = figure.add_gridspec(4, 2, height_ratios=heights)
     axes = np.array([[figure.add_subplot(grid[row, column]) for column in (0, 1)] for row in range(4)])
     for axis, (name, title) in zip(axes.ravel(), VIOLATIONS, strict=False):

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from mbproj.arrays import Array
 from mbproj.figures import panels
-from mbproj.figures.style import AXIS_HEIGHT, WIDTH, line, styled
+from mbproj.figures.style import AXIS_HEIGHT, line, page_width, styled
 from mbproj.figures.words import literal
 from mbproj.results.linear.modes_file import StoredModes
 
@@ -23,7 +23,7 @@ HEIGHT = 3.0
 @styled
 def eigenvalues(modes: StoredModes) -> Figure:
     """A dot for each mode: growth to the right, frequency upwards; numbers are those of the table."""
-    figure = Figure(figsize=(WIDTH, HEIGHT + AXIS_HEIGHT), layout="constrained")
+    figure = Figure(figsize=(page_width(), HEIGHT + AXIS_HEIGHT), layout="constrained")
     axis = figure.subplots()
     axis.axvline(0.0, color="#777777", linewidth=0.8)
     axis.plot(modes.eigenvalue.real, modes.frequency, "o", markersize=4, color=line(0)["color"])
@@ -39,7 +39,7 @@ def shapes(modes: StoredModes) -> Figure:
     """One row a mode. Left: how far each joint coordinate moves beside the largest, in phase or against it. Right: the
     parts of its kinetic energy."""
     count = min(len(modes.eigenvalue), MOST_SHAPES)
-    figure = Figure(figsize=(WIDTH, max(1, count) * 1.3 + AXIS_HEIGHT), layout="constrained")
+    figure = Figure(figsize=(page_width(), max(1, count) * 1.3 + AXIS_HEIGHT), layout="constrained")
     axes = figure.subplots(max(1, count), 2, squeeze=False)
     for mode in range(count):
         left, right = axes[mode]
@@ -64,7 +64,7 @@ def shapes(modes: StoredModes) -> Figure:
 @styled
 def traces(modes: StoredModes) -> Figure:
     """Frequencies and growth rates over the parameter (Campbell's diagram), and the root locus below."""
-    figure = Figure(figsize=(WIDTH, 3 * 1.9 + AXIS_HEIGHT), layout="constrained")
+    figure = Figure(figsize=(page_width(), 3 * 1.9 + AXIS_HEIGHT), layout="constrained")
     frequency, growth, locus = figure.subplots(3, 1)
     growth.sharex(frequency)
     for number in range(modes.trace.shape[1]):

@@ -13,7 +13,7 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.figures import panels
 from mbproj.figures.margins import put_legend
-from mbproj.figures.style import AXIS_HEIGHT, WIDTH, styled
+from mbproj.figures.style import AXIS_HEIGHT, page_width, styled
 from mbproj.figures.words import fitted, literal
 
 #: Fills of the states, from light to dark, so that they can be told apart without colour too.
@@ -55,7 +55,7 @@ def stability_page(shown: Map, remark: str) -> Figure:
     """The bands above, the largest violation and the energy below, as far as there are any."""
     has_energy = any(np.any(np.isfinite(strip.energy)) for strip in shown.strips)
     heights = [0.3 + BAND * len(shown.strips), *([HEIGHT] * (1 + has_energy))]
-    figure = Figure(figsize=(WIDTH, sum(heights) + AXIS_HEIGHT), layout="constrained")
+    figure = Figure(figsize=(page_width(), sum(heights) + AXIS_HEIGHT), layout="constrained")
     axes = figure.subplots(len(heights), 1, sharex=True, height_ratios=heights, squeeze=False)[:, 0]
     _bands(axes[0], shown)
     _series(axes[1], shown, "closure", shown.closed)

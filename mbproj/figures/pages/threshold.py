@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.figures import panels
-from mbproj.figures.style import AXIS_HEIGHT, SHADE, WIDTH, line, styled
+from mbproj.figures.style import AXIS_HEIGHT, SHADE, line, page_width, styled
 
 HEIGHT = 1.6
 #: Where the error is above this multiple of the reference's uncertainty, that is not drawn: violations lie there, too.
@@ -40,7 +40,7 @@ class Thresholds:
 @styled
 def threshold_page(shown: Thresholds, remark: str) -> Figure:
     """Three panels over the threshold."""
-    figure = Figure(figsize=(WIDTH, 3 * HEIGHT + AXIS_HEIGHT), layout="constrained")
+    figure = Figure(figsize=(page_width(), 3 * HEIGHT + AXIS_HEIGHT), layout="constrained")
     axes = figure.subplots(3, 1, sharex=True)
     axes[0].set_xscale("log")  # before anything is drawn: around one threshold linear limits would be negative
     _series(axes[0], shown.threshold, shown.error, "error (m)", 0)

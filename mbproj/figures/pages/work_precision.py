@@ -14,7 +14,7 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.figures import panels
 from mbproj.figures.margins import put_legend, small_print
-from mbproj.figures.style import LABEL_SIZE, SHADE, WIDTH, line, styled
+from mbproj.figures.style import SHADE, label_size, line, page_width, styled
 from mbproj.figures.words import fitted, literal
 
 #: Height of a row of panels, inches.
@@ -54,8 +54,8 @@ class Diagram:
 @styled
 def work_precision(shown: Diagram, remark: str) -> Figure:
     """Two rows: integrators over evaluations and over CPU time; projections of one integrator, error and violation."""
-    figure = Figure(figsize=(WIDTH, 2 * ROW), layout="constrained")
-    error = fitted(f"error of {shown.points} (m)", ROW - 0.6, LABEL_SIZE, 2)
+    figure = Figure(figsize=(page_width(), 2 * ROW), layout="constrained")
+    error = fitted(f"error of {shown.points} (m)", ROW - 0.6, label_size(), 2)
     parts = figure.subfigures(2, 1, squeeze=False)
     upper, lower = parts[0, 0], parts[1, 0]
     (left, right), (errors, violations) = upper.subplots(1, 2, sharey=True), lower.subplots(1, 2, sharex=True)

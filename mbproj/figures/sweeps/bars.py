@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mbproj.arrays import Array
-from mbproj.figures.style import AXIS_HEIGHT, PAGE_HEIGHT, WIDTH
+from mbproj.figures.style import AXIS_HEIGHT, page_height, page_width
 from mbproj.figures.words import fitted
 
 #: Bars in one panel, the height of one and of what stands around them, room for a name, inches.
@@ -22,8 +22,8 @@ WHISKER: dict[str, Any] = {"fmt": "none", "ecolor": "#222222", "elinewidth": 0.9
 def stacked(count: int, names: int, width: float = 1.0) -> tuple[Figure, Any]:
     """A figure of `count` panels below each other with so many names each, which have room for `width` bars."""
     each = min(names, MOST) * BAR * width + AROUND
-    height = min(count * each, PAGE_HEIGHT) + AXIS_HEIGHT
-    figure = Figure(figsize=(WIDTH, height), layout="constrained")
+    height = min(count * each, page_height()) + AXIS_HEIGHT
+    figure = Figure(figsize=(page_width(), height), layout="constrained")
     return figure, figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0]
 
 

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from mbproj.arrays import Array
 from mbproj.figures import panels
-from mbproj.figures.style import PAGE_HEIGHT, PRINT_SIZE, WIDTH, line, styled
+from mbproj.figures.style import line, page_height, page_width, print_size, styled
 from mbproj.figures.sweeps.chosen import Chosen
 from mbproj.figures.sweeps.scales import name
 from mbproj.results.sweep.table import Column
@@ -33,7 +33,9 @@ def why_not(chosen: Chosen) -> str | None:
 def draw(chosen: Chosen) -> Figure:
     """A row a measure."""
     count = len(chosen.measures)
-    figure = Figure(figsize=(WIDTH, min(count * (TALL if count == 1 else LOW), PAGE_HEIGHT)), layout="constrained")
+    figure = Figure(
+        figsize=(page_width(), min(count * (TALL if count == 1 else LOW), page_height())), layout="constrained"
+    )
     for axis, measure in zip(figure.subplots(count, 1, squeeze=False)[:, 0], chosen.measures, strict=True):
         _histogram(axis, chosen, measure)
     remark = chosen.remark(f"lines: {', '.join(f'{100 * share:g} %' for share in QUANTILES)} quantiles")
@@ -44,11 +46,11 @@ def _histogram(axis: Axes, chosen: Chosen, measure: Column) -> None:
     scale, values = chosen.scaled(measure)
     values = values[chosen.independent]
     values = values[np.isfinite(values)]
-    axis.set_xlabel(name(measure, WIDTH - 1.0, 1))
+    axis.set_xlabel(name(measure, page_width() - 1.0, 1))
     axis.set_ylabel("cases")
     if len(values) < 2 or np.ptp(values) == 0.0:
         said = f"all cases: {values[0]:.6g}" if len(values) else "no case has a value"
-        axis.text(0.5, 0.5, said, ha="center", transform=axis.transAxes, fontsize=PRINT_SIZE)
+        axis.text(0.5, 0.5, said, ha="center", transform=axis.transAxes, fontsize=print_size())
         return
     axis.hist(values, bins=bars(values), color=FILL, edgecolor="#FFFFFF", linewidth=0.4)
     at = np.quantile(values, QUANTILES)
@@ -58,7 +60,7 @@ def _histogram(axis: Axes, chosen: Chosen, measure: Column) -> None:
     said = (
         f"mean {_digits(values.mean(), values)}, deviation {values.std(ddof=1):.3g}; quantiles {numbers} {scale.unit}"
     )
-    axis.set_title(said, loc="left", fontsize=PRINT_SIZE, pad=3)
+    axis.set_title(said, loc="left", fontsize=print_size(), pad=3)
 
 
 def bars(values: Array) -> int:

@@ -12,7 +12,7 @@ from matplotlib.ticker import MaxNLocator
 from mbproj.arrays import Array
 from mbproj.figures import panels
 from mbproj.figures.margins import put_legend, small_print
-from mbproj.figures.style import AXIS_HEIGHT, LABEL_SIZE, WIDTH, styled
+from mbproj.figures.style import AXIS_HEIGHT, label_size, page_width, styled
 from mbproj.figures.sweeps.chosen import Cases, Chosen, middle_of_others
 from mbproj.figures.sweeps.marks import crosses
 from mbproj.figures.sweeps.scales import few_ticks, name, spread_out
@@ -46,7 +46,7 @@ def draw(chosen: Chosen) -> Figure:
     columns = min(count, 2)
     rows = ceil(count / columns)
     height = rows * (WIDE if columns == 1 else NARROW) + AXIS_HEIGHT
-    figure = Figure(figsize=(WIDTH, height), layout="constrained")
+    figure = Figure(figsize=(page_width(), height), layout="constrained")
     axes = figure.subplots(rows, columns, squeeze=False).reshape(-1)
     for axis, measure in zip(axes, chosen.measures, strict=False):
         _map(figure, axis, chosen, measure, over, kept)
@@ -74,11 +74,11 @@ def _map(figure: Figure, axis: Axes, chosen: Chosen, measure: Column, over: tupl
         _contours(axis, across, up, known)
     bad = chosen.table.failed[kept]
     crosses(axis, x[bad], y[bad])
-    room = WIDTH / 2 - 1.0 if len(chosen.measures) > 1 else WIDTH - 2.0
+    room = page_width() / 2 - 1.0 if len(chosen.measures) > 1 else page_width() - 2.0
     axis.set(xlabel=name(over[0], room), ylabel=name(over[1], NARROW - 0.6))
     few_ticks(axis, 5, 6)
     bar = figure.colorbar(mesh, ax=axis, fraction=0.08, pad=0.02)
-    bar.set_label(name(measure, NARROW - 0.4), fontsize=LABEL_SIZE)
+    bar.set_label(name(measure, NARROW - 0.4), fontsize=label_size())
     bar.outline.set_linewidth(0.5)
 
 

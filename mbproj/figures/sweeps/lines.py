@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from mbproj.arrays import Array
 from mbproj.figures import panels
 from mbproj.figures.shown import MAX_LINES
-from mbproj.figures.style import PANEL_HEIGHT, WIDTH, line, styled
+from mbproj.figures.style import PANEL_HEIGHT, line, page_width, styled
 from mbproj.figures.sweeps.chosen import Cases, Chosen, middle_of_others
 from mbproj.figures.sweeps.marks import crosses_below
 from mbproj.figures.sweeps.scales import name, scale_of, spread_out
@@ -54,7 +54,7 @@ def draw(chosen: Chosen) -> Figure:
             axis.set_xticks(range(len(ticks)), [literal(tick) for tick in ticks])
         elif first.is_number:
             spread_out(axis, "x", places)
-    axes[-1, 0].set_xlabel(name(first, WIDTH - 1.0, 1))
+    axes[-1, 0].set_xlabel(name(first, page_width() - 1.0, 1))
     return panels.finish(
         figure, remark=chosen.remark(said, cut), with_legend=second is not None or _any_bad(chosen, kept)
     )

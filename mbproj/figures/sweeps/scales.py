@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator, NullLocator
 
 from mbproj.dataclass import dataclass
-from mbproj.figures.style import LABEL_SIZE
+from mbproj.figures.style import label_size
 from mbproj.figures.words import fitted
 from mbproj.results.sweep.table import Column
 
@@ -70,7 +70,7 @@ def name(column: Column, room: float, lines: int = 2) -> str:
     """The name of an axis for a column, in so many lines of `room` inches."""
     unit = scale_of(column).unit
     whole = f" ({unit})".replace(" ", "\u00a0") if unit else ""
-    return fitted(column.name + whole, room, LABEL_SIZE, lines)
+    return fitted(column.name + whole, room, label_size(), lines)
 
 
 def spread_out(axis: Axes, which: Literal["x", "y"], values: Any) -> None:

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from mbproj.arrays import Array
 from mbproj.figures import panels
-from mbproj.figures.style import WIDTH, line, styled
+from mbproj.figures.style import line, page_width, styled
 from mbproj.figures.sweeps.chosen import Cases, Chosen
 from mbproj.figures.sweeps.distribution import FILL, bars
 from mbproj.figures.sweeps.marks import crosses
@@ -31,8 +31,8 @@ def draw(chosen: Chosen) -> Figure:
     said = f"{MOST} of {len(columns)} quantities: choose with --over and --of" if len(columns) > MOST else ""
     measures = chosen.measures[: MOST - 1]
     columns = [*chosen.numbers[: MOST - len(measures)], *measures]
-    size, count = WIDTH / len(columns), len(columns)
-    figure = Figure(figsize=(WIDTH, count * min(size, 1.6) + 0.4), layout="constrained")
+    size, count = page_width() / len(columns), len(columns)
+    figure = Figure(figsize=(page_width(), count * min(size, 1.6) + 0.4), layout="constrained")
     axes = figure.subplots(count, count, squeeze=False, sharex="col")
     values = [chosen.scaled(column)[1][chosen.independent] for column in columns]
     failed = chosen.table.failed[chosen.independent]

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from mbproj.analysis.loads.largest import loads_of, recorded_in
 from mbproj.figures import panels, shown
 from mbproj.figures.panels import by_turns, in_degrees, label_of
-from mbproj.figures.style import WIDTH, line, styled
+from mbproj.figures.style import line, page_width, styled
 from mbproj.results import Results
 
 #: Where a force is largest.
@@ -30,7 +30,7 @@ def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
     names, remark = shown.largest_joints(results, "joints/reaction_force", most)
     motions = shown.all_names(results, "motions")[:most]
     ratios = [1.0, BELOW] if motions else [1.0]
-    figure = Figure(figsize=(WIDTH, 0.65 * WIDTH * sum(ratios)), layout="constrained")
+    figure = Figure(figsize=(page_width(), 0.65 * page_width() * sum(ratios)), layout="constrained")
     polar, *below = figure.subplots(len(ratios), 1, height_ratios=ratios, squeeze=False)[:, 0]
     _polar(polar, results, labels, names)
     for axis in below:
