@@ -108,6 +108,7 @@ def floors(first: Results, second: Results) -> dict[str, float]:
         "N": energy / length,
         "N m": energy,
         "J": energy,
+        "W": energy / duration,
     }
 
 

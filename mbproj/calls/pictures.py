@@ -14,6 +14,7 @@ from mbproj.figures.kinds import KINDS, draw, why_not
 from mbproj.figures.save import save
 from mbproj.outputs import PAGE, check_replaceable, write_text
 from mbproj.results import Results
+from mbproj.results.members import ACTING
 from mbproj.scene.text.suggestions import choose_from
 
 if TYPE_CHECKING:
@@ -50,7 +51,7 @@ class Picture:
 @final
 class Plots:
     """The pictures of one run, by kind: `plot.energy()`, `plot.reactions("A", "B")`, `plot.markers("tip")`. Names are
-    those of joints or markers; without, all. `dir(plot)` lists the kinds."""
+    those of joints, markers or forces; without, all. `dir(plot)` lists the kinds."""
 
     def __init__(self, results: Results) -> None:
         self._results = results
@@ -70,9 +71,14 @@ class Plots:
         window = {key: value for key, value in {"start": start, "stop": stop}.items() if value is not None}
         chosen: dict[str, Any] = dict(window)
         if names:
-            if needs not in ("markers", "joints", "coordinates"):
+            words = dict.fromkeys(ACTING, "acting") | {
+                "markers": "markers",
+                "joints": "joints",
+                "coordinates": "joints",
+            }
+            if needs not in words:
                 raise InputError(Problem(f"the picture '{kind}' takes no names", hint="leave them out"))
-            chosen["markers" if needs == "markers" else "joints"] = names
+            chosen[words[needs]] = names
         results = self._results.select(**chosen)
         reason = why_not(kind, [results]) or (None if len(results.time) else "there is no sample in this window")
         if reason is not None:

@@ -32,12 +32,15 @@ def selected(
     stop: float | None,
     markers: Sequence[str] = (),
     joints: Sequence[str] = (),
+    acting: Sequence[str] = (),
 ) -> list[Results]:
     """The time window and the names asked for. Each name must be in one of the results, and each result must have a
-    sample."""
+    sample. `acting` are forces, motions, stops and frictions."""
     from math import inf
 
     from mbproj.results.faults import no_such_name
+    from mbproj.results.members import ACTING
+    from mbproj.scene.text.suggestions import choose_from
 
     low, high = -inf if start is None else start, inf if stop is None else stop
     if not low <= high:
@@ -47,13 +50,19 @@ def selected(
         for name in wanted:
             if name not in present:
                 raise no_such_name(kind, name, present, "the results")
+    able = dict.fromkeys(name for results in given for kind in ACTING for name in results.names(kind))
+    able |= dict.fromkeys(name.partition(".")[0] for name in able)
+    for name in acting:
+        if name not in able:
+            message = f"no force, motion, stop or friction '{name}' in the results"
+            raise InputError(Problem(message, hint=choose_from(name, able)))
     found = []
     for results in given:
         chosen = {
             kind: [name for name in dict.fromkeys(wanted) if name in results.names(kind)] if wanted else None
             for kind, wanted in (("markers", markers), ("joints", joints))
         }
-        found.append(results.select(start=low, stop=high, markers=chosen["markers"], joints=chosen["joints"]))
+        found.append(results.select(start=low, stop=high, acting=acting or None, **chosen))
         if not len(found[-1].time):
             raise _nothing(results, low, high)
     return found

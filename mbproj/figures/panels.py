@@ -129,7 +129,8 @@ def hold_still(axes: Sequence[Axes], size: float) -> None:
     for axis, (low, high) in zip(axes, spans, strict=True):
         if high - low <= max(STILL * largest, ROUND_OFF * max(size, abs(low), abs(high))):
             middle = (low + high) / 2
-            axis.set_ylim(middle - 0.05 * shown, middle + 0.05 * shown)
+            around = 0.05 * max(shown, abs(middle))
+            axis.set_ylim(middle - around, middle + around)
 
 
 def span(axis: Axes) -> tuple[float, float]:

@@ -71,15 +71,29 @@ class Modes(Tabled):
 
     def name(self, mode: int) -> str:
         """What moves most in a mode, by kinetic energy, and what gives way most: "wheel 91 %, spring tyre 83 %"; or the
-        states of elements that take most part in it."""
+        states of elements that take most part in it. Where no joint says how a body moves, its name has the axis."""
         names, of_states = [f"state {name}" for name in self.reference.system.names.states], self.is_of_states(mode)
         moving = (
-            _largest(names, self.state_share[mode]) if of_states else _largest(self.kinetic_names, self.kinetic[mode])
+            _largest(names, self.state_share[mode]) if of_states else _largest(self._movers(mode), self.kinetic[mode])
         )
         if self.eigenvalues[mode] == 0.0:
             return f"neutral: {moving}"
         gives_way = self.strain[mode].any() and not of_states
         return f"{moving}; {_largest(self.strain_names, self.strain[mode])}" if gives_way else moving
+
+    def _movers(self, mode: int) -> list[str]:
+        """What has kinetic energy: "engine along z", or "engine about y" where it turns more than it shifts."""
+        names = list(self.kinetic_names)
+        if np.abs(self.coordinates[mode]).max(initial=0.0) > THRESHOLDS.linear_round_off:
+            return names
+        system, rotation = self.reference.system, self.reference.motion.pose.rotation
+        for carrier, shape in enumerate(self.shapes[mode]):
+            shift, turn = np.abs(shape[:3]), rotation[carrier].T @ shape[3:]
+            turning = float((turn.conj() @ system.inertia[carrier] @ turn).real)
+            shifts = system.mass[carrier] * float(shift @ shift) >= turning
+            axis = "xyz"[int(np.argmax(shift if shifts else np.abs(shape[3:])))]
+            names[carrier] += f" {'along' if shifts else 'about'} {axis}"
+        return names
 
     @property
     def table(self) -> Table:

@@ -2,8 +2,21 @@
 
 from __future__ import annotations
 
-from mbproj.arrays import Array
+from collections.abc import Mapping
+
+from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
+
+#: The kinds of what acts along a coordinate.
+ACTING = ("forces", "motions", "stops", "frictions")
+
+
+@dataclass(frozen=True)
+class View:
+    """Which samples and, by symbol of the layout, which columns of the file a Results shows."""
+
+    samples: slice
+    columns: Mapping[str, Integers]
 
 
 @dataclass(frozen=True)

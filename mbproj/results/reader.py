@@ -12,7 +12,8 @@ from mbproj.results.file.contents import Contents
 from mbproj.results.file.opening import open_own, open_rehearsed
 from mbproj.results.files import part_path
 from mbproj.results.layout import ALL_NAMES, CONSTANTS, FORMAT, NAMES, SCHEMA_VERSION, UNITS, datasets_for, trailing
-from mbproj.results.record import Results, View
+from mbproj.results.members import View
+from mbproj.results.record import Results
 from mbproj.results.trust import better_samples
 
 #: Properties of Results that are read from the file when they are asked for.

@@ -12,7 +12,6 @@ import numpy as np
 import numpy.typing as npt
 
 from mbproj.arrays import Array, Integers
-from mbproj.dataclass import dataclass
 from mbproj.results import events as happening
 from mbproj.results import trust as trusting
 from mbproj.results import verification as verifying
@@ -26,7 +25,7 @@ from mbproj.results.file.kept_arrays import KeptArrays
 from mbproj.results.layout import ALL_NAMES, CONSTANTS, DATASETS, LATER, Dataset, datasets_for, trailing
 from mbproj.results.loads import stored
 from mbproj.results.loads.largest import Load
-from mbproj.results.members import Body, Coordinate, Force, Friction, Joint, Marker, Motion, Stop
+from mbproj.results.members import ACTING, Body, Coordinate, Force, Friction, Joint, Marker, Motion, Stop, View
 from mbproj.results.stored_settings import UnfitSettings, settings_from
 from mbproj.results.trust import Poses, Trust
 from mbproj.results.verification import Verification
@@ -40,14 +39,6 @@ BY_PATH: Mapping[str, Dataset] = MappingProxyType({each.path: each for each in (
 
 #: Part of the last time by which a sample may miss a window, because 70 × 0.01 is more than 0.7.
 SAME_TIME = 1e-9
-
-
-@dataclass(frozen=True)
-class View:
-    """Which samples and, by symbol of the layout, which columns of the file a Results shows."""
-
-    samples: slice
-    columns: Mapping[str, Integers]
 
 
 @final
@@ -203,11 +194,16 @@ class Results(Shown):
         stop: float = np.inf,
         markers: Sequence[str] | None = None,
         joints: Sequence[str] | None = None,
+        acting: Sequence[str] | None = None,
     ) -> Results:
-        """The same results, only with start <= time <= stop and only these markers and joints (None: all)."""
+        """The same results, only with start <= time <= stop and only these markers, joints and, `acting`, forces,
+        motions, stops and frictions; None: all. The name of a force chooses all of its coordinates."""
         columns = dict(self._view.columns)
         if markers is not None:
             columns["k"] = self._positions("k", [self._find("markers", name) for name in markers])
+        for kind in ACTING if acting is not None else ():
+            at = [i for i, name in enumerate(self.names(kind)) if {name, name.partition(".")[0]} & {*(acting or ())}]
+            columns[ALL_NAMES[kind].symbol] = self._positions(ALL_NAMES[kind].symbol, at)
         if joints is not None:
             columns["nj"] = self._positions("nj", [self._find("joints", name) for name in joints])
             of_joints = [i for i, name in enumerate(self.names("coordinates")) if name.rpartition(".")[0] in joints]

@@ -82,7 +82,14 @@ EXAMPLES = (
 )
 @option(Part.WHAT, "--marker", "markers", multiple=True, metavar="NAME", help="Only this marker, repeatable.")
 @option(Part.WHAT, "--joint", "joints", multiple=True, metavar="NAME", help="Only this joint, repeatable.")
-@option(Part.WHAT, "--of", "of", multiple=True, metavar="NAME", help="Only this measure of a sweep, repeatable.")
+@option(
+    Part.WHAT,
+    "--of",
+    "of",
+    multiple=True,
+    metavar="NAME",
+    help="Only this force, motion, stop or friction, or measure of a sweep, repeatable.",
+)
 @option(
     Part.WHAT,
     "--over",
@@ -153,10 +160,10 @@ def command(
         "--per-turn": per_turn or None,
         "--transmission": corners,
     }
-    if any(map(is_sweep, results)) or of or len(over) > 1:
+    if any(map(is_sweep, results)) or len(over) > 1:
         draw_sweep(results, kinds, directory, file_format, of, over, unfit=_given(of_runs), force=force)
         return
-    of_runs["--over"] = over
+    of_runs |= {"--over": over, "--of": of}
     if any(map(is_linear, results)):
         draw_linear(results, kinds, directory, file_format, unfit=_given(of_runs), force=force)
         return
@@ -169,7 +176,7 @@ def command(
     files = [opened(path) for path in results]
     names = list(labels) or derive_labels(files)
     first = stem(files[0])
-    shown = selected(files, start, stop, markers, joints)
+    shown = selected(files, start, stop, markers, joints, of)
     if over:
         whole = selected(files, start, stop)
         shown = [each.over(over[0], modulo=per_turn, of=one) for each, one in zip(shown, whole, strict=True)]

@@ -164,7 +164,7 @@ def _of_friction(results: Sequence[Results], name: str) -> tuple[Group, Group]:
     )
     speed = units_of(si, [_way(result, name) for result in having]).speed
     motion = Quantity(f"{name}: rate", speed, rate), Quantity(word, acts_in, force)
-    cost = Quantity("energy lost", ENERGY, energy, held=False), Quantity("power lost", POWER, power, held=False)
+    cost = Quantity("energy lost", ENERGY, energy), Quantity("power lost", POWER, power)
     return (
         Group((motion,), (Quantity(SIGN, speed, rate), Quantity(SIGN, acts_in, force)), name),
         Group((cost,), (Quantity(SIGN, ENERGY, energy), Quantity(SIGN, POWER, power)), name),

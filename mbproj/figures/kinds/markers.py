@@ -43,9 +43,26 @@ def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
     component, a line a result, and how far apart the marker is."""
     names = shown.all_names(results, "markers")
     single = len(results) == 1
-    groups = rows.fitting([_apart(name, results[0]) if single else _overlaid(name) for name in names], results)
-    remark = shown.cut("markers", len(groups), len(names), "choose others with --marker")
-    return rows.draw(results, labels, groups, remark)
+    moving = _moving(results, names)
+    listed = [_apart(name, results[0], moving) if single else _overlaid(name, moving) for name in names]
+    groups = rows.fitting(listed, results)
+    cut = shown.cut("markers", len(groups), len(names), "choose others with --marker")
+    still = ", ".join("xyz"[index] for index in range(3) if index not in moving)
+    zero = f"{still} {'are' if len(still) > 1 else 'is'} zero throughout" if still else ""
+    return rows.draw(results, labels, groups, "; ".join(filter(None, (cut, zero))))
+
+
+def _moving(results: Sequence[Results], names: Sequence[str]) -> tuple[int, ...]:
+    """The components that are not zero, up to round-off, at all markers all the time: those of a mechanism in a plane
+    that one of the axes is normal to. All where nothing else is left."""
+    largest = np.zeros((len(PANELS), 3))
+    for place, (member, _) in enumerate(PANELS):
+        for result in results:
+            for name in set(names) & set(result.names("markers")):
+                values = np.abs(getattr(result.marker(name), member))
+                largest[place] = np.maximum(largest[place], np.nanmax(values, axis=0, initial=0.0))
+    some = (largest > panels.ROUND_OFF * largest.max(axis=1, keepdims=True)).any(axis=0)
+    return tuple(np.flatnonzero(some).tolist()) or (0, 1, 2)
 
 
 def mark_untrusted(figure: Figure, results: Sequence[Results], limit: float) -> str:
@@ -56,21 +73,25 @@ def mark_untrusted(figure: Figure, results: Sequence[Results], limit: float) -> 
     return untrusted.shade(own, results, limit)
 
 
-def _apart(name: str, result: Results) -> Group:
+def _apart(name: str, result: Results, moving: tuple[int, ...]) -> Group:
     """A row for components that can be seen together."""
     listed = []
-    for which in legible(result.marker(name).position, result.marker(name).velocity):
+    for together in legible(result.marker(name).position, result.marker(name).velocity):
+        which = tuple(index for index in together if index in moving)
+        if not which:
+            continue
         parts = tuple(("xyz"[index], index) for index in which)
-        some = "" if len(which) == 3 else ", ".join(part for part, _ in parts)
+        some = "" if len(which) == len(moving) else ", ".join(part for part, _ in parts)
         words = (f"{name}: {some}", f"velocity {some}") if some else (f"position of {name}", "velocity")
         own = [(unit, Components(name, word, which)) for word, unit in PANELS]
         listed.append(tuple(Quantity(text, *of, parts) for text, of in zip(words, own, strict=True)))
     return Group(tuple(listed), name=name)
 
 
-def _overlaid(name: str) -> Group:
+def _overlaid(name: str, moving: tuple[int, ...]) -> Group:
     listed = []
-    for index, component in enumerate("xyz"):
+    for index in moving:
+        component = "xyz"[index]
         row = [(unit, Components(name, word, (index,))) for word, unit in PANELS]
         words = f"{name}: {component}", f"velocity {component}"
         listed.append(tuple(Quantity(text, *own) for text, own in zip(words, row, strict=True)))

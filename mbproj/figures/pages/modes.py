@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from types import MappingProxyType
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from mbproj.arrays import Array
+from mbproj.arrays import Array, Numbers
 from mbproj.figures import panels
 from mbproj.figures.style import AXIS_HEIGHT, line, page_width, styled
 from mbproj.figures.words import literal
@@ -18,6 +18,11 @@ from mbproj.results.linear.modes_file import StoredModes
 #: Modes whose shapes are drawn, and bars in one of them.
 MOST_SHAPES, MOST_BARS = 8, 12
 HEIGHT = 3.0
+#: Numbers of dots that are closer than this part of the panel, across and upward, are told together.
+CLOSE = np.array([0.05, 0.055])
+#: What moves by less than this part of the largest is not listed; of the empty side of the line of stability this part
+#: of the other is shown.
+SEEN, BESIDE = 0.02, 0.08
 
 
 @styled
@@ -27,34 +32,38 @@ def eigenvalues(modes: StoredModes) -> Figure:
     axis = figure.subplots()
     axis.axvline(0.0, color="#777777", linewidth=0.8)
     axis.plot(modes.eigenvalue.real, modes.frequency, "o", markersize=4, color=line(0)["color"])
-    for number, (value, frequency) in enumerate(zip(modes.eigenvalue, modes.frequency, strict=True), start=1):
-        axis.annotate(f" {number}", (float(value.real), float(frequency)), fontsize=7)
     axis.set(xlabel="growth rate Re λ (1/s)", ylabel="frequency |Im λ| / 2π (Hz)")
     _room(axis, modes.eigenvalue.real, modes.frequency)
+    for place, numbers in _labelled(axis, modes.eigenvalue.real, modes.frequency):
+        axis.annotate(_listed(numbers), place, (5, 0), textcoords="offset points", va="center", fontsize=7)
     return panels.finish(figure, remark=_remark(modes), with_legend=False)
 
 
 @styled
 def shapes(modes: StoredModes) -> Figure:
-    """One row a mode. Left: how far each joint coordinate moves beside the largest, in phase or against it. Right: the
-    parts of its kinetic energy."""
+    """One row a mode. Left: how far each joint coordinate moves beside the largest, in phase or against it; where none
+    does, how bodies shift and turn. Right: the parts of its kinetic energy."""
     count = min(len(modes.eigenvalue), MOST_SHAPES)
     figure = Figure(figsize=(page_width(), max(1, count) * 1.3 + AXIS_HEIGHT), layout="constrained")
     axes = figure.subplots(max(1, count), 2, squeeze=False)
     for mode in range(count):
         left, right = axes[mode]
-        change = modes.coordinate_shape[mode]
+        change, moving = modes.coordinate_shape[mode], modes.coordinates
         if not np.abs(change).any():
-            left.text(0.5, 0.5, "no joint coordinate moves", ha="center", transform=left.transAxes, fontsize=7)
+            change, moving = _of_bodies(modes, mode)
+        if not np.abs(change).any():
+            left.text(0.5, 0.5, "no body moves", ha="center", transform=left.transAxes, fontsize=7)
         else:
             largest = change[int(np.argmax(np.abs(change)))]
-            _bars(left, modes.coordinates, (change / largest).real)
+            _bars(left, moving, (change / largest).real)
             left.set_xlim(-1.05, 1.05)
         _bars(right, modes.kinetic_names, modes.kinetic_share[mode])
         right.set_xlim(0.0, 1.05)
         value = modes.eigenvalue[mode]
         left.set_ylabel(f"mode {mode + 1}\n{modes.frequency[mode]:.4g} Hz\n{value.real:.3g}/s", rotation=0, ha="right")
-    axes[-1][0].set_xlabel("joint coordinates, relative")
+    of_joints = np.abs(modes.coordinate_shape[:count]).any(axis=1)
+    words = {"joint coordinates": of_joints.any(), "shifts and turns of bodies": not of_joints.all()}
+    axes[-1][0].set_xlabel(f"{' or '.join(word for word, told in words.items() if told)}, relative")
     axes[-1][1].set_xlabel("parts of the kinetic energy")
     left_out = len(modes.eigenvalue) - count
     remark = f"more modes in the file: {left_out}" if left_out else ""
@@ -106,11 +115,52 @@ def _bars(axis: Axes, names: Sequence[str], values: Array) -> None:
     axis.invert_yaxis()
 
 
+def _of_bodies(modes: StoredModes, mode: int) -> tuple[Numbers, list[str]]:
+    """How bodies shift and turn, the parts that are seen: turns at the arm of a tenth of what the bodies are apart."""
+    arm = 0.1 * float(np.linalg.norm(np.ptp(modes.position, axis=0))) or 0.1
+    scaled = modes.displacement[mode] * ([1.0] * 3 + [arm] * 3)
+    names = [f"{body} {word} {axis}" for body in modes.bodies for word in ("along", "about") for axis in "xyz"]
+    change = scaled.reshape(-1)
+    seen = np.flatnonzero(np.abs(change) >= SEEN * np.abs(change).max(initial=0.0))
+    return change[seen], [names[index] for index in seen]
+
+
+def _labelled(axis: Axes, across: Array, upward: Array) -> Iterator[tuple[tuple[float, float], list[int]]]:
+    """The numbers of the modes, those together whose dots are so close that their numbers would lie on each other."""
+    (left, right), (low, high) = axis.get_xlim(), axis.get_ylim()
+    places = np.column_stack([(across - left) / (right - left), (upward - low) / (high - low)])
+    groups: list[list[int]] = []
+    for index, place in enumerate(places):
+        near = next((group for group in groups if (np.abs(places[group[-1]] - place) < CLOSE).all()), None)
+        if near is None:
+            groups.append([index])
+        else:
+            near.append(index)
+    for group in groups:
+        last = group[int(np.argmax(across[group]))]
+        middle = float(np.mean(upward[group]))
+        yield (float(across[last]), middle), [index + 1 for index in group]
+
+
+def _listed(numbers: Sequence[int]) -> str:
+    """1, 2, 3, 5 as 1-3, 5."""
+    runs: list[list[int]] = []
+    for number in numbers:
+        if runs and number == runs[-1][-1] + 1:
+            runs[-1].append(number)
+        else:
+            runs.append([number])
+    return ", ".join(f"{run[0]}-{run[-1]}" if len(run) > 2 else ", ".join(map(str, run)) for run in runs)
+
+
 def _room(axis: Axes, *spans: Array) -> None:
-    """Room around what is drawn, also where all of it is round-off beside the other direction."""
+    """Room around what is drawn, and the line where nothing grows or decays, with some of its other side; also where
+    all of it is round-off beside the other direction."""
     across, upward = (span[np.isfinite(span)] for span in spans)
-    size = max(float(np.abs(across).max(initial=0.0)), 1e-3 * float(np.abs(upward).max(initial=0.0)), 1e-12)
-    axis.set_xlim(-1.15 * size, 1.15 * size)
+    least = max(1e-3 * float(np.abs(upward).max(initial=0.0)), 1e-12)
+    low, high = min(float(across.min(initial=0.0)), -least), max(float(across.max(initial=0.0)), least)
+    low, high = min(low, -BESIDE * high), max(high, -BESIDE * low)
+    axis.set_xlim(low - 0.08 * (high - low), high + 0.08 * (high - low))
     axis.margins(y=0.08)
 
 

@@ -35,11 +35,13 @@ def parts_of(
     markers: Sequence[Array],
     thickness: float,
     mesh: TriangleMesh | None = None,
+    *,
+    loose: bool = False,
 ) -> tuple[Part, ...]:
     """The parts of a body whose joints and markers are at these points of its axes, (3,) from the centre of mass.
 
     `axes` are those about which its joints turn, None where one has none. `thickness` is the radius of a link in m,
-    `mesh` what the body wears."""
+    `mesh` what the body wears. A `loose` body has no joints: the points are those of what else holds it."""
     if mesh is not None:
         return (Part("mesh", (), np.zeros(3), np.array(UPRIGHT), Mesh(mesh.vertices, mesh.triangles, convex=False)),)
     look = body.appearance
@@ -47,7 +49,7 @@ def parts_of(
     if shapes:
         drawn = tuple(part for shape in shapes for part in part_of(shape, thickness))
         return drawn + _struts(drawn, distinct(joints, SAME * thickness), thickness)
-    drawn = _without_shapes(body, joints, axes, markers, thickness)
+    drawn = _without_shapes(body, joints, axes, markers, thickness, loose=loose)
     return drawn + _struts(drawn, markers, 0.45 * thickness)
 
 
@@ -61,11 +63,17 @@ def distinct(points: Sequence[Array], apart: float) -> list[Array]:
 
 
 def _without_shapes(
-    body: Body, joints: Sequence[Array], axes: Sequence[Array | None], markers: Sequence[Array], thickness: float
+    body: Body,
+    joints: Sequence[Array],
+    axes: Sequence[Array | None],
+    markers: Sequence[Array],
+    thickness: float,
+    *,
+    loose: bool,
 ) -> tuple[Part, ...]:
     points, centre = distinct(joints, SAME * thickness), np.zeros(3)
     solid = solid_of(body.mass, np.array(body.inertia), 0.8 * thickness)
-    if solid is not None and _fits(solid, points):
+    if solid is not None and _fits(solid, points, any_shape=loose):
         return (solid,)
     along = _shaft(joints, axes, thickness)
     if along:
@@ -110,9 +118,9 @@ def _shaft(joints: Sequence[Array], axes: Sequence[Array | None], thickness: flo
     return tuple(found)
 
 
-def _fits(solid: Part, points: Sequence[Array]) -> bool:
+def _fits(solid: Part, points: Sequence[Array], *, any_shape: bool) -> bool:
     """Whether the solid looks like the body: it reaches the joints, is not much longer than what they span, and is
-    slender between two joints, flat among more."""
+    slender between two joints, flat among more. What springs hold may have `any_shape`."""
     corners = (solid.outline() - solid.position) @ solid.rotation
     thin, middle, length = np.sort(np.ptp(corners, axis=0)).tolist()
     if not points:
@@ -121,7 +129,7 @@ def _fits(solid: Part, points: Sequence[Array]) -> bool:
         return length <= ABOUT * float(np.linalg.norm(points[0])) and _reaches(solid, points, length)
     span = max(float(np.linalg.norm(one - other)) for one in points for other in points)
     shaped = middle <= SLENDER * span if len(points) == 2 else thin <= SLENDER * span
-    return shaped and length <= LONGER * span and _reaches(solid, points, length)
+    return (shaped or any_shape) and length <= LONGER * span and _reaches(solid, points, length)
 
 
 def _reaches(solid: Part, points: Sequence[Array], length: float) -> bool:

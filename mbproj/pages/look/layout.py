@@ -12,7 +12,8 @@ from mbproj.joints import JOINTS
 from mbproj.model.compile.frames import SYMBOLS, Pose, local_frames, poses_of
 from mbproj.model.compile.loads import local_ends
 from mbproj.pages.look.motion import Motion
-from mbproj.scene.records import GROUND, PointForce, Scene
+from mbproj.scene.records import GROUND, Bushing, PointForce, Scene
+from mbproj.scene.stops import DistanceStop, PlaneStop
 
 #: The radius of a link: this part of the median link, and between these parts of the mechanism's size.
 OF_LINK, OF_SIZE = 0.026, (0.002, 0.013)
@@ -24,8 +25,8 @@ STOUTEST = 0.1
 class Layout:
     """By name: `number` of each body (the ground is -1), `bodies` of each joint by number, `frames` of each joint (the
     symbols p1, x1, y1, z1, p2, .. in the axes of their bodies), `markers` and `springs` as points of bodies, m. `held`:
-    the points at which joints hold a body, by its number, those to the ground first. `axes` are those about which they
-    turn, None for a joint that is no hinge.
+    the points at which joints and bushings hold a body, by its number, those to the ground first. `axes` are those
+    about which they turn, None for what is no hinge. `loose`: bodies that no joint holds; springs and stops do, too.
 
     `size` is the largest extent of the mechanism at the start in m, `thickness` the radius of a link."""
 
@@ -34,6 +35,7 @@ class Layout:
     frames: Mapping[str, Mapping[str, Array]]
     held: Mapping[int, tuple[Array, ...]]
     axes: Mapping[int, tuple[Array | None, ...]]
+    loose: frozenset[int]
     markers: Mapping[str, Array]
     springs: Mapping[str, tuple[Array, Array]]
     size: float
@@ -57,14 +59,18 @@ class Layout:
         for name, frame in frames.items():
             cloud += [start.point(body, frame[f"p{side}"]) for side, body in enumerate(bodies[name], 1)]
         cloud += [start.point(number[marker.body], markers[marker.name]) for marker in scene.markers]
-        size = float(np.linalg.norm(np.ptp(np.concatenate(cloud), axis=0))) or _gyration(scene)
         held, axes = _held(scene, bodies, frames)
+        loose = frozenset(range(len(scene.bodies))) - held.keys()
+        for owner, point in _softly(scene, number, poses, springs, held):
+            held[owner], axes[owner] = (*held.get(owner, ()), point), (*axes.get(owner, ()), None)
+            cloud.append(start.point(owner, point))
+        size = float(np.linalg.norm(np.ptp(np.concatenate(cloud), axis=0))) or _gyration(scene)
         spans = [_span(points) for body, points in held.items() if body >= 0]
         links = [span for span in spans if span > 0.01 * max(spans)]
         low, high = (part * size for part in OF_SIZE)
         link = float(np.median(links)) if links else np.inf
         thickness = float(np.clip(OF_LINK * link, min(low, STOUTEST * link), high))
-        return cls(number, bodies, frames, held, axes, markers, springs, size, thickness)
+        return cls(number, bodies, frames, held, axes, loose, markers, springs, size, thickness)
 
 
 def _held(
@@ -80,6 +86,27 @@ def _held(
                 held[owner] = (*held.get(owner, ()), symbols[f"p{side}"])
                 axes[owner] = (*axes.get(owner, ()), axis)
     return held, axes
+
+
+def _softly(
+    scene: Scene,
+    number: Mapping[str, int],
+    poses: Mapping[str, Pose],
+    springs: Mapping[str, tuple[Array, Array]],
+    held: Mapping[int, object],
+) -> list[tuple[int, Array]]:
+    """The points at which bushings hold bodies; of those that joints do not hold, the points of springs and stops."""
+    bushings, others = [], []
+    for force in scene.forces:
+        if isinstance(force, Bushing):
+            for body, given in zip(force.bodies, (force.points.first, force.points.second), strict=True):
+                bushings.append((number[body], _local(np.array(given), poses[body], force.points.local)))
+        elif isinstance(force, PointForce):
+            others += list(zip((number[body] for body in force.bodies), springs[force.name], strict=True))
+        elif isinstance(force, DistanceStop | PlaneStop):
+            ends = (force.first, force.second) if isinstance(force, DistanceStop) else (force.point,)
+            others += [(number[end.body], _local(np.array(end.vector), poses[end.body], end.local)) for end in ends]
+    return [*bushings, *((owner, point) for owner, point in others if owner >= 0 and owner not in held)]
 
 
 def _span(points: Sequence[Array]) -> float:

@@ -96,6 +96,7 @@ def look_of(scene: Scene, motion: Motion, meshes: Mapping[str, TriangleMesh]) ->
                 marked.get(body.name, ()),
                 layout.thickness,
                 meshes.get(body.name),
+                loose=number in layout.loose,
             )
         )
         for number, body in enumerate(scene.bodies)

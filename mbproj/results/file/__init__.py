@@ -7,18 +7,17 @@ from __future__ import annotations
 
 import platform
 from contextlib import suppress
+from importlib import import_module
 
 
 def _import_hdf5() -> None:
-    """h5py asks for all that `platform.uname()` knows when it is imported, and the processor's name is asked of a child
-    process, 25 ms for what it does not use. It finds an empty name in its place; whoever asks later gets the true one.
-    """
+    """When h5py is imported, it asks for all that `platform.uname()` knows. A child process finds the processor's name,
+    25 ms for what is not used. h5py finds an empty name in its place, and whoever asks later gets the true one."""
     with suppress(TypeError):  # a Python whose answer keeps nothing
         known = vars(platform.uname())
         if "processor" not in known:
             known["processor"] = ""
-            import h5py  # noqa: F401
-
+            import_module("h5py")
             del known["processor"]
 
 
