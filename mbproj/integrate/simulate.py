@@ -125,7 +125,7 @@ def simulate(
     automatic = _automatic() if settings.integrator == AUTOMATIC else None
     account = EnergyAccount()
     stiffness = StiffnessWatch(choice, system, settings, partial(_march, choice, system, tally=Tally()))
-    observer, reached = Observer(system, state), (state.t, state.q)
+    observer, reached, last = Observer(system, state), (state.t, state.q), state
     started, recording = _Clocks.now(), _Clocks()
     with (
         _events(recorder, events, tally, automatic),
@@ -144,6 +144,7 @@ def simulate(
 
         for samples in _blocks(run, asked, pause, block_samples(system.bodies)):
             reached = float(samples.t[-1]), samples.q[-1]
+            last = State(reached[0], samples.y[-1].copy(), samples.layout)
             handed_over = _Clocks.now()
             block = observer.at(samples)
             potential, balance = block["diagnostics/potential_energy"], block["diagnostics/energy_balance"]
@@ -199,6 +200,7 @@ def simulate(
         decided_by_shares=words_on_shares(tally.met),
         round_off=float(floors[0]) / max(system.length, 1.0),
         methods=() if automatic is None else automatic.told(),
+        state=last,
     )
 
 

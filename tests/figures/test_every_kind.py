@@ -45,7 +45,7 @@ def test_names_with_signs_of_mathematics(tmp_path):
     names = dict(NAMES) | {"joints": ["_hidden", "$x"], "markers": ["a_$", "_b"]}
     with open_results(record(tmp_path / "run.h5", names=names)) as results:
         assert legend(draw("joints", [results], ["run"])) == [" _hidden", r"\$x"]
-        assert ylabels(draw("markers", [results], ["run"]))[0] == r"a_\$: x, y (m)"
+        assert ylabels(draw("markers", [results], ["run"]))[0] == r"a_\$: y (m)"
 
 
 def test_what_does_not_apply(tmp_path):
@@ -91,7 +91,9 @@ def test_too_many_names_are_cut_with_a_remark(tmp_path):
     with open_results(record(tmp_path / "run.h5", steep(block(times(), many)), names=many)) as results:
         figure = draw("markers", [results], ["run"])
         assert len(figure.axes) == 2 * MAX_ROWS
-        assert figure.get_supxlabel().splitlines()[1] == "the first 8 of 11 markers: choose others with --marker"
+        assert figure.get_supxlabel().splitlines()[1] == (
+            "the first 8 of 11 markers: choose others with --marker; x is zero throughout"
+        )
         figure = draw("joints", [results], ["run"])
         # Column i of the block is the first divided by i + 1: the first are the largest.
         assert legend(figure) == [f"j{i}" for i in range(MAX_LINES)]

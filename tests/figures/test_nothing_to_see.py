@@ -57,11 +57,11 @@ def test_a_marker_with_millimetres_beside_metres(tmp_path):
     values["markers/velocity"][:, 0] = vectors(WAVE, 1e-3 * WAVE, 0.0)
     with open_results(record(tmp_path / "run.h5", values)) as results:
         figure = draw("markers", [results.select(markers=["tip"])], ["run"])
-    assert ylabels(figure) == ["tip: x, z (m)", "velocity x, z (m/s)", "tip: y (m)", "velocity y (m/s)"]
+    assert ylabels(figure) == ["tip: x (m)", "velocity x (m/s)", "tip: y (m)", "velocity y (m/s)"]
     np.testing.assert_array_equal(lines(figure.axes[2])["y"], 1e-3 * WAVE)
     low, high = figure.axes[2].get_ylim()
     assert high - low < 3e-3
-    assert legend(figure) == ["x", "z", "y"]
+    assert legend(figure) == ["x", "y"]
 
 
 def test_torques_of_round_off_are_said_and_not_drawn(tmp_path):

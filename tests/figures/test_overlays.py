@@ -94,7 +94,7 @@ def test_without_a_common_time_there_is_no_difference_and_a_remark(tmp_path, res
     shifted["time"] = times() + 0.003
     with open_results(record(tmp_path / "other.h5", shifted)) as other:
         figure = draw("markers", [results.select(markers=["tip"]), other.select(markers=["tip"])], ["one", "two"])
-    assert len(figure.axes) == 6
+    assert len(figure.axes) == 4
     assert below(figure, "|Δ|") == []
     assert "no differences: the results share no sample time" in figure.get_supxlabel()
 
@@ -103,5 +103,5 @@ def test_a_name_that_only_one_result_has_is_drawn_without_a_difference(tmp_path,
     names = dict(NAMES) | {"markers": ["tip", "other"]}
     with open_results(record(tmp_path / "other.h5", block(times(), names), names=names)) as other:
         figure = draw("markers", [results.select(markers=["Mitte"]), other.select(markers=["other"])], ["one", "two"])
-    assert [list(lines(axis)) for axis in below(figure, "Mitte: x")] == [["one"]]
+    assert [list(lines(axis)) for axis in below(figure, "Mitte: y")] == [["one"]]
     assert [list(lines(axis)) for axis in below(figure, "|Δ|")] == [[], [], [], []]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import threading
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -185,3 +186,15 @@ def test_a_failed_run_hands_over_what_it_computed(chain):
         )
     assert len(recorder["time"]) >= 1
     assert np.all(np.isfinite(recorder["bodies/position"]))
+
+
+def test_a_run_can_start_from_where_another_ended(chain):
+    """Two halves are the whole, to the bits of fixed steps."""
+    system = compile_system(chain)
+    start = assemble(system, initial_guess(chain, system))
+    settings = Settings(duration=0.4, step=0.01)
+    whole = simulate(system, start, settings).state
+    half = simulate(system, start, replace(settings, duration=0.2)).state
+    again = simulate(system, half, replace(settings, duration=0.2)).state
+    assert (half.t, whole.t, again.t) == pytest.approx((0.2, 0.4, 0.4))
+    np.testing.assert_allclose(again.y, whole.y, atol=1e-12)

@@ -201,3 +201,16 @@ simulation: {duration: 2, step: 0.1, integrator: heun2}
     assert "put a marker on what turns" in lines[0]
     assert "no figure" not in lines[1]
     assert 1e-4 < np.nanmax(trust.error[np.isfinite(trust.error)]) < 1.0
+
+
+def test_it_takes_the_arguments_of_simulate():
+    """With the scene of the system, by position and by name, the certificate is that of the mechanism."""
+    scene = read_scene(mechanism("five_bar"), {}, {"duration": 0.2})
+    ready, settings = Mechanism.of(scene), settings_to_run(scene)
+    report, trust = simulate_certified(ready.system, ready.state, settings, scene=scene, limits=[1e-3])
+    assert report.state.t == pytest.approx(0.2)
+    by_name = simulate_certified(system=ready.system, state=ready.state, settings=settings, scene=scene, limits=[1e-3])
+    for other in (by_name[1], simulate_certified(ready, settings, limits=[1e-3])[1]):
+        np.testing.assert_array_equal(trust.error, other.error)
+    with pytest.raises(TypeError, match="lacks the argument 'scene'"):
+        simulate_certified(ready.system, ready.state, settings)

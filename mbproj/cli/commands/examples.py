@@ -1,8 +1,10 @@
-"""`mbproj examples`: the mechanisms that come with mbproj."""
+"""`mbproj examples`: the mechanisms and notebooks that come with mbproj."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -10,10 +12,14 @@ from mbproj.cli.completion import Folder
 from mbproj.cli.explained import Part, explained, option
 from mbproj.errors import InputError, Problem
 
+if TYPE_CHECKING:
+    from mbproj.outputs.kinds import Kind
+
 ELSEWHERE = "choose a folder you can write to"
 EXAMPLES = (
     ("List the mechanisms, each with its title.", "mbproj examples"),
     ("Copy all of them to a folder.", "mbproj examples --copy mechanisms"),
+    ("Copy the notebooks of a teacher, a researcher and a designer.", "mbproj examples --notebooks ."),
 )
 
 
@@ -26,13 +32,27 @@ EXAMPLES = (
     metavar="DIR",
     help="Copy them to DIR, and those of the validation to DIR/validation; nothing is overwritten.",
 )
-def command(folder: str | None) -> None:
-    """Lists the example mechanisms, or copies them to a folder."""
+@option(
+    Part.OUTPUT,
+    "--notebooks",
+    "notebooks",
+    type=Folder(),
+    metavar="DIR",
+    help="Copy the notebooks for Jupyter to DIR; nothing is overwritten.",
+)
+def command(folder: str | None, notebooks: str | None) -> None:
+    """Lists the example mechanisms, or copies them, or notebooks, to a folder."""
+    from mbproj.guide.pages import ROOT
     from mbproj.mechanisms_folder import folder as home
     from mbproj.mechanisms_folder import mechanisms, validation_scenes
-    from mbproj.outputs import SCENE, make_folder, write_text
+    from mbproj.outputs import NOTEBOOK, SCENE
     from mbproj.scene import read_scene
 
+    if notebooks is not None:
+        found = sorted((ROOT / "notebooks").glob("*.ipynb"))
+        _copy({path: Path(notebooks) / path.name for path in found}, Path(notebooks), NOTEBOOK)
+    if folder is None and notebooks is not None:
+        return
     paths = mechanisms()
     if folder is None:
         width = max(len(path.name) for path in paths)
@@ -41,9 +61,16 @@ def command(folder: str | None) -> None:
         return
     target = Path(folder)
     copies = {path: target / path.relative_to(home()) for path in (*paths, *validation_scenes())}
+    _copy(copies, target, SCENE)
+
+
+def _copy(copies: Mapping[Path, Path], target: Path, kind: Kind) -> None:
+    """Copies files into the folder `target`, all or none."""
+    from mbproj.outputs import make_folder, write_text
+
     taken = [str(copy.relative_to(target)) for copy in copies.values() if copy.exists()]
     if taken:
         raise InputError(Problem(f"{target} has already {', '.join(taken)}", hint="choose another folder"))
     for path, copy in copies.items():
         make_folder(copy.parent, ELSEWHERE)
-        click.echo(write_text(copy, path.read_text(encoding="utf-8"), SCENE, hint=ELSEWHERE))
+        click.echo(write_text(copy, path.read_text(encoding="utf-8"), kind, hint=ELSEWHERE))

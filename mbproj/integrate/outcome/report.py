@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from mbproj.dataclass import dataclass
+from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.equations.round_off import EPSILON
 from mbproj.integrate.events.time_events import DECIDES, SHARED, Event
 from mbproj.integrate.outcome.tally import Halved, Passed, Peak, RowsKept
@@ -62,6 +63,8 @@ class Report:
     depends. `methods`: of `integrator: auto` which method made the steps, line by line. `round_off`: what it leaves of
     positions, in lengths of the mechanism or rad. `shared`: whose forces stops that touch and frictions at rest shared
     arbitrarily at some time, and when first; "" where nothing is. `kinematic`: nothing of the motion was integrated.
+    `state` is where it ended: another run can start from it, unless a compliant stop is pressed, or a friction sticks.
+    `continue_run` goes on from any.
     """
 
     formulation: str
@@ -97,6 +100,7 @@ class Report:
     kinematic: bool = False
     rows: RowsKept = RowsKept()
     exchanged: float = 0.0
+    state: State | None = None
 
     @property
     def rests(self) -> bool:

@@ -16,13 +16,17 @@ TEMPLATE = Path("resources", "templates", "viewer.zip")
 SCRIPT = re.compile(r"(/\*\*\s*\* @license\s[^/]*Three\.js Authors[^/]*\*/\s*!function[^\n]*\}\)\);)\n")
 
 
-@cache
 def three_js() -> str:
     """The text of three.js with its licence. Raises InputError where trimesh is missing, or holds no such script."""
     found = find_spec("trimesh")
     place = None if found is None or found.origin is None else Path(found.origin).parent / TEMPLATE
     if place is None or not place.is_file():
         raise InputError(Problem("a page needs three.js, which comes with trimesh", hint=HINT))
+    return _script(place)
+
+
+@cache
+def _script(place: Path) -> str:
     with zipfile.ZipFile(place) as archive:
         template = archive.read(archive.namelist()[0]).decode("utf-8")
     script = SCRIPT.search(template)

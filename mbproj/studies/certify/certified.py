@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol
+from typing import Any, Protocol, overload
 
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.dynamics import State
 from mbproj.dynamics.observe.recorded import Block
 from mbproj.errors import SimulationError
 from mbproj.integrate import Report, simulate
@@ -15,8 +16,9 @@ from mbproj.integrate.events.time_events import Event
 from mbproj.integrate.formulations.choice import choose
 from mbproj.integrate.outcome.report import words_on_shares
 from mbproj.integrate.simulate import EventRecorder, Keep, Progress
+from mbproj.model.system import System
 from mbproj.results.trust import Trust
-from mbproj.scene.records import Settings
+from mbproj.scene.records import Scene, Settings
 from mbproj.studies.certify.horizon import LIMITS, certify
 from mbproj.studies.certify.kinematic import certify_kinematic
 from mbproj.studies.measure.mechanism import Mechanism
@@ -33,6 +35,20 @@ class CertificateRecorder(Protocol):
         """Takes the certificate."""
 
 
+@overload
+def simulate_certified(
+    system: System,
+    state: State,
+    settings: Settings,
+    recorder: CertificateRecorder | None = None,
+    progress: Progress | None = None,
+    *,
+    scene: Scene,
+    limits: Sequence[float] = LIMITS,
+    tell: Tell = silent,
+    keep: Keep | None = None,
+) -> tuple[Report, Trust]: ...
+@overload
 def simulate_certified(
     mechanism: Mechanism,
     settings: Settings,
@@ -41,11 +57,32 @@ def simulate_certified(
     limits: Sequence[float] = LIMITS,
     tell: Tell = silent,
     keep: Keep | None = None,
-) -> tuple[Report, Trust]:
-    """`simulate`, and how long its result can be trusted (see `certify`).
+) -> tuple[Report, Trust]: ...
+def simulate_certified(*given: Any, scene: Scene | None = None, **named: Any) -> tuple[Report, Trust]:
+    """`simulate` with its arguments, and how long its result can be trusted (see `certify`).
 
+    It takes the `scene` of the system too, whose better solutions it computes; or a `Mechanism` in place of the three.
     A run that fails is certified up to there before its SimulationError is raised; one that is interrupted is not.
     """
+    system = given[0] if given else named.get("system")
+    if isinstance(system, System):
+        if scene is None:
+            raise TypeError("simulate_certified() lacks the argument 'scene': that of the system")
+        words = ("system", "state")
+        named |= dict(zip(words, given, strict=False))
+        given = (Mechanism(scene, named.pop("system"), named.pop("state")), *given[2:])
+    return _certified(*given, **named)
+
+
+def _certified(
+    mechanism: Mechanism,
+    settings: Settings,
+    recorder: CertificateRecorder | None = None,
+    progress: Progress | None = None,
+    limits: Sequence[float] = LIMITS,
+    tell: Tell = silent,
+    keep: Keep | None = None,
+) -> tuple[Report, Trust]:
     paths = _Paths(mechanism, recorder)
     kinematic = choose(mechanism.system, mechanism.state, settings).kinematic
 
