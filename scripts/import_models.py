@@ -44,7 +44,7 @@ def row(path: Path, name: str, folder: Path, duration: float) -> list[str]:
     from mbproj.formats.mechanism import Same
 
     try:
-        found = import_model(path)
+        found = import_model(path, folder=folder)
     except MbprojError as error:
         return [name, str(error).splitlines()[0].replace(str(path.parent), "")]
     mechanism, scene = found.mechanism, folder / "scene.yaml"

@@ -71,14 +71,16 @@ def import_model(
     controls: Mapping[str, str | float] | str | Path | None = None,
     motions: Mapping[str, str | float] | str | Path | None = None,
     contacts: bool = False,
+    folder: str | Path | None = None,
 ) -> Imported:
     """Makes a scene of a `model` in MJCF, URDF or SDF: `found.scene`, `found.text`, a table of what has no counterpart.
 
     It begins `at` a keyframe, or at the joint coordinates of a `pose` (rad, m; a mapping, or a file of them). `loops`
     is the file of a URDF where its loops stand; the frames that a joint of an SDF names `meet`. `hold`: actuators act
     with their signals at the start. `controls` are other signals, `motions` coordinates of joints: functions of t by
-    name (a mapping, or a file). `contacts`: spheres and capsules above planes become stops. Raises InputError where the
-    model is wrong.
+    name (a mapping, or a file). `contacts`: spheres and capsules above planes become stops. `folder` is where the scene
+    will stand, from which its meshes are named, that of the model unless given. Raises InputError where the model is
+    wrong.
     """
     with by_arguments():
         if isinstance(pose, (str, Path)):
@@ -86,7 +88,8 @@ def import_model(
         beside = None if loops is None else Path(loops)
         acting = signals_of(controls, "controls") if controls is not None else {} if hold else None
         driven = signals_of(motions, "motions") if motions is not None else {}
-        return imported(Path(model), Wishes(at, pose or {}, acting, driven, contacts, beside, meet))
+        home = None if folder is None else Path(folder)
+        return imported(Path(model), Wishes(at, pose or {}, acting, driven, contacts, beside, meet, home))
 
 
 def imported(model: Path, wishes: Wishes) -> Imported:

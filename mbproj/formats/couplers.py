@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from mbproj.errors import InputError, Problem
 from mbproj.formats.as_scene import scene_text
-from mbproj.formats.mechanism import Connection, Mechanism, Same
+from mbproj.formats.mechanism import Connection, Mechanism, Quantity, Same
 
 #: Numbers of a model are rounded to so many m at most: 0.1 mm.
 ROUNDED = 1e-4
@@ -19,6 +21,7 @@ def without_refused(mechanism: Mechanism, version: str) -> tuple[str, list[Probl
     from mbproj.scene import read_scene_text
 
     _say_open(mechanism)
+    _join_limits(mechanism)
     while True:
         text = scene_text(mechanism, version)
         try:
@@ -45,6 +48,52 @@ def without_refused(mechanism: Mechanism, version: str) -> tuple[str, list[Probl
                 mechanism.say("loops of rounded numbers", None, what, Same.YES)
                 text = scene_text(mechanism, version)
             return text, []
+
+
+def _join_limits(mechanism: Mechanism) -> None:
+    """Of two coordinates that a coupler holds together, one has the limits of both: two rigid stops that are met at one
+    time would share a load that nothing divides."""
+    for coupler in [joint for joint in mechanism.joints.values() if joint.type == "coupler"]:
+        of, constant = dict(coupler.keys["of"]), float(coupler.keys.get("constant", 0.0))
+        if len(of) != 2 or "function" in coupler.keys or not all(of.values()):
+            continue
+        (follower, weight), (leader, other) = of.items()
+        own, kept = _limit_of(mechanism, follower), _limit_of(mechanism, leader)
+        if own is None or kept is None:
+            continue
+        ends = sorted((constant - weight * end) / other for end in _ends(own))
+        low, high = (choose(pair) for choose, pair in zip((max, min), zip(ends, _ends(kept), strict=True), strict=True))
+        if not low <= 0.0 <= high or low == high:  # the pose is beyond the limit of the other
+            continue
+        unit = next(end.unit for end in kept if end is not None)
+        both = [Quantity(end, unit) if np.isfinite(end) else None for end in (low, high)]
+        _set_limit(mechanism, leader, both)
+        _set_limit(mechanism, follower, None)
+        what = f"joined with that of '{leader}': '{coupler.name}' couples them"
+        mechanism.say(f"limit of '{follower}'", coupler.place, what, Same.YES)
+
+
+_Range = list[Quantity | None]
+
+
+def _limit_of(mechanism: Mechanism, name: str) -> _Range | None:
+    joint, _, coordinate = name.partition(".")
+    found = mechanism.joints[joint].keys.get("limits", {}).get(coordinate)
+    return None if found is None else found["range"]
+
+
+def _ends(limit: _Range) -> list[float]:
+    return [sign * np.inf if end is None else end.value for sign, end in zip((-1.0, 1.0), limit, strict=True)]
+
+
+def _set_limit(mechanism: Mechanism, name: str, limit: _Range | None) -> None:
+    joint, _, coordinate = name.partition(".")
+    keys = dict(mechanism.joints[joint].keys)
+    limits = {key: value for key, value in keys.pop("limits").items() if key != coordinate or limit is not None}
+    if limit is not None:
+        limits[coordinate] = limits[coordinate] | {"range": limit}
+    keys |= {"limits": limits} if limits else {}
+    mechanism.joints[joint] = replace(mechanism.joints[joint], keys=keys)
 
 
 def _say_open(mechanism: Mechanism) -> None:

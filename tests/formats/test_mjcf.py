@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from mbproj import run
 from mbproj.calls.models import import_model
 from mbproj.dynamics.equations.constraint_equations import constraint_at
 from mbproj.formats import Wishes, read_model, scene_text
@@ -146,3 +147,27 @@ def test_a_pose_that_opens_a_loop_is_said_with_its_gap(tmp_path):
     gap = 2.0 * np.sin(0.2) * np.hypot(0.5, 0.3)
     assert row.element == "1 of 1 loops, open where the model begins"
     assert row.what.startswith(f"up to {gap:.2g} m and 0 deg apart: the scene is assembled from there")
+
+
+def test_fingers_that_are_coupled_have_one_limit(tmp_path):
+    """The second slides twice as far as the first, the other way, and up to 0.02 m: the first falls by 0.01 m."""
+    fingers = "".join(
+        f'<body name="{name}"><joint name="{name}" type="slide" axis="0 0 1" range="{limit}"/><geom size="0.01"'
+        f' mass="{mass}"/></body>'
+        for name, limit, mass in (("first", "-0.03 0.03", 1), ("second", "-0.05 0.02", 0.1))
+    )
+    ratio = '<joint joint1="second" joint2="first" polycoef="0 -2 0 0 0"/>'
+    path = tmp_path / "m.xml"
+    path.write_text(
+        f'<mujoco><compiler autolimits="true"/><worldbody>{fingers}</worldbody><equality>{ratio}</equality></mujoco>',
+        encoding="utf-8",
+    )
+    found = import_model(path)
+    joints = found.mechanism.joints
+    assert "limits" not in joints["second"].keys
+    (low, high) = joints["first"].keys["limits"]["displacement"]["range"]
+    assert (low.value, high.value) == pytest.approx((-0.01, 0.025))
+    (row,) = [row for row in found.mechanism.said if row.element == "limit of 'second.displacement'"]
+    assert row.same.value == "yes"
+    results = run(found.scene, duration=0.5)
+    np.testing.assert_allclose(results.body("second").position[-1][2], 0.02, atol=1e-12)
