@@ -144,7 +144,8 @@ def _compared(model, data, mechanism, scene, system) -> Agreement:
     ours = form.accelerations(0.0, _y(form, state)).acceleration.reshape(n, 7)
     ours_6 = np.concatenate([ours[:, :3], 2.0 * np.einsum("nij,nj->ni", L, ours[:, 3:])], axis=1)
     M = np.zeros((model.nv, model.nv))
-    mujoco.mj_fullM(model, data, M)
+    for column, one in zip(M, np.eye(len(M)), strict=True):  # which mj_fullM gives by arguments that change
+        mujoco.mj_mulM(model, data, column, one)
     flat = jacobian_6.reshape(6 * n, model.nv)
     weighed = flat.T @ tangent_mass_matrix(system, pose_of(q.ravel())) @ flat
     expected = coordinate_values(system, pose_of(state.q))
