@@ -23,6 +23,16 @@ class Contact:
     stop_rests: float = threshold(
         1e-11, "1", "both", "a gap that changes by less, beside the speeds of the mechanism, rests", "1e5 ε"
     )
+    rest_acceleration: float = threshold(
+        1e-6,
+        "fastest²",
+        "both",
+        "a friction at a joint whose rate is given begins to slide as its acceleration says, if that is larger",
+        "100 × what a step of the shortest that tells rest leaves below the slack",
+    )
+    rest_steps: float = threshold(
+        1e-4, "1 / fastest", "both", "a friction that does not slide over such a step is at rest", "chosen"
+    )
     lowest_bounce: float = threshold(
         1e-10, "length or rad", "both", "a lower bounce is none: it ends in contact", "10 × touching"
     )

@@ -85,8 +85,15 @@ class Passages:
     told_way: float = threshold(
         1e-3, "length", "both", "or no more than this, away from singular poses: motions begin at rest", "chosen"
     )
+    crossed_way: float = threshold(
+        1e-4,
+        "length",
+        "both",
+        "the determinant of rows may change its sign in such a step: the motion passes where branches cross",
+        "lengths that are off by 1e-8 keep branches so far apart",
+    )
     turning_step: float = threshold(
-        1e-9, "intervals of samples", "numpy", "a kinematic step that is shorter is at a turning point", "chosen"
+        1e-6, "intervals of samples", "numpy", "a kinematic step that is shorter is at a turning point", "chosen"
     )
     left_open: float = threshold(
         3e-13, "length, rad", "numpy", "what is left out may stay open by this, or branches are near", "measured: 1e-13"

@@ -32,6 +32,13 @@ def test_of_two_peaks_the_higher_one_wins_though_a_sample_meets_the_other():
     assert found.time[0] == pytest.approx(6.05, abs=1e-4)
 
 
+def test_what_is_constant_is_largest_at_its_first_sample():
+    time = np.linspace(0.0, 1.0, 101)
+    found = peaks(time, np.full((101, 1, 1), -8000.0), pieces(time, ONE_PIECE))
+    assert (found.value[0], found.time[0]) == (-8000.0, 0.0)
+    assert found.uncertainty[0] < 1e-10
+
+
 def test_no_polynomial_crosses_a_jump():
     time = np.linspace(0.0, 2.0, 201)
     values = np.where(time <= 1.0, time, -0.5)

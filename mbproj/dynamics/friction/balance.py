@@ -30,7 +30,8 @@ HUGE, TINY = 1e200, float(np.finfo(float).tiny)
 class Balance:
     """S stops that touch and K frictions: rows A (S+K, f) and accelerations b (S+K,) without them. Arrays (K,) of the
     frictions: `static` and `sliding` force, to be multiplied by `loads(y)`; the `direction` in which each slides, 0 at
-    rest; the `partner` with which it acts in a plane; the number of the `stop` whose push is its load; -1 for none."""
+    rest; the `partner` with which it acts in a plane; the number of the `stop` whose push is its load; -1 for none. One
+    that nothing can move begins to slide where its acceleration is larger than `still`."""
 
     A: Array
     b: Array
@@ -40,6 +41,7 @@ class Balance:
     partner: Integers
     stop: Integers
     loads: Callable[[Array], Array]
+    still: Array | float = 0.0
 
     @property
     def stops(self) -> int:

@@ -153,11 +153,12 @@ def _held_and_slipping(problem: Balance, y: Array, *, all_hold: bool, yields: bo
         stuck[k] = inside[k] and span.takes(problem.A[m + k])
     acceleration = problem.accelerations(y)[m:]
     moves = problem.with_partner(acceleration) > THRESHOLDS.no_push * np.abs(problem.b).max(initial=0.0)
+    begins = problem.with_partner(acceleration) > problem.still
     slips = np.zeros(K)
     for k in np.flatnonzero(problem.rests & ~inside & (not all_hold)).tolist():
         pair = [k, int(problem.partner[k])] if problem.in_plane[k] else [k]
         if size[m + k] == 0.0:
-            slips[k] = np.sign(acceleration[k]) if moves[k] else 0.0
+            slips[k] = np.sign(acceleration[k]) if moves[k] and begins[k] else 0.0
         elif not all(span.holds(problem.A[m + each]) for each in pair):
             way = acceleration if (moves[k] and not yields) or force[k] == 0.0 else -y[m:]
             slips[k] = way[k] / max(float(np.linalg.norm(way[pair])), TINY)

@@ -27,7 +27,8 @@ class WatchedGap(NamedTuple):
     """What halts a run: `sign` (s - bound) of a stop below -`slack`, with the stop's side as the sign where its gap
     closes, and the other one where it opens; or `sign` s' where `of_rate`. The frictions are numbered after the stops,
     and their bounds are 0. `other_sign` times that of an `other` one is added, where that is not -1. `idle`: the rate
-    that what rests without friction may have."""
+    that what rests without friction may have. Where |s'| stays within the slack over a step as long as `rests_over`, s,
+    it is at rest, which halts a run, too."""
 
     stop: int
     sign: float
@@ -35,6 +36,7 @@ class WatchedGap(NamedTuple):
     of_rate: bool = False
     other: int = -1
     other_sign: float = 0.0
+    rests_over: float = np.inf
     idle: float = 0.0
 
 
@@ -100,6 +102,14 @@ def watched_gaps(system: System, watched: Watched, state: State) -> tuple[Array,
     own = (np.concatenate(part) for part in (value, rate))
     places, speeds = (sign * part[which] + other_sign * part[other] for part in own)
     return places, speeds
+
+
+def resting(watched: Watched, first: Ends, last: Ends, h: float) -> int | None:
+    """Which of what is watched has been at rest over a step of size h."""
+    for k, each in enumerate(watched.gaps):
+        if h >= each.rests_over and max(abs(first[1][k]), abs(last[1][k])) <= each.slack:
+            return k
+    return None
 
 
 def watched_rows(system: System, watched: Watched, state: State, multipliers: Array) -> Array:

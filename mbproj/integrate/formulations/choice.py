@@ -65,7 +65,7 @@ def choose(system: System, state: State, settings: Settings) -> Choice:
     equations have no unique solution at the start. Raises it, too, where a motion jumps or goes beyond a rigid stop.
     A mechanism that has degrees of freedom is refused where a kinematic run is asked for."""
     found = _formulation(system, state, settings)
-    return replace(found, kinematic=decided(found.degrees_of_freedom, settings, rubs=system.frictions is not None))
+    return replace(found, kinematic=decided(found.degrees_of_freedom, settings))
 
 
 def _formulation(system: System, state: State, settings: Settings) -> Choice:

@@ -16,17 +16,14 @@ from mbproj.thresholds import THRESHOLDS
 UNUSED = "each sample is closed by Newton's method; the scene's integrator, step, tolerance and projection are not used"
 
 
-def decided(degrees_of_freedom: int, settings: Settings, *, rubs: bool) -> bool:
-    """Whether a run is kinematic. Where dry friction `rubs` it is so only on request: it sticks where a motion comes to
-    rest, which no kinematic step can follow. Raises InputError where that is asked for of a mechanism that can move by
-    itself."""
+def decided(degrees_of_freedom: int, settings: Settings) -> bool:
+    """Whether a run is kinematic. Raises InputError where that is asked for of a mechanism that can move by itself."""
     if settings.kinematic is True and degrees_of_freedom > 0:
         count = f"{degrees_of_freedom} degree{'s' if degrees_of_freedom > 1 else ''} of freedom"
         message = f"the mechanism has {count}: a kinematic run needs 0"
         hint = f"drive {degrees_of_freedom} more of its coordinates by 'motions', or leave out 'kinematic'"
         raise InputError(Problem(message, key=("simulation", "kinematic"), hint=hint))
-    asked = not rubs if settings.kinematic is None else settings.kinematic
-    return degrees_of_freedom == 0 and asked
+    return degrees_of_freedom == 0 and settings.kinematic is not False
 
 
 def settings_along(system: System, settings: Settings) -> Settings:

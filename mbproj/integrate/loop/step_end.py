@@ -37,7 +37,7 @@ def accept(
         raise not_finite(t)
     with may_overflow():
         y, coordinate, turning = _closed(inside, stepper, tally, before, t, step, y)
-        if inside.arrive(inside.parts(y)[0]) < THRESHOLDS.close_to_singular:
+        if inside.arrive(inside.parts(y)[0]) < THRESHOLDS.close_to_singular and step.stages is None:
             _check_by_halves(inside, stepper, before, t, y)
         found = point_after(inside, at_end, tally, step, y, coordinate, turning)
         inside.policy.keep(found.found.multipliers)

@@ -15,6 +15,7 @@ from mbproj.integrate.events.halts import (
     Watched,
     closed_inside,
     least_watched,
+    resting,
     watched_gaps,
     watched_rows,
 )
@@ -34,7 +35,7 @@ class StopWatch:
         watched, λ = self._watched, point.found.multipliers[self._system.bodies :]
         slack = np.array([each.slack + each.idle for each in watched.gaps])
         met = bool((least_watched(watched, first, last, h) < -slack).any())
-        met = met or self._closes_inside(before, point, first, last)
+        met = met or resting(watched, first, last, h) is not None or self._closes_inside(before, point, first, last)
         if met or self._gives_way(point.state(self._formulation), λ) or self._gives_way_inside(before, point):
             work = before.y[self._formulation.layout["quadratures"]]
             raise Halted(HaltedAt(before.state(self._formulation), h, work, shaped))

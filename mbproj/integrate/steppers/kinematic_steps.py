@@ -3,7 +3,8 @@
 The joints and motions alone say where its bodies are: at each stage these are closed by Newton's method from where the
 stages before lead, and velocities and accelerations follow from the equations. What remains to be integrated is the
 work of forces, and states of elements, by explicit stages. Newton's method may come to another assembly of the
-mechanism: a step is made only where none of its stages leaves a doubt about that.
+mechanism: a step is made only where none of its stages leaves a doubt about that. What does not move at all has
+velocities of exactly 0: those of round-off would be works of round-off.
 """
 
 from __future__ import annotations
@@ -13,9 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from mbproj.arrays import Array, may_overflow
+from mbproj.arrays import Array, Flags, Integers, may_overflow
 from mbproj.dataclass import dataclass
+from mbproj.dynamics.equations.constraint_equations import tangent_jacobian
 from mbproj.dynamics.equations.kinematics import pose_of
+from mbproj.dynamics.equations.motions import drive_at
 from mbproj.integrate.steppers.runge_kutta import ExplicitRungeKutta, Extension, RightHandSide, Step
 from mbproj.integrate.steppers.stages import branch_untold
 from mbproj.thresholds import THRESHOLDS
@@ -39,11 +42,14 @@ class KinematicSteps(ExplicitRungeKutta):
                 stages[s] = _closed(f, t, span, y, y + h * (tableau.a[s, :s] @ k[:s]))
                 k[s] = f(t + span, stages[s])
             y_new = _closed(f, t, h, y, y + h * (tableau.b @ k))
+            if _changes_sign(_formulation(f), y, y_new):
+                raise branch_untold(t + h)
         return Step(t, h, y, y_new, k, stages=stages)
 
     def error(self, f: RightHandSide, t: float, step: Step) -> tuple[Step, Array]:
         """The step to t with f at its end, and the estimates of its local error (e, s) in states and works, as parts of
-        their sizes. A work is measured against what the bodies' inertias, weights and its own power amount to."""
+        their sizes. A work is measured against what the bodies' inertias, weights and its own power amount to. What is
+        round-off of the work before, or of a fall by the mechanism's length, is no error."""
         step, found = super().error(f, t, step)
         formulation = _formulation(f)
         layout, stages = formulation.layout, step.stages
@@ -52,7 +58,15 @@ class KinematicSteps(ExplicitRungeKutta):
         size = layout.scale[states] + np.maximum(np.abs(step.y[states]), np.abs(step.y_new[states]))
         exchanged = [_exchanged(formulation, y, k) for y, k in zip(stages, step.k, strict=True)]
         work = step.h * float(np.abs(self.tableau.b) @ exchanged)
-        parts = np.hstack([found[:, states] / size, found[:, works] / (work or 1.0)])
+        system, tolerance = formulation.system, formulation.settings.tolerance or 1.0
+        eps = float(np.finfo(float).eps)
+        fall = float(system.mass.sum() * np.linalg.norm(system.gravity)) * system.length
+        least = eps * (fall + np.abs(step.y_new[works])) / tolerance
+        if _watches_sign(formulation):
+            # Near a singular pose works are known to what joints stay open by over its squared distance.
+            work *= max(1.0, THRESHOLDS.closed_to / (max(formulation.policy.nearest**2, eps) * tolerance))
+        sizes = np.maximum(work, least)
+        parts = np.hstack([found[:, states] / size, found[:, works] / np.where(sizes > 0.0, sizes, 1.0)])
         return step, parts if parts.shape[1] else np.zeros((1, 1))
 
     def extend(self, f: RightHandSide, step: Step) -> Extension:
@@ -88,7 +102,47 @@ def _closed(f: RightHandSide, start: float, span: float, y: Array, predicted: Ar
     closed = not projected.failures and bool(np.all(open_by <= THRESHOLDS.lost_limit * formulation.system.row_scale))
     if not (np.isfinite(stage).all() and closed and _is_told(formulation, projected, span, y, predicted, stage)):
         raise branch_untold(t)
+    if not drive_at(formulation.system, t).rate.any():
+        stage[formulation.layout["velocities"]] = 0.0
     return stage
+
+
+def _watches_sign(formulation: Any) -> bool:
+    """Works alone, which jump from branch to branch, are followed by steps so short that no other branch is in reach.
+    Those that a scene's integrator makes for its states may be longer."""
+    return bool(formulation.layout.size_of("states"))
+
+
+def _changes_sign(formulation: Any, y: Array, y_new: Array) -> bool:
+    """Whether the determinant of a block of the joints' and motions' rows changes its sign in a step: Newton's method
+    may have come to another branch. Along a branch it changes only where branches cross; where two
+    of them meet, each has another one (Allgower & Georg, Numerical Continuation Methods, 1990, sect. 8.1). Two blocks
+    that change at once leave the determinant of the whole as it is."""
+    if not _watches_sign(formulation) or _way(formulation, y, y_new) <= THRESHOLDS.crossed_way:
+        return False
+    system = formulation.system
+    both = [tangent_jacobian(system.rows, pose_of(formulation.parts(each)[0]))[:, :-1, :6] for each in (y, y_new)]
+    G, G_new = (each.reshape(len(each), -1) for each in both)
+    return any(
+        np.linalg.slogdet(G[np.ix_(*block)])[0] * np.linalg.slogdet(G_new[np.ix_(*block)])[0] < 0.0
+        for block in _irreducible_blocks(G, (both[0] != 0.0).any(axis=2))
+    )
+
+
+def _irreducible_blocks(G: Array, sees: Flags) -> list[tuple[Integers, Integers]]:
+    """Rows and columns of the irreducible blocks of G (m, 6n), of as many rows as are independent; each row `sees` some
+    bodies, (m, n). Each block is what must be closed at once: a crank with its motion, then groups of Assur."""
+    from scipy.linalg import qr
+    from scipy.sparse import csr_matrix
+    from scipy.sparse.csgraph import connected_components, maximum_bipartite_matching
+
+    rows = np.sort(qr(G.T, mode="r", pivoting=True)[1][: G.shape[1]])
+    pattern = csr_matrix(np.repeat(sees[rows], 6, axis=1))
+    column = maximum_bipartite_matching(pattern, perm_type="column")
+    if len(rows) < G.shape[1] or (column < 0).any():
+        return []
+    count, label = connected_components(pattern[:, column], directed=True, connection="strong")
+    return [(rows[label == block], column[label == block]) for block in range(count)]
 
 
 def _is_told(formulation: Any, projected: Any, span: float, y: Array, predicted: Array, stage: Array) -> bool:

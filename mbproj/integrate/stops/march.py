@@ -19,7 +19,7 @@ from mbproj.arrays import Array
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.observe.samples import Samples
 from mbproj.integrate.automatic.march import Automatic
-from mbproj.integrate.events.halts import Halted, HaltedAt, Watched
+from mbproj.integrate.events.halts import Halted, HaltedAt, Watched, resting, watched_gaps
 from mbproj.integrate.events.leg import Leg
 from mbproj.integrate.formulations.choice import Choice
 from mbproj.integrate.loop.looks import Looks
@@ -233,6 +233,9 @@ class StopMarch:
             return margins(variant.system, watched, reach(h))
 
         grain = 4.0 * float(np.finfo(float).eps) * max(abs(standing.state.t), self.whole.interval)
+        ends = [watched_gaps(variant.system, watched, each) for each in (standing.state, reach(standing.h).state)]
+        if (rests := resting(watched, ends[0], ends[1], standing.h)) is not None:
+            return self._meet(self.state, meanings[rests])
         met = locate(at, reach, standing.h, grain, watched)
         if met.h >= 0.25 * THRESHOLDS.fewest_grains * grain:  # a shorter step is none
             yield from self._leg(variant, self._short_leg(standing, met.h), None)

@@ -110,7 +110,7 @@ def rubbed(
     rubs = np.flatnonzero((frictions.stop < 0) | np.isin(frictions.stop, touches))
     rate = np.where(rests, 0.0, friction_rates(system, state))
     speed = _with_partner(frictions, rate)
-    problem = _problem(freedom, free, touches, rubs, rate, speed)
+    problem = _problem(freedom, free, touches, rubs, rate, speed, fastest)
     found = _balance(problem, state.t, system, rubs)
     push = np.zeros(len(system.names.stops))
     push[touches] = found.y[: len(touches)]
@@ -136,8 +136,11 @@ def rubbed(
     )
 
 
-def _problem(freedom: Freedom, free: Free, touches: Integers, rubs: Integers, rate: Array, speed: Array) -> Balance:
-    """What stops that touch and frictions that count have to fulfil, where these slide with a rate, (K,)."""
+def _problem(
+    freedom: Freedom, free: Free, touches: Integers, rubs: Integers, rate: Array, speed: Array, fastest: float
+) -> Balance:
+    """What stops that touch and frictions that count have to fulfil, where these slide with a rate, (K,), and the
+    `fastest` motion so far was that, 1/s."""
     stops, frictions = freedom.system.stops, freedom.system.frictions
     assert frictions is not None
     along = frictions.coordinates
@@ -156,6 +159,7 @@ def _problem(freedom: Freedom, free: Free, touches: Integers, rubs: Integers, ra
         partner=_among(frictions.partner, rubs),
         stop=_among_touching(frictions.stop[rubs], touches),
         loads=_Loads(freedom, free, gradients, touches, rubs),
+        still=(THRESHOLDS.rest_acceleration * fastest**2 * friction_sizes(freedom.system))[rubs],
     )
 
 

@@ -79,12 +79,14 @@ def _rates_of_frictions(variant: Variant, fastest: float) -> Iterator[tuple[Watc
         return
     first = 0 if system.stops is None else system.stops.size
     size = friction_sizes(system)
+    fastest = max(fastest, float(np.finfo(float).tiny))
     slow = np.maximum(THRESHOLDS.stop_rests * fastest, np.finfo(float).tiny) * size
-    frictions = system.frictions
+    frictions, given = system.frictions, variant.choice.degrees_of_freedom == 0
+    rests_over = THRESHOLDS.rest_steps / fastest if given else np.inf
     for k in range(frictions.size):
         partner, stop = int(frictions.partner[k]), int(frictions.stop[k])
         if k in contacts.sliding:
-            gap = WatchedGap(first + k, contacts.sliding[k], float(slow[k]), of_rate=True)
+            gap = WatchedGap(first + k, contacts.sliding[k], float(slow[k]), of_rate=True, rests_over=rests_over)
             meaning = Meaning(friction=k, rest=True)
             if partner not in contacts.sliding:
                 yield gap, meaning
@@ -102,7 +104,7 @@ def _in_plane(
     """Of sliding in a plane: along its direction where that is kept; where it begins, until it has a direction of its
     own; else along directions aside of it, and along it where it becomes so slow that it keeps its direction."""
     own, across = contacts.sliding[k], contacts.sliding[partner]
-    gap = gap._replace(other=first + partner, other_sign=across)
+    gap = gap._replace(other=first + partner, other_sign=across, rests_over=np.inf)
     if k in contacts.straight:
         yield gap
         return

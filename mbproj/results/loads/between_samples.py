@@ -63,7 +63,8 @@ def peaks(time: Array, values: Array, piece: Integers) -> Peaks:
         sign = np.where(value[smooth] < 0.0, -1.0, 1.0)
         best, when = _search(time, values, columns[smooth], wide, WIDE, low, high, sign)
         other, _ = _search(time, values, columns[smooth], narrow, NARROW, low, high, sign)
-        value[smooth], at[smooth] = best, when
+        higher = np.abs(best) > (1.0 + ROUND_OFF) * np.abs(value[smooth])  # what is constant is largest at first
+        value[smooth], at[smooth] = np.where(higher, best, value[smooth]), np.where(higher, when, at[smooth])
         uncertainty[smooth] = SAFETY * np.abs(best - other) + ROUND_OFF * np.abs(best)
     return Peaks(value, uncertainty, at)
 

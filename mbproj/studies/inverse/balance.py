@@ -6,7 +6,8 @@ Of all p that balance, the one with the least Σ w p² is taken; where B has a c
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from mbproj.dynamics.equations.kinematics import body_rates
 from mbproj.errors import InputError, Place, Problem
 from mbproj.model.system import System
 from mbproj.studies.inverse.actuators import Actuators
+from mbproj.studies.inverse.rubbing import Rubbing
 
 #: Singular values of NᵀB below this part of the largest column of B move nothing.
 DEAD = 1e-8
@@ -54,18 +56,16 @@ class _Sample:
     reached: Array
 
 
-def balance(actuators: Actuators, motions: Iterable[Motion]) -> Balance:
+def balance(actuators: Actuators, motions: Sequence[Motion]) -> Balance:
     """The forces along the motion. Raises InputError where a freedom that takes a force has no actuator."""
-    samples, motion = [], None
-    for motion in motions:
-        samples.append(_at(actuators, motion))
-    assert motion is not None
+    rubbing = Rubbing(actuators.system, motions)
+    samples = [_at(replace(actuators, system=rubbing.at(motion)), motion) for motion in motions]
     rank, freedom = max(sample.rank for sample in samples), samples[0].space.freedom
     size = max(sample.size for sample in samples)
     dead = np.array([sample.rank < rank and sample.left > MISSING * sample.size for sample in samples])
     missing = [sample.left if not gone else 0.0 for sample, gone in zip(samples, dead, strict=True)]
     if max(missing) > MISSING * size:
-        raise _refused(actuators.system, samples[int(np.argmax(missing))], motion, rank)
+        raise _refused(actuators.system, samples[int(np.argmax(missing))], motions[-1], rank)
     force = np.array([sample.force for sample in samples])
     rate = np.array([sample.rate for sample in samples])
     force[dead] = np.nan

@@ -53,10 +53,12 @@ def _change(system: System, acceleration: Array, angular: Array, u: Array, q: Ar
 
 
 def refuse_unknown_forces(system: System, motion: Motion, *, states_known: bool) -> None:
-    """Raises InputError where forces act that a motion does not tell: dry friction, the load of a bearing, a stop that
-    is touched, states of elements that nobody has."""
-    if system.frictions is not None or (system.forces.laws.bearing >= 0).any():
-        name = system.names.frictions[0] if system.names.frictions else "a bearing's friction"
+    """Raises InputError where forces act that a motion does not tell: friction by the load of a bearing or at a stop, a
+    stop that is touched, states of elements that nobody has."""
+    frictions = system.frictions
+    loaded = [] if frictions is None else np.flatnonzero((frictions.bearing >= 0) | (frictions.stop >= 0)).tolist()
+    if loaded or (system.forces.laws.bearing >= 0).any():
+        name = system.names.frictions[loaded[0]] if loaded else "a bearing's friction"
         message = f"dry friction '{name}' goes by the reactions of joints, which the actuators change"
         raise _refused(message, "drive the scene by motions: mbproj run SCENE, then mbproj info RESULTS --loads")
     if system.states.size and not states_known:

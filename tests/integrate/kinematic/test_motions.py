@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.errors import InputError, SimulationError
+from mbproj.errors import InputError
 from mbproj.scene import read_scene_text, settings_to_run
 from mbproj.studies.certify.certified import simulate_certified
 from mbproj.studies.compare.comparison import compare
@@ -58,16 +58,6 @@ def test_steps_of_the_scene_say_when_to_record_and_nothing_else():
     _, fixed, _ = run(FOUR_BAR, duration="0.4 s", step="10 ms", integrator="heun2")
     np.testing.assert_allclose(fixed["time"], found["time"], rtol=1e-15)
     np.testing.assert_allclose(fixed[COORDINATE], found[COORDINATE], rtol=0, atol=1e-12)
-
-
-@pytest.mark.parametrize("formulation", FORMULATIONS[1:] or FORMULATIONS)
-def test_a_run_stops_at_a_dead_centre_and_names_the_motion_and_its_joint(formulation):
-    with pytest.raises(SimulationError) as stopped:
-        run(BY_THE_ROCKER, formulation=formulation, output_step="10 ms")
-    time = rocker_at_dead_centre() / (2.0 * np.pi / 3.0)
-    assert stopped.value.time == pytest.approx(time, abs=1e-7)
-    assert stopped.value.where == "motion 'drive'"
-    assert f"D.angle = {rocker_at_dead_centre():.3g} rad" in str(stopped.value)
 
 
 def test_a_motion_turns_back_before_the_dead_centre():

@@ -211,6 +211,32 @@ motions: {drive: {joint: rail, displacement: 0.1*t}}
         loads(text)
 
 
+def test_dry_friction_of_a_constant_force_acts_against_the_rate():
+    """A box on a slope that goes to and fro, and rests in between: m (a + g sin β) + F sign v."""
+    rise, back = ("max(0, min(1, (t - 0.2)/0.3))", "max(0, min(1, (t - 0.7)/0.3))")
+    law = " - ".join(f"0.2*({x})**3*(10 - 15*{x} + 6*({x})**2)" for x in (rise, back))
+    text = f"""
+mbproj: 1
+gravity: [-4, 0, -9]
+simulation: {{duration: 1.2, output_step: 10 ms, kinematic: true}}
+bodies: {{box: {{mass: 2, inertia: [1, 1, 1], position: [0.3, 0, 0]}}}}
+joints: {{rail: {{type: prismatic, bodies: [ground, box], location: [0, 0, 0], axis: [1, 0, 0]}}}}
+forces: {{guide: {{type: friction, joint: rail, coulomb: {{force: 3 N}}}}}}
+motions: {{drive: {{joint: rail, displacement: "{law}"}}}}
+"""
+    found, done = loads(text), run(text)
+    t = found.time
+    inside = (np.abs(t - 0.35) < 0.14) | (np.abs(t - 0.85) < 0.14)
+    rests = (t < 0.2) | (np.abs(t - 0.6) < 0.09) | (t > 1.01)
+    x = np.where(t < 0.6, t - 0.2, t - 0.7) / 0.3
+    sign = np.where(t < 0.6, 1.0, -1.0)
+    bend = 0.2 * (60.0 * x - 180.0 * x**2 + 120.0 * x**3) / 0.09
+    np.testing.assert_allclose(found["drive"][inside], (2.0 * (sign * bend + 4.0) + 3.0 * sign)[inside], atol=1e-10)
+    np.testing.assert_allclose(found["drive"][rests], 8.0, atol=1e-10)
+    np.testing.assert_allclose(found["drive"][inside], done["motions/force"][inside, 0], atol=1e-10)
+    assert found.balance < 1e-12
+
+
 def test_a_spline_tells_noise_from_a_smooth_motion():
     t = np.linspace(0.0, 2.0, 201)
     smooth = np.sin(3.0 * t)

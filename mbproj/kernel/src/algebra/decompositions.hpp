@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <vector>
 
 #include <Eigen/Core>
 
@@ -13,6 +14,13 @@ namespace mbproj {
 Eigen::VectorXd solved(const Eigen::MatrixXd& A, const Eigen::VectorXd& b);
 // The smallest of the x next to a solution, for a matrix that may be singular.
 Eigen::VectorXd least_squares(const Eigen::MatrixXd& A, const Eigen::VectorXd& b);
+// An entry of a matrix in which most are 0.
+struct Entry {
+    int row, column;
+    double value;
+};
+// Of the determinant of a square matrix: 1, -1, or 0 where it is 0.
+int determinant_sign(int size, const std::vector<Entry>& entries);
 
 // Of a symmetric matrix, for N = 1, 3 and 6: its least and its largest eigenvalue.
 struct EigenvalueRange {

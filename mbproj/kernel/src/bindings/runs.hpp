@@ -33,15 +33,15 @@ template <int D> nb::dict samples(TimeLoop<D>& run) {
 }
 
 // What halts a run, as WatchedGap and WatchedRow have it.
-using WatchedGaps = std::vector<std::tuple<int, double, double, bool, int, double>>;
+using WatchedGaps = std::vector<std::tuple<int, double, double, bool, int, double, double>>;
 using WatchedRows = std::vector<std::tuple<int, double, double, double, double, int, int>>;
 
 template <int D> void watch(TimeLoop<D>& run, const WatchedGaps& gaps, const WatchedRows& rows, double spacing) {
     const Model<D>& model = run.model();
     std::vector<WatchedGap> own_gaps;
-    for (const auto& [stop, sign, slack, of_rate, other, other_sign] : gaps)
+    for (const auto& [stop, sign, slack, of_rate, other, other_sign, rests_over] : gaps)
         own_gaps.push_back({index_below(stop, model.stops.bound.size(), "watch"), sign, slack, of_rate,
-                            optional_index(other, model.stops.bound.size(), "watch"), other_sign});
+                            optional_index(other, model.stops.bound.size(), "watch"), other_sign, rests_over});
     std::vector<WatchedRow> own_rows;
     for (const auto& [row, sign, slack, bound, part, bearing, other] : rows)
         own_rows.push_back({index_below(row, model.constraints.rows, "watch"), sign, slack, bound, part,

@@ -22,6 +22,7 @@ struct FrictionBalance {
     Eigen::Index stops;
     Eigen::MatrixXd B;
     Vector b, fixed, sliding, direction;
+    Vector still;                // of each friction, an acceleration that is round-off
     std::vector<bool> able;      // of each row, whether something can move along it
     std::vector<bool> up, down;  // of each friction, whether a stop can push that way along its row
 
@@ -48,7 +49,7 @@ struct FrictionBalance {
                 stuck[static_cast<std::size_t>(k)] = holds;
                 if (!rests(k) || holds) continue;
                 const double way = (moves && std::abs(own) <= none && force != 0.0) ? -force : own;
-                if (!moves && std::abs(own) <= none) return false;
+                if (!moves && std::abs(own) <= std::max(none, still[k])) return false;
                 slips[k] = way > 0.0 ? 1.0 : way < 0.0 ? -1.0 : 0.0;
                 if (slips[k] == 0.0) return false;
             }

@@ -54,8 +54,10 @@ public:
 
     void watch(const ContactState& state, std::vector<WatchedGap>& gaps, std::vector<WatchedRow>& rows) const {
         for (const auto& [k, way] : state.sliding) {
-            const double slow = std::max(thresholds_.stop_rests * state.fastest, Limits::min()) * laws_[k].size;
+            const double fastest = std::max(state.fastest, Limits::min());
+            const double slow = std::max(thresholds_.stop_rests * fastest, Limits::min()) * laws_[k].size;
             gaps.push_back({stops_ + k, way, slow, true, -1, 0.0});
+            if (model_.is_held()) gaps.back().rests_over = thresholds_.rest_steps / fastest;
         }
         for (const auto& [k, at] : state.stuck) {
             const FrictionLaw& law = laws_[k];
@@ -86,13 +88,15 @@ public:
         rest(rate.tail(count), met, known, next, rests);
         if (!are_independent(first, rests) || !stop_all(y, first, next.fastest, rate)) return false;
         FrictionBalance balance{
-            first, border_.operator_of_rows(), {}, Vector(count), Vector(count), Vector(count), {}, {}, {}};
+            first, border_.operator_of_rows(), {}, Vector(count), Vector(count), Vector(count), Vector(count), {}, {},
+            {}};
         for (Eigen::Index i = 0; i < first + count; ++i) balance.able.push_back(border_.moves(i));
         for (Eigen::Index k = 0; k < count; ++k) {
             const double speed = rests[k] != 0.0 ? 0.0 : rate[first + k];
             balance.direction[k] = speed > 0.0 ? 1.0 : speed < 0.0 ? -1.0 : 0.0;
             balance.sliding[k] = laws_[k].at(speed);
             balance.fixed[k] = laws_[k].fixed;
+            balance.still[k] = thresholds_.rest_acceleration * next.fastest * next.fastest * laws_[k].size;
             balance.up.push_back(Walls<D>::push(touching_[k], 1.0));
             balance.down.push_back(Walls<D>::push(touching_[k], -1.0));
         }

@@ -15,13 +15,14 @@
 namespace mbproj {
 
 // What halts a run: sign (s - bound) below -slack, s one of the stops' coordinates; or sign s', to which another one may be
-// added with its sign.
+// added with its sign. Where |s'| stays within the slack over a step as long as `rests_over`, s, it is at rest, which halts a
+// run, too.
 struct WatchedGap {
     int stop;
     double sign, slack;
     bool of_rate;
     int other;
-    double other_sign;
+    double other_sign, rests_over = std::numeric_limits<double>::infinity();
 };
 
 // What halts a run: bound + part · load + sign λ below -slack, λ the multiplier of a row of the constraints, with the load of a
@@ -71,6 +72,14 @@ public:
         const bool found = below(before_, now_, step.h, 0.0, 1.0) || gives_way(pose, lambda);
         if (found && is_below(now_)) return true;
         return closes_inside(step, turns, before_, now_, 0.0, 1.0, model_.thresholds.most_halves) || found;
+    }
+    // What has been at rest over the step that was looked at last, of size h; -1 for nothing.
+    int rests(double h) const {
+        for (std::size_t k = 0; k < gaps_.size(); ++k)
+            if (gaps_[k].of_rate && h >= gaps_[k].rests_over &&
+                std::max(std::abs(before_[k].rate), std::abs(now_[k].rate)) <= gaps_[k].slack)
+                return gaps_[k].stop;
+        return -1;
     }
     // The next step begins at the end of the one that was looked at last.
     void pass() { before_.swap(now_); }

@@ -74,7 +74,7 @@ public:
     // What a force of size 1 along each row adds to the joints' multipliers, where there are bearings that go by them.
     const Eigen::MatrixXd& reactions() const { return reactions_; }
     // Whether anything can move along a row: B is round-off of what it would be without joints where nothing can.
-    bool moves(Eigen::Index k) const { return B_(k, k) > model_.thresholds.no_push * loose_[k]; }
+    bool moves(Eigen::Index k) const { return !model_.is_held() && B_(k, k) > model_.thresholds.no_push * loose_[k]; }
     // The rows that do not depend on each other.
     const SemidefiniteCholesky& cholesky() const { return cholesky_; }
 

@@ -17,6 +17,10 @@ public:
     // Where motion k puts its coordinate.
     double prescribed(std::size_t k) const { return model_.driven[k].start + found_[k].x; }
 
+    bool is_at_rest() const {
+        return std::all_of(found_.begin(), found_.end(), [](const Series& each) { return each.d == 0.0; });
+    }
+
     // The driven rows of C, less what the motions prescribe.
     void close(double* C) const {
         for (std::size_t k = 0; k < found_.size(); ++k) {

@@ -178,8 +178,8 @@ public:
     void start_teeth() { couplings_.start(pose_, expected_, constraint()), known_ = false; }
     // A coordinate that is an angle, in the state in place.
     JointAngle angle(int coordinate) const { return joint_angle(model_, pose_, motion_, coordinate); }
-    // What motion k prescribes at the time in place.
-    double prescribed(std::size_t k) const { return drive_.prescribed(k); }
+    // What motions prescribe at the time in place.
+    const Drive<D>& drive() const { return drive_; }
     // The state, at `time`, at which a function of the scene had no finite value; empty where none failed.
     const std::vector<double>& broken_state() const { return broken_state_; }
     void forget_broken_state() { broken_state_.clear(); }

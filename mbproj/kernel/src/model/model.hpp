@@ -203,6 +203,8 @@ template <int D> struct Model {
         return worst;
     }
     int size() const { return static_cast<int>(bodies.size()); }
+    // Whether joints and motions alone say where each body is.
+    bool is_held() const { return constraints.rows - rows.redundant >= Size<D>::freedoms * size(); }
     // The rows of C, those that hold flywheels, and those of stiff forces.
     // Of all rows, and then the pushes of the stops.
     int all_multipliers() const { return all_rows() + static_cast<int>(stops.bound.size()); }

@@ -10,7 +10,7 @@ struct Thresholds {
     int most_dense_rows;
     // mbproj/thresholds/passages.py
     double least_violation, passing, nearing, agreement, agreed_tolerances, shorter, branch_change, lost_velocity,
-        lost_way, at_rest, rest_rate, nearly_closed, told_part, told_way;
+        lost_way, at_rest, rest_rate, nearly_closed, told_part, told_way, crossed_way;
     int most_shorter;
     // mbproj/thresholds/elimination.py
     double no_inertia, no_mass, asymmetry, most_cancelled, parallel, lent_part, settled_part, settled_enough,
@@ -26,7 +26,7 @@ struct Thresholds {
         newton_floor, secant_change, softened, first_contraction, least_contraction;
     int most_polishing, most_chatter, most_newton, free_passes, most_halvings, branch_halvings;
     // mbproj/thresholds/contact.py
-    double settled_load, middle_unlike, no_push, touching, stop_rests, lowest_bounce, contact_pulls, creates_energy,
+    double settled_load, middle_unlike, no_push, touching, stop_rests, rest_acceleration, rest_steps, lowest_bounce, contact_pulls, creates_energy,
         on_grid, damped_from, damped_to, balanced_to, slips;
     int most_load_passes, most_halves, most_meetings;
 };
@@ -57,6 +57,7 @@ template <class Visit> void each_threshold(Visit&& visit) {
     visit("nearly_closed", &Thresholds::nearly_closed);
     visit("told_part", &Thresholds::told_part);
     visit("told_way", &Thresholds::told_way);
+    visit("crossed_way", &Thresholds::crossed_way);
     visit("no_inertia", &Thresholds::no_inertia);
     visit("no_mass", &Thresholds::no_mass);
     visit("asymmetry", &Thresholds::asymmetry);
@@ -122,6 +123,8 @@ template <class Visit> void each_threshold(Visit&& visit) {
     visit("no_push", &Thresholds::no_push);
     visit("touching", &Thresholds::touching);
     visit("stop_rests", &Thresholds::stop_rests);
+    visit("rest_acceleration", &Thresholds::rest_acceleration);
+    visit("rest_steps", &Thresholds::rest_steps);
     visit("lowest_bounce", &Thresholds::lowest_bounce);
     visit("contact_pulls", &Thresholds::contact_pulls);
     visit("creates_energy", &Thresholds::creates_energy);

@@ -3,8 +3,10 @@
 // accelerations follow from the equations. What remains to be integrated is the work of forces, and states of elements, by
 // explicit stages. Newton's method may come to another assembly of the mechanism: a step is made only where none of its stages
 // leaves a doubt about that.
+// What does not move at all has velocities of exactly 0: those of round-off would be works of round-off.
 #pragma once
 
+#include "dynamics/branch_sign.hpp"
 #include "projection/projector.hpp"
 #include "steppers/explicit_stages.hpp"
 
@@ -18,7 +20,8 @@ public:
     using typename Base::Visit;
 
     KinematicSteps(const Tableau& tableau, EquationsOfMotion<D>& equations, Projector<D>& projector)
-        : Base(tableau, equations), model_(equations.model()), projector_(projector), states_(k_.size(), stage_),
+        : Base(tableau, equations), model_(equations.model()), projector_(projector), sign_(model_),
+          states_(k_.size(), stage_),
           needs_last_(tableau.error.rows() > 0 && !(tableau.error.col(tableau.stages()).isZero(0.0) &&
                                                     tableau.dense.row(tableau.stages()).isZero(0.0))) {}
 
@@ -36,11 +39,16 @@ public:
             if (tableau_.c[s] == 1.0) end = s;
         }
         combine(y, h, tableau_.b, tableau_.stages(), y_new);
-        if (end < 0) return close(t, h, 1.0, y_new);
         const Block& bodies = layout_.bodies;
-        y_new.segment(bodies.first, bodies.size) = states_[end].segment(bodies.first, bodies.size);
-        return true;
+        if (end < 0) {
+            if (!close(t, h, 1.0, y_new)) return false;
+        } else {
+            y_new.segment(bodies.first, bodies.size) = states_[end].segment(bodies.first, bodies.size);
+            equations_.set_pose(t + h, y_new.data());
+        }
+        return keeps_sign(t, y, h, y_new);
     }
+    bool closes_stages() const override { return true; }
     std::optional<Unsolved> unsolved() const override {
         return doubt_ ? std::optional(Unsolved{-1, -1}) : std::nullopt;
     }
@@ -51,7 +59,8 @@ public:
     }
 
     // Of the states and the works. A work is measured against what the bodies' inertias, weights and its own power amount to
-    // in the step.
+    // in the step, and errs by no more than round-off where it errs less than that of what was worked before, or of a fall
+    // by the mechanism's length.
     std::optional<double> error(double t, const Vector& y, const Vector& y_new, double h, double tolerance,
                                 bool) override {
         const int last = tableau_.stages();
@@ -59,9 +68,15 @@ public:
         const Block &states = layout_.states, &works = layout_.quadratures;
         const int count = states.size + works.size;
         if (!count) return 0.0;
+        const double weight = model_.gravity.norm() * model_.length * mass();
         double work = 0.0;
         for (int s = 0; s < last && works.size; ++s)
             if (tableau_.b[s] != 0.0) work += h * std::abs(tableau_.b[s]) * exchanged(states_[s], k_[s]);
+        if (watches_sign()) {
+            // Near a singular pose works are known to what joints stay open by over its squared distance.
+            const double nearest = std::max(equations_.policy().passed().smallest, round_off());
+            work *= std::max(1.0, model_.thresholds.closed_to / (nearest * tolerance));
+        }
         double norms[2] = {0.0, 0.0};
         for (int e = 0; e < tableau_.error.rows(); ++e) {
             double sum = 0.0;
@@ -75,7 +90,8 @@ public:
             };
             for (int i = states.first; i < states.end(); ++i)
                 add(i, layout_.scale[i] + std::max(std::abs(y[i]), std::abs(y_new[i])));
-            for (int i = works.first; i < works.end(); ++i) add(i, work);
+            for (int i = works.first; i < works.end(); ++i)
+                add(i, std::max(work, round_off() * (weight + std::abs(y_new[i])) / tolerance));
             norms[e] = std::sqrt(sum / count);
         }
         return combined(norms);
@@ -101,6 +117,25 @@ private:
         const bool closed = done.regular && done.failures == 0 && stage.allFinite() &&
                             model_.open_by_more(equations_.constraint(), model_.thresholds.lost_limit) < 0;
         doubt_ = !closed || !is_told(done, c * h, stage);
+        if (equations_.drive().is_at_rest()) stop(stage);
+        return !doubt_;
+    }
+    void stop(Vector& stage) const {
+        for (int b = 0; b < model_.size(); ++b) {
+            WritablePart<D> part(stage.data(), b);
+            part.velocity() = Point<D>::Zero();
+            part.omega() = Turn<D>(Turn<D>::Zero());
+        }
+    }
+
+    // Works alone, which jump from branch to branch, are followed by steps so short that no other branch is in reach. Those that
+    // a scene's integrator makes for its states may be longer.
+    bool watches_sign() const { return layout_.states.size > 0; }
+    // Whether a step passes no pose where branches cross, or is so short that it can pass one alone and reach no other branch.
+    bool keeps_sign(double t, const Vector& y, double h, const Vector& y_new) {
+        if (!watches_sign()) return true;
+        const bool changes = sign_.changes(equations_, t, y.data(), t + h, y_new.data());
+        doubt_ = changes && way(y, y_new) > model_.thresholds.crossed_way * model_.length;
         return !doubt_;
     }
 
@@ -129,7 +164,7 @@ private:
         equations_.set_pose(t, stage.data());
         for (std::size_t k = 0; k < model_.driven.size(); ++k)
             if (const int i = model_.driven[k].coordinate; model_.counts_turns[i])
-                stage[layout_.followed.first + i] = equations_.prescribed(k);
+                stage[layout_.followed.first + i] = equations_.drive().prescribed(k);
     }
 
     // How far all bodies are from where they are in another state, turns times the mechanism's length.
@@ -160,8 +195,16 @@ private:
         return sum;
     }
 
+    double mass() const {
+        double sum = 0.0;
+        for (const Body<D>& body : model_.bodies) sum += body.mass;
+        return sum;
+    }
+    static double round_off() { return std::numeric_limits<double>::epsilon(); }
+
     const Model<D>& model_;
     Projector<D>& projector_;
+    BranchSign<D> sign_;
     std::vector<Vector> states_;  // the stages
     Vector predicted_;
     const bool needs_last_;  // f at the end of the step

@@ -88,6 +88,8 @@ public:
     virtual bool meet_break(double t, const Vector& y, const TimeWindow& window, Vector& slope, double* lambda) = 0;
     // Whether the slope that a step begins with is part of the state, not one of its functions.
     virtual bool carries_slope() const = 0;
+    // Whether Newton's method closes each stage, so that nothing of the motion is integrated.
+    virtual bool closes_stages() const { return false; }
 
     // A first step size from f and an estimate of f' (Hairer's hinit), at most `longest`; negative where f fails or
     // overflows however near to the start. Says whether `longest` has a say in it.

@@ -18,8 +18,9 @@ public:
         : equations_(equations), projector_(projector), half_(stepper.copy()),
           middle_(Vector::Zero(equations.layout().size())), end_(middle_) {}
 
-    // Whether the step that was just made needs the check, by the poses that its stages have passed.
+    // Whether the step that was just made needs the check, by the poses that its stages have passed: not where these are closed.
     bool is_near() const {
+        if (half_->closes_stages()) return false;
         const Thresholds& thresholds = equations_.model().thresholds;
         const Passed& passed = equations_.policy().passed();
         return passed.smallest < thresholds.passing && passed.smallest < thresholds.nearing * passed.largest;

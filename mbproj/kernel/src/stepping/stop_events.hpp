@@ -55,8 +55,10 @@ public:
                                             const std::vector<double>& lambda) {
         const CubicStep step{now_.to.h, now_.y, stepper_.first(), now_.y_new, slope};
         const bool at_end = watch_.met(step, equations_.pose(), equations_.motion(), turns, lambda);
+        rests_ = watch_.rests(now_.to.h);
         const auto solve = [&](double x, std::vector<double>& found) { return solve_inside(step, x, found); };
-        if (!watch_.gives_way_inside(now_.to.h, equations_.pose(), solve) && !at_end) return watch_.pass(), false;
+        if (!watch_.gives_way_inside(now_.to.h, equations_.pose(), solve) && !at_end && rests_ < 0)
+            return watch_.pass(), false;
         if (halts()) return true;
         lambda_ = lambda;
         return last_known_ = margins(now_.to.t, now_.y_new, turns, last_), true;
@@ -70,6 +72,7 @@ public:
         const Target whole = now_.to;
         if (!last_known_ || !back(counted)) return Found::none;
         policy_.see_speed(now_.y);
+        if (rests_ >= 0) return stop_ = rests_, released_ = false, meeting_ = true, Found::at_once;
         const double grain = 4.0 * schedule_.grain(now_.t);
         MeetingSearch search(watch_.slacks());
         const auto at = [&](double h, MeetingSearch::Margins& found) { return reach(h, counted, found); };
@@ -183,7 +186,7 @@ private:
     std::vector<double> lambda_;
     MeetingSearch::Margins last_;
     double spacing_ = 1.0;
-    int stop_ = -1, left_over_ = -1;
+    int stop_ = -1, left_over_ = -1, rests_ = -1;
     bool released_ = false, meeting_ = false, last_known_ = false, halts_ = false;
 };
 

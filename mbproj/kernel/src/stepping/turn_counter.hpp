@@ -48,7 +48,7 @@ public:
         if (!followed_.size || model_.driven.empty()) return;
         equations_.set_pose(t, y.data());
         for (const Counting& each : counting_)
-            if (each.motion >= 0) y[followed_.first + each.coordinate] = equations_.prescribed(each.motion);
+            if (each.motion >= 0) y[followed_.first + each.coordinate] = equations_.drive().prescribed(each.motion);
     }
 
     // From y at t, counted, to y_new, in place; the worst coordinate whose turns the step cannot tell.
@@ -98,7 +98,7 @@ public:
             double expected = rest * rest * ((1.0 + 2.0 * s) * before.value(i) + s * h * before.angles[i].speed) +
                               s * s * ((1.0 + 2.0 * rest) * after.value(i) - rest * h * after.angles[i].speed);
             if (each.motion >= 0)
-                expected = equations_.prescribed(each.motion);
+                expected = equations_.drive().prescribed(each.motion);
             else if (followed_.size)
                 expected = y[followed_.first + i];
             double off;
@@ -141,7 +141,7 @@ private:
     }
 
     Angle look(const Counting& each) const {
-        return {equations_.angle(each.coordinate), each.motion < 0 ? 0.0 : equations_.prescribed(each.motion)};
+        return {equations_.angle(each.coordinate), each.motion < 0 ? 0.0 : equations_.drive().prescribed(each.motion)};
     }
 
     const Model<D>& model_;

@@ -1,0 +1,102 @@
+// On which side of a singular pose a mechanism without degrees of freedom is: the sign of the determinant of G, of the rows
+// held, which are square then; block by block, since two that change at once leave the whole one as it is. A sign does not
+// change along a branch of the motion but where branches cross. Where two of them meet, as at a dead centre, each has another
+// one (Allgower & Georg, Numerical Continuation Methods, 1990, sect. 8.1).
+#pragma once
+
+#include <limits>
+#include <vector>
+
+#include "algebra/decompositions.hpp"
+#include "algebra/irreducible_blocks.hpp"
+#include "dynamics/equations_of_motion.hpp"
+
+namespace mbproj {
+
+template <int D> class BranchSign final {
+public:
+    using S = Size<D>;
+    using Signs = std::vector<int>;  // of the blocks, 0 where one is singular
+
+    explicit BranchSign(const Model<D>& model) : model_(model) {}
+
+    // Whether a sign is another one at two states, (t, y) and a later one, which is in place. False where that is not known.
+    bool changes(EquationsOfMotion<D>& equations, double t, const double* y, double t_new, const double* y_new) {
+        const std::vector<int>& left_out = equations.solver().left_out();
+        if (left_out != seen_for_ || at_.empty()) see(left_out);
+        if (t == last_.t) std::swap(first_, last_);
+        last_ = {t_new, signs(equations.pose())};
+        if (t != first_.t) {
+            equations.set_pose(t, y);
+            first_ = {t, signs(equations.pose())};
+            equations.set_pose(t_new, y_new);
+        }
+        for (std::size_t b = 0; b < last_.signs.size(); ++b)
+            if (first_.signs[b] * last_.signs[b] < 0) return true;
+        return false;
+    }
+
+private:
+    struct Seen {
+        double t = std::numeric_limits<double>::quiet_NaN();
+        Signs signs;
+    };
+    // Where a row or a column is: in which block, and at which place of it.
+    struct At {
+        int block = -1, place = 0;
+    };
+
+    // The blocks of these rows; none where they are not square.
+    void see(const std::vector<int>& left_out) {
+        seen_for_ = left_out, first_ = last_ = {};
+        const int size = S::freedoms * model_.size();
+        at_.assign(model_.constraints.rows, {}), columns_.assign(size, {}), sizes_.clear();
+        std::vector<std::vector<int>> columns;
+        std::vector<int> rows;
+        for (const Joint& joint : model_.joints)
+            for (int row = joint.row; row < joint.row + joint.rows && row < model_.constraints.rows; ++row) {
+                if (std::binary_search(left_out.begin(), left_out.end(), row)) continue;
+                rows.push_back(row);
+                columns.emplace_back();
+                for (const int body : joint.bodies)
+                    for (int c = 0; c < S::freedoms; ++c) columns.back().push_back(S::freedoms * body + c);
+            }
+        if (static_cast<int>(rows.size()) != size) return;
+        const IrreducibleBlocks blocks(columns);
+        sizes_.assign(blocks.count(), 0);
+        for (int column = 0; column < size && blocks.count(); ++column) {
+            const int block = blocks.of_column(column), place = sizes_[block]++;
+            columns_[column] = at_[rows[blocks.row_of(column)]] = {block, place};
+        }
+    }
+
+    Signs signs(const Pose<D>& pose) {
+        entries_.resize(sizes_.size());
+        for (auto& entries : entries_) entries.clear();
+        for (const Joint& joint : model_.joints) {
+            if (joint.row >= model_.constraints.rows || sizes_.empty()) break;
+            for (const int body : joint.bodies) {
+                mbproj::jacobian<D>(model_, pose, joint, body, part_);
+                for (int r = 0; r < joint.rows; ++r)
+                    for (int c = 0; c < S::freedoms; ++c) {
+                        const At &row = at_[joint.row + r], &column = columns_[S::freedoms * body + c];
+                        if (row.block >= 0 && row.block == column.block && part_(r, c) != 0.0)
+                            entries_[row.block].push_back({row.place, column.place, part_(r, c)});
+                    }
+            }
+        }
+        Signs found;
+        for (std::size_t b = 0; b < sizes_.size(); ++b) found.push_back(determinant_sign(sizes_[b], entries_[b]));
+        return found;
+    }
+
+    const Model<D>& model_;
+    std::vector<int> seen_for_;  // rows that are left out, to which the blocks belong
+    std::vector<At> at_, columns_;
+    std::vector<int> sizes_;
+    Seen first_, last_;  // where the last step that was tried begins and ends
+    std::vector<std::vector<Entry>> entries_;
+    Matrix<6, S::freedoms> part_;
+};
+
+}  // namespace mbproj
