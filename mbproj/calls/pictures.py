@@ -42,6 +42,10 @@ class Picture:
         `force` does not replace."""
         return save(self.figure, Path(path), force=force)
 
+    def __repr__(self) -> str:
+        panels = [axes.get_ylabel() for axes in self.axes if axes.get_visible() and axes.get_ylabel()]
+        return f"Picture: {'; '.join(panels)}\n.save(path) writes it, .figure and .axes are Matplotlib's"
+
     def _repr_png_(self) -> bytes:
         image = BytesIO()
         self.figure.savefig(image, format="png", dpi=100)
@@ -58,6 +62,13 @@ class Plots:
 
     def __dir__(self) -> list[str]:
         return list(KINDS)
+
+    def __call__(self, kind: str = "", *names: str, **window: float | None) -> Picture:
+        """The picture of a kind, as by its name: `plot("energy")` is `plot.energy()`."""
+        if kind not in KINDS:
+            what = f"there is no picture '{kind}'," if kind else "which picture?"
+            raise InputError(Problem(f"{what} plot.energy() is one", hint=choose_from(kind, KINDS)))
+        return self._draw(kind, *names, **window)
 
     def __getattr__(self, kind: str) -> Any:
         if kind not in KINDS:
@@ -92,6 +103,9 @@ class Page:
 
     def __init__(self, html: str) -> None:
         self.html = html
+
+    def __repr__(self) -> str:
+        return f"Page of {len(self.html) / 1e6:.1f} MB\n.save(path) writes it; a notebook shows it"
 
     def save(self, path: str | Path, *, force: bool = False) -> Path:
         """Writes the page, which any browser opens offline."""

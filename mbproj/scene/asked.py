@@ -1,4 +1,4 @@
-"""What the `simulation` block asks of a run: how the constraints are enforced, how time goes on, what is recorded."""
+"""What a scene asks of a run: how constraints are enforced, how time goes on, what is recorded, what is expected."""
 
 from __future__ import annotations
 
@@ -57,3 +57,27 @@ class Passage(NamedTuple):
     coordinate: str
     value: float
     unit: str
+
+
+@dataclass(frozen=True)
+class Expectation:
+    """What a run has to find: a `value` within `tolerance`, or at most `below`, or at least `above`, by its `source`.
+
+    `of` ("marker", .., "diagnostic") and `item` say of what; `quantity` is of `mbproj.scene.blocks.observables`, in the
+    SI unit `unit`; `component` "x", "y", "z", "norm" or "" for all; `over` the input of a ratio; `between` the markers
+    of a transmission angle; `at` a time in s, a passage, or one of `MOMENTS` there."""
+
+    name: str
+    of: str
+    item: str
+    quantity: str
+    unit: str
+    component: str
+    at: float | str | Passage
+    source: str
+    value: tuple[float, ...] | None = None
+    tolerance: float | None = None
+    below: float | None = None
+    above: float | None = None
+    over: str = ""
+    between: tuple[str, ...] = ()

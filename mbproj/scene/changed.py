@@ -13,6 +13,9 @@ from mbproj.scene.text.changes import changed
 from mbproj.scene.text.document import compose
 from mbproj.scene.text.nodes import MappingNode, document, flow, from_value
 
+#: So many items of a kind are shown.
+SHOWN = 6
+
 
 def with_changes(scene: Scene, changes: Mapping[str, object]) -> Scene:
     """The scene with these values. Settings that Python has given hold, unless the changes name them."""
@@ -47,3 +50,28 @@ def _given(scene: Scene) -> dict[KeyPath, object]:
 
 def _read(scene: Scene, changes: Mapping[str, object]) -> Scene:
     return read_scene_text(scene.text, str(scene.path or "scene"), changes)
+
+
+def lines(scene: Scene) -> list[tuple[str, str]]:
+    """What a prompt shows of a scene: a word, and what it is."""
+    settings = scene.settings
+    step = f"step {settings.step:g} s" if settings.step is not None else ""
+    step = f"tolerance {settings.tolerance:g}" if settings.tolerance is not None else step
+    duration = f"{settings.duration:g} s" if settings.duration is not None else ""
+    found = [
+        ("bodies", [f"{body.name} {body.mass:.4g} kg" for body in scene.bodies]),
+        ("joints", [f"{joint.name} {joint.type}" for joint in scene.joints]),
+        ("forces", [force.name for force in scene.forces]),
+        ("elements", [element.name for element in scene.elements]),
+        ("motions", [motion.name for motion in scene.motions]),
+        ("markers", [marker.name for marker in scene.markers]),
+        ("expectations", [expected.name for expected in scene.expectations]),
+        ("parameters", [f"{name} = {value:.6g}" for name, value in scene.parameters.items()]),
+        ("simulation", [part for part in (duration, settings.integrator, step, settings.projection.method) if part]),
+    ]
+    return [(word, _some(parts)) for word, parts in found if parts]
+
+
+def _some(parts: list[str]) -> str:
+    more = f", ... ({len(parts)} in all)" if len(parts) > SHOWN else ""
+    return ", ".join(parts[:SHOWN]) + more

@@ -13,6 +13,7 @@ from mbproj.dataclass import dataclass
 from mbproj.elements import Element, Kind
 from mbproj.errors import Place, Problem
 from mbproj.functions.program import Program
+from mbproj.scene.asked import Expectation as Expectation
 from mbproj.scene.asked import Passage as Passage
 from mbproj.scene.asked import ProjectionSettings as ProjectionSettings
 from mbproj.scene.asked import Settings as Settings
@@ -215,30 +216,6 @@ class Marker:
 
 
 @dataclass(frozen=True)
-class Expectation:
-    """What a run has to find: a `value` within `tolerance`, or at most `below`, or at least `above`, by its `source`.
-
-    `of` ("marker", .., "diagnostic") and `item` say of what; `quantity` is of `mbproj.scene.blocks.observables`, in the
-    SI unit `unit`; `component` "x", "y", "z", "norm" or "" for all; `over` the input of a ratio; `between` the markers
-    of a transmission angle; `at` a time in s, a passage, or one of `MOMENTS` there."""
-
-    name: str
-    of: str
-    item: str
-    quantity: str
-    unit: str
-    component: str
-    at: float | str | Passage
-    source: str
-    value: tuple[float, ...] | None = None
-    tolerance: float | None = None
-    below: float | None = None
-    above: float | None = None
-    over: str = ""
-    between: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
 class Scene:
     """A whole scene file. `text` is the file as read, `path` its path (None for text from elsewhere), `overrides` what
     --set changed, and `places` where each key stands. `notes` is what was read that is legal but may be a mistake.
@@ -292,6 +269,19 @@ class Scene:
         that were given in Python stay. Raises InputError as `read_scene`."""
         changed: Scene = import_module("mbproj.scene.changed").with_changes(self, {**changes, **named})
         return changed
+
+    def __repr__(self) -> str:
+        lines: list[tuple[str, str]] = import_module("mbproj.scene.changed").lines(self)
+        width = max(len(word) for word, _ in lines)
+        shown = [f"  {word:{width}}  {what}" for word, what in lines]
+        return "\n".join([f"Scene: {self.title or 'untitled'}", *shown])
+
+    def _repr_html_(self) -> str:
+        from html import escape
+
+        lines: list[tuple[str, str]] = import_module("mbproj.scene.changed").lines(self)
+        cells = (f"<tr><th>{escape(word)}</th><td>{escape(what)}</td></tr>" for word, what in lines)
+        return f"<table><caption>{escape(self.title or 'untitled')}</caption>{''.join(cells)}</table>"
 
     def to_yaml(self) -> str:
         """The scene as a text that reads the same: its own, or one with its changes in it. Raises ValueError where it

@@ -16,6 +16,7 @@ from mbproj.results.file.contents import Contents
 from mbproj.results.layout import Dataset
 from mbproj.results.members import Coordinate, Over
 from mbproj.results.views import frames, words
+from mbproj.scene.records import Scene
 
 Same = TypeVar("Same", bound="Shown")
 
@@ -96,6 +97,12 @@ class Shown(ABC):
         ImportError where xarray is not installed."""
         about = {"title": self.title, "status": self.status}
         return frames.to_xarray(self.datasets, self.names, self.__getitem__, about)
+
+    @property
+    def scene(self) -> Scene:
+        """The scene of the run, read again. Raises InputError where its bodies are not those of the results."""
+        found: Scene = import_module("mbproj.pages.look.recorded").scene_of(self)
+        return found
 
     @property
     def plot(self) -> Any:
