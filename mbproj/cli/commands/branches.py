@@ -10,6 +10,7 @@ import click
 
 from mbproj.cli.completion import File
 from mbproj.cli.explained import Part, explained, option
+from mbproj.cli.figure_options import look
 from mbproj.cli.linear.options import scene_argument
 from mbproj.cli.scene_options import parameters
 from mbproj.errors import ExitCode
@@ -62,6 +63,7 @@ EXAMPLES = (
     metavar="FILE",
     help="Draw them side by side.",
 )
+@look
 @option(Part.OUTPUT, "--force", is_flag=True, help="Replace files that mbproj did not write, too.")
 @option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of the report.")
 def command(

@@ -10,6 +10,7 @@ import click
 
 from mbproj.cli.completion import File
 from mbproj.cli.explained import Part, explained, option
+from mbproj.cli.figure_options import look
 from mbproj.cli.scene_options import overrides, parameters, scene_options
 from mbproj.errors import ExitCode
 from mbproj.joints import COORDINATE_UNITS, INERTIA_UNITS, JOINTS
@@ -36,6 +37,7 @@ EXAMPLES = (
     metavar="FILE",
     help="Draw the start, assembled: a .png, .svg or .pdf, or an .html page.",
 )
+@look
 @option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(scene: str, settings: tuple[str, ...], picture: Path | None, as_json: bool, **options: Any) -> int:
     """Reads and assembles SCENE without running it.

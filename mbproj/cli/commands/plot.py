@@ -11,12 +11,12 @@ import click
 
 from mbproj.cli.completion import Folder, one_of, results_file
 from mbproj.cli.explained import Part, explained, option
+from mbproj.cli.figure_options import look
 from mbproj.cli.linear.pictures import draw_linear, is_linear
 from mbproj.cli.quantity import AnyNumber, Corners, Positive, Times
 from mbproj.cli.results_shown import opened, require_markers, selected
 from mbproj.cli.studies.sweep_pictures import draw_sweep, is_sweep
 from mbproj.cli.study_options import force as force_option
-from mbproj.cli.study_options import look
 from mbproj.errors import InputError, Problem
 from mbproj.figures.kinds import KINDS
 from mbproj.figures.sweeps import PICTURES

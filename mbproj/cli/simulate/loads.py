@@ -10,6 +10,7 @@ import click
 
 from mbproj.cli.completion import File
 from mbproj.cli.explained import Part, explained, option
+from mbproj.cli.figure_options import look
 from mbproj.cli.scene_options import parameters
 from mbproj.cli.study_options import force as force_option
 from mbproj.errors import InputError, Place, Problem
@@ -65,6 +66,7 @@ PICTURES = (".png", ".svg", ".pdf")
 @option(
     Part.OUTPUT, "--plot", "picture_path", type=File(*PICTURES, path_type=Path), help="Picture, .png, .svg or .pdf."
 )
+@look
 @option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object with all samples.")
 @option(Part.OUTPUT, "-q", "--quiet", is_flag=True, help="Print nothing but errors.")
 @force_option

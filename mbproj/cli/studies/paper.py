@@ -9,9 +9,9 @@ import click
 
 from mbproj.cli.completion import Folder
 from mbproj.cli.explained import Part, explained, option
+from mbproj.cli.figure_options import look
 from mbproj.cli.quantity import Positive
 from mbproj.cli.study_options import force as force_option
-from mbproj.cli.study_options import look
 from mbproj.outputs import check_replaceable, make_folder, picture
 
 if TYPE_CHECKING:
