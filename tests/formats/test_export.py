@@ -153,3 +153,22 @@ def test_a_universal_joint_comes_back_with_its_name(ending, tmp_path):
     found = read_model(tmp_path / f"m.{ending}").joints
     assert names
     assert {name for name, joint in found.items() if joint.type == "universal"} == names
+
+
+@pytest.mark.parametrize("write", [as_mjcf, as_urdf])
+def test_a_force_that_is_an_element_is_left_out_and_said(write):
+    """A spring and a damper in series, between points and in a joint: a tendon without stiffness is none of them."""
+    scene = read_scene_text("""\
+mbproj: 1
+gravity: [0, 0, -9.81]
+bodies: {rod: {mass: 2, inertia: [0.1, 0.1, 0.1], position: [0.5, 0, 0]}}
+joints: {A: {type: revolute, bodies: [ground, rod], location: [0, 0, 0], axis: y}}
+forces:
+  line: {type: maxwell, points: {ground: [0, 0, 1], rod: [0.5, 0, 0]}, stiffness: 2e4, damping: 300}
+  seal: {type: torsion_maxwell, joint: A, stiffness: 40, damping: 2}
+""")
+    written = write(scene, "1")
+    lost = {row.element: row.what for row in written.said if row.same.value == "no"}
+    assert set(lost) == {"force 'line'", "force 'seal'"}
+    assert lost["force 'seal'"] == "left out: no model has the type torsion_maxwell"
+    assert "<tendon" not in written.text

@@ -44,6 +44,9 @@ def acting_on(scene: Scene, say: Say) -> dict[str, Acting]:
         if not isinstance(force, JointForce):
             continue
         joint = joints[force.joint]
+        if force.element is not None:
+            say(f"force '{force.name}'", f"left out: no model has the type {force.element.type}", Same.NO)
+            continue
         for coordinate, law in force.laws.items():
             if law.function is not None:
                 say(f"force '{force.name}'", "left out: its law is a function", Same.NO)

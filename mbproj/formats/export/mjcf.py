@@ -211,7 +211,9 @@ class _Mjcf:
     def _forces(self) -> None:
         """Springs and stops between two points are tendons."""
         for force in self.scene.forces:
-            if isinstance(force, PointForce):
+            if isinstance(force, PointForce) and force.element is not None:
+                self.out.say(f"force '{force.name}'", f"left out: no model has the type {force.element.type}", Same.NO)
+            elif isinstance(force, PointForce):
                 if force.law.function is not None:
                     self.out.say(f"force '{force.name}'", "left out: its law is a function", Same.NO)
                     continue
