@@ -21,9 +21,9 @@ NAMING = ("name", "class", "childclass", "file", "model", "data")
 
 @dataclass(eq=False)
 class Source:
-    """A model that stands on its own: its root, the bytes of its files by the name that MuJoCo has for them, the
-    `files` of meshes by the mesh's name, what is missing, and the geoms that stand for it. `gone` may act on the
-    motion: included files that are not there, flexible bodies."""
+    """A model that stands on its own: its root, and the bytes of its files by the name that MuJoCo has for them. The
+    `files` of meshes stand by the mesh's name, beside what is missing and the geoms that stand for it. `gone` may act
+    on the motion: included files that are not there, flexible bodies."""
 
     root: Element
     meshes: dict[str, bytes]
