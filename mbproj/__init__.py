@@ -14,6 +14,7 @@ Names are imported when they are first used, so that `import mbproj` is cheap.
 
 from __future__ import annotations
 
+import gc
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -277,7 +278,14 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     if name not in _HOME_OF:
         raise AttributeError(f"module 'mbproj' has no attribute '{name}'")
-    return getattr(import_module(_HOME_OF[name]), name)
+    collects = gc.isenabled()
+    gc.disable()  # what is imported stays: a search for garbage in it would take 7 % of the time
+    try:
+        home = import_module(_HOME_OF[name])
+    finally:
+        if collects:
+            gc.enable()
+    return getattr(home, name)
 
 
 def __dir__() -> list[str]:

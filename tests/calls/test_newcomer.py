@@ -121,6 +121,12 @@ def test_help_finds_the_page(word, shown):
     assert (done.exit_code, shown in done.stdout) == (0, True)
 
 
+def test_an_import_leaves_the_search_for_garbage_as_it_was():
+    code = "import gc, mbproj; mbproj.run; on = gc.isenabled(); gc.disable(); mbproj.modes; print(on, gc.isenabled())"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["True", "False"]
+
+
 def test_python_runs_the_command_line():
     done = subprocess.run([sys.executable, "-m", "mbproj", "--version"], capture_output=True, text=True, check=True)
     assert done.stdout == f"mbproj, version {mbproj.__version__}\n"
