@@ -80,8 +80,9 @@ FIGURES: Mapping[str, tuple[tuple[str, ...], str]] = MappingProxyType(
         ),
     }
 )
-#: Figures that no command draws: `python scripts/growth.py --figure mbproj/guide/figures/growth.png`, in ten minutes.
-MEASURED = frozenset({"growth"})
+#: Figures that no command draws: `python scripts/growth.py --figure mbproj/guide/figures/growth.png` in ten minutes,
+#: and `python scripts/long_energy.py` in a quarter of an hour.
+MEASURED = frozenset({"growth", "long_energy"})
 COLOURS = 64
 
 

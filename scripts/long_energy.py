@@ -1,149 +1,127 @@
-"""Long runs with the energy balance as a row of the velocity projection: the crank-rocker for 10,000 s.
+"""Long runs with the energy balance as a row of the velocity projection, beside symplectic methods.
 
-    python scripts/long_energy.py [SECONDS]     errors of the crank's angle beside evaluations, at fixed steps
+    python scripts/long_energy.py [SECONDS] [--only NAME ...] [-o FOLDER]     errors after 10,000 s, with a figure
+    python scripts/long_energy.py --draw FOLDER                               the figure of what is there
+    python scripts/long_energy.py --chaos                                     how long a chaotic motion is followed
 
-The reference is exact: with one degree of freedom, E = ½ I(φ) φ'² + V(φ) gives the time of a turn as an integral of a
-periodic function, for which the trapezoid rule converges exponentially; it is summed in extended precision. Beside
-mbproj's methods with and without the row stand the Gauss methods of order 4, 6 and 8 (Hairer, Lubich & Wanner,
-Geometric Numerical Integration, II.1.3) on Hamilton's equations of the one coordinate, which need no constraints: their
-evaluations are those of all iterations, and cost less than one of the mechanism's.
+Two mechanisms of one degree of freedom, a heavy top that nods, and small swings of two and of five bars in a row
+(`scripts/long_motions/cases.py`). The first three are held against exact motions (`exact.py`), the bars against the
+Gauss method of order 12 in extended precision, whose own error is that of steps of twice the size. Beside mbproj's
+methods stand the Gauss methods of order 4, 6 and 8 on Hamilton's equations in minimal coordinates, which need no
+constraints, so that an evaluation costs less, and RATTLE on the same bodies and joints, with dense matrices.
 """
 
 from __future__ import annotations
 
-import math
+import argparse
+import json
 import sys
+from collections.abc import Iterator
 from pathlib import Path
+from time import process_time
 from typing import Any
 
 import numpy as np
-
-sys.path.insert(0, str(Path(__file__).parents[1]))
+from long_motions.cases import CASES, MS, Case, double_pendulum, five_bar
+from long_motions.figure import drawn
 
 import mbproj
+from mbproj.errors import MbprojError
 
-SCENE = Path(__file__).parents[1] / "mechanisms" / "planar_four_bar.yaml"
-A, B, C, D = 0.1, 0.3, 0.25, 0.3
-#: Mass and moment about the centre of crank, coupler and rocker; the marker has no mass.
-CRANK, COUPLER, ROCKER = (2.0, 0.01), (0.3, 2.4e-3), (0.25, 1.3e-3)
-GRAVITY, START, SPEED = 9.81, math.radians(60.0), 12.0
-#: Integrators and steps, s.
-STEPS = (0.04, 0.02, 0.01, 0.005)
-POINTS = 2048
+#: A motion is lost that is so far off, m.
+LOST = 1e-3
 
 
-def inertia_and_potential(φ: Any, xp: Any = math) -> tuple[Any, Any, Any, Any]:
-    """I, I', V and V' at the crank's angle from the line of the pivots."""
-    x, z = D - A * xp.cos(φ), -A * xp.sin(φ)
-    span2 = x * x + z * z
-    span = xp.sqrt(span2)
-    atan2 = xp.atan2 if xp is math else xp.arctan2
-    acos = xp.acos if xp is math else xp.arccos
-    ψ = atan2(z, x) + acos((B * B + span2 - C * C) / (2 * B * span))
-    ex, ez = A * xp.cos(φ) + B * xp.cos(ψ) - D, A * xp.sin(φ) + B * xp.sin(ψ)
-    χ = atan2(ez, ex)
-    # a cos φ + b cos ψ = d + c cos χ and the same with sines, differentiated by φ once and twice.
-    s = xp.sin(ψ - χ)
-    ψ1, χ1 = A * xp.sin(χ - φ) / (B * s), A * xp.sin(ψ - φ) / (C * s)
-    ψ2 = (A * xp.cos(χ - φ) * (χ1 - 1) - B * ψ1 * xp.cos(ψ - χ) * (ψ1 - χ1)) / (B * s)
-    χ2 = (A * xp.cos(ψ - φ) * (ψ1 - 1) - C * χ1 * xp.cos(ψ - χ) * (ψ1 - χ1)) / (C * s)
-    (m1, J1), (m2, J2), (m3, J3) = CRANK, COUPLER, ROCKER
-    cross = A * B * xp.cos(φ - ψ)
-    inertia = J1 + m1 * A * A / 4 + (J2 + m2 * B * B / 4) * ψ1 * ψ1 + m2 * (A * A + cross * ψ1)
-    inertia = inertia + (J3 + m3 * C * C / 4) * χ1 * χ1
-    slope = 2 * (J2 + m2 * B * B / 4) * ψ1 * ψ2 + m2 * (cross * ψ2 - A * B * xp.sin(φ - ψ) * (1 - ψ1) * ψ1)
-    slope = slope + 2 * (J3 + m3 * C * C / 4) * χ1 * χ2
-    potential = GRAVITY * (m1 * A / 2 * xp.sin(φ) + m2 * (A * xp.sin(φ) + B / 2 * xp.sin(ψ)) + m3 * C / 2 * xp.sin(χ))
-    pull = m1 * A / 2 * xp.cos(φ) + m2 * (A * xp.cos(φ) + B / 2 * xp.cos(ψ) * ψ1) + m3 * C / 2 * xp.cos(χ) * χ1
-    return inertia, slope, potential, GRAVITY * pull
+def by_mbproj(case: Case, integrator: str, h: float, span: float, **rows: bool) -> tuple[np.ndarray, dict[str, Any]]:
+    """Where a mechanism is after a span, and the attributes of its results."""
+    options = {"integrator": integrator, "step": h, "duration": span, "output_step": span}
+    found = mbproj.run(case.scene, **options, **rows)  # type: ignore[arg-type]
+    return case.seen(found), dict(found.attributes)
 
 
-def exact(t: float) -> float:
-    """The crank's angle after t, rad."""
-    φ = np.longdouble(2.0) * np.arccos(np.longdouble(-1.0)) * np.arange(POINTS) / POINTS
-    inertia, _, potential, _ = inertia_and_potential(φ, np)
-    I0, _, V0, _ = inertia_and_potential(np.longdouble(60.0) * np.arccos(np.longdouble(-1.0)) / 180, np)
-    energy = I0 * SPEED * np.longdouble(SPEED) / 2 + V0
-    speed = np.sqrt(2 * (energy - potential) / inertia)
-    spectrum = np.fft.rfft(np.asarray(1 / speed)) / POINTS  # in double: of the part of a turn alone
-    mean = np.sum(1 / speed) / POINTS
-    k = np.arange(1, 200)
-
-    def elapsed(angle: np.longdouble) -> np.longdouble:
-        """Since the angle 0."""
-        waves = (spectrum[1:200] * (np.exp(1j * k * float(angle % (2 * np.pi))) - 1) / (1j * k)).real
-        return mean * angle + np.longdouble(2 * np.sum(waves))
-
-    start = np.longdouble(60.0) * np.arccos(np.longdouble(-1.0)) / 180
-    wanted = elapsed(start) + np.longdouble(t)
-    angle = start + np.longdouble(t) / mean
-    for _ in range(60):
-        inertia, _, potential, _ = inertia_and_potential(angle, np)
-        angle = angle - (elapsed(angle) - wanted) * np.sqrt(2 * (energy - potential) / inertia)
-    return float(angle)
-
-
-def gauss(order: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """A, b and c by collocation in Gauss's points."""
-    points, weights = np.polynomial.legendre.leggauss(order // 2)
-    c, b = 0.5 * (points + 1.0), 0.5 * weights
-    powers = np.vander(c, increasing=True)
-    k = np.arange(1, len(c) + 1)
-    return (c[:, None] ** k / k) @ np.linalg.inv(powers), b, c
-
-
-def by_gauss(order: int, h: float, t: float) -> tuple[float, int]:
-    """The crank's angle after t, and evaluations."""
-    a, b, _ = gauss(order)
-    inertia, _, _, _ = inertia_and_potential(START)
-    φ, p, evaluations = START, inertia * SPEED, 0
-    stages = range(len(b))
-    f, g = [SPEED] * len(b), [0.0] * len(b)
-    for _ in range(round(t / h)):
-        for _ in range(50):
-            change = 0.0
-            new_f, new_g = [], []
-            for i in stages:
-                x = φ + h * sum(a[i][j] * f[j] for j in stages)
-                y = p + h * sum(a[i][j] * g[j] for j in stages)
-                inertia, slope, _, pull = inertia_and_potential(x)
-                rate = y / inertia
-                new_f.append(rate)
-                new_g.append(0.5 * slope * rate * rate - pull)
-            evaluations += len(b)
-            change = max(abs(u - v) for u, v in zip(new_f, f, strict=True))
-            f, g = new_f, new_g
-            if change < 1e-13 * SPEED:
-                break
-        φ += h * sum(b[i] * f[i] for i in stages)
-        p += h * sum(b[i] * g[i] for i in stages)
-    return φ, evaluations
+def runs(case: Case, span: float) -> Iterator[dict[str, Any]]:
+    """A row a run."""
+    exact, certain = case.exact(span)
+    for method, steps in case.steps.items():
+        for each in steps:
+            count, h = round(span / (each * MS)), each * MS
+            for row in (False, True) if method in ("rk4", "dop853") else (False,):
+                began = process_time()
+                extra: dict[str, Any] = {}
+                if method == "RATTLE":
+                    where, evaluations = case.by_rattle(span, count)
+                elif method.startswith("Gauss"):
+                    where, evaluations = case.by_gauss(int(method.split()[1]), span, count)
+                else:
+                    try:
+                        where, told = by_mbproj(case, method, h, span, energy_row=row)
+                    except MbprojError as error:
+                        print(f"{case.name}: {method} at {each} ms: {error}", file=sys.stderr, flush=True)
+                        continue
+                    evaluations = int(told["evaluations"])
+                    extra = {name: told[name] for name in ("energy_row_given", "rows_refused") if name in told}
+                yield {
+                    "case": case.name,
+                    "unit": case.unit,
+                    "method": method,
+                    "row": row,
+                    "step": each,
+                    "error": float(np.abs(where - exact).max()),
+                    "evaluations": evaluations,
+                    "seconds": process_time() - began,
+                    "certain": certain,
+                    **extra,
+                }
 
 
-def by_mbproj(integrator: str, h: float, t: float, *, row: bool) -> tuple[float, int, float]:
-    """The same of the mechanism in absolute coordinates, and what the row gave, J."""
-    found = mbproj.run(SCENE, integrator=integrator, step=h, duration=t, output_step=t / 10, energy_row=row)
-    angle, attributes = found["joints/coordinate"][-1], found.attributes
-    first = list(found.joint_coordinates).index("A") if hasattr(found, "joint_coordinates") else 0
-    return START + float(angle[first]), int(attributes["evaluations"]), float(attributes.get("energy_row_given", 0.0))
+def followed(case: Case, integrator: str, h: float, span: float, every: float, **rows: bool) -> float:
+    """How long a motion is followed until it is LOST, s."""
+    options = {"integrator": integrator, "step": h, "duration": span, "output_step": every}
+    path = mbproj.run(case.scene, **options, **rows)["markers/position"][:, 0]  # type: ignore[arg-type]
+    for k in range(1, len(path)):
+        exact, certain = case.exact(k * every)
+        if certain > LOST / 10 or np.abs(path[k] - exact).max() > LOST:
+            return k * every if certain <= LOST / 10 else float("nan")
+    return span
 
 
-def main(seconds: float) -> None:
-    """Prints the table."""
-    angle = exact(seconds)
-    print(f"the crank turns {(angle - START) / (2 * np.pi):.1f} times in {seconds:g} s")
-    print("| method | step, ms | error, rad | evaluations | the row gave, J |\n|---|---|---|---|---|")
-    for integrator in ("rk4", "dop853"):
-        for h in STEPS:
-            for row in (False, True):
-                found, evaluations, given = by_mbproj(integrator, h, seconds, row=row)
-                name = f"{integrator}{', energy row' * row}"
-                print(f"| {name} | {1e3 * h:g} | {found - angle:+.1e} | {evaluations} | {given:.1e} |", flush=True)
-    for order in (4, 6, 8):
-        for h in STEPS[:3]:
-            found, evaluations = by_gauss(order, h, seconds)
-            print(f"| Gauss {order} | {1e3 * h:g} | {found - angle:+.1e} | {evaluations} | |", flush=True)
+def chaos() -> None:
+    """Prints how long the double pendulum from 120 and the five bars from 90 degrees are followed."""
+    print("| mechanism | method, step | without the row, s | with it, s |\n|---|---|---|---|")
+    for case in (double_pendulum(120.0), five_bar(90.0)):
+        for integrator, h in (("rk4", 0.01), ("rk4", 0.005), ("dop853", 0.02), ("dop853", 0.01), ("dop853", 0.005)):
+            times = [followed(case, integrator, h, 40.0, 0.2, energy_row=row) for row in (False, True)]
+            print(f"| {case.name} | {integrator}, {1e3 * h:g} ms | {times[0]:.1f} | {times[1]:.1f} |", flush=True)
+
+
+def main() -> None:
+    """As the arguments say."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("seconds", nargs="?", type=float, default=10_000.0)
+    parser.add_argument("--only", nargs="+", default=[case.__name__ for case in CASES], metavar="NAME")
+    parser.add_argument("-o", "--output", type=Path, default=Path())
+    parser.add_argument("--draw", type=Path)
+    parser.add_argument("--chaos", action="store_true")
+    options = parser.parse_args()
+    if options.chaos:
+        return chaos()
+    folder = options.draw or options.output
+    path, found = folder / "long_energy.json", []
+    if options.draw is None:
+        print("| mechanism | method | step, ms | error | evaluations | processor time, s |\n|---|---|---|---|---|---|")
+        for make in CASES:
+            for row in runs(make(), options.seconds) if make.__name__ in options.only else ():
+                found.append(row)
+                name = f"{row['method']}{', energy row' * row['row']}"
+                print(
+                    f"| {row['case']} | {name} | {row['step']:g} | {row['error']:.1e} {row['unit']} | "
+                    f"{row['evaluations']:.2e} | {row['seconds']:.1f} |",
+                    flush=True,
+                )
+        path.write_text(json.dumps(found, indent=1), encoding="utf-8")
+    drawn(json.loads(path.read_text(encoding="utf-8")), folder / "long_energy.png")
+    return None
 
 
 if __name__ == "__main__":
-    main(float(sys.argv[1]) if len(sys.argv) > 1 else 10_000.0)
+    main()

@@ -55,6 +55,7 @@ def compare(
     steps: Numbers = None,
     tolerances: Numbers = None,
     formulations: Names | None = None,
+    energy_rows: Sequence[bool] | None = None,
     until: Quantity | None = None,
     repeat: int = REPETITIONS,
     jobs: int | Cluster | None = None,
@@ -63,7 +64,8 @@ def compare(
     parameters: Mapping[str, object] = _NOTHING,
     progress: Tell = silent,
 ) -> Comparison:
-    """Runs every projection with every integrator and every step (s) or tolerance over `until` s.
+    """Runs every projection with every integrator and every step (s) or tolerance over `until` s, without or with the
+    row of the energy, as `energy_rows` say.
 
     What is not given is the scene's. `jobs` processes work, or the Dask cluster whose `scheduler` is named. Raises
     InputError for what cannot be run at all; a setting that fails is a row.
@@ -76,6 +78,7 @@ def compare(
             steps=amounts(steps, "steps", "s"),
             tolerances=amounts(tolerances, "tolerances", ""),
             formulations=_names(formulations),
+            energy_rows=None if energy_rows is None else tuple(map(bool, energy_rows)),
             until=_time(until),
             repetitions=count_of(repeat, "repeat", least=1),
             processes=workplace(jobs, scheduler, scheduler_file),

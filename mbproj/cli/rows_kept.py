@@ -32,20 +32,27 @@ def momenta(number: int) -> str:
     return f"{number or 'no'} moment{'um' if number == 1 else 'a'}"
 
 
+def _given(report: Report) -> str:
+    rows = report.rows
+    if report.degrees_of_freedom == 1:
+        return f"the energy row gave or took {rows.moved / rows.steps:.2g} J a step"
+    return f"the energy row gave or took up to {rows.furthest:.2g} J in sum"
+
+
 def warnings_on_rows(report: Report) -> list[str]:
     """Where they may hide a motion that is wrong, or had nothing to say."""
     projection, rows = report.settings.projection, report.rows
     found = []
     if rows.refused:
         found.append(
-            f"the rows of energy and momenta asked for more than the steps' own errors at {rows.refused} steps, and "
-            "were refused there: the motion may be wrong; take a smaller --step or --tolerance"
+            f"the rows of energy and momenta were refused at {rows.refused} of {rows.steps + rows.rest + rows.refused} "
+            f"steps: there they asked for more than {100 * THRESHOLDS.row_refused:g} % of what the step changed; the "
+            "motion may be wrong; take a smaller --step or --tolerance"
         )
-    each = rows.moved / max(rows.steps, 1)
-    if each > THRESHOLDS.row_suspicious * report.exchanged:
+    if report.hidden > 1.0:
         found.append(
-            f"the energy row gave or took {each:.2g} J a step, where the run exchanged {report.exchanged:.2g} J: the "
-            "motion may be wrong although the balance is kept; take a smaller --step or --tolerance"
+            f"{_given(report)}, where the run exchanged {report.exchanged:.2g} J: the motion may be wrong although the "
+            "balance is kept; take a smaller --step or --tolerance"
         )
     if projection.momentum and not rows.momenta and not projection.energy:
         found.append("joints to the ground, gravity or forces act on every momentum: --momentum-row keeps none")

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import mbproj
+from mbproj.cli.rows_kept import warnings_on_rows
 from mbproj.dynamics import assemble
 from mbproj.integrate import simulate
 from mbproj.integrate.formulations.invariants import momenta_of
@@ -16,41 +17,8 @@ from mbproj.integrate.outcome.report import Report
 from mbproj.model import compile_system, initial_guess
 from mbproj.scene import read_scene, read_scene_text, settings_to_run
 from mbproj.scene.settings import with_options
-from tests.support import ROOT, Recorder
-
-SCENES = ROOT / "mechanisms"
-FIXED = {"step": 0.01, "integrator": "rk4"}
-CONTROLLED = {"tolerance": 1e-9, "integrator": "dop853"}
-IMPLICIT = {"tolerance": 1e-6, "integrator": "esdirk4"}
-
-#: A pendulum that never rests, with a torque, a damper and a spring; a motor's motion drives a cart below it.
-WORKED = """
-mbproj: 1
-gravity: [0, -9.81, 0]
-simulation: {duration: 1 s, step: 0.01, output_step: 0.05}
-bodies:
-  cart: {mass: 1 kg, inertia: [0.1, 0.1, 0.1], position: [0, 0, 0]}
-  bar: {mass: 2 kg, inertia: [0.01, 0.2, 0.2], position: [0.5, 0, 0], angular_velocity: [0, 0, 9]}
-joints:
-  rail: {type: prismatic, bodies: [ground, cart], location: [0, 0, 0], axis: [1, 0, 0]}
-  pin: {type: revolute, bodies: [cart, bar], location: [0, 0, 0], axis: [0, 0, 1]}
-motions:
-  shake: {joint: rail, displacement: "0.1*sin(3*t)"}
-forces:
-  motor: {type: torsion_spring_damper, joint: pin, torque: "2*cos(angle)"}
-  coil: {type: torsion_spring_damper, joint: pin, stiffness: 5, damping: 0.1}
-"""
-
-
-def run(scene: str, **options: Any) -> tuple[Report, Recorder]:
-    """Of a scene of ours, or of a text."""
-    options = {name: str(value) for name, value in options.items()}
-    what = read_scene_text(scene) if "\n" in scene else read_scene(SCENES / f"{scene}.yaml")
-    what = with_options(what, options)
-    system = compile_system(what)
-    state = assemble(system, initial_guess(what, system))
-    recorder = Recorder()
-    return simulate(system, state, settings_to_run(what), recorder), recorder
+from tests.projection.long_runs import CONTROLLED, FIXED, IMPLICIT, SCENES, WORKED, run
+from tests.support import Recorder
 
 
 @pytest.mark.parametrize("formulation", ["full", "planar", "reduced"])
@@ -146,9 +114,35 @@ def test_velocities_that_are_not_projected_have_no_rows() -> None:
         run(WORKED, energy_row="true", projection="none")
 
 
-def test_a_coarse_motion_is_said_to_be_wrong_though_its_balance_is_kept() -> None:
-    from mbproj.cli.rows_kept import warnings_on_rows
-
+def test_a_motion_that_steps_do_not_resolve_is_refused_and_said_so() -> None:
     report, _ = run("heavy_top", integrator="rk4", step=0.02, duration=1, output_step=0.1, energy_row="true")
-    assert report.energy_drift_relative < 1e-12
-    assert any("the motion may be wrong although the balance is kept" in each for each in warnings_on_rows(report))
+    assert report.rows.refused > 40 and report.energy_drift_relative > 1e-3
+    (said,) = (each for each in warnings_on_rows(report) if "refused" in each)
+    assert f"refused at {report.rows.refused} of 50 steps" in said and report.doubt > 1.0
+
+
+def test_of_more_freedoms_a_balance_that_is_kept_does_not_hide_what_a_note_would_say_without_it() -> None:
+    options = {"integrator": "rk4", "step": 0.005, "duration": 8, "output_step": 0.1}
+    without, _ = run("five_bar", **options)
+    report, _ = run("five_bar", **options, energy_row="true")
+    assert without.drifts and not report.drifts and report.rows.refused == 0
+    assert report.hidden == pytest.approx(report.rows.furthest / report.exchanged / 1e-4)
+    assert any("up to" in each and "although the balance is kept" in each for each in warnings_on_rows(report))
+
+
+def test_of_one_freedom_what_the_row_gives_in_sum_is_no_doubt() -> None:
+    options = {"integrator": "rk4", "step": 0.005, "duration": 30, "output_step": 0.1}
+    report, _ = run("planar_four_bar", **options, energy_row="true")
+    assert report.rows.moved > 1e-5 * report.exchanged and report.doubt < 1.0
+    assert not warnings_on_rows(report)
+
+
+def test_round_off_of_the_energy_is_not_corrected_where_next_to_nothing_moves() -> None:
+    options = {**CONTROLLED, "duration": 5, "output_step": 0.1}
+    given = {"start": "1e-7"}
+    _, free = run("physical_pendulum", given, **options)
+    report, found = run("physical_pendulum", given, **options, energy_row="true")
+    assert report.rows.refused == 0 and not warnings_on_rows(report)
+    swung = np.abs(free["joints/coordinate"][:, 0]).max()
+    assert 1e-8 < swung < 1e-6
+    assert np.abs(found["joints/coordinate"] - free["joints/coordinate"]).max() < 1e-3 * swung

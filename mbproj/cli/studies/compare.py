@@ -13,6 +13,7 @@ from mbproj.cli import study_options
 from mbproj.cli.completion import scene_file, some_of
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.quantity import Names, PositiveList
+from mbproj.errors import InputError, Place, Problem
 from mbproj.registry import FORMULATIONS
 
 if TYPE_CHECKING:
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 
     from mbproj.studies.compare.comparison import Comparison
 
+ON_AND_OFF = ("false", "true")
 EXAMPLES = (
     (
         "Compare two projection methods at the settings of the scene.",
@@ -28,6 +30,10 @@ EXAMPLES = (
     (
         "Compare integrators, each at two steps.",
         "mbproj compare five_bar.yaml --integrators rk4,dopri5 --steps 1e-3,2e-3",
+    ),
+    (
+        "See what the row of the energy gives and takes.",
+        "mbproj compare planar_four_bar.yaml --projections gpopm --energy-rows false,true",
     ),
 )
 
@@ -53,6 +59,14 @@ EXAMPLES = (
     metavar="A,B",
     shell_complete=some_of(lambda: FORMULATIONS),
     help="Formulations to compare; with several, cost is counted in factorisations, not in time.",
+)
+@option(
+    Part.PROJECTION,
+    "--energy-rows",
+    type=Names(),
+    metavar="A,B",
+    shell_complete=some_of(lambda: ON_AND_OFF),
+    help="Of false, true: whether velocities keep the energy balance, too [default: the scene's].",
 )
 @study_options.until
 @study_options.changes
@@ -91,6 +105,7 @@ def command(
         found = compare(
             what,
             projections=options.pop("projections") or PROJECTIONS_COMPARED,
+            energy_rows=_switches(options.pop("energy_rows")),
             repetitions=options.pop("repeat"),
             processes=where,
             tell=tell,
@@ -108,6 +123,15 @@ def command(
         click.echo(f"note: {note}", err=True)
     for path in written:
         click.echo(path)
+
+
+def _switches(names: Sequence[str] | None) -> tuple[bool, ...] | None:
+    """Raises InputError for a word that is neither false nor true."""
+    for name in names or ():
+        if name not in ON_AND_OFF:
+            hint = "give false, true or false,true"
+            raise InputError(Problem(f"'{name}' is neither false nor true", Place("--energy-rows"), hint))
+    return None if names is None else tuple(name == "true" for name in names)
 
 
 def _table(found: Comparison, rows: Sequence[Mapping[str, Any]]) -> str:

@@ -126,18 +126,23 @@ def _report(found: Tradeoff) -> Iterator[str]:
     closed = CLOSED * max(1.0, found.size)
     kinds = {"the cheapest setting for an error": np.inf, f"the same with joints closed to {closed:.0e}": closed}
     shown: list[list[str]] = []
+    seen = compared = [_cells(found, index) for index in found.compared]
     for title, most in kinds.items():
         best = {found.cheapest(limit, most): limit for limit in limits}  # of equal settings the smallest error
         rows = [[f"<= {limit:.0e}", *_cells(found, index)] for index, limit in best.items() if index is not None]
         if rows and rows != shown:
             shown = rows
+            seen = seen + rows
             yield ""
             yield f"{title}:"
             yield columns(["error, m", *HEADINGS], rows)
     if found.compared:
         yield ""
         yield "the same steps with other projections:"
-        yield columns(HEADINGS, [_cells(found, index) for index in found.compared])
+        yield columns(HEADINGS, compared)
+    if any(row[-1].endswith(WARNED) for row in seen):
+        yield ""
+        yield f"{WARNED.strip()} this run notes that the motion may be wrong, by its energy"
     if found.own is not None:
         yield ""
         yield from _own(found, found.own)
@@ -145,6 +150,8 @@ def _report(found: Tradeoff) -> Iterator[str]:
 
 #: Errors above this part of the mechanism's size get no line.
 WORTHLESS = 0.1
+#: Behind a setting of which its own run warns.
+WARNED = " (!)"
 HEADINGS = ["is", "|C|", "CPU, ms", "spread", "evaluations", "projections", "setting"]
 
 
@@ -160,7 +167,7 @@ def _cells(found: Tradeoff, index: int) -> list[str]:
         spread,
         str(trial.counters["evaluations"]),
         str(trial.counters["projections"]),
-        trial.setting.label,
+        trial.setting.label + WARNED * (trial.doubt > 1.0),
     ]
 
 

@@ -10,12 +10,12 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State
-from mbproj.dynamics.equations.energy import kinetic_energy, potential_energy
+from mbproj.dynamics.equations.energy import kinetic_energy
 from mbproj.dynamics.equations.equations_of_motion import mass_matrix
 from mbproj.dynamics.equations.forces import law_state
 from mbproj.dynamics.equations.instant import Instant
 from mbproj.dynamics.equations.kinematics import body_rates, pose_of, twist_of
-from mbproj.dynamics.rank.row_set import in_lengths
+from mbproj.dynamics.equations.round_off import EPSILON
 from mbproj.dynamics.symmetries import rigid_fields
 from mbproj.model.system import System
 from mbproj.projection import Method, Projected, Projection
@@ -58,31 +58,27 @@ class Balance:
     def begin(self, formulation: FullFormulation, t: float, y: Array) -> None:
         """A new balance begins at y at t."""
         q, v, _ = formulation.parts(y)
-        self.kept.energy = self._energy(formulation, formulation.instant(t, y), y)
+        self.kept.energy, _ = self._energy(formulation, formulation.instant(t, y), y)
         self.kept.momenta = self.fields @ rigid_fields(q) @ mass_matrix(self.system, pose_of(q)) @ v
 
     def after_step(
         self, formulation: FullFormulation, t: float, before: Array, y: Array, projected: Projected
     ) -> Projected:
         """The state after a step from `before` to y at t, which the joints' rows moved to `projected`."""
+        self.before, self.refused = before, False
         if not projected.velocity_iterations or projected.failures:
             return projected
-        closing = formulation.change(formulation.parts(y)[1], projected.v)
         closed = formulation.layout.changed(y, {"positions": projected.q, "velocities": projected.v})
-        return replace(projected, v=self._after_step(formulation, t, before, closed, closing))
+        return replace(projected, v=self._after_step(formulation, t, closed))
 
-    def _after_step(self, formulation: FullFormulation, t: float, before: Array, y: Array, closing: float) -> Array:
-        """v (7n,) of y, which is closed, corrected; the joints' rows changed the velocities by the part `closing`."""
-        kept = self.kept
-        kept.closing = max(kept.closing, closing)
-        self.before = before
-        v = formulation.parts(y)[1]
-        change, missing, part = self._change(formulation, t, y)
-        # Without rows of joints nothing tells how much a step errs.
-        limit = THRESHOLDS.row_refused * max(kept.closing, THRESHOLDS.row_grain)
-        self.refused = part > limit and self.system.constraints > self.system.bodies
+    def _after_step(self, formulation: FullFormulation, t: float, y: Array) -> Array:
+        """v (7n,) of y, which is closed, corrected. A correction that is no step's error is refused, and a new balance
+        begins."""
+        kept, v = self.kept, formulation.parts(y)[1]
+        change, missing, part, self.refused = self._change(formulation, t, y)
         if self.refused:
             kept.refused += 1
+            self.begin(formulation, t, y)
             return v
         if missing is None:
             kept.rested += 1
@@ -100,18 +96,25 @@ class Balance:
         v = formulation.parts(y)[1] + self._change(formulation, t, y)[0]
         return formulation.layout.changed(y, {"velocities": v})
 
-    def _change(self, formulation: FullFormulation, t: float, y: Array) -> tuple[Array, float | None, float]:
-        """The change of v (7n,), its energy in J, None where that is singular, and its part of v."""
+    def _change(self, formulation: FullFormulation, t: float, y: Array) -> tuple[Array, float | None, float, bool]:
+        """The change of v (7n,), its energy in J, None where that is singular, its part of v, and whether that is no
+        step's error."""
         q, v, expected = formulation.parts(y)
-        if not self._speed(formulation, y) > THRESHOLDS.row_rests * self._changed(formulation, y):
-            return np.zeros_like(v), None, 0.0
+        now, by_step = self._speed(formulation, q, v), self._changed(formulation, y)
+        if not now > THRESHOLDS.row_rests * by_step:
+            return np.zeros_like(v), None, 0.0, False
         instant = formulation.instant(t, y)
-        missing = self.kept.energy - self._energy(formulation, instant, y) if self.energy else None
+        energy, grain = self._energy(formulation, instant, y)
+        missing = self.kept.energy - energy if self.energy else None
         held = formulation.policy.rows.to_move(instant.pose, formulation.drive(t, expected))
         M, fields = mass_matrix(self.system, instant.pose), self.fields @ rigid_fields(q)
-        change, is_regular = corrected(self.method, M, held.C_q, v, missing, fields, self.kept.momenta)
-        size = np.linalg.norm(in_lengths(self.system, change)) / np.linalg.norm(in_lengths(self.system, v))
-        return change, (missing or 0.0) if is_regular else None, float(size)
+        tolerated = max(THRESHOLDS.row_grain, THRESHOLDS.row_tolerated * (formulation.settings.tolerance or 0.0))
+        error = tolerated * float(np.abs(y[formulation.layout["quadratures"]][:2]).sum())  # of the balance
+        change, is_regular = corrected(self.method, M, held.C_q, v, missing, fields, self.kept.momenta, grain, error)
+        part = self._speed(formulation, q, change) / now
+        scale = self._speed(formulation, q, formulation.layout.scale[formulation.layout["velocities"]])
+        limit = max(THRESHOLDS.row_refused * by_step, tolerated * (scale + now)) / now
+        return change, (missing or 0.0) if is_regular else None, part, part > limit
 
     def _changed(self, formulation: FullFormulation, y: Array) -> float:
         """By how much the step has changed the velocities, in the bodies' axes, as a speed."""
@@ -124,15 +127,15 @@ class Balance:
         moved = np.sum(system.mass * np.sum(change[0] ** 2, axis=-1))
         return float(np.sqrt(moved + np.einsum("bi,bij,bj", change[1], system.inertia, change[1])))
 
-    def _speed(self, formulation: FullFormulation, y: Array) -> float:
+    def _speed(self, formulation: FullFormulation, q: Array, v: Array) -> float:
         """√(vᵀMv) of the bodies."""
-        q, v, _ = formulation.parts(y)
-        return float(np.sqrt(v @ mass_matrix(formulation.bodies, pose_of(q)) @ v))
+        return float(np.sqrt(max(float(v @ mass_matrix(formulation.bodies, pose_of(q)) @ v), 0.0)))
 
-    def _energy(self, formulation: FullFormulation, instant: Instant, y: Array) -> float:
-        """E = T + V - W of what conserves it and what does work."""
+    def _energy(self, formulation: FullFormulation, instant: Instant, y: Array) -> tuple[float, float]:
+        """E = T + V - W of what conserves it and what does work, and its round-off, J."""
         system, work = self.system, y[formulation.layout["quadratures"]]
-        found = kinetic_energy(system, instant.pose, instant.twist) + potential_energy(system, instant.pose)
-        if not system.forces.is_empty:
-            found = found + law_state(instant, formulation.held).stored
-        return float(found - (work[0] - work[1] if len(work) else 0.0))
+        kinetic = kinetic_energy(system, instant.pose, instant.twist)
+        weight = -system.mass * (instant.pose.position[:-1] @ system.gravity)
+        stored = [] if system.forces.is_empty else [law_state(instant, formulation.held).stored]
+        terms = np.array([kinetic, *weight, *stored, *(work[:2] * [-1.0, 1.0] if len(work) else ())])
+        return float(terms.sum()), THRESHOLDS.row_grains * EPSILON * float(np.abs(terms).sum())

@@ -192,11 +192,12 @@ class Compiled(ABC):
             ),
             turns,
         )
-        self._keep(run, state, settings.projection)
+        self._keep(run, state, settings)
         return run
 
-    def _keep(self, run: Any, state: State, projection: ProjectionSettings) -> None:
+    def _keep(self, run: Any, state: State, settings: Settings) -> None:
         """Rows of what the motion keeps, where they are asked for and something is free to move."""
+        projection = settings.projection
         corrects = PROJECTIONS[projection.method].corrects and self.degrees_of_freedom > 0
         if not corrects or not (projection.energy or projection.momentum):
             return
@@ -206,7 +207,7 @@ class Compiled(ABC):
 
             fields = momenta_of(self.system, state, self.rigid_fields)
         if projection.energy or len(fields):
-            run.keep(projection.energy, fields)
+            run.keep(projection.energy, fields, settings.tolerance or 0.0)
 
     @abstractmethod
     def rigid_fields(self, q: Array) -> Array:

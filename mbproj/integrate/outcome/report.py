@@ -122,6 +122,24 @@ class Report:
         is_free = self.degrees_of_freedom > 0 and not self.rests
         return is_free and self.drift_of_exchanged > THRESHOLDS.suspicious_drift
 
+    @property
+    def hidden(self) -> float:
+        """What the row of the energy has given, over what goes without a note. With one degree of freedom the energy
+        alone says how fast it moves, and the sum does no harm: then it is that of a step in the mean. With more it is
+        the drift that the run would have had."""
+        if not self.rows.steps or not self.exchanged > 0.0:
+            return 0.0
+        exchanged = self.exchanged + abs(self.energy.dissipation)
+        if self.degrees_of_freedom == 1:
+            return self.rows.moved / self.rows.steps / exchanged / THRESHOLDS.row_suspicious
+        return self.rows.furthest / exchanged / THRESHOLDS.suspicious_drift
+
+    @property
+    def doubt(self) -> float:
+        """How far the energy is beyond what goes without a note that the motion may be wrong: at most 1 without one."""
+        drift = self.drift_of_exchanged / THRESHOLDS.suspicious_drift if self.drifts else 0.0
+        return max(drift, self.hidden, 1.0 + self.rows.refused if self.rows.refused else 0.0)
+
 
 def worst(system: System, peak: Peak) -> Worst:
     """A peak with the name of its row."""

@@ -22,14 +22,13 @@ from mbproj.thresholds import THRESHOLDS
 
 @dataclass
 class Kept:
-    """Scratch of a run: the `energy` E0 in J and the momenta (k,) of the balance at hand. `closing` and `largest` are
-    the largest changes of the velocities so far, by the joints' rows and by these, as parts of them. Counted is how
-    often the rows held, were left near rest (`rested`), or were refused. In J: the energy that they have `given`,
-    signed; the largest size of that, `furthest`; the sum of the sizes, `moved`."""
+    """Scratch of a run: the `energy` E0 in J and the momenta (k,) of the balance at hand. `largest` is their largest
+    change of the velocities so far, as a part of them. Counted is how often the rows held, were left near rest
+    (`rested`), or were refused. In J: the energy that they have `given`, signed; the largest size of that, `furthest`;
+    the sum of the sizes, `moved`."""
 
     energy: float = 0.0
     momenta: Array = field(default_factory=lambda: np.zeros(0))
-    closing: float = 0.0
     held: int = 0
     rested: int = 0
     refused: int = 0
@@ -43,25 +42,32 @@ class Kept:
         return {
             "energy": self.energy,
             "momenta": self.momenta.tolist(),
-            "closing": self.closing,
             "often": [self.held, self.rested, self.refused],
             "sizes": [self.given, self.moved, self.furthest, self.largest],
         }
 
     def restore(self, saved: dict[str, Any]) -> None:
         """Goes on from there."""
-        self.energy, self.closing = float(saved["energy"]), float(saved["closing"])
+        self.energy = float(saved["energy"])
         self.momenta = np.array(saved["momenta"], dtype=float)
         self.held, self.rested, self.refused = map(int, saved["often"])
         self.given, self.moved, self.furthest, self.largest = map(float, saved["sizes"])
 
 
 def corrected(
-    method: Projection, M: Array, C_q: Array, v: Array, missing: float | None, fields: Array, momenta: Array
+    method: Projection,
+    M: Array,
+    C_q: Array,
+    v: Array,
+    missing: float | None,
+    fields: Array,
+    momenta: Array,
+    grain: float = 0.0,
+    least_energy: float = 0.0,
 ) -> tuple[Array, bool]:
     """The change of v (7n,) in the tangent space of C_q by which the momenta along `fields` (k, 7n) are `momenta` (k,)
-    and T grows by `missing` (J; None: no row of the energy); False where that row is singular: little of the kinetic
-    energy is free, or less than what has to go."""
+    and T grows by `missing` (J; None: no row of the energy) but for a `grain` (J); False where that row is singular:
+    little of the kinetic energy is free, or less than what has to go, or it is no more than `least_energy` (J)."""
     change, size2 = np.zeros_like(v), float(v @ M @ v)
     by_coordinates = isinstance(method, Gopm)
     across, coupling = fields, np.zeros((0, 0))
@@ -72,6 +78,8 @@ def corrected(
         change = np.linalg.solve(coupling, momenta - fields @ M @ v) @ across
     if missing is None:
         return change, True
+    if not 0.5 * size2 > max(grain, least_energy):
+        return change, False
     g = M @ v if by_coordinates else v
     way = _tangent(method, M, C_q, g)
     if len(fields):
@@ -79,6 +87,8 @@ def corrected(
     wanted = missing - float(0.5 * change @ M @ change + v @ M @ change)
     slope, curve = float((v + change) @ M @ way), float(way @ M @ way)
     root = slope * slope + 2.0 * curve * wanted
+    if abs(wanted) <= grain:
+        return change, True
     # slope² / curve is 2T of what is free, in any metric; of a way that is round-off it may be anything.
     least, whole = THRESHOLDS.row_singular, float(g @ g) if by_coordinates else size2
     left = float(way @ way) if by_coordinates else curve

@@ -74,11 +74,19 @@ class Entry:
         }
 
     def _of_row(self) -> dict[str, float]:
-        """What the row of the energy gave, J, where there is one."""
+        """What the row of the energy gave, signed and in sum, J, and at how many steps it was closed, left or refused,
+        where there is one."""
         report = self.solution.report
         if not self.measurement.setting.energy_row or report is None:
             return {}
-        return {"energy_row_given": report.rows.given}
+        rows = report.rows
+        return {
+            "energy_row_given": rows.given,
+            "energy_row_moved": rows.moved,
+            "rows_steps": rows.steps,
+            "rows_left_near_rest": rows.rest,
+            "rows_refused": rows.refused,
+        }
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,16 +120,18 @@ def compare(
     steps: Sequence[float] | None = None,
     tolerances: Sequence[float] | None = None,
     formulations: Sequence[str] | None = None,
+    energy_rows: Sequence[bool] | None = None,
     until: float | None = None,
     repetitions: int = REPETITIONS,
     processes: Where = None,
     tell: Tell = silent,
 ) -> Comparison:
-    """Runs every projection with every integrator and every step (s) or tolerance over `until` s.
+    """Runs every projection with every integrator and every step (s) or tolerance over `until` s, without or with the
+    row of the energy.
 
     What is not given is the scene's. Raises InputError for what cannot be run at all; a setting that fails is an entry.
     """
-    settings, notes = _settings(scene, projections, integrators, steps, tolerances, formulations)
+    settings, notes = _settings(scene, projections, integrators, steps, tolerances, formulations, energy_rows)
     mechanism = Mechanism.to_choose_for(scene)
     times = common_times(span(scene, until), {each.step for each in settings if each.step is not None})
     tell("reference", 0, 1)
@@ -172,6 +182,7 @@ def _settings(
     steps: Sequence[float] | None,
     tolerances: Sequence[float] | None,
     formulations: Sequence[str] | None,
+    rows: Sequence[bool] | None,
 ) -> tuple[list[Setting], list[str]]:
     """The product of what was asked for, in one formulation unless several are asked for; and why that one."""
     own, notes = Setting.of(scene.settings), []
@@ -192,9 +203,13 @@ def _settings(
         names = ", ".join(f"'{name}'" for name in slow)
         notes.append(f"all in the full formulation: {names} exist{'s' * (len(slow) == 1)} there only")
     found = [
-        replace(own.projected_by(projection), integrator=integrator, formulation=formulation, **size)
-        for formulation, projection, integrator, size in product(
-            chosen, projections, methods or [own.integrator], sizes
+        replace(each.projected_by(projection), integrator=integrator, formulation=formulation, **size)
+        for formulation, projection, integrator, size, each in product(
+            chosen,
+            projections,
+            methods or [own.integrator],
+            sizes,
+            [own] if rows is None else [replace(own, energy_row=row) for row in rows],
         )
         if (_estimates(integrator) if size["step"] is None else integrator != AUTOMATIC)
     ]
@@ -226,6 +241,11 @@ def _remarks(entries: Sequence[Entry], truth: Reference, taken: set[str]) -> lis
     found = [
         truth.words,
         *(f"{entry.label}: {entry.solution.failure}" for entry in entries if entry.solution.failure),
+        *(
+            f"{entry.label}: by its energy the motion may be wrong"
+            for entry in entries
+            if entry.measurement.doubt > 1.0
+        ),
     ]
     if len(taken) > 1:
         found.append("several formulations: cost is compared in factorisations and iterations, not in time")

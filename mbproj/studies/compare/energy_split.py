@@ -85,13 +85,19 @@ def _steps(mechanism: Mechanism, setting: Setting, ends: Array) -> Iterator[tupl
     settings = mechanism.settings(setting, float(ends[-1]), float(ends[-1]))
     every, state = settings.projection.every, mechanism.state
     choice, carried = choose(mechanism.system, state, settings), (START, 0.0)
+    kept: Mark = START
     always = replace(settings, projection=replace(settings.projection, every=1))
-    never = replace(settings, projection=replace(settings.projection, method="none"))
+    never = replace(settings, projection=replace(settings.projection, method="none", energy=False, momentum=False))
     for number, (begin, end) in enumerate(pairwise(ends.tolist()), start=1):
         free = _one_step(mechanism, choice, never, state, end - begin, carried)
-        closed = _one_step(mechanism, choice, always, state, end - begin, carried) if number % every == 0 else free
+        closed = free
+        if number % every == 0 or number == 1:  # with the first one the balance of the energy's row begins
+            made = _one_step(mechanism, choice, always, state, end - begin, carried)
+            kept = {name: value for name, value in made.carried[0].items() if name == "kept"}
+            closed = made if number % every == 0 else free
         yield free, closed
-        state, carried = replace(closed.state, t=end), closed.carried
+        mark, work = closed.carried
+        state, carried = replace(closed.state, t=end), ({**mark, **kept}, work)
 
 
 def _one_step(
@@ -105,7 +111,8 @@ def _one_step(
         return _End(last.state, float(last.work[0] - last.work[1]))
     run, (mark, before) = choice.compiled.run(state, single), carried
     if mark:
-        run.resume({**mark, "t": state.t, "h": h, "grid": 0})
+        own = mark if run.kept else {name: value for name, value in mark.items() if name != "kept"}
+        run.resume({**own, "t": state.t, "h": h, "grid": 0})
     block = run.advance(2, np.inf)
     failure = choice.compiled.failure(run, settings)
     if failure is not None:

@@ -21,8 +21,8 @@ class Measurement:
     """A setting; its largest error by point (m), and when it was that large (s); its largest violations (m or rad, and
     per s); its energy drift (J, and relative); its counters; its formulation. `seconds` its steps took, of processor
     time, on a machine that others used too. Where it did not get to the end, `failure` is the cause, what was measured
-    is infinite, and nothing was counted. `drifts`: whether `mbproj run` would say that its energy tells of a wrong
-    motion."""
+    is infinite, and nothing was counted. `doubt`: how far its energy is beyond what goes without a note of `mbproj run`
+    that the motion may be wrong: at most 1 without one."""
 
     setting: Setting
     error: Mapping[str, float]
@@ -35,7 +35,7 @@ class Measurement:
     seconds: float = inf
     formulation: str = ""
     failure: str | None = None
-    drifts: bool = False
+    doubt: float = 0.0
 
     def as_json(self) -> dict[str, Any]:
         """By name."""
@@ -90,5 +90,5 @@ def measured(solution: Solution, reference: Reference) -> Measurement:
         counters=report.counters,
         seconds=report.integration_cpu_seconds,
         formulation=report.formulation,
-        drifts=report.drifts,
+        doubt=report.doubt,
     )

@@ -85,7 +85,11 @@ class Setting:
     def projected_by(self, projection: str) -> Setting:
         """The setting with this projection, and of its own what belongs to every method; all of it where the method is
         its own."""
-        return self if projection == self.projection else Setting(projection, acceleration=self.acceleration)
+        if projection == self.projection:
+            return self
+        corrects = projection in PROJECTIONS and PROJECTIONS[projection].corrects
+        energy, momentum = self.energy_row and corrects, self.momentum_row and corrects
+        return Setting(projection, acceleration=self.acceleration, energy_row=energy, momentum_row=momentum)
 
     def options(self, over: Settings | None = None) -> dict[str, Any]:
         """What to ask for on top of `over` (the program's defaults): projection, integrator, step or tolerance, and

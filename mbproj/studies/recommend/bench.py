@@ -15,7 +15,6 @@ from mbproj.studies.measure.reference import Reference
 from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.solve import solve
 from mbproj.studies.store import Kept
-from mbproj.thresholds import THRESHOLDS
 
 
 @dataclass(eq=False)
@@ -31,10 +30,10 @@ class Bench:
     by_energy: bool = True
 
     def missed(self, tried: Measurement) -> float:
-        """The error over the goal, or how far the energy drifts beyond what goes without a warning: at most 1 where
-        the goal is kept."""
-        drift = tried.energy_drift_relative / THRESHOLDS.suspicious_drift if self.by_energy and tried.drifts else 0.0
-        return max(tried.at() / self.goal, drift)
+        """The error over the goal, or how far the energy is beyond what goes without a note: at most 1 where the goal
+        is kept."""
+        doubt = tried.doubt if self.by_energy and tried.doubt > 1.0 else 0.0
+        return max(tried.at() / self.goal, doubt)
 
     @property
     def until(self) -> float:

@@ -174,7 +174,7 @@ def _first(bench: Bench, base: Setting, tell: Tell) -> tuple[Measurement, Bench]
                 return found, bench
             assert family.finest is not None
             finest = bench.measure(family.setting(family.finest))
-            if bench.by_energy and finest.drifts and finest.at() <= bench.goal:  # no step makes the balance better
+            if bench.by_energy and finest.doubt > 1.0 and finest.at() <= bench.goal:  # no step makes the balance better
                 bench = replace(bench, by_energy=False)
                 continue
             reach = min(bench.kept_until(family.setting(family.finest)), bench.until - SHORTER * wanted)

@@ -10,7 +10,7 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dynamics.observe.recorded import Block
 from mbproj.errors import MbprojError, SimulationError
-from mbproj.integrate import simulate
+from mbproj.integrate import Report, simulate
 from mbproj.model import System
 from mbproj.scene.records import Settings
 from mbproj.studies.measure.mechanism import Mechanism, of_scene
@@ -28,13 +28,24 @@ def judged(subject: Subject, value: float) -> Point:
         mechanism = Mechanism.of(subject.scene)
     except MbprojError as error:
         return Point(value, FAILS, np.nan, np.nan, 0.0, None, cause_of(error), ended=False)
-    watch, stopped = _Watch(mechanism.system), None
+    watch, report, stopped = _Watch(mechanism.system), None, None
     try:
         with np.errstate(all="ignore"):  # what overflows is a failure of the run, which says so itself
-            simulate(mechanism.system, mechanism.state, settings_of(subject), watch)
+            report = simulate(mechanism.system, mechanism.state, settings_of(subject), watch)
     except MbprojError as error:
         stopped = error
-    return watch.point(value, subject.limits, stopped)
+    point = watch.point(value, subject.limits, stopped)
+    return point if report is None else _with_what_was_given(point, report, subject)
+
+
+def _with_what_was_given(point: Point, report: Report, subject: Subject) -> Point:
+    """A balance that the row of the energy keeps is off by what that row has given."""
+    limits, given = subject.limits, report.rows.furthest / max(report.exchanged, np.finfo(float).tiny)
+    if point.state == FAILS or not given > max(limits.energy, point.energy):
+        return replace(point, energy=max(point.energy, given)) if given > 0.0 else point
+    state = FAILS if given > limits.lost else DEGRADES
+    said = point.cause or f"the row of the energy gave or took {given:.1e} of it"
+    return replace(point, state=state, energy=given, time=point.time or subject.until, cause=said)
 
 
 def settings_of(subject: Subject) -> Settings:

@@ -142,6 +142,7 @@ class Tradeoff(Tabled):
             "position_violation": trial.position_violation,
             "velocity_violation": trial.velocity_violation,
             "energy_drift": trial.energy_drift,
+            "warned": trial.doubt > 1.0,
             **{name: trial.counters.get(name, 0) for name in COUNTERS},
             "cpu_seconds": timing.median if timing else nan,
             "cpu_seconds_lowest": low,

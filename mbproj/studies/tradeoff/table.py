@@ -20,6 +20,7 @@ MEANING = {
     "position_violation": "largest |C|, m or rad",
     "velocity_violation": "largest |C'|, per s",
     "energy_drift": "largest |E - W + D|, J",
+    "warned": "whether the run notes that its energy tells of a wrong motion",
     "cpu_seconds": "processor time of the steps of one run, median of the timings, s; NaN where it was not timed",
     "cpu_seconds_lowest": "the smallest of the timings, s",
     "cpu_seconds_highest": "the largest of the timings, s",

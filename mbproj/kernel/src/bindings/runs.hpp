@@ -52,7 +52,7 @@ template <int D> void watch(TimeLoop<D>& run, const WatchedGaps& gaps, const Wat
 }
 
 // Rigid motions (k, D + turns): the shift, then the turn.
-template <int D> void keep(TimeLoop<D>& run, bool energy, const Numbers2& fields) {
+template <int D> void keep(TimeLoop<D>& run, bool energy, const Numbers2& fields, double tolerance) {
     constexpr std::size_t freedoms = Size<D>::freedoms;
     require(fields, {fields.shape(0), freedoms}, "fields");
     std::vector<RigidField<D>> found(fields.shape(0));
@@ -61,7 +61,7 @@ template <int D> void keep(TimeLoop<D>& run, bool energy, const Numbers2& fields
         for (int i = 0; i < D; ++i) found[k].shift[i] = from[i];
         for (int i = 0; i < Size<D>::turns; ++i) found[k].turn[i] = from[D + i];
     }
-    run.projector().keep(energy, std::move(found));
+    run.projector().keep(energy, std::move(found), tolerance);
 }
 
 template <int D> void add_run(nb::module_& m, const char* name) {
@@ -107,7 +107,7 @@ template <int D> void add_run(nb::module_& m, const char* name) {
                      [](const TimeLoop<D>& self) {
                          return std::make_pair(self.stops().left_over(), self.stops().is_released());
                      })
-        .def("keep", &keep<D>, nb::arg("energy"), nb::arg("fields"))
+        .def("keep", &keep<D>, nb::arg("energy"), nb::arg("fields"), nb::arg("tolerance"))
         .def_prop_ro("kept",
                      [](TimeLoop<D>& self) {
                          const Invariants<D>* rows = self.projector().invariants();

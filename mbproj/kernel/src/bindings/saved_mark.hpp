@@ -64,7 +64,6 @@ inline nb::dict saved_kept(const Kept& kept) {
     nb::dict found;
     found["energy"] = kept.energy;
     found["momenta"] = kept.momenta;
-    found["closing"] = kept.closing;
     found["often"] = std::vector<long>{kept.held, kept.rested, kept.refused};
     found["sizes"] = std::vector<double>{kept.given, kept.moved, kept.furthest, kept.largest};
     return found;
@@ -74,7 +73,6 @@ inline Kept kept_from(const nb::dict& given) {
     Kept kept;
     kept.energy = nb::cast<double>(given["energy"]);
     kept.momenta = nb::cast<std::vector<double>>(given["momenta"]);
-    kept.closing = nb::cast<double>(given["closing"]);
     const auto often = nb::cast<std::vector<long>>(given["often"]);
     const auto sizes = nb::cast<std::vector<double>>(given["sizes"]);
     if (often.size() != 3 || sizes.size() != 4) refuse("kept", "has a wrong shape");

@@ -18,7 +18,8 @@ struct Thresholds {
     int most_settling, most_refining, fewest_shared, fewest_passed;
     // mbproj/thresholds/closing.py
     double closed_to, closed_grains, paper_tolerance, round_off_grains, slow, stagnation, widest_turn, tighter, stiffer,
-        lent_moment, shortest, open_limit, lost_limit, row_rests, row_singular, row_refused, row_grain;
+        lent_moment, shortest, open_limit, lost_limit, row_rests, row_singular, row_refused, row_grain,
+        row_grains, row_tolerated;
     int tightenings, stiffenings;
     // mbproj/thresholds/steps.py
     double safety, smallest_change, largest_change, least_error, least_error_before, part_after_break, turns_told,
@@ -91,6 +92,8 @@ template <class Visit> void each_threshold(Visit&& visit) {
     visit("row_singular", &Thresholds::row_singular);
     visit("row_refused", &Thresholds::row_refused);
     visit("row_grain", &Thresholds::row_grain);
+    visit("row_grains", &Thresholds::row_grains);
+    visit("row_tolerated", &Thresholds::row_tolerated);
     visit("safety", &Thresholds::safety);
     visit("smallest_change", &Thresholds::smallest_change);
     visit("largest_change", &Thresholds::largest_change);

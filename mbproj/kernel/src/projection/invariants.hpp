@@ -14,25 +14,28 @@ template <int D> struct RigidField {
     Turn<D> turn;
 };
 
-// With what the balance began, how large corrections of the joints' velocities have been since the run's start, and what the
-// rows have done: how often they held, were left near rest, or were refused; the energy that they gave, signed, in sum, and how
-// far the signed one has been from nothing; their largest correction, as a part of the velocity.
+// With what the balance began, and what the rows have done: how often they held, were left near rest, or were refused; the
+// energy that they gave, signed, in sum, and how far the signed one has been from nothing; their largest correction, as a part
+// of the velocity.
 struct Kept {
     double energy = 0.0;
     std::vector<double> momenta;
-    double closing = 0.0;
     long held = 0, rested = 0, refused = 0;
     double given = 0.0, moved = 0.0, furthest = 0.0, largest = 0.0;
 };
 
 template <int D> class Invariants final {
 public:
+    // `tolerance`: of the steps' own errors; 0 where these are not known.
     Invariants(EquationsOfMotion<D>& equations, TrustRegion<D>& trust_region, Metric metric, bool energy,
-               std::vector<RigidField<D>> fields)
+               std::vector<RigidField<D>> fields, double tolerance)
         : equations_(equations), trust_region_(trust_region), model_(equations.model()), metric_(metric),
           energy_(energy), fields_(std::move(fields)), motion_(model_), raw_(model_.all_rows()),
           beyond_(model_.all_rows()), own_(equations.layout().bodies.size),
           now_(model_.size()) {
+        const Thresholds& thresholds = model_.thresholds;
+        tolerated_ = std::max(thresholds.row_grain, thresholds.row_tolerated * tolerance);
+        scale_ = speed(equations_.layout().scale.data());
         kept.momenta.resize(fields_.size());
         across_.resize(fields_.size());
     }
@@ -49,16 +52,21 @@ public:
         for (std::size_t k = 0; k < fields_.size(); ++k) kept.momenta[k] = momentum_of(fields_[k], now_);
     }
 
-    // Corrects the velocities of y at t, whose pose is in place, factored and closed. A step led there from `before`, and the
-    // joints' rows changed its velocities by the part `closing`.
-    void after_step(double t, const double* before, double* y, double closing) {
-        kept.closing = std::max(kept.closing, closing);
+    // A step from `before` has been made.
+    void enter_step(const double* before) {
+        before_step_ = kept, refused_ = false;
         before_.assign(before, before + own_.size());
-        refused_ = false;
+    }
+    // It is made again, or was a trial: what it has done here is not done.
+    void take_back() { kept = before_step_; }
+
+    // Corrects the velocities of its end y at t, whose pose is in place, factored and closed. A correction that is no step's
+    // error is refused, and a new balance begins.
+    void after_step(double t, double* y) {
         const Result result = hold(t, y, true);
         refused_ = result == Result::refused;
         if (result == Result::rests) ++kept.rested;
-        if (result == Result::refused) ++kept.refused;
+        if (result == Result::refused) ++kept.refused, begin(t, y);
         if (result != Result::held) return;
         ++kept.held;
         kept.given += energy_given_;
@@ -79,8 +87,8 @@ private:
         const Thresholds& thresholds = model_.thresholds;
         equations_.constraint_velocity(y);
         see(equations_.motion(), raw_);
-        const double now = speed(y);
-        if (!(now > thresholds.row_rests * speed_from_before(y))) return Result::rests;
+        const double now = speed(y), by_step = speed_from_before(y);
+        if (!(now > thresholds.row_rests * by_step)) return Result::rests;
         copy(y, now_);
         way_ = now_;
         total_ = Way(model_.size(), Twist<D>{Point<D>::Zero(), Turn<D>::Zero()});
@@ -88,10 +96,9 @@ private:
         energy_given_ = 0.0;
         const bool singular = energy_ && !close_balance(t, y, now);
         if (singular && fields_.empty()) return Result::rests;
-        change_ = size(total_) / size(now_);
-        // Without rows of joints nothing tells how much a step errs.
-        if (refuses && model_.constraints.rows > 0 &&
-            change_ > thresholds.row_refused * std::max(kept.closing, thresholds.row_grain))
+        const double change = std::sqrt(product(total_, total_));
+        change_ = change / now;
+        if (refuses && change > std::max(thresholds.row_refused * by_step, tolerated_ * (scale_ + now)))
             return Result::refused;
         for (int b = 0; b < model_.size(); ++b) {
             WritablePart<D> part(y, b);
@@ -101,20 +108,23 @@ private:
         return singular ? Result::rests : Result::held;
     }
 
-    // Adds the change of the velocities that closes the balance to that of the momenta's rows. False where it is singular:
-    // little of the kinetic energy is free, or less than what has to go.
+    // Adds the change of the velocities that closes the balance to that of the momenta's rows; of round-off there is none.
+    // False where it is singular: little of the kinetic energy is free, or less than what has to go, or no more than the error of
+    // the balance.
     bool close_balance(double t, const double* y, double now) {
         const double missing = kept.energy - energy(t, y);
-        if (!direction(y)) return false;
+        const double grain = model_.thresholds.row_grains * std::numeric_limits<double>::epsilon() * terms_;
+        if (!(0.5 * now * now > std::max(grain, tolerated_ * worked_) && direction(y))) return false;
         const double of_momenta = fields_.empty() ? 0.0 : 0.5 * product(total_, total_) + product(now_, total_);
         const double slope = product(now_, way_) + flywheels(raw_, beyond_) + product(total_, way_);
         const double curve = product(way_, way_) + flywheels(beyond_, beyond_);
-        const double root = slope * slope + 2.0 * curve * (missing - of_momenta);
+        const double wanted = missing - of_momenta, root = slope * slope + 2.0 * curve * wanted;
+        if (std::abs(wanted) <= grain) return true;
         // slope² / curve is 2 T of what is free, in any metric.
         const double least = model_.thresholds.row_singular;
         if (!(slope > 0.0 && slope * slope > least * curve * now * now && curve > least * whole_ && root > 0.0))
             return false;
-        add(total_, 2.0 * (missing - of_momenta) / (slope + std::sqrt(root)), way_);
+        add(total_, 2.0 * wanted / (slope + std::sqrt(root)), way_);
         energy_given_ = missing;
         return true;
     }
@@ -193,15 +203,19 @@ private:
         moving_rows(model_, equations_.pose(), motion, rates.data(), static_cast<double*>(nullptr));
     }
 
-    // E = T + V - W at y at t, whose pose and velocities are in place.
+    // E = T + V - W at y at t, whose pose and velocities are in place; the sum of the sizes of its `terms_`, and of those that
+    // are integrated, `worked_`.
     double energy(double t, const double* y) {
-        double sum = 0.5 * (std::pow(speed(y), 2) + flywheels(raw_, raw_));
+        double sum = terms_ = 0.5 * (std::pow(speed(y), 2) + flywheels(raw_, raw_));
+        const auto add = [&](double term) { sum += term, terms_ += std::abs(term); };
         for (int b = 0; b < model_.size(); ++b)
-            sum -= model_.bodies[b].mass * model_.gravity.dot(Point<D>(equations_.pose()[b].position));
+            add(-model_.bodies[b].mass * model_.gravity.dot(Point<D>(equations_.pose()[b].position)));
         if (model_.loads)
-            sum += equations_.applied().stored(*model_.loads, equations_.pose(), equations_.seen(t, y));
+            add(equations_.applied().stored(*model_.loads, equations_.pose(), equations_.seen(t, y)));
         const Block& work = equations_.layout().quadratures;
-        return work.size ? sum - y[work.first] + y[work.first + 1] : sum;
+        worked_ = work.size ? std::abs(y[work.first]) + std::abs(y[work.first + 1]) : 0.0;
+        if (work.size) add(-y[work.first]), add(y[work.first + 1]);
+        return sum;
     }
 
     // By how much the step has changed the velocities, in the bodies' axes, as a speed.
@@ -261,13 +275,6 @@ private:
                    field.turn.dot(spin(b, way[b].omega));
         return sum;
     }
-    // Rotations times the mechanism's length.
-    double size(const Way& way) const {
-        double sum = 0.0;
-        for (const Twist<D>& each : way)
-            sum += each.velocity.squaredNorm() + model_.length * model_.length * each.omega.squaredNorm();
-        return std::sqrt(sum);
-    }
 
     EquationsOfMotion<D>& equations_;
     TrustRegion<D>& trust_region_;
@@ -280,8 +287,10 @@ private:
     Way now_, way_, total_;  // the velocities, the direction of the balance, and the change
     std::vector<Way> across_;
     Eigen::MatrixXd coupling_;
-    double energy_given_ = 0.0, change_ = 0.0, whole_ = 0.0;
+    double tolerated_ = 0.0, scale_ = 0.0;  // of the velocities, where they are 0, as a speed
+    double energy_given_ = 0.0, change_ = 0.0, whole_ = 0.0, terms_ = 0.0, worked_ = 0.0;
     bool refused_ = false;
+    Kept before_step_;
 };
 
 }  // namespace mbproj

@@ -65,9 +65,9 @@ public:
 
     // The same of a step from `before`, and with the rows of what the motion keeps.
     Projected after_step(long step, double t, const double* before, double* y) {
+        if (invariants_) invariants_->enter_step(before);
         const Projected done = after_step(step, t, y);
-        if (invariants_ && keeps(done.velocity_passes > 0 || frees_all(step), done))
-            invariants_->after_step(t, before, y, done.velocity_change);
+        if (invariants_ && keeps(done.velocity_passes > 0 || frees_all(step), done)) invariants_->after_step(t, y);
         return done;
     }
 
@@ -82,8 +82,9 @@ public:
     }
 
     // From now on velocities keep the energy balance, and the momenta along fields of rigid motion.
-    void keep(bool energy, std::vector<RigidField<D>> fields) {
-        invariants_ = std::make_unique<Invariants<D>>(equations_, trust_region_, metric_, energy, std::move(fields));
+    void keep(bool energy, std::vector<RigidField<D>> fields, double tolerance) {
+        invariants_ =
+            std::make_unique<Invariants<D>>(equations_, trust_region_, metric_, energy, std::move(fields), tolerance);
     }
     Invariants<D>* invariants() { return invariants_.get(); }
 

@@ -63,6 +63,10 @@ public:
 
     // What the motion keeps, where rows hold it; else null.
     Invariants<D>* invariants() { return projector_.invariants(); }
+    // The step that was closed is made again.
+    void take_back() {
+        if (auto* rows = invariants()) rows->take_back();
+    }
 
 private:
     // By how much a joint may be open.

@@ -139,11 +139,9 @@ private:
         Counters counters = now_.counters;
         ++counters.steps;
         Peaks peaks;
-        auto* rows = step_end_.invariants();
-        const Kept kept = rows ? rows->kept : Kept{};
         const bool stops =
             step_end_.close(now_.t, now_.y, now_.to.t, now_.y_new, there, nullptr, counters, peaks).stops();
-        if (rows) rows->kept = kept;
+        step_end_.take_back();
         if (stops) return false;
         if (stepper_.carries_slope()) stepper_.arrive(now_.y_new, slope_, lambda_.data());
         return margins(now_.to.t, now_.y_new, there.turns, found);

@@ -155,8 +155,7 @@ private:
         if (!all_finite(slope_.data(), slope_.size())) return stop({Status::not_finite, now_.to.t}), false;
         meets_ = watching && stops_.meets(slope_, counted_.turns, lambda_);
         if (!meets_) return true;
-        --now_.counters.steps;
-        counted_ = counted_before_;
+        make_again();
         if (stops_.halts()) stop({Status::halted, now_.t});  // where that began
         return false;
     }
@@ -185,9 +184,14 @@ private:
         return true;
     }
 
-    void tell_turns(const Outcome& untold) {
+    void make_again() {  // the step that was closed is none
         --now_.counters.steps;
         counted_ = counted_before_;
+        step_end_.take_back();
+    }
+
+    void tell_turns(const Outcome& untold) {
+        make_again();
         trial_.reject(untold.step);  // it is made again, shorter
     }
 
