@@ -95,10 +95,16 @@ def crank_rocker() -> Case:
         start=(float(start), float(inertia(start) * 12)),
         reached=lambda y: y[:1] - float(start),
         turned=lambda angle, q: np.array([angle]),
-        steps={"dop853": (40, 20, 10, 5), "rk4": (20, 10, 5), "Gauss 4": (20, 10, 5), "Gauss 6": (40, 20, 10),
-               "Gauss 8": (40, 20, 10), "RATTLE": (20, 10)},
+        steps={
+            "dop853": (40, 20, 10, 5),
+            "rk4": (20, 10, 5),
+            "Gauss 4": (20, 10, 5),
+            "Gauss 6": (40, 20, 10),
+            "Gauss 8": (40, 20, 10),
+            "RATTLE": (20, 10),
+        },
         moments=((0.01, 0.01, 0.01), (1e-4, 2.4e-3, 2.4e-3), (1e-5, 1.3e-3, 1.3e-3)),
-    )  # fmt: skip
+    )
 
 
 def slider_crank() -> Case:
@@ -130,10 +136,16 @@ def slider_crank() -> Case:
         start=(0.0, float(inertia(Real(0)) * 6)),
         reached=lambda y: y[:1],
         turned=lambda angle, q: np.array([angle]),
-        steps={"dop853": (20, 10, 5), "rk4": (10, 5, 2.5), "Gauss 4": (10, 5, 2.5), "Gauss 6": (20, 10, 5),
-               "Gauss 8": (20, 10, 5), "RATTLE": (20, 10)},
+        steps={
+            "dop853": (20, 10, 5),
+            "rk4": (10, 5, 2.5),
+            "Gauss 4": (10, 5, 2.5),
+            "Gauss 6": (20, 10, 5),
+            "Gauss 8": (20, 10, 5),
+            "RATTLE": (20, 10),
+        },
         column=(10, 11),
-    )  # fmt: skip
+    )
 
 
 def heavy_top() -> Case:
@@ -162,10 +174,16 @@ def heavy_top() -> Case:
         start=(θ, 0.0, 0.0, 0.0, vertical, along),
         reached=axis,
         turned=lambda angle, q: q[0, 9:12],
-        steps={"dop853": (4, 2, 1), "rk4": (2, 1), "Gauss 4": (40, 20, 10), "Gauss 6": (80, 40, 20),
-               "Gauss 8": (160, 80, 40), "RATTLE": (2, 1)},
+        steps={
+            "dop853": (4, 2, 1),
+            "rk4": (2, 1),
+            "Gauss 4": (40, 20, 10),
+            "Gauss 6": (80, 40, 20),
+            "Gauss 8": (160, 80, 40),
+            "RATTLE": (2, 1),
+        },
         moments=(flat,),
-    )  # fmt: skip
+    )
 
 
 def _chain(name: str, scene: Scene, bars: int, J: float, start: float, down: float, finest: int) -> Case:
@@ -198,9 +216,15 @@ def _chain(name: str, scene: Scene, bars: int, J: float, start: float, down: flo
         start=begin,
         reached=tip,
         turned=lambda angle, q: _end_of(q[:, :3]),
-        steps={"dop853": (40, 20, 10), "rk4": (20, 10, 5), "Gauss 4": (20, 10, 5), "Gauss 6": (40, 20, 10),
-               "Gauss 8": (40, 20), "RATTLE": (20, 10)},
-    )  # fmt: skip
+        steps={
+            "dop853": (40, 20, 10),
+            "rk4": (20, 10, 5),
+            "Gauss 4": (20, 10, 5),
+            "Gauss 6": (40, 20, 10),
+            "Gauss 8": (40, 20),
+            "RATTLE": (20, 10),
+        },
+    )
 
 
 def _end_of(places: Array) -> Array:

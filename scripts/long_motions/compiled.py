@@ -17,13 +17,28 @@ from mbproj.scene.records import Joint, Scene
 
 Array = np.ndarray
 #: A scalar row of two bodies, as the C++ has it.
-ROW = np.dtype([*((name, "i4") for name in ("kind", "first", "second", "axis", "other")), ("u", "3f8"), ("v", "3f8"),
-                ("start", "f8")], align=True)  # fmt: skip
+ROW = np.dtype(
+    [
+        *((name, "i4") for name in ("kind", "first", "second", "axis", "other")),
+        ("u", "3f8"),
+        ("v", "3f8"),
+        ("start", "f8"),
+    ],
+    align=True,
+)
 ALIGNED, ACROSS, BESIDE, UNIT = range(4)
 
 
-def by_gauss(which: int, parts: Sequence[float], order: int, start: Sequence[float], span: float, steps: int, *,
-             extended: bool = False) -> tuple[Array, int]:  # fmt: skip
+def by_gauss(
+    which: int,
+    parts: Sequence[float],
+    order: int,
+    start: Sequence[float],
+    span: float,
+    steps: int,
+    *,
+    extended: bool = False,
+) -> tuple[Array, int]:
     """The state (n,) after `span` s by a Gauss method, and its evaluations."""
     gauss, y, given = library("../long_motions/gauss.cpp"), np.zeros(16), np.zeros(4)
     y[: len(start)], given[: len(parts)] = start, parts

@@ -197,9 +197,8 @@ class Compiled(ABC):
 
     def _keep(self, run: Any, state: State, settings: Settings) -> None:
         """Rows of what the motion keeps, where they are asked for and something is free to move."""
-        projection = settings.projection
-        corrects = PROJECTIONS[projection.method].corrects and self.degrees_of_freedom > 0
-        if not corrects or not (projection.energy or projection.momentum):
+        projection, free = settings.projection, self.degrees_of_freedom > 0
+        if not (free and PROJECTIONS[projection.method].corrects and (projection.energy or projection.momentum)):
             return
         fields = np.zeros((0, 3 if self.dimension == "Plane" else 6))
         if projection.momentum:

@@ -74,8 +74,7 @@ class Entry:
         }
 
     def _of_row(self) -> dict[str, float]:
-        """What the row of the energy gave, signed and in sum, J, and at how many steps it was closed, left or refused,
-        where there is one."""
+        """What the row of the energy gave, signed and in sum, J. At how many steps it was closed, left, refused."""
         report = self.solution.report
         if not self.measurement.setting.energy_row or report is None:
             return {}

@@ -52,6 +52,11 @@ protected:
         if (rows) rows->kept = *mark.kept;
         return events().resume(mark.events);
     }
+    void make_again() {  // the step that was closed is none
+        --now_.counters.steps;
+        counted_ = counted_before_;
+        step_end_.take_back();
+    }
     // A new balance of what the motion keeps, at the state at hand.
     void begin_balance() {
         if (auto* rows = step_end_.invariants()) rows->begin(now_.t, now_.y.data());

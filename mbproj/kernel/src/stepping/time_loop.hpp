@@ -184,12 +184,6 @@ private:
         return true;
     }
 
-    void make_again() {  // the step that was closed is none
-        --now_.counters.steps;
-        counted_ = counted_before_;
-        step_end_.take_back();
-    }
-
     void tell_turns(const Outcome& untold) {
         make_again();
         trial_.reject(untold.step);  // it is made again, shorter
@@ -292,7 +286,7 @@ private:
     using Parts::counted_, Parts::counted_before_, Parts::factorised_before_, Parts::shaped_, Parts::stops_;
     using Parts::model_, Parts::steps_, Parts::phases_, Parts::equations_, Parts::stepper_, Parts::turns_;
     using Parts::step_end_, Parts::schedule_, Parts::now_, Parts::trial_;
-    using Parts::stop, Parts::stop_at, Parts::begin_balance;
+    using Parts::stop, Parts::stop_at, Parts::make_again, Parts::begin_balance;
     using Parts::write, Parts::count_factorisations, Parts::go_on, Parts::choose_step, Parts::after_event;
     Vector slope_;              // at the end of a step, until the step is taken over
     Vector copy_, copy_slope_;  // of a sample inside a step
