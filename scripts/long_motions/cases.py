@@ -177,7 +177,7 @@ def heavy_top() -> Case:
         steps={
             "dop853": (4, 2, 1),
             "rk4": (2, 1),
-            "Gauss 4": (40, 20, 10),
+            "Gauss 4": (40, 20),
             "Gauss 6": (80, 40, 20),
             "Gauss 8": (160, 80, 40),
             "RATTLE": (2, 1),

@@ -8,7 +8,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from mbproj.figures.style import LINES, WIDTH, styled
+from mbproj.figures.style import LINES, page_width, styled
 
 #: Height of a row of panels, inches.
 ROW = 1.5
@@ -30,7 +30,7 @@ COLOURS, MARKS = (0, 0, 1, 1, 3, 4, 5, 2), "oossD^vx"
 def drawn(rows: Sequence[dict[str, Any]], path: Path) -> Figure:
     """All runs, as PNG."""
     cases = list(dict.fromkeys(row["case"] for row in rows))
-    figure = Figure(figsize=(WIDTH, ROW * len(cases) + 0.7), layout="constrained")
+    figure = Figure(figsize=(page_width(), ROW * len(cases) + 0.7), layout="constrained")
     panels = figure.subplots(len(cases), 2, sharex="col", squeeze=False)
     for line, case in enumerate(cases):
         own = [row for row in rows if row["case"] == case]
