@@ -33,7 +33,7 @@ EXAMPLES = (
     ),
     (
         "See what the row of the energy gives and takes.",
-        "mbproj compare planar_four_bar.yaml --projections gpopm --energy-rows false,true",
+        "mbproj compare five_bar.yaml --projections gpopm --energy-rows false,true",
     ),
 )
 
