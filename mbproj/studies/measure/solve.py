@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from mbproj.arrays import Array
@@ -111,7 +113,7 @@ def solve(mechanism: Mechanism | Scene, setting: Setting, times: Array) -> Solut
     kept, report, failure = _Kept(ready, len(times)), None, None
     try:
         settings = ready.settings(setting, float(times[-1]), float(times[1]))
-        report = simulate(ready.system, ready.state, settings, kept)
+        report = replace(simulate(ready.system, ready.state, settings, kept), state=None)  # the store keeps no layouts
     except SimulationError as error:
         failure = Failure("failed", error.time, str(error))
     except InputError as error:
