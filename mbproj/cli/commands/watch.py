@@ -31,7 +31,7 @@ EXAMPLES = (
 )
 @option(Part.OUTPUT, "-q", "--quiet", is_flag=True, help="Print the address and what is wrong, no line at each save.")
 def command(scene: str, settings: tuple[str, ...], opened: bool, port: int, quiet: bool, **options: Any) -> None:
-    """Checks, runs and shows SCENE again whenever it is saved, until Ctrl-C.
+    """Runs SCENE at each save of it, and shows it moving, until Ctrl-C.
 
     The page is served to this machine alone, at an address with a secret token. It keeps time and camera. Where the
     scene cannot be read or run, the last page stays, and says why. Extra: pip install 'mbproj[animate]'.
