@@ -47,7 +47,7 @@ ACTING = {
     "motor of a line": '<motor name="u" tendon="line" gear="-2"/>',
     "thruster": '<motor name="u" site="eye" gear="1 -2 3 0.4 0.5 -0.6"/>',
     "free body": '<motor name="u" joint="loose" gear="1 -2 3 0.4 0.5 -0.6"/>',
-}  # fmt: skip
+}
 
 
 def written(folder, actuator, ctrl="0.4"):
@@ -144,9 +144,11 @@ def test_joints_are_driven_by_functions_of_time(tmp_path):
 
 WRONG = {
     "controls": [("v: 1", "'v' is no actuator of the model; choose from: u"), ("u: x + 1", "'u': unknown name 'x'")],
-    "motions": [("torn: 1", "'torn' is no joint of the model with a coordinate; did you mean 'turn'?"),
-                ("turn: 2 *", "'turn': the expression ends")],
-}  # fmt: skip
+    "motions": [
+        ("torn: 1", "'torn' is no joint of the model with a coordinate; did you mean 'turn'?"),
+        ("turn: 2 *", "'turn': the expression ends"),
+    ],
+}
 
 
 @pytest.mark.parametrize(("option", "text", "said"), [(key, *each) for key, rows in WRONG.items() for each in rows])

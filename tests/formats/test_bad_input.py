@@ -27,7 +27,7 @@ MODELS = sorted(path.name for path in DATA.iterdir() if path.suffix in (".xml", 
 VALUES = (
     *("", " ", "nan", "inf", "-1", "0", "1e400", "1e308", "1 2", "0 0 0", "-1 -1 -1", "1,2,3", "0x10", "1_000", "true"),
     *("$(id)", "yes", "1e3", "a: b", "# x", "'", '"', "~", "é", "x" * 5000, "../x", "/etc/passwd", "%s", "world"),
-)  # fmt: skip
+)
 BODY = '<body name="b"><joint axis="0 1 0"/><geom size="0.1" pos="0 0 1"/></body>'
 
 

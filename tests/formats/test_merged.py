@@ -63,10 +63,15 @@ def test_the_motion_is_that_of_the_turns(axes, kind, tmp_path):
         (("1 0 0", "0.1 1 0"), {}),  # not at a right angle
         (("1 0 0", "0 1 0"), {"offset": "0 0 0.01"}),  # axes that pass each other
         (("1 0 0", "0 1 0"), {"ring": INERTIAL}),
-        (("1 0 0", "0 1 0"), {"more": '<link name="more"/><joint name="j" type="fixed"><parent link="ring_1"/>'
-                                      '<child link="more"/></joint>'}),
+        (
+            ("1 0 0", "0 1 0"),
+            {
+                "more": '<link name="more"/><joint name="j" type="fixed"><parent link="ring_1"/>'
+                '<child link="more"/></joint>'
+            },
+        ),
     ],
-)  # fmt: skip
+)
 def test_turns_stay_where_they_are_no_such_joint(axes, change, tmp_path):
     mechanism = read(tmp_path, stacked(axes, **change))
     assert [joint.type for joint in mechanism.joints.values()][:2] == ["revolute", "revolute"]

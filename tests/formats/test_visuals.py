@@ -17,11 +17,16 @@ URDF = f"""<robot name="m"><material name="red"><color rgba="1 0 0 1"/></materia
 SDF = """<sdf version="1.9"><model name="m"><link name="arm"><pose>1 0 0 0 0 0</pose>
 <inertial><pose>0.1 0.2 0.3 0 0 0</pose><mass>2</mass></inertial>{}</link></model></sdf>"""
 SHAPES = {
-    "urdf": ('<visual><origin xyz="0 0 {z}"/><geometry><{kind} {keys}/></geometry><material name="red"/></visual>',
-             URDF),
-    "sdf": ('<visual name="{kind}"><pose>0 0 {z} 0 0 0</pose><geometry><{kind}>{tags}</{kind}></geometry>'
-            "<material><diffuse>1 0 0 1</diffuse></material></visual>", SDF),
-}  # fmt: skip
+    "urdf": (
+        '<visual><origin xyz="0 0 {z}"/><geometry><{kind} {keys}/></geometry><material name="red"/></visual>',
+        URDF,
+    ),
+    "sdf": (
+        '<visual name="{kind}"><pose>0 0 {z} 0 0 0</pose><geometry><{kind}>{tags}</{kind}></geometry>'
+        "<material><diffuse>1 0 0 1</diffuse></material></visual>",
+        SDF,
+    ),
+}
 SIZES = {
     "box": ({"size": "1 2 3"}, [{"box": [1, 2, 3]}]),
     "sphere": ({"radius": "0.5"}, [{"sphere": 0.5}]),

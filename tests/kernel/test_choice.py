@@ -29,6 +29,7 @@ EXPECTED = {
     "bouncing_ball": ("reduced", f"{FREE}can keep the bodies in a plane: no joint has an axis", 6),
     "bricard": ("reduced", f"{FREE}keeps body 'bar2' in the plane", 1),
     "bump_stop": ("planar", "the joints keep every body in the plane normal to", 2),
+    "crane": ("reduced", f"{FREE}keeps body 'load' in the plane", 5),
     "delta_robot": ("reduced", "not planar: joint 'A2' is tilted", 3),
     "differential": ("planar", IN_Y, 2),
     "door_closer": ("reduced", "not planar: friction goes by what joint 'hinge' carries out of the plane", 1),

@@ -59,8 +59,9 @@ def test_where_no_force_acts_forces_balance(folder):
     found = json.loads(mbproj("modes", "unloaded.yaml", "--json", folder=folder).stdout)
     assert (found["balanced"], found["imbalance"]["relative"]) == (True, 0.0)
     assert found["frequencies_hz"] == pytest.approx([5.0 / (2.0 * pi)], rel=1e-12)
-    done = mbproj("linearize", "unloaded.yaml", "--inputs", "spring", "--outputs", "rail.displacement", "--json",
-                  folder=folder)  # fmt: skip
+    done = mbproj(
+        "linearize", "unloaded.yaml", "--inputs", "spring", "--outputs", "rail.displacement", "--json", folder=folder
+    )
     assert json.loads(done.stdout)["balanced"] is True
     found = json.loads(mbproj("equilibrium", "unloaded.yaml", "--json", folder=folder).stdout)
     assert (found["converged"], found["residual"]["relative"]) == (True, 0.0)
@@ -76,8 +77,18 @@ def test_modes_and_linear_models_are_those_of_where_a_run_begins(folder, at):
     found = json.loads(mbproj("modes", "rests.yaml", "--at", at, "--json", folder=folder).stdout)
     assert found["frequencies_hz"] == pytest.approx([20.0 / (2.0 * pi)], rel=1e-9)
     assert found["balanced"]
-    done = mbproj("linearize", "rests.yaml", "--at", at, "--inputs", "spring", "--outputs", "rail.displacement",
-                  "--json", folder=folder)  # fmt: skip
+    done = mbproj(
+        "linearize",
+        "rests.yaml",
+        "--at",
+        at,
+        "--inputs",
+        "spring",
+        "--outputs",
+        "rail.displacement",
+        "--json",
+        folder=folder,
+    )
     assert json.loads(done.stdout)["A"][1][0] == pytest.approx(-400.0, rel=1e-9)
 
 

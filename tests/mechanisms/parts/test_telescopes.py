@@ -8,10 +8,10 @@ from scipy.integrate import solve_ivp
 
 from mbproj import InputError, read_scene_text
 from tests.kernel.scenes import needs_kernel
-from tests.mechanisms.parts.test_couplings import FORMULATIONS, coordinates
 from tests.stops.runs import run
 
 pytestmark = needs_kernel
+FORMULATIONS = ("planar", "reduced", "full")
 G = 9.81
 HEAD = """
 mbproj: 1
@@ -41,6 +41,11 @@ joints:
 
 def scene(body, formulation="auto", duration=2, integrator="dop853"):
     return HEAD.format(formulation=formulation, duration=duration, integrator=integrator) + body
+
+
+def coordinates(recorded):
+    """By column, in the order of the joints."""
+    return recorded["joints/coordinate"].T
 
 
 @pytest.mark.parametrize("formulation", FORMULATIONS)
