@@ -118,6 +118,7 @@ def main() -> None:
                     f"{row['evaluations']:.2e} | {row['seconds']:.1f} |",
                     flush=True,
                 )
+        folder.mkdir(parents=True, exist_ok=True)
         path.write_text(json.dumps(found, indent=1), encoding="utf-8")
     drawn(json.loads(path.read_text(encoding="utf-8")), folder / "long_energy.png")
     return None

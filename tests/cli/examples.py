@@ -15,8 +15,8 @@ from mbproj.cli.main import mbproj as group
 from mbproj.mechanisms_folder import mechanism, validation_scenes
 from tests.cli.commands import mbproj
 
-#: These run many simulations: scripts/run_guide.py runs their examples, the tests only read them.
-LONG = ("stability", "recommend", "compare", "tradeoff", "threshold", "batch", "sweep", "paper")
+#: These run many simulations, or until Ctrl-C: the tests only read their examples, scripts/run_guide.py runs the others'.
+LONG = ("stability", "recommend", "compare", "tradeoff", "threshold", "batch", "sweep", "paper", "watch")
 
 
 def named(name: str) -> tuple[Command, click.Context]:
