@@ -15,7 +15,7 @@ from mbproj.cli.main import mbproj as group
 from mbproj.mechanisms_folder import mechanism, validation_scenes
 from tests.cli.commands import mbproj
 
-#: These run many simulations, or until Ctrl-C: the tests only read their examples, scripts/run_guide.py runs the others'.
+#: These run many simulations, or until Ctrl-C: tests read their examples. scripts/run_guide.py runs all but watch's.
 LONG = ("stability", "recommend", "compare", "tradeoff", "threshold", "batch", "sweep", "paper", "watch")
 
 
