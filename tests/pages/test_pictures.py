@@ -13,6 +13,7 @@ from mbproj.errors import InputError
 from mbproj.figures.kinds import draw, why_not
 from mbproj.figures.kinds.mechanism import draw_start
 from mbproj.figures.kinds.poses import picture_axes, projected
+from mbproj.joints import JOINTS
 from mbproj.model import compile_system, initial_guess
 from mbproj.pages.look.mechanism import look_of
 from mbproj.pages.look.motion import motion_at
@@ -79,7 +80,7 @@ def test_the_start_of_every_shipped_mechanism_lies_in_its_picture(mechanism):
     assert np.allclose(axes.T @ axes, np.eye(2), atol=1e-12)
     figure = draw_start(look, view, motion)
     shapes, *rods = outlines(figure)
-    assert len(rods) == sum(joint.type == "distance" for joint in scene.joints)
+    assert len(rods) == sum(JOINTS[joint.type].is_rod for joint in scene.joints)
     low, high = np.array([figure.axes[0].get_xlim(), figure.axes[0].get_ylim()]).T
     for point in projected(motion.position[0], view):
         assert (low <= point).all() and (point <= high).all()
