@@ -10,6 +10,7 @@ from PIL import Image
 
 from mbproj.results import open_results
 from tests.cli.commands import mbproj
+from tests.integrate.kinematic.scenes import FOUR_BAR
 
 CRANK, COUPLER, ROCKER, GROUND = 0.2, float(np.hypot(0.4, 0.4)), float(np.hypot(0.1, 0.4)), 0.7
 SCENE = """\
@@ -18,18 +19,8 @@ title: Four bars
 gravity: [0, 0, -9.81]
 simulation: {duration: 0.1 s, output_step: 0.1 s, kinematic: true}
 parameters: {weight: 1}
-bodies:
-  crank: {mass: weight, inertia: [1e-3, 1e-3, 1e-3], position: [0.1, 0, 0]}
-  coupler: {mass: 1, inertia: [2e-2, 2e-2, 2e-2], position: [0.4, 0, 0.2]}
-  rocker: {mass: 0.8, inertia: [1e-2, 1e-2, 1e-2], position: [0.65, 0, 0.2]}
-joints:
-  A: {type: revolute, bodies: [ground, crank], location: [0, 0, 0], axis: [0, -1, 0]}
-  B: {type: revolute, bodies: [crank, coupler], location: [0.2, 0, 0], axis: [0, -1, 0]}
-  C: {type: revolute, bodies: [coupler, rocker], location: [0.6, 0, 0.4], axis: [0, -1, 0]}
-  D: {type: revolute, bodies: [ground, rocker], location: [0.7, 0, 0], axis: [0, -1, 0]}
-motions:
-  drive: {joint: A, angle: {constant_speed: 60 rpm}}
 """
+SCENE += FOUR_BAR[FOUR_BAR.index("bodies:") :].replace("{mass: 0.4,", "{mass: weight,")
 FREE = SCENE[: SCENE.index("motions:")].replace(", kinematic: true", ", step: 1 ms")
 
 
