@@ -1,4 +1,4 @@
-"""Values of studies by what they follow from; mbproj's version and build are part of that."""
+"""Values of studies by what they follow from; the code of mbproj and of plug-ins is part of that."""
 
 from __future__ import annotations
 
@@ -6,13 +6,15 @@ import hashlib
 import json
 import platform
 from collections.abc import Callable, Sequence
+from functools import cache
+from pathlib import Path
 from typing import Any, TypeVar
 
-from mbproj.kernel import build_info
+import mbproj
+from mbproj.kernel import build_info, core
 from mbproj.plugins import marks
 from mbproj.studies.store import database
 from mbproj.studies.store.encoding import decoded, encoded
-from mbproj.version import __version__
 
 Value = TypeVar("Value")
 
@@ -67,7 +69,18 @@ class Kept:
 
 
 def _study(what: Any) -> str:
-    return hashlib.sha256(json.dumps([__version__, build_info(), what, *marks()], default=_plain).encode()).hexdigest()
+    return hashlib.sha256(json.dumps([_code(), build_info(), what, *marks()], default=_plain).encode()).hexdigest()
+
+
+@cache
+def _code() -> str:
+    """A checksum of all that mbproj runs. Its version stays the same in a checkout, while records get other fields."""
+    checksum, kernel = hashlib.sha256(), core()
+    for path in sorted(Path(mbproj.__file__).parent.rglob("*.py")):
+        checksum.update(path.read_bytes())
+    if kernel is not None:
+        checksum.update(Path(str(kernel.__file__)).read_bytes())
+    return checksum.hexdigest()
 
 
 def _plain(number: Any) -> Any:

@@ -14,9 +14,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+import mbproj
 from mbproj.errors import MbprojWarning, warn_once
 from mbproj.studies.parallel.hand_out import in_parallel
-from mbproj.studies.store import Kept, cached, database
+from mbproj.studies.store import Kept, cached, database, kept
 from mbproj.studies.store.encoding import decoded
 from tests.studies.parallel.drawn import Drawn
 from tests.studies.tasks import keep
@@ -50,6 +51,21 @@ def test_a_study_resumes_and_begins_fresh_where_that_is_asked_for():
     assert "a" not in Kept({"span": 2})
     assert "a" not in Kept({"span": 1}, fresh=True)
     assert "b" not in Kept({"span": 1})
+
+
+def test_what_other_code_has_kept_is_not_taken(tmp_path, monkeypatch):
+    kept._code.cache_clear()
+    Kept({"span": 1}).add("a", 1)
+    package = tmp_path / "mbproj"
+    package.mkdir()
+    (package / "__init__.py").write_text("changed = True\n")
+    with monkeypatch.context() as patched:
+        patched.setattr(mbproj, "__file__", str(package / "__init__.py"))
+        assert "a" in Kept({"span": 1})  # the code is read once in a process
+        kept._code.cache_clear()
+        assert "a" not in Kept({"span": 1})
+    kept._code.cache_clear()
+    assert "a" in Kept({"span": 1})
 
 
 def test_a_study_without_a_name_is_in_memory_alone(tmp_path):
