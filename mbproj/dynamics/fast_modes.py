@@ -10,6 +10,7 @@ motion changes in W are left out: a stiff force is faster than those. States hav
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from mbproj.arrays import Array, Integers, Numbers, cross, distinct_rows, may_ov
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.derivatives.law_derivatives import law_slopes
-from mbproj.dynamics.equations.bushings import deflection
+from mbproj.dynamics.equations.bushings import deflection, viscous
 from mbproj.dynamics.equations.equations_of_motion import mass_matrix
 from mbproj.dynamics.equations.forces import generalised, law_state, unit_pull
 from mbproj.dynamics.equations.instant import Instant
@@ -32,7 +33,7 @@ from mbproj.thresholds import THRESHOLDS
 @dataclass(frozen=True, eq=False)
 class Slopes:
     """-∂F/∂s and -∂F/∂s' along each of the F coordinates that forces act along, (F,), in N/m or N m/rad, and N s/m or
-    N m s/rad: of laws, and the diagonals of `bushings`, which are the last."""
+    N m s/rad: of laws, and the diagonals of `bushings`, which are the last, with their damping at the pose at hand."""
 
     stiffness: Array
     damping: Array
@@ -86,6 +87,8 @@ def slopes(system: System, state: State) -> Slopes:
 def slopes_at(instant: Instant) -> Slopes:
     """The same where it is taken apart."""
     laws, bushings = law_state(instant), instant.system.forces.bushings
+    if laws.bent is not None:
+        bushings = replace(bushings, damping=viscous(bushings, laws.bent))
     stiffness, damping = (
         np.concatenate([np.nan_to_num(-slope, nan=0.0, posinf=0.0, neginf=0.0), bushings.on_diagonal(matrices)])
         for slope, matrices in zip(law_slopes(instant, laws), (bushings.stiffness, bushings.damping), strict=True)

@@ -94,6 +94,7 @@ def _space_bushings(core: ModuleType, bodies: int, bushings: Bushings) -> Any:
         damping=_floats(bushings.damping, 6, 6),
         preload=_floats(bushings.preload, 6),
         map=_floats(np.tile(np.eye(6), (bushings.size, 1, 1)), 6, 6),
+        turns_freely=_indices(bushings.turns_freely),
     )
 
 
@@ -107,6 +108,7 @@ def _plane_bushings(core: ModuleType, bodies: int, bushings: Bushings, plane: Pl
         stiffness=_floats(found.stiffness, 3, 3),
         damping=_floats(found.damping, 3, 3),
         preload=_floats(found.preload, 3),
+        turns_freely=_indices(bushings.turns_freely),
         map=_floats(found.map, 6, 3),
     )
 

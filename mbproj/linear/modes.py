@@ -13,6 +13,7 @@ from mbproj.dataclass import dataclass
 from mbproj.dynamics.derivatives.bushing_derivatives import bushing_gradient
 from mbproj.dynamics.derivatives.law_derivatives import law_slopes
 from mbproj.dynamics.derivatives.row_derivatives import row_motion
+from mbproj.dynamics.equations.bushings import deflection, viscous
 from mbproj.dynamics.equations.forces import law_state
 from mbproj.linear.eigenvalues import eigen, shares_of_states
 from mbproj.linear.kinks import refuse_kinks
@@ -230,7 +231,10 @@ def _strain(
     stiffness, damping = law_slopes_at(reference)
     change = np.abs(_changes(forces.laws.coordinates, reference, in_body)) ** 2
     kept = np.concatenate([-stiffness * change, _of_bushings(forces, bushings.stiffness, reference, in_body)], axis=1)
-    taken = (-damping * change).sum(axis=1) + _of_bushings(forces, bushings.damping, reference, in_body).sum(axis=1)
+    taken = (-damping * change).sum(axis=1)
+    if bushings.size:
+        along = viscous(bushings, deflection(bushings, reference.motion.pose))
+        taken = taken + _of_bushings(forces, along, reference, in_body).sum(axis=1)
     total = np.where(values.imag == 0.0, -values.real * (values.real * mass + taken), total)
     rest = total - kept.sum(axis=1)
     rest = np.where(np.abs(rest) <= 1e3 * THRESHOLDS.linear_round_off * np.abs(kept).sum(axis=1), 0.0, rest)

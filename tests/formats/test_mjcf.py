@@ -9,6 +9,7 @@ from mbproj import run
 from mbproj.calls.models import import_model
 from mbproj.dynamics.equations.constraint_equations import constraint_at
 from mbproj.formats import Wishes, read_model, scene_text
+from mbproj.formats.mechanism import Same
 from mbproj.linear.equilibrium.started import start_state
 from mbproj.model import compile_system
 from mbproj.scene import read_scene_text
@@ -24,6 +25,38 @@ DATA = ROOT / "tests" / "data" / "formats"
 def test_trees_move_as_mujocos(name):
     found = agreement(DATA / name)
     assert max(found) < 1e-10
+
+
+TWIST = '<joint name="twist" axis="0 1 1" damping="0.1"/>'
+BALLS = """
+<mujoco>
+  <compiler angle="radian"/>
+  <option gravity="1 2 -9"/>
+  <worldbody>
+    <body name="upper" pos="0 0 1" euler="0.3 0 0.2">
+      <joint name="shoulder" type="ball" damping="0.7" stiffness="3"/>
+      <geom size="0.03 0.2" type="capsule" pos="0.1 0 -0.2" density="5000"/>
+      <body name="lower" pos="0 0 -0.4">
+        BEFORE<joint name="elbow" type="ball" damping="0.4" pos="0 0.02 0"/>
+        <geom size="0.03 0.05 0.1" type="box" pos="0 0.1 -0.1" density="5000"/>
+      </body>
+    </body>
+  </worldbody>
+  <keyframe><key name="bent" qpos="0.8 0.2 -0.4 0.4 0.7 0.5 0.5 -0.5 0.5"/></keyframe>
+</mujoco>
+"""
+
+
+@pytest.mark.parametrize(("key", "before"), [(None, TWIST), (None, ""), ("bent", "")])
+def test_balls_with_springs_and_dampers_move_as_mujocos(tmp_path, key, before):
+    """At poses turned by up to 1.7 rad; a keyframe begins elsewhere than where springs rest, so frames lean there."""
+    path, wishes = tmp_path / "balls.xml", Wishes(key=key)
+    text = BALLS.replace("BEFORE", before)
+    path.write_text(text if before else text.replace("0.4 0.7 0.5", "0.4 0.5"), encoding="utf-8")
+    assert max(agreement(path, wishes=wishes)) < 1e-12
+    mechanism = read_model(path, wishes)
+    assert not [row for row in mechanism.said if row.same is Same.NO]
+    assert {"shoulder_spring", "elbow_damper"} <= set(mechanism.forces)
 
 
 @pytest.mark.parametrize("name", ["stacks.xml", "loops.xml"])

@@ -1,8 +1,9 @@
-"""What the forces of bushings change by. With f = gᵀF, F = preload - k s - c s' and g the gradients of the coordinates,
+"""What the forces of bushings change by. With f = gᵀF, F = preload - k s - c s', g the gradients of the coordinates,
+and the damping c along them, which depends on the pose,
 
-    δf = -gᵀ k g ξ - gᵀ c (g ξ' + g' ξ) + ∂(gᵀF)/∂ξ,
+    δf = -gᵀ k g ξ - gᵀ c (g ξ' + g' ξ) - gᵀ (∂c/∂ξ s') ξ + ∂(gᵀF)/∂ξ, the last with F held,
 
-where g' and the last term are complex steps of the gradients, exact to round-off (Squire and Trapp 1998).
+where g' and the derivatives of g and c are complex steps, exact to round-off (Squire and Trapp 1998).
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from mbproj.arrays import Array, Numbers
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.blocks import Blocks
 from mbproj.dynamics.derivatives.row_derivatives import COMPLEX_STEP
-from mbproj.dynamics.equations.bushings import deflected
+from mbproj.dynamics.equations.bushings import Deflection, deflected, rates, viscous
 from mbproj.dynamics.equations.kinematics import Pose, Twist
 from mbproj.model.bushings import COORDINATES, Bushings
 from mbproj.model.euler_parameters import matrix_L, rotation_matrix
@@ -32,38 +33,44 @@ class _At:
     def pose(cls, bushings: Bushings, pose: Pose) -> _At:
         return cls(bushings, pose.position[bushings.body], pose.orientation[bushings.body])
 
-    def gradient(self, shift: Numbers, turn: Numbers) -> Numbers:
-        """g (..., B, 6, 12) of (δr, δθ in body axes) of both bodies, at changed positions and Euler parameters."""
+    def seen(self, shift: Numbers, turn: Numbers) -> tuple[Deflection, Numbers]:
+        """The bushings at changed positions and Euler parameters, and g (..., B, 6, 12) of (δr, δθ in body axes) of
+        both bodies."""
         orientation = self.orientation + turn
-        found = deflected(self.bushings, self.position + shift, orientation).gradient
+        found = deflected(self.bushings, self.position + shift, orientation)
         size = np.sum(orientation * orientation, axis=-1)[..., None, None]
-        in_body = found[..., 3:] @ (rotation_matrix(orientation) / size)
-        sides = np.concatenate([found[..., :3], in_body], axis=-1)
-        return np.concatenate([sides[..., 0, :, :], sides[..., 1, :, :]], axis=-1)
+        in_body = found.gradient[..., 3:] @ (rotation_matrix(orientation) / size)
+        sides = np.concatenate([found.gradient[..., :3], in_body], axis=-1)
+        return found, np.concatenate([sides[..., 0, :, :], sides[..., 1, :, :]], axis=-1)
 
 
 def bushing_gradient(bushings: Bushings, pose: Pose) -> Array:
     """g (B, 6, 12): s' of (r', ω) of both bodies."""
-    found: Array = _At.pose(bushings, pose).gradient(np.zeros(3), np.zeros(4))
-    return found
+    return _at_pose(bushings, pose)[1]
 
 
 def bushing_derivatives(forces: Forces, pose: Pose, twist: Twist, force: Array) -> tuple[Blocks, Blocks]:
     """What bushings add to D and K; `force` (F,) along all coordinates of forces, those of bushings last."""
     bushings, at = forces.bushings, _At.pose(forces.bushings, pose)
     count = bushings.size
-    g = bushing_gradient(bushings, pose)
+    found, g = _at_pose(bushings, pose)
+    rate, damping = rates(bushings, found, pose, twist), viscous(bushings, found)
     moving = 1j * COMPLEX_STEP * twist.velocity[bushings.body], 1j * COMPLEX_STEP * twist.rate[bushings.body]
-    g_dot = at.gradient(*moving).imag / COMPLEX_STEP
+    g_dot = at.seen(*moving)[1].imag / COMPLEX_STEP
     steps = 1j * COMPLEX_STEP * np.eye(12).reshape(12, 1, 2, 6)  # of one body after the other
     turns = 0.5 * (np.swapaxes(matrix_L(at.orientation), -1, -2) @ steps[..., 3:, None])[..., 0]
-    bent = at.gradient(steps[..., :3], turns).imag / COMPLEX_STEP  # (12, B, 6, 12)
+    moved, bent = at.seen(steps[..., :3], turns)  # bent (12, B, 6, 12)
     own = force[forces.laws.size :].reshape(count, len(COORDINATES))
-    geometric = np.einsum("ebcu,bc->bue", bent, own)
+    geometric = np.einsum("ebcu,bc->bue", bent.imag / COMPLEX_STEP, own)
+    thicker = np.einsum("ebcd,bd->bce", viscous(bushings, moved).imag / COMPLEX_STEP, rate)
     transposed = np.swapaxes(g, -1, -2)
-    D = transposed @ bushings.damping @ g
-    K = transposed @ (bushings.stiffness @ g + bushings.damping @ g_dot) - geometric
+    D = transposed @ damping @ g
+    K = transposed @ (bushings.stiffness @ g + damping @ g_dot + thicker) - geometric
     return _blocks(bushings, len(pose.position) - 1, D), _blocks(bushings, len(pose.position) - 1, K)
+
+
+def _at_pose(bushings: Bushings, pose: Pose) -> tuple[Deflection, Array]:
+    return _At.pose(bushings, pose).seen(np.zeros(3), np.zeros(4))
 
 
 def _blocks(bushings: Bushings, bodies: int, matrices: Array) -> Blocks:

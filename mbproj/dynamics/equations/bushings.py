@@ -6,6 +6,9 @@ three frames. Neither body comes first. With angular velocities in the axes of t
 
     φ' = H (ω2 - ω1),    H = n nᵀ + (θ/2) / sin(θ/2) (1 - n nᵀ),    θ = |φ|, n = φ / θ
     x' = Aᵀ d' + x × ω,  ω = ½ (ω1 + ω2) - ½ tan(θ/4) n × (ω2 - ω1) of the midway frame.
+
+Dampers of rotation act on ω2 - ω1, so that what they exert does not depend on how far the frames have turned: the force
+along φ is -H⁻¹ c H⁻¹ φ', and the torque -c (ω2 - ω1).
 """
 
 from __future__ import annotations
@@ -28,10 +31,12 @@ _CONJUGATE = np.array([1.0, -1.0, -1.0, -1.0])
 class Deflection:
     """`value` (..., B, 6): the coordinates s, translations and then the rotation vector. `gradient` (..., B, 2, 6, 6):
     s' of a velocity of the centre of mass and an angular velocity, both in global axes, of each of the two bodies.
-    `cosine` (..., B): of half the angle, which vanishes at half a turn."""
+    `turning` (..., B, 3, 3): H⁻¹, with ω2 - ω1 = H⁻¹ φ'. `cosine` (..., B): of half the angle, which vanishes at half a
+    turn."""
 
     value: Numbers
     gradient: Numbers
+    turning: Numbers
     cosine: Numbers
 
 
@@ -50,7 +55,7 @@ def deflected(bushings: Bushings, position: Numbers, orientation: Numbers) -> De
     cosine, sines = relative[..., 0], relative[..., 1:]
     half = (relative + _UNTURNED) / np.sqrt(2.0 + 2.0 * cosine)[..., None]
     A = rotation_matrix(product(frames[..., 0, :], half))
-    longer, H = _rates_of_rotation(cosine, sines)
+    longer, H, turning = _rates_of_rotation(cosine, sines)
     arm = (rotation_matrix(orientation) @ bushings.origin[..., None])[..., 0]
     ends = position + arm
     to_midway = np.swapaxes(A, -1, -2)
@@ -62,7 +67,7 @@ def deflected(bushings: Bushings, position: Numbers, orientation: Numbers) -> De
         gradient[..., side, :3, :3] = sign * to_midway
         gradient[..., side, :3, 3:] = carried @ share @ to_midway - sign * to_midway @ _across(arm[..., side, :])
         gradient[..., side, 3:, 3:] = sign * H @ to_midway
-    return Deflection(np.concatenate([x, 2.0 * longer * sines], axis=-1), gradient, cosine)
+    return Deflection(np.concatenate([x, 2.0 * longer * sines], axis=-1), gradient, turning, cosine)
 
 
 def rates(bushings: Bushings, found: Deflection, pose: Pose, twist: Twist) -> Numbers:
@@ -74,6 +79,13 @@ def rates(bushings: Bushings, found: Deflection, pose: Pose, twist: Twist) -> Nu
     return np.sum((found.gradient @ motion[..., None])[..., 0], axis=-2)
 
 
+def viscous(bushings: Bushings, found: Deflection) -> Numbers:
+    """The damping along the coordinates, (..., B, 6, 6): the dampers' forces are its product with -s'."""
+    along = np.broadcast_to(bushings.damping, (*found.cosine.shape, 6, 6)).astype(found.turning.dtype)
+    along[..., 3:, 3:] = found.turning @ bushings.damping[:, 3:, 3:] @ found.turning
+    return along
+
+
 def wrenches(bushings: Bushings, found: Deflection, pose: Pose, force: Array) -> tuple[Array, Array]:
     """What forces (..., B, 6) along the coordinates do to both bodies of each bushing at one pose, (..., B, 2, 3):
     forces in global axes, and torques about their centres of mass in body axes."""
@@ -83,8 +95,8 @@ def wrenches(bushings: Bushings, found: Deflection, pose: Pose, force: Array) ->
     return pull[..., :3], (pull[..., None, 3:] @ axes)[..., 0, :]
 
 
-def _rates_of_rotation(cosine: Numbers, sines: Numbers) -> tuple[Numbers, Numbers]:
-    """(θ/2) / sin(θ/2), (..., 1), and H, (..., 3, 3), from cos(θ/2) and n sin(θ/2)."""
+def _rates_of_rotation(cosine: Numbers, sines: Numbers) -> tuple[Numbers, Numbers, Numbers]:
+    """(θ/2) / sin(θ/2), (..., 1), and H and H⁻¹, (..., 3, 3), from cos(θ/2) and n sin(θ/2)."""
     q = np.sum(sines * sines, axis=-1)
     is_large = q.real > SMALL
     square = np.where(is_large, q, 1.0)
@@ -95,8 +107,8 @@ def _rates_of_rotation(cosine: Numbers, sines: Numbers) -> tuple[Numbers, Number
     small = 1.0 / 6.0 + q * (3.0 / 40.0 + q * (5.0 / 112.0 + q * (35.0 / 1152.0 + q * (63.0 / 2816.0))))
     longer = np.where(is_large, half / sine, 1.0 + q * small)
     along = np.where(is_large, (1.0 - longer) / square, -small)
-    H = longer[..., None, None] * np.eye(3) + along[..., None, None] * sines[..., :, None] * sines[..., None, :]
-    return longer[..., None], H
+    longer, along = longer[..., None, None], along[..., None, None] * sines[..., :, None] * sines[..., None, :]
+    return longer[..., 0], longer * np.eye(3) + along, (np.eye(3) - along) / longer
 
 
 def _across(vector: Numbers) -> Numbers:

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers, Numbers, cross, total
+from mbproj.arrays import Array, Flags, Integers, Numbers, cross, total
 from mbproj.dataclass import dataclass
-from mbproj.dynamics.equations.bushings import Deflection, deflection, rates, wrenches
+from mbproj.dynamics.equations.bushings import Deflection, deflection, rates, viscous, wrenches
 from mbproj.dynamics.equations.constraint_equations import set_velocity
 from mbproj.dynamics.equations.instant import Instant
 from mbproj.dynamics.equations.kinematics import Pose, attached, body_rates, slots_of
@@ -106,15 +106,15 @@ def _with_bushings(forces: Forces, laws: LawState, instant: Instant) -> LawState
     bushings, bent = forces.bushings, deflection(forces.bushings, instant.pose)
     s, rate = bent.value, rates(bushings, bent, instant.pose, instant.twist)
     elastic = (bushings.stiffness @ s[..., None])[..., 0]
-    viscous = (bushings.damping @ rate[..., None])[..., 0]
-    own = s, rate, bushings.preload - elastic, -viscous, np.zeros_like(s)
+    damper = (-viscous(bushings, bent) @ rate[..., None])[..., 0]
+    own = s, rate, bushings.preload - elastic, damper, np.zeros_like(s)
     before = laws.value, laws.rate, laws.spring, laws.damper, laws.given
-    value, speed, spring, damper, given = (
+    value, speed, spring, damped, given = (
         np.concatenate([first, last.reshape(*last.shape[:-2], -1)], axis=-1)
         for first, last in zip(before, own, strict=True)
     )
     stored = total(total((0.5 * elastic - bushings.preload) * s))
-    return LawState(value, speed, spring, damper, given, laws.stored + stored, bent)
+    return LawState(value, speed, spring, damped, given, laws.stored + stored, bent)
 
 
 def applied(instant: Instant, held: Array | None = None, carried: Array | None = None) -> Applied:
@@ -128,8 +128,8 @@ def applied(instant: Instant, held: Array | None = None, carried: Array | None =
     if not np.all(np.isfinite(state.force)):
         raise _law_fails(instant, state)
     force, torque = _along_coordinates(forces, pose, state.force, state.bent)
-    if state.bent is not None and np.any(state.bent.cosine < np.cos(0.5 * THRESHOLDS.most_turned)):
-        raise _turns_too_far(forces, state.bent, t)
+    if state.bent is not None and np.any(too_far := _stands_too_far(forces, state.bent)):
+        raise _turns_too_far(forces, np.where(too_far, state.bent.cosine, 1.0), t)
     given_force, given_torque = _on_bodies(instant, held)
     omega = body_rates(pose, instant.twist)
     power = np.sum(given_force * instant.twist.velocity) + np.sum(given_torque * omega) + state.given @ state.rate
@@ -238,9 +238,14 @@ def _law_fails(instant: Instant, state: LawState) -> SimulationError:
     return SimulationError(t, "the solution is no longer finite", where=where, hint="try a smaller step or tolerance")
 
 
-def _turns_too_far(forces: Forces, bent: Deflection, t: float) -> SimulationError:
-    worst = int(np.argmin(bent.cosine))
-    angle = np.degrees(2.0 * np.arccos(np.clip(bent.cosine[worst], 0.0, 1.0)))
+def _stands_too_far(forces: Forces, bent: Deflection) -> Flags:
+    too_far: Flags = (bent.cosine < np.cos(0.5 * THRESHOLDS.most_turned)) & ~forces.bushings.turns_freely
+    return too_far
+
+
+def _turns_too_far(forces: Forces, cosine: Array, t: float) -> SimulationError:
+    worst = int(np.argmin(cosine))
+    angle = np.degrees(2.0 * np.arccos(np.clip(cosine[worst], 0.0, 1.0)))
     cause = f"its frames stand {angle:.4g} deg apart, and at 180 deg a rotation vector has no direction"
     hint = "make it stiffer, or let a joint hold what turns so far"
     return SimulationError(t, cause, where=f"force '{forces.bushing_names[worst]}'", hint=hint)

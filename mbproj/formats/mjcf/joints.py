@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from mbproj.arrays import Array
 from mbproj.errors import Place
 from mbproj.formats.chains import Coordinates, Single, Twist, connect, span
 from mbproj.formats.mechanism import Mechanism, Names, Part, Same
 from mbproj.formats.mjcf.compiled import Compiled
 from mbproj.formats.mjcf.parts import Called
+from mbproj.formats.placed import quaternion
+from mbproj.scene.fields.rotations import to_matrix
 
 FREE, BALL, SLIDE, HINGE = range(4)
 
@@ -142,30 +145,51 @@ def _ball(
     name = names.own(joint_name(compiled, ball, bodies[1]))
     place = compiled.place("jnt", ball) or compiled.place("body", number)
     mechanism.join(name, "spherical", (parent, child), data.xanchor[ball], place=place)
-    _say_ball(compiled, mechanism, ball, name, place, (parent, child))
+    _on_ball(compiled, mechanism, ball, name, place, (parent, child))
 
 
-def _say_ball(
+def _on_ball(
     compiled: Compiled, mechanism: Mechanism, ball: int, name: str, place: Place | None, ends: tuple[str, str]
 ) -> None:
-    """A ball's spring acts along the rotation vector, as a bushing does; its damping does so near the pose only."""
+    """A ball's spring acts along the rotation vector and its damping on the angular velocity, as a bushing's do."""
     model = compiled.model
-    dof, at = int(model.jnt_dofadr[ball]), int(model.jnt_qposadr[ball])
+    dof, body = int(model.jnt_dofadr[ball]), int(model.jnt_bodyid[ball])
     stiffness, damping = float(model.jnt_stiffness[ball]), float(model.dof_damping[dof])
-    at_rest = np.abs(model.qpos_spring[at : at + 4] - compiled.data.qpos[at : at + 4]).max() < 1e-12
-    if (stiffness or damping) and at_rest:
-        entry = {"type": "bushing", "bodies": list(ends), "location": compiled.data.xanchor[ball].copy()}
-        if stiffness:
-            entry["stiffness"] = {"rotation": [stiffness] * 3}
-        if damping:
-            entry["damping"] = {"rotation": [damping] * 3}
-            what = "acts on the rate of the rotation vector: as MuJoCo's for small angles"
-            mechanism.say(f"damping of the ball '{name}'", place, what, Same.NO)
-        mechanism.forces[f"{name}_spring"] = entry
-    elif stiffness or damping:
+    turned = _from_rest(compiled, ball)
+    first = int(model.body_jntadr[body])
+    kinds = model.jnt_type[first : first + int(model.body_jntnum[body])]
+    if stiffness and turned is not None and HINGE in kinds:
         mechanism.say(f"spring of the ball '{name}'", place, "left out: it has no force at another pose", Same.NO)
+        stiffness = 0.0
+    if stiffness or damping:
+        entry = {"type": "bushing", "bodies": list(ends), "location": compiled.data.xanchor[ball].copy()}
+        if stiffness and turned is not None:
+            to_first, to_second = (mechanism.part(end).rotation.T for end in ends)
+            entry["axes"] = {
+                ends[0]: {"quaternion": quaternion(to_first @ turned)},
+                ends[1]: {"quaternion": quaternion(to_second)},
+            }
+        for key, size in (("stiffness", stiffness), ("damping", damping)):
+            if size:
+                entry[key] = {"rotation": [size] * 3}
+        mechanism.forces[f"{name}_spring" if stiffness else f"{name}_damper"] = entry
+    for poly, called in ((model.jnt_stiffnesspoly[ball], "stiffness"), (model.dof_dampingpoly[dof], "damping")):
+        if np.any(poly):
+            what = f"its {called} that is not linear is left out"
+            mechanism.say(f"ball '{name}'", place, what, Same.NO)
     if model.jnt_limited[ball]:
         mechanism.say(f"limit of the ball '{name}'", place, "left out: a spherical joint has none", Same.NO)
     for values, what in ((model.dof_frictionloss, "dry friction"), (model.dof_armature, "armature")):
         if values[dof]:
             mechanism.say(f"{what} of the ball '{name}'", place, "left out: a spherical joint has none", Same.NO)
+
+
+def _from_rest(compiled: Compiled, ball: int) -> Array | None:
+    """The orientation (3, 3) in global axes of a frame that spring and pose would turn to the global axes, from where
+    the spring is at rest; None where that is the pose at hand."""
+    model, at = compiled.model, int(compiled.model.jnt_qposadr[ball])
+    rest, now = (np.array(to_matrix(tuple(values[at : at + 4]))) for values in (model.qpos_spring, compiled.data.qpos))
+    if np.abs(rest - now).max() < 1e-12:
+        return None
+    carried = compiled.data.xmat[int(model.jnt_bodyid[ball])].reshape(3, 3)
+    return np.asarray(carried @ now.T @ rest @ carried.T)

@@ -45,10 +45,15 @@ def test_a_free_pair_keeps_momentum_angular_momentum_and_energy():
 
 @needs_kernel
 def test_dampers_lose_what_is_recorded():
-    """s'ᵀ C s' integrated over the samples, by Simpson's rule, and the energy that is gone."""
+    """x'ᵀ C x' and ωᵀ C ω, ω = H⁻¹ φ' from body to body, integrated over the samples by Simpson's rule, and the energy
+    that is gone."""
     done = run_scene(spinning(output_step=0.001))
     rate, energy = done["forces/rate"], done["diagnostics/total_energy"]
-    loss = rate**2 @ [1.0, 0.5, 2.0, 0.4, 0.0, 0.2]
+    φ = done["forces/coordinate"][:, 3:]
+    θ = np.linalg.norm(φ, axis=1, keepdims=True)
+    along = np.sum(φ * rate[:, 3:], axis=1, keepdims=True) * φ / θ**2
+    ω = along + (rate[:, 3:] - along) * np.sin(θ / 2) / (θ / 2)
+    loss = rate[:, :3] ** 2 @ [1.0, 0.5, 2.0] + ω**2 @ [0.4, 0.0, 0.2]
     simpson = 0.001 / 3.0 * (loss[0] + loss[-1] + 4.0 * loss[1:-1:2].sum() + 2.0 * loss[2:-1:2].sum())
     lost = done["diagnostics/dissipation"][-1]
     assert lost > 0.5

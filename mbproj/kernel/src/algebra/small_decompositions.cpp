@@ -41,7 +41,8 @@ template Matrix<1, 1> inverse_root(const Matrix<1, 1>&);
 template Matrix<3, 3> inverse_root(const Matrix<3, 3>&);
 template double norm_of_inverse(const Matrix<1, 1>&);
 template double norm_of_inverse(const Matrix<3, 3>&);
+template Matrix<1, 1> root(const Matrix<1, 1>&);
+template Matrix<2, 2> root(const Matrix<2, 2>&);
 template Matrix<3, 3> root(const Matrix<3, 3>&);
-template Matrix<6, 6> root(const Matrix<6, 6>&);
 
 }  // namespace mbproj

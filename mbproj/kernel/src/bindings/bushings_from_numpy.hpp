@@ -16,7 +16,7 @@ template <int Rows, int Columns> Matrix<Rows, Columns> matrix_of(const Numbers3&
 // Two frames each: body, origin and turn one after the other.
 template <int D> Bushings<D> bushings(std::size_t bodies, const Integers1& body, const Numbers2& origin,
                                       const Numbers3& turn, const Numbers3& stiffness, const Numbers3& damping,
-                                      const Numbers2& preload, const Numbers3& map) {
+                                      const Numbers2& preload, const Numbers3& map, const Integers1& turns_freely) {
     constexpr int N = Bushing<D>::coordinates;
     const std::size_t count = preload.shape(0);
     require(body, {2 * count}, "bushing body");
@@ -26,6 +26,7 @@ template <int D> Bushings<D> bushings(std::size_t bodies, const Integers1& body,
     require(damping, {count, N, N}, "bushing damping");
     require(preload, {count, N}, "bushing preload");
     require(map, {count, 6, N}, "bushing map");
+    require(turns_freely, {count}, "bushing turns_freely");
     Bushings<D> built;
     for (std::size_t i = 0; i < count; ++i) {
         Bushing<D> one;
@@ -38,6 +39,8 @@ template <int D> Bushings<D> bushings(std::size_t bodies, const Integers1& body,
         one.damping = matrix_of<N, N>(damping, i);
         one.preload = matrix_at<N>(preload.data() + N * i);
         one.map = matrix_of<6, N>(map, i);
+        one.turns_freely = turns_freely.data()[i] != 0;
+        one.sees_pose = D == 3 && one.damping.template block<Size<D>::turns, Size<D>::turns>(D, D).squaredNorm() > 0.0;
         built.each.push_back(one);
     }
     return built;

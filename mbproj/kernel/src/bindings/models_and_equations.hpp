@@ -30,7 +30,8 @@ template <int D> void add_model(nb::module_& m, const char* primitives, const ch
         .def(
             "__init__",
             [](PrimitiveSet<D>* self, std::size_t bodies, Integers1 body, Integers1 is_point, Numbers2 local,
-               Integers1 kind, Integers2 slots, Numbers2 parameters, Numbers1 offset, Numbers1 weight, Integers1 joins) {
+               Integers1 kind, Integers2 slots, Numbers2 parameters, Numbers1 offset, Numbers1 weight,
+               Integers1 joins) {
                 new (self) PrimitiveSet<D>(
                     primitive_set<D>(bodies, body, is_point, local, kind, slots, parameters, offset, weight, joins));
             },
@@ -104,12 +105,12 @@ template <int D> void add_loads(nb::module_& m, const char* bushings, const char
         .def(
             "__init__",
             [](Bushings<D>* self, std::size_t bodies, Integers1 body, Numbers2 origin, Numbers3 turn,
-               Numbers3 stiffness, Numbers3 damping, Numbers2 preload, Numbers3 map) {
-                new (self)
-                    Bushings<D>(mbproj::bushings<D>(bodies, body, origin, turn, stiffness, damping, preload, map));
+               Numbers3 stiffness, Numbers3 damping, Numbers2 preload, Numbers3 map, Integers1 turns_freely) {
+                new (self) Bushings<D>(
+                    mbproj::bushings<D>(bodies, body, origin, turn, stiffness, damping, preload, map, turns_freely));
             },
             nb::kw_only(), nb::arg("bodies"), nb::arg("body"), nb::arg("origin"), nb::arg("turn"), nb::arg("stiffness"),
-            nb::arg("damping"), nb::arg("preload"), nb::arg("map"));
+            nb::arg("damping"), nb::arg("preload"), nb::arg("map"), nb::arg("turns_freely"));
     nb::class_<Loads<D>>(m, name).def(
         "__init__",
         [](Loads<D>* self, std::size_t bodies, const PrimitiveSet<D>& coordinates, Integers1 joint_coordinate,

@@ -6,8 +6,9 @@
 
 namespace mbproj {
 
-// F = preload - stiffness s - damping s' along the translation and the rotation vector from frame 1 to frame 2. In the plane
-// these are two components and an angle; `map` takes them to the coordinates in space, of which the others do not change.
+// F = preload - stiffness s - c s' along the translation and the rotation vector from frame 1 to frame 2, where c is `damping`,
+// whose part of rotation acts on the relative angular velocity. In the plane these are two components and an angle; `map` takes
+// them to the coordinates in space, of which the others do not change.
 template <int D> struct Bushing {
     static constexpr int coordinates = Size<D>::freedoms;
     int body[2];
@@ -16,21 +17,31 @@ template <int D> struct Bushing {
     Matrix<coordinates, coordinates> stiffness, damping;
     Column<coordinates> preload;
     Matrix<6, coordinates> map;
+    bool turns_freely;  // what it exerts does not depend on how far
+    bool sees_pose;     // its damping along the coordinates does
 };
 
-// The frame that half of the rotation from one frame to another leads to. `rotation` vector φ; φ' = H (ω2 - ω1), the midway
-// frame turns with ½ (ω1 + ω2) - ½ lead × (ω2 - ω1), all in its axes; `cosine` of half the angle.
+// The frame that half of the rotation from one frame to another leads to. `rotation` vector φ; φ' = H (ω2 - ω1), `turning` is
+// H⁻¹; the midway frame turns with ½ (ω1 + ω2) - ½ lead × (ω2 - ω1), all in its axes; `cosine` of half the angle.
 template <int D> struct Midway {
     Rotation<D> axes;
     Turn<D> rotation, lead;
-    Matrix<Size<D>::turns, Size<D>::turns> H;
+    Matrix<Size<D>::turns, Size<D>::turns> H, turning;
     double cosine;
 };
 
 inline Midway<3> midway(const Rotation<3>& first, const Rotation<3>& second) {
     const Rotation<3> R = first.transpose() * second;
-    const double cosine = 0.5 * std::sqrt(std::max(1.0 + R.trace(), 0.0));
-    const Column<3> sines = Column<3>(R(2, 1) - R(1, 2), R(0, 2) - R(2, 0), R(1, 0) - R(0, 1)) / (4.0 * cosine);
+    const Column<3> skew(R(2, 1) - R(1, 2), R(0, 2) - R(2, 0), R(1, 0) - R(0, 1));
+    const double trace = R.trace();
+    double cosine = 0.5 * std::sqrt(std::max(1.0 + trace, 0.0));
+    Column<3> sines = skew / (4.0 * std::max(cosine, 0.5));
+    if (cosine < 0.5) {  // by the largest of them: the cosine may vanish
+        const int i = R(0, 0) > R(1, 1) ? (R(0, 0) > R(2, 2) ? 0 : 2) : (R(1, 1) > R(2, 2) ? 1 : 2);
+        const double size = (skew[i] < 0.0 ? -2.0 : 2.0) * std::sqrt(1.0 + 2.0 * R(i, i) - trace);
+        cosine = skew[i] / size;
+        for (int k = 0; k < 3; ++k) sines[k] = (R(i, k) + R(k, i) + (k == i ? 1.0 - trace : 0.0)) / size;
+    }
     const double square = sines.squaredNorm(), sine = std::sqrt(square);
     const double longer = square > 0.0 ? std::atan2(sine, cosine) / sine : 1.0;
     const double along = square > 0.0 ? (1.0 - longer) / square : 0.0;
@@ -40,7 +51,9 @@ inline Midway<3> midway(const Rotation<3>& first, const Rotation<3>& second) {
     found.axes = first * mbproj::rotation(half);
     found.rotation = 2.0 * longer * sines;
     found.lead = sines / (1.0 + cosine);
-    found.H = longer * Matrix<3, 3>::Identity() + along * (sines * sines.transpose());
+    const Matrix<3, 3> square_part = along * (sines * sines.transpose());
+    found.H = longer * Matrix<3, 3>::Identity() + square_part;
+    found.turning = (Matrix<3, 3>::Identity() - square_part) / longer;
     found.cosine = cosine;
     return found;
 }
@@ -48,8 +61,12 @@ inline Midway<3> midway(const Rotation<3>& first, const Rotation<3>& second) {
 inline Midway<2> midway(const Rotation<2>& first, const Rotation<2>& second) {
     const Rotation<2> R = first.transpose() * second;
     const double angle = std::atan2(R(1, 0), R(0, 0));
-    return {Rotation<2>(first * mbproj::rotation(Column<1>(0.5 * angle))), Turn<2>(angle), Turn<2>(0.0),
-            Matrix<1, 1>(1.0), std::cos(0.5 * angle)};
+    return {Rotation<2>(first * mbproj::rotation(Column<1>(0.5 * angle))),
+            Turn<2>(angle),
+            Turn<2>(0.0),
+            Matrix<1, 1>(1.0),
+            Matrix<1, 1>(1.0),
+            std::cos(0.5 * angle)};
 }
 
 inline Column<3> across(const Column<3>& a, const Column<3>& b) { return a.cross(b); }
@@ -70,6 +87,15 @@ public:
     }
 
     double cosine() const { return midway_.cosine; }
+
+    // c: H⁻¹ c_r H⁻¹ along φ is c_r on the relative angular velocity.
+    Matrix<Bushing<D>::coordinates, Bushing<D>::coordinates> damping() const {
+        constexpr int turns = Size<D>::turns;
+        Matrix<Bushing<D>::coordinates, Bushing<D>::coordinates> found = bushing_.damping;
+        const Matrix<turns, turns> own = found.template block<turns, turns>(D, D);
+        found.template block<turns, turns>(D, D) = midway_.turning * own * midway_.turning;
+        return found;
+    }
 
     Coordinates value() const {
         Coordinates s;

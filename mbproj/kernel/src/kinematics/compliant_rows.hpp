@@ -89,7 +89,7 @@ public:
             slopes_[f] = std::max(found.of_value, 0.0);
             roots_[f](0, 0) = std::sqrt(weights_[f]);
         }
-        if (g != g_) set_bushings(g);
+        set_bushings(pose, g);
     }
 
     // D of the stage, of so many, at which each law was least stiff, for an error that was made over all of them. False where
@@ -145,14 +145,22 @@ private:
         return g * g * law.stiffness + g * law.damping - g * given / change;
     }
 
-    void set_bushings(double g) {
-        g_ = g;
+    // Nothing couples translations with the rotation. Dampers of rotation see the pose, the others g alone.
+    void set_bushings(const Pose<D>& pose, double g) {
         for (std::size_t f = 0; f < roots_.size(); ++f) {
             if (model_.stiff[f].bushing < 0) continue;
             const Bushing<D>& bushing = model_.loads->bushings[model_.stiff[f].bushing];
-            const Root weight = g * g * bushing.stiffness + g * bushing.damping;
-            roots_[f] = mbproj::root<F>(0.5 * (weight + weight.transpose()));
+            if (g == g_ && !bushing.sees_pose) continue;
+            const Root weight = g * g * bushing.stiffness + g * Deflection<D>(bushing, pose).damping();
+            if (g != g_) set_root<D>(weight, 0, roots_[f]);
+            set_root<Size<D>::turns>(weight, D, roots_[f]);
         }
+        g_ = g;
+    }
+    // Of the rows and columns from `at`.
+    template <int N> static void set_root(const Root& weight, int at, Root& root) {
+        const Matrix<N, N> own = weight.template block<N, N>(at, at);
+        root.template block<N, N>(at, at) = mbproj::root<N>(0.5 * (own + own.transpose()));
     }
 
     const Model<D>& model_;

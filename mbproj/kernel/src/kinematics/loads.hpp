@@ -249,9 +249,9 @@ private:
 
     bool apply(const Bushing<D>& bushing, const Pose<D>& pose, const Motion<D>& motion) {
         const Deflection<D> bent(bushing, pose);
-        if (!(bent.cosine() >= least_cosine_)) return false;
+        if (!(bent.cosine() >= least_cosine_ || bushing.turns_freely)) return false;
         const auto rate = bent.rate([&](int b) { return motion[b].velocity; }, [&](int b) { return motion[b].omega; });
-        const auto viscous = (bushing.damping * rate).eval();
+        const auto viscous = (bent.damping() * rate).eval();
         dissipation += viscous.dot(rate);
         bent.pull(bushing.preload - bushing.stiffness * bent.value() - viscous, force, torque);
         return true;
