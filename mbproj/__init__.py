@@ -52,6 +52,7 @@ if TYPE_CHECKING:
         Force,
         Friction,
         Gear,
+        KnifeEdge,
         LinearSpringDamper,
         Marker,
         Maxwell,
@@ -63,6 +64,8 @@ if TYPE_CHECKING:
         Rack,
         Revolute,
         RevoluteSpherical,
+        RollingBall,
+        RollingWheel,
         Screw,
         Simulation,
         Spherical,
@@ -123,6 +126,7 @@ _HOMES = {
         "Force",
         "Friction",
         "Gear",
+        "KnifeEdge",
         "LinearSpringDamper",
         "Marker",
         "Maxwell",
@@ -134,6 +138,8 @@ _HOMES = {
         "Rack",
         "Revolute",
         "RevoluteSpherical",
+        "RollingBall",
+        "RollingWheel",
         "Screw",
         "Simulation",
         "Spherical",
@@ -182,6 +188,7 @@ __all__ = [
     "Gear",
     "Imported",
     "InputError",
+    "KnifeEdge",
     "LinearSpringDamper",
     "Marker",
     "Maxwell",
@@ -200,6 +207,8 @@ __all__ = [
     "ResultsWriter",
     "Revolute",
     "RevoluteSpherical",
+    "RollingBall",
+    "RollingWheel",
     "Scene",
     "SceneCheck",
     "Screw",
@@ -281,11 +290,10 @@ def __getattr__(name: str) -> Any:
     collects = gc.isenabled()
     gc.disable()  # what is imported stays: a search for garbage in it would take 7 % of the time
     try:
-        home = import_module(_HOME_OF[name])
+        return getattr(import_module(_HOME_OF[name]), name)
     finally:
         if collects:
             gc.enable()
-    return getattr(home, name)
 
 
 def __dir__() -> list[str]:

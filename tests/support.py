@@ -69,6 +69,12 @@ def random_joint(rng: np.random.Generator, name: str, kind: str, bodies: tuple[s
     if JOINTS[kind].frame != "point":
         axes = Pair(tuple(float(x) for x in first), tuple(float(x) for x in second))
     points = Pair(point, vector(rng) if JOINTS[kind].separate else point)
+    if JOINTS[kind].is_on_plane:
+        axis = unit(rng.normal(size=3)) if JOINTS[kind].has_axis else first
+        axes = Pair(tuple(map(float, first)), tuple(map(float, axis)))
+        height = 0.3 * (np.linalg.norm(np.cross(first, axis)) if JOINTS[kind].has_axis else 1.0)
+        aside = np.cross(first, rng.normal(size=3))
+        points = Pair(point, tuple(map(float, np.array(point) + aside + height * first)))
     own = JOINTS[kind].parameters
     parameters = {name: parameter(name, own[name]) for name in JOINTS[kind].required_parameters}
     across = vector(rng) if JOINTS[kind].x_axis == "required" else None

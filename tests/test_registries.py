@@ -46,6 +46,9 @@ COMMANDS = (
 
 def place_of(joint: JointType) -> str:
     """What a joint of this type needs beside its bodies."""
+    if joint.is_on_plane:
+        axis = ", axis: [0, 1, 0]" if joint.has_axis else ""
+        return f"plane: {{location: [0, 0, -0.2], normal: [0, 0, 1]}}, centre: [0.3, 0, 0.1]{axis}, radius: 0.3"
     place = "locations: [[0, 0, 1], [0.3, 0, 0.3]]" if joint.separate else "location: [0, 0, 0]"
     own = "".join(f", {name}: {parameter(name, joint.parameters[name])}" for name in joint.required_parameters)
     own += ", x_axis: [1, 0, 0]" if joint.x_axis == "required" else ""

@@ -10,6 +10,8 @@ from mbproj.constraints.coupling import Coupling
 from mbproj.constraints.distance import Distance
 from mbproj.constraints.perpendicular import Perpendicular
 from mbproj.constraints.primitive import Primitive
+from mbproj.constraints.slip import BallSlip, EdgeSlip, WheelSlipAcross, WheelSlipAlong
+from mbproj.constraints.wheel_height import WheelHeight
 
 PRIMITIVES: Mapping[str, type[Primitive]] = MappingProxyType(
     {
@@ -19,6 +21,11 @@ PRIMITIVES: Mapping[str, type[Primitive]] = MappingProxyType(
         "distance": Distance,
         "angle": Angle,
         "coupling": Coupling,
+        "wheel_height": WheelHeight,
+        "wheel_slip_along": WheelSlipAlong,
+        "wheel_slip_across": WheelSlipAcross,
+        "ball_slip": BallSlip,
+        "edge_slip": EdgeSlip,
     }
 )
 

@@ -9,6 +9,7 @@ p1 to p2 has no component along a vector) and `distance` in m, `perpendicular` i
           "axis"     z1 = z2 = the axis, x1 = x2 normal to it
           "normal"   the axis is fixed in body 1 alone
           "axes"     z1 fixed in body 1, z2 in body 2; x1 is z2 and x2 is z1, made normal to their own z
+          "plane"    z1 is the normal of a plane of body 1 through p1, z2 an axis of body 2 through p2
           "joints"   no frame of its own: it couples coordinates of joints
 
 `coordinates` are what the joint leaves free and can be counted, each a primitive whose value is the coordinate; a
@@ -17,8 +18,9 @@ joint without rows is there for its coordinates.
 keep the value that they have at the scene's pose, or that of the parameter which they name. `parameters` are what else
 the joint takes; those that no row keeps are required. A primitive that has parameters takes those of their names. A row
 that is a `coupling` `couples` coordinates that these primitives measure, and the field of its name gives their weights
-from the parameters. `x_axis`: whether the scene may say the direction of x1 and x2, or has to. A joint that `merges`
-makes one rigid body of two unless its reaction is asked for. `dry` friction may act on the coordinates of some.
+from the parameters. `x_axis`: whether the scene may say the direction of x1 and x2, or has to; `has_axis`: whether
+what is on a plane has an axis. A joint that `merges` makes one rigid body of two unless its reaction is asked for.
+`dry` friction may act on the coordinates of some.
 `sketch` is the glyph in an animation, by default that of the frame.
 """
 
@@ -72,13 +74,19 @@ class JointType:
     coupling: Callable[..., Ratio] | None = None
     merges: bool = False
     x_axis: Literal["none", "optional", "required"] = "none"
+    has_axis: bool = False
     dry: bool = False
     sketch: str = ""
 
     @property
     def required_parameters(self) -> tuple[str, ...]:
-        """The parameters that have no value of their own at the scene's pose."""
-        return tuple(name for name in self.parameters if name not in self.kept.values())
+        """The parameters that have no value of their own at the scene's pose, or that count for more."""
+        return tuple(name for name in self.parameters if self.is_on_plane or name not in self.kept.values())
+
+    @property
+    def is_on_plane(self) -> bool:
+        """Whether body 2 is on a plane of body 1."""
+        return self.frame == "plane"
 
     @property
     def turns(self) -> bool:
@@ -138,6 +146,7 @@ COINCIDENT: Row = ("coincident", "p1", "p2")
 ROD: Row = ("distance", "p1", "p2")
 AXES_PARALLEL: tuple[Row, ...] = (("perpendicular", "x1", "z2"), ("perpendicular", "y1", "z2"))
 NO_TURN: tuple[Row, ...] = (*AXES_PARALLEL, ("perpendicular", "x1", "y2"))
+TRIADS: Row = ("p1", "x1", "y1", "z1", "p2", "x2", "y2", "z2")
 COUPLED: tuple[Row, ...] = (("coupling",),)
 TWO_ANGLES = ("angle", "angle")
 LENGTH = Parameter("m", "positive")
@@ -207,6 +216,23 @@ JOINTS: Mapping[str, JointType] = MappingProxyType(
             dry=True,
             sketch="screw",
         ),
+        "rolling_wheel": JointType(
+            "plane",
+            (("wheel_height", "p1", "z1", "p2", "z2"), ("wheel_slip_along", *TRIADS), ("wheel_slip_across", *TRIADS)),
+            IN_PLANE,
+            parameters={"radius": LENGTH},
+            has_axis=True,
+            sketch="wheel",
+        ),
+        "rolling_ball": JointType(
+            "plane",
+            (SLIDE, ("ball_slip", *TRIADS), ("ball_slip", "p1", "y1", "-x1", *TRIADS[3:])),
+            IN_PLANE,
+            kept={0: "radius"},
+            parameters={"radius": LENGTH},
+            sketch="rolling_ball",
+        ),
+        "knife_edge": JointType("axis", (("edge_slip", *TRIADS),), sketch="blade"),
         "gear": JointType(
             "joints",
             COUPLED,

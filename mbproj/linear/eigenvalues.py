@@ -22,7 +22,8 @@ TINY = 1e-150
 @dataclass(frozen=True, eq=False)
 class Reduced:
     """M, D and K on the tangent space, (f, f), with K_size: what K's terms sum up to without their signs, so that what
-    is left of them can be told from round-off. `weighs` (w, f): rows that vanish on motions without mass."""
+    is left of them can be told from round-off. `weighs` (w, f): rows that vanish on motions without mass. `chains`:
+    whether eigenvalues 0 may be chained in other ways than a position and its speed are, as where bodies roll."""
 
     M: Array
     D: Array
@@ -30,6 +31,7 @@ class Reduced:
     D_size: Array
     K_size: Array
     weighs: Array
+    chains: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,6 +105,7 @@ def _condensed(reduced: Reduced) -> tuple[Reduced, Array]:
             size[0] @ reduced.D_size @ size[1],
             size[0] @ reduced.K_size @ size[1],
             np.eye(rank),
+            reduced.chains,
         ),
         back,
     )
@@ -184,7 +187,10 @@ def _by_qz(reduced: Reduced) -> Eigen:
     finite = np.abs(β) > THRESHOLDS.linear_round_off * np.abs(α)
     values = speed * α[finite] / β[finite]
     vectors = vectors[:, finite]
-    kept = np.argsort(np.abs(values), kind="stable")[conserved:]
+    by_size = np.argsort(np.abs(values), kind="stable")
+    if reduced.chains:
+        values[by_size[: _chained(A, E)]] = 0.0
+    kept = by_size[conserved:]
     kept = kept[values[kept].imag >= -THRESHOLDS.linear_round_off * np.abs(values[kept])]
     values, vectors = values[kept], vectors[:, kept]
     grain = THRESHOLDS.linear_round_off * np.abs(values) + THRESHOLDS.no_eigenvalue * np.abs(values).max(initial=0.0)
@@ -196,6 +202,14 @@ def _by_qz(reduced: Reduced) -> Eigen:
     moved = Y @ vectors[:y] + Z @ drift
     zeros = np.zeros(z, dtype=complex)
     return Eigen(np.concatenate([zeros, values]), np.concatenate([Z.astype(complex), moved], axis=1))
+
+
+def _chained(A: Array, E: Array) -> int:
+    """How often 0 is an eigenvalue of A x = λ E x, chains A x₁ = 0, A x₂ = E x₁ counted: round-off splits those into
+    values of the order of its root, to which it tells them from others."""
+    size = float(np.abs(A).max(initial=0.0))
+    σ = np.linalg.svd(np.block([[A, np.zeros_like(A)], [-size * E, A]]), compute_uv=False)
+    return len(σ) - int(np.count_nonzero(σ > len(σ) * np.finfo(float).eps * σ.max(initial=0.0)))
 
 
 def _neutral(reduced: Reduced) -> tuple[Array, Array, int]:

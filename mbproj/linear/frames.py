@@ -13,6 +13,7 @@ from mbproj.arrays import Array
 from mbproj.dynamics.blocks import Blocks, Rows, added, summed
 from mbproj.dynamics.derivatives.linear_equations import LinearEquations, Motion, StateEquations
 from mbproj.dynamics.derivatives.row_derivatives import RowMotion, tilde
+from mbproj.dynamics.derivatives.slip_derivatives import SlipMotion
 
 
 def in_axes(equations: LinearEquations, motion: Motion, turning: Array) -> LinearEquations:
@@ -35,6 +36,18 @@ def in_axes(equations: LinearEquations, motion: Motion, turning: Array) -> Linea
             _on(states.by_rate, P),
             _on(states.push, P),
         ),
+        None if equations.slip is None else _slip_in_axes(equations.slip, rows, (P, P_dot, P_ddot)),
+    )
+
+
+def _slip_in_axes(slip: SlipMotion, rows: RowMotion, axes: tuple[Array, Array, Array]) -> SlipMotion:
+    """The slip A ξ' + H ξ in other axes, with rows A of those in body axes."""
+    P, P_dot, P_ddot = axes
+    A, A_dot = (part.chosen(slip.rows) for part in (rows.G, rows.G_dot))
+    return SlipMotion(
+        slip.rows,
+        summed([_on(slip.H, P), _on(A, P_dot)]),
+        summed([_on(slip.H_dot, P), _on(slip.H, P_dot), _on(A_dot, P_dot), _on(A, P_ddot)]),
     )
 
 

@@ -17,7 +17,7 @@ from mbproj.dynamics.equations.bushings import deflection, viscous
 from mbproj.dynamics.equations.forces import law_state
 from mbproj.linear.eigenvalues import eigen, shares_of_states
 from mbproj.linear.kinks import refuse_kinks
-from mbproj.linear.reduction import projected
+from mbproj.linear.reduction import projected, refuse_large_rolling
 from mbproj.linear.reference import Reference
 from mbproj.linear.sparse_modes import sparse_eigen
 from mbproj.model.forces import Forces
@@ -135,18 +135,20 @@ def modes(reference: Reference, count: int | None = None) -> Modes:
     refuse_kinks(reference)
     scale = reference.system.state_scale
     large = reference.system.bodies > THRESHOLDS.dense_modes
+    refuse_large_rolling(reference.system)
     if large and reference.rests and not len(scale):
         few = sparse_eigen(reference, count or FEW)
         none = np.zeros((len(few.values), 0))
         return described(reference, few.values, few.vectors, none.T, none, few.freedom, turns=False)
     here = projected(reference)
-    reduced, freedom = here.with_states(scale), here.space.freedom
+    (reduced, back), freedom = here.solvable(scale), here.space.freedom
     found = eigen(reduced).slowest_and_growing(FEW) if large and count is None else eigen(reduced).slowest(count)
-    ξ, x = here.space.N @ found.vectors[:freedom], scale[:, None] * found.vectors[freedom:]
+    vectors = back @ found.vectors
+    ξ, x = here.space.N @ vectors[:freedom], scale[:, None] * vectors[freedom:]
     share = shares_of_states(reduced, found, len(scale)) if len(scale) else np.zeros((len(found.values), 0))
     size = float(np.abs(here.space.N).max(initial=0.0))
     turns = bool(np.abs(here.N_dot).max(initial=0.0) > THRESHOLDS.linear_round_off * size)
-    return described(reference, found.values, ξ, x, share, freedom, turns=turns)
+    return described(reference, found.values, ξ, x, share, here.freedom, turns=turns)
 
 
 #: Modes of a large mechanism, unless more are asked for.

@@ -15,14 +15,18 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.blocks import Blocks
 from mbproj.dynamics.derivatives.linear_equations import LinearEquations, linear_equations, tangent_force
+from mbproj.dynamics.derivatives.row_derivatives import RowMotion
 from mbproj.dynamics.derivatives.tangent_space import TangentSpace, tangent_lengths
 from mbproj.dynamics.equations.kinematics import Pose
 from mbproj.dynamics.equations.reflected import tangent_gradients
+from mbproj.errors import InputError, Problem
 from mbproj.linear.bordered import tangent_space_of
 from mbproj.linear.eigenvalues import Reduced
 from mbproj.linear.frames import in_axes
 from mbproj.linear.reference import Reference
+from mbproj.linear.rolling import Slip, without_slip
 from mbproj.model.system import System
+from mbproj.thresholds import THRESHOLDS
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
@@ -30,16 +34,27 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Projected:
-    """The linear equations at a reference in its axes: on the tangent space, dense, and before. N' (6n, f): how the
-    tangent space turns along the motion."""
+    """The linear equations at a reference in its axes: on the tangent space of rows at position level, dense, and
+    before. N' (6n, f): how the tangent space turns along the motion. `slip`: rows at velocity level on it."""
 
     equations: LinearEquations
     space: TangentSpace
     N_dot: Array
     reduced: Reduced
+    slip: Slip | None = None
+
+    @property
+    def freedom(self) -> int:
+        """Degrees of freedom: of velocities."""
+        return self.space.freedom - (0 if self.slip is None else self.slip.rank)
+
+    def solvable(self, scale: Array) -> tuple[Reduced, Array]:
+        """The equations whose eigenvalues are those of the mechanism, and (η, states / scale) by their coordinates."""
+        own = self.with_states(scale)
+        return (own, np.eye(len(own.M))) if self.slip is None else without_slip(own, self.slip, len(scale))
 
     def with_states(self, scale: Array) -> Reduced:
-        """With the states of elements after η, each in its `scale` (K,)."""
+        """With the states of elements after η, each in its `scale` (K,); slip is not forbidden yet."""
         count, own, N = len(scale), self.reduced, self.space.N
         if not count:
             return own
@@ -66,9 +81,17 @@ class Projected:
 def projected(reference: Reference) -> Projected:
     """The linear equations at a reference, on its tangent space."""
     system, motion = reference.system, reference.motion
+    refuse_large_rolling(system)
     equations = in_axes(linear_equations(system, motion, reference.multipliers), motion, reference.turning)
-    G_dot, G_ddot = equations.rows.G_dot.matrix(), equations.rows.G_ddot.matrix()
-    space = tangent_space_of(system, motion.pose, equations.rows.G)
+    rows, scale = equations.rows, system.row_scale[system.bodies :]
+    if system.rolls:
+        at_positions = np.flatnonzero(~system.is_velocity[system.bodies :])
+        rows, scale = (
+            RowMotion(*(each.chosen(at_positions) for each in (rows.G, rows.G_dot, rows.G_ddot))),
+            scale[at_positions],
+        )
+    G_dot, G_ddot = rows.G_dot.matrix(), rows.G_ddot.matrix()
+    space = tangent_space_of(system, motion.pose, rows.G, scale)
     N, (N_dot, N_ddot) = space.N, space.along(G_dot, G_ddot)
     M, D, K = (part.matrix() for part in (equations.M, equations.D, equations.K))
     D_size, K_size = (_sizes(part) for part in (equations.D, equations.K))
@@ -82,7 +105,33 @@ def projected(reference: Reference) -> Projected:
         size.T @ (K_size @ size + acts * size + D_size @ np.abs(N_dot) + M_size @ np.abs(N_ddot)),
         weighing(system, motion.pose, N),
     )
-    return Projected(equations, space, N_dot, reduced)
+    slip = None if equations.slip is None else _slip(system, equations, space.N, N_dot, N_ddot)
+    return Projected(equations, space, N_dot, reduced, slip)
+
+
+def _slip(system: System, equations: LinearEquations, N: Array, N_dot: Array, N_ddot: Array) -> Slip:
+    """Rows at velocity level on the tangent space, and how they change along the motion."""
+    own = equations.slip
+    assert own is not None
+    scale = system.row_scale[system.bodies :][own.rows, None]
+    A, A_dot, H, H_dot = (
+        part.dense() / scale
+        for part in (equations.rows.G.chosen(own.rows), equations.rows.G_dot.chosen(own.rows), own.H, own.H_dot)
+    )
+    return Slip(
+        A @ N,
+        A_dot @ N + A @ N_dot,
+        A @ N_dot + H @ N,
+        A_dot @ N_dot + A @ N_ddot + H_dot @ N + H @ N_dot,
+    )
+
+
+def refuse_large_rolling(system: System) -> None:
+    """Raises InputError where a large mechanism has rows at velocity level."""
+    if system.rolls and system.bodies > THRESHOLDS.dense_modes:
+        most = f"up to {THRESHOLDS.dense_modes} bodies"
+        said = f"what rolls has linear equations by dense matrices, {most}, and this has {system.bodies}"
+        raise InputError(Problem(said, key=("bodies",), hint="take fewer bodies"))
 
 
 def weighing(system: System, pose: Pose, N: Array) -> Array:

@@ -15,6 +15,7 @@ from mbproj.dynamics.equations.forces import law_state
 from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.dynamics.equations.motions import drive_at
 from mbproj.dynamics.rank.right_hand_sides import tangent_gamma
+from mbproj.errors import InputError, Problem
 from mbproj.linear.bordered import Bordered
 from mbproj.linear.held import held_at
 from mbproj.linear.independent_rows import independent_rows
@@ -77,6 +78,14 @@ def reference_at(system: System, state: State, where: str) -> Reference:
     motion = Motion(state.t, state.q, u, change, expected, state.x)
     largest = largest_force(system, still, force)
     return Reference(system, motion, multipliers, imbalance(system, left, largest), where, np.zeros(3), held.by)
+
+
+def refuse_rolling(system: System, what: str) -> None:
+    """Raises InputError that names the joint where rows are at velocity level."""
+    if system.rolls:
+        joint = int(system.joints.owner[np.argmax(system.joints.is_velocity)])
+        said = f"joint '{system.names.joints[joint]}' holds velocities: {what} such rows"
+        raise InputError(Problem(said, system.joint_places[joint], "`mbproj run` and `mbproj modes` do"))
 
 
 def _by_tangent_space(system: System, still: Motion, force: Array, γ: Array) -> tuple[Array, Array, Array]:

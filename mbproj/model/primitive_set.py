@@ -51,6 +51,7 @@ class Layout:
 
     Per attachment: `body` (S,) (the ground is the last index), `side` (S,) 1 or 2, `is_point` (S,) 1 for points and 0
     for vectors. Per row: `owner` (m,) the joint's index, `is_length` (m,) True for metres and False for radians.
+    `is_velocity` (m,): which rows are at velocity level, of primitives that are not integrable.
     `members` are the primitives in the order of their rows, `member` (m,) says which one a row is of. `entry_row`,
     `entry_slot` (e,) list the pairs of a row and an attachment in the order of `gradient_entries`.
     """
@@ -61,6 +62,7 @@ class Layout:
     is_point: Array
     owner: Integers
     is_length: npt.NDArray[np.bool_]
+    is_velocity: npt.NDArray[np.bool_]
     members: tuple[Member, ...]
     member: Integers
     entry_row: Integers
@@ -121,6 +123,11 @@ class PrimitiveSet:
     def is_length(self) -> npt.NDArray[np.bool_]:
         """Which rows are in metres, (m,)."""
         return self.layout.is_length
+
+    @property
+    def is_velocity(self) -> npt.NDArray[np.bool_]:
+        """Which rows are at velocity level, (m,)."""
+        return self.layout.is_velocity
 
     @property
     def entry_row(self) -> Integers:
@@ -243,6 +250,7 @@ def _layout(bound: tuple[tuple[Any, ...], ...]) -> Layout:
         is_point=is_point,
         owner=np.repeat(np.array([each[1] for each in bound], dtype=np.intp), height),
         is_length=is_length,
+        is_velocity=np.repeat(np.array([not each.integrable for each in primitives], dtype=bool), height),
         members=tuple(members),
         member=np.repeat(np.arange(len(bound)), height),
         entry_row=entry_row,

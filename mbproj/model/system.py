@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers
+from mbproj.arrays import Array, Flags, Integers
 from mbproj.constraints.coupling import Coupling
 from mbproj.dataclass import dataclass
 from mbproj.errors import Place
@@ -23,7 +23,7 @@ from mbproj.model.channels import (
     Energies,
     Motions,
 )
-from mbproj.model.couplings import Couplings
+from mbproj.model.couplings import Couplings, compile_couplings
 from mbproj.model.forces import NO_FORCES, Forces
 from mbproj.model.frictions import Frictions
 from mbproj.model.layout import UNCONTROLLED, Block, Layout
@@ -199,6 +199,25 @@ class System:
         own, first = bindings(self.coordinates), len(self.names.joints)
         driven = enumerate(self.motions.joint_coordinate.tolist(), first)
         return bind([*bindings(self.joints), *(replace(own[at], owner=owner) for owner, at in driven)])
+
+    @cached_property
+    def is_velocity(self) -> Flags:
+        """Which rows of C are at velocity level, (m,): their values are 0 and stay so."""
+        none = [np.zeros(count, dtype=bool) for count in (self.bodies, self.driven)]
+        return np.concatenate([none[0], self.joints.is_velocity, none[1]])
+
+    @property
+    def rolls(self) -> bool:
+        """Whether rows are at velocity level."""
+        return bool(self.joints.is_velocity.any())
+
+    @cached_property
+    def at_positions(self) -> System:
+        """The same with its rows at position level alone: what says where bodies can be."""
+        if not self.rolls:
+            return self
+        kept = [each for each in bindings(self.joints) if each.primitive.integrable]
+        return replace(self, joints=bind(kept), couplings=compile_couplings(kept, bindings(self.coordinates)))
 
     @property
     def constraints(self) -> int:

@@ -479,6 +479,80 @@ class Screw(Part):
         displacement: Quantity | None = ...,
     ) -> None: ...
 
+class RollingWheel(Part):
+    """A rolling_wheel joint of a scene. Arguments are its keys:
+
+    bodies: 2 names of bodies
+    plane: {location, normal}
+    centre: 3 numbers or a mapping {name: 3 numbers}
+    axis: 3 numbers or a mapping {name: 3 numbers}
+    radius: a number in m
+    speed: {displacement_x, displacement_y}, optional
+    reflected_inertia: {displacement_x, displacement_y}, optional
+    limits: {displacement_x, displacement_y}, optional
+    displacement_x: a number in m, optional
+    displacement_y: a number in m, optional
+    """
+
+    def __init__(
+        self,
+        *,
+        bodies: Sequence[str],
+        plane: Mapping[str, Any],
+        centre: Vector | Mapping[str, Any],
+        axis: Vector | str | Mapping[str, Any],
+        radius: Quantity,
+        speed: Mapping[str, Any] | None = ...,
+        reflected_inertia: Mapping[str, Any] | None = ...,
+        limits: Mapping[str, Any] | None = ...,
+        displacement_x: Quantity | None = ...,
+        displacement_y: Quantity | None = ...,
+    ) -> None: ...
+
+class RollingBall(Part):
+    """A rolling_ball joint of a scene. Arguments are its keys:
+
+    bodies: 2 names of bodies
+    plane: {location, normal}
+    centre: 3 numbers or a mapping {name: 3 numbers}
+    radius: a number in m
+    speed: {displacement_x, displacement_y}, optional
+    reflected_inertia: {displacement_x, displacement_y}, optional
+    limits: {displacement_x, displacement_y}, optional
+    displacement_x: a number in m, optional
+    displacement_y: a number in m, optional
+    """
+
+    def __init__(
+        self,
+        *,
+        bodies: Sequence[str],
+        plane: Mapping[str, Any],
+        centre: Vector | Mapping[str, Any],
+        radius: Quantity,
+        speed: Mapping[str, Any] | None = ...,
+        reflected_inertia: Mapping[str, Any] | None = ...,
+        limits: Mapping[str, Any] | None = ...,
+        displacement_x: Quantity | None = ...,
+        displacement_y: Quantity | None = ...,
+    ) -> None: ...
+
+class KnifeEdge(Part):
+    """A knife_edge joint of a scene. Arguments are its keys:
+
+    bodies: 2 names of bodies
+    location: 3 numbers or a mapping {name: 3 numbers}
+    axis: 3 numbers or a mapping {name: 3 numbers}
+    """
+
+    def __init__(
+        self,
+        *,
+        bodies: Sequence[str],
+        location: Vector | Mapping[str, Any],
+        axis: Vector | str | Mapping[str, Any],
+    ) -> None: ...
+
 class Gear(Part):
     """A gear joint of a scene. Arguments are its keys:
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -33,10 +33,20 @@ from mbproj.scene.fields.checks import (
     tooth_count,
 )
 from mbproj.scene.fields.choices import Choice, Reference
-from mbproj.scene.fields.containers import Check, Named, Record
+from mbproj.scene.fields.containers import Check, Complaint, Named, Record
 from mbproj.scene.fields.fields import Converted, Field, Flag, List, Text
 from mbproj.scene.fields.functions import Function, table
-from mbproj.scene.fields.placing import AXES, AXIS, BODY_POINT, FRAMES, JOINT_POINT, TWO_BODIES, TWO_POINTS
+from mbproj.scene.fields.placing import (
+    AXES,
+    AXIS,
+    BODY_DIRECTION,
+    BODY_POINT,
+    FRAMES,
+    JOINT_POINT,
+    TWO_BODIES,
+    TWO_POINTS,
+    on_plane,
+)
 from mbproj.scene.fields.quantities import Number, position_in
 from mbproj.scene.fields.vectors import vector
 from mbproj.scene.records import GROUND, Joint, Marker, Orientations, Pair
@@ -48,6 +58,13 @@ FRAME_KEYS: Mapping[str, Mapping[str, Field[Placed]]] = {
     "normal": {"axis": AXIS},
     "axes": {"axes": AXES},
 }
+#: The plane of body 1 on which body 2 is.
+PLANE = Record(
+    "a plane",
+    {"location": BODY_POINT, "normal": BODY_DIRECTION},
+    lambda location, normal: (location, normal),
+    ("location", "normal"),
+)
 #: The rules on parameters of joints, by the words in the joint table.
 RULES: Mapping[str, Callable[[float], float]] = {"nonzero": nonzero, "teeth": tooth_count}
 
@@ -80,7 +97,6 @@ def _parameter(given: Parameter) -> Field[Any]:
 def _joint_variant(type_name: str, kind: JointType) -> Record[Joint]:
     """What a joint of this type is written as."""
     units = {name: COORDINATE_UNITS[row[0]] for name, row in kind.coordinates.items()}
-    rates = {name: Number(f"{unit}/s") for name, unit in units.items()}
     if kind.frame == "joints" and not kind.couples:
         return Record(f"a {type_name} joint", {"type": JOINT_TYPE, **COUPLER}, _coupler, ("type", "of"), named=True)
     if kind.frame == "joints":
@@ -88,19 +104,15 @@ def _joint_variant(type_name: str, kind: JointType) -> Record[Joint]:
         names = List(Reference("joint", "joints"), len(kind.couples), "names of joints")
         coupling = {"type": JOINT_TYPE, "joints": Converted(names, different), **own}
         return Record(f"a {type_name} joint", coupling, _coupling, tuple(coupling), named=True)
+    if kind.is_on_plane:
+        return _on_plane(type_name, kind, units)
     frame = {**FRAME_KEYS[kind.frame], **({"x_axis": AXIS} if kind.x_axis != "none" else {})}
     place = {"locations": TWO_POINTS} if kind.separate else {"location": JOINT_POINT}
     keys: dict[str, Field[Any]] = {"type": JOINT_TYPE, "bodies": TWO_BODIES, **place, **frame}
     keys |= {name: _parameter(each) for name, each in kind.parameters.items()}
     if kind.merges:
         keys |= {"reaction": Flag(), "axes": FRAMES}
-    if rates:
-        keys["speed"] = _each("a speed", rates)
-        inertias = {name: Number(INERTIA_UNITS[unit], minimum=0.0) for name, unit in units.items()}
-        keys["reflected_inertia"] = _each("a reflected inertia", inertias)
-        limits = {name: limit_field(unit) for name, unit in units.items()}
-        keys["limits"] = Record(f"a {type_name} joint", limits, dict, elsewhere=frozenset(COORDINATES))
-    keys |= {name: position_in(unit) for name, unit in units.items()}
+    keys |= _of_coordinates(type_name, units)
     (point,) = place
     checks = [Check(("bodies", point), of_these_bodies(point))]
     checks += [Check(("bodies", key), of_these_bodies(key, alone=kind.frame == "normal")) for key in frame]
@@ -111,6 +123,47 @@ def _joint_variant(type_name: str, kind: JointType) -> Record[Joint]:
     wanted = [key for key in frame if key != "x_axis" or kind.x_axis == "required"]
     needed = ("type", "bodies", point, *wanted, *kind.required_parameters)
     return Record(f"a {type_name} joint", keys, _joint, needed, tuple(checks), named=True)
+
+
+def _on_plane(type_name: str, kind: JointType, units: Mapping[str, str]) -> Record[Joint]:
+    """What a joint of this type is written as, whose body 2 is on a plane of body 1."""
+    own: dict[str, Field[Any]] = {
+        "plane": PLANE,
+        "centre": BODY_POINT,
+        **({"axis": BODY_DIRECTION} if kind.has_axis else {}),
+    }
+    own |= {name: _parameter(each) for name, each in kind.parameters.items()}
+    keys = {"type": JOINT_TYPE, "bodies": TWO_BODIES, **own, **_of_coordinates(type_name, units)}
+    sides = (("plane", 0), ("centre", 1), *([("axis", 1)] if kind.has_axis else []))
+    checks = tuple(Check(("bodies", key), _of_side(key, side)) for key, side in sides)
+    return Record(f"a {type_name} joint", keys, _joint, ("type", "bodies", *own), checks, named=True)
+
+
+def _of_side(key: str, side: int) -> Callable[[tuple[str, str], Any], Iterator[Complaint]]:
+    """A check that what is given by body under `key` is given for this one of two bodies."""
+
+    def find(bodies: tuple[str, str], given: Any) -> Iterator[Complaint]:
+        parts = zip(("location", "normal"), given, strict=True) if key == "plane" else [("", given)]
+        for name, part in parts:
+            for complaint in of_these_bodies(key)(bodies[side], part):
+                path = (key, name, *complaint.path[1:]) if name else complaint.path
+                yield complaint._replace(path=path)
+
+    return find
+
+
+def _of_coordinates(type_name: str, units: Mapping[str, str]) -> dict[str, Field[Any]]:
+    """The keys of a joint that go by its coordinates, with their units."""
+    if not units:
+        return {}
+    inertias = {name: Number(INERTIA_UNITS[unit], minimum=0.0) for name, unit in units.items()}
+    limits = {name: limit_field(unit) for name, unit in units.items()}
+    return {
+        "speed": _each("a speed", {name: Number(f"{unit}/s") for name, unit in units.items()}),
+        "reflected_inertia": _each("a reflected inertia", inertias),
+        "limits": Record(f"a {type_name} joint", limits, dict, elsewhere=frozenset(COORDINATES)),
+        **{name: position_in(unit) for name, unit in units.items()},
+    }
 
 
 def _each(what: str, numbers: Mapping[str, Field[float]]) -> Field[dict[str, float]]:
@@ -129,7 +182,12 @@ def _joint(
         return pair_of(found[0], bodies) if found else None
 
     kind = JOINTS[type]
-    points = pair("location", "locations")
+    points: Pair | None
+    axes: Pair | None
+    if kind.is_on_plane:
+        points, axes = on_plane(bodies, given["plane"], given["centre"], given.get("axis"))
+    else:
+        points, axes = pair("location", "locations"), None if kind.merges else pair("axis", "axes")
     assert points is not None
     frames = None
     if kind.merges and "axes" in given:
@@ -139,7 +197,7 @@ def _joint(
         type,
         bodies,
         points,
-        None if kind.merges else pair("axis", "axes"),
+        axes,
         start={key: given[key] for key in kind.coordinates if key in given},
         speed=speed or {},
         parameters={key: given[key] for key in kind.parameters if key in given},

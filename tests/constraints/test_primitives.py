@@ -41,6 +41,9 @@ def test_value_has_the_declared_rows(primitive, vectors):
 def test_gradient_is_the_derivative_of_the_value(primitive, vectors):
     x, _ = vectors
     gradient = primitive.gradient(x)
+    if not primitive.integrable:
+        assert not primitive.value(x).any()
+        return
     for slot in range(x.shape[1]):
         for axis in range(3):
             moved = x.astype(complex)

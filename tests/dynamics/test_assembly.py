@@ -60,7 +60,7 @@ def test_a_closed_guess_is_kept_and_its_velocities_made_consistent(kind):
     assert np.abs(constraint_velocity_at(system, state.q, state.v)).max() < 1e-12
 
 
-@pytest.mark.parametrize("kind", sorted(name for name, kind in JOINTS.items() if kind.rows))
+@pytest.mark.parametrize("kind", sorted({name for name, kind in JOINTS.items() if kind.rows} - {"knife_edge"}))
 def test_a_guess_that_is_open_by_a_tenth_closes(kind):
     scene = random_chain(8, [kind] * 3)
     system = compile_system(scene)

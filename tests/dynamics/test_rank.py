@@ -37,6 +37,9 @@ FREEDOM = {
     "differential": 2,
     "coupler": 1,
     "telescope": 24,
+    "rolling_wheel": 12,
+    "rolling_ball": 12,
+    "knife_edge": 20,
 }
 
 

@@ -64,7 +64,7 @@ def test_constraints_and_their_derivatives(case):
     ):
         assert found.shape == expected.shape
         np.testing.assert_allclose(found, expected, rtol=0, atol=1e-13 * max(1.0, np.abs(expected).max(initial=0.0)))
-    if system.joints.size:
+    if system.at_positions.joints.size:
         assert np.abs(equations.constraint(case.y)).max() > 1e-4 * system.length  # open indeed
 
 
@@ -114,7 +114,7 @@ def test_one_exact_newton_correction_is_that_of_the_full_equations(case, name):
     number = condition(system, q, mass=name == "gpopm")
     assert_equal(moved[:, :7], expected, number)
     np.testing.assert_array_equal(moved[:, 7:], case.y[:, 7:])
-    if system.joints.size:
+    if system.at_positions.joints.size:
         assert np.abs(change).max() > 1e-4 * system.length
 
 

@@ -38,7 +38,7 @@ def branches(
     with by_arguments():
         what = scene_of(scene, parameters, {})
         system, state, held = ready(what, [hold] if isinstance(hold, str) else hold)
-        return assemblies(system, state, held, starts)
+        return assemblies(system.at_positions, state, held, starts)
 
 
 def ready(scene: Scene, hold: Sequence[str]) -> tuple[System, State, Conditions]:
@@ -61,7 +61,7 @@ def _held(scene: Scene, system: System, state: State, hold: Sequence[str]) -> Co
         index = names.index(name)
         wanted[index] = given_number(value, f"--hold {name}", Number(units[index])) if equals else None
     made = conditions(system, state, iter(wanted.items()))
-    left = freedom_left(system, state, made)
+    left = freedom_left(system.at_positions, state, made)
     if left:
         count = f"{left} degrees of freedom are" if left > 1 else "1 degree of freedom is"
         free = [name for index, name in enumerate(names) if index not in wanted]

@@ -18,6 +18,7 @@ from mbproj.dynamics.contact.driven import refuse_driven_beyond
 from mbproj.dynamics.equations.constraint_equations import constraint_at, constraint_velocity_at
 from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.friction.shared import refuse_shared_loads
+from mbproj.dynamics.rank.diagnosis import jammed_wheels
 from mbproj.errors import InputError, Problem, SimulationError
 from mbproj.integrate.formulations.choice import Choice, choose
 from mbproj.integrate.formulations.full import FullFormulation
@@ -91,6 +92,7 @@ class SceneCheck(Tabled):
             "constraints": system.constraints,
             "rank": None if ranks is None else ranks.rank,
             "degrees_of_freedom": self.degrees_of_freedom,
+            "positions": self.degrees_of_freedom if ranks is None else ranks.positions,
             "kinematic": choice is not None and choice.kinematic,
             "formulation": None if choice is None else choice.name,
             "formulation_why": None if choice is None else choice.why,
@@ -173,7 +175,7 @@ def checked(what: Scene, system: System, state: State) -> SceneCheck:
         choice=choice,
         diagnosis=diagnosis,
         problems=problems,
-        notes=[*notes_on(what), *adjustment_notes(what, system)],
+        notes=[*notes_on(what), *adjustment_notes(what, system), *jammed_wheels(system, pose_of(state.q))],
         frictions=rubs,
         fast=[] if choice is None else fastest_at(choice, system, state),
         # A dense decomposition of a loop of hundreds of bodies would take minutes.

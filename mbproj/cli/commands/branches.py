@@ -87,7 +87,7 @@ def command(
 
     what = read_scene(scene, parameters(settings))
     system, state, conditions = ready(what, hold)
-    found = assemblies(system, state, conditions, starts)
+    found = assemblies(system.at_positions, state, conditions, starts)
     written: list[str] = []
     if write is not None:
         from mbproj.cli.start_written import write_starts

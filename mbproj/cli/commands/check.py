@@ -108,13 +108,19 @@ def _sizes(scene: Scene, system: System, facts: dict[str, Any]) -> list[str]:
         *_shortened([f"    {_body(body)}" for body in scene.bodies]),
         *_shortened(joints),
         f"  {facts['coordinates']} coordinates, {facts['constraints']} constraints{_rank(facts)} degrees of freedom"
-        f"{': kinematic' if facts['kinematic'] else ''}",
+        f"{_positions(facts)}{': kinematic' if facts['kinematic'] else ''}",
     ]
 
 
 def _rank(facts: dict[str, Any]) -> str:
     rank, freedom = facts["rank"], facts["degrees_of_freedom"]
     return f"{'' if rank is None else f' of rank {rank}'}: {'unknown' if freedom is None else freedom}"
+
+
+def _positions(facts: dict[str, Any]) -> str:
+    """How many directions of poses there are, where bodies that roll have more of them than of velocities."""
+    positions = facts["positions"]
+    return "" if positions == facts["degrees_of_freedom"] else f" ({positions} positions)"
 
 
 def _driven(scene: Scene) -> str:

@@ -40,7 +40,7 @@ def adjusted(system: System, q: Array, most: float) -> System:
     Raises InputError where a point would move by more than `most` in m."""
     if system.bodies > THRESHOLDS.large or not system.joints.size:
         return system
-    found = _Adjusting(system).found(q)
+    found = _Adjusting(system.at_positions).found(q)
     if found is None:
         return system
     changes = tuple(_changes(system, *found))
@@ -86,7 +86,7 @@ def needed(system: System, q: Array) -> float:
     """How far joints' points must move, in m, for its loops to close; 0 where they do, or cannot."""
     if system.bodies > THRESHOLDS.large or not system.joints.size:
         return 0.0
-    found = _Adjusting(system).found(q)
+    found = _Adjusting(system.at_positions).found(q)
     return 0.0 if found is None else max(change.size(system.length) for change in _changes(system, *found))
 
 

@@ -88,7 +88,7 @@ def assemble(system: System, guess: Guess) -> State:
     """
     drive = drive_at(system, 0.0)
     refuse_contradictions(system, guess, drive)
-    q = _close(system, guess.q, guess.start, drive)
+    q = _close(system.at_positions, guess.q, guess.start, drive)
     pose = pose_of(q)
     _refuse_flips(system, pose)
     v = _consistent_velocity(system, q, guess, drive)

@@ -28,6 +28,7 @@ def stop_sizes(system: System) -> Array:
 def nearest_inside(system: System, state: State) -> tuple[Array, Array]:
     """A pose q at which the joints close and no stop is passed, sought from that of a state; and the gaps (S,) there:
     below 0 of stops that are passed even so."""
+    system = system.at_positions
     stops, drive, none = system.stops, drive_at(system, state.t), NO_CONDITIONS
     assert stops is not None
     sizes = stop_sizes(system)

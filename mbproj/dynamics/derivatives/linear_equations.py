@@ -20,6 +20,7 @@ from mbproj.dynamics.blocks import Blocks, Rows, added, on_diagonal, products, s
 from mbproj.dynamics.derivatives.bushing_derivatives import bushing_derivatives
 from mbproj.dynamics.derivatives.law_derivatives import channel_slopes, given_derivative, given_rows, law_slopes
 from mbproj.dynamics.derivatives.row_derivatives import Carried, RowMotion, force_derivative, row_motion, tilde
+from mbproj.dynamics.derivatives.slip_derivatives import SlipMotion, slip_motion
 from mbproj.dynamics.derivatives.tangent import accelerations, velocities
 from mbproj.dynamics.equations.constraint_equations import set_bias, set_velocity
 from mbproj.dynamics.equations.forces import applied, law_state
@@ -79,13 +80,14 @@ class StateEquations:
 @dataclass(frozen=True, eq=False)
 class LinearEquations:
     """M, D and K (6n, 6n), the rows of the joints and motions along the motion: G, G' and G'', (m, 6n); and those of
-    the states of elements."""
+    the states of elements. `slip`: how those at velocity level change with the pose, where there are any."""
 
     M: Blocks
     D: Blocks
     K: Blocks
     rows: RowMotion
     states: StateEquations
+    slip: SlipMotion | None = None
 
 
 def linear_equations(system: System, motion: Motion, multipliers: Array) -> LinearEquations:
@@ -95,7 +97,8 @@ def linear_equations(system: System, motion: Motion, multipliers: Array) -> Line
     constraint, rows = force_derivative(system.rows, carried, multipliers), row_motion(system.rows, carried)
     viscous, elastic, states = channel_equations(system, motion)
     M, D, K = (added(n, [part[order] for part in parts]) for order in range(3))
-    return LinearEquations(M, added(n, [D, viscous]), added(n, [K, constraint, elastic]), rows, states)
+    slip = slip_motion(system.rows, carried) if system.rolls else None
+    return LinearEquations(M, added(n, [D, viscous]), added(n, [K, constraint, elastic]), rows, states, slip)
 
 
 def channel_equations(system: System, motion: Motion) -> tuple[Blocks, Blocks, StateEquations]:

@@ -94,21 +94,22 @@ def third_derivatives(primitive: Primitive, x: Array, x_dot: Array) -> Array:
     """∂²g/∂x² x' x', (k, rows, 3s), of the gradient g at x and x' (k, s, 3)."""
     size = x.shape[-2] * 3
     if not primitive.integrable:
-        return _differences(primitive, x, x_dot)
+        bent = turned_derivatives(primitive, x, x_dot) @ x_dot.reshape(len(x), 1, -1, 1)
+        return np.asarray(bent[..., 0], dtype=float)
     steps = 1j * COMPLEX_STEP * np.eye(size).reshape(size, 1, -1, 3)
     values = primitive.curvature(x + steps, np.broadcast_to(x_dot, (size, *x.shape)).astype(complex))
     return np.moveaxis(np.asarray(values.imag) / COMPLEX_STEP, 0, -1)
 
 
-def _differences(primitive: Primitive, x: Array, x_dot: Array) -> Array:
-    """The same by central differences of order 6 of the exact ∂g/∂x along x'."""
+def turned_derivatives(primitive: Primitive, x: Array, x_dot: Array) -> Array:
+    """How ∂g/∂x changes along x', (k, rows, 3s, 3s), of a primitive that is not integrable: by central differences of
+    order 6 of what is exact."""
     h = DIFFERENCE / max(float(np.abs(x_dot).max()), np.finfo(float).tiny)
     terms = [
         weight * (second_derivatives(primitive, x + k * h * x_dot) - second_derivatives(primitive, x - k * h * x_dot))
         for k, weight in enumerate((3 / 4, -3 / 20, 1 / 60), 1)
     ]
-    along = x_dot.reshape(len(x), 1, -1, 1)
-    return np.asarray((sum(terms) / h @ along)[..., 0])
+    return np.asarray(sum(terms) / h, dtype=float)
 
 
 def force_derivative(bound: PrimitiveSet, carried: Carried, weight: Array) -> Blocks:

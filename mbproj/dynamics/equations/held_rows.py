@@ -14,7 +14,8 @@ class Held:
 
     Near a singular pose some combinations are not held: `left_out` (m, k), with the rows `weak` (k, 7n) that they make
     of C_q, and `unseen` (m, k), what the rows held do not see of a violation for each. `nearness`: the distance from
-    dependence, as a part of the largest of the run; 1 where nobody has looked."""
+    dependence, as a part of the largest of the run; 1 where nobody has looked. `shares` (m, r): how much of the
+    multiplier of a row held each row bears, where that is not as the `weights`."""
 
     C_q: Array
     weights: Array | None = None
@@ -22,6 +23,7 @@ class Held:
     unseen: Array | None = None
     weak: Array | None = None
     nearness: float = 1.0
+    shares: Array | None = None
 
     def combined(self, rows: Array) -> Array:
         """γ, C or C' (m,) of the rows held, (r,)."""
@@ -29,7 +31,8 @@ class Held:
 
     def multipliers(self, held: Array) -> Array:
         """λ (m,) from that of the rows held, (r,): the smallest where rows are redundant."""
-        return held if self.weights is None else self.weights @ held
+        shares = self.weights if self.shares is None else self.shares
+        return held if shares is None else shares @ held
 
     def lasting(self, multipliers: Array) -> tuple[Array, Array]:
         """Of multipliers λ (m,) what is of the combinations left out, and the force -C_qᵀλ of that, (7n,)."""

@@ -31,6 +31,11 @@ class Component:
     bodies: Integers
     is_loop: bool = True
 
+    def by_level(self, system: System) -> Integers:
+        """Its rows by number, (k,): those at velocity level last. In this order it is told what depends on others: a
+        row at position level that is left out would open a joint."""
+        return np.argsort(system.is_velocity[system.bodies :][self.rows], kind="stable")
+
 
 def loops_of(system: System) -> list[Component]:
     """The components whose rows can depend on each other."""

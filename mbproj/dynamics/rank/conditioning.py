@@ -44,7 +44,7 @@ def conditioning(system: System, pose: Pose) -> Conditioning:
     distance, owner, independent = None, None, np.ones(system.constraints, dtype=bool)
     for component, rows in zip(components, component_rows(system, pose, components), strict=True):
         unit = unit_rows(rows)
-        basis, dependent = split(unit, np.arange(len(unit)))
+        basis, dependent = split(unit, component.by_level(system))
         independent[system.bodies + component.rows[dependent]] = False
         if not _has_joints(system, component):
             continue

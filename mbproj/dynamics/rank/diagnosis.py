@@ -1,11 +1,21 @@
-"""What the redundancy of a mechanism means for a run, as problems with their places."""
+"""What the rows of a mechanism mean for a run, as problems with their places: dependent ones, wheels that jam."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import numpy as np
+
+from mbproj.arrays import Array, Integers
+from mbproj.dynamics.equations.kinematics import Pose
+from mbproj.dynamics.rank.components import Component, component_rows
 from mbproj.dynamics.rank.redundancy import DependentSet, Redundancy
+from mbproj.dynamics.rank.row_space import unit_rows
 from mbproj.dynamics.rank.row_words import listed
 from mbproj.errors import Place, Problem
+from mbproj.model.channels import NO_MOTIONS
 from mbproj.model.system import System
+from mbproj.thresholds import THRESHOLDS
 
 #: Sets, and joints of each, that a message names.
 MOST_SETS, MOST_JOINTS = 3, 6
@@ -66,3 +76,41 @@ def _place(system: System, entry: DependentSet) -> Place | None:
     if entry.motions:
         return system.motions.places[system.names.motions.index(entry.motions[-1])]
     return system.joint_places[system.names.joints.index(entry.held[0].name)]
+
+
+def jammed_wheels(system: System, pose: Pose) -> list[Problem]:
+    """A note that names the joints which roll but for each other, where there are any; motions have no say in it."""
+    if not system.rolls or system.bodies > THRESHOLDS.large:
+        return []
+    free = replace(system, motions=NO_MOTIONS)
+    rolling = np.unique(system.joints.owner[system.joints.is_velocity])
+    moved = [_moved(system, pose, rolling, _motions(each, pose)) for each in (free.at_positions, free)]
+    stuck = rolling[(moved[0] > THRESHOLDS.no_motion) & (moved[1] <= THRESHOLDS.no_motion)]
+    if not len(stuck):
+        return []
+    names = [f"'{system.names.joints[joint]}'" for joint in stuck]
+    more = f" and {len(names) - MOST_JOINTS} more" if len(names) > MOST_JOINTS else ""
+    said = f"joints {', '.join(names[:MOST_JOINTS])}{more} jam: no motion without slip moves what they hold"
+    hint = "wheels roll together where their axles meet in one point, or are parallel"
+    return [Problem(said, system.joint_places[stuck[0]], hint)]
+
+
+def _motions(system: System, pose: Pose) -> Array:
+    """An orthonormal basis (f, 6n) of the motions of (δr / length, δθ) that all rows allow."""
+    every = Component(np.arange(system.constraints - system.bodies), np.arange(system.bodies))
+    _, values, vectors = np.linalg.svd(unit_rows(component_rows(system, pose, [every])[0]), full_matrices=True)
+    return np.asarray(vectors[np.count_nonzero(values > THRESHOLDS.dependent) :], dtype=float)
+
+
+def _moved(system: System, pose: Pose, joints: Integers, motions: Array) -> Array:
+    """By how much any of the motions (f, 6n) moves what each of these joints holds, (k,), in parts of the length."""
+    parts = motions.reshape(len(motions), system.bodies, 6)
+    found = []
+    for joint in joints.tolist():
+        body, local = int(system.reaction_body[joint]), system.reaction_local[joint]
+        if body == system.bodies:
+            found.append(0.0)
+            continue
+        turned = np.cross(parts[:, body, 3:], local) @ pose.rotation[body].T / system.length
+        found.append(float(np.linalg.norm(parts[:, body, :3] + turned)))
+    return np.array(found)

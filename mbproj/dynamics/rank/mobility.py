@@ -28,7 +28,8 @@ __all__ = [
 class Mobility:
     """Ranks at one pose. `redundant` counts dependent rows by joint name, each against the joints before it; `locked`
     names the motions whose coordinates follow from the joints and the motions before them; `massless_motions` are those
-    without kinetic energy (Eq. 20 fails), and there are none where Eq. 20 holds."""
+    without kinetic energy (Eq. 20 fails), and there are none where Eq. 20 holds. `rolling`: how many of the rank are of
+    rows at velocity level."""
 
     coordinates: int
     constraints: int
@@ -36,11 +37,17 @@ class Mobility:
     redundant: dict[str, int]
     massless_motions: tuple[MasslessMotion, ...]
     locked: tuple[str, ...] = ()
+    rolling: int = 0
 
     @property
     def degrees_of_freedom(self) -> int:
-        """7n - rank(C_q)."""
+        """7n - rank(C_q): of velocities."""
         return self.coordinates - self.rank
+
+    @property
+    def positions(self) -> int:
+        """Directions of poses that rows at position level leave: those of velocities, where nothing rolls."""
+        return self.degrees_of_freedom + self.rolling
 
     @property
     def massless(self) -> tuple[str, ...]:
@@ -57,7 +64,8 @@ def mobility(system: System, pose: Pose) -> Mobility:
     """The ranks of C_q and of Eq. 20 at this pose. Norm rows are independent of all others."""
     components, free = loops_of(system), np.ones(system.constraints - system.bodies, dtype=bool)
     for component, rows in zip(components, component_rows(system, pose, components), strict=True):
-        free[component.rows] = row_distances(unit_rows(rows)) > THRESHOLDS.dependent
+        order = component.by_level(system)
+        free[component.rows[order]] = row_distances(unit_rows(rows[order])) > THRESHOLDS.dependent
     dependent = np.flatnonzero(~free)
     owners = [system.names.joints[owner] for owner in system.joints.owner[dependent[dependent < system.joints.size]]]
     locked = dependent[dependent >= system.joints.size] - system.joints.size
@@ -68,6 +76,7 @@ def mobility(system: System, pose: Pose) -> Mobility:
         redundant={name: owners.count(name) for name in dict.fromkeys(owners)},
         massless_motions=massless_motions(system, pose),
         locked=tuple(system.names.motions[row] for row in locked),
+        rolling=int(np.count_nonzero(free & system.is_velocity[system.bodies :])),
     )
 
 

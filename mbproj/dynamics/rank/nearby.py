@@ -73,7 +73,7 @@ def _walk(system: System, q: Array, direction: Array) -> Iterator[Pose]:
         if size < THRESHOLDS.no_motion:
             return
         aim = moved(system, reached, motion * (step / size))
-        closed, residual = nearest(system, aim, NO_CONDITIONS, NO_DRIVE, THRESHOLDS.nearby_closed)
+        closed, residual = nearest(system.at_positions, aim, NO_CONDITIONS, NO_DRIVE, THRESHOLDS.nearby_closed)
         if np.abs(residual).max(initial=0.0) > THRESHOLDS.assembled or _far(system, closed, reached) < 0.1 * step:
             return
         yield pose_of(closed)

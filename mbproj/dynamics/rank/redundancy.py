@@ -84,7 +84,7 @@ def redundancy(system: System, state: State) -> Redundancy:
     components = [component for component in components if len(component.bodies) <= THRESHOLDS.large]
     found = []
     for component, rows in zip(components, component_rows(system, pose, components), strict=True):
-        basis, dependent = split(unit_rows(rows), np.arange(len(rows)))
+        basis, dependent = split(unit_rows(rows), component.by_level(system))
         if len(dependent):
             found.append(_Dependence(component, rows, basis, dependent))
     if not found:

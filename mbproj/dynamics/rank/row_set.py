@@ -101,14 +101,13 @@ class RowSet:
         is_blind: Callable[[float, Array], bool],
     ) -> Held:
         """Combinations by singular values, of which those are left out near a singular pose that are blind."""
+        if self.redundant and self.system.rolls:
+            return self._by_level(C_q, rows, factors)
         U, sigma, _ = np.linalg.svd(rows)
         rank, weights = len(rows) - self.redundant, factors[:, None] * U
         if self.redundant:
             part, largest = self.part(sigma[rank - 1 : rank])
-            # The smallest λ of joints and motions, forces times the mechanism's length: less what acts on no body.
-            n, idle = self.system.bodies, weights[:, rank:]
-            weighed = self.system.row_scale[n:, None] * weights[n:]
-            weights = weights - idle @ np.linalg.lstsq(weighed[:, rank:], weighed, rcond=None)[0]
+            weights = self._smallest(weights, weights[:, rank:])
         kept = rank
         while part < THRESHOLDS.near_singular and kept and sigma[kept - 1] < THRESHOLDS.near_singular * largest:
             if not is_blind(float(sigma[kept - 1]), weights[:, kept - 1]):
@@ -121,6 +120,32 @@ class RowSet:
             return Held(held.T @ C_q, held, nearness=part)
         out = weights[:, kept:rank]
         return Held(held.T @ C_q, held, out, U[:, kept:rank] / factors[:, None], out.T @ C_q, nearness=part)
+
+    def _by_level(self, C_q: Array, rows: Array, factors: Array) -> Held:
+        """Combinations of the rows at position level, and then what rows at velocity level ask for beyond these: no
+        combination of both leaves a part of a joint open."""
+        held, slow = ~self.system.is_velocity, self.system.is_velocity
+        U, sigma, V = np.linalg.svd(rows[held])
+        first = int(np.count_nonzero(sigma > THRESHOLDS.dependent))
+        last = len(rows) - self.redundant - first
+        V, inverse = V[:first], U[:, :first] / sigma[:first]
+        along = rows[slow] @ V.T
+        beyond = np.linalg.svd(rows[slow] - along @ V)[0]
+        weights, idle = np.zeros((len(rows), first + last)), np.zeros((len(rows), self.redundant))
+        back = -inverse @ along.T @ beyond
+        weights[held, :first], idle[held, : U.shape[1] - first] = U[:, :first], U[:, first:]
+        weights[held, first:], idle[held, U.shape[1] - first :] = back[:, :last], back[:, last:]
+        weights[slow, first:], idle[slow, U.shape[1] - first :] = beyond[:, :last], beyond[:, last:]
+        weights = factors[:, None] * weights / np.median(factors)
+        shares = self._smallest(weights, factors[:, None] * idle)
+        return Held(weights.T @ C_q, weights, nearness=self.part(self.distances(C_q))[0], shares=shares)
+
+    def _smallest(self, weights: Array, idle: Array) -> Array:
+        """Combinations (m, r) with the smallest λ of joints and motions, forces times the mechanism's length: less what
+        acts on no body, `idle` (m, d)."""
+        n = self.system.bodies
+        weighed, own = (self.system.row_scale[n:, None] * part[n:] for part in (weights, idle))
+        return np.asarray(weights - idle @ np.linalg.lstsq(own, weighed, rcond=None)[0])
 
     def _scaled(self, C_q: Array) -> tuple[Array, Array]:
         """Rows of unit length, lengths in the mechanism's own, and the factors that make them so."""

@@ -83,7 +83,7 @@ def self_stresses(system: System, pose: Pose) -> Array:
     found = [np.zeros((0, len(scale)))]
     for component, rows in zip(components, component_rows(system, pose, components), strict=True):
         unit = unit_rows(rows)
-        basis, dependent = split(unit, np.arange(len(rows)))
+        basis, dependent = split(unit, component.by_level(system))
         length = np.where(unit.any(axis=1), np.linalg.norm(rows, axis=1), 1.0)
         part = np.zeros((len(dependent), len(rows)))
         part[np.arange(len(dependent)), dependent] = 1.0

@@ -65,7 +65,16 @@ def choose(system: System, state: State, settings: Settings) -> Choice:
     equations have no unique solution at the start. Raises it, too, where a motion jumps or goes beyond a rigid stop.
     A mechanism that has degrees of freedom is refused where a kinematic run is asked for."""
     found = _formulation(system, state, settings)
-    return replace(found, kinematic=decided(found.degrees_of_freedom, settings))
+    return replace(found, kinematic=decided(_undecided(system, state, found), settings))
+
+
+def _undecided(system: System, state: State, found: Choice) -> int:
+    """How many directions of poses joints and motions leave: where bodies roll, more than of velocities."""
+    if not system.rolls:
+        return found.degrees_of_freedom
+    from mbproj.dynamics.rank.mobility import mobility
+
+    return mobility(system, pose_of(state.q)).positions
 
 
 def _formulation(system: System, state: State, settings: Settings) -> Choice:

@@ -28,7 +28,7 @@ from mbproj.linear.equilibrium.solve import NoEquilibrium, Solved, solve
 from mbproj.linear.equilibrium.words import direction_words
 from mbproj.linear.held import Held, held_at, refuse_loads
 from mbproj.linear.modes import modes
-from mbproj.linear.reference import Imbalance, Reference, imbalance
+from mbproj.linear.reference import Imbalance, Reference, imbalance, refuse_rolling
 from mbproj.linear.words import states_in
 from mbproj.model.system import Conditions, System
 from mbproj.results.views.table import Table, Tabled
@@ -101,6 +101,7 @@ def equilibrium(
     steadily. Dry friction holds its coordinates as they are at the start. Raises NoEquilibrium where nothing balances
     the forces. Raises InputError where a motion is not constant then, or dry friction would have to bear more than it
     can. Raises it where a large mechanism that turns, or whose elements have states, is too free."""
+    refuse_rolling(system, "the search for an equilibrium does not know")
     _refuse(system, t, steadily=turning is not None)
     here = held_at(system, start, resting=True)
     q, expected = _led_to(here.system, start, t)

@@ -23,7 +23,7 @@ from mbproj.errors import InputError, Place, Problem, placed_at
 from mbproj.linear.eigenvalues import heavy_and_light, held_by, is_damped
 from mbproj.linear.kinks import refuse_kinks
 from mbproj.linear.reduction import Projected, projected
-from mbproj.linear.reference import Reference
+from mbproj.linear.reference import Reference, refuse_rolling
 from mbproj.linear.state_space.inputs import Inputs, inputs_named
 from mbproj.linear.state_space.outputs import Outputs, outputs_named
 from mbproj.results.views.table import Table, Tabled
@@ -77,6 +77,7 @@ def linear_model(reference: Reference, inputs: Sequence[str], outputs: Sequence[
     """The model at a reference that does not turn its tangent space. Raises InputError for unknown names, where the
     mechanism moves or is too free, and where motions without mass are damped, or held by nothing."""
     refuse_kinks(reference)
+    refuse_rolling(reference.system, "linear models do not know")
     with placed_at(Place("--inputs")):
         u = inputs_named(reference, inputs)
     with placed_at(Place("--outputs")):

@@ -9,7 +9,8 @@ vector its own, so that a row is one of these:
     outside   constant in such a motion, its gradient in the plane is zero: coincident along n, perpendicular with one
               vector along n, along with the vector along n;
     tilted    neither, unless the joint's other rows help (`tilt`);
-    strange   no function of 2-vectors: a screw, a distance between different depths, an angle out of the plane.
+    strange   no function of 2-vectors: a screw, a distance between different depths, an angle out of the plane;
+    beside    slip along n, at velocity level: none in such a motion, and no say in what holds the bodies in the plane.
 """
 
 from __future__ import annotations
@@ -24,13 +25,18 @@ from mbproj.dataclass import dataclass
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.thresholds import THRESHOLDS
 
-INSIDE, OUTSIDE, TILTED, STRANGE = range(4)
+INSIDE, OUTSIDE, TILTED, STRANGE, BESIDE = range(5)
 _NAMES = {primitive: name for name, primitive in PRIMITIVES.items()}
 _CAUSES = {
     "distance": "keeps a distance between points at different depths",
     "angle": "holds an angle that is not in the plane",
     "coupling": "couples coordinates that are not in the plane",
+    "wheel_height": "rolls out of the plane",
+    "ball_slip": "rolls out of the plane",
+    "edge_slip": "slides on an edge that is tilted",
 }
+#: Of what slips, the slots of the plane's normal and of the direction of the row.
+_OF_SLIP = {"ball_slip": (3, 1), "edge_slip": (7, 7)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +89,7 @@ def see(bound: PrimitiveSet, position: Array, rotation: Array, axes: Array, leng
 
 
 def sides(bound: PrimitiveSet, seen: Seen) -> Integers:
-    """INSIDE, OUTSIDE, TILTED or STRANGE of each row on its own, (..., m)."""
+    """INSIDE, OUTSIDE, TILTED, STRANGE or BESIDE of each row on its own, (..., m)."""
     side = np.full((*seen.x.shape[:-2], bound.size), STRANGE, dtype=np.intp)
     depth = seen.x[..., 2]
     is_level, is_upright = depth == 0.0, (seen.x[..., 0] == 0.0) & (seen.x[..., 1] == 0.0)
@@ -102,6 +108,15 @@ def sides(bound: PrimitiveSet, seen: Seen) -> Integers:
         elif isinstance(group.primitive, Coupling):
             parts = [_is_coordinate_inside(level[..., slots], each) for each, _, slots in group.primitive.parts()]
             side[..., row] = np.where(np.all(parts, axis=0), INSIDE, STRANGE)
+        elif kind == "wheel_height":
+            side[..., row] = np.where(level[..., 1] & upright[..., 3], INSIDE, STRANGE)
+        elif kind in ("wheel_slip_along", "wheel_slip_across"):
+            rolls = level[..., 3] & upright[..., 7]
+            side[..., row] = np.where(rolls, INSIDE if kind == "wheel_slip_along" else BESIDE, STRANGE)
+        elif kind in _OF_SLIP:
+            normal, along = _OF_SLIP[kind]
+            side[..., row] = np.where(upright[..., along], BESIDE, STRANGE)
+            side[..., row][level[..., normal] & level[..., along]] = INSIDE
         elif kind == "angle":
             side[..., row] = np.where(_is_coordinate_inside(level, group.primitive), INSIDE, STRANGE)
     return side

@@ -18,7 +18,8 @@ class Frame:
     """A joint's points (3,) and axes z, x (3,) in the axes of its bodies 1 and 2, and what its glyph has to clear.
 
     `r` is the radius of a link, `reach` half the length of a pin, `travel` from where to where body 2's point moves
-    along z1, all in m; `ground` is the side that is the ground, 0 where neither is."""
+    along z1, all in m; `ground` is the side that is the ground, 0 where neither is. `radius`: that of the joint, 0
+    where it has none."""
 
     points: tuple[Array, Array]
     z: tuple[Array, Array]
@@ -27,6 +28,7 @@ class Frame:
     reach: float
     travel: tuple[float, float]
     ground: int
+    radius: float = 0.0
 
     def triad(self, side: int) -> Array:
         """The rotation (4,) of the frame in body `side`."""
@@ -125,6 +127,30 @@ def _on_plane(frame: Frame) -> Iterator[tuple[int, Part]]:
     yield from _ball(frame)
 
 
+def _wheel(frame: Frame) -> Iterator[tuple[int, Part]]:
+    """A rim with two spokes, which show how it turns."""
+    width = 0.9 * frame.r
+    wall = min(0.5 * frame.r, 0.15 * frame.radius)
+    yield 2, Part("tube", (frame.radius, frame.radius - wall, width), frame.points[1], frame.triad(2))
+    for first, second in ((1.0, 0.0), (0.0, 1.0)):
+        size = [
+            2.0 * frame.radius * first + 0.35 * frame.r * second,
+            2.0 * frame.radius * second + 0.35 * frame.r * first,
+        ]
+        yield 2, box([*size, 0.5 * width], frame.points[1], frame.triad(2))
+
+
+def _rolling_ball(frame: Frame) -> Iterator[tuple[int, Part]]:
+    """A ball with a band round it, which shows how it turns."""
+    yield 2, sphere(frame.radius, frame.points[1])
+    yield 2, cylinder(1.01 * frame.radius, 0.2 * frame.radius, frame.points[1], frame.x[1])
+
+
+def _blade(frame: Frame) -> Iterator[tuple[int, Part]]:
+    """A blade along its edge."""
+    yield 2, box([7.0 * frame.r, 2.0 * frame.r, 0.3 * frame.r], frame.points[1], frame.triad(2))
+
+
 def _pin_and_ball(frame: Frame) -> Iterator[tuple[int, Part]]:
     """The ends of a rod: a pin in body 1, a ball in body 2."""
     yield 1, cylinder(0.95 * frame.r, 4.0 * frame.r, frame.points[0], frame.z[0])
@@ -151,6 +177,9 @@ GLYPHS: Mapping[str, Glyph] = MappingProxyType(
         "on_plane": _on_plane,
         "on_line": _on_line,
         "screw": _screw,
+        "wheel": _wheel,
+        "rolling_ball": _rolling_ball,
+        "blade": _blade,
     }
 )
 #: Of joints that name none, by their frame.

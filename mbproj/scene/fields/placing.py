@@ -45,3 +45,21 @@ def two_ends(points: tuple[tuple[str, str], Pair] | None, bodies: Any, locations
     if locations is None:
         raise Unfit("lacks 'locations'", "give a point of each of its bodies")
     return bodies, pair_of(locations, bodies)
+
+
+def on_plane(bodies: tuple[str, str], plane: Any, centre: Any, axis: Any) -> tuple[Pair, Pair]:
+    """The points and the axes of two bodies, from the location and the normal of a plane of the first, and the centre
+    and the axis of what is on it; all global, or all by body."""
+    location, normal = plane
+    given = {"plane": (location, normal), "centre": (centre,), "axis": (axis,)}
+    local = isinstance(location, Mapping)
+    for key, parts in given.items():
+        if any(isinstance(part, Mapping) != local for part in parts if part is not None):
+            raise Unfit(
+                f"mixes global and local: its '{key}' is not as the 'plane' is", "give all of them as lists, or by body"
+            )
+    if not local:
+        return Pair(location, centre), Pair(normal, normal if axis is None else axis)
+    first, second = bodies
+    along = Pair(normal[first], (0.0, 0.0, 1.0) if axis is None else axis[second], local=True)
+    return Pair(location[first], centre[second], local=True), along

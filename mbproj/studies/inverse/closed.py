@@ -92,7 +92,7 @@ def follow(system: System, start: State, names: Sequence[str], splines: Sequence
             q = moved(q, _ahead(found[-1], float(t)))
         parts = max(1, int(np.ceil(np.abs((target - reached) / rows.scale).max() / LONGEST)))
         for part in range(1, parts + 1):
-            q = _closed(system, rows, q, reached + (target - reached) * part / parts, float(t))
+            q = _closed(system.at_positions, rows, q, reached + (target - reached) * part / parts, float(t))
             value = coordinate_values(system, pose_of(q))
             expected = value + 2.0 * np.pi * np.round((expected - value) / (2.0 * np.pi)) * is_angle(system)
         motion, left = _moving(system, rows, Motion(float(t), q, *_still(q), expected, start.x), target, rate, change)

@@ -62,8 +62,8 @@ def correction(A: Rounded, C_q: Rounded, violation: Rounded) -> Rounded:
 
 
 def independent_rows(system: System, q: Array) -> Integers:
-    """The rows of C that do not depend on those before them."""
-    return split(scaled_jacobian(system, pose_of(q)), np.arange(system.constraints))[0]
+    """The rows of C that do not depend on those before them, rows at velocity level last."""
+    return np.sort(split(scaled_jacobian(system, pose_of(q)), np.argsort(system.is_velocity, kind="stable"))[0])
 
 
 def equations_at(system: System, state: State) -> Equations:

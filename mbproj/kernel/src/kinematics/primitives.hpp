@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kinematics/rolling.hpp"
 #include "model/model.hpp"
 
 namespace mbproj {
@@ -50,7 +51,8 @@ template <int D> double value(const Instance& p, const Point<D>* x) {
         case Kind::along: return along::value<D>(x);
         case Kind::distance: return (x[1] - x[0]).norm();
         case Kind::angle: return angle::value<D>(x);
-        case Kind::coincident: break;
+        case Kind::wheel_height: return wheel_height::value<D>(p, x);
+        default: break;
     }
     return 0.0;
 }
@@ -69,6 +71,8 @@ template <int D> void gradient(const Instance& p, const Point<D>* x, Point<D>* g
             break;
         case Kind::angle: angle::gradient<D>(x, g); break;
         case Kind::coincident: break;
+        case Kind::wheel_height: wheel_height::gradient<D>(p, x, g); break;
+        default: slip::gradient<D>(p, x, g);
     }
 }
 
@@ -83,9 +87,10 @@ template <int D> double curvature(const Instance& p, const Point<D>* x, const Po
             return (rate.squaredNorm() - stretch * stretch) / length;
         }
         case Kind::angle: return angle::curvature<D>(x, x_dot);
-        case Kind::coincident: break;
+        case Kind::wheel_height: return wheel_height::curvature<D>(p, x, x_dot);
+        case Kind::coincident: return 0.0;
+        default: return slip::curvature<D>(p, x, x_dot);
     }
-    return 0.0;
 }
 
 }  // namespace mbproj

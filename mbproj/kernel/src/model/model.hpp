@@ -17,19 +17,43 @@ namespace mbproj {
 
 // The primitives that the kernel has: their names in mbproj.constraints, and how many points and vectors and how many
 // parameters each takes. Couplings are instances of these.
-enum class Kind : int { coincident, perpendicular, along, distance, angle };
+enum class Kind : int {
+    coincident,
+    perpendicular,
+    along,
+    distance,
+    angle,
+    wheel_height,
+    wheel_slip_along,
+    wheel_slip_across,
+    ball_slip,
+    edge_slip,
+};
 struct Form {
     const char* name;
     int slots, parameters;
 };
-constexpr Form forms[] = {{"coincident", 2, 0}, {"perpendicular", 2, 0}, {"along", 3, 0}, {"distance", 2, 0}, {"angle", 3, 0}};
+constexpr Form forms[] = {{"coincident", 2, 0},
+                          {"perpendicular", 2, 0},
+                          {"along", 3, 0},
+                          {"distance", 2, 0},
+                          {"angle", 3, 0},
+                          {"wheel_height", 4, 1},
+                          {"wheel_slip_along", 8, 1},
+                          {"wheel_slip_across", 8, 1},
+                          {"ball_slip", 8, 1},
+                          {"edge_slip", 8, 0}};
 constexpr const Form& form_of(Kind kind) { return forms[static_cast<int>(kind)]; }
-constexpr int most(int Form::* of) {
+constexpr int most(int Form::*of) {
     int found = 1;  // no array is empty
     for (const Form& form : forms) found = std::max(found, form.*of);
     return found;
 }
 constexpr int most_slots = most(&Form::slots), most_parameters = most(&Form::parameters);
+// Of what is a coordinate: along, distance or angle.
+constexpr int most_of_coordinates = 3;
+// Whether its row is at velocity level: its gradient is that of no function, and its value is 0.
+constexpr bool is_slip(Kind kind) { return kind >= Kind::wheel_slip_along; }
 
 template <int D> struct Body {
     double mass;
@@ -203,6 +227,13 @@ template <int D> struct Model {
         return worst;
     }
     int size() const { return static_cast<int>(bodies.size()); }
+    // Which rows are at velocity level; none where there are none.
+    std::vector<char> slips() const {
+        std::vector<char> found;
+        for (const Instance& p : constraints.instances)
+            if (is_slip(p.kind)) found.resize(constraints.rows), found[p.row] = 1;
+        return found;
+    }
     // Whether joints and motions alone say where each body is.
     bool is_held() const { return constraints.rows - rows.redundant >= Size<D>::freedoms * size(); }
     // The rows of C, those that hold flywheels, and those of stiff forces.

@@ -1,0 +1,132 @@
+// What rolls or slides on an edge: the height of a wheel, and slip, a component of the velocity at which two bodies pass each other
+// where they touch. The definitions are those of mbproj.constraints: wheel_height and slip.
+#pragma once
+
+#include <cmath>
+
+#include "model/model.hpp"
+
+namespace mbproj {
+
+namespace slip {
+// The slots, of body 1 and of body 2.
+enum : int { p1, x1, y1, z1, p2, x2, y2, z2 };
+
+// Where the bodies touch, from p2, and the direction e of the row; and how both change.
+template <int D> struct Contact { Point<D> arm, e, arm_dot = Point<D>::Zero(), e_dot = Point<D>::Zero(); };
+
+// Along a × n, in which a wheel rolls that turns about its axis a on a plane with the normal n. In a plane the axis is normal to it,
+// on the side of x × y.
+inline Point<3> rolls_along(const Point<3>* x) { return x[z2].cross(x[z1]); }
+inline Point<2> rolls_along(const Point<2>* x) { return turned_by(moment(x[x2], x[y2]), x[z1]); }
+inline Point<3> rolls_along_dot(const Point<3>* x, const Point<3>* v) {
+    return v[z2].cross(x[z1]) + x[z2].cross(v[z1]);
+}
+inline Point<2> rolls_along_dot(const Point<2>* x, const Point<2>* v) { return turned_by(moment(x[x2], x[y2]), v[z1]); }
+
+// The lowest point of a wheel, and the direction in which it rolls.
+template <int D> Contact<D> wheel_contact(const Instance& p, const Point<D>* x, const Point<D>* v) {
+    const double R = p.parameters[0];
+    Contact<D> at;
+    const Point<D> along = rolls_along(x);
+    const double length = along.norm();
+    at.e = along / length;
+    if constexpr (D == 3)
+        at.arm = R * x[z2].cross(at.e);
+    else
+        at.arm = -R * x[z1];
+    if (!v) return at;
+    const Point<D> rate = rolls_along_dot(x, v);
+    at.e_dot = (rate - at.e * at.e.dot(rate)) / length;
+    if constexpr (D == 3)
+        at.arm_dot = R * (v[z2].cross(at.e) + x[z2].cross(at.e_dot));
+    else
+        at.arm_dot = -R * v[z1];
+    return at;
+}
+
+// Of an instance at slots x, whose velocities are v, or without rates where there are none.
+template <int D> Contact<D> contact(const Instance& p, const Point<D>* x, const Point<D>* v) {
+    Contact<D> at{Point<D>::Zero(), Point<D>::Zero()};
+    switch (p.kind) {
+        case Kind::wheel_slip_along: return wheel_contact<D>(p, x, v);
+        case Kind::wheel_slip_across:
+            if constexpr (D == 3) {
+                at = wheel_contact<D>(p, x, v);
+                if (v) at.e_dot = v[z1].cross(at.e) + x[z1].cross(at.e_dot);
+                at.e = x[z1].cross(at.e);
+            }
+            break;
+        case Kind::ball_slip:
+            at.arm = -p.parameters[0] * x[z1];
+            at.e = x[x1];
+            if (v) at.arm_dot = -p.parameters[0] * v[z1], at.e_dot = v[x1];
+            break;
+        default:
+            at.e = x[z2];
+            if (v) at.e_dot = v[z2];
+    }
+    return at;
+}
+
+template <int D> void gradient(const Instance& p, const Point<D>* x, Point<D>* g) {
+    const Contact<D> at = contact<D>(p, x, nullptr);
+    const Point<D> away = x[p2] + at.arm - x[p1];
+    g[p1] = -at.e;
+    g[p2] = at.e;
+    for (int k = 1; k <= 3; ++k) {
+        g[p1 + k] = -away.dot(x[p1 + k]) * at.e;
+        g[p2 + k] = at.arm.dot(x[p2 + k]) * at.e;
+    }
+}
+
+template <int D> double curvature(const Instance& p, const Point<D>* x, const Point<D>* v) {
+    const Contact<D> at = contact<D>(p, x, v);
+    const Point<D> away = x[p2] + at.arm - x[p1], away_dot = v[p2] + at.arm_dot - v[p1];
+    Point<D> passing = v[p2] - v[p1], bend = Point<D>::Zero();
+    for (int k = 1; k <= 3; ++k) {
+        passing += at.arm.dot(x[p2 + k]) * v[p2 + k] - away.dot(x[p1 + k]) * v[p1 + k];
+        bend += (at.arm_dot.dot(x[p2 + k]) + at.arm.dot(v[p2 + k])) * v[p2 + k] -
+                (away_dot.dot(x[p1 + k]) + away.dot(v[p1 + k])) * v[p1 + k];
+    }
+    return at.e_dot.dot(passing) + at.e.dot(bend);
+}
+}  // namespace slip
+
+// Slots: a point and the normal of the plane, the wheel's centre and axis. In a plane the wheel stands upright: what its radius takes
+// from the height is constant there.
+namespace wheel_height {
+inline Point<3> across(const Point<3>* x) { return x[1].cross(x[3]); }
+
+template <int D> double value(const Instance& p, const Point<D>* x) {
+    const double height = x[1].dot(x[2] - x[0]);
+    if constexpr (D == 3)
+        return height - p.parameters[0] * across(x).norm();
+    else
+        return height;
+}
+template <int D> void gradient(const Instance& p, const Point<D>* x, Point<D>* g) {
+    g[0] = -x[1];
+    g[1] = x[2] - x[0];
+    g[2] = x[1];
+    g[3].setZero();
+    if constexpr (D == 3) {
+        const Point<D> unit = p.parameters[0] * across(x).normalized();
+        g[1] -= x[3].cross(unit);
+        g[3] = -unit.cross(x[1]);
+    }
+}
+template <int D> double curvature(const Instance& p, const Point<D>* x, const Point<D>* v) {
+    const double moved = 2.0 * v[1].dot(v[2] - v[0]);
+    if constexpr (D == 3) {
+        const Point<D> c = across(x), rate = v[1].cross(x[3]) + x[1].cross(v[3]);
+        const double length = c.norm(), stretch = c.dot(rate) / length;
+        const double bend = rate.squaredNorm() + 2.0 * c.dot(v[1].cross(v[3])) - stretch * stretch;
+        return moved - p.parameters[0] * bend / length;
+    } else {
+        return moved;
+    }
+}
+}  // namespace wheel_height
+
+}  // namespace mbproj

@@ -1,0 +1,68 @@
+"""What rolls, against closed forms and against a solution of equations of its own, in each formulation that has it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import mbproj
+from tests.rolling import scenes
+from tests.support import ROOT
+
+FORMULATIONS = ["full", "reduced"]
+
+
+@pytest.fixture(params=FORMULATIONS)
+def formulation(request):
+    return request.param
+
+
+def run(text, **settings):
+    return mbproj.run(mbproj.read_scene_text(text), **settings)
+
+
+def test_a_coin_rolls_on_its_circle(formulation):
+    r = run(scenes.coin(), formulation=formulation)
+    p, t = r["bodies/position"][:, 0], r.time
+    angle = scenes.PRECESSION * t
+    expected = np.column_stack([np.cos(angle), np.sin(angle), np.full_like(t, scenes.RADIUS * np.sin(scenes.TILT))])
+    np.testing.assert_allclose(p, expected, atol=2e-9)
+    force = r["joints/reaction_force"][:, 0]
+    np.testing.assert_allclose(force[:, 2], scenes.GRAVITY, rtol=1e-8)
+    np.testing.assert_allclose(np.hypot(*force[:, :2].T), scenes.FRICTION, rtol=1e-8)
+
+
+def test_a_ball_on_a_turntable_moves_on_a_circle(formulation):
+    r = run(scenes.turntable(), formulation=formulation)
+    np.testing.assert_allclose(r["bodies/position"][:, 1, :2], scenes.on_turntable(r.time), atol=2e-9)
+
+
+def test_a_ball_rolls_down_at_five_sevenths(formulation):
+    plane = "plane: {location: [0, 0, 0], normal: [-sin(0.3), 0, cos(0.3)]}"
+    at = "[-0.1 * sin(0.3), 0, 0.1 * cos(0.3)]"
+    ball = f"  ball: {{mass: 1, shape: {{sphere: 0.1}}, position: {at}}}"
+    joint = f"  B: {{type: rolling_ball, bodies: [ground, ball], {plane}, centre: {at}, radius: 0.1}}"
+    r = run(scenes.scene(ball, joint), formulation=formulation)
+    way = np.linalg.norm(r["bodies/position"][:, 0] - r["bodies/position"][0, 0], axis=1)
+    np.testing.assert_allclose(way, 0.5 * 5.0 / 7.0 * 9.81 * np.sin(0.3) * r.time**2, atol=1e-10)
+
+
+def test_chaplygins_sleigh(formulation):
+    r = run(scenes.sleigh(duration="2 s"), formulation=formulation)
+    speed, angle = scenes.of_sleigh(r.time)
+    v, θ = r["bodies/velocity"][:, 0, :2], r["joints/coordinate"][:, 2]
+    np.testing.assert_allclose(θ, angle, atol=1e-9)
+    np.testing.assert_allclose(v[:, 0] * np.cos(θ) + v[:, 1] * np.sin(θ), speed, atol=2e-9)
+
+
+@pytest.mark.parametrize(("integrator", "steps", "least"), [("rk4", (60, 120), 3.8), ("dop853", (15, 30), 7.5)])
+def test_orders_on_a_wobbling_coin(formulation, integrator, steps, least):
+    reference = np.loadtxt(ROOT / "tests" / "data" / "coin_wobbling.csv", delimiter=",", skiprows=1)
+    errors = []
+    for count in steps:
+        settings = {"tolerance": None, "step": f"{1.0 / count!r} s", "duration": "1 s", "output_step": "1 s"}
+        r = run(scenes.wobbling(reference[0, 1:], integrator=integrator, **settings), formulation=formulation)
+        errors.append(np.abs(r["bodies/position"][-1, 0] - reference[5, 1:4]).max())
+        assert r["diagnostics/position_violation"].max() < 1e-13
+        assert r["diagnostics/velocity_violation"].max() < 1e-13
+    assert np.log2(errors[0] / errors[1]) > least, errors

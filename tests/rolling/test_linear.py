@@ -1,0 +1,90 @@
+"""Modes of what rolls: Whipple's bicycle against the benchmark, an upright disk, and one that wobbles."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.interpolate import KroghInterpolator
+from scipy.optimize import brentq
+
+import mbproj
+from mbproj.dynamics.derivatives.linear_equations import Motion
+from mbproj.dynamics.derivatives.slip_derivatives import slip_motion
+from mbproj.dynamics.derivatives.tangent import moved, velocities
+from mbproj.dynamics.equations.constraint_equations import set_velocity
+from mbproj.dynamics.equations.kinematics import pose_of, twist_of
+from tests.rolling import scenes
+from tests.rolling.bicycle import CAPSIZE, EIGENVALUES, WEAVE, bicycle
+
+
+def eigenvalues(text):
+    return mbproj.modes(mbproj.read_scene_text(text)).eigenvalues
+
+
+@pytest.mark.parametrize("speed", EIGENVALUES)
+def test_whipples_bicycle(speed):
+    found = eigenvalues(bicycle(speed))
+    moving = found[found != 0.0]
+    assert len(moving) == len(EIGENVALUES[speed])
+    for expected in EIGENVALUES[speed]:
+        assert np.abs(moving - expected).min() < 5e-11
+
+
+def test_weave_and_capsize_speeds():
+    def weave(speed):
+        found = eigenvalues(bicycle(speed))
+        return found[found.imag > 0.0].real.max()
+
+    def capsize(speed):
+        found = eigenvalues(bicycle(speed))
+        return found[(found.imag == 0.0) & (found != 0.0)].real.max()
+
+    assert brentq(weave, 4.0, 5.0, xtol=1e-10) == pytest.approx(WEAVE, abs=1e-9)
+    speeds = np.array([5.96, 5.98, 6.0, 6.05, 6.07, 6.09])
+    assert KroghInterpolator([capsize(speed) for speed in speeds], speeds)(0.0) == pytest.approx(CAPSIZE, abs=1e-8)
+
+
+def disk(spin: float) -> str:
+    moves = f"velocity: [{0.3 * spin!r}, 0, 0], angular_velocity: [0, {spin!r}, 0]"
+    body = f"  disk: {{mass: 1, inertia: [0.0225, 0.045, 0.0225], position: [0, 0, 0.3], {moves}}}"
+    return scenes.scene(body, scenes.wheel("disk", "[0, 0, 0.3]", "[0, 1, 0]", 0.3))
+
+
+@pytest.mark.parametrize("spin", [0.0, 2.0, 3.3, 5.0, 10.0])
+def test_an_upright_disk_falls_over_unless_it_is_fast(spin):
+    """λ² = (4/5)(g/R - 3 ω²), and zeros: where it is, where it is headed, how far it has turned."""
+    found = mbproj.modes(mbproj.read_scene_text(disk(spin)))
+    root = np.sqrt(complex(0.8 * (9.81 / 0.3 - 3.0 * spin**2)))
+    moving = found.eigenvalues[found.eigenvalues != 0.0]
+    assert found.freedom == 3
+    np.testing.assert_allclose(np.sort_complex(moving), [-root, root] if root.real else [root], rtol=1e-10)
+
+
+def test_slip_near_a_motion_is_what_slips_there():
+    """A ξ' + H ξ against central differences of the slip at neighbours of a wobbling coin, and H' along its motion."""
+    system = mbproj.compile_system(mbproj.read_scene_text(scenes.coin()))
+    rng = np.random.default_rng(2)
+    q = np.array([0.3, -0.2, 0.4, 0.6, 0.4, -0.5, 0.3])
+    q[3:] /= np.linalg.norm(q[3:])
+    u, change, ξ, ξ_dot = rng.normal(size=(4, 6))
+    rows = np.flatnonzero(system.joints.is_velocity)
+
+    def slip(h):
+        """Of ξ moved by h, with δω = ξ' + ω × ξ in body axes."""
+        there = moved(q, h * ξ)
+        moves = u + h * ξ_dot
+        moves[3:] += h * np.cross(u[3:], ξ[3:])
+        pose = pose_of(there)
+        return set_velocity(system.joints, pose, twist_of(pose, velocities(pose, moves)))[rows]
+
+    def at(t):
+        return Motion(0.0, moved(q, t * u + 0.5 * t**2 * change), u + t * change, change, np.zeros(0)).carried()
+
+    own = slip_motion(system.rows, at(0.0))
+    from mbproj.dynamics.derivatives.row_derivatives import row_motion
+
+    A = row_motion(system.rows, at(0.0)).G.dense()[own.rows]
+    h = 1e-5
+    np.testing.assert_allclose(A @ ξ_dot + own.H.dense() @ ξ, (slip(h) - slip(-h)) / (2.0 * h), rtol=1e-7, atol=1e-8)
+    bent = (slip_motion(system.rows, at(h)).H.dense() - slip_motion(system.rows, at(-h)).H.dense()) / (2.0 * h)
+    np.testing.assert_allclose(own.H_dot.dense(), bent, atol=2e-6)
