@@ -47,6 +47,9 @@ class Linear:
         1e-15, "length, rad", "numpy", "poses on the way to an equilibrium are closed to this", "round-off"
     )
     most_balancing: int = threshold(300, "-", "numpy", "steps on the way to an equilibrium", "chosen")
+    rolled: float = threshold(
+        0.05, "length, rad", "numpy", "what rolls goes on by so much at once", "fourth order: slips by 1e-7 of the way"
+    )
     first_radius: float = threshold(
         0.2, "length, rad", "numpy", "the first of them is no longer", "chosen: the model holds for tenths of a radian"
     )

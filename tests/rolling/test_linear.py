@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.interpolate import KroghInterpolator
+from scipy.linalg import expm
 from scipy.optimize import brentq
 
 import mbproj
@@ -13,6 +14,7 @@ from mbproj.dynamics.derivatives.slip_derivatives import slip_motion
 from mbproj.dynamics.derivatives.tangent import moved, velocities
 from mbproj.dynamics.equations.constraint_equations import set_velocity
 from mbproj.dynamics.equations.kinematics import pose_of, twist_of
+from mbproj.errors import InputError
 from tests.rolling import scenes
 from tests.rolling.bicycle import CAPSIZE, EIGENVALUES, WEAVE, bicycle
 
@@ -41,7 +43,9 @@ def test_weave_and_capsize_speeds():
 
     assert brentq(weave, 4.0, 5.0, xtol=1e-10) == pytest.approx(WEAVE, abs=1e-9)
     speeds = np.array([5.96, 5.98, 6.0, 6.05, 6.07, 6.09])
-    assert KroghInterpolator([capsize(speed) for speed in speeds], speeds)(0.0) == pytest.approx(CAPSIZE, abs=1e-8)
+    assert KroghInterpolator([capsize(float(speed)) for speed in speeds], speeds)(0.0) == pytest.approx(
+        CAPSIZE, abs=1e-8
+    )
 
 
 def disk(spin: float) -> str:
@@ -58,6 +62,64 @@ def test_an_upright_disk_falls_over_unless_it_is_fast(spin):
     moving = found.eigenvalues[found.eigenvalues != 0.0]
     assert found.freedom == 3
     np.testing.assert_allclose(np.sort_complex(moving), [-root, root] if root.real else [root], rtol=1e-10)
+
+
+def test_a_linear_model_of_the_bicycle_has_its_eigenvalues_and_answers():
+    """Lean and steer of a push on the frame: at first it leans as the modes' matrices say, A B once and C twice."""
+    text = bicycle(5.0).replace(
+        "joints:\n", "forces:\n  push: {type: torque, body: frame, torque: [1, 0, 0]}\njoints:\n"
+    )
+    text += "\nmarkers:\n  saddle: {body: frame, location: [0.3, 0, 0.9]}\n"
+    still = text.replace("torque: [1, 0, 0]", "torque: [0 * t, 0, 0]")
+    model = mbproj.linearize(mbproj.read_scene_text(still), inputs=["push.x"], outputs=["head.angle", "saddle.y"])
+    found = np.linalg.eigvals(model.A)
+    for expected in EIGENVALUES[5.0]:
+        assert np.abs(found - expected).min() < 1e-9
+    t, h = 0.02, 1e-3
+    runs = [
+        mbproj.run(
+            mbproj.read_scene_text(text.replace("torque: [1, 0, 0]", f"torque: [{push} + 0 * t, 0, 0]")), duration=t
+        )
+        for push in (h, -h)
+    ]
+    x = expm(np.block([[model.A, model.B], [np.zeros((1, len(model.A) + 1))]]) * t)[: len(model.A), -1]
+    ends = [
+        (r["joints/coordinate"][-1, r.names("coordinates").index("head.angle")], r["markers/position"][-1, 0, 1])
+        for r in runs
+    ]
+    answer = (np.array(ends[0]) - np.array(ends[1])) / (2.0 * h)
+    np.testing.assert_allclose(model.C @ x, answer, rtol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("word", "rest"), [("motions", "motions: {go: {joint: axle, angle: 3 * t}}"), ("reactions", "")]
+)
+def test_what_linear_models_of_what_rolls_lack_is_refused(word, rest):
+    text = f"{bicycle(0.0)}\n{rest}\n"
+    with pytest.raises(InputError, match=f"linear models of what rolls have no .*{word}"):
+        mbproj.linearize(mbproj.read_scene_text(text), inputs=["head.angle"], outputs=["hub.force_z"])
+
+
+def test_an_eccentric_ball_rolls_to_its_rest_without_slip():
+    """In a plane its centre goes by R times the angle; there are 4 eigenvalues 0, and ω² = m g e / (I + m (R - e)²)."""
+    tilt = float(np.radians(40.0))
+    at = f"[{float(0.02 * np.sin(tilt))!r}, 0, {float(0.1 - 0.02 * np.cos(tilt))!r}]"
+    turn = f"orientation: {{axis: [0, 1, 0], angle: {-tilt!r}}}"
+    body = f"  ball: {{mass: 1, inertia: [0.004, 0.004, 0.004], position: {at}, {turn}}}"
+    ball = (
+        "  B: {type: rolling_ball, bodies: [ground, ball], plane: {location: {ground: [0, 0, 0]}, "
+        "normal: {ground: [0, 0, 1]}}, centre: {ball: [0, 0, 0.02]}, radius: 0.1}"
+    )
+    plane = f"\n  P: {{type: planar, bodies: [ground, ball], location: {at}, axis: [0, 1, 0]}}"
+    found = mbproj.equilibrium(mbproj.read_scene_text(scenes.scene(body, ball + plane)))
+    assert found.stable
+    x, z = found.reference.motion.pose.position[0, ::2]
+    assert (x, z) == pytest.approx((0.1 * tilt, 0.08), abs=1e-6)
+    anywhere = mbproj.equilibrium(mbproj.read_scene_text(scenes.scene(body, ball)))
+    assert (anywhere.stable, anywhere.family) == (True, 2)
+    modes = mbproj.modes(mbproj.read_scene_text(scenes.scene(body, ball)), at="equilibrium")
+    ω = np.sqrt(9.81 * 0.02 / (0.004 + 0.08**2))
+    np.testing.assert_allclose(modes.eigenvalues, [0.0] * 3 + [1j * ω] * 2, atol=1e-8)
 
 
 def test_slip_near_a_motion_is_what_slips_there():

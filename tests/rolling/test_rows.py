@@ -93,10 +93,3 @@ def test_mistakes_are_told_at_their_line(old, new, message):
     with pytest.raises(InputError, match=message) as error:
         mbproj.read_scene_text(text, "f.yaml")
     assert "f.yaml:7:" in str(error.value)
-
-
-def test_what_does_not_know_such_rows_refuses_them_by_name():
-    with pytest.raises(InputError, match="joint 'W_coin' holds velocities"):
-        mbproj.linearize(mbproj.read_scene_text(scenes.coin()), inputs=[], outputs=[])
-    with pytest.raises(InputError, match="joint 'W_coin' holds velocities"):
-        mbproj.equilibrium(mbproj.read_scene_text(scenes.coin()))

@@ -133,6 +133,7 @@ def numbers(found: Equilibrium, more: list[Equilibrium], scene: str, output: str
         "stable": found.stable,
         "unstable_along": found.unstable or None if found.stable is False else None,
         "neutral": list(found.neutral),
+        "family": found.family,
         "coordinates": found.coordinates,
         "states": found.states,
         "reactions": {
@@ -166,6 +167,7 @@ def report(found: Equilibrium, more: list[Equilibrium], title: str) -> str:
         f"{title}: {where} at t = {found.reference.motion.t:.6g} s, found in {found.steps} steps",
         f"  forces left: {off.force:.1e} N, {off.torque:.1e} N m ({off.relative:.1e} of the largest)",
         f"  {_stability(found)}",
+        *([f"  one of a {found.family}-dimensional family: what rolls may rest elsewhere"] if found.family else []),
         *([f"  neutral, kept as they were: the motions {'; '.join(found.neutral)}"] if found.neutral else []),
         *([f"  held at its speed by {found.drive[0]:.6g} N m"] if len(found.drive) else []),
         *(["  joint coordinates", *table(coordinates, "    ")] if coordinates else []),

@@ -12,7 +12,7 @@ import numpy as np
 from mbproj.arrays import Array, Numbers, cross
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import coordinate_values, nearest
-from mbproj.dynamics.blocks import added, stacked
+from mbproj.dynamics.blocks import Rows, added, stacked
 from mbproj.dynamics.derivatives.linear_equations import (
     LinearEquations,
     Motion,
@@ -20,8 +20,8 @@ from mbproj.dynamics.derivatives.linear_equations import (
     linear_equations,
     tangent_force,
 )
-from mbproj.dynamics.derivatives.row_derivatives import force_derivative, row_motion
-from mbproj.dynamics.derivatives.tangent import moved
+from mbproj.dynamics.derivatives.row_derivatives import force_derivative, row_motion, rows_at
+from mbproj.dynamics.derivatives.tangent import moved, velocities
 from mbproj.dynamics.derivatives.tangent_space import TangentSpace
 from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.equations.motions import Drive
@@ -97,15 +97,39 @@ class Problem:
         motion = self.turning.motion(self.t, q, counted, self.x)
         force = tangent_force(system, motion)
         held = row_motion(system.coordinates, motion.carried()).G.chosen(self.held.index)
-        scale = np.where(system.coordinates.is_length, system.length, 1.0)[self.held.index]
-        rows = stacked(system.bodies, [constraint_rows(system, motion), held])
-        scale = np.concatenate([system.row_scale[system.bodies :], scale])
-        space = tangent_space_of(system, pose, rows, scale, self.lengths)
+        space = tangent_space_of(system, pose, *self._scaled(constraint_rows(system, motion), held), self.lengths)
         return Balance(self, motion, force, space, space.pseudoinverse.T @ force)
+
+    def moved(self, q: Array, ξ: Array) -> Array:
+        """The pose after a displacement (6n,) that the rows allow at q. What rolls goes a way without slip, in the same
+        direction less what the rows resist of it: one long step would slip by its square."""
+        if not self.system.rolls:
+            return moved(q, ξ)
+        size = float(np.abs(ξ / self.lengths).max(initial=0.0))
+        parts = max(1, int(np.ceil(size / THRESHOLDS.rolled)))
+        for _ in range(parts):
+            k = [self._rate(q, ξ / parts)]
+            for part in (0.5, 0.5, 1.0):
+                k.append(self._rate(q + part * k[-1], ξ / parts))
+            q = q + (k[0] + 2.0 * k[1] + 2.0 * k[2] + k[3]) / 6.0
+        return q
+
+    def _rate(self, q: Array, ξ: Array) -> Array:
+        """The part of a displacement (6n,) that the rows allow at q, as a change of q."""
+        pose = pose_of(q)
+        own, held = rows_at(self.system.rows, pose), rows_at(self.system.coordinates, pose).chosen(self.held.index)
+        N = tangent_space_of(self.system, pose, *self._scaled(own, held), self.lengths).N
+        return velocities(pose, N @ (N.T @ (ξ / self.lengths**2)))
+
+    def _scaled(self, rows: Rows, held: Rows) -> tuple[Rows, Array]:
+        """The rows of joints and motions, and of what is held, with what each is measured against."""
+        system = self.system
+        scale = np.where(system.coordinates.is_length, system.length, 1.0)[self.held.index]
+        return stacked(system.bodies, [rows, held]), np.concatenate([system.row_scale[system.bodies :], scale])
 
     def closed(self, q: Array) -> Array | None:
         """The closed pose next to q; None where it cannot be closed."""
-        found, left = nearest(self.system, q, self.held, self.drive, THRESHOLDS.closed_at_rest)
+        found, left = nearest(self.system.at_positions, q, self.held, self.drive, THRESHOLDS.closed_at_rest)
         return found if np.abs(left).max(initial=0.0) <= THRESHOLDS.assembled else None
 
 
@@ -223,7 +247,7 @@ class Balance:
         """The forces after a step (f,) along the tangent space and back to the constraints, and with other states of
         elements; None where they open, or a function has no value."""
         problem = self.problem if x is None else replace(self.problem, x=x)
-        closed = problem.closed(moved(self.motion.q, self.space.N @ step))
+        closed = problem.closed(problem.moved(self.motion.q, self.space.N @ step))
         if closed is None:
             return None
         try:

@@ -18,6 +18,7 @@ from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.equations.motions import Drive, drive_at
 from mbproj.dynamics.equations.teeth import near
 from mbproj.dynamics.equations.turning import turns_of
+from mbproj.dynamics.rank.mobility import mobility
 from mbproj.dynamics.rank.nearby import NO_CONDITIONS
 from mbproj.errors import InputError
 from mbproj.errors import Problem as Wrong
@@ -28,6 +29,7 @@ from mbproj.linear.equilibrium.solve import NoEquilibrium, Solved, solve
 from mbproj.linear.equilibrium.words import direction_words
 from mbproj.linear.held import Held, held_at, refuse_loads
 from mbproj.linear.modes import modes
+from mbproj.linear.reduction import refuse_large_rolling
 from mbproj.linear.reference import Imbalance, Reference, imbalance, refuse_rolling
 from mbproj.linear.words import states_in
 from mbproj.model.system import Conditions, System
@@ -43,7 +45,8 @@ class Equilibrium(Tabled):
     """A pose at which forces balance. `stable` is None where it has no modes to tell; `unstable` says along which
     motion it falls, or why that cannot be told; `neutral` which directions nothing holds. `drive` (h,): what holds the
     coordinates that turn steadily, N m. `steps` of Newton's method were needed. `whole`: the mechanism without the rows
-    by which dry `frictions` hold, and what these bear: by name, and `friction_force` (K,) along what each resists."""
+    by which dry `frictions` hold, and what these bear: by name, and `friction_force` (K,) along what each resists.
+    `family`: of how many dimensions, as what rolls may come to rest in so many more directions than it has speeds."""
 
     reference: Reference
     acceleration: Array
@@ -55,6 +58,7 @@ class Equilibrium(Tabled):
     whole: System
     frictions: Mapping[str, RubsAtStart] = field(default_factory=dict)
     friction_force: Array = field(default_factory=lambda: np.zeros(0))
+    family: int = 0
 
     @property
     def state(self) -> State:
@@ -101,7 +105,9 @@ def equilibrium(
     steadily. Dry friction holds its coordinates as they are at the start. Raises NoEquilibrium where nothing balances
     the forces. Raises InputError where a motion is not constant then, or dry friction would have to bear more than it
     can. Raises it where a large mechanism that turns, or whose elements have states, is too free."""
-    refuse_rolling(system, "the search for an equilibrium does not know")
+    refuse_large_rolling(system)
+    if turning is not None:
+        refuse_rolling(system, "a steady turn does not know")
     _refuse(system, t, steadily=turning is not None)
     here = held_at(system, start, resting=True)
     q, expected = _led_to(here.system, start, t)
@@ -151,7 +157,7 @@ def _solved(problem: Problem, q: Array, expected: Array, *, dense: bool = False)
 
         return solve_with_states(problem, q, expected)
     turns = bool(problem.held.index.size or np.any(problem.turning.rate))
-    if dense or turns or problem.system.bodies <= THRESHOLDS.dense_equilibria:
+    if dense or turns or problem.system.rolls or problem.system.bodies <= THRESHOLDS.dense_equilibria:
         return solve(problem, q, expected)
     from mbproj.linear.equilibrium.large import solve_large
 
@@ -266,6 +272,7 @@ def described(problem: Problem, solved: Solved, here: Held) -> Equilibrium:
         -balance.multipliers[rows:],
         solved.steps,
         here.whole,
+        family=mobility(system, motion.pose).rolling if system.rolls else 0,
     )
 
 

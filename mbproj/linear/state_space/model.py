@@ -23,9 +23,10 @@ from mbproj.errors import InputError, Place, Problem, placed_at
 from mbproj.linear.eigenvalues import heavy_and_light, held_by, is_damped
 from mbproj.linear.kinks import refuse_kinks
 from mbproj.linear.reduction import Projected, projected
-from mbproj.linear.reference import Reference, refuse_rolling
+from mbproj.linear.reference import Reference
 from mbproj.linear.state_space.inputs import Inputs, inputs_named
 from mbproj.linear.state_space.outputs import Outputs, outputs_named
+from mbproj.linear.state_space.rolling import refuse_beside_rolling, rolling_states
 from mbproj.results.views.table import Table, Tabled
 from mbproj.thresholds import THRESHOLDS
 
@@ -77,16 +78,38 @@ def linear_model(reference: Reference, inputs: Sequence[str], outputs: Sequence[
     """The model at a reference that does not turn its tangent space. Raises InputError for unknown names, where the
     mechanism moves or is too free, and where motions without mass are damped, or held by nothing."""
     refuse_kinks(reference)
-    refuse_rolling(reference.system, "linear models do not know")
     with placed_at(Place("--inputs")):
         u = inputs_named(reference, inputs)
     with placed_at(Place("--outputs")):
         y = outputs_named(reference, outputs)
+    if reference.system.rolls:
+        refuse_beside_rolling(reference.system, bool(y.of_multiplier.any()))
     here = projected(reference)
     if np.abs(here.N_dot).max(initial=0.0) > THRESHOLDS.linear_round_off * np.abs(here.space.N).max(initial=1.0):
         said = "the mechanism moves here, so that its linear model changes with time"
         raise InputError(Problem(said, hint="linearise where it rests: --at equilibrium"))
-    return _assembled(reference, here, u, y)
+    return _assembled(reference, here, u, y) if here.slip is None else _rolling(reference, here, u, y)
+
+
+def _rolling(reference: Reference, here: Projected, u: Inputs, y: Outputs) -> LinearModel:
+    """Of what rolls: fewer speeds than displacements."""
+    to_body = _to_body(reference)
+    found = rolling_states(here, to_body.T @ u.force)
+    names = [f"displacement_{i + 1}" for i in range(len(found.A) - found.free)]
+    free, rest = names[: found.free], names[found.free :]
+    return LinearModel(
+        reference,
+        found.A,
+        found.B,
+        y.of_displacement @ to_body @ found.displacement + y.of_rate @ to_body @ found.rate,
+        np.zeros((len(y.names), len(u.names))),
+        (*free, *(f"{name}_speed" for name in free), *rest),
+        (*["1"] * found.free, *["1/s"] * found.free, *["1"] * len(rest)),
+        u.names,
+        u.units,
+        y.names,
+        y.units,
+    )
 
 
 def _assembled(reference: Reference, here: Projected, u: Inputs, y: Outputs) -> LinearModel:
