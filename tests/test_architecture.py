@@ -129,7 +129,7 @@ FOLDERS = {
     ),
     "formats": ("mjcf", "urdf", "sdf", "export"),
     "analysis": ("kinematics", "contacts", "loads"),
-    "linear": ("equilibrium", "state_space"),
+    "linear": ("reduction", "equilibrium", "state_space"),
     "pages": ("look", "data", "page"),
     "figures": ("pages", "kinds", "sweeps"),
     "calls": ("check",),

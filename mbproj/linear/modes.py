@@ -17,7 +17,7 @@ from mbproj.dynamics.equations.bushings import deflection, viscous
 from mbproj.dynamics.equations.forces import law_state
 from mbproj.linear.eigenvalues import eigen, shares_of_states
 from mbproj.linear.kinks import refuse_kinks
-from mbproj.linear.reduction import projected, refuse_large_rolling
+from mbproj.linear.reduction.projected import projected, refuse_large_rolling
 from mbproj.linear.reference import Reference
 from mbproj.linear.sparse_modes import sparse_eigen
 from mbproj.model.forces import Forces

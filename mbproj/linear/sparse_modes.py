@@ -12,8 +12,8 @@ from mbproj.arrays import Array, Integers, Numbers
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.derivatives.linear_equations import LinearEquations, linear_equations
 from mbproj.linear.bordered import Bordered, diagonal
-from mbproj.linear.frames import in_axes
 from mbproj.linear.independent_rows import independent_rows
+from mbproj.linear.reduction.frames import in_axes
 from mbproj.linear.reference import Reference
 from mbproj.thresholds import THRESHOLDS
 

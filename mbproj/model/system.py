@@ -36,13 +36,11 @@ from mbproj.model.stops import Stops
 class Names:
     """Names in the order of the arrays; coordinates as "joint.coordinate", with their units. `force_units`,
     `motion_units`, `stop_units` and `friction_units` are those of what forces act along, motions drive, stops limit
-    and dry friction resists, m or rad.
-    `forces` end with the reflected inertias, "joint.coordinate.inertia"; `stops` are "joint.coordinate.low" and
-    "joint.coordinate.high", or the name of a force; `frictions` are the name of a force, or "force.coordinate".
-    `applied` are the forces and torques of given components on bodies: of unit m a force, of rad a torque.
-    `states` of elements have any unit.
-
-    `carriers` are what moves: the bodies, but for those that fixed joints have merged, which are called by their first.
+    and dry friction resists, m or rad. `forces` end with the reflected inertias, "joint.coordinate.inertia"; `stops`
+    are "joint.coordinate.low" and "...high", or the name of a force; `frictions` that, or "force.coordinate".
+    `applied` are the forces and torques of given components on bodies: of unit m a force, of rad a torque. `states` of
+    elements have any unit. `carriers` are what moves: the bodies, but for those that fixed joints have merged, which
+    are called by their first.
     """
 
     bodies: tuple[str, ...]
@@ -101,9 +99,8 @@ class System:
     carrier. `marker_body` (k,), `marker_local` (k, 3). `reaction_body` (nj,), `reaction_local` (nj, 3): body 2 of each
     joint and its point in it. `length` is the size of the mechanism in m: what an absolute tolerance is taken relative
     to. `body_places`, `joint_places`: where each carrier and joint stands in the scene file, for messages. `forces`,
-    `stops`, `frictions` (dry ones that stick), `bearings`, and
-    `states` of elements are None where the scene has none. `channels`: what functions name.
-    `adjustments`: how far joints were moved from where the scene has them.
+    `stops`, `frictions` (dry ones that stick), `bearings`, and `states` of elements are None where the scene has none.
+    `channels`: what functions name. `adjustments`: how far joints were moved from where the scene has them.
     """
 
     names: Names
@@ -203,8 +200,7 @@ class System:
     @cached_property
     def is_velocity(self) -> Flags:
         """Which rows of C are at velocity level, (m,): their values are 0 and stay so."""
-        none = [np.zeros(count, dtype=bool) for count in (self.bodies, self.driven)]
-        return np.concatenate([none[0], self.joints.is_velocity, none[1]])
+        return np.pad(self.joints.is_velocity, (self.bodies, self.driven))
 
     @property
     def rolls(self) -> bool:

@@ -12,7 +12,7 @@ from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.linear.equilibrium.find import equilibrium
 from mbproj.linear.equilibrium.solve import NoEquilibrium
 from mbproj.linear.modes import modes
-from mbproj.linear.reduction import projected
+from mbproj.linear.reduction.projected import projected
 from mbproj.linear.reference import reference_at
 from mbproj.linear.state_space.model import linear_model
 from mbproj.linear.words import notes_on

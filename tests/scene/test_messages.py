@@ -104,7 +104,7 @@ def test_a_wrong_parameter_is_reported_where_it_is_given_and_nowhere_else() -> N
 def test_the_checks_of_a_joint_of_unknown_type_go_on() -> None:
     text = changed("type: spherical, bodies: [crank, rod]", "type: ball, bodies: [crank, crank]")
     assert errors(text) == [
-        f"f.yaml:25:13: error: unknown joint type 'ball'; choose from: {', '.join(JOINTS)}",
+        f"f.yaml:25:13: error: unknown joint type 'ball'; choose from: {', '.join([*JOINTS][:20])}, ...",
         "f.yaml:25:27: error: 'bodies' names 'crank' twice; give two different ones",
     ]
 

@@ -28,7 +28,7 @@ from mbproj.dynamics.equations.motions import Drive
 from mbproj.dynamics.equations.teeth import near
 from mbproj.errors import SimulationError
 from mbproj.linear.bordered import tangent_space_of
-from mbproj.linear.frames import in_axes
+from mbproj.linear.reduction.frames import in_axes
 from mbproj.linear.reference import largest_force
 from mbproj.model.system import Conditions, System
 from mbproj.thresholds import THRESHOLDS

@@ -29,7 +29,7 @@ from mbproj.linear.equilibrium.solve import NoEquilibrium, Solved, solve
 from mbproj.linear.equilibrium.words import direction_words
 from mbproj.linear.held import Held, held_at, refuse_loads
 from mbproj.linear.modes import modes
-from mbproj.linear.reduction import refuse_large_rolling
+from mbproj.linear.reduction.projected import refuse_large_rolling
 from mbproj.linear.reference import Imbalance, Reference, imbalance, refuse_rolling
 from mbproj.linear.words import states_in
 from mbproj.model.system import Conditions, System

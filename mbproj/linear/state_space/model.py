@@ -22,7 +22,7 @@ from mbproj.dynamics.blocks import on_diagonal
 from mbproj.errors import InputError, Place, Problem, placed_at
 from mbproj.linear.eigenvalues import heavy_and_light, held_by, is_damped
 from mbproj.linear.kinks import refuse_kinks
-from mbproj.linear.reduction import Projected, projected
+from mbproj.linear.reduction.projected import Projected, projected
 from mbproj.linear.reference import Reference
 from mbproj.linear.state_space.inputs import Inputs, inputs_named
 from mbproj.linear.state_space.outputs import Outputs, outputs_named

@@ -1,6 +1,6 @@
 """The linear model of what rolls: displacements a and speeds a' of motions without slip, and where it is besides, b.
 
-With ξ = N (Z a + W b) as in `linear/rolling.py` and forces F u along the bodies,
+With ξ = N (Z a + W b) as in `reduction/slip.py` and forces F u along the bodies,
 
     M a'' + D a' + K (a, b) = (N Z)ᵀ F u,      b' = -E (Z a + W b).
 """
@@ -13,7 +13,7 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem
 from mbproj.linear.eigenvalues import heavy_and_light
-from mbproj.linear.reduction import Projected
+from mbproj.linear.reduction.projected import Projected
 from mbproj.model.system import System
 
 

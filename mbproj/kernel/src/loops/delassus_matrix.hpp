@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "elimination/inverse_root.hpp"
+#include "loops/dependent_by_level.hpp"
 #include "loops/row_layout.hpp"
 
 namespace mbproj {
@@ -20,7 +21,7 @@ public:
     DelassusMatrix(const Model<D>& model, const EliminationOrder<D>& order, const Compliance<D>& compliance,
                    LoopRows which)
         : halves(order.loop_bodies.size()), hinges(order.loop_hinges), model_(model), order_(order),
-          compliance_(compliance), layout_(model, order, which) {
+          compliance_(compliance), layout_(model, order, which), slips_(model.slips()) {
         leave_out({});
     }
 
@@ -158,8 +159,11 @@ public:
         return rows;
     }
 
+    // Whether rows are at velocity level: these depend on others first.
+    bool has_levels() const { return !slips_.empty(); }
     // The other rows of these, as the model counts them, ascending within a joint; too many where they are more than `most`.
     std::vector<int> dependent_rows(double smallest, int most) {
+        if (has_levels()) return dependent_by_level(*this, slips_, model_, smallest);
         const auto independent = independent_rows(smallest, most);
         std::vector<int> found;
         for (std::size_t h = 0; h < independent.size(); ++h) {
@@ -262,6 +266,7 @@ private:
     const EliminationOrder<D>& order_;
     const Compliance<D>& compliance_;
     RowLayout<D> layout_;
+    const std::vector<char> slips_;                    // by row of the model; none where none is at velocity level
     std::vector<Matrix<F, F>> gradients_, passed_on_;  // of rows on hinged bodies, and of these on their parents
 };
 

@@ -18,7 +18,7 @@ public:
     LoopSolver(const Model<D>& model, const EliminationOrder<D>& order, const Compliance<D>& compliance)
         : model_(model), order_(order), compliance_(compliance),
           rows_(std::make_unique<DelassusMatrix<D>>(model, order, compliance, LoopRows::reduced)),
-          hinged_(model, *rows_), slips_(model.slips()), work_(order.loop_bodies.size()) {
+          hinged_(model, *rows_), work_(order.loop_bodies.size()) {
         for (std::size_t b = 0; b < work_.size(); ++b)
             if (model.bodies[order.loop_bodies[b]].is_light) light_.emplace_back().body = static_cast<int>(b);
     }
@@ -86,11 +86,6 @@ public:
     // the others there.
     std::optional<std::vector<int>> rows_to_leave_out(const Pose<D>& pose, int redundant) {
         const Thresholds& from = model_.thresholds;
-        if (!slips_.empty()) {
-            for (double smallest = from.choice_from; smallest > from.choice_to; smallest *= from.choice_step)
-                if (auto rows = dependent_rows(pose, smallest); static_cast<int>(rows.size()) == redundant) return rows;
-            return std::nullopt;
-        }
         BlockCholesky& S = all().cholesky;
         all().fill_evenly(pose);
         S.keep();
@@ -100,14 +95,13 @@ public:
             S.restore();
             if (auto rows = all().dependent_rows(smallest, redundant); static_cast<int>(rows.size()) == redundant)
                 return rows;
-            left = S.largest_left();
+            if (!all().has_levels()) left = S.largest_left();
         }
         return std::nullopt;
     }
     // Those of all rows that depend on the others at a pose, up to a distance of √smallest.
     std::vector<int> dependent_rows(const Pose<D>& pose, double smallest) {
         all().fill_evenly(pose);
-        if (!slips_.empty()) return dependent_by_level(smallest);
         return all().dependent_rows(smallest, all().count());
     }
 
@@ -161,38 +155,6 @@ public:
     void expect(const std::vector<double>& usual) { rows_->cholesky.expect(usual); }
 
 private:
-    // The same where rows are at velocity level: these come after all others, as one at position level that is left out for them
-    // would open. Of each level the largest pivot goes first. Dense, as that order has no say in the fill.
-    std::vector<int> dependent_by_level(double smallest) {
-        DelassusMatrix<D>& from = all();
-        std::vector<int> of_model(from.count());
-        Eigen::MatrixXd Y = Eigen::MatrixXd::Zero(F * from.layout().pieces(), from.count());
-        from.each_column(
-            [&](int body, int row, const auto& y) { std::copy(y.data(), y.data() + F, &Y(F * body, row)); });
-        from.each_row([&](int own, int row) { of_model[own] = row; });
-        const Eigen::VectorXd size = Y.colwise().squaredNorm();
-        std::vector<int> left;
-        for (const bool slips : {false, true}) {
-            std::vector<int> open;
-            for (int r = 0; r < from.count(); ++r)
-                if (of_model[r] < model_.constraints.rows && is_slip_row(of_model[r]) == slips) open.push_back(r);
-            while (!open.empty()) {
-                const auto part = [&](int r) { return size[r] > 0.0 ? Y.col(r).squaredNorm() / size[r] : 0.0; };
-                const auto best = std::max_element(
-                    open.begin(), open.end(), [&](int a, int b) { return part(a) < model_.thresholds.tied * part(b); });
-                if (part(*best) <= smallest) break;
-                const Eigen::VectorXd unit = Y.col(*best).normalized();
-                open.erase(best);
-                for (int pass = 0; pass < 2; ++pass)  // twice is enough (Kahan)
-                    for (Eigen::Index r = 0; r < Y.cols(); ++r) Y.col(r) -= unit * unit.dot(Y.col(r));
-            }
-            for (const int r : open) left.push_back(of_model[r]);
-        }
-        std::sort(left.begin(), left.end());
-        return left;
-    }
-    bool is_slip_row(int row) const { return slips_[row] != 0; }
-
     // The forces on the loops' bodies and pieces, with the half of each, less what their hinges take.
     template <class Forces> void push(const Forces& f, const double* c) {
         hinged_.move(c);
@@ -326,7 +288,6 @@ private:
     std::unique_ptr<DelassusMatrix<D>> all_, even_;
     HingedBodies<D> hinged_;
     std::vector<int> left_out_, left_out_before_;
-    const std::vector<char> slips_;  // by row of the model: whether it is at velocity level; none where there are none
     std::vector<Light<D>> light_;
     std::vector<Column<F>> work_;
     std::vector<double> rhs_, step_, lambda_;

@@ -22,9 +22,9 @@ from mbproj.dynamics.equations.reflected import tangent_gradients
 from mbproj.errors import InputError, Problem
 from mbproj.linear.bordered import tangent_space_of
 from mbproj.linear.eigenvalues import Reduced
-from mbproj.linear.frames import in_axes
+from mbproj.linear.reduction.frames import in_axes
+from mbproj.linear.reduction.slip import Slip, without_slip
 from mbproj.linear.reference import Reference
-from mbproj.linear.rolling import Slip, without_slip
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 

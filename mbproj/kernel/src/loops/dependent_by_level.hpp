@@ -1,0 +1,43 @@
+// Which rows depend on others where some are at velocity level.
+#pragma once
+
+#include <algorithm>
+
+#include "algebra/decompositions.hpp"
+#include "model/model.hpp"
+
+namespace mbproj {
+
+// The rows of the model, ascending, that depend on the others at the pose of the last `fill_evenly`, up to a distance of √smallest.
+// Rows at velocity level, the `slips` by row, come after all others: one at position level that is left out for them would open. Of
+// each level the row that is furthest from those taken goes first, or the first of equals. Dense, as that order has no say in the
+// fill.
+template <class Delassus, int D> std::vector<int>
+dependent_by_level(const Delassus& from, const std::vector<char>& slips, const Model<D>& model, double smallest) {
+    constexpr int F = Delassus::F;
+    std::vector<int> of_model(from.count()), left;
+    Eigen::MatrixXd Y = Eigen::MatrixXd::Zero(F * from.layout().pieces(), from.count());
+    from.each_column([&](int body, int row, const auto& y) { std::copy(y.data(), y.data() + F, &Y(F * body, row)); });
+    from.each_row([&](int own, int row) { of_model[own] = row; });
+    const Eigen::VectorXd size = Y.colwise().squaredNorm();
+    const auto part = [&](int r) { return size[r] > 0.0 ? Y.col(r).squaredNorm() / size[r] : 0.0; };
+    const auto is_less = [&](int a, int b) { return part(a) < model.thresholds.tied * part(b); };
+    for (const char level : {0, 1}) {
+        std::vector<int> open;
+        for (int r = 0; r < from.count(); ++r)
+            if (of_model[r] < model.constraints.rows && slips[of_model[r]] == level) open.push_back(r);
+        while (!open.empty()) {
+            const auto best = std::max_element(open.begin(), open.end(), is_less);
+            if (part(*best) <= smallest) break;
+            const Eigen::VectorXd unit = Y.col(*best).normalized();
+            open.erase(best);
+            for (int pass = 0; pass < 2; ++pass)  // twice is enough (Kahan)
+                for (Eigen::Index r = 0; r < Y.cols(); ++r) Y.col(r) -= unit * unit.dot(Y.col(r));
+        }
+        for (const int r : open) left.push_back(of_model[r]);
+    }
+    std::sort(left.begin(), left.end());
+    return left;
+}
+
+}  // namespace mbproj
