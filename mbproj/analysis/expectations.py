@@ -107,7 +107,7 @@ def _at_passage(expectation: Expectation, passage: Passage, samples: Samples, va
     both speeds are looked at there: it has poles."""
     time, column = samples["time"], list(samples.names("coordinates")).index(passage.coordinate)
     coordinate = samples["joints/coordinate"][:, column]
-    events = np.array([event.time for event in samples.events] if isinstance(samples, Results) else [])
+    events = samples.event_times
     when = passed(passage, time, coordinate, events)
     if when is None:
         return None

@@ -47,6 +47,10 @@ OF_BUSHINGS: Mapping[str, tuple[tuple[str, ...], str]] = {
 class Samples(Protocol):
     """What has the samples of a run: `Results`, for example."""
 
+    @property
+    def event_times(self) -> Array:
+        """When steps ended at events, (n,), in s."""
+
     def __getitem__(self, path: str, /) -> npt.NDArray[Any]:
         """The array of a dataset of the results' layout."""
 

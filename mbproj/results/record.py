@@ -278,6 +278,11 @@ class Results(Shown):
         return happening.read(self.contents)
 
     @property
+    def event_times(self) -> Array:
+        """When the events were, (n,), in s."""
+        return np.array([event.time for event in self.events])
+
+    @property
     def stored_loads(self) -> tuple[Load, ...]:
         """The largest loads of the whole run as it kept them; none in files of older programs."""
         return stored.read(self.contents)

@@ -181,6 +181,10 @@ class _Samples(NamedTuple):
     def names(self, kind):
         return ()
 
+    @property
+    def event_times(self):
+        return np.zeros(0)
+
 
 def test_given_damping_is_that_of_every_contact():
     """F = k δ (1 + c δ'): the energy that a contact takes follows from c times the speed."""

@@ -6,11 +6,9 @@ from __future__ import annotations
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.results.loads.between_samples import pieces, polynomial
+from mbproj.results.loads.between_samples import between
 from mbproj.scene.records import Passage
 
-#: Samples of the polynomial.
-POINTS = 6
 BISECTIONS = 60
 #: A sample that is so near, beside the largest value, is at the place itself.
 AT = 1e-12
@@ -49,12 +47,4 @@ def _root(time: Array, values: Array, before: int, events: Array) -> float:
 
 def at(time: Array, values: Array, when: float, events: Array) -> Array:
     """What curves (T, k) are at a time between two samples, (k,)."""
-    piece = pieces(time, events)
-    after = int(np.clip(np.searchsorted(time, when, side="left"), 1, len(time) - 1))
-    own = np.flatnonzero(piece == piece[after])
-    first, last = int(own[0]), int(own[-1]) + 1
-    if piece[after] != piece[after - 1]:
-        first -= time[after] > time[after - 1]  # the sample at an event ends its piece, and begins the next
-    start = int(np.clip(after - POINTS // 2, first, max(first, last - POINTS)))
-    rows = slice(start, min(start + POINTS, last))
-    return polynomial(time[rows], values[rows], when)
+    return between(time, values, events, np.array([when]))[0]

@@ -24,7 +24,7 @@ KINDS = 10
 
 def preview(spec: Spec, shown: int) -> str:
     """How many cases there are, and the first of them."""
-    from mbproj.studies.sweep.spec import column_of
+    from mbproj.scene.family import column_of
     from mbproj.studies.sweep.summary import with_unit
 
     design = spec.design

@@ -14,6 +14,8 @@ from mbproj.arrays import Array, Integers
 WIDE, NARROW = 7, 6
 #: The uncertainty is so many times their difference: at ten samples a swing the error is twice the difference.
 SAFETY = 3.0
+#: Samples of the polynomial that gives a curve between two samples.
+AROUND = 6
 #: Samples of the polynomial that is integrated.
 CUBIC = 4
 #: Points of a search, and how often its span shrinks to two cells: the peak is then exact to round-off.
@@ -114,9 +116,21 @@ def _weights(nodes: Array, times: Array) -> Array:
     return weights
 
 
-def polynomial(time: Array, values: Array, when: float) -> Array:
-    """The polynomial through all of these samples (n,), of curves (n, k), at one time, (k,)."""
-    return np.asarray(_weights(time[None], np.array([[when]]))[0, 0] @ values)
+def between(time: Array, values: Array, events: Array, when: Array) -> Array:
+    """What curves (T, k) are at N times between the first and the last sample, (N, k): polynomials through the samples
+    around, which do not cross an event."""
+    piece = pieces(time, events)
+    after = np.clip(np.searchsorted(time, when, side="left"), 1, len(time) - 1)
+    first, last = (np.searchsorted(piece, piece[after], side=side) for side in ("left", "right"))
+    # The sample at an event ends its piece, and begins the next.
+    first = first - ((piece[after] != piece[after - 1]) & (time[after] > time[after - 1]))
+    start = np.clip(after - AROUND // 2, first, np.maximum(first, last - AROUND))
+    found, counts = np.empty((len(when), values.shape[1])), np.minimum(last - start, AROUND)
+    for count in set(counts.tolist()):
+        own = np.flatnonzero(counts == count)
+        rows = start[own, None] + np.arange(count)
+        found[own] = np.einsum("gn,gnk->gk", _weights(time[rows], when[own, None])[:, 0], values[rows])
+    return found
 
 
 def integrals(time: Array, values: Array, piece: Integers) -> Array:

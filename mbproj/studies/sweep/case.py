@@ -2,35 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from time import perf_counter
-from typing import Any
 from uuid import uuid4
 
 import numpy as np
-import numpy.typing as npt
 
 from mbproj.analysis.expectations import measured
-from mbproj.analysis.observed import datasets
 from mbproj.dataclass import dataclass
 from mbproj.dynamics import unique_components
-from mbproj.dynamics.observe.recorded import Block
 from mbproj.ending import ending
 from mbproj.errors import ExitCode, InputError, MbprojError, SimulationError
 from mbproj.integrate import simulate
-from mbproj.integrate.events.time_events import Event
 from mbproj.integrate.loop.interruption import TimeIsUp, time_limit
 from mbproj.integrate.outcome.report import Report, summary
-from mbproj.integrate.simulate import EventRecorder, Keep, Recorder
+from mbproj.integrate.simulate import Keep
 from mbproj.results import OutputError, ResultsWriter
 from mbproj.results.files import part_path
 from mbproj.scene.read import SceneText
 from mbproj.scene.records import Expectation, Settings
 from mbproj.scene.sampling import whole_steps
 from mbproj.scene.settings import settings_to_run
+from mbproj.studies.measure.measured_samples import MeasuredSamples
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.sweep.row import Row, Status
 
@@ -87,7 +83,7 @@ def _run(work: Work, task: Task) -> Row:
     mechanism, settings = Mechanism.of(scene), settings_to_run(scene)
     if work.keep == "all":
         return _recorded(work, task, mechanism, settings)
-    kept = _Kept(mechanism, work.measures)
+    kept = MeasuredSamples(mechanism, work.measures)
     try:
         return _measured(work, mechanism, _sparse(settings, work.measures), kept)[0]
     except SimulationError:
@@ -110,37 +106,8 @@ def _sparse(settings: Settings, measures: Sequence[Expectation]) -> Settings:
     return replace(settings, output_step=whole_steps(settings) * settings.step)
 
 
-class _Kept:
-    """A recorder of the samples that some measures need; `recorder` records them all."""
-
-    def __init__(self, mechanism: Mechanism, measures: Sequence[Expectation], recorder: Recorder | None = None) -> None:
-        self._names: Mapping[str, tuple[str, ...]] = mechanism.system.names.as_mapping()
-        wanted = (path for each in measures for path in datasets(each, self.names("coordinates")))
-        self._parts: dict[str, list[npt.NDArray[Any]]] = {path: [] for path in ("time", *wanted)}
-        self._recorder = recorder
-
-    def names(self, kind: str) -> tuple[str, ...]:
-        """The names of the columns by kind."""
-        return self._names[kind]
-
-    def write(self, block: Block) -> None:
-        """Takes T samples."""
-        for path, parts in self._parts.items():
-            parts.append(block[path])
-        if self._recorder is not None:
-            self._recorder.write(block)
-
-    def events(self, events: Sequence[Event]) -> None:
-        """Takes the events of the run."""
-        if isinstance(self._recorder, EventRecorder):
-            self._recorder.events(events)
-
-    def __getitem__(self, path: str) -> npt.NDArray[Any]:
-        return np.concatenate(self._parts[path])
-
-
 def _measured(
-    work: Work, mechanism: Mechanism, settings: Settings, kept: _Kept, keep: Keep | None = None
+    work: Work, mechanism: Mechanism, settings: Settings, kept: MeasuredSamples, keep: Keep | None = None
 ) -> tuple[Row, Report]:
     """The case's row; `keep` takes the states that a run can go on from."""
     report = simulate(mechanism.system, mechanism.state, settings, kept, keep=keep)
@@ -170,7 +137,9 @@ def _recorded(work: Work, task: Task, mechanism: Mechanism, settings: Settings) 
     try:
         constants = unique_components(system, mechanism.state)
         with ResultsWriter(private, mechanism.scene, system.names.as_mapping(), constants) as recorder:
-            row, report = _measured(work, mechanism, settings, _Kept(mechanism, work.measures, recorder), recorder.keep)
+            row, report = _measured(
+                work, mechanism, settings, MeasuredSamples(mechanism, work.measures, recorder), recorder.keep
+            )
             seconds = perf_counter() - started
             recorder.attributes(summary(work.name, str(whole), report, total_seconds=seconds))
     except SimulationError as error:

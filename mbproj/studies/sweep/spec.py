@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field, replace
+from dataclasses import field
 from pathlib import Path
 from typing import Any
 
 from mbproj.dataclass import dataclass
-from mbproj.errors import InputError, Place, Problem
+from mbproj.errors import InputError, Place
 from mbproj.scene.blocks.measures import MEASURES, complaints, items_of, measures_of
-from mbproj.scene.expressions.units import BARE, symbol_of
+from mbproj.scene.family import column_of, opened, scene_named, units_of
 from mbproj.scene.fields.choices import Choice
 from mbproj.scene.fields.containers import Record
 from mbproj.scene.fields.fields import Field, Text
@@ -18,10 +18,8 @@ from mbproj.scene.fields.quantities import Integer
 from mbproj.scene.fields.reading import Reading, in_text_order
 from mbproj.scene.ranges import RANGE, Range
 from mbproj.scene.read import SceneText
-from mbproj.scene.records import Expectation, KeyPath, Scene
-from mbproj.scene.text.document import compose
-from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode, as_mapping, describe
-from mbproj.scene.text.source import read_text
+from mbproj.scene.records import Expectation, KeyPath
+from mbproj.scene.text.nodes import MappingNode, Node, as_mapping
 from mbproj.studies.sweep.design import COMBINATIONS, Design, design_of
 from mbproj.studies.sweep.probes import misfits
 
@@ -99,13 +97,8 @@ class Spec:
 
 def read_spec(path: Path) -> Spec:
     """The sweep in the file at `path`. Raises InputError with every problem, at its place in the file or the scene."""
-    text = read_text(path)
-    root, problems = compose(text, str(path))
-    if not isinstance(root, MappingNode):
-        wrong = f"a sweep is a mapping of keys, found {describe(root)}"
-        raise InputError(Problem(wrong, root.place, f"it begins with 'sweep: {FORMAT}'"))
-    reading = Reading(places={(): root.place}, problems=list(problems))
-    scene, base = _scene(path, root, reading)
+    text, root, reading = opened(path, SPEC.what, f"it begins with 'sweep: {FORMAT}'")
+    scene, base = scene_named(path, root, reading, SPEC)
     reading.items = items_of(base)
     found = SPEC.read(root, (), reading)
     if found is None:
@@ -125,33 +118,11 @@ def read_spec(path: Path) -> Spec:
         text=text,
         scene=scene,
         design=design,
-        units=_units(found["vary"], scene),
+        units=units_of({path: each.dimension for path, each in found["vary"].items()}, scene),
         measures=measures_of(found["measure"], base),
         keep=found.get("keep", KEEP[0]),
         places=reading.places,
     )
-
-
-def _scene(path: Path, root: MappingNode, reading: Reading) -> tuple[SceneText, Scene]:
-    """The scene that the file names, taken apart, and as it is by itself."""
-    node = root.values.get("scene")
-    if not isinstance(node, ScalarNode) or not node.text:
-        SPEC.read(root, (), reading)
-        raise InputError(in_text_order(reading.problems))
-    where = path.parent / node.text
-    try:
-        text = SceneText(read_text(where), str(where), where)
-    except InputError as error:
-        problems = [_at(problem, str(where), node) for problem in error.problems]
-        raise InputError(problems) from error
-    return text, text.scene()
-
-
-def _at(problem: Problem, scene: str, node: ScalarNode) -> Problem:
-    """A problem of the scene as a whole, at the key that names it; others have their places in it."""
-    if problem.place is None or problem.place.line is not None:
-        return problem
-    return replace(problem, message=f"scene '{scene}': {problem.message}", place=node.place)
 
 
 def _check_names(found: Mapping[str, Any], reading: Reading) -> None:
@@ -161,18 +132,3 @@ def _check_names(found: Mapping[str, Any], reading: Reading) -> None:
         if name in taken:
             place = reading.places[("measure", name)]
             reading.report(f"'{name}' is another column of the summary", place, "give the measure another name")
-
-
-def column_of(path: str) -> str:
-    """What a quantity that varies is called in tables: a parameter by its name, others by their paths."""
-    return path.removeprefix("parameters.")
-
-
-def _units(ranges: Mapping[str, Range], scene: SceneText) -> dict[str, str]:
-    """The SI units of what varies: as the scene has them, or the sweep."""
-    known = {".".join(map(str, path)): unit for path, unit in scene.units().items()}
-    found = {}
-    for path, each in ranges.items():
-        own = symbol_of(each.dimension) if each.dimension not in (None, BARE) else ""
-        found[path] = known.get(path) or known.get(f"parameters.{path}") or own
-    return found

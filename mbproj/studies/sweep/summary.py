@@ -9,11 +9,12 @@ from typing import Any
 from mbproj.dataclass import dataclass
 from mbproj.outputs import Kind, csv, write_csv
 from mbproj.results.sweep.layout import NOT_RUN
+from mbproj.scene.family import column_of
 from mbproj.studies.sweep.design import Case
 from mbproj.studies.sweep.folder import OTHER, TABLE, Folder, checksum_of
 from mbproj.studies.sweep.keys import Keys
 from mbproj.studies.sweep.row import Row, Status
-from mbproj.studies.sweep.spec import COLUMNS, Spec, column_of
+from mbproj.studies.sweep.spec import COLUMNS, Spec
 
 #: How our table is known, whatever varies in it.
 KIND: Kind = csv(COLUMNS[:1], COLUMNS[1:])

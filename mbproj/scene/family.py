@@ -1,0 +1,66 @@
+"""A study of many variants of a scene: how its file is read, the scene that it names, the units of what varies."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from mbproj.errors import InputError, Problem
+from mbproj.scene.expressions.units import BARE, Dimension, symbol_of
+from mbproj.scene.fields.containers import Record
+from mbproj.scene.fields.reading import Reading, in_text_order
+from mbproj.scene.read import SceneText
+from mbproj.scene.records import Scene
+from mbproj.scene.text.document import compose
+from mbproj.scene.text.nodes import MappingNode, ScalarNode, describe
+from mbproj.scene.text.source import read_text
+
+
+def opened(path: Path, what: str, begins: str) -> tuple[str, MappingNode, Reading]:
+    """The text of the file, its mapping, and the reading of it; `what` it is, as "a sweep". Raises InputError where it
+    is no mapping: `begins` says how one begins."""
+    text = read_text(path)
+    root, problems = compose(text, str(path))
+    if not isinstance(root, MappingNode):
+        raise InputError(Problem(f"{what} is a mapping of keys, found {describe(root)}", root.place, begins))
+    return text, root, Reading(places={(): root.place}, problems=list(problems))
+
+
+def scene_named(path: Path, root: MappingNode, reading: Reading, record: Record[Any]) -> tuple[SceneText, Scene]:
+    """The scene that the file's key `scene` names, taken apart, and as it is by itself. Raises InputError where there
+    is none, with what else `record` finds wrong, or the scene is wrong."""
+    node = root.values.get("scene")
+    if not isinstance(node, ScalarNode) or not node.text:
+        record.read(root, (), reading)
+        raise InputError(in_text_order(reading.problems))
+    where = path.parent / node.text
+    try:
+        text = SceneText(read_text(where), str(where), where)
+    except InputError as error:
+        problems = [_at(problem, str(where), node) for problem in error.problems]
+        raise InputError(problems) from error
+    return text, text.scene()
+
+
+def _at(problem: Problem, scene: str, node: ScalarNode) -> Problem:
+    """A problem of the scene as a whole, at the key that names it; others have their places in it."""
+    if problem.place is None or problem.place.line is not None:
+        return problem
+    return replace(problem, message=f"scene '{scene}': {problem.message}", place=node.place)
+
+
+def column_of(path: str) -> str:
+    """What a quantity that varies is called in tables: a parameter by its name, others by their paths."""
+    return path.removeprefix("parameters.")
+
+
+def units_of(given: Mapping[str, Dimension | None], scene: SceneText) -> dict[str, str]:
+    """The SI units of what varies: as the scene has them, or by the dimensions of the values given. "" is none."""
+    known = {".".join(map(str, path)): unit for path, unit in scene.units().items()}
+    found = {}
+    for path, dimension in given.items():
+        own = symbol_of(dimension) if dimension is not None and dimension != BARE else ""
+        found[path] = known.get(path) or known.get(f"parameters.{path}") or own
+    return found

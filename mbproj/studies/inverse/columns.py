@@ -1,0 +1,107 @@
+"""A CSV table that somebody has measured: headings as `time (s)`, numbers below."""
+
+from __future__ import annotations
+
+import csv
+import re
+from pathlib import Path
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
+from mbproj.errors import InputError, Place, Problem
+from mbproj.scene.expressions.unit_text import unit_of
+from mbproj.scene.fields.quantities import agrees
+
+#: Bytes of a CSV file that is read, at most.
+MOST_BYTES = 2**28
+_HEADING = re.compile(r"\s*(?P<name>.*?)\s*(?:[(\[]\s*(?P<unit>[^)\]]*?)\s*[)\]])?\s*")
+TIME_NAMES = ("time", "t")
+
+
+@dataclass(frozen=True, eq=False)
+class Columns:
+    """`headings` are names and units ("" where none is said), of c columns; `rows` (T, c) as they are written, each in
+    its line of the file, `lines`; the headings are in `heading_line`."""
+
+    headings: tuple[tuple[str, str], ...]
+    heading_line: int
+    rows: Array
+    lines: tuple[int, ...]
+
+
+def read_columns(path: Path, asked: str) -> Columns:
+    """The table in a file, which the option `asked` names. Raises InputError with file and line where it is no table,
+    or a cell is no finite number."""
+    lines = _lines(path, asked)
+    if not lines:
+        raise InputError(Problem("it is empty", Place(str(path)), "give a line of names, then a line for each sample"))
+    first, cells = lines[0]
+    rows = np.array([_numbers(path, line, row, len(cells)) for line, row in lines[1:]], dtype=float)
+    headings = tuple(_heading(cell) for cell in cells)
+    return Columns(headings, first, rows.reshape(-1, len(cells)), tuple(line for line, _ in lines[1:]))
+
+
+def factor_of(name: str, unit: str, wanted: str, place: Place) -> float:
+    """What numbers in `unit` are multiplied by to be in the SI unit that is `wanted`; 1 where none is said. Raises
+    InputError where it is unknown, or of another quantity."""
+    if not unit:
+        return 1.0
+    hint = f"give it in {wanted}" if wanted else "give it without a unit"
+    try:
+        found = unit_of(unit)
+    except ValueError as error:
+        raise InputError(Problem(f"column '{name}': unknown unit '{unit}'", place, hint)) from error
+    if not agrees(wanted, found.dimension):
+        what = f"is in {wanted}" if wanted else "has no unit"
+        raise InputError(Problem(f"column '{name}' {what}, and '{unit}' is not", place, hint))
+    return found.multiply / found.divide
+
+
+def _heading(cell: str) -> tuple[str, str]:
+    match = _HEADING.fullmatch(cell)
+    return (match["name"], match["unit"] or "") if match else (cell.strip(), "")
+
+
+def _lines(path: Path, asked: str) -> list[tuple[int, list[str]]]:
+    """The lines that are neither empty nor comments, with their numbers."""
+    try:
+        if path.stat().st_size > MOST_BYTES:
+            raise InputError(Problem(f"it has more than {MOST_BYTES >> 20} MB", Place(str(path)), "thin it out"))
+        text = path.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        problem = Problem(f"cannot read '{path}': {error.strerror or error}", Place(asked))
+        raise InputError(problem) from error
+    except UnicodeDecodeError as error:
+        raise InputError(Problem("it is not a text in UTF-8", Place(str(path)), "give a CSV file")) from error
+    first = next((line for line in text.splitlines() if line.strip() and not line.startswith("#")), "")
+    separator = next((mark for mark in (",", ";", "\t") if mark in first), ",")
+    reader = csv.reader(text.splitlines(), delimiter=separator)
+    try:
+        found = [(reader.line_num, cells) for cells in reader]
+    except csv.Error as error:
+        raise InputError(Problem(f"it is no CSV table: {error}", Place(str(path), reader.line_num))) from error
+    return [(line, cells) for line, cells in found if "".join(cells).strip() and not cells[0].startswith("#")]
+
+
+def _numbers(path: Path, line: int, cells: list[str], count: int) -> list[float]:
+    place = Place(str(path), line)
+    if len(cells) != count:
+        raise InputError(Problem(f"it has {len(cells)} cells, and the first line has {count}", place))
+    try:
+        found = [float(cell) for cell in cells]
+    except ValueError:
+        wrong = next(cell for cell in cells if not _is_number(cell))
+        raise InputError(Problem(f"'{wrong.strip()}' is not a number", place, "give every sample a number")) from None
+    if not np.isfinite(found).all():
+        raise InputError(Problem("a number is not finite", place, "leave this sample out"))
+    return found
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
