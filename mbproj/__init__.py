@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from mbproj.calls.paper import paper
     from mbproj.calls.run import run
     from mbproj.calls.studies import compare, recommend, stability, threshold, tradeoff, verify
-    from mbproj.calls.sweep import SweepTable, sweep
+    from mbproj.calls.sweep import SweepTable, fit, optimise, sensitivity, sweep
     from mbproj.dynamics import State, assemble, mobility, unique_components
     from mbproj.errors import InputError, SimulationError
     from mbproj.figures.style import figure_style
@@ -94,6 +94,7 @@ if TYPE_CHECKING:
     from mbproj.studies.threshold.violation import ThresholdStudy, threshold_study
     from mbproj.studies.tradeoff.front import Tradeoff
 
+#: Where names come from that are no parts of a scene.
 _HOMES = {
     "mbproj.calls.again": ("continue_run", "rerun"),
     "mbproj.calls.batch": ("Batch", "batch"),
@@ -106,51 +107,13 @@ _HOMES = {
     "mbproj.calls.paper": ("paper",),
     "mbproj.calls.run": ("run",),
     "mbproj.calls.studies": ("compare", "recommend", "stability", "threshold", "tradeoff", "verify"),
-    "mbproj.calls.sweep": ("SweepTable", "sweep"),
+    "mbproj.calls.sweep": ("SweepTable", "fit", "optimise", "sensitivity", "sweep"),
     "mbproj.dynamics": ("State", "assemble", "mobility", "unique_components"),
     "mbproj.errors": ("InputError", "SimulationError"),
     "mbproj.figures.style": ("figure_style",),
     "mbproj.integrate": ("Report", "simulate"),
     "mbproj.integrate.steppers.plugin": ("register_integrator",),
     "mbproj.model": ("System", "compile_system", "initial_guess"),
-    "mbproj.parts": (
-        "Belt",
-        "Body",
-        "Bushing",
-        "Coupler",
-        "Cylindrical",
-        "Differential",
-        "Distance",
-        "Expectation",
-        "Fixed",
-        "Force",
-        "Friction",
-        "Gear",
-        "KnifeEdge",
-        "LinearSpringDamper",
-        "Marker",
-        "Maxwell",
-        "Motion",
-        "Planar",
-        "PointInPlane",
-        "PointOnLine",
-        "Prismatic",
-        "Rack",
-        "Revolute",
-        "RevoluteSpherical",
-        "RollingBall",
-        "RollingWheel",
-        "Screw",
-        "Simulation",
-        "Spherical",
-        "SpringDamper",
-        "Stop",
-        "Torque",
-        "TorsionMaxwell",
-        "Telescope",
-        "TorsionSpringDamper",
-        "Universal",
-    ),
     "mbproj.projection": ("Projection",),
     "mbproj.projection.plugin": ("register_projection",),
     "mbproj.results": ("Results", "ResultsWriter", "Trust", "Verification", "open_results"),
@@ -168,8 +131,6 @@ _HOMES = {
     "mbproj.studies.threshold.violation": ("ThresholdStudy", "threshold_study"),
     "mbproj.studies.tradeoff.front": ("Tradeoff",),
 }
-_HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
-
 __all__ = [
     "Batch",
     "Belt",
@@ -247,6 +208,7 @@ __all__ = [
     "export",
     "export_model",
     "figure_style",
+    "fit",
     "import_model",
     "initial_guess",
     "largest_loads",
@@ -256,6 +218,7 @@ __all__ = [
     "modes",
     "new",
     "open_results",
+    "optimise",
     "paper",
     "read_scene",
     "read_scene_text",
@@ -269,6 +232,7 @@ __all__ = [
     "run",
     "sample_times",
     "schema",
+    "sensitivity",
     "settings_to_run",
     "simulate",
     "simulate_certified",
@@ -282,6 +246,7 @@ __all__ = [
     "unique_components",
     "verify",
 ]
+_HOME_OF = dict.fromkeys(__all__, "mbproj.parts") | {name: home for home, names in _HOMES.items() for name in names}
 
 
 def __getattr__(name: str) -> Any:

@@ -126,6 +126,7 @@ FOLDERS = {
         "tradeoff",
         "verify",
         "inverse",
+        "design",
     ),
     "formats": ("mjcf", "urdf", "sdf", "export"),
     "analysis": ("kinematics", "contacts", "loads"),
@@ -133,7 +134,7 @@ FOLDERS = {
     "pages": ("look", "data", "page"),
     "figures": ("pages", "kinds", "sweeps"),
     "calls": ("check",),
-    "cli": ("report", "simulate", "studies", "linear", "watch", "commands"),
+    "cli": ("report", "simulate", "studies", "linear", "design", "watch", "commands"),
 }
 #: The kernel's folders: a header includes only headers of its own folder and of those that stand before it.
 KERNEL_FOLDERS = (
@@ -168,7 +169,6 @@ SHORT_FILES = {
     "thresholds/entry.py": "the form of an entry, which all groups of them import",
     "scene/fields/given.py": "what the command line needs of the fields",
     "scene/schema.py": "imported alone, by `mbproj schema`",
-    "studies/measure/measures.py": "the measures that all studies share",
     "studies/parallel/progress.py": "the words for progress, without what runs",
     "__main__.py": "the entry point of `python -m mbproj`",
     "version.py": "read by the build",

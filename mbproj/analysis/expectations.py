@@ -95,7 +95,7 @@ def measured(expectation: Expectation, samples: Samples, duration: float | None)
     time = samples["time"]
     if not len(time):
         return None
-    values = _components(expectation, series(expectation, samples))
+    values = components(expectation, series(expectation, samples))
     if isinstance(expectation.at, Passage):
         return _at_passage(expectation, expectation.at, samples, values)
     row = _row(expectation, time, values, duration)
@@ -117,7 +117,7 @@ def _at_passage(expectation: Expectation, passage: Passage, samples: Samples, va
     return Measured(at(time, values, when, events), when)
 
 
-def _components(expectation: Expectation, values: Array) -> Array:
+def components(expectation: Expectation, values: Array) -> Array:
     """The columns (T, k) that the expectation asks for; their magnitudes where it asks for the largest magnitude, how
     far they are above the smallest where it asks for their range."""
     if expectation.component == "norm":

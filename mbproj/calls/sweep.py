@@ -1,19 +1,29 @@
-"""`mbproj.sweep`: the command of this name in one call, whose table is an object."""
+"""`mbproj.sweep`, `sensitivity`, `fit` and `optimise`: the commands of these names in one call each."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import final
 
-from mbproj.calls.given import by_arguments
+from mbproj.calls.given import Given, by_arguments, names_of, scene_of
+from mbproj.calls.studies import Names
 from mbproj.dataclass import dataclass
+from mbproj.errors import InputError, Problem
 from mbproj.outputs import check_replaceable
 from mbproj.results.views.table import Table
+from mbproj.studies.design.run import Design, find_design
+from mbproj.studies.design.sensitivity import Sensitivities, sensitivities
+from mbproj.studies.design.spec import Spec
+from mbproj.studies.design.spec import read_spec as read_design
+from mbproj.studies.parallel.client import workplace
+from mbproj.studies.parallel.progress import Tell, silent
 from mbproj.studies.sweep import arrays, summary
 from mbproj.studies.sweep.folder import OTHER, Folder
 from mbproj.studies.sweep.run import Progress, run_sweep
 from mbproj.studies.sweep.spec import read_spec
+
+_NOTHING: Mapping[str, object] = {}
 
 
 @final
@@ -66,3 +76,68 @@ def sweep(
             arrays.write_arrays(what, folder, force)
             rows = tuple(map(tuple, summary.cells(what, folder)))
     return SweepTable(tuple(summary.headings(what)), rows, reached, folder.path)
+
+
+def fit(
+    spec: str | Path,
+    *,
+    engine: str | None = None,
+    fresh: bool = False,
+    jobs: int | None = None,
+    scheduler: str | None = None,
+    progress: Tell = silent,
+) -> Design:
+    """The numbers of a scene that match measurements best, as the file `spec` asks, and what the measurements say of
+    them. Starts that were searched before are not searched again, unless `fresh`. Nothing is written: `best_scene` has
+    the text. Raises InputError where the file, its scene or its measurements are wrong, or no design runs."""
+    return _found(spec, True, engine, fresh, jobs, scheduler, progress)
+
+
+def optimise(
+    spec: str | Path,
+    *,
+    engine: str | None = None,
+    fresh: bool = False,
+    jobs: int | None = None,
+    scheduler: str | None = None,
+    progress: Tell = silent,
+) -> Design:
+    """The numbers of a scene with which a measure is smallest or largest under constraints; otherwise as `fit`."""
+    return _found(spec, False, engine, fresh, jobs, scheduler, progress)
+
+
+def _found(
+    spec: str | Path,
+    fits: bool,
+    engine: str | None,
+    fresh: bool,
+    jobs: int | None,
+    scheduler: str | None,
+    progress: Tell,
+) -> Design:
+    with by_arguments():
+        what = spec_of(Path(spec), fits)
+        return find_design(what, workplace(jobs, scheduler, None), engine=engine, fresh=fresh, tell=progress)
+
+
+def spec_of(path: Path, fits: bool) -> Spec:
+    """The design of a file, for `fit` or for `optimise`. Raises InputError where it is for the other."""
+    found = read_design(path)
+    if fits != bool(found.targets):
+        what, other = ("matches nothing", "optimise") if fits else ("has no goal", "fit")
+        raise InputError(Problem(f"it {what}", found.place(), f"use: mbproj {other} {path}"))
+    return found
+
+
+def sensitivity(
+    scene: Given,
+    *,
+    of: Names = (),
+    to: Names = (),
+    parameters: Mapping[str, object] = _NOTHING,
+    jobs: int | None = None,
+) -> Sensitivities:
+    """How much numbers of the scene, `to` (paths, or parameters by name), change what it expects, `of` (all where none
+    is named); a table. Raises InputError for names that are not there, and where a run beside the scene's own fails."""
+    with by_arguments():
+        return sensitivities(scene_of(scene, parameters, {}), names_of(of), names_of(to), jobs)

@@ -54,6 +54,11 @@ GROUPS: Mapping[str, Mapping[str, str]] = MappingProxyType(
             "tradeoff": "Measures accuracy against cost on a scene.",
             "threshold": "Finds from which violation on to project.",
         },
+        "Design": {
+            "sensitivity": "Measures how much numbers change results.",
+            "fit": "Fits numbers of a scene to measurements.",
+            "optimise": "Finds the numbers that serve a goal best.",
+        },
         "Automate": {
             "batch": "Runs many scenes and checks what they expect.",
             "sweep": "Runs a family of mechanisms and tabulates it.",
@@ -75,10 +80,14 @@ STUDIES = frozenset({"batch", "compare", "paper", "recommend", "stability", "swe
 LINEAR = frozenset({"equilibrium", "linearize", "modes"})
 #: Commands whose name is no name of a module.
 MODULES = {"continue": "continue_run", "import": "import_model"}
+#: Commands that look for a design.
+DESIGN = frozenset({"fit", "optimise", "sensitivity"})
 #: Commands that simulate one scene.
 SIMULATE = frozenset({"run", "rerun", "continue", "loads"})
 #: The folders of `mbproj.cli` by what they hold; other commands are in `commands`.
-FOLDERS: Mapping[str, frozenset[str]] = MappingProxyType({"simulate": SIMULATE, "studies": STUDIES, "linear": LINEAR})
+FOLDERS: Mapping[str, frozenset[str]] = MappingProxyType(
+    {"simulate": SIMULATE, "studies": STUDIES, "linear": LINEAR, "design": DESIGN}
+)
 
 
 class CommandsOnDemand(click.Group):

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from mbproj.outputs.csv_table import write_csv
     from mbproj.outputs.kinds import (
+        DESIGNED,
         JUNIT,
         LOOPS,
         MODEL,
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
 _NAMES_IN = {
     "csv_table": ("write_csv",),
     "kinds": (
+        "DESIGNED",
         "JUNIT",
         "LOOPS",
         "MODEL",
@@ -50,6 +52,7 @@ _NAMES_IN = {
 }
 
 __all__ = [
+    "DESIGNED",
     "JUNIT",
     "LOOPS",
     "MODEL",

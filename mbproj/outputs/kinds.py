@@ -138,4 +138,5 @@ LOOPS = Kind("a file of loops", _begins_with(b"# Loops of "))
 SCENE_SCHEMA = Kind("a schema", _begins_with(b'"title": "mbproj scene"'))
 #: A scene is its author's, whoever wrote its first version: it is never ours to replace.
 SCENE = Kind("a scene to replace", lambda path: False)
+DESIGNED = Kind("a design that was found", _begins_with(b"# Found by mbproj "))
 NOTEBOOK = Kind("a notebook to replace", lambda path: False)

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import gc
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from math import nan
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from mbproj.arrays import Array
 from mbproj.errors import InputError, Place, Problem
 from mbproj.scene.blocks.coordinates import with_coordinates
 from mbproj.scene.blocks.couplings import with_coupled
@@ -21,7 +25,18 @@ from mbproj.scene.settings import Merged, check_settings, flatten, merge, read_o
 from mbproj.scene.text.changes import Change, changed
 from mbproj.scene.text.document import compose
 from mbproj.scene.text.kept import Kept
-from mbproj.scene.text.nodes import MappingNode, ScalarNode, as_mapping, describe, document, flow, from_value, mapping
+from mbproj.scene.text.nodes import (
+    MappingNode,
+    Node,
+    ScalarNode,
+    SequenceNode,
+    as_mapping,
+    describe,
+    document,
+    flow,
+    from_value,
+    mapping,
+)
 from mbproj.scene.text.source import MAX_BYTES, read_text
 
 #: The blocks whose items other items name.
@@ -81,6 +96,14 @@ class SceneText:
         SCENE.read(self.root, (), reading)
         return reading.units
 
+    def numbers(self, paths: Sequence[str], parameters: Mapping[str, object] = _NOTHING) -> Array:
+        """The numbers that stand at these paths, in SI, with these changes; NaN where one is left out, or is no number
+        by itself."""
+        root, _ = changed(self.root, parameters)
+        reading = Reading(items=_items(root), places={(): root.place})
+        SCENE.read(root, (), reading)
+        return np.array([_number_at(root, path, reading) for path in paths])
+
     def scene(self, parameters: Mapping[str, object] = _NOTHING, simulation: Mapping[str, object] = _NOTHING) -> Scene:
         """The scene with these changes, as `read_scene` takes them."""
         root, wrong_changes = changed(self.root, parameters)
@@ -132,6 +155,23 @@ def _without_cycles() -> Iterator[None]:
             gc.unfreeze()
         if enabled:
             gc.enable()
+
+
+def _number_at(root: MappingNode, path: str, reading: Reading) -> float:
+    """What stands at the path of a value, or is the parameter of this name."""
+    keys = path.split(".")
+    node: Node = root
+    for key in keys if len(keys) > 1 else ("parameters", *keys):
+        inside = node.values.get(key) if isinstance(node, MappingNode) else None
+        if isinstance(node, SequenceNode) and key.isdecimal() and int(key) < len(node.items):
+            inside = node.items[int(key)]
+        if inside is None:
+            return nan
+        node = inside
+    if not isinstance(node, ScalarNode):
+        return nan
+    found = reading.value(node, reading.parse(node))
+    return nan if found is None else found.number
 
 
 class _Last(threading.local):

@@ -16,7 +16,19 @@ from mbproj.mechanisms_folder import mechanism, validation_scenes
 from tests.cli.commands import mbproj
 
 #: These run many simulations, or until Ctrl-C: tests read their examples. scripts/run_guide.py runs all but watch's.
-LONG = ("stability", "recommend", "compare", "tradeoff", "threshold", "batch", "sweep", "paper", "watch")
+LONG = (
+    "stability",
+    "recommend",
+    "compare",
+    "tradeoff",
+    "threshold",
+    "fit",
+    "optimise",
+    "batch",
+    "sweep",
+    "paper",
+    "watch",
+)
 
 
 def named(name: str) -> tuple[Command, click.Context]:
@@ -44,6 +56,24 @@ measure: {tip: {marker: tip, quantity: position, at: end, component: z}}
 """
 
 
+#: What `fit` and `optimise` search for.
+FIT = """\
+design: 1
+scene: planar_four_bar.yaml
+vary: {parameters.speed: [8 rad/s, 16 rad/s]}
+match: {crank: {joint: A, quantity: angle, through: crank.csv}}
+starts: 1
+"""
+OPTIMISE = """\
+design: 1
+scene: planar_four_bar.yaml
+vary: {parameters.speed: [8 rad/s, 16 rad/s]}
+minimise: {load: {joint: D, quantity: reaction_force, component: norm, at: end}}
+subject_to: {far: {joint: A, quantity: angle, at: end, at_least: 25 rad}}
+starts: 1
+"""
+
+
 #: What `import` reads.
 ROBOT = """\
 <mujoco>
@@ -61,6 +91,9 @@ def fill(folder: Path) -> None:
     shutil.copy(mechanism("planar_four_bar"), folder)
     (folder / "lengths.yaml").write_text(SWEEP, encoding="utf-8")
     assert mbproj("sweep", "lengths.yaml", "-q", folder=folder).returncode == 0
+    (folder / "path.yaml").write_text(FIT, encoding="utf-8")
+    (folder / "crank.csv").write_text("time (s), angle (rad)\n1, 15\n2, 30\n", encoding="utf-8")
+    (folder / "load.yaml").write_text(OPTIMISE, encoding="utf-8")
     (folder / "robot.xml").write_text(ROBOT, encoding="utf-8")
     (folder / "u.yaml").write_text("servo: 0.2 * sin(3*t)\n", encoding="utf-8")
     shutil.copy(mechanism("inline_four"), folder)

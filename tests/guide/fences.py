@@ -1,6 +1,7 @@
 """The fenced blocks of a page of the guide, and running them in the order in which a reader meets them.
 
-- ```` ```yaml NAME.yaml ````: saved as NAME.yaml; it has to be read as a scene, or as a sweep where it is one.
+- ```` ```yaml NAME.yaml ````: saved as NAME.yaml; it has to be read as a scene, or as a sweep or a design where it is
+  one.
 - ```` ```yaml ````: a part of a scene; with the last scene saved before, or a pendulum, it has to be read.
 - ```` ```console ````: lines that begin with `$ ` are commands; what follows is what they print, where `...` stands
   for what is left out. Numbers may differ. `exit N` after the language: the exit code of the last command, 0 otherwise.
@@ -26,7 +27,8 @@ import yaml
 
 from mbproj.guide.pages import Page
 from mbproj.scene import read_scene_text
-from mbproj.studies.sweep.spec import read_spec
+from mbproj.studies.design import spec as designs
+from mbproj.studies.sweep import spec as sweeps
 from tests.cli.commands import mbproj
 from tests.support import ROOT
 
@@ -59,6 +61,10 @@ def fences(page: Page) -> Iterator[Fence]:
         yield Fence(language, tuple(words), match[2], page.text.count("\n", 0, match.start()) + 1)
 
 
+#: What reads a file of YAML that is no scene, by its first key.
+READERS = {"sweep": sweeps.read_spec, "design": designs.read_spec}
+
+
 def run_page(page: Page, folder: Path, *, slow: bool = False) -> None:
     """Runs every block in a folder of its own; raises AssertionError with the place of the first that does not hold."""
     scene = PENDULUM
@@ -68,9 +74,10 @@ def run_page(page: Page, folder: Path, *, slow: bool = False) -> None:
         assert fence.language in LANGUAGES, f"{where}: no known language"
         if "slow" in fence.words and not slow:
             continue
-        if fence.language == "yaml" and fence.text.startswith("sweep:"):
+        reader = READERS.get(fence.text.partition(":")[0]) if fence.language == "yaml" else None
+        if reader is not None:
             (folder / fence.words[0]).write_text(fence.text, encoding="utf-8")
-            read_spec(folder / fence.words[0])
+            reader(folder / fence.words[0])
         elif fence.language == "yaml" and fence.words:
             (folder / fence.words[0]).write_text(fence.text, encoding="utf-8")
             read_scene_text(scene := fence.text)

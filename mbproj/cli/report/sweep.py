@@ -24,8 +24,7 @@ KINDS = 10
 
 def preview(spec: Spec, shown: int) -> str:
     """How many cases there are, and the first of them."""
-    from mbproj.scene.family import column_of
-    from mbproj.studies.sweep.summary import with_unit
+    from mbproj.scene.ranges.family import column_of, with_unit
 
     design = spec.design
     count = f"{design.count} {'case' if design.count == 1 else 'cases'} ({design.name})"

@@ -1,10 +1,11 @@
 """Over what a quantity varies: values one by one, evenly spaced ones, a distribution; how they are written, in a file
 and on the command line."""
 
-from mbproj.scene.ranges.grammar import RANGE, given_range, named_range
+from mbproj.scene.ranges.grammar import BOUNDS, RANGE, given_range, named_range
 from mbproj.scene.ranges.values import Item, Listed, Normal, Points, Range, Spaced, Uniform
 
 __all__ = [
+    "BOUNDS",
     "RANGE",
     "Item",
     "Listed",

@@ -80,6 +80,29 @@ class RangeField(Field[Range]):
 RANGE = RangeField()
 
 
+class BoundsField(Field[Uniform]):
+    """[low, high]: what lies between."""
+
+    @property
+    def expects(self) -> str:
+        return FORMS["uniform"]
+
+    def takes(self, node: Node) -> bool:
+        return isinstance(node, SequenceNode)
+
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> Uniform | None:
+        try:
+            return _uniform(node, path, reading)
+        except _Wrong:
+            return None
+
+    def schema(self) -> Schema:
+        return {"description": self.expects, "type": "array", "minItems": 2, "maxItems": 2}
+
+
+BOUNDS = BoundsField()
+
+
 def named_range(text: str, option: str) -> tuple[str, Range]:
     """The name and the range of NAME=RANGE, which was given for an option. Raises InputError at the option."""
     name, equals, written = text.partition("=")

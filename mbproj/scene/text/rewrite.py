@@ -67,11 +67,22 @@ def _edits(text: str, block: yaml.Node, changes: Changes) -> Iterator[Edit]:
         yield _addition(text, block, _added(changes, names))
 
 
+def _items(text: str, block: yaml.SequenceNode, changes: Changes) -> Iterator[Edit]:
+    """What to replace inside of a list, by the numbers of its items. Raises ValueError where one is not there."""
+    for name in changes:
+        item = block.value[int(name)] if name.isdecimal() and int(name) < len(block.value) else None
+        if item is None:
+            raise ValueError(f"the list has no item {name}")
+        yield item.start_mark.index, _end(item), _value(text, item, changes, name)
+
+
 def _value(text: str, value: yaml.Node, changes: Changes, name: str) -> str:
     """The text of a value after the changes."""
     start, end, new = value.start_mark.index, _end(value), changes.get(name)
     if isinstance(new, Mapping) and isinstance(value, yaml.MappingNode):
         return _changed(text[:end], _edits(text[:end], value, new))[start:]
+    if isinstance(new, Mapping) and isinstance(value, yaml.SequenceNode):
+        return _changed(text[:end], _items(text[:end], value, new))[start:]
     return text[start:end] if new is None else _written(new)
 
 

@@ -18,9 +18,8 @@ from mbproj.results.views.table import Table, Tabled
 from mbproj.scene.records import Scene
 from mbproj.studies.compare.energy_split import EnergySplit, energy_split
 from mbproj.studies.measure.measurement import Measurement, measured
-from mbproj.studies.measure.measures import error
 from mbproj.studies.measure.mechanism import Mechanism
-from mbproj.studies.measure.reference import Reference, reference
+from mbproj.studies.measure.reference import Reference, error, reference
 from mbproj.studies.measure.setting import Setting, only_full
 from mbproj.studies.measure.solve import SOLUTION_RECORDS, Solution, sample_times, solve
 from mbproj.studies.measure.spans import common_times, span

@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 
 from mbproj.dataclass import dataclass
-from mbproj.studies.measure.measures import error
-from mbproj.studies.measure.reference import Reference
+from mbproj.studies.measure.reference import Reference, error
 from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.solve import Solution
 

@@ -233,3 +233,9 @@ def _words(solution: Solution) -> str:
     tolerance, step = solution.setting.tolerance, solution.setting.step
     how = f"tolerance {tolerance:g}" if step is None else f"fixed steps of {step:.3g} s"
     return f"{solution.setting.integrator}, {how}, {formulation}"
+
+
+def error(solution: Solution, reference: Reference) -> Array:
+    """Distance of each point from the reference, (T, k) in m; infinite after a failure."""
+    distance = np.linalg.norm(solution.position - reference.position, axis=2)
+    return np.where(np.isnan(distance), np.inf, distance)

@@ -9,9 +9,8 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.studies.measure.measurement import Measurement, measured
-from mbproj.studies.measure.measures import error
 from mbproj.studies.measure.mechanism import Mechanism
-from mbproj.studies.measure.reference import Reference
+from mbproj.studies.measure.reference import Reference, error
 from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.solve import solve
 from mbproj.studies.store import Kept

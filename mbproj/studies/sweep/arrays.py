@@ -13,7 +13,7 @@ from mbproj.outputs import hdf5, replacing
 from mbproj.outputs.escapes import escaped
 from mbproj.results.file.checksums import crc32, describe, stamp, stamp_attributes
 from mbproj.results.sweep.layout import CASE, ENDINGS, FORMAT, SCHEMA_VERSION
-from mbproj.scene.family import column_of
+from mbproj.scene.ranges.family import column_of
 from mbproj.studies.sweep.design import Grid, Sampled
 from mbproj.studies.sweep.folder import OTHER, Folder
 from mbproj.studies.sweep.spec import Spec

@@ -10,13 +10,13 @@ from typing import Any
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place
 from mbproj.scene.blocks.measures import MEASURES, complaints, items_of, measures_of
-from mbproj.scene.family import column_of, opened, scene_named, units_of
 from mbproj.scene.fields.choices import Choice
 from mbproj.scene.fields.containers import Record
 from mbproj.scene.fields.fields import Field, Text
 from mbproj.scene.fields.quantities import Integer
 from mbproj.scene.fields.reading import Reading, in_text_order
 from mbproj.scene.ranges import RANGE, Range
+from mbproj.scene.ranges.family import column_of, opened, scene_named, units_of
 from mbproj.scene.read import SceneText
 from mbproj.scene.records import Expectation, KeyPath
 from mbproj.scene.text.nodes import MappingNode, Node, as_mapping

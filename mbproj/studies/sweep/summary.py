@@ -9,7 +9,7 @@ from typing import Any
 from mbproj.dataclass import dataclass
 from mbproj.outputs import Kind, csv, write_csv
 from mbproj.results.sweep.layout import NOT_RUN
-from mbproj.scene.family import column_of
+from mbproj.scene.ranges.family import column_of, with_unit
 from mbproj.studies.sweep.design import Case
 from mbproj.studies.sweep.folder import OTHER, TABLE, Folder, checksum_of
 from mbproj.studies.sweep.keys import Keys
@@ -71,8 +71,3 @@ def cells(spec: Spec, folder: Folder) -> Iterator[Sequence[Any]]:
         known = [None if value is None or value != value else value for value in numbers]
         ended = [entry.status, row.message, row.time, row.joint, row.formulation, row.seconds, entry.file]
         yield [number, *entry.values, *known, *ended]
-
-
-def with_unit(name: str, unit: str) -> str:
-    """The heading of a column."""
-    return f"{name} ({unit})" if unit else name

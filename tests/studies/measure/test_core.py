@@ -8,9 +8,8 @@ from scipy.special import ellipj, ellipk
 
 from mbproj.scene import read_scene_text
 from mbproj.studies.measure.accuracy import attempt
-from mbproj.studies.measure.measures import error
 from mbproj.studies.measure.mechanism import Mechanism
-from mbproj.studies.measure.reference import reference
+from mbproj.studies.measure.reference import error, reference
 from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.solve import sample_times, solve
 from mbproj.studies.measure.timing import time_settings

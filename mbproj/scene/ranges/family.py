@@ -56,6 +56,11 @@ def column_of(path: str) -> str:
     return path.removeprefix("parameters.")
 
 
+def with_unit(name: str, unit: str) -> str:
+    """The heading of a column."""
+    return f"{name} ({unit})" if unit else name
+
+
 def units_of(given: Mapping[str, Dimension | None], scene: SceneText) -> dict[str, str]:
     """The SI units of what varies: as the scene has them, or by the dimensions of the values given. "" is none."""
     known = {".".join(map(str, path)): unit for path, unit in scene.units().items()}

@@ -1,0 +1,205 @@
+"""What `fit` and `optimise` share: their options, their report, their files."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+import numpy as np
+
+from mbproj.cli import study_options
+from mbproj.cli.completion import Folder, scene_file
+from mbproj.cli.explained import Part, option
+from mbproj.cli.figure_options import look
+from mbproj.errors import ExitCode
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from mbproj.figures.pages.designs import Matched
+    from mbproj.studies.design.run import Design
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+#: Searches whose numbers differ from the best ones by this part of their ranges at most found the same design.
+SAME = 1e-4
+OTHER = "choose another folder with -o"
+
+
+def options(command: Command) -> Command:
+    """The argument and the options of both commands."""
+    for decorate in (
+        option(Part.OUTPUT, "-q", "--quiet", is_flag=True, help="Print nothing but errors."),
+        option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of the report."),
+        study_options.force,
+        look,
+        option(
+            Part.OUTPUT,
+            "-o",
+            "--output",
+            type=Folder(path_type=Path),
+            metavar="DIR",
+            help="Directory of the design [default: <spec>-design].",
+        ),
+        study_options.fresh,
+        study_options.workplace,
+        option(
+            Part.WHAT,
+            "--engine",
+            type=click.Choice(["least_squares", "slsqp", "cma"]),
+            help="What searches [default: by what is wanted].",
+        ),
+        click.argument("spec", type=scene_file(path_type=Path)),
+    ):
+        command = decorate(command)
+    return command
+
+
+def search(
+    spec: Path,
+    fits: bool,
+    engine: str | None,
+    output: Path | None,
+    force: bool,
+    as_json: bool,
+    quiet: bool,
+    **more: Any,
+) -> int:
+    """The command: reads, searches, writes, reports."""
+    from mbproj.calls.sweep import spec_of
+    from mbproj.cli.report.progress import telling
+    from mbproj.figures.save import save
+    from mbproj.outputs import check_replaceable, picture
+    from mbproj.studies.design.run import find_design
+    from mbproj.studies.design.written import DesignFolder
+
+    what, where = spec_of(spec, fits), study_options.where_of(more)
+    folder = DesignFolder(output or spec.with_name(f"{spec.stem}-design"), force)
+    figure = folder.path / "design.png"
+    check_replaceable(figure, picture("png"), force=force, hint=OTHER)
+    with telling(hidden=as_json or quiet) as tell:
+        found = find_design(what, where, engine=engine, fresh=more["fresh"], tell=tell)
+    written = [*folder.write(found), save(page(found), figure, force=force)]
+    if as_json:
+        click.echo(json.dumps({**numbers(found), "files": [str(path) for path in written]}))
+    elif not quiet:
+        click.echo("\n".join(report(found)))
+        for note in found.notes:
+            click.echo(f"note: {note}", err=True)
+        for path in written:
+            click.echo(path)
+    return int(ExitCode.FAILED if found.searches[0].broken > 0.0 else ExitCode.DONE)
+
+
+def numbers(found: Design) -> dict[str, Any]:
+    """The design as JSON has it; what is no number is null."""
+    known = found.knowledge
+    deviation = np.full(len(found.x), np.nan) if known is None else known.deviation
+    return {
+        "engine": found.engine,
+        "why": found.why,
+        "starts": len(found.searches),
+        "reused": found.reused,
+        "runs": found.runs,
+        "value": found.searches[0].value,
+        "rms": rms(found) if found.spec.targets else None,
+        "numbers": {
+            path: {"value": value, "unit": unit, "deviation": None if spread != spread else spread}
+            for path, value, unit, spread in zip(
+                found.spec.paths, found.x.tolist(), found.spec.units, deviation.tolist(), strict=True
+            )
+        },
+        "goals": {
+            goal.measure.name: goal.sign * value
+            for goal, value in zip(found.spec.goals, found.trial.goals.tolist(), strict=True)
+        },
+        "constraints": dict(zip((limit.name for limit in found.spec.limits), found.trial.limits.tolist(), strict=True)),
+        "unseen": [] if known is None else [*known.unseen],
+        "notes": [*found.notes],
+    }
+
+
+def rms(found: Design) -> float:
+    """The root mean square of all residuals, in parts of their deviations."""
+    return float(np.sqrt(np.mean(found.trial.residuals**2)))
+
+
+def report(found: Design) -> Iterator[str]:
+    """The design in words and a table."""
+    from mbproj.cli.report.table import columns
+    from mbproj.scene.ranges.family import column_of
+
+    spec, best, known = found.spec, found.searches[0], found.knowledge
+    near = SAME * (spec.high - spec.low)
+    same = sum(bool(np.all(np.abs(each.end - best.end) <= near)) for each in found.searches)
+    failed = sum(not np.isfinite(each.value) for each in found.searches)
+    starts = f"{len(found.searches)} starts" + (f" ({found.reused} reused)" if found.reused else "")
+    yield f"{found.engine}, because {found.why}"
+    ends = f"{same} came to the best design" + (f", {failed} found none that runs" if failed else "")
+    yield f"{starts}, {found.runs} runs: {ends}"
+    yield ""
+    headings = ["", "value", *([] if known is None else ["±"]), "between", "unit"]
+    rows = []
+    for k, path in enumerate(spec.paths):
+        spread = [] if known is None else ["not seen" if np.isnan(known.deviation[k]) else f"{known.deviation[k]:.1e}"]
+        between = f"{spec.low[k]:.6g} and {spec.high[k]:.6g}"
+        rows.append([column_of(path), f"{found.x[k]:.10g}", *spread, between, spec.units[k]])
+    yield columns(headings, rows)
+    yield ""
+    for target, off in found.off:
+        size, most, unit = float(np.sqrt(np.mean(off**2))), np.abs(off).max(), target.unit
+        yield f"{target.name}: {len(off)} points, off by {size:.3g} {unit} (rms), {most:.3g} {unit} at most"
+    for goal, value in zip(spec.goals, found.trial.goals, strict=True):
+        wanted = "smallest" if goal.sign > 0.0 else "largest"
+        yield f"{goal.measure.name}: {goal.sign * value:.10g} {goal.measure.unit}, the {wanted} found".replace(
+            " ,", ","
+        )
+    for limit, margin in zip(spec.limits, found.trial.limits, strict=True):
+        value = limit.bound - margin if limit.side == "at_most" else limit.bound + margin
+        words = {"at_least": "at least", "at_most": "at most", "equals": "equal to"}[limit.side]
+        yield f"{limit.name}: {value:.10g} {limit.unit}, to be {words} {limit.bound:.10g}".replace(" ,", ",")
+
+
+def page(found: Design) -> Figure:
+    """The page of figures."""
+    from mbproj.figures.pages.designs import design_page
+    from mbproj.scene.ranges.family import column_of
+
+    traces = [_drawn(found, each.trace) for each in found.searches]
+    value = "rms of the residuals" if found.spec.targets else _goal(found)
+    correlation = None if found.knowledge is None else found.knowledge.correlation
+    names = [column_of(path) for path in found.spec.paths]
+    remark = f"{found.engine}, {len(found.searches)} starts, {found.runs} runs"
+    return design_page([*_matched(found)], traces, names, correlation, value, remark)
+
+
+def _goal(found: Design) -> str:
+    goal = found.spec.goals[0]
+    unit = f" ({goal.measure.unit})" if goal.measure.unit else ""
+    return f"{goal.measure.name}{unit}"
+
+
+def _drawn(found: Design, trace: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+    """The runs and what is drawn of the value: the rms of residuals, or the goal as it is measured."""
+    runs, values = trace[:, 0], trace[:, 1]
+    if found.spec.targets:
+        return np.stack([runs, np.sqrt(2.0 * values / len(found.trial.residuals))], axis=1)
+    return np.stack([runs, found.spec.goals[0].sign * values], axis=1)
+
+
+def _matched(found: Design) -> Iterator[Matched]:
+    from mbproj.figures.pages.designs import Matched
+    from mbproj.studies.design.target import PATH, TIME
+
+    for target, off in found.off:
+        yield Matched(
+            name=target.name,
+            abscissa=None if target.over == PATH else target.abscissa,
+            along="time (s)" if target.over == TIME else target.over,
+            unit=target.unit,
+            components=tuple(each.component for each in target.measures),
+            given=target.values,
+            reached=target.values + off,
+        )

@@ -1,0 +1,80 @@
+"""`mbproj sensitivity`: how much numbers of a scene change what it expects."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import click
+
+from mbproj.cli import study_options
+from mbproj.cli.completion import scene_file
+from mbproj.cli.explained import Part, explained, option
+from mbproj.cli.quantity import Names
+
+EXAMPLES = (
+    (
+        "See which parameters matter for what the scene expects.",
+        "mbproj sensitivity planar_four_bar.yaml --to crank,coupler",
+    ),
+)
+
+
+@explained("sensitivity", EXAMPLES)
+@click.argument("scene", type=scene_file())
+@option(Part.WHAT, "--of", type=Names(), metavar="A,B,..", help="Expectations by name [default: all].")
+@option(
+    Part.WHAT,
+    "--to",
+    type=Names(),
+    metavar="A,B,..",
+    help="Parameters, or numbers by their paths [default: parameters].",
+)
+@study_options.changes
+@study_options.workplace
+@study_options.write_table
+@study_options.force
+@option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of the table.")
+def command(
+    scene: str,
+    of: tuple[str, ...] | None,
+    to: tuple[str, ...] | None,
+    changes: tuple[str, ...],
+    jobs: int | None,
+    scheduler: str | None,
+    scheduler_file: Path | None,
+    table_file: Path | None,
+    force: bool,
+    as_json: bool,
+) -> None:
+    """Measures how much numbers of SCENE change what it expects.
+
+    Prints a table: each measure's value, its derivative by each number with what that may be off by, and the
+    elasticity: by how many percent the measure changes where the number changes by one.
+    """
+    from mbproj.cli.report.table import columns
+    from mbproj.cli.scene_options import parameters
+    from mbproj.outputs.written_table import check_table, write_table
+    from mbproj.scene import read_scene
+    from mbproj.studies.design.sensitivity import sensitivities
+    from mbproj.studies.parallel.client import workplace
+
+    check_table(table_file, ("measure", "number"), force=force)
+    what, where = read_scene(scene, parameters(changes)), workplace(jobs, scheduler, scheduler_file)
+    table = sensitivities(what, of or (), to or (), where).table
+    if table_file is not None:
+        write_table(table_file, table.headings, table.rows, force=force)
+    if as_json:
+        rows = [dict(zip(table.headings, row, strict=True)) for row in table.rows]
+        click.echo(json.dumps([{key: None if each != each else each for key, each in row.items()} for row in rows]))
+        return
+    headings = ["measure", "number", "value", "slope", "±", "elasticity", "unit of the slope"]
+    click.echo(columns(headings, [_cells(row) for row in table.rows]))
+    if table_file is not None:
+        click.echo(table_file)
+
+
+def _cells(row: tuple[str, str, float, float, float, float, str]) -> list[str]:
+    measure, number, value, slope, uncertainty, elasticity, unit = row
+    shown = "-" if elasticity != elasticity else f"{elasticity:+.4f}"
+    return [measure, number, f"{value:.6g}", f"{slope:+.6g}", f"{uncertainty:.1e}", shown, unit]

@@ -1,0 +1,114 @@
+"""A page on a design: what was matched beside what the best design does, how the searches went down, correlations."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
+from mbproj.figures import panels
+from mbproj.figures.style import line, page_width, styled
+from mbproj.figures.words import fitted
+
+#: Height of a row of panels, inches; room for a name beside a matrix; numbers that are written into its cells at most.
+ROW, NAME, WRITTEN = 2.3, 1.0, 8
+
+
+@dataclass(frozen=True, eq=False)
+class Matched:
+    """What is drawn of a match: `given` and `reached` (N, k) over `abscissa` (N,), or in a plane where that is None."""
+
+    name: str
+    abscissa: Array | None
+    along: str
+    unit: str
+    components: tuple[str, ...]
+    given: Array
+    reached: Array
+
+
+@styled
+def design_page(
+    matches: Sequence[Matched],
+    traces: Sequence[Array],
+    names: Sequence[str],
+    correlation: Array | None,
+    value: str,
+    remark: str,
+) -> Figure:
+    """A row for each match with its residuals, then the searches and the correlation of the numbers by `names`.
+    `traces` (n, 2) are the runs and the value of each search, of which `value` says what it is."""
+    rows = len(matches) + 1
+    figure = Figure(figsize=(page_width(), ROW * rows), layout="constrained")
+    grid = figure.add_gridspec(rows, 2)
+    for row, match in enumerate(matches):
+        _match(figure.add_subplot(grid[row, 0]), match)
+        _residuals(figure.add_subplot(grid[row, 1]), match)
+    last = grid[rows - 1, 0] if correlation is not None else grid[rows - 1, :]
+    _searches(figure.add_subplot(last), traces, value)
+    if correlation is not None:
+        _correlation(figure.add_subplot(grid[rows - 1, 1]), names, correlation)
+    return panels.finish(figure, remark=remark, with_legend=False)
+
+
+def _match(axis: Axes, match: Matched) -> None:
+    if match.abscissa is None or (len(match.components) == 2 and match.unit == "m"):
+        axis.plot(match.reached[:, 0], match.reached[:, -1], color=line(0)["color"], linewidth=1.2, label="design")
+        axis.plot(match.given[:, 0], match.given[:, -1], "o", color="#222222", markersize=2.6, label="given")
+        axis.set_aspect("equal", adjustable="datalim")
+        axis.set_xlabel(f"{match.name}: {match.components[0]} ({match.unit})")
+        axis.set_ylabel(f"{match.components[-1]} ({match.unit})")
+    else:
+        for index, component in enumerate(match.components):
+            style = line(index)
+            label = f"design, {component}" if component else "design"
+            axis.plot(match.abscissa, match.reached[:, index], color=style["color"], linewidth=1.2, label=label)
+            axis.plot(match.abscissa, match.given[:, index], "o", color=style["color"], markersize=2.6)
+        axis.set_xlabel(match.along)
+        axis.set_ylabel(f"{match.name} ({match.unit})" if match.unit else match.name)
+    axis.legend(loc="best")
+
+
+def _residuals(axis: Axes, match: Matched) -> None:
+    over = np.arange(len(match.given)) if match.abscissa is None else match.abscissa
+    for index, component in enumerate(match.components):
+        off = match.reached[:, index] - match.given[:, index]
+        axis.plot(over, off, ".", color=line(index)["color"], markersize=4, label=component or None)
+    axis.axhline(0.0, color="#888888", linewidth=0.6)
+    axis.set_xlabel("point" if match.abscissa is None else match.along)
+    axis.set_ylabel(f"design - given ({match.unit})" if match.unit else "design - given")
+    axis.ticklabel_format(axis="y", style="sci", scilimits=(-2, 3), useMathText=True)
+    if len(match.components) > 1:
+        axis.legend(loc="best")
+
+
+def _searches(axis: Axes, traces: Sequence[Array], value: str) -> None:
+    """The best search in front."""
+    low = min((float(trace[:, 1].min()) for trace in traces if len(trace)), default=1.0)
+    logarithmic = low > 0.0 and value.startswith("rms")
+    for index, trace in reversed(list(enumerate(traces))):
+        if len(trace):
+            colour, width, label = ("#AAAAAA", 0.7, None) if index else (line(0)["color"], 1.4, "best")
+            axis.step(trace[:, 0], trace[:, 1], where="post", color=colour, linewidth=width, label=label)
+    if logarithmic:
+        axis.set_yscale("log")
+    axis.set_xlabel("runs of a search")
+    axis.set_ylabel(value)
+    axis.legend(loc="best")
+
+
+def _correlation(axis: Axes, names: Sequence[str], correlation: Array) -> None:
+    drawn = axis.imshow(correlation, cmap="RdBu_r", vmin=-1.0, vmax=1.0)
+    short = [fitted(name, NAME, 7.0) for name in names]
+    axis.set_xticks(range(len(names)), short, rotation=90, fontsize=7)
+    axis.set_yticks(range(len(names)), short, fontsize=7)
+    axis.grid(visible=False)
+    if len(names) <= WRITTEN:
+        for (row, column), share in np.ndenumerate(correlation):
+            colour = "white" if abs(share) > 0.6 else "#222222"
+            axis.text(column, row, f"{share:.2f}", ha="center", va="center", fontsize=6, color=colour)
+    axis.figure.colorbar(drawn, ax=axis, label="correlation", shrink=0.9)

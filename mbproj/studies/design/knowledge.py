@@ -1,0 +1,132 @@
+"""What measurements say of the numbers that were fitted to them, and what they do not: from the residuals' slopes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
+from mbproj.scene.ranges.family import column_of
+
+#: A direction whose singular value is below this part of the largest one is not seen in the data: differences of runs
+#: are exact to about 1e-8.
+UNSEEN = 1e-6
+#: Shares of an unseen direction below this part of its largest are round-off; so near to whole numbers its exponents
+#: are taken for them, of at most this size.
+NOTHING, WHOLE, LARGEST = 1e-3, 1e-2, 6
+#: Correlations of neighbouring residuals beyond so many standard deviations of those of noise are no noise.
+WHITE = 3.0
+
+
+@dataclass(frozen=True, eq=False)
+class Knowledge:
+    """`deviation` (d,): the standard deviations of the numbers as the residuals' scatter gives them, NaN of those that
+    the data do not fix; `correlation` (d, d) between them; `singular` values of the slopes by shares of the ranges,
+    largest first; `unseen`: in words, what nothing in the data fixes; `scatter`: the residuals' standard deviation;
+    `lag`: the correlation of neighbouring residuals in standard deviations of that of noise."""
+
+    deviation: Array
+    correlation: Array
+    singular: Array
+    unseen: tuple[str, ...]
+    scatter: float
+    lag: float
+
+    @property
+    def is_white(self) -> bool:
+        """Whether the residuals look like noise."""
+        return abs(self.lag) <= WHITE
+
+
+def knowledge(paths: Sequence[str], x: Array, width: Array, slopes: Array, residuals: Array) -> Knowledge:
+    """From the residuals (m,) at the numbers x (d,) and their slopes (m, d) by shares of the ranges `width` (d,)."""
+    m, d = slopes.shape
+    _, singular, directions = np.linalg.svd(slopes, full_matrices=False)
+    singular = np.concatenate([singular, np.zeros(d - len(singular))])
+    whole = np.linalg.svd(slopes)[2] if m < d else directions
+    seen = singular > UNSEEN * max(float(singular[0]), 1e-300)
+    freedom = max(m - int(seen.sum()), 1)
+    scatter = float(np.sqrt(residuals @ residuals / freedom))
+    covariance = (whole[seen].T / singular[seen] ** 2) @ whole[seen] * scatter**2
+    deviation = np.sqrt(np.diag(covariance))
+    scale = np.where(deviation > 0.0, deviation, 1.0)
+    free = np.any(np.abs(whole[~seen]) > NOTHING, axis=0) if (~seen).any() else np.zeros(d, dtype=bool)
+    return Knowledge(
+        deviation=np.where(free, np.nan, deviation * width),
+        correlation=covariance / np.outer(scale, scale),
+        singular=singular,
+        unseen=tuple(_in_words(paths, x, width, whole[~seen])),
+        scatter=scatter,
+        lag=_lag(residuals),
+    )
+
+
+def _lag(residuals: Array) -> float:
+    """The correlation of each residual with the next, in standard deviations of that of white noise."""
+    size = float(residuals @ residuals)
+    if len(residuals) < 3 or size == 0.0:
+        return 0.0
+    return float(residuals[1:] @ residuals[:-1] / size * np.sqrt(len(residuals)))
+
+
+def _in_words(paths: Sequence[str], x: Array, width: Array, unseen: Array) -> list[str]:
+    """What nothing in the data fixes, of directions (k, d) in shares of the ranges: reduced to as few numbers each as
+    can be, "only mass * length^2 is seen"."""
+    names = [column_of(path) for path in paths]
+    found = []
+    for direction in _sparse(unseen):
+        own = np.flatnonzero(np.abs(direction) > NOTHING * np.abs(direction).max())
+        if len(own) == 1:
+            found.append(f"'{names[own[0]]}' has no effect on what is matched")
+            continue
+        exponents = _whole(direction[own] * width[own] / x[own]) if np.all(x[own] != 0.0) else None
+        if exponents is not None:
+            found.append(f"only {_seen([names[k] for k in own], exponents)} is seen, not its factors")
+            continue
+        shares = direction[own] * width[own]
+        moved = ", ".join(
+            f"{names[k]} {share / np.abs(shares).max():+.3g}" for k, share in zip(own, shares, strict=True)
+        )
+        found.append(f"nothing changes where these move together: {moved}")
+    return found
+
+
+def _sparse(unseen: Array) -> Array:
+    """The same space (k, d), by directions with many zeros: Gauss-Jordan with complete pivots."""
+    rows = unseen.copy()
+    for k in range(len(rows)):
+        row, column = np.unravel_index(np.argmax(np.abs(rows[k:])), rows[k:].shape)
+        rows[[k, k + row]] = rows[[k + row, k]]
+        rows[k] /= rows[k, column]
+        others = np.arange(len(rows)) != k
+        rows[others] -= rows[others, column][:, None] * rows[k]
+    return rows
+
+
+def _whole(powers: Array) -> list[int] | None:
+    """Small whole numbers in the ratios of relative changes; None where they are in no such ratios."""
+    for unit in range(1, LARGEST + 1):
+        scaled = powers / np.abs(powers).min() * unit
+        near = np.round(scaled)
+        if np.abs(scaled - near).max() <= WHOLE * unit and np.abs(near).max() <= LARGEST:
+            return [int(value) for value in near]
+    return None
+
+
+def _seen(names: Sequence[str], exponents: Sequence[int]) -> str:
+    """The products that do not change where each name changes by its exponent's part: of neighbours, a^q / b^p."""
+    products = []
+    for (first, p), (second, q) in pairwise(zip(names, exponents, strict=True)):
+        divisor = int(np.gcd(p, q))
+        a, b = q // divisor, -p // divisor
+        if a < 0:
+            a, b = -a, -b
+        products.append(f"{_power(first, a)}{' * ' if b > 0 else ' / '}{_power(second, abs(b))}")
+    return " and ".join(products)
+
+
+def _power(name: str, exponent: int) -> str:
+    return name if exponent == 1 else f"{name}^{exponent}"

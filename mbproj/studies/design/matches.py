@@ -1,0 +1,180 @@
+"""The `match` of a design: which quantity, and the columns of a file that say what it is to be."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.errors import InputError, Place, Problem
+from mbproj.scene.blocks.coordinates import COORDINATES
+from mbproj.scene.blocks.expectations import Given
+from mbproj.scene.blocks.measures import complaints, measures_of
+from mbproj.scene.blocks.observables import OBSERVABLES, OF_BUSHINGS, Observable
+from mbproj.scene.blocks.passages import coordinates_of
+from mbproj.scene.fields.quantities import agrees
+from mbproj.scene.fields.reading import Reading
+from mbproj.scene.records import Scene
+from mbproj.scene.settings import settings_to_run
+from mbproj.scene.text.suggestions import choose_from
+from mbproj.studies.design.target import PATH, TIME, Target
+from mbproj.studies.inverse.columns import TIME_NAMES, Columns, factor_of, read_columns
+
+#: What is matched of each where nothing is said.
+USUAL = {"marker": "position", "body": "position"}
+AXES = ("x", "y", "z")
+
+
+class Match:
+    """One match, `given` under `name`, of the scene `base`; its files are beside `folder`. What is wrong is reported at
+    its place."""
+
+    def __init__(self, name: str, given: Given, base: Scene, folder: Path, reading: Reading) -> None:
+        self._name, self._given, self._base, self._reading = name, given, base, reading
+        self._of = next(key for key in OBSERVABLES if key in given)
+        self._path = folder / given["through"]
+        self._over: str = given.get("over", TIME)
+
+    def target(self) -> Target | None:
+        """What it asks for; None where something is wrong."""
+        before = len(self._reading.problems)
+        quantity = self._quantity()
+        columns = self._table()
+        if quantity is None or columns is None or not self._over_is_known():
+            return None
+        place = Place(str(self._path), columns.heading_line)
+        numbers = self._value_columns(quantity, columns)
+        if not numbers:
+            wanted = self._names(quantity, AXES[0] if self._parts(quantity) == AXES else "")[0]
+            hint = f"name one '{wanted}', or say which it is: columns: {{{wanted}: HEADING}}"
+            self._reading.report(f"no column is of '{quantity}' of '{self._item}'", place, hint)
+            return None
+        words = {self._of: self._item, **({} if self._of == "diagnostic" else {"quantity": quantity}), "at": "end"}
+        measures = {f"{self._name}{part}": {**words, **({"component": part} if part else {})} for part in numbers}
+        for complaint in complaints(measures, self._base):
+            self._reading.report(complaint.message, self._at(*map(str, complaint.path[2:])), complaint.hint)
+        if len(self._reading.problems) > before:
+            return None
+        found = measures_of(measures, self._base)
+        unit = found[0].unit
+        try:
+            values = np.stack([_values(columns, number, unit, place) for number in numbers.values()], axis=1)
+            abscissa = self._abscissa(columns, place)
+        except InputError as error:
+            self._reading.problems += error.problems
+            return None
+        deviation, weight = self._deviation(unit), self._given.get("weight", 1.0)
+        if len(self._reading.problems) > before:
+            return None
+        return Target(self._name, found, unit, self._over, abscissa, values, deviation, weight, self._given["through"])
+
+    @property
+    def _item(self) -> str:
+        return str(self._given[self._of])
+
+    def _at(self, *keys: str) -> Place:
+        """Where a key of it stands, or it itself."""
+        return self._reading.places.get(("match", self._name, *keys)) or self._reading.places[("match", self._name)]
+
+    def _quantity(self) -> str | None:
+        usual = self._item if self._of == "diagnostic" else USUAL.get(self._of, "")
+        quantity, able = self._given.get("quantity", usual), self._able
+        if quantity in able:
+            return str(quantity)
+        message = f"a {self._of} has no '{quantity}'" if quantity else "missing key 'quantity'"
+        self._reading.report(message, self._at("quantity"), choose_from(quantity, able))
+        return None
+
+    @property
+    def _able(self) -> Mapping[str, Observable]:
+        return {**OBSERVABLES[self._of], **(OF_BUSHINGS if self._of == "force" else {})}
+
+    def _over_is_known(self) -> bool:
+        known = [TIME, PATH, *coordinates_of({joint.name: joint for joint in self._base.joints})]
+        if self._over not in known:
+            message = f"nothing is over '{self._over}'"
+            self._reading.report(message, self._at("over"), choose_from(self._over, known))
+        return self._over in known
+
+    def _table(self) -> Columns | None:
+        place = self._at("through")
+        try:
+            found = read_columns(self._path, place.file)
+        except InputError as error:
+            for problem in error.problems:
+                there = problem.place is not None and problem.place.line is not None
+                unread = problem.message.startswith("cannot read")
+                message = problem.message if there or unread else f"'{self._path}': {problem.message}"
+                moved = replace(problem, message=message, place=problem.place if there else place)
+                self._reading.problems.append(moved)
+            return None
+        if not len(found.rows):
+            where = Place(str(self._path), found.heading_line)
+            self._reading.report("it has no row below its headings", where, "give measurements")
+            return None
+        return found
+
+    def _parts(self, quantity: str) -> tuple[str, ...]:
+        """The components of a quantity that columns may be of."""
+        return AXES if self._able[quantity].components == len(AXES) else ("",)
+
+    def _names(self, quantity: str, part: str) -> list[str]:
+        """What a column may be called, the name of `mbproj export` first."""
+        component = f"{quantity}_{part}" if part else quantity
+        short = [part, f"{self._item}.{part}"] if part and quantity == "position" else []
+        return [component, f"{self._item}.{component}", *short]
+
+    def _value_columns(self, quantity: str, columns: Columns) -> dict[str, int]:
+        """The numbers of the columns, by the components that they are of."""
+        known = [name for name, _ in columns.headings]
+        found = {}
+        for part in self._parts(quantity):
+            names = self._names(quantity, part)
+            asked = [self._headings[name] for name in names if name in self._headings]
+            number = next((known.index(name) for name in (*asked, *names) if name in known), None)
+            if number is not None:
+                found[part] = number
+        return found
+
+    @property
+    def _headings(self) -> Mapping[str, str]:
+        headings: Mapping[str, str] = self._given.get("columns", {})
+        return headings
+
+    def _abscissa(self, columns: Columns, place: Place) -> Array:
+        """Over what the values are, (N,); zeros over a path. Raises InputError where no column says it, or a time is
+        outside the run."""
+        if self._over == PATH:
+            return np.zeros(len(columns.rows))
+        asked = [self._headings[self._over]] if self._over in self._headings else []
+        names = [name.lower() for name in (*asked, *(TIME_NAMES if self._over == TIME else (self._over,)))]
+        number = next((k for k, (name, _) in enumerate(columns.headings) if name.lower() in names), None)
+        if number is None:
+            hint = f"say which it is: columns: {{{self._over}: HEADING}}; points without a time are over: path"
+            raise InputError(Problem(f"no column is of '{self._over}'", place, hint))
+        if self._over != TIME:
+            return _values(columns, number, COORDINATES[self._over.partition(".")[2]], place)
+        times, duration = _values(columns, number, "s", place), settings_to_run(self._base).duration or np.inf
+        for row in np.flatnonzero((times < 0.0) | (times > duration * (1.0 + 1e-12)))[:1]:
+            message = f"{times[row]:.6g} s is outside the run, which is from 0 to {duration:.6g} s"
+            hint = "make the scene's duration longer, or leave the row out"
+            raise InputError(Problem(message, Place(place.file, columns.lines[row]), hint))
+        return times
+
+    def _deviation(self, unit: str) -> float:
+        """What a residual of 1 is, in the quantity's unit."""
+        given = self._given.get("deviation")
+        if given is None:
+            return 1.0
+        if not agrees(unit, given.dimension):
+            what = f"is in {unit}" if unit else "has no unit"
+            self._reading.report(f"'deviation' {what}, as what is matched", self._at("deviation"))
+        return float(given.number)
+
+
+def _values(columns: Columns, number: int, unit: str, place: Place) -> Array:
+    name, written = columns.headings[number]
+    return np.asarray(columns.rows[:, number] * factor_of(name, written, unit, place))

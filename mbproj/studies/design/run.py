@@ -1,0 +1,218 @@
+"""find_design(): the searches of a design from many starts, each kept as it ends; the best of them, and what is known
+of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from importlib.util import find_spec
+from typing import Any
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
+from mbproj.errors import InputError, Problem
+from mbproj.scene.ranges.family import column_of
+from mbproj.scene.settings import settings_to_run
+from mbproj.studies.design.derivative import CENTRAL, derivative, step_of
+from mbproj.studies.design.knowledge import Knowledge, knowledge
+from mbproj.studies.design.searches import EVOLUTION, LEAST_SQUARES, QUADRATIC, Task, searched
+from mbproj.studies.design.spec import Spec
+from mbproj.studies.design.start import looked_at, points_of
+from mbproj.studies.design.target import Target
+from mbproj.studies.design.trial import Trial, Wish, tried
+from mbproj.studies.parallel.hand_out import Where
+from mbproj.studies.parallel.progress import Tell
+from mbproj.studies.parallel.resumable import resumable
+from mbproj.studies.store import Kept
+
+#: Points that one work item looks at.
+TOGETHER = 16
+#: Measures whose slope jumps as another sample, or another peak, becomes the largest.
+KINKED = ("largest", "maximum", "minimum", "range")
+#: The best designs at which a number is to have an effect, and what is none, in parts of the largest one.
+LOOKED_AT, NO_EFFECT = 2, 1e-9
+#: Residuals below this part of what is matched are round-off.
+ROUND_OFF = 1e-13
+#: A number that is so near to a bound, in parts of its range, touches it.
+TOUCHES = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """What came of one start: the numbers it began and ended with (d,), in SI; NaN where it found no design that runs.
+    `value` is half the sum of squares, or the goal; `trace` (n, 2) says after how many runs it was how large."""
+
+    start: Array
+    end: Array
+    value: float
+    broken: float
+    runs: int
+    trace: Array
+    cause: str
+
+    def rank(self) -> tuple[float, float]:
+        """The smaller, the better."""
+        return (self.broken, self.value) if np.isfinite(self.value) else (np.inf, np.inf)
+
+
+@dataclass(frozen=True, eq=False)
+class Design:
+    """The best design: its numbers `x` (d,), the trial with them, and all `searches`, the best first.
+
+    `engine` searched, for the reason `why`; `reused` starts were known from before; `runs` is how many runs there were
+    in all. `knowledge` is what the data say, of a match; `error` (m,) how far the residuals of twice as fine a run are
+    from these. `notes` are remarks."""
+
+    spec: Spec
+    x: Array
+    trial: Trial
+    searches: tuple[Search, ...]
+    engine: str
+    why: str
+    reused: int
+    runs: int
+    knowledge: Knowledge | None
+    error: Array
+    notes: tuple[str, ...]
+
+    @property
+    def off(self) -> Iterator[tuple[Target, Array]]:
+        """How far the run is from the values of each target, (N, k), in its unit."""
+        at = 0
+        for target in self.spec.targets:
+            part = self.trial.residuals[at : (at := at + target.values.size)].reshape(target.values.T.shape)
+            yield target, part.T * target.deviation / target.weight**0.5
+
+
+def engine_of(spec: Spec, asked: str | None) -> tuple[str, str]:
+    """The engine that searches, and why. Raises InputError where the one that is asked for cannot, or is missing."""
+    kinked = [each.measure.name for each in (*spec.goals,) if each.measure.at in KINKED]
+    if asked == LEAST_SQUARES and (spec.goals or spec.limits):
+        what = "goals" if spec.goals else "constraints"
+        hint = f"leave --engine out, or take {QUADRATIC}"
+        raise InputError(Problem(f"least squares know no {what}", spec.place("subject_to"), hint))
+    if asked is not None:
+        return _installed(asked), "it was asked for"
+    if spec.targets and not spec.limits:
+        return LEAST_SQUARES, "all that is wanted are residuals"
+    if not kinked:
+        return QUADRATIC, "what is wanted is smooth" if spec.goals else "there are constraints beside the residuals"
+    if find_spec("cma") is not None:
+        return EVOLUTION, f"'{kinked[0]}' has kinks where another sample becomes the {_word(spec, kinked[0])}"
+    return QUADRATIC, f"'{kinked[0]}' has kinks, and pip install 'mbproj[design]' brings a search for such"
+
+
+def _word(spec: Spec, name: str) -> str:
+    return next(str(each.measure.at) for each in spec.goals if each.measure.name == name)
+
+
+def _installed(name: str) -> str:
+    if name == EVOLUTION and find_spec("cma") is None:
+        raise InputError(Problem(f"'{name}' is not installed", hint="pip install 'mbproj[design]'"))
+    return name
+
+
+def find_design(
+    spec: Spec, where: Where = None, *, engine: str | None = None, fresh: bool = False, tell: Tell = lambda *_: None
+) -> Design:
+    """Searches from the spec's starts, and reports. Starts that were searched before are not searched again, unless
+    `fresh`. Raises InputError where no design runs, KeyboardInterrupt after Ctrl-C: what was done is kept."""
+    chosen, why = engine_of(spec, engine)
+    wish = Wish.of(spec)
+    kept = Kept(["design", _identity(spec), chosen], fresh)
+    points, first_is_own = points_of(spec)
+    blocks = {f"look {k}": points[k : k + TOGETHER].tolist() for k in range(0, len(points), TOGETHER)}
+    ranks = resumable(looked_at, wish, blocks, kept, where, "points", tell)
+    order = sorted(range(len(points)), key=lambda k: [rank for block in ranks.values() for rank in block][k])
+    if first_is_own:
+        order.sort(key=bool)  # the scene's own numbers are always among the starts
+    _check_effects(spec, wish, [points[k] for k in order])
+    tasks = {f"start {k}": Task(tuple(points[k].tolist()), chosen, spec.seed) for k in order[: spec.starts]}
+    reused = sum(key in kept for key in tasks)
+    found = resumable(searched, wish, tasks, kept, where, "starts", tell)
+    searches = sorted((_search(wish, each) for each in found.values()), key=Search.rank)
+    if not np.isfinite(searches[0].value):
+        causes = [each.cause for each in searches]
+        message = f"no design runs; most often: {max(causes, key=causes.count)}"
+        raise InputError(Problem(message, spec.place("vary"), "widen the bounds, or mend the scene"))
+    best = searches[0]
+    runs = len(points) + sum(each.runs for each in searches)
+    return _known(spec, wish, tuple(searches), best, (chosen, why), reused, runs)
+
+
+def _check_effects(spec: Spec, wish: Wish, points: Sequence[Array]) -> None:
+    """Raises InputError for each number that nothing of what is wanted depends on, at the best designs that run."""
+
+    def all_of(u: Array) -> Array:
+        trial = tried(wish, u)
+        return np.concatenate([trial.residuals, trial.goals, trial.limits])
+
+    found = []
+    for u in points[:LOOKED_AT]:
+        at = all_of(u)
+        if np.isfinite(at).all():
+            h = step_of(settings_to_run(wish.scene(u)), CENTRAL)
+            slopes = np.nan_to_num(derivative(all_of, u, at, h, central=False), nan=1.0)
+            found.append(np.abs(slopes).max(axis=0) / max(float(np.abs(slopes).max()), 1e-300))
+    if found:
+        idle = [path for path, effect in zip(spec.paths, np.max(found, axis=0), strict=True) if effect < NO_EFFECT]
+        problems = [
+            Problem(f"'{column_of(path)}' changes nothing of what is wanted", spec.place("vary", path), "leave it out")
+            for path in idle
+        ]
+        if problems:
+            raise InputError(problems)
+
+
+def _search(wish: Wish, found: dict[str, Any]) -> Search:
+    end = np.full(len(wish.paths), np.nan) if found["end"] is None else wish.values(np.array(found["end"]))
+    trace = np.array(found["trace"], dtype=float).reshape(-1, 2)
+    start = wish.values(np.array(found["start"]))
+    return Search(start, end, found["value"], found["broken"], found["runs"], trace, found["cause"])
+
+
+def _identity(spec: Spec) -> list[Any]:
+    """What the searches follow from: the file, the scene, the measurements."""
+    data = [[target.abscissa.tolist(), target.values.tolist()] for target in spec.targets]
+    return [spec.text, spec.scene.text, data]
+
+
+def _known(
+    spec: Spec,
+    wish: Wish,
+    searches: tuple[Search, ...],
+    best: Search,
+    engine: tuple[str, str],
+    reused: int,
+    runs: int,
+) -> Design:
+    u = wish.shares(best.end)
+    trial, finer = tried(wish, u), tried(replace(wish, finer=2), u)
+    error = finer.residuals - trial.residuals
+    known = None
+    if spec.targets:
+        h = step_of(settings_to_run(wish.scene(u)), CENTRAL)
+        slopes = derivative(lambda v: tried(wish, v).residuals, u, trial.residuals, h, central=True)
+        known = knowledge(spec.paths, best.end, spec.high - spec.low, slopes, trial.residuals)
+    notes = tuple(_notes(spec, best, u, trial, known, error))
+    return Design(spec, best.end, trial, searches, *engine, reused, runs, known, error, notes)
+
+
+def _notes(spec: Spec, best: Search, u: Array, trial: Trial, known: Knowledge | None, error: Array) -> list[str]:
+    notes = []
+    for path, share in zip(spec.paths, u, strict=True):
+        if share < TOUCHES or share > 1.0 - TOUCHES:
+            notes.append(f"'{column_of(path)}' is at its {'lower' if share < 0.5 else 'upper'} bound")
+    if best.broken > 0.0:
+        notes.append(f"no design keeps all constraints: the best one found is off by {best.broken:.3g}")
+    if known is not None:
+        notes += known.unseen
+        scatter, off = float(np.linalg.norm(trial.residuals)), float(np.linalg.norm(error))
+        grain = ROUND_OFF * sum(np.linalg.norm(each.values) / each.deviation for each in spec.targets)
+        if off > 0.1 * scatter and off > grain:
+            notes.append(f"the runs' own error is {off / max(scatter, 1e-300):.2g} of the residuals: take a finer step")
+        if not known.is_white and scatter > max(10.0 * off, grain):
+            notes.append("the residuals are no noise: neighbours are alike, the model lacks something")
+    return notes

@@ -1,0 +1,188 @@
+"""The searches from one start, by name: each takes trials that are counted, and gives where it came to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from scipy.optimize import least_squares, minimize
+
+from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
+from mbproj.scene.settings import settings_to_run
+from mbproj.studies.design.derivative import CENTRAL, ONE_SIDED, Counted, derivative, step_of
+from mbproj.studies.design.start import INSIDE, brought_in, value_of, violation
+from mbproj.studies.design.trial import Trial, Wish, tried
+
+#: Iterations of a search that goes by derivatives.
+ITERATIONS = 200
+#: Where it ends: relative changes of what is to be small, and of the shares.
+SMALLEST = 1e-15
+#: Runs of an evolution strategy for each number that varies, and the width that it begins with.
+EVOLVED, WIDTH = 400, 0.25
+#: By how much a constraint may be broken in the end, in parts of its bound or of 1.
+BROKEN = 1e-8
+
+
+@dataclass(frozen=True)
+class Task:
+    """A search: from the shares `u` (d,), by an engine, with the seed of its random numbers."""
+
+    u: tuple[float, ...]
+    engine: str
+    seed: int
+
+
+class Watched:
+    """Trials of one search, the best of them, and how it went down: (runs, value) wherever it became better."""
+
+    def __init__(self, wish: Wish, run: Callable[[Wish, Array], Trial] = tried) -> None:
+        self.trials, self._equal = Counted(wish, run), np.array([limit.side == "equals" for limit in wish.limits], bool)
+        self._allowed = np.array([BROKEN * max(abs(limit.bound), 1.0) for limit in wish.limits])
+        self.best: tuple[float, float, Array] | None = None
+        self.trace: list[tuple[int, float]] = []
+
+    def __call__(self, u: Array) -> Trial:
+        """The trial at u."""
+        trial = self.trials(u)
+        if trial.runs:
+            broken = violation(trial, self._equal)
+            kept = 0.0 if broken <= np.linalg.norm(self._allowed) else broken
+            if self.best is None or (kept, value_of(trial)) < self.best[:2]:
+                self.best = kept, value_of(trial), u.copy()
+                self.trace.append((self.trials.count, value_of(trial)))
+        return trial
+
+
+def searched(wish: Wish, task: Task) -> dict[str, Any]:
+    """What one search came to, as JSON can hold it: `end` (d,) or None, its `value`, by how much constraints are
+    `broken`, the number of `runs`, the `trace`, and the `cause` where nothing was found. A work item."""
+    watched = Watched(wish)
+    start = np.array(task.u)
+    first = watched(start)
+    inside = brought_in(watched.trials, start)
+    if inside is not None:
+        ENGINES[task.engine](wish, watched, np.clip(inside, INSIDE, 1.0 - INSIDE), task.seed)
+    broken, value, end = watched.best if watched.best is not None else (np.nan, np.nan, None)
+    return {
+        "start": [*task.u],
+        "end": None if end is None else end.tolist(),
+        "value": float(value),
+        "broken": float(broken),
+        "runs": watched.trials.count,
+        "trace": [[count, float(reached)] for count, reached in watched.trace],
+        "cause": "" if end is not None else first.cause,
+    }
+
+
+def _by_least_squares(wish: Wish, watched: Watched, u: Array, seed: int) -> None:
+    """Levenberg-Marquardt's method in a trust region with bounds (Branch, Coleman, Li 1999). A trial that does not run
+    makes the region smaller."""
+    settings = settings_to_run(wish.scene(u))
+    exact = settings.tolerance is None or bool(settings.kinematic)
+    h = step_of(settings, ONE_SIDED if exact else CENTRAL)
+
+    def residuals(v: Array) -> Array:
+        return watched(v).residuals
+
+    def slopes(v: Array) -> Array:
+        return np.nan_to_num(derivative(residuals, v, residuals(v), h, central=not exact))
+
+    least_squares(
+        residuals,
+        u,
+        slopes,
+        bounds=(0.0, 1.0),
+        x_scale="jac",
+        ftol=SMALLEST,
+        xtol=SMALLEST,
+        gtol=SMALLEST,
+        max_nfev=ITERATIONS,
+    )
+
+
+def _by_quadratic_programs(wish: Wish, watched: Watched, u: Array, seed: int) -> None:
+    """Sequential quadratic programs (Kraft 1988: SLSQP). A trial that does not run looks worse than the one before, the
+    more so the farther it is: the line search goes back."""
+    h = step_of(settings_to_run(wish.scene(u)), CENTRAL)
+    equal = np.array([limit.side == "equals" for limit in wish.limits], dtype=bool)
+    size = max(abs(value_of(watched(u))), 1e-300)
+    last = u.copy()
+
+    def both(v: Array) -> Array:
+        trial = watched(v)
+        return np.array([value_of(trial) / size, *trial.limits])
+
+    def value(v: Array) -> float:
+        found = float(both(v)[0])
+        if np.isfinite(found):
+            return found
+        return float(both(last)[0]) + 1.0 + float(np.linalg.norm(v - last))
+
+    def slopes(v: Array) -> Array:
+        nonlocal last
+        at = both(v)
+        if not np.isfinite(at).all():
+            return np.zeros((len(at), len(v)))
+        last = v.copy()
+        return np.nan_to_num(derivative(both, v, at, h, central=True))
+
+    def limits(rows: Array, sign: str) -> dict[str, Any]:
+        return {
+            "type": sign,
+            "fun": lambda v: np.nan_to_num(both(v)[1:][rows], nan=-1.0),
+            "jac": lambda v: slopes(v)[1:][rows],
+        }
+
+    constraints = [limits(rows, sign) for rows, sign in ((~equal, "ineq"), (equal, "eq")) if rows.any()]
+    minimize(
+        value,
+        u,
+        jac=lambda v: slopes(v)[0],
+        bounds=[(0.0, 1.0)] * len(u),
+        method="SLSQP",
+        constraints=constraints,
+        options={"maxiter": ITERATIONS, "ftol": SMALLEST},
+    )
+
+
+def _by_evolution(wish: Wish, watched: Watched, u: Array, seed: int) -> None:
+    """Evolution with an adapted covariance matrix (Hansen: CMA-ES), which needs no derivative. Points that keep the
+    constraints come first, then the others by how far they are from that (Deb 2000). It needs two numbers at least: one
+    that varies alone has an idle one beside it."""
+    import cma
+
+    equal = np.array([limit.side == "equals" for limit in wish.limits], dtype=bool)
+    strategy = cma.CMAEvolutionStrategy(
+        [*u.tolist(), *([0.5] if len(u) == 1 else [])],
+        WIDTH,
+        {"bounds": [0.0, 1.0], "seed": seed + 1, "verbose": -9, "maxfevals": EVOLVED * len(u), "tolfun": 1e-12},
+    )
+    while not strategy.stop():
+        points = strategy.ask()
+        trials = [watched(np.array(point[: len(u)])) for point in points]
+        lacking = [_lacking(trial, equal) for trial in trials]
+        worst = max((value_of(each) for each, lack in zip(trials, lacking, strict=True) if lack == 0.0), default=0.0)
+        ranks = [
+            value_of(each) if lack == 0.0 else worst + 1.0 + min(lack, 1e6)
+            for each, lack in zip(trials, lacking, strict=True)
+        ]
+        strategy.tell(points, ranks)
+
+
+def _lacking(trial: Trial, equal: Array) -> float:
+    """0 of a design that runs and keeps the constraints, else how far it is from that."""
+    if trial.runs:
+        broken = violation(trial, equal)
+        return broken if broken > BROKEN else 0.0
+    far = float(np.linalg.norm(trial.lacking))
+    return 1e3 * (1.0 + far) if np.isfinite(far) else 1e6
+
+
+LEAST_SQUARES, QUADRATIC, EVOLUTION = "least_squares", "slsqp", "cma"
+ENGINES: Mapping[str, Callable[[Wish, Watched, Array, int], None]] = {
+    LEAST_SQUARES: _by_least_squares,
+    QUADRATIC: _by_quadratic_programs,
+    EVOLUTION: _by_evolution,
+}

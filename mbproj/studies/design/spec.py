@@ -1,0 +1,299 @@
+"""The file that says what a design is to be: a scene, what varies within which bounds, what is matched or wanted."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
+from mbproj.errors import InputError, Place
+from mbproj.scene.blocks.expectations import EXPECTATION, MEASURE, SUBJECTS, Given, Measure
+from mbproj.scene.blocks.measures import MEASURE as RECORD_OF_MEASURE
+from mbproj.scene.blocks.measures import complaints, items_of, measures_of, untimely
+from mbproj.scene.expressions.evaluate import Unavailable, Value, evaluate
+from mbproj.scene.expressions.syntax_tree import parse
+from mbproj.scene.expressions.tokens import ExpressionError
+from mbproj.scene.fields.choices import Choice
+from mbproj.scene.fields.containers import Named, OneOf, Record
+from mbproj.scene.fields.fields import Field, Text
+from mbproj.scene.fields.quantities import Integer, Number, agrees
+from mbproj.scene.fields.reading import Reading, in_text_order
+from mbproj.scene.ranges import BOUNDS, Uniform
+from mbproj.scene.ranges.family import opened, scene_named, units_of
+from mbproj.scene.read import SceneText
+from mbproj.scene.records import Expectation, KeyPath, Scene
+from mbproj.scene.settings import settings_to_run
+from mbproj.scene.text.changes import Change
+from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode, as_mapping
+from mbproj.studies.design.matches import Match
+from mbproj.studies.design.target import Target
+
+FORMAT = "1"
+#: How many starts a search has, and the seed of their points.
+STARTS, SEED = 20, 0
+
+
+class Bounded(Field[Mapping[str, Uniform]]):
+    """Bounds by the paths of what they are of."""
+
+    node_type = MappingNode
+
+    @property
+    def expects(self) -> str:
+        return "a mapping {path of a number of the scene: [low, high]}"
+
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> Mapping[str, Uniform] | None:
+        mapping = as_mapping(node)
+        if mapping is None:
+            self.reject(node, path, reading)
+            return None
+        if not mapping.values:
+            reading.report(
+                "'vary' is empty", mapping.place, "say what varies, as in  parameters.length: [0.8 m, 1.2 m]"
+            )
+            return None
+        for name in mapping.values:
+            where = (*path, name)
+            reading.places[where] = mapping.keys[name]
+        found = {name: BOUNDS.read(value, (*path, name), reading) for name, value in mapping.values.items()}
+        whole = {name: each for name, each in found.items() if each is not None}
+        return whole if len(whole) == len(found) else None
+
+    def schema(self) -> dict[str, Any]:
+        return {"description": self.expects, "type": "object", "additionalProperties": BOUNDS.schema()}
+
+
+class Headings(Field[Mapping[str, str]]):
+    """Headings of a table by what they are of, as in {time: "t", position_x: "X"}."""
+
+    node_type = MappingNode
+
+    @property
+    def expects(self) -> str:
+        return "a mapping {what: heading of the column}"
+
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> Mapping[str, str] | None:
+        mapping = as_mapping(node)
+        if mapping is None or not all(isinstance(each, ScalarNode) for each in mapping.values.values()):
+            self.reject(node, path, reading)
+            return None
+        for name in mapping.values:
+            where = (*path, name)
+            reading.places[where] = mapping.keys[name]
+        return {name: each.text for name, each in mapping.values.items() if isinstance(each, ScalarNode)}
+
+    def schema(self) -> dict[str, Any]:
+        return {"description": self.expects, "type": "object", "additionalProperties": Text().schema()}
+
+
+_OF = {key: EXPECTATION.keys[key] for key in SUBJECTS}
+MATCH: Record[Given] = Record(
+    "a match",
+    {
+        **_OF,
+        "quantity": EXPECTATION.keys["quantity"],
+        "through": Text(),
+        "over": Text(),
+        "columns": Headings(),
+        "weight": Number(above=0.0),
+        "deviation": Measure(above=0.0),
+    },
+    dict,
+    required=("through",),
+    choices=(OneOf(tuple(SUBJECTS), needed=True, hint="a match is of one thing; write another for the other"),),
+)
+_SIDES = ("at_least", "at_most", "equals")
+LIMIT: Record[Given] = Record(
+    "a constraint",
+    {**RECORD_OF_MEASURE.keys, "expression": Text(), **dict.fromkeys(_SIDES, MEASURE)},
+    dict,
+    choices=(
+        OneOf((*SUBJECTS, "expression"), needed=True, hint="a constraint is of one thing; write another for the other"),
+        OneOf(_SIDES, needed=True, hint="a constraint has one side; write another for the other"),
+    ),
+)
+DESIGN: Record[dict[str, Any]] = Record(
+    "a design",
+    {
+        "design": Choice("format version", lambda: (FORMAT,)),
+        "scene": Text(),
+        "vary": Bounded(),
+        "match": Named("match", MATCH),
+        "minimise": Named("goal", RECORD_OF_MEASURE),
+        "maximise": Named("goal", RECORD_OF_MEASURE),
+        "subject_to": Named("constraint", LIMIT),
+        "starts": Integer(1),
+        "seed": Integer(0),
+    },
+    dict,
+    required=("design", "scene", "vary"),
+)
+
+
+@dataclass(frozen=True)
+class Goal:
+    """A measure that is to be as small as it can be, or as large, where `sign` is -1."""
+
+    measure: Expectation
+    sign: float
+
+
+@dataclass(frozen=True)
+class Limit:
+    """What must hold: `side` ("at_least", "at_most", "equals") of the bound, in the SI unit `unit`, by a measure or by
+    an expression of the scene's parameters."""
+
+    name: str
+    side: str
+    bound: float
+    unit: str
+    measure: Expectation | None = None
+    expression: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Spec:
+    """A design as its file has it: d numbers vary, by `paths`, between `low` and `high` (d,), in `units`; the scene's
+    own are `own` (d,), NaN where one is unknown."""
+
+    path: Path
+    text: str = field(repr=False)
+    scene: SceneText
+    paths: tuple[str, ...]
+    low: Array
+    high: Array
+    own: Array
+    units: tuple[str, ...]
+    targets: tuple[Target, ...]
+    goals: tuple[Goal, ...]
+    limits: tuple[Limit, ...]
+    starts: int
+    seed: int
+    places: Mapping[KeyPath, Place] = field(repr=False)
+
+    def place(self, *path: str | int) -> Place | None:
+        """Where a key of the file stands."""
+        return self.places.get(path)
+
+
+def read_spec(path: Path) -> Spec:
+    """The design in the file at `path`. Raises InputError with every problem, at its place in the file, the scene or
+    the measurements."""
+    text, root, reading = opened(path, DESIGN.what, f"it begins with 'design: {FORMAT}'")
+    scene, base = scene_named(path, root, reading, DESIGN)
+    reading.items = items_of(base)
+    found = DESIGN.read(root, (), reading)
+    if found is None:
+        raise InputError(in_text_order(reading.problems))
+    _check_wanted(found, root, reading)
+    _check_measures(found, base, reading)
+    _check_bounds(found["vary"], scene, reading)
+    if reading.problems:
+        raise InputError(in_text_order(reading.problems))
+    limits = tuple(_limits(found.get("subject_to", {}), base, reading))
+    matches = [Match(name, given, base, path.parent, reading) for name, given in found.get("match", {}).items()]
+    targets = tuple(target for match in matches if (target := match.target()) is not None)
+    data = sum(target.values.size for target in targets)
+    if targets and data < len(found["vary"]) and not reading.problems:
+        message = f"{len(found['vary'])} numbers vary, and there are {data} to match"
+        reading.report(message, reading.places[("vary",)], "vary fewer, or match more")
+    if reading.problems:
+        raise InputError(in_text_order(reading.problems))
+    bounds: Mapping[str, Uniform] = found["vary"]
+    return Spec(
+        path=path,
+        text=text,
+        scene=scene,
+        paths=tuple(bounds),
+        low=np.array([each.low for each in bounds.values()]),
+        high=np.array([each.high for each in bounds.values()]),
+        own=scene.numbers(tuple(bounds)),
+        units=tuple(units_of({path: each.dimension for path, each in bounds.items()}, scene).values()),
+        targets=targets,
+        goals=tuple(_goals(found, base)),
+        limits=limits,
+        starts=found.get("starts", STARTS),
+        seed=found.get("seed", SEED),
+        places=reading.places,
+    )
+
+
+def _check_wanted(found: Mapping[str, Any], root: MappingNode, reading: Reading) -> None:
+    """Report a design that wants nothing, or two kinds of things."""
+    goals = [key for key in ("minimise", "maximise") if found.get(key)]
+    if not found.get("match") and not goals:
+        hint = "add match: {NAME: {marker: .., through: FILE.csv}}, or minimise: {NAME: {a measure}}"
+        reading.report("nothing is matched, minimised or maximised", root.place, hint)
+    if found.get("match") and goals:
+        hint = "match alone, and bound the other by 'subject_to'"
+        reading.report(f"'match' and '{goals[0]}' cannot both be given", root.keys[goals[0]], hint)
+    names = [name for key in ("minimise", "maximise") for name in found.get(key, {})]
+    for name in found.get("maximise", {}):
+        if names.count(name) > 1:
+            reading.report(f"two goals are called '{name}'", reading.places[("maximise", name)], "rename one")
+
+
+def _check_measures(found: Mapping[str, Any], base: Scene, reading: Reading) -> None:
+    """Report what the scene does not have of what goals and constraints measure, and times without a sample."""
+    for block in ("minimise", "maximise", "subject_to"):
+        given = {name: each for name, each in found.get(block, {}).items() if "expression" not in each}
+        for name, each in given.items():
+            if "at" not in each:
+                reading.report("missing key 'at'", reading.places[(block, name)], "add it: end, maximum, largest, ..")
+            if not {"quantity", "diagnostic"} & each.keys():
+                reading.report("missing key 'quantity'", reading.places[(block, name)], "add it")
+        whole = {
+            name: each for name, each in given.items() if "at" in each and {"quantity", "diagnostic"} & each.keys()
+        }
+        settings = settings_to_run(base)
+        for complaint in (*complaints(whole, base), *untimely(whole, settings)):
+            where = (block, *complaint.path[1:])
+            reading.report(complaint.message, reading.places[where], complaint.hint)
+
+
+def _check_bounds(bounds: Mapping[str, Uniform], scene: SceneText, reading: Reading) -> None:
+    """Report what the scene's reader says of a bound itself. What follows from it may be wrong there, as the arc cosine
+    of a triangle that does not close: that is one design that does not run."""
+    for path, each in bounds.items():
+        for node in each.nodes:
+            try:
+                scene.scene({path: Change(node, reading.places[("vary", path)])})
+            except InputError as error:
+                file = node.place.file
+                reading.problems += [each for each in error.problems if each.place and each.place.file == file]
+
+
+def _goals(found: Mapping[str, Any], base: Scene) -> Iterator[Goal]:
+    for block, sign in (("minimise", 1.0), ("maximise", -1.0)):
+        for measure in measures_of(found.get(block, {}), base):
+            yield Goal(measure, sign)
+
+
+def _limits(given: Mapping[str, Given], base: Scene, reading: Reading) -> Iterator[Limit]:
+    measures = {name: each for name, each in given.items() if "expression" not in each}
+    known = {measure.name: measure for measure in measures_of(measures, base)}
+    names = {name: Value(number, None) for name, number in base.parameters.items()}
+    for name, each in given.items():
+        side = next(side for side in _SIDES if side in each)
+        bound: Value = each[side]
+        measure, unit = known.get(name), ""
+        if measure is not None:
+            unit = measure.unit
+            if not agrees(unit, bound.dimension):
+                what = f"is in {unit}" if unit else "has no unit"
+                place = reading.places[("subject_to", name, side)]
+                reading.report(f"'{measure.quantity}' {what}", place, f"give '{side}' so")
+        else:
+            try:
+                evaluate(parse(each["expression"], frozenset(names)), names)
+            except (ExpressionError, Unavailable) as error:
+                place = reading.places[("subject_to", name, "expression")]
+                hint = getattr(error, "hint", None)
+                reading.report(f"an expression of parameters: {error}", place, hint)
+                continue
+        yield Limit(name, side, bound.number, unit, measure, each.get("expression", ""))

@@ -1,0 +1,82 @@
+"""Derivatives of measures by numbers of a scene, against closed forms."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import mbproj
+from tests.studies.design.scenes import BALL
+
+DROPPED = """\
+mbproj: 1
+gravity: [0, 0, -10]
+parameters: {height: 1.25 m, bounce: 0.8}
+bodies:
+  ball: {mass: 1, inertia: [1, 1, 1], position: [0, 0, height]}
+forces:
+  floor: {type: stop, point: {body: ball, location: {ball: [0, 0, 0]}}, rigid: true, restitution: bounce,
+          plane: {body: ground, location: [0, 0, 0], normal: [0, 0, 1]}}
+simulation: {duration: 0.9 s, tolerance: 1.0e-10, integrator: dop853, output_step: 0.1}
+expect:
+  up: {body: ball, quantity: position, component: z, at: end, below: 100 m, source: a parabola after the impact}
+"""
+
+
+def slopes(text, **options):
+    found = mbproj.sensitivity(text, **options)
+    return {(measure, number): (slope, off) for measure, number, _, slope, off, *_ in found.table.rows}
+
+
+def test_of_a_throw():
+    """x = v cos α t, z = v sin α t - g t²/2, at t = 1."""
+    found = slopes(BALL, to="speed,angle")
+    exact = {
+        ("far", "speed"): np.cos(1.0),
+        ("far", "angle"): -10.0 * np.sin(1.0),
+        ("high", "speed"): np.sin(1.0),
+        ("high", "angle"): 10.0 * np.cos(1.0),
+    }
+    assert {key: slope for key, (slope, _) in found.items()} == pytest.approx(exact, rel=1e-10)
+    for key, (slope, off) in found.items():
+        assert abs(slope - exact[key]) <= max(off, 1e-12)
+
+
+def test_through_an_impact():
+    """After T = √(2h/g): z = e g T τ - g τ²/2, τ = t - T; by h: dT/dh = 1/(g T)."""
+    found = slopes(DROPPED)
+    g, h, e, t = 10.0, 1.25, 0.8, 0.9
+    fall = np.sqrt(2.0 * h / g)
+    after, by_height = t - fall, 1.0 / (g * fall)
+    exact = {
+        ("up", "bounce"): g * fall * after,
+        ("up", "height"): (e * g * (after - fall) + g * after) * by_height,
+    }
+    assert {key: slope for key, (slope, _) in found.items()} == pytest.approx(exact, rel=1e-8)
+
+
+def test_elasticities_rank_numbers():
+    table = mbproj.sensitivity(BALL, of="far", to=["idle", "speed", "angle"]).table
+    assert table["number"].tolist() == ["angle", "speed", "idle"]
+    assert table["elasticity"] == pytest.approx([-np.tan(1.0), 1.0, 0.0], abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"of": "fra"}, "no expectation is called 'fra'; choose from: far, high"),
+        ({"to": "spede"}, "'spede' is no number of the mechanism by itself; did you mean 'speed'"),
+        ({"to": "simulation.duration"}, "'simulation.duration' is no number of the mechanism by itself"),
+        ({"to": "bodies.ball.inertia"}, "'bodies.ball.inertia' is no number of the mechanism by itself"),
+    ],
+)
+def test_names_that_are_not_there(options, said):
+    with pytest.raises(mbproj.InputError, match=said.replace("(", r"\(")):
+        mbproj.sensitivity(BALL, **options)
+
+
+def test_a_run_beside_that_fails_is_said():
+    """A mass that a smaller number makes negative."""
+    text = BALL.replace("mass: 1 kg", "mass: 1.0e-30*(idle - 1.9999999)")
+    with pytest.raises(mbproj.InputError, match="a run with another 'idle' fails"):
+        mbproj.sensitivity(text, to="idle")
