@@ -27,6 +27,8 @@ PLACES = {
     "motion": "motions",
     "stop": "stops",
     "friction": "frictions",
+    "state": "states",
+    "signal": "signals",
 }
 #: What stops, frictions and joints may share.
 SHARED = ("force", "reaction_force", "reaction_torque")

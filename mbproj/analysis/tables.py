@@ -112,6 +112,7 @@ def _over_time(results: Results) -> Iterator[Table]:
         ("stops", "stop_units", "ns", "stop"),
         ("frictions", "friction_units", "nr", "friction"),
         ("states", "state_units", "nx", "state"),
+        ("signals", "signal_units", "nu", "signal"),
     )
     for kind, units, symbol, group in along:
         columns_of = [dataset for dataset in results.datasets if dataset.symbol == symbol]

@@ -7,6 +7,7 @@ nothing of ours, and no NumPy: the reader of scenes makes programs too.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from enum import IntEnum
 
 from mbproj.dataclass import dataclass
@@ -71,15 +72,24 @@ Code = tuple[Instruction, ...]
 
 @dataclass(frozen=True)
 class Program:
-    """A function: its code, and how the scene writes it (for messages; empty where it cannot fail)."""
+    """A function: its code, and how the scene writes it (for messages; empty where it cannot fail). Of a scene,
+    variable CHANNELS + i stands for what is called `reads[i]` there; of a system, for a channel of that."""
 
     code: Code
     text: str = ""
+    reads: tuple[str, ...] = ()
 
 
 def number(value: float) -> Code:
     """A constant."""
     return (Instruction(Op.CONSTANT, value),)
+
+
+def replaced(code: Code, by: Mapping[int, Code]) -> Code:
+    """The code with other codes in place of these variables."""
+    return tuple(
+        one for each in code for one in (by.get(int(each.operand), (each,)) if each.op is Op.VARIABLE else (each,))
+    )
 
 
 def variable(index: int) -> Code:

@@ -28,7 +28,7 @@ class ProgramSet:
     `op` (N,) the operations by number (`Op`), `operand` (N,) a constant, an exponent, the number of a variable or of a
     table. Tables: piece i of table k is row `table_start[k] + i` of `knot`, `origin` (B,) and `piece` (B, 4) (see
     `Table`), `period` (T,) that with which each repeats. `smooth` (T,): how many derivatives jump at kinks alone.
-    `texts`: how the scene writes each.
+    `texts`: how the scene writes each; `reads`: what each names there.
     """
 
     start: Integers
@@ -41,6 +41,7 @@ class ProgramSet:
     period: Array
     smooth: Integers
     texts: tuple[str, ...]
+    reads: tuple[tuple[str, ...], ...]
 
     @property
     def size(self) -> int:
@@ -59,6 +60,7 @@ class ProgramSet:
                 for op, operand in code
             ),
             self.texts[index],
+            self.reads[index],
         )
 
     def _table(self, number: int) -> Table:
@@ -136,6 +138,7 @@ def joined(sets: Sequence[ProgramSet]) -> ProgramSet:
         operand=np.concatenate(operand),
         table_start=np.concatenate(table_start),
         texts=tuple(text for each in sets for text in each.texts),
+        reads=tuple(names for each in sets for names in each.reads),
         **rest,
     )
 
@@ -156,4 +159,5 @@ def flatten(programs: Sequence[Program], smooth: int = OF_FORCES) -> ProgramSet:
         period=np.array([table.period for table in tables]),
         smooth=np.full(len(tables), smooth, dtype=np.intp),
         texts=tuple(program.text for program in programs),
+        reads=tuple(program.reads for program in programs),
     )

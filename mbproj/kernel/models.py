@@ -9,11 +9,13 @@ from typing import Any
 import numpy as np
 
 from mbproj.arrays import Array, Integers
+from mbproj.functions.program import CHANNELS
 from mbproj.kernel.bound import Bound, bound_in_plane, bound_in_space, joined, primitives
 from mbproj.kernel.loads import (
     along_in_plane,
     functions,
     plane_loads,
+    programs,
     space_loads,
 )
 from mbproj.model.layout import Layout
@@ -33,7 +35,7 @@ def space_model(core: ModuleType, system: System, layout: Layout) -> Any:
     follow the joints, as joints of one row each."""
     n, rows = system.bodies, bound_in_space(system.rows)
     coordinates = bound_in_space(system.coordinates)
-    return core.SpaceModel(
+    model = core.SpaceModel(
         thresholds=_thresholds(core),
         mass=system.mass,
         inertia=np.ascontiguousarray(system.inertia),
@@ -53,6 +55,17 @@ def space_model(core: ModuleType, system: System, layout: Layout) -> Any:
         **_space_stops(core, system),
         **_space_bearings(system),
     )
+    return _with_actions(core, system, model)
+
+
+def _with_actions(core: ModuleType, system: System, model: Any) -> Any:
+    """The model with what controllers do."""
+    actions = system.actions
+    if actions.size:
+        pairs = list(zip(actions.state.tolist(), range(actions.programs.size), strict=True))
+        sets = [[pairs[k] for k in actions.sets(action)] for action in range(actions.size)]
+        model.set_actions(sets, programs(core, actions.programs, CHANNELS + system.channels.size))
+    return model
 
 
 def _blocks(layout: Layout) -> list[tuple[Any, ...]]:
@@ -167,7 +180,7 @@ def plane_model(core: ModuleType, system: System, plane: Plane, layout: Layout) 
     coordinates = bound_in_plane(plane.coordinates)
     joints = bound_in_plane(plane.joints)
     rows = joint_and_motion_rows(system, plane, joints, coordinates)
-    return core.PlaneModel(
+    model = core.PlaneModel(
         thresholds=_thresholds(core),
         mass=plane.mass,
         inertia=plane.inertia.reshape(-1, 1, 1),
@@ -187,6 +200,7 @@ def plane_model(core: ModuleType, system: System, plane: Plane, layout: Layout) 
         **_plane_stops(core, system, plane, coordinates),
         **_plane_bearings(system, plane),
     )
+    return _with_actions(core, system, model)
 
 
 def _couplings(system: System, row: Integers, coordinate: Integers) -> list[tuple[Any, ...]]:

@@ -14,7 +14,8 @@ from mbproj.dynamics.equations.forces import law_state
 from mbproj.dynamics.equations.gaps import gaps
 from mbproj.dynamics.equations.turning import turns_of
 from mbproj.errors import InputError, Problem
-from mbproj.functions.program import COORDINATE, RATE
+from mbproj.functions.program import CHANNELS, COORDINATE, RATE
+from mbproj.functions.program_set import ProgramSet
 from mbproj.functions.series import constant_series, run, slope
 from mbproj.linear.held import refuse_loads
 from mbproj.linear.reference import Reference
@@ -25,14 +26,17 @@ HINT = "linearise beside the kink, or smooth the force"
 
 
 def refuse_kinks(reference: Reference) -> None:
-    """Raises InputError that names the forces which have no slope at the reference, or another one on either side. The
-    first are those of two points that have met, or of the root of a square: a stop at its edge, dry friction at
-    rest."""
+    """Raises InputError that names the forces and states which have no slope at the reference, or another one on either
+    side. The first are those of two points that have met, or of the root of a square: a stop at its edge, dry friction
+    at rest. Raises it where controllers act."""
+    if reference.system.actions.size:
+        what = f"{reference.system.actions.names[0]} acts at instants: between them it holds its values"
+        raise InputError(Problem(what, hint="a continuous model has no such thing; write the law as 'states' for it"))
     _refuse_touching(reference)
     refuse_loads(reference.system, "has no linear part here")
     problems = [
-        Problem(f"force '{owner}' {why} at this pose: it has no linear part", hint=HINT)
-        for owner, why in _kinks(reference, reference.system.forces)
+        Problem(f"{owner} {why} at this pose: it has no linear part", hint=HINT)
+        for owner, why in (*_kinks(reference, reference.system.forces), *_of_channels(reference))
     ]
     if problems:
         raise InputError(problems)
@@ -61,20 +65,40 @@ def _kinks(reference: Reference, forces: Forces) -> Iterator[tuple[str, str]]:
     unit = np.where(laws.coordinates.is_length, reference.system.length, 1.0)
     for law, owner in enumerate(forces.law_owners):
         if not smooth[law]:
-            yield owner, "has no slope"
+            yield f"force '{owner}'", "has no slope"
         elif laws.program[law] >= 0:
             at = [float(each) for each in instant.values(state.value[law], state.rate[law])]
-            jumps = (_jump(forces, int(laws.program[law]), at, which, float(unit[law])) for which in (COORDINATE, RATE))
+            own, size = forces.programs, float(unit[law])
+            jumps = (_jump(own, int(laws.program[law]), at, which, size) for which in (COORDINATE, RATE))
             why = next((jump for jump in jumps if jump), "")
             if why:
-                yield owner, why
+                yield f"force '{owner}'", why
 
 
-def _jump(forces: Forces, program: int, at: list[float], variable: int, unit: float) -> str:
+def _of_channels(reference: Reference) -> Iterator[tuple[str, str]]:
+    """The same of functions that name channels, along these."""
+    system = reference.system
+    if not system.channels.size:
+        return
+    instant, laws = reference.motion.instant(system), system.forces.laws
+    seen, names = law_state(instant), system.names
+    places = {int(k): (seen.value[law], seen.rate[law]) for law, k in enumerate(laws.program) if k >= 0}
+    every = [(system.forces.programs, k, f"force '{owner}'") for k, owner in enumerate(system.forces.program_owners)]
+    every += [(system.states.programs, k, f"state '{name}'") for k, name in enumerate(names.states)]
+    for programs, k, owner in every:
+        of_law = places.get(k, (0.0, 0.0)) if programs is system.forces.programs else (0.0, 0.0)
+        at = [float(each) for each in instant.values(*of_law)]
+        jumps = (_jump(programs, k, at, which, 1.0) for which in range(CHANNELS, len(at)))
+        why = next((jump for jump in jumps if jump), "") if programs.names_channels(k) else ""
+        if why:
+            yield owner, why
+
+
+def _jump(programs: ProgramSet, program: int, at: list[float], variable: int, unit: float) -> str:
     """What is another one on either side of a variable's value; nothing where the function is smooth: what is smooth
     changes by less the nearer one looks."""
     aside = THRESHOLDS.beside_kink * max(abs(at[variable]), unit)
-    far, near = (_sides(forces, program, at, variable, step) for step in (aside, 0.1 * aside))
+    far, near = (_sides(programs, program, at, variable, step) for step in (aside, 0.1 * aside))
     slopes, values = far.T
     jump = np.abs(near[1] - near[0]) > 0.5 * np.abs(far[1] - far[0])
     if jump[0] and abs(slopes[1] - slopes[0]) > THRESHOLDS.jumping_slope * np.abs(slopes).max():
@@ -84,11 +108,11 @@ def _jump(forces: Forces, program: int, at: list[float], variable: int, unit: fl
     return ""
 
 
-def _sides(forces: Forces, program: int, at: list[float], variable: int, step: float) -> Array:
+def _sides(programs: ProgramSet, program: int, at: list[float], variable: int, step: float) -> Array:
     """Slope and value before and after, (2, 2)."""
     found = np.zeros((2, 2))
     for side, sign in enumerate((-1.0, 1.0)):
         here = [np.asarray(x + sign * step * (index == variable)) for index, x in enumerate(at)]
-        found[side, 0] = slope(forces.programs, program, here, variable)
-        found[side, 1] = run(forces.programs, program, [constant_series(x) for x in here])[0]
+        found[side, 0] = slope(programs, program, here, variable)
+        found[side, 1] = run(programs, program, [constant_series(x) for x in here])[0]
     return found

@@ -1,8 +1,9 @@
-"""What functions of a scene name, what has states of its own, and what is driven, as arrays."""
+"""What functions of a scene name, what has states of its own, what is driven and what controllers do, as arrays."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
 from enum import IntEnum
 
 import numpy as np
@@ -10,7 +11,7 @@ import numpy.typing as npt
 
 from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
-from mbproj.errors import Place
+from mbproj.errors import InputError, Place, Problem
 from mbproj.functions.program_set import ProgramSet, flatten
 
 
@@ -82,6 +83,8 @@ class Energies:
     lost: ProgramSet
 
 
+#: Of a scene without any.
+NO_SIGNALS = flatten([])
 NO_ENERGIES = Energies(flatten([]), flatten([]))
 
 
@@ -105,3 +108,57 @@ class Motions:
 
 
 NO_MOTIONS = Motions(np.zeros(0, dtype=np.intp), np.zeros(0), flatten([]), ())
+
+
+#: Of a controller in one run: each is kept with some 200 bytes.
+MOST_INSTANTS = 2_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class Actions:
+    """A actions at the times first + k period, k = 0, 1, ...; those at one time in their order.
+
+    `first`, `period` (A,) in s. `start` (A+1,): action a sets the states `state[start[a]:start[a + 1]]`, all at once,
+    to what their `programs` are of the time and channels before. `names` (A,): of their controllers, for messages.
+    """
+
+    first: Array
+    period: Array
+    start: Integers
+    state: Integers
+    programs: ProgramSet
+    names: tuple[str, ...]
+
+    @property
+    def size(self) -> int:
+        """A."""
+        return len(self.first)
+
+    def sets(self, action: int) -> range:
+        """The entries of `state`, and the programs, of one of them."""
+        return range(*self.start[action : action + 2].tolist())
+
+    def is_held(self, states: int) -> npt.NDArray[np.bool_]:
+        """Which of so many states they set, (states,)."""
+        found: npt.NDArray[np.bool_] = np.zeros(states, dtype=bool)
+        found[self.state] = True
+        return found
+
+    def instants(self, start: float, end: float, slack: float) -> Mapping[float, tuple[int, ...]]:
+        """The actions at each time from `start` to `end`; one at `start` but for `slack` is there. Raises InputError
+        where these are too many to be kept."""
+        for name, period in zip(self.names, self.period.tolist(), strict=True):
+            count = (end - start) / period
+            if count > MOST_INSTANTS:
+                what = f"{name} has {count:.2g} instants in this run, at most {MOST_INSTANTS:.2g} are kept"
+                raise InputError(Problem(what, hint="give it a longer period, or make the run shorter"))
+        found = defaultdict[float, list[int]](list)
+        for action, (first, period) in enumerate(zip(self.first.tolist(), self.period.tolist(), strict=True)):
+            k = max(int(np.ceil((start - slack - first) / period)), 0)
+            last = int(np.floor((end - first) / period))
+            for time in (first + np.arange(k, last + 1) * period).tolist():
+                found[time].append(action)
+        return {time: tuple(actions) for time, actions in found.items()}
+
+
+NO_ACTIONS = Actions(np.zeros(0), np.zeros(0), np.zeros(1, dtype=np.intp), np.zeros(0, dtype=np.intp), flatten([]), ())

@@ -14,10 +14,13 @@ from mbproj.errors import Place
 from mbproj.functions.program_set import ProgramSet, joined
 from mbproj.model.bearings import Bearings
 from mbproj.model.channels import (
+    NO_ACTIONS,
     NO_CHANNELS,
     NO_ENERGIES,
     NO_MOTIONS,
+    NO_SIGNALS,
     NO_STATES,
+    Actions,
     Channels,
     ElementStates,
     Energies,
@@ -38,8 +41,8 @@ class Names:
     `motion_units`, `stop_units` and `friction_units` are those of what forces act along, motions drive, stops limit
     and dry friction resists, m or rad. `forces` end with the reflected inertias, "joint.coordinate.inertia"; `stops`
     are "joint.coordinate.low" and "...high", or the name of a force; `frictions` that, or "force.coordinate".
-    `applied` are the forces and torques of given components on bodies: of unit m a force, of rad a torque. `states` of
-    elements have any unit. `carriers` are what moves: the bodies, but for those that fixed joints have merged, which
+    `applied` are the forces and torques of given components on bodies: of unit m a force, of rad a torque. `states` and
+    `signals` have any unit. `carriers` are what moves: the bodies, but for those that fixed joints have merged, which
     are called by their first.
     """
 
@@ -61,6 +64,8 @@ class Names:
     applied_units: tuple[str, ...] = ()
     states: tuple[str, ...] = ()
     state_units: tuple[str, ...] = ()
+    signals: tuple[str, ...] = ()
+    signal_units: tuple[str, ...] = ()
 
     def as_mapping(self) -> dict[str, tuple[str, ...]]:
         """The names by kind, as a results file stores them."""
@@ -99,8 +104,9 @@ class System:
     carrier. `marker_body` (k,), `marker_local` (k, 3). `reaction_body` (nj,), `reaction_local` (nj, 3): body 2 of each
     joint and its point in it. `length` is the size of the mechanism in m: what an absolute tolerance is taken relative
     to. `body_places`, `joint_places`: where each carrier and joint stands in the scene file, for messages. `forces`,
-    `stops`, `frictions` (dry ones that stick), `bearings`, and `states` of elements are None where the scene has none.
-    `channels`: what functions name. `adjustments`: how far joints were moved from where the scene has them.
+    `stops`, `frictions` (dry ones that stick), `bearings` and `states` are None where the scene has none. `actions`:
+    what controllers do; `channels`: what functions name; `signals`: what a scene calls by a name, of the time and these.
+    `adjustments`: how far joints were moved from where the scene has them.
     """
 
     names: Names
@@ -129,7 +135,9 @@ class System:
     bearings: Bearings | None = None
     states: ElementStates = NO_STATES
     energies: Energies = NO_ENERGIES
+    actions: Actions = NO_ACTIONS
     channels: Channels = NO_CHANNELS
+    signals: ProgramSet = NO_SIGNALS
     adjustments: tuple[Adjustment, ...] = ()
 
     @cached_property

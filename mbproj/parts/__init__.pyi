@@ -102,6 +102,8 @@ class Expectation(Part):
     motion: the name of a motion, optional
     stop: text, optional
     friction: text, optional
+    state: text, optional
+    signal: text, optional
     diagnostic: position_violation, velocity_violation, acceleration_violation, kinetic_energy, potential_energy, total_energy, work, dissipation, energy_balance, energy_drift, energy_drift_relative, step_size, steps, rejected_steps, evaluations, projections, projection_iterations, velocity_iterations, projection_failures, projection_fallbacks or factorisations, optional
     quantity: position, velocity, acceleration, transmission_angle, orientation, angular_velocity, angular_acceleration, angle, angle_1, angle_2, displacement, displacement_x, displacement_y, length, angle_speed, angle_1_speed, angle_2_speed, displacement_speed, displacement_x_speed, displacement_y_speed, length_speed, angle_velocity_ratio, angle_1_velocity_ratio, angle_2_velocity_ratio, displacement_velocity_ratio, displacement_x_velocity_ratio, displacement_y_velocity_ratio, length_velocity_ratio, angle_mechanical_advantage, angle_1_mechanical_advantage, angle_2_mechanical_advantage, displacement_mechanical_advantage, displacement_x_mechanical_advantage, displacement_y_mechanical_advantage, length_mechanical_advantage, reaction_force, reaction_torque, violation, violation_length, violation_angle, coordinate, rate, force, value, gap, state, dissipation, translation, rotation, translation_rate, rotation_rate or torque, optional
     component: x, y, z or norm, optional
@@ -114,7 +116,7 @@ class Expectation(Part):
     below: a number in the unit of the quantity, optional
     above: a number in the unit of the quantity, optional
     source: text
-    one of marker, body, joint, force, motion, stop, friction, diagnostic
+    one of marker, body, joint, force, motion, stop, friction, state, signal, diagnostic
     one of quantity, diagnostic
     one of value, below, above
     one of absolute, relative, below, above
@@ -132,6 +134,8 @@ class Expectation(Part):
         motion: str | None = ...,
         stop: str | None = ...,
         friction: str | None = ...,
+        state: str | None = ...,
+        signal: str | None = ...,
         diagnostic: str | None = ...,
         quantity: str | None = ...,
         component: str | None = ...,

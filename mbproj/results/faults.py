@@ -21,6 +21,7 @@ KINDS = {
     "stops": "stop",
     "frictions": "dry friction",
     "states": "state",
+    "signals": "signal",
 }
 
 

@@ -81,8 +81,10 @@ LATER_NAMES = {
     "stop_units": NameList("ns", "stops/units", "unit of what each stop limits, rad or m"),
     "frictions": NameList("nr", "friction/names", "names of the dry frictions: the force's, force.coordinate, stop.1"),
     "friction_units": NameList("nr", "friction/units", "unit of what each dry friction resists, rad or m"),
-    "states": NameList("nx", "states/names", "names of the states of elements"),
+    "states": NameList("nx", "states/names", "names of the states: a scene's own, and those of elements"),
     "state_units": NameList("nx", "states/units", "unit of each state"),
+    "signals": NameList("nu", "signals/names", "names of the signals"),
+    "signal_units": NameList("nu", "signals/units", "unit of each signal"),
 }
 ALL_NAMES = {**NAMES, **LATER_NAMES}
 
@@ -171,9 +173,11 @@ OF_APPLIED: tuple[Dataset, ...] = (
     Dataset("forces/applied_power", ("na",), "W", "its power"),
 )
 #: What a file has only where elements have states of their own.
-OF_STATES = (Dataset("states/value", ("nx",), "any", "state of an element; unit per column in states/units"),)
+OF_STATES = (Dataset("states/value", ("nx",), "any", "state; unit per column in states/units"),)
+#: What a file has only where the scene calls expressions by names.
+OF_SIGNALS = (Dataset("signals/value", ("nu",), "any", "signal; unit per column in signals/units"),)
 #: What a file has only where the scene has some.
-LATER: tuple[Dataset, ...] = (*OF_STOPS, *OF_FRICTIONS, *OF_APPLIED, *OF_STATES)
+LATER: tuple[Dataset, ...] = (*OF_STOPS, *OF_FRICTIONS, *OF_APPLIED, *OF_STATES, *OF_SIGNALS)
 
 
 def datasets_for(sizes: Mapping[str, int]) -> tuple[Dataset, ...]:

@@ -10,6 +10,8 @@ from mbproj.functions.program import COORDINATE, Program, variable
 from mbproj.functions.standard import tabulated
 from mbproj.joints import COORDINATE_UNITS, INERTIA_UNITS, JOINTS, JointType, Parameter
 from mbproj.scene.blocks.body import BODY
+from mbproj.scene.blocks.control.controllers import CONTROLLER
+from mbproj.scene.blocks.control.signals import NOT_FREE, SIGNAL, STATE
 from mbproj.scene.blocks.coordinates import COORDINATES, act_on_coordinates, drive_coordinates, on_bodies
 from mbproj.scene.blocks.couplings import Weights, couple_coordinates
 from mbproj.scene.blocks.expectation_checks import CHECKS
@@ -18,7 +20,7 @@ from mbproj.scene.blocks.forces.dry_joints import slides_in_joints
 from mbproj.scene.blocks.forces.force_types import FORCE
 from mbproj.scene.blocks.forces.stops import limit_field
 from mbproj.scene.blocks.motions import MOTION
-from mbproj.scene.blocks.parameters import Parameters
+from mbproj.scene.blocks.parameters import NAME, NAME_RULE, Parameters
 from mbproj.scene.blocks.simulation import SIMULATION
 from mbproj.scene.coupled import Coupled
 from mbproj.scene.fields.alternatives import Alternatives, Variants
@@ -263,6 +265,9 @@ SCENE: Record[dict[str, Any]] = Record(
         "joints": Named("joint", JOINT),
         "forces": Named("force", FORCE),
         "motions": Named("motion", MOTION),
+        "signals": Named("signal", SIGNAL, reserved=NOT_FREE, names=NAME, rule=NAME_RULE),
+        "states": Named("state", STATE, reserved=NOT_FREE, names=NAME, rule=NAME_RULE),
+        "controllers": Named("controller", CONTROLLER),
         "markers": Named("marker", MARKER),
         "expect": Named("expectation", EXPECTATION),
     },

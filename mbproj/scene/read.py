@@ -14,6 +14,7 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.errors import InputError, Place, Problem
+from mbproj.scene.blocks.control.named import check_names
 from mbproj.scene.blocks.coordinates import with_coordinates
 from mbproj.scene.blocks.couplings import with_coupled
 from mbproj.scene.blocks.expectation_checks import expectations_of, unsampled
@@ -40,7 +41,7 @@ from mbproj.scene.text.nodes import (
 from mbproj.scene.text.source import MAX_BYTES, read_text
 
 #: The blocks whose items other items name.
-_REFERRED = ("bodies", "joints", "forces", "motions", "markers")
+_REFERRED = ("bodies", "joints", "forces", "motions", "markers", "signals", "states", "controllers")
 _NOTHING: Mapping[str, Any] = {}
 #: A text that is longer is not held in memory after it was read.
 KEPT_CHARACTERS = 100_000
@@ -114,6 +115,8 @@ class SceneText:
         with _without_cycles():
             found = SCENE.read(root, (), reading)
         settings = _settings(root, found, simulation, reading)
+        if found is not None:
+            check_names(found, reading)
         if found is not None and not any(path.split(".")[0] == "simulation" for path in parameters):
             _check_times(found, reading)
         if reading.problems or found is None or settings is None:
@@ -132,6 +135,9 @@ class SceneText:
             markers=tuple(found.get("markers", {}).values()),
             expectations=tuple(expectations_of(found)),
             parameters=found.get("parameters", {}),
+            signals=tuple(found.get("signals", {}).values()),
+            states=tuple(found.get("states", {}).values()),
+            controllers=tuple(found.get("controllers", {}).values()),
             settings=settings,
             text=self.text,
             path=self.path,

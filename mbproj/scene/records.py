@@ -11,6 +11,7 @@ from typing import Any, TypeAlias
 
 from mbproj.dataclass import dataclass
 from mbproj.elements import Element, Kind
+from mbproj.elements.controlled import Controller, ScalarState, Signal
 from mbproj.errors import Place, Problem
 from mbproj.functions.program import Program
 from mbproj.scene.asked import Expectation as Expectation
@@ -236,6 +237,9 @@ class Scene:
     motions: tuple[Motion, ...] = ()
     expectations: tuple[Expectation, ...] = ()
     notes: tuple[Problem, ...] = field(default=(), repr=False, compare=False)
+    signals: tuple[Signal, ...] = ()
+    states: tuple[ScalarState, ...] = ()
+    controllers: tuple[Controller, ...] = ()
     elements: tuple[Element, ...] = ()
 
     def place(self, *path: str | int) -> Place | None:
@@ -253,6 +257,9 @@ class Scene:
         joints: Mapping[str, object] | None = None,
         forces: Mapping[str, object] | None = None,
         motions: Mapping[str, object] | None = None,
+        signals: Mapping[str, object] | None = None,
+        states: Mapping[str, object] | None = None,
+        controllers: Mapping[str, object] | None = None,
         markers: Mapping[str, object] | None = None,
         expect: Mapping[str, object] | None = None,
         parameters: Mapping[str, object] | None = None,

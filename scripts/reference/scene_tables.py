@@ -6,6 +6,8 @@ from collections.abc import Mapping
 
 from mbproj import registry
 from mbproj.joints import JOINTS
+from mbproj.scene.blocks.control.controllers import CONTROLLER_KEYS
+from mbproj.scene.blocks.control.signals import SIGNAL_KEYS, STATE_KEYS
 from mbproj.scene.blocks.forces.force_types import FORCE_RECORDS
 from mbproj.scene.blocks.motions import KINDS
 from mbproj.scene.blocks.observables import COMPONENTS, MOMENTS, OBSERVABLES, OF_BUSHINGS
@@ -66,6 +68,12 @@ def forces() -> str:
 
 def motions() -> str:
     return ", ".join(code(kind) for kind in KINDS) + "\n"
+
+
+def signals() -> str:
+    kinds = {"signals": (SIGNAL_KEYS, 1), "states": (STATE_KEYS, 1), "controllers": (CONTROLLER_KEYS, 2)}
+    rows = [[code(block), codes([*keys][:needed]), codes([*keys][needed:])] for block, (keys, needed) in kinds.items()]
+    return table(["block", "needs", "may have"], rows)
 
 
 def units() -> str:

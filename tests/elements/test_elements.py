@@ -284,7 +284,9 @@ def _of_length(function):
 
 EDGE, ONCE = apply(Op.ABS, variable(COORDINATE)), apply(Op.MULTIPLY, variable(COORDINATE), variable(COORDINATE))
 WRONG = {
-    "element 'x': 'pin.angle': unexpected '.'": Element("x", ("pin.angle",), (State("a", "pin.angle"),)),
+    "element 'x': 'pin.angle': 'pin.angle' cannot be used here": Element(
+        "x", ("pin.angle",), (State("a", "pin.angle"),)
+    ),
     "element 'x' reads 'pin.angel', which there is not": Element("x", reads=("pin.angel",)),
     "element 'x' acts on 'rail.angle', which there is not": Element("x", forces=(push("rail.angle", 1.0),)),
     "the function of row 'x.r' has edges, at s = 0": cam("x", "pin.angle", "rail.displacement", Program(EDGE)),

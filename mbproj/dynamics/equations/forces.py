@@ -16,6 +16,7 @@ from mbproj.dynamics.equations.constraint_equations import set_velocity
 from mbproj.dynamics.equations.instant import Instant
 from mbproj.dynamics.equations.kinematics import Pose, attached, body_rates, slots_of
 from mbproj.errors import SimulationError
+from mbproj.functions.program_set import ProgramSet
 from mbproj.functions.series import constant_series, failure, run
 from mbproj.functions.taylor import Series
 from mbproj.model.forces import Forces, Laws
@@ -150,6 +151,25 @@ def state_rates(instant: Instant, held: Array | None = None) -> Array:
     return found
 
 
+def require_values(instant: Instant) -> None:
+    """Raises SimulationError that names the force, state or controller whose function has no finite value."""
+    state_rates(instant)
+    applied(instant)
+    for action in range(instant.system.actions.size):
+        action_values(instant, action)
+
+
+def action_values(instant: Instant, action: int) -> Array:
+    """What a controller's action sets its states to. Raises SimulationError that names one that has no finite value."""
+    system, variables = instant.system, instant.variables()
+    sets = system.actions.sets(action)
+    found = np.array([run(system.actions.programs, k, variables)[0] for k in sets])
+    if not np.isfinite(found).all():
+        k = sets[int(np.flatnonzero(~np.isfinite(found))[0])]
+        raise program_fails(instant, k, system.actions.names[action], variables, system.actions.programs)
+    return found
+
+
 def generalised(pose: Pose, force: Array, torque: Array) -> Array:
     """Q (7n,) of forces (n+1, 3), global, and torques (n+1, 3), body axes: (F, 2 Lᵀτ / |Λ|²) for each body."""
     norm2 = np.sum(pose.orientation * pose.orientation, axis=-1)[:, None]
@@ -256,9 +276,11 @@ def _program_fails(instant: Instant, index: int, value: float, rate: float) -> S
     return program_fails(instant, index, f"force '{forces.program_owners[index]}'", instant.variables(value, rate))
 
 
-def program_fails(instant: Instant, index: int, where: str, variables: list[Series]) -> SimulationError:
-    """Program `index` of the system has no finite value for these variables."""
-    programs = instant.system.programs
+def program_fails(
+    instant: Instant, index: int, where: str, variables: list[Series], programs: ProgramSet | None = None
+) -> SimulationError:
+    """Program `index` of these, else of the system, has no finite value for these variables."""
+    programs = programs or instant.system.programs
     cause = f"'{programs.texts[index]}' fails: {failure(programs, index, variables)}"
     hint = "correct the expression, or end the run before that time"
     return SimulationError(float(instant.t), cause, where=where, hint=hint)

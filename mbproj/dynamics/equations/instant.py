@@ -12,10 +12,17 @@ from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.constraint_equations import set_velocity
 from mbproj.dynamics.equations.kinematics import Pose, Twist
 from mbproj.dynamics.equations.teeth import near
-from mbproj.functions.series import constant_series, time_series
+from mbproj.functions.series import constant_series, run, time_series
 from mbproj.functions.taylor import Series
 from mbproj.model.channels import Kind
 from mbproj.model.system import System
+
+
+def of_signals(instant: Instant) -> Numbers:
+    """The signals of a scene, (..., S)."""
+    programs, variables = instant.system.signals, instant.variables()
+    values = (run(programs, at, variables)[0] for at in range(programs.size))
+    return np.stack([np.broadcast_to(value, instant.channels.shape[:-1]) for value in values], axis=-1)
 
 
 def no_states() -> Array:

@@ -24,7 +24,7 @@ from mbproj.dynamics.equations.constraint_equations import (
 from mbproj.dynamics.equations.energy import kinetic_energy
 from mbproj.dynamics.equations.forces import LawState, law_state
 from mbproj.dynamics.equations.gaps import gaps, stored_energy
-from mbproj.dynamics.equations.instant import Instant
+from mbproj.dynamics.equations.instant import Instant, of_signals
 from mbproj.dynamics.equations.kinematics import (
     Pose,
     Twist,
@@ -88,7 +88,7 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
 
     def __iter__(self) -> Iterator[str]:
         yield from QUANTITIES
-        yield from (*self.contact_paths, *self.applied, *self.system.layout.recorded)
+        yield from (*self.contact_paths, *self.given, *self.system.layout.recorded)
         yield from (COUNTERS + name for name in self._seen.counters)
 
     def __len__(self) -> int:
@@ -99,8 +99,8 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
             return QUANTITIES[path](self)
         if path in self.contact_paths:
             return self.contacts[path]
-        if path in self.applied:
-            return self.applied[path]
+        if path in self.given:
+            return self.given[path]
         block, seen = self.system.layout.recorded.get(path), self._seen
         return seen.counters[path.removeprefix(COUNTERS)] if block is None else seen.y[:, self.system.layout[block]]
 
@@ -175,9 +175,10 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
         return tuple(np.concatenate(pair, axis=-1) for pair in pairs)
 
     @cached_property
-    def applied(self) -> Mapping[str, Numbers]:
-        """The forces and torques of given components, by dataset, where there are some."""
-        return applied_seen(self.instant) if self.system.forces.on_bodies.size else {}
+    def given(self) -> Mapping[str, Numbers]:
+        """Forces and torques of given components, and signals, by dataset, where there are some."""
+        applied = applied_seen(self.instant) if self.system.forces.on_bodies.size else {}
+        return {**applied, "signals/value": of_signals(self.instant)} if self.system.signals.size else applied
 
     @cached_property
     def reactions(self) -> tuple[Numbers, Numbers]:

@@ -41,6 +41,8 @@ def say_unwritten(scene: Scene, say: Say, tree: Tree, acting: Mapping[str, Actin
             say(f"force '{force.name}'", "left out: there is no such force in the format", Same.NO)
         elif isinstance(force, PlaneStop):
             say(f"stop '{force.name}'", "left out: nothing touches", Same.UNTIL)
+    for state in scene.states:
+        say(f"state '{state.name}'", "left out: no model has states beside its motion", Same.NO)
     for element in scene.elements:
         say(f"element '{element.name}'", "left out: it comes from Python", Same.NO)
     drawn = sum(body.appearance is not None or bool(body.shapes) for body in scene.bodies)

@@ -19,11 +19,13 @@ from mbproj.thresholds import THRESHOLDS
 
 class Break(NamedTuple):
     """When a step ends; until then functions of time are seen at `left` at the latest, from then on at `right` at the
-    earliest."""
+    earliest. `actions`: what controllers do then, in this order; `asks`: the run waits there for what is given."""
 
     time: float
     left: float
     right: float
+    actions: tuple[int, ...] = ()
+    asks: bool = False
 
 
 @dataclass(frozen=True)
@@ -47,14 +49,19 @@ def breaks_of(system: System, start: float, settings: Settings) -> tuple[Break, 
     interval, end = output_interval(settings), start + settings.duration
     times = {event.time for event in events_of(system, start, settings)}
     inner = {t for split in splits_of(system, start, settings) for t in split.times if start < t < end}
-    for time in sorted(times | inner):
+    slack = THRESHOLDS.one_break * float(np.spacing(max(abs(start), interval)))
+    acts = system.actions.instants(start, end, slack) if system.actions.size else {}
+    for time in sorted(times | inner | acts.keys()):
         grain = float(np.spacing(max(abs(start), abs(time), interval)))
+        actions = acts.get(time, ())
         grid = _grid(settings, start) if grid is None else grid
         left, right = time - THRESHOLDS.kink_aside * grain, time + THRESHOLDS.kink_aside * grain
         if found and time - found[-1].time <= THRESHOLDS.one_break * grain:
-            found[-1] = found[-1]._replace(right=max(right, found[-1].right))
+            together = tuple(sorted({*found[-1].actions, *actions}))
+            found[-1] = found[-1]._replace(right=max(right, found[-1].right), actions=together)
         else:
-            found.append(Break(_snapped(time, grid, settings, THRESHOLDS.one_break * grain), left, right))
+            at = _snapped(time, grid, settings, THRESHOLDS.one_break * grain)
+            found.append(Break(at, left, right, actions))
     return tuple(found)
 
 
@@ -79,7 +86,7 @@ class BreakCursor:
     """Scratch of a run with this `interval` between two samples, s: which of its breaks are passed."""
 
     def __init__(self, breaks: Sequence[Break], start: float, interval: float) -> None:
-        self._breaks, self._passed, self._interval = breaks, 0, interval
+        self._breaks, self._passed, self._interval, self._acted = breaks, 0, interval, 0
         self.pass_break(start)
 
     @property
@@ -110,6 +117,12 @@ class BreakCursor:
         """Breaks up to t are passed."""
         while self.is_at(t):
             self._passed += 1
+
+    def take_actions(self) -> list[int]:
+        """What controllers do at breaks that are passed, once."""
+        found = [action for each in self._breaks[self._acted : self._passed] for action in each.actions]
+        self._acted = self._passed
+        return found
 
     def _beside(self, t: float) -> float:
         """How near to t is at t, s."""

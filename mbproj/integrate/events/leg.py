@@ -40,6 +40,13 @@ class Leg:
         steps, every = whole_steps(settings), output_every(settings)
         return cls(start, duration, interval, breaks, settings.step, steps, every)
 
+    def after_actions(self, t: float) -> Leg:
+        """The same where what controllers do up to a time is done already."""
+        if not any(each.actions for each in self.breaks):
+            return self
+        done = (each._replace(actions=()) if each.time <= t else each for each in self.breaks)
+        return replace(self, breaks=tuple(done))
+
     @property
     def without_samples(self) -> Leg:
         """The same with error control, where samples at its start and end alone are made."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from mbproj.arrays import Array, Integers, may_overflow
 from mbproj.dynamics.assembly.assemble import State
-from mbproj.dynamics.equations.forces import applied, state_rates
+from mbproj.dynamics.equations.forces import require_values
 from mbproj.dynamics.equations.motions import drive_at
 from mbproj.dynamics.observe.samples import Samples
 from mbproj.errors import SimulationError
@@ -172,11 +172,9 @@ class Compiled(ABC):
         return found
 
     def require_functions(self, state: State) -> None:
-        """Raises SimulationError that names the force, motion or state whose function has no value at a state."""
+        """Raises SimulationError that names the force, motion, state or controller whose function has no value."""
         drive_at(self.system, state.t)
-        instant = state.instant(self.system)
-        state_rates(instant)
-        applied(instant)
+        require_values(state.instant(self.system))
 
     def run(self, state: State, settings: Settings, leg: Leg | None = None) -> Any:
         """The kernel's run from a state, or a leg of one."""
@@ -291,7 +289,7 @@ def _tableau(core: ModuleType, tableau: Tableau | ImplicitTableau, *, kinematic:
 
 
 def _steps(core: ModuleType, settings: Settings, leg: Leg) -> Any:
-    breaks = [tuple(each) for each in leg.breaks]
+    breaks = [(*each[:3], list(each.actions), each.asks) for each in leg.breaks]
     if leg.step is not None:
         return core.Steps.fixed(leg.start, leg.duration, leg.step, leg.count, leg.every, breaks)
     assert leg.times is not None

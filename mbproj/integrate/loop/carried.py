@@ -3,9 +3,11 @@ the multipliers are those of its last stage."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 from mbproj.arrays import Array
+from mbproj.dynamics.equations.forces import action_values
 from mbproj.dynamics.equations.turning import Turning
 from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.integrate.formulations.stage_equations import StageEquations
@@ -15,6 +17,19 @@ from mbproj.integrate.point import Point
 from mbproj.integrate.steppers.implicit_runge_kutta import ImplicitRungeKutta
 from mbproj.integrate.steppers.methods import Stepper
 from mbproj.integrate.steppers.runge_kutta import Step
+
+
+def acted(formulation: FullFormulation, actions: Sequence[int], point: Point) -> Point:
+    """A point after what controllers do there. Raises SimulationError that names what has no finite value."""
+    system, layout, y = formulation.system, formulation.layout, point.y
+    for action in actions:
+        sets = system.actions.sets(action)
+        states = y[layout["states"]].copy()
+        states[system.actions.state[sets]] = action_values(
+            formulation.instant(point.t, y, point.turning.coordinate), action
+        )
+        y = layout.changed(y, {"states": states})
+    return replace(point, y=y)
 
 
 def attempted(stepper: Stepper, formulation: FullFormulation, point: Point, h: float, *, watched: bool = False) -> Step:

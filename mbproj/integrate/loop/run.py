@@ -11,7 +11,7 @@ from mbproj.arrays import Array
 from mbproj.integrate.events.breaks import BreakCursor
 from mbproj.integrate.events.leg import Leg
 from mbproj.integrate.formulations.full import FullFormulation
-from mbproj.integrate.loop.carried import jumped, seen_by
+from mbproj.integrate.loop.carried import acted, jumped, seen_by
 from mbproj.integrate.loop.interruption import look
 from mbproj.integrate.loop.looks import Looks, Standing
 from mbproj.integrate.loop.step_end import accept
@@ -103,6 +103,7 @@ class Run:
         if self.exact.balance is not None:
             self.exact.balance.kept.restore(mark["kept"])
         self.pass_break(point.t)
+        self.breaks.take_actions()  # done before the mark
         self.shaped = bool(mark.get("shaped", False))
         return replace(point, found=seen_by(self.inside, point, Tally())) if mark.get("anew") else point
 
@@ -139,14 +140,19 @@ class Run:
         """The point at a break as it is seen from its other side."""
         before = self.exact
         self.pass_break(point.t)
-        return self.renewed(point, before)
+        return self.renewed(self.acted(point), before, point)
 
-    def renewed(self, point: Point, before: FullFormulation) -> Point:
-        """A point with the accelerations from here on; until here it was seen by `before`."""
+    def acted(self, point: Point) -> Point:
+        """A point after what controllers do at breaks that are passed."""
+        actions = self.breaks.take_actions()
+        return acted(self.inside, actions, point) if actions else point
+
+    def renewed(self, point: Point, before: FullFormulation, was: Point | None = None) -> Point:
+        """A point with the accelerations from here on; until here it was seen by `before`, and `was` this one."""
         if self.exact.balance is not None:
             self.exact.balance.begin(self.inside, point.t, point.y)
         found = seen_by(self.inside, point, self.tally)
         if isinstance(self.stepper, ImplicitRungeKutta):
-            found = jumped(point.found, seen_by(before, point, self.tally), found)
+            found = jumped(point.found, seen_by(before, was or point, self.tally), found)
         self.inside.policy.keep(found.multipliers)
         return replace(point, found=found)

@@ -66,10 +66,11 @@ class StateEvents:
         branch that they have jumped to. At the start of a run, all are."""
         before, seen = self._arguments(point.t, point.y), self.run.exact
         self.run.pass_break(point.t)
+        was, point = point, self.run.acted(point)
         after = self._arguments(point.t, point.y)
         outside = self.switches.bounds(self.held).excess(after) > 0.0
         self._hold(self.switches.settled(self.switches.freed(self.held, outside & (after != before)), after))
-        return self._turned(self.run.renewed(point, seen), h)
+        return self._turned(self.run.renewed(point, seen, was), h)
 
     def tell(self, point: Point) -> None:
         """Signs that were not told before a step, of what has not moved, are told where it has moved now."""

@@ -94,7 +94,7 @@ def one_step(variant: Variant, state: State, settings: Settings, whole: Leg, h: 
     """A single step of size h, tried. Raises SimulationError where there is none. Newton's method of an implicit step
     ends at the tolerance. It must end here as in the run, or the gap would not be that which was found; but for steps
     near round-off, which error control refuses."""
-    leg = Leg(state.t, h, whole.interval, whole.breaks, step=h, count=1)
+    leg = Leg(state.t, h, whole.interval, whole.breaks, step=h, count=1).after_actions(state.t)
     single = replace(settings, duration=h, step=h, tolerance=None)
     grain = float(np.finfo(float).eps) * max(abs(state.t), whole.interval)
     if whole.step is None and is_implicit(settings.integrator) and h > 4.0 * THRESHOLDS.fewest_grains * grain:

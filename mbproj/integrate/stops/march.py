@@ -102,7 +102,8 @@ class StopMarch:
 
     def _next_leg(self) -> Leg:
         """From where the run is to its end; of fixed steps that are cut, to the next of their grid."""
-        t, whole = self.state.t, self.whole
+        t = self.state.t
+        whole = self.whole if t == self.whole.start else self.whole.after_actions(t)
         if whole.step is None:
             assert whole.times is not None
             duration = whole.end - t
@@ -246,9 +247,9 @@ class StopMarch:
         """One step of size h, with the samples inside."""
         t, whole = standing.state.t, self.whole
         if whole.step is not None:
-            return replace(whole, start=t, duration=h, step=h, count=1, every=1)
+            return replace(whole, start=t, duration=h, step=h, count=1, every=1).after_actions(t)
         assert whole.times is not None
-        return replace(whole, start=t, duration=h, times=whole.times.part(t, t + h), first=h)
+        return replace(whole, start=t, duration=h, times=whole.times.part(t, t + h), first=h).after_actions(t)
 
     def _meet(self, state: State, what: Meaning) -> None:
         """What happens at a state; from here on these contacts hold."""

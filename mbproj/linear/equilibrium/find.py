@@ -25,6 +25,7 @@ from mbproj.errors import Problem as Wrong
 from mbproj.integrate.stops.resting import RubsAtStart
 from mbproj.linear.equilibrium.balance import REST, Problem, Turning
 from mbproj.linear.equilibrium.holding import holding
+from mbproj.linear.equilibrium.sampled import settled
 from mbproj.linear.equilibrium.solve import NoEquilibrium, Solved, solve
 from mbproj.linear.equilibrium.words import direction_words
 from mbproj.linear.held import Held, held_at, refuse_loads
@@ -109,6 +110,7 @@ def equilibrium(
     if turning is not None:
         refuse_rolling(system, "a steady turn does not know")
     _refuse(system, t, steadily=turning is not None)
+    system = settled(system)
     here = held_at(system, start, resting=True)
     q, expected = _led_to(here.system, start, t)
     problem = Problem.of(here.system, t, q, drive_at(system, t), held, start.x, turning or REST)

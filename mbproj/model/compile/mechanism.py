@@ -11,6 +11,7 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.constraints import PRIMITIVES, Primitive
 from mbproj.constraints.coupling import Coupling
+from mbproj.elements import Element, State
 from mbproj.errors import InputError, Place, Problem, placed_at
 from mbproj.functions.program_set import flatten
 from mbproj.joints import COORDINATE_UNITS, JOINTS
@@ -18,6 +19,7 @@ from mbproj.joints.table import Row
 from mbproj.model.channels import Motions
 from mbproj.model.compile.coupled import bound
 from mbproj.model.compile.elements import with_elements
+from mbproj.model.compile.elements.controllers import held_by_controllers
 from mbproj.model.compile.frames import SYMBOLS, Pose, local_frames, poses_of
 from mbproj.model.compile.friction import compile_friction
 from mbproj.model.compile.guess import initial_guess
@@ -46,8 +48,14 @@ def compile_system(scene: Scene) -> System:
     most = scene.settings.adjust_joints
     if most is not None:
         system = import_module("mbproj.dynamics.assembly.adjust").adjusted(system, initial_guess(scene, system).q, most)
-    elements = (*elements_of(scene, poses_of(scene)), *scene.elements)
-    return with_elements(system, elements) if elements else system
+    own = elements_of(scene, poses_of(scene))
+    if scene.states:
+        own.append(Element("", states=tuple(State(each.name, *each.of_element) for each in scene.states)))
+    own += held_by_controllers(scene.controllers)
+    elements, named = (*own, *scene.elements), any(system.forces.programs.reads)
+    if not (elements or scene.signals or named):
+        return system
+    return with_elements(system, elements, scene.signals, scene.controllers)
 
 
 def _without_elements(scene: Scene) -> System:

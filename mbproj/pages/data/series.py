@@ -80,6 +80,8 @@ def _of_columns(results: Results) -> Iterator[Group]:
     yield Group("force", "forces", forces, ("",), _works(lengths), "forces/force")
     motions = results.names("motions")
     yield Group("force", "motions", motions, ("",), _works(results.names("motion_units")), "motions/force")
+    for kind, of in (("states", "state"), ("signals", "signal")):
+        yield Group("value", kind, results.names(kind), ("",), results.names(f"{of}_units"), f"{kind}/value")
     for kind, name, unit, path in _VECTORS:
         owners = results.names(kind)
         yield Group(name, kind, owners, XYZ, (unit,) * len(owners), path)

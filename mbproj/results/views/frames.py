@@ -25,6 +25,7 @@ AXES = {
     "ns": ("stops", "stop"),
     "nr": ("frictions", "friction"),
     "nx": ("states", "state"),
+    "nu": ("signals", "signal"),
 }
 #: Components by their number: the dimension and their names.
 COMPONENTS = {3: ("axis", ("x", "y", "z")), 4: ("euler_parameter", ("0", "1", "2", "3"))}

@@ -7,7 +7,7 @@ from typing import Any
 
 from mbproj.arrays import Array
 
-KINDS = ("bodies", "joints", "markers", "forces", "motions", "stops", "frictions", "states")
+KINDS = ("bodies", "joints", "markers", "forces", "motions", "stops", "frictions", "states", "signals")
 #: Numbers of the summary, with their words and units.
 NUMBERS = (
     ("position_violation_max", "position violation", ""),

@@ -7,6 +7,7 @@ from typing import Any
 
 from mbproj.joints import JOINTS
 from mbproj.scene.blocks.coordinates import COORDINATES, coordinates_in, with_coordinates
+from mbproj.scene.blocks.elements import ELEMENTS
 from mbproj.scene.blocks.expectation_fit import fits
 from mbproj.scene.blocks.expectations import Given, expectation, subject
 from mbproj.scene.blocks.forces.dry_joints import friction_units
@@ -30,6 +31,8 @@ from mbproj.scene.text.suggestions import choose_from
 
 #: What there is where there are no stops, no frictions.
 NONE = {"stop": "no stops", "friction": "none that sticks"}
+#: The blocks that have states and signals.
+CONTROLLED = ("signals", "states", "controllers", "forces")
 Items = Mapping[str, Any]
 Expected = Mapping[str, Given]
 
@@ -127,6 +130,42 @@ def of_frictions(expected: Expected, joints: Mapping[str, Joint], forces: Mappin
     yield from _of_rows("friction", "dry friction", expected, friction_units(joints, forces))
 
 
+def of_states(expected: Expected, *blocks: Mapping[str, Any]) -> Iterator[Complaint]:
+    """A check of the expectations of states and signals."""
+    named = dict(zip(CONTROLLED, blocks, strict=True))
+    for of, units in (("signal", _units(named["signals"])), ("state", state_units(named))):
+        for name, given, item, quantity in _of(of, expected):
+            if item not in units:
+                hint = choose_from(item, units, f"{of}s are") if units else f"the scene has no {of}s"
+                yield Complaint(("expect", name, of), f"unknown {of} '{item}'", hint)
+            elif quantity != "value":
+                yield Complaint(("expect", name, "quantity"), f"a {of} has no '{quantity}'", "it has value")
+            else:
+                yield from fits(name, given, OBSERVABLES[of]["value"], units[item] or None)
+
+
+def state_units(found: Mapping[str, Any]) -> dict[str, str]:
+    """Of the states of a scene, those of elements among them; "" where it does not say."""
+    of_elements = {
+        f"{name}.{state.name}": state.unit
+        for name, force in found.get("forces", {}).items()
+        if isinstance(force, PointForce | JointForce) and force.element is not None
+        for state in ELEMENTS[force.element.type].make(name, "s", **force.element.values).states
+    }
+    for controller in found.get("controllers", {}).values():
+        of_elements |= {f"{controller.name}.{each.name}": each.unit for each in (*controller.hold, *controller.states)}
+    return {**_units(found.get("states", {})), **{name: _symbols(unit) for name, unit in of_elements.items()}}
+
+
+def _units(items: Mapping[str, Any]) -> dict[str, str]:
+    return {name: _symbols(each.unit) for name, each in items.items()}
+
+
+def _symbols(unit: str) -> str:
+    """As the scene writes what results call "N m"."""
+    return unit.replace(" ", "*") if unit != "1" else ""
+
+
 def _of_rows(of: str, what: str, expected: Expected, units: Mapping[str, str]) -> Iterator[Complaint]:
     """On expectations of stops or frictions, of which there are these, on coordinates in these units."""
     able = OBSERVABLES[of]
@@ -156,6 +195,10 @@ def expectations_of(found: Mapping[str, Any]) -> Iterator[Expectation]:
             coordinate = stop_units(joints, found.get("forces", {}))[item]
         elif of == "friction":
             coordinate = friction_units(joints, found.get("forces", {}))[item]
+        elif of in ("state", "signal"):
+            own = state_units(found) if of == "state" else _units(found["signals"])
+            yield expectation(name, given, own[item])
+            continue
         unit = ratio_unit(quantity, given["over"]) if output_of(quantity) else able[quantity].unit_with(coordinate)
         yield expectation(name, given, unit)
 
@@ -204,4 +247,5 @@ CHECKS = (
     Check(("expect",), of_corners, besides=("markers",)),
     Check(("expect",), of_stops, besides=("joints", "forces")),
     Check(("expect",), of_frictions, besides=("joints", "forces")),
+    Check(("expect",), of_states, besides=CONTROLLED),
 )

@@ -12,8 +12,8 @@ from mbproj.scene.fields.quantities import agrees
 from mbproj.scene.records import KeyPath
 
 
-def fits(name: str, given: Given, observable: Observable, unit: str) -> Iterator[Complaint]:
-    """What does not fit the observable, whose unit here is `unit`."""
+def fits(name: str, given: Given, observable: Observable, unit: str | None) -> Iterator[Complaint]:
+    """What does not fit the observable, whose unit here is `unit` (None: any)."""
     path: KeyPath = ("expect", name)
     what = subject(given)[2]
     for check in (_component_fits, _count_fits):
@@ -23,7 +23,7 @@ def fits(name: str, given: Given, observable: Observable, unit: str) -> Iterator
             return
     numbers = [(("value", index), part) for index, part in enumerate(given.get("value", ()))]
     for where, value in [*numbers, *(((key,), given[key]) for key in ("absolute", *BOUNDS) if key in given)]:
-        if not agrees(unit, value.dimension):
+        if unit is not None and not agrees(unit, value.dimension):
             mine = f"is in {unit}" if unit else "has no unit"
             yield Complaint(_place(given, path, where), f"'{what}' {mine}, this is {describe(value.dimension)}")
     if "relative" in given and not any(part.number for part in given["value"]):

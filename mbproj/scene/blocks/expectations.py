@@ -21,7 +21,7 @@ from mbproj.scene.text.suggestions import choose_from
 
 #: An expectation as read: values by key. Numbers whose unit depends on the quantity have kept their dimension.
 Given = Mapping[str, Any]
-#: Keys that say what it is of, and the top-level block of each; stops and frictions are in those of joints and forces.
+#: Keys that say what it is of, and the top-level block of each; stops, frictions and states may be parts of others.
 SUBJECTS: Mapping[str, str] = {
     "marker": "markers",
     "body": "bodies",
@@ -30,6 +30,8 @@ SUBJECTS: Mapping[str, str] = {
     "motion": "motions",
     "stop": "",
     "friction": "",
+    "state": "",
+    "signal": "",
     "diagnostic": "",
 }
 BOUNDS = ("below", "above")
@@ -115,7 +117,7 @@ EXPECTATION: Record[Given] = Record(
     "an expectation",
     {
         **{of: Reference(of, block) for of, block in SUBJECTS.items() if block},
-        **{of: Text() for of in ("stop", "friction")},
+        **{of: Text() for of in ("stop", "friction", "state", "signal")},
         "diagnostic": Choice("diagnostic", lambda: OBSERVABLES["diagnostic"]),
         "quantity": Choice("quantity", lambda: QUANTITIES),
         "component": Choice("component", lambda: COMPONENTS),

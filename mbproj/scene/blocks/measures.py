@@ -69,5 +69,8 @@ def _blocks(scene: Scene) -> dict[str, Mapping[str, Any]]:
         "forces": scene.forces,
         "motions": scene.motions,
         "markers": scene.markers,
+        "signals": scene.signals,
+        "states": scene.states,
+        "controllers": scene.controllers,
     }
     return {block: {item.name: item for item in items} for block, items in kinds.items()}

@@ -73,6 +73,8 @@ OBSERVABLES: Mapping[str, Mapping[str, Observable]] = MappingProxyType(
             "state": Observable(""),
             "dissipation": Observable("J"),
         },
+        "state": {"value": Observable("")},
+        "signal": {"value": Observable("")},
         "diagnostic": {
             "position_violation": Observable(""),
             "velocity_violation": Observable(""),

@@ -20,7 +20,9 @@ from mbproj.scene.fields.reading import Reading
 from mbproj.scene.records import KeyPath
 from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode, as_mapping, describe
 
+#: What expressions can call by its name, and the rule in words.
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+NAME_RULE = "letters, digits and _, and does not begin with a digit"
 
 
 class Parameters(Field[Mapping[str, float]]):
@@ -69,7 +71,7 @@ def _tree(name: str, node: Node, key: Place, reading: Reading) -> Expression | N
         reading.report(
             f"'{name}' cannot name a parameter",
             key,
-            "a name has letters, digits and _, and does not begin with a digit",
+            f"a name has {NAME_RULE}",
         )
         return None
     if not isinstance(node, ScalarNode) or not node.text.strip():

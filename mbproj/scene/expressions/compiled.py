@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
 from mbproj.functions.program import Code, Instruction, Op, apply, number, variable
+from mbproj.functions.table import polygon
 from mbproj.scene.expressions.evaluate import (
     CONSTANTS,
     Value,
@@ -14,6 +15,8 @@ from mbproj.scene.expressions.evaluate import (
     call_dimension,
     evaluate,
     function_of,
+    increasing,
+    not_here,
     quantity_dimension,
 )
 from mbproj.scene.expressions.syntax_tree import Binary, Call, Expression, Name, Negative, Number, Quantity, names, walk
@@ -66,6 +69,8 @@ def compiled(
 def _refuse_unknown(tree: Expression, parameters: Parameters, variables: Variables) -> None:
     """Raises ExpressionError for a name that means nothing, with the variables as what it may have been."""
     for node, _ in walk(tree):
+        if isinstance(node, Name) and "." in node.name:
+            raise not_here(node)
         if isinstance(node, Name) and node.name not in {*parameters, *CONSTANTS, *SYMBOLS, "inf", "nan"}:
             similar = did_you_mean(node.name, [*variables, *parameters, *CONSTANTS]) or similar_unit(node.name)
             hint = similar or f"variables here are {', '.join(variables)}"
@@ -88,5 +93,32 @@ def _call(tree: Call, parameters: Parameters, variables: Variables, known: Dimen
     function = function_of(tree, [*parameters, *variables])
     arguments = [compiled(argument, parameters, variables, known) for argument in tree.arguments]
     dimension = call_dimension(tree, function, [dimension for _, dimension in arguments])
+    if tree.function in _WRITTEN_OUT:
+        return _WRITTEN_OUT[tree.function](tree, [code for code, _ in arguments]), dimension
     op = Op.ABS if tree.function == "hypot" and len(arguments) == 1 else Op[tree.function.upper()]
     return apply(op, *(code for code, _ in arguments)), dimension
+
+
+def _clip(tree: Call, arguments: list[Code]) -> Code:
+    x, low, high = arguments
+    return apply(Op.MIN, apply(Op.MAX, x, low), high)
+
+
+def _deadband(tree: Call, arguments: list[Code]) -> Code:
+    x, half = arguments
+    return apply(Op.SUBTRACT, x, _clip(tree, [x, apply(Op.NEGATE, half), half]))
+
+
+def _table(tree: Call, arguments: list[Code]) -> Code:
+    x, *rows = arguments
+    numbers = [code[0].operand for code in rows if len(code) == 1 and code[0].op is Op.CONSTANT]
+    if len(numbers) < len(rows):
+        raise ExpressionError("the rows of a 'table' are numbers", tree.at, "table(x, x1, y1, x2, y2, ...)")
+    increasing(tree, numbers[::2])
+    return (*x, Instruction(Op.TABLE, 0.0, polygon([*zip(numbers[::2], numbers[1::2], strict=True)])))
+
+
+#: Functions that are no operation of their own.
+_WRITTEN_OUT: Mapping[str, Callable[[Call, list[Code]], Code]] = MappingProxyType(
+    {"clip": _clip, "deadband": _deadband, "table": _table}
+)

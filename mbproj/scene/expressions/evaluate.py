@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable, Iterable, Mapping
+from bisect import bisect_right
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import pairwise
 from types import MappingProxyType
 
 from mbproj.dataclass import dataclass
@@ -29,7 +31,8 @@ class Unavailable(Exception):
 
 @dataclass(frozen=True)
 class Function:
-    """How to compute it and how many arguments it takes. `same`: they have one dimension, whichever; otherwise they are
+    """How to compute it and how many arguments it takes. `paired`: those after the first are pairs (x, y) of numbers, x
+    increasing, and the value is a y. `same`: they have one dimension, whichever; otherwise they are
     angles or have no unit. `result` is the dimension of the value, None: that of the arguments to the power `power`."""
 
     compute: Callable[..., float]
@@ -38,10 +41,27 @@ class Function:
     result: Dimension | None = BARE
     same: bool = False
     power: float = 1.0
+    paired: bool = False
+
+    @property
+    def keeps_dimension(self) -> bool:
+        """Whether its value has the dimension of its arguments."""
+        return self.same and self.result is None and self.power == 1.0
 
 
 def _sign(x: float) -> float:
     return math.copysign(1.0, x) if x else 0.0
+
+
+def _clip(x: float, low: float, high: float) -> float:
+    return min(max(x, low), high)
+
+
+def _table(x: float, *rows: float) -> float:
+    """Straight lines through (x, y), (x, y), ..., also beyond its ends."""
+    at = min(max(bisect_right(rows[::2], x), 1), len(rows) // 2 - 1)
+    x0, y0, x1, y1 = rows[2 * at - 2 : 2 * at + 2]
+    return y0 + (x - x0) * (y1 - y0) / (x1 - x0)
 
 
 FUNCTIONS: Mapping[str, Function] = MappingProxyType(
@@ -58,6 +78,9 @@ FUNCTIONS: Mapping[str, Function] = MappingProxyType(
         "min": Function(lambda *numbers: min(numbers), 1, None, None, same=True),
         "max": Function(lambda *numbers: max(numbers), 1, None, None, same=True),
         "hypot": Function(math.hypot, 1, None, None, same=True),
+        "clip": Function(_clip, 3, 3, None, same=True),
+        "deadband": Function(lambda x, half: x - _clip(x, -half, half), 2, 2, None, same=True),
+        "table": Function(_table, 5, None, None, paired=True),
     }
 )
 CONSTANTS: Mapping[str, Value] = MappingProxyType({"pi": Value(math.pi)})
@@ -106,10 +129,19 @@ def _lookup(tree: Name, names: Mapping[str, Value | None]) -> Value:
         return value
     if tree.name in _NOT_HERE:
         raise ExpressionError(_NOT_HERE[tree.name], tree.at)
+    if "." in tree.name:
+        raise not_here(tree)
     hint = did_you_mean(tree.name, [*names, *CONSTANTS]) or similar_unit(tree.name)
     if tree.name in SYMBOLS:
         hint = f"a unit stands after a number: 2 {tree.name}, or 2 1/{tree.name}"
     raise ExpressionError(f"unknown name '{tree.name}'", tree.at, hint or "parameters are defined under 'parameters'")
+
+
+def not_here(tree: Name) -> ExpressionError:
+    """That what moves or is computed cannot be named in this expression."""
+    called = tree.name.replace(".", "_")
+    hint = f"signals, states and forces may name it; elements call it {called}; motions are functions of t alone"
+    return ExpressionError(f"'{tree.name}' cannot be used here", tree.at, hint)
 
 
 def _with_unit(tree: Quantity, operand: Value) -> Value:
@@ -149,6 +181,8 @@ def binary_dimension(
 def _call(tree: Call, arguments: list[Value], names: Mapping[str, Value | None]) -> Value:
     function = function_of(tree, names)
     dimension = call_dimension(tree, function, [argument.dimension for argument in arguments])
+    if function.paired:
+        increasing(tree, [argument.number for argument in arguments[1::2]])
     return Value(_finite(tree.at, function.compute, *(argument.number for argument in arguments)), dimension)
 
 
@@ -163,11 +197,23 @@ def function_of(tree: Call, names: Iterable[str]) -> Function:
     if count < function.least or (function.most is not None and count > function.most):
         needs = "1 argument" if function.least == 1 else f"{function.least} arguments"
         raise ExpressionError(f"'{tree.function}' takes {needs}, found {count}", tree.at)
+    if function.paired and count % 2 == 0:
+        raise ExpressionError(f"'{tree.function}' takes x, x1, y1, x2, y2, ...; a number is missing", tree.at)
     return function
+
+
+def increasing(tree: Call, numbers: Sequence[float]) -> None:
+    """Refuses a table whose x (numbers) do not increase."""
+    for before, after in pairwise(numbers):
+        if not after > before:
+            raise ExpressionError(f"'{tree.function}' has x = {after:g} after {before:g}", tree.at, "x must increase")
 
 
 def call_dimension(tree: Call, function: Function, arguments: list[Dimension | None]) -> Dimension | None:
     """The dimension of a function's value."""
+    if function.paired:
+        _common(tree.at, [arguments[0], *arguments[1::2]])
+        return _common(tree.at, arguments[2::2])
     if not function.same:
         _dimensionless(tree, arguments)
     common = _common(tree.at, arguments)

@@ -25,8 +25,10 @@ class Token:
 
 
 _NUMBER = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
+#: Of a parameter or a function, or with a point within, as pin.angle.
+_NAME = r"[A-Za-z_][A-Za-z0-9_]*(?:\.[A-Za-z_][A-Za-z0-9_]*)*"
 _PATTERN = re.compile(
-    rf"\s*(?:(?P<number>{_NUMBER})|(?P<name>[A-Za-z_][A-Za-z0-9_]*)|(?P<operator>\*\*|[-+*/(),])|(?P<wrong>.)|$)", re.S
+    rf"\s*(?:(?P<number>{_NUMBER})|(?P<name>{_NAME})|(?P<operator>\*\*|[-+*/(),])|(?P<wrong>.)|$)", re.S
 )
 #: A name right after one of these can only be a unit.
 _ENDS_OPERAND = ("number", "name", ")")

@@ -14,7 +14,7 @@ import re
 from collections.abc import Set
 from functools import lru_cache
 
-from mbproj.scene.expressions.units import SYMBOLS, Unit
+from mbproj.scene.expressions.units import SYMBOLS, Dimension, Unit
 from mbproj.scene.text.suggestions import did_you_mean
 
 #: Those that are units whatever the parameters are called.
@@ -34,13 +34,17 @@ COMPOUNDS = (
     "N*s/m",
     "N*m/rad",
     "N*m*s/rad",
+    "l/min",
+    "l/s",
 )
+#: A symbol in these alone: else l is the length of a spring.
+IN_COMPOUNDS = {"l": Unit(Dimension(length=3), divide=1000.0)}
 #: Parentheses in parentheses, at most.
 MAX_DEPTH = 5
 
 _LONGEST_FIRST = sorted(COMPOUNDS, key=len, reverse=True)
 _COMPOUND = re.compile(rf"(?:{'|'.join(map(re.escape, _LONGEST_FIRST))})(?![A-Za-z0-9_])")
-_NAME = re.compile(r"\s*([A-Za-z_][A-Za-z0-9_]*)")
+_NAME = re.compile(r"\s*([A-Za-z_][A-Za-z0-9_]*)(?![A-Za-z0-9_]|\.[A-Za-z_])")
 _OPERATOR = re.compile(r"\s*([*·⋅/])(?!\*)")
 _POWER = re.compile(r"\s*(?:\^\s*(?P<number>[-+]?[0-9]{1,6}(?:\.[0-9]{1,12})?)(?![0-9.])|(?P<raised>[²³]))")
 _ONE_OVER = re.compile(r"\s*1\s*/(?!\*)")
@@ -54,7 +58,7 @@ _RUN_TOGETHER |= {"Ns": "N*s", "Nms": "N*m*s"}
 def unit_at(text: str, at: int, parameters: Set[str] = frozenset()) -> tuple[Unit, int] | None:
     """The unit that begins at this character of the text, and where it ends; None where none does."""
     compound = _COMPOUND.match(text, at)
-    return _Reader(text, parameters, compound.end() if compound else at + 1).unit(at, MAX_DEPTH)
+    return _Reader(text, parameters, compound.end() if compound else at + 1, compound is not None).unit(at, MAX_DEPTH)
 
 
 @lru_cache(maxsize=256)
@@ -70,14 +74,15 @@ def similar_unit(word: str) -> str | None:
     """A hint that names the unit which an unknown word may have been."""
     if word in _RUN_TOGETHER:
         return f"did you mean '{_RUN_TOGETHER[word]}'?"
-    return did_you_mean(word, (*SYMBOLS, *COMPOUNDS))
+    return did_you_mean(word, (*SYMBOLS, *COMPOUNDS)) if len(word) > 1 else None
 
 
 class _Reader:
-    """Reads a unit in a text. From the character `free` on, the name of a parameter is no symbol."""
+    """Reads a unit in a text. From the character `free` on, the name of a parameter is no symbol; up to there is one of
+    `COMPOUNDS` where it begins with a `compound`."""
 
-    def __init__(self, text: str, parameters: Set[str], free: int) -> None:
-        self._text, self._parameters, self._free = text, parameters, free
+    def __init__(self, text: str, parameters: Set[str], free: int, compound: bool) -> None:
+        self._text, self._parameters, self._free, self._compound = text, parameters, free, compound
 
     def unit(self, at: int, depth: int) -> tuple[Unit, int] | None:
         """The unit at this character, and where it ends."""
@@ -107,10 +112,15 @@ class _Reader:
 
     def _symbol(self, at: int) -> tuple[Unit, int] | None:
         name = _NAME.match(self._text, at)
-        if name is None or name[1] not in SYMBOLS:
+        if name is None:
+            return None
+        is_free = name.start(1) >= self._free
+        if name[1] in IN_COMPOUNDS and self._compound and not is_free:
+            return IN_COMPOUNDS[name[1]], name.end()
+        if name[1] not in SYMBOLS:
             return None
         means_more = name[1] in self._parameters or _OPEN.match(self._text, name.end())
-        return None if means_more and name.start(1) >= self._free else (SYMBOLS[name[1]], name.end())
+        return None if means_more and is_free else (SYMBOLS[name[1]], name.end())
 
     def _group(self, at: int, depth: int) -> tuple[Unit, int] | None:
         opened = _OPEN.match(self._text, at)

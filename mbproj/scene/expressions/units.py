@@ -11,12 +11,13 @@ from mbproj.dataclass import dataclass
 
 
 class Dimension(NamedTuple):
-    """The exponents of metre, kilogram, second and radian."""
+    """The exponents of metre, kilogram, second, radian and ampere."""
 
     length: float = 0
     mass: float = 0
     time: float = 0
     angle: float = 0
+    current: float = 0
 
     def __mul__(self, other: Dimension) -> Dimension:  # type: ignore[override]
         return Dimension(*(mine + its for mine, its in zip(self, other, strict=True)))
@@ -29,7 +30,8 @@ class Dimension(NamedTuple):
         (6 rad/s x 0.1 m is a velocity), and a number without unit is in SI."""
         if BARE in (self, other):
             return True
-        return self[:3] == other[:3] and (any(self[:3]) or self.angle == other.angle)
+        mine, its = (each._replace(angle=0) for each in (self, other))
+        return mine == its and (mine != BARE or self.angle == other.angle)
 
 
 @dataclass(frozen=True)
@@ -74,6 +76,9 @@ DENSITY = Dimension(mass=1, length=-3)
 FORCE, TORQUE = Dimension(1, 1, -2), Dimension(2, 1, -2)
 STIFFNESS, DAMPING = Dimension(0, 1, -2), Dimension(0, 1, -1)
 TORSION_STIFFNESS, TORSION_DAMPING = Dimension(2, 1, -2, -1), Dimension(2, 1, -1, -1)
+POWER, PRESSURE, FLOW = Dimension(2, 1, -3), Dimension(-1, 1, -2), Dimension(3, 0, -1)
+CURRENT, VOLTAGE = Dimension(current=1), Dimension(2, 1, -3, current=-1)
+RESISTANCE, INDUCTANCE = Dimension(2, 1, -3, current=-2), Dimension(2, 1, -2, current=-2)
 
 #: What units are made of: `unit_text` reads their products, quotients and powers.
 SYMBOLS: Mapping[str, Unit] = MappingProxyType(
@@ -96,11 +101,24 @@ SYMBOLS: Mapping[str, Unit] = MappingProxyType(
         "N": Unit(FORCE),
         "kN": Unit(FORCE, 1000.0),
         "J": Unit(TORQUE),
+        "W": Unit(POWER),
+        "kW": Unit(POWER, 1000.0),
+        "A": Unit(CURRENT),
+        "mA": Unit(CURRENT, divide=1000.0),
+        "V": Unit(VOLTAGE),
+        "mV": Unit(VOLTAGE, divide=1000.0),
+        "ohm": Unit(RESISTANCE),
+        "H": Unit(INDUCTANCE),
+        "mH": Unit(INDUCTANCE, divide=1000.0),
+        "Pa": Unit(PRESSURE),
+        "kPa": Unit(PRESSURE, 1000.0),
+        "MPa": Unit(PRESSURE, 1e6),
+        "bar": Unit(PRESSURE, 1e5),
     }
 )
 
 #: What a number is when it is in none of the named dimensions: its SI unit, put together.
-_SYMBOLS = ("m", "kg", "s", "rad")
+_SYMBOLS = ("m", "kg", "s", "rad", "A")
 _NAMES: Mapping[Dimension, str] = MappingProxyType(
     {
         LENGTH: "a length",
@@ -118,8 +136,19 @@ _NAMES: Mapping[Dimension, str] = MappingProxyType(
         DAMPING: "a damping",
         TORSION_STIFFNESS: "a torsional stiffness",
         TORSION_DAMPING: "a torsional damping",
+        POWER: "a power",
+        PRESSURE: "a pressure",
+        FLOW: "a flow",
+        CURRENT: "a current",
+        VOLTAGE: "a voltage",
+        RESISTANCE: "a resistance",
+        INDUCTANCE: "an inductance",
         BARE: "a number without unit",
     }
+)
+#: Units of SI with a name of their own, as results call them.
+_OWN_NAMES: Mapping[Dimension, str] = MappingProxyType(
+    {FORCE: "N", TORQUE: "N m", POWER: "W", PRESSURE: "Pa", VOLTAGE: "V", RESISTANCE: "ohm", INDUCTANCE: "H"}
 )
 
 
@@ -134,6 +163,11 @@ def symbol_of(dimension: Dimension) -> str:
     above = "*".join(_power(symbol, power) for symbol, power in powers if power > 0)
     below = "".join("/" + _power(symbol, -power) for symbol, power in powers if power < 0)
     return f"{above or '1'}{below}"
+
+
+def called(dimension: Dimension) -> str:
+    """How results call the SI unit: by its own name, where it has one."""
+    return _OWN_NAMES.get(dimension, symbol_of(dimension))
 
 
 def _power(symbol: str, power: float) -> str:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping, Set
+from dataclasses import replace
 from functools import partial
 from itertools import pairwise
 from typing import Any, ClassVar
 
 from mbproj.dataclass import dataclass
-from mbproj.functions.program import COORDINATE, RATE, TIME, Program
+from mbproj.functions.program import CHANNELS, COORDINATE, RATE, TIME, Program
 from mbproj.functions.table import Table, periodic, polygon, spline
-from mbproj.scene.expressions.units import describe
+from mbproj.scene.expressions.evaluate import CONSTANTS
+from mbproj.scene.expressions.syntax_tree import Expression, Name, walk
+from mbproj.scene.expressions.units import SYMBOLS, describe
 from mbproj.scene.fields.alternatives import Alternatives
 from mbproj.scene.fields.choices import Choice
 from mbproj.scene.fields.containers import Record
@@ -19,16 +22,19 @@ from mbproj.scene.fields.quantities import Number, dimension_of, note_degrees, u
 from mbproj.scene.fields.reading import Reading, Unfit, label
 from mbproj.scene.records import KeyPath
 from mbproj.scene.text.nodes import Node, ScalarNode, SequenceNode
+from mbproj.scene.text.suggestions import did_you_mean
 
 
 @dataclass(frozen=True)
 class Function(Field[Program]):
     """A number in `unit` (None: any), from an expression in which `variables` may stand beside parameters: the time,
-    and for the law of a force its coordinate and the rate of that, which programs call `operands`."""
+    and for the law of a force its coordinate and the rate of that, which programs call `operands`; where it
+    `names_channels`, also signals, states, and what has a point in its name, as pin.angle."""
 
     unit: str | None
     variables: tuple[str, ...] = ("t",)
     operands: tuple[int, ...] = (TIME, COORDINATE, RATE)
+    names_channels: bool = False
 
     @property
     def expects(self) -> str:
@@ -40,10 +46,15 @@ class Function(Field[Program]):
             self.reject(node, path, reading)
             return None
         tree = reading.parse(node)
-        found = reading.program(node, tree, dict(zip(self.variables, self.operands, strict=False)))
+        variables = dict(zip(self.variables, self.operands, strict=False))
+        reads = channels_in(tree, variables, reading) if self.names_channels and tree is not None else ()
+        if self.names_channels and tree is not None and _is_misspelt(tree, {*variables, *reads}, node, reading):
+            return None
+        found = reading.program(node, tree, variables | {name: CHANNELS + at for at, name in enumerate(reads)})
         if found is None:
             return None
-        program, dimension = found
+        reads = tuple(reading.inner.get(name, name) for name in reads)
+        program, dimension = replace(found[0], reads=reads), found[1]
         if self.unit is not None and dimension is not None and not dimension_of(self.unit).agrees(dimension):
             message = f"{label(path)} is in {self.unit}, this is {describe(dimension)}"
             reading.report(message, node.place, unit_hint(node.text, tree))
@@ -54,6 +65,35 @@ class Function(Field[Program]):
 
     def schema(self) -> Schema:
         return {"description": self.expects, "type": ["number", "string"], "pattern": r"\S"}
+
+
+def channels_in(tree: Expression, variables: Mapping[str, int], reading: Reading) -> tuple[str, ...]:
+    """The names in an expression that are channels', in their order."""
+    own = [node for node, _ in walk(tree) if isinstance(node, Name) and node.name not in variables]
+    return tuple(
+        dict.fromkeys(
+            node.name
+            for node in sorted(own, key=lambda node: node.at)
+            if "." in node.name or any(node.name in block for block in _blocks(reading))
+        )
+    )
+
+
+def _blocks(reading: Reading) -> tuple[Collection[str], ...]:
+    """Names without a point that are channels'."""
+    return (reading.inner, *(reading.items.get(block, ()) for block in ("signals", "states")))
+
+
+def _is_misspelt(tree: Expression, known: Set[str], node: ScalarNode, reading: Reading) -> bool:
+    """Whether a name is unknown and like that of a signal or a state, which is reported."""
+    able = [name for block in _blocks(reading) for name in block]
+    for each, _ in walk(tree):
+        if isinstance(each, Name) and not {each.name} & {*known, *reading.names, *CONSTANTS, *SYMBOLS}:
+            hint = did_you_mean(each.name, able)
+            if hint is not None:
+                reading.report(f"unknown name '{each.name}'", node.place_at(each.at), hint)
+                return True
+    return False
 
 
 def _increasing(rows: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:

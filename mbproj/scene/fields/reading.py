@@ -11,7 +11,7 @@ from mbproj.errors import Place, Problem
 from mbproj.functions.program import Program
 from mbproj.scene.expressions.compiled import compiled
 from mbproj.scene.expressions.evaluate import Unavailable, Value, evaluate
-from mbproj.scene.expressions.syntax_tree import Expression, parse
+from mbproj.scene.expressions.syntax_tree import Expression, names, parse
 from mbproj.scene.expressions.tokens import ExpressionError
 from mbproj.scene.expressions.units import SYMBOLS, Dimension
 from mbproj.scene.records import KeyPath
@@ -31,7 +31,8 @@ class Unfit(Exception):
 class Reading:
     """`names` are the parameters (None: wrong, and reported), `items` the names of each block's items; `notes` are on
     what is legal but may be a mistake; `units` are the SI units of the numbers, by their paths, where they are known;
-    `kept` is what an earlier reading found, or takes this one down."""
+    `kept` is what an earlier reading found, or takes this one down; `inner` are the whole names of what expressions
+    call by a shorter one, within an item."""
 
     items: Mapping[str, Collection[str]] = field(default_factory=dict)
     names: dict[str, Value | None] = field(default_factory=dict)
@@ -40,6 +41,7 @@ class Reading:
     notes: list[Problem] = field(default_factory=list)
     units: dict[KeyPath, str] = field(default_factory=dict)
     kept: Kept | None = None
+    inner: Mapping[str, str] = field(default_factory=dict)
 
     def read(self, kind: Any, node: Node, path: KeyPath) -> Any:
         """The value of a field at `path`, as an earlier reading found it where that must be the same."""
@@ -65,10 +67,27 @@ class Reading:
     def parse(self, node: ScalarNode) -> Expression | None:
         """The tree of an expression; None where it is wrong, which is reported at the character."""
         try:
-            return parse(node.text, frozenset(self.names.keys() & SYMBOLS.keys()))
+            return parse(node.text, self._no_units())
         except ExpressionError as error:
             self.report(error.message, node.place_at(error.at), error.hint)
             return None
+
+    def _names_channel(self, node: ScalarNode, tree: Expression) -> bool:
+        """Whether a number names a signal or a state, which is reported."""
+        blocks = [self.items[block] for block in ("signals", "states") if self.items.get(block)]
+        if not blocks:
+            return False
+        for name in sorted(names(tree) - self.names.keys()):
+            if any(name in block for block in blocks):
+                hint = "expressions of forces, signals and states may name it"
+                self.report(f"'{name}' changes during a run, and this is one number", node.place, hint)
+                return True
+        return False
+
+    def _no_units(self) -> frozenset[str]:
+        """The names of units that mean something else in this scene."""
+        named = (self.names, self.inner, *(self.items.get(block, ()) for block in ("signals", "states")))
+        return frozenset(symbol for symbol in SYMBOLS for names in named if symbol in names)
 
     def program(
         self, node: ScalarNode, tree: Expression | None, variables: Mapping[str, int]
@@ -85,6 +104,8 @@ class Reading:
 
     def value(self, node: ScalarNode, tree: Expression | None) -> Value | None:
         """The value of the node's tree; None where it has none, which is reported at the character."""
+        if tree is not None and self._names_channel(node, tree):
+            return None
         try:
             return None if tree is None else evaluate(tree, self.names)
         except ExpressionError as error:

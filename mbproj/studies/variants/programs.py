@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
-from mbproj.functions.program import Code, Op, Program, apply, number
+from mbproj.functions.program import CHANNELS, Code, Op, Program, apply, number, replaced, variable
 
 
 def times(factor: float, program: Program) -> Program:
     """factor · f."""
-    return Program(apply(Op.MULTIPLY, number(factor), program.code), program.text)
+    return replace(program, code=apply(Op.MULTIPLY, number(factor), program.code))
 
 
 def combined(factors: Sequence[float], programs: Sequence[Program]) -> Program:
     """Σ factor · f."""
-    parts = [times(factor, program).code for factor, program in zip(factors, programs, strict=True)]
-    return Program(apply(Op.ADD, *parts), ", ".join(program.text for program in programs if program.text))
+    reads = tuple(dict.fromkeys(name for program in programs for name in program.reads))
+    parts = []
+    for factor, program in zip(factors, programs, strict=True):
+        by = {CHANNELS + at: variable(CHANNELS + reads.index(name)) for at, name in enumerate(program.reads)}
+        parts.append(replaced(times(factor, program).code, by))
+    return Program(apply(Op.ADD, *parts), ", ".join(program.text for program in programs if program.text), reads)
 
 
 def with_argument(program: Program, variable: int, factor: float) -> Program:
@@ -24,4 +29,4 @@ def with_argument(program: Program, variable: int, factor: float) -> Program:
     for step in program.code:
         is_it = step.op is Op.VARIABLE and int(step.operand) == variable
         code += apply(Op.MULTIPLY, number(factor), (step,)) if is_it else (step,)
-    return Program(code, program.text)
+    return replace(program, code=code)

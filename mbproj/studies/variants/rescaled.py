@@ -13,6 +13,7 @@ from mbproj.elements import Kind
 from mbproj.errors import InputError, Problem
 from mbproj.functions.program import COORDINATE, RATE, Program
 from mbproj.joints import COORDINATE_UNITS, JOINTS
+from mbproj.scene.blocks.control.named import names_channels
 from mbproj.scene.blocks.elements import ELEMENTS
 from mbproj.scene.coupled import Coupled
 from mbproj.scene.fields.quantities import dimension_of
@@ -38,9 +39,13 @@ from mbproj.studies.variants.programs import times, with_argument
 
 
 def rescaled(scene: Scene, k: float) -> Scene:
-    """The scene k times as large. Raises InputError where it has elements: their numbers have no units."""
+    """The scene k times as large. Raises InputError where it has elements, signals or states: their numbers have no
+    units."""
     if scene.elements:
         what = f"element '{scene.elements[0].name}' is data without units: it cannot be made larger"
+        raise InputError(Problem(what, hint="vary something else"))
+    if names_channels(scene):
+        what = "the numbers in signals, states and what names coordinates have no units: it cannot be made larger"
         raise InputError(Problem(what, hint="vary something else"))
     larger = _Larger(k, {joint.name: joint.type for joint in scene.joints})
     return replace(

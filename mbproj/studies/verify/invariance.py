@@ -13,6 +13,7 @@ from mbproj.model import System, compile_system
 from mbproj.model.euler_parameters import product
 from mbproj.projection.methods.gopm import Gopm
 from mbproj.projection.methods.gpopm import Gpopm
+from mbproj.scene.blocks.control.named import names_channels
 from mbproj.scene.records import Scene
 from mbproj.studies.variants.moved import RigidMotion
 from mbproj.studies.variants.renumbered import renumbered
@@ -30,14 +31,14 @@ MILLIMETRES = 1e3
 ROTATION = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))[0]
 ROTATION = ROTATION * np.linalg.det(ROTATION)
 #: Why the unit of length cannot be changed.
-NO_UNITS = "elements are data without units"
+NO_UNITS = "elements, signals and states are data without units"
 #: Where the mechanism is shifted to, in its own lengths.
 SHIFT = np.array([3.0, -2.0, 5.0])
 
 
 def units(case: Case) -> Found:
     """In millimetres GPOPM's correction and the accelerations are the same motion; GOPM's correction is not."""
-    if case.scene.elements:
+    if case.scene.elements or names_channels(case.scene):
         return NO_UNITS
     scene, scale = rescaled(case.scene, MILLIMETRES), np.tile([MILLIMETRES] * 3 + [1.0] * 4, case.system.bodies)
     found = _same(case, scene, np.diag(scale), np.zeros(len(scale)))

@@ -64,6 +64,21 @@ SI = {
     "N*s/m": 1,
     "N*m/rad": 1,
     "N*m*s/rad": 1,
+    "W": 1,
+    "kW": 1e3,
+    "A": 1,
+    "mA": 1e-3,
+    "V": 1,
+    "mV": 1e-3,
+    "ohm": 1,
+    "H": 1,
+    "mH": 1e-3,
+    "Pa": 1,
+    "kPa": 1e3,
+    "MPa": 1e6,
+    "bar": 1e5,
+    "l/s": 1e-3,
+    "l/min": 1e-3 / 60,
 }
 
 
@@ -228,10 +243,10 @@ def test_which_dimensions_agree() -> None:
 
 
 def test_dimensions_in_words() -> None:
-    assert [describe(dimension) for dimension in (LENGTH, INERTIA, Dimension(2, 1, -3), Dimension(angle=-1), BARE)] == [
+    assert [describe(dimension) for dimension in (LENGTH, INERTIA, Dimension(2, 1, -4), Dimension(angle=-1), BARE)] == [
         "a length",
         "a moment of inertia",
-        "in m^2*kg/s^3",
+        "in m^2*kg/s^4",
         "in 1/rad",
         "a number without unit",
     ]

@@ -62,15 +62,15 @@ inline void require_positive(double value, const char* name) {
     if (!(value > 0.0 && std::isfinite(value))) refuse(name, "is not positive");
 }
 
-// Times at which steps end: (time, left, right) of each.
-using BreakNumbers = std::vector<std::tuple<double, double, double>>;
+// Times at which steps end: (time, left, right, actions, asks) of each.
+using BreakNumbers = std::vector<std::tuple<double, double, double, std::vector<int>, bool>>;
 
 inline std::vector<Break> breaks_of(const BreakNumbers& given) {
     std::vector<Break> breaks;
-    for (const auto& [time, left, right] : given) {
+    for (const auto& [time, left, right, actions, asks] : given) {
         const bool after_last = breaks.empty() || left >= breaks.back().right;
         if (!(std::isfinite(time) && left < right && after_last)) refuse("breaks", "do not increase");
-        breaks.push_back({time, left, right});
+        breaks.push_back({time, left, right, actions, asks});
     }
     return breaks;
 }

@@ -7,6 +7,7 @@
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
+#include "bindings/actions_from_numpy.hpp"
 #include "bindings/from_numpy.hpp"
 #include "bindings/layout_from_python.hpp"
 #include "bindings/loads_from_numpy.hpp"
@@ -91,6 +92,7 @@ template <int D> void add_model(nb::module_& m, const char* primitives, const ch
             nb::arg("stop_coordinates").none() = nb::none(), nb::arg("stop_turns") = std::vector<int>(),
             nb::arg("stop_bounds") = std::vector<double>(), nb::arg("bearings"), nb::arg("bearing_points"),
             nb::arg("bearing_axes"))
+        .def("set_actions", &set_actions<D>)
         .def_prop_ro("bodies", &Model<D>::size)
         .def_prop_rw(
             "rows", [](const Model<D>& self) { return self.rows; },

@@ -1,6 +1,7 @@
 // Runs of one dimension, for Python: their samples, counters, peaks and marks.
 #pragma once
 
+#include <nanobind/stl/pair.h>
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
@@ -72,6 +73,8 @@ template <int D> void add_run(nb::module_& m, const char* name) {
                  require(y, {static_cast<std::size_t>(model.layout.size())}, "y");
                  require(turns, {model.coordinates.instances.size()}, "turns");
                  check_settings(tableau, projection, steps);
+                 for (const Break& each : steps.breaks)
+                     for (const int action : each.actions) index_below(action, model.actions.size(), "actions");
                  new (self) TimeLoop<D>(model, tableau, projection, steps, {y.data(), y.data() + y.size()},
                                         {turns.data(), turns.data() + turns.size()});
              })
@@ -86,6 +89,21 @@ template <int D> void add_run(nb::module_& m, const char* name) {
             },
             nb::arg("most"), nb::arg("seconds"), nb::arg("attempts") = std::numeric_limits<long>::max())
         .def_prop_ro("pauses", [](const TimeLoop<D>& self) { return self.pauses; })
+        .def_prop_ro("waits", [](const TimeLoop<D>& self) { return self.waits; })
+        .def("give",
+             [](TimeLoop<D>& self, const std::vector<std::pair<int, double>>& states) {
+                 if (!self.waits) refuse("states", "are given to a run that does not wait");
+                 for (const auto& [state, value] : states) {
+                     index_below(state, self.model().layout.states.size, "states");
+                     if (!std::isfinite(value)) refuse("states", "hold a number that is not finite");
+                 }
+                 self.give(states);
+             })
+        .def("values",
+             [](TimeLoop<D>& self, const Programs& programs) {
+                 require_variables(programs, law_variables + static_cast<int>(self.model().channels.size()), "programs");
+                 return self.values(programs);
+             })
         .def("here", [](TimeLoop<D>& self) { return saved_mark<D>(self.here()); })
         .def("resume",
              [](TimeLoop<D>& self, const nb::dict& mark) {

@@ -182,6 +182,11 @@ public:
     const Drive<D>& drive() const { return drive_; }
     // The state, at `time`, at which a function of the scene had no finite value; empty where none failed.
     const std::vector<double>& broken_state() const { return broken_state_; }
+    bool broken(const double* y) {
+        broken_ = true;
+        broken_state_.assign(y, y + layout().size());
+        return false;
+    }
     void forget_broken_state() { broken_state_.clear(); }
     double time() const { return t_; }
     // The law of a friction that leaves no unique solution at the last state, or -1.
@@ -261,11 +266,6 @@ private:
         return true;
     }
 
-    bool broken(const double* y) {
-        broken_ = true;
-        broken_state_.assign(y, y + layout().size());
-        return false;
-    }
 
     // Baumgarte (ref. 9): C'' + 2α C' + β² C = 0.
     void stabilise() {

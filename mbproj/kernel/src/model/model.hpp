@@ -138,6 +138,11 @@ struct Coupling {
     int curve;
 };
 
+// What a controller does at an instant: it sets states of elements to what programs are there, all at once.
+struct Action {
+    std::vector<int> states, programs;
+};
+
 // A program of the value of an instance of the constraints.
 struct Curve {
     int instance, program;
@@ -209,6 +214,8 @@ template <int D> struct Model {
     int stiff_rows = 0;
     Stops<D> stops;
     std::vector<Bearing<D>> bearings;
+    std::vector<Action> actions;
+    Programs action_programs;  // theirs, of the same channels
     Thresholds thresholds;
 
     int joint_of(int row) const {

@@ -49,9 +49,12 @@ struct ProjectionSettings {
 };
 
 // A time at which functions of time have a kink or a jump, so that a step ends there. Until then they are seen at `left` at
-// the latest, from then on at `right` at the earliest, a few grains of time to either side.
+// the latest, from then on at `right` at the earliest, a few grains of time to either side. Or one at which controllers act, in
+// this order: `actions` of the model; `asks`: the run waits there for what is given from outside.
 struct Break {
     double time, left, right;
+    std::vector<int> actions;
+    bool asks;
 };
 
 // Between two breaks: functions of time are seen from within.

@@ -1,6 +1,7 @@
 // What a time loop is made of, each after those that it needs.
 #pragma once
 
+#include "dynamics/instants.hpp"
 #include "steppers/choice.hpp"
 #include "stepping/mark.hpp"
 #include "stepping/stop_events.hpp"
@@ -22,11 +23,24 @@ protected:
           schedule_(steps_), now_{steps_.start, 0.0, Eigen::Map<const Eigen::VectorXd>(y.data(), model_.layout.size()),
                                   Eigen::VectorXd::Zero(model_.layout.size())},
           trial_(steps_, now_, equations_, projector_, stepper_, step_end_, schedule_, phases_),
-          stops_(steps_, now_, equations_, stepper_, step_end_, schedule_, trial_) {}
+          stops_(steps_, now_, equations_, stepper_, step_end_, schedule_, trial_), instants_(model_, equations_) {}
     ~LoopParts() = default;
 
     StateEvents<D>& events() { return trial_.events(); }
     const StateEvents<D>& events() const { return trial_.events(); }
+    // Programs of the time and channels, at the state between two steps.
+    std::vector<double> values(const Programs& programs) {
+        return instants_.values(programs, now_.t, now_.y.data());
+    }
+    // What states are from here on, where the run waits.
+    void give(typename Instants<D>::Given states) { instants_.give(std::move(states)); }
+    // At a break that asks, a run waits for what is given from outside.
+    bool is_asked() { return waits = !instants_.any_given() && schedule_.asks(now_.t); }
+    // What happens to states at the breaks that are passed.
+    void act() {
+        instants_.take_given(now_.y.data());
+        acted_ = schedule_.act([this](int action) { return instants_.act(action, now_.t, now_.y.data()); });
+    }
     double after_event() const { return model_.thresholds.part_after_break; }
     void go_on(double part) {
         if (steps_.fixed()) return;  // else the step is chosen anew
@@ -96,10 +110,13 @@ protected:
     Standing now_;
     StepTrial<D> trial_;
     StopEvents<D> stops_;
+    Instants<D> instants_;
     typename TurnCounter<D>::Counted counted_, counted_before_;
     Peaks peaks;
     long factorised_before_ = 0;  // by the run that this one goes on with
     bool shaped_ = false;         // by the run's end
+    bool waits = false;           // at a break, for what is given from outside
+    bool acted_ = true;           // whether all that controllers did had a value
 };
 
 }  // namespace mbproj

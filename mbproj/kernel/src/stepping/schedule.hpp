@@ -58,6 +58,20 @@ public:
         if (!steps_.fixed()) next_sample_ = first_after(t);
         passed_ = 0;
         pass_break(t);
+        acted_ = passed_;
+    }
+    // Whether the run waits for what is given from outside, before it passes the breaks up to t or goes on from these.
+    bool asks(double t) const {
+        for (std::size_t k = acted_; k < steps_.breaks.size() && steps_.breaks[k].time <= t + beside(t); ++k)
+            if (steps_.breaks[k].asks) return true;
+        return false;
+    }
+    // What controllers do at breaks that are passed and at which they have not acted yet, in their order.
+    template <class Act> bool act(const Act& act) {
+        for (; acted_ < passed_; ++acted_)
+            for (const int action : steps_.breaks[acted_].actions)
+                if (!act(action)) return false;
+        return true;
     }
     long grid() const { return grid_; }
     const StepParts& parts() const { return parts_; }
@@ -179,7 +193,7 @@ private:
     long grid_ = 0;                             // steps of the grid that are made
     StepParts parts_;                           // of the next
     std::size_t next_sample_ = 0, inside_ = 0;  // samples up to `inside_` lie in the step that was just accepted
-    std::size_t passed_ = 0;                    // breaks
+    std::size_t passed_ = 0, acted_ = 0;        // breaks
 };
 
 }  // namespace mbproj

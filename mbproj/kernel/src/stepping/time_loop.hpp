@@ -35,9 +35,10 @@ public:
         const FlushToZero flush;
         const auto until = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
         block.clear();
+        if (std::exchange(waits, false)) cross_break();
         const long look = std::max(1L, 64L / (1 + model_.size() / 8));  // steps between two looks at the clock
         pauses = false;
-        for (long done = 0; now_.outcome.status == Status::running && block.t.size() < samples && !pauses; ++done) {
+        for (long done = 0; now_.outcome.status == Status::running && block.t.size() < samples && !pauses && !waits; ++done) {
             if (done % look == look - 1 && std::chrono::steady_clock::now() > until) break;
             if (!started_)
                 begin();
@@ -58,10 +59,9 @@ public:
     }
 
     SampleBlock block;
-    using Parts::peaks, Parts::events, Parts::projector;
+    using Parts::peaks, Parts::events, Parts::projector, Parts::waits, Parts::give, Parts::values;
     bool keeps_marks = false;  // whether somebody asks for them
     bool pauses = false;       // whether `advance` came back because so many steps were tried
-
     const Model<D>& model() const { return model_; }
     bool carries_slope() const { return stepper_.carries_slope(); }
     const Phases& phases() const { return phases_; }
@@ -220,14 +220,16 @@ private:
     }
 
     void cross_break() {     // functions of time are seen from the other side from here on
+        if (is_asked()) return;
         equations_.see({});  // as the slope at hand does
         if (!stepper_.before_jump(now_.t, now_.y)) return stop_at(now_.t);
         equations_.see(schedule_.window());
         const bool goes_on = jump([this] {
             schedule_.pass_break(now_.t);
             equations_.see(schedule_.window());
+            this->act();
         });
-        if (goes_on) go_on(after_event());
+        if (goes_on) acted_ ? go_on(after_event()) : stop_at(now_.t);
     }
 
     // Something changes at once: arguments of switches that jump with it are on the branch that they have jumped to.
@@ -286,7 +288,7 @@ private:
     using Parts::counted_, Parts::counted_before_, Parts::factorised_before_, Parts::shaped_, Parts::stops_;
     using Parts::model_, Parts::steps_, Parts::phases_, Parts::equations_, Parts::stepper_, Parts::turns_;
     using Parts::step_end_, Parts::schedule_, Parts::now_, Parts::trial_;
-    using Parts::stop, Parts::stop_at, Parts::make_again, Parts::begin_balance;
+    using Parts::is_asked, Parts::acted_, Parts::stop, Parts::stop_at, Parts::make_again, Parts::begin_balance;
     using Parts::write, Parts::count_factorisations, Parts::go_on, Parts::choose_step, Parts::after_event;
     Vector slope_;              // at the end of a step, until the step is taken over
     Vector copy_, copy_slope_;  // of a sample inside a step

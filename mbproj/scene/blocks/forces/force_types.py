@@ -35,7 +35,7 @@ def _law_keys(force: str, coordinate: str, unit: str, free: str) -> dict[str, Fi
         "stiffness": Number(per_unit, minimum=0.0),
         "damping": Number(per_rate, minimum=0.0),
         free: Number(unit, minimum=0.0) if free == "free_length" else position_in(unit),
-        force: Function(value, ("t", coordinate, f"{coordinate}_dot")),
+        force: Function(value, ("t", coordinate, f"{coordinate}_dot"), names_channels=True),
         "table": table(unit, value, ("natural", "clamped", "linear")),
     }
 
@@ -101,7 +101,8 @@ def _on_joint(what: str, force: str, coordinate: str, unit: str, free: str) -> R
 def _on_body(what: str, key: str, unit: str, place: Mapping[str, Field[Any]]) -> Record[Force]:
     """A force or a torque of given components."""
     body = {"type": FORCE_TYPE, "body": Reference("body", "bodies")}
-    keys: dict[str, Field[Any]] = {**body, **place, key: List(Function(unit), 3, "components"), "axes": AXES}
+    components = List(Function(unit, names_channels=True), 3, "components")
+    keys: dict[str, Field[Any]] = {**body, **place, key: components, "axes": AXES}
     checks = (Check(("body", "location"), of_these_bodies("location")),) if place else ()
     return Record(what, keys, _body_force, ("type", "body", key), checks, named=True)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -23,13 +23,15 @@ NO_JOINT = -1
 Slot = tuple[int, int, Array]
 
 
-def with_measured(system: System, elements: Sequence[Element]) -> System:
+def with_measured(system: System, elements: Sequence[Element], read: Iterable[str] = ()) -> System:
     """The system with these among its coordinates: "tip.x" of a marker, "rope.left" of an element's `lengths`, and
-    "spring.length" of a force between two points. Raises InputError where a length names a marker that there is not, or
-    two of one body."""
+    "spring.length" of a force between two points, which elements or `read` name. Raises InputError where a length names
+    a marker that there is not, or two of one body."""
     able, known = measurable(system, elements), system.names.coordinates
-    asked = dict.fromkeys(name for element in elements for name in _named(element) if name not in known)
-    added = {name: able[name] for name in asked if name in able}
+    by_expressions = {name.replace("-", "_"): name for name in able}
+    written = (*(name for element in elements for name in _named(element)), *_measured(read))
+    asked = (by_expressions.get(name, name) for name in written)
+    added = {name: able[name] for name in dict.fromkeys(asked) if name in able and name not in known}
     names = replace(
         system.names,
         coordinates=(*known, *added),
@@ -40,11 +42,16 @@ def with_measured(system: System, elements: Sequence[Element]) -> System:
 
 def _named(element: Element) -> Iterator[str]:
     """All coordinates that it names; of a force that it reads, what that goes by."""
-    for name in element.reads:
-        yield name.removesuffix("_dot")
-        yield f"{name.removesuffix('.force')}.length"
+    yield from _measured(element.reads)
     yield from (force.along for force in element.forces)
     yield from (name for row in element.rows for name in row.of)
+
+
+def _measured(read: Iterable[str]) -> Iterator[str]:
+    """The coordinates that names go by."""
+    for name in read:
+        yield name.removesuffix("_dot")
+        yield f"{name.removesuffix('.force')}.length"
 
 
 def measurable(system: System, elements: Sequence[Element]) -> dict[str, Binding]:

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from mbproj.dataclass import dataclass
+from mbproj.elements.controlled import Controller, Signal
 from mbproj.elements.element import Element, called
 from mbproj.errors import InputError, Problem
-from mbproj.functions.program import CHANNELS, COORDINATE, RATE, TIME, Code, Op, Program, apply, number, variable
+from mbproj.functions.program import CHANNELS, COORDINATE, RATE, TIME, Code, Op, Program, apply, number, replaced
 from mbproj.functions.program_set import flatten, joined
 from mbproj.model.added_laws import AddedLaw, with_laws
-from mbproj.model.channels import Channels, ElementStates, Energies, Kind
+from mbproj.model.channels import ElementStates, Energies
 from mbproj.model.compile.coupled import bound
-from mbproj.model.compile.measured import measurable, with_measured
+from mbproj.model.compile.elements.controllers import actions_of, read_by
+from mbproj.model.compile.elements.measured import measurable, with_measured
+from mbproj.model.compile.elements.named import Named
 from mbproj.model.couplings import compile_couplings
 from mbproj.model.primitive_set import bind, bindings
 from mbproj.model.system import System
@@ -29,28 +32,62 @@ from mbproj.scene.text.suggestions import choose_from
 VARIABLES = {"t": TIME, "s": COORDINATE, "s_dot": RATE}
 
 
-def with_elements(system: System, elements: Sequence[Element]) -> System:
-    """The system with these elements. Raises InputError that names what an element reads and that there is not, or a
-    row whose function cannot be one."""
-    states = [(f"{element.name}.{state.name}", state) for element in elements for state in element.states]
+def with_elements(
+    system: System, elements: Sequence[Element], signals: Sequence[Signal] = (), controllers: Sequence[Controller] = ()
+) -> System:
+    """The system with these elements, signals that its functions name, and what controllers do. Raises InputError that
+    names what an element or a function reads and that there is not, or a row whose function cannot be one."""
+    states = [(named_within(element, state.name), state) for element in elements for state in element.states]
     names = replace(
         system.names,
         states=(*system.names.states, *(name for name, _ in states)),
         state_units=(*system.names.state_units, *(state.unit for _, state in states)),
+        signals=tuple(signal.name for signal in signals),
+        signal_units=tuple(signal.unit for signal in signals),
     )
-    system = with_measured(replace(system, names=names), elements)
-    channels, named = _channels(system, elements)
+    system = replace(system, names=names)
+    system = with_measured(system, elements, [*_read(system, elements, signals), *read_by(controllers)])
+    others = measurable(system, elements)
+    channels = Named(system, {signal.name: signal.program for signal in signals}, [*others])
+    named = {element.name: _Naming(element, channels, channels.of_element(element)) for element in elements}
+    forces = replace(
+        system.forces, programs=channels.resolved_set(system.forces.programs, system.forces.program_owners)
+    )
     own = ElementStates(
         np.array([state.start for _, state in states]),
         np.array([state.scale for _, state in states]),
-        flatten([named[element.name](state.rate) for element in elements for state in element.states]),
+        flatten([named[each.name](part.rate, f"state '{part.name}'") for each in elements for part in each.states]),
     )
     energies = Energies(
         joined([system.energies.stored, flatten([named[each.name](each.stores) for each in elements if each.stores])]),
         joined([system.energies.lost, flatten([*_lost(elements, named)])]),
     )
-    system = replace(system, channels=channels, energies=energies, states=_after(system.states, own))
-    return _with_rows(_with_forces(system, elements, named), elements)
+    pushes = [[named[element.name](force.push) for force in element.forces] for element in elements]
+    shown = flatten([channels.resolved(signal.program, f"signal '{signal.name}'") for signal in signals])
+    actions = actions_of(controllers, channels, system.names.states)
+    system = replace(
+        system,
+        actions=actions,
+        forces=forces,
+        channels=channels.channels,
+        energies=energies,
+        states=_after(system.states, own),
+        signals=shown,
+    )
+    return _with_rows(_with_forces(system, elements, pushes), elements)
+
+
+def named_within(element: Element, name: str) -> str:
+    """What results call a part of an element: by both names; those of the scene itself have no element's."""
+    return f"{element.name}.{name}" if element.name else name
+
+
+def _read(system: System, elements: Sequence[Element], signals: Sequence[Signal]) -> Iterator[str]:
+    """What functions of a scene name beside those of elements."""
+    yield from (name for programs in system.forces.programs.reads for name in programs)
+    rates = (state.rate for element in elements for state in element.states)
+    for program in (*(signal.program for signal in signals), *rates):
+        yield from program.reads if isinstance(program, Program) else ()
 
 
 def _lost(elements: Sequence[Element], named: Mapping[str, _Naming]) -> Iterator[Program]:
@@ -70,75 +107,23 @@ def _after(before: ElementStates, own: ElementStates) -> ElementStates:
     return ElementStates(start, scale, joined([part.programs for part in parts]))
 
 
-def _channels(system: System, elements: Sequence[Element]) -> tuple[Channels, dict[str, _Naming]]:
-    """All channels that functions name, and how the programs of each element name them."""
-    names = system.names
-    able = {name: (Kind.STATE, at) for at, name in enumerate(names.states)}
-    able |= {name: (Kind.COORDINATE, at) for at, name in enumerate(names.coordinates)}
-    able |= {f"{name}_dot": (Kind.RATE, at) for at, name in enumerate(names.coordinates)}
-    known = zip(system.channels.kind.tolist(), system.channels.index.tolist(), strict=True)
-    found = {(Kind(kind), index): at for at, (kind, index) in enumerate(known)}
-    laws = {f"{name}.force": at for at, name in enumerate(names.forces[: system.forces.laws.size])}
-
-    def channel(kind: Kind, index: int) -> Code:
-        return variable(CHANNELS + found.setdefault((kind, index), len(found)))
-
-    named, problems = dict[str, _Naming](), []
-    for element in elements:
-        codes = []
-        for name in element.reads:
-            if name in able:
-                codes.append(channel(*able[name]))
-            elif name in laws:
-                codes.append(_force(system, laws[name], channel))
-            else:
-                what = f"element '{element.name}' reads '{name}', which there is not"
-                problems.append(Problem(what, hint=choose_from(name, [*able, *laws, *measurable(system, elements)])))
-        named[element.name] = _Naming(element, tuple(codes))
-    if problems:
-        raise InputError(problems)
-    return Channels.of(list(found)), named
-
-
-def _force(system: System, law: int, channel: Callable[[Kind, int], Code]) -> Code:
-    """F = -k (s - free) - c s' + program(t, s, s') of a law, by channels. Raises InputError where it goes by a load."""
-    own, name = system.forces.laws, system.names.forces[law]
-    if own.bearing[law] >= 0 or own.partner[law] >= 0:
-        what = f"the force of '{name}' cannot be read: it goes by a load, which would depend on what reads it"
-        raise InputError(Problem(what, hint="read what the load comes from: a coordinate, a spring's force"))
-    at = int(own.joint_coordinate[law])
-    at = at if at >= 0 else system.names.coordinates.index(f"{name}.length")
-    s, rate = channel(Kind.COORDINATE, at), channel(Kind.RATE, at)
-    stretch = apply(Op.SUBTRACT, s, number(float(own.free[law])))
-    total = apply(Op.MULTIPLY, number(-float(own.stiffness[law])), stretch) if own.stiffness[law] else number(0.0)
-    if own.damping[law]:
-        total = apply(Op.SUBTRACT, total, apply(Op.MULTIPLY, number(float(own.damping[law])), rate))
-    if own.program[law] < 0:
-        return total
-    program = system.forces.programs.program(int(own.program[law]))
-    return apply(Op.ADD, total, _replaced(program.code, {COORDINATE: s, RATE: rate}))
-
-
-def _replaced(code: Code, by: Mapping[int, Code]) -> Code:
-    """The code with other codes in place of these variables."""
-    return tuple(
-        one for each in code for one in (by.get(int(each.operand), (each,)) if each.op is Op.VARIABLE else (each,))
-    )
-
-
 @dataclass(frozen=True, eq=False)
 class _Naming:
     """What the programs of an element see: the codes of what it reads, and how expressions call them."""
 
     element: Element
+    channels: Named
     codes: tuple[Code, ...]
 
-    def __call__(self, program: Program | str) -> Program:
-        """The program with the system's channels. Raises InputError where it is an expression that cannot be read."""
+    def __call__(self, program: Program | str, of: str = "") -> Program:
+        """The program `of` a part, with the system's channels. Raises InputError where it is an expression that cannot
+        be read."""
         if isinstance(program, str):
             reads = {called(name): CHANNELS + at for at, name in enumerate(self.element.reads)}
             program = _program(self.element, program, VARIABLES | reads)
-        return replace(program, code=_replaced(program.code, dict(enumerate(self.codes, CHANNELS))))
+        if program.reads:
+            return self.channels.resolved(program, of or f"element '{self.element.name}'")
+        return replace(program, code=replaced(program.code, dict(enumerate(self.codes, CHANNELS))))
 
 
 def _program(element: Element, text: str, variables: Mapping[str, int]) -> Program:
@@ -148,16 +133,17 @@ def _program(element: Element, text: str, variables: Mapping[str, int]) -> Progr
         raise InputError(Problem(f"element '{element.name}': '{text}': {error}", hint=error.hint)) from error
 
 
-def _with_forces(system: System, elements: Sequence[Element], named: Mapping[str, _Naming]) -> System:
-    """With the laws of the elements."""
+def _with_forces(system: System, elements: Sequence[Element], pushes: Sequence[Sequence[Program]]) -> System:
+    """With the laws of the elements, whose programs are these."""
     names, own = system.names, bindings(system.coordinates)
     forces = [(element, force) for element in elements for force in element.forces]
+    programs = [program for own in pushes for program in own]
     if not forces:
         return system
     at = [_coordinate(system, element, force.along) for element, force in forces]
     added = [
-        AddedLaw(own[row], row, named[element.name](force.push), element.name, loses=force.loses)
-        for row, (element, force) in zip(at, forces, strict=True)
+        AddedLaw(own[row], row, program, element.name, loses=force.loses)
+        for row, program, (element, force) in zip(at, programs, forces, strict=True)
     ]
     laws = system.forces.laws.size
     shown = tuple(force.name or f"{element.name}.{force.along}" for element, force in forces)

@@ -1,0 +1,58 @@
+// What happens to states of elements at instants: controllers set them, and somebody outside; as mbproj.integrate.loop.carried
+// has it.
+#pragma once
+
+#include <optional>
+#include <utility>
+
+#include "dynamics/equations_of_motion.hpp"
+
+namespace mbproj {
+
+template <int D> class Instants final {
+public:
+    using Given = std::vector<std::pair<int, double>>;  // states by their numbers, and what they are from here on
+
+    Instants(const Model<D>& model, EquationsOfMotion<D>& equations) : model_(model), equations_(equations) {}
+
+    bool any_given() const { return given_.has_value(); }
+    void give(Given states) { given_ = std::move(states); }
+    void take_given(double* y) {
+        if (!given_) return;
+        for (const auto& [state, value] : *given_) y[model_.layout.states.first + state] = value;
+        given_.reset();
+    }
+    // What a controller does at y at t. False where a program has no finite value: the equations say so.
+    bool act(int number, double t, double* y) {
+        const Action& action = model_.actions[number];
+        const Series* variables = seen(t, y);
+        found_.clear();
+        for (const int program : action.programs) {
+            found_.push_back(model_.action_programs.value(program, variables, nullptr));
+            if (!std::isfinite(found_.back())) return equations_.broken(y);
+        }
+        for (std::size_t k = 0; k < found_.size(); ++k) y[model_.layout.states.first + action.states[k]] = found_[k];
+        return true;
+    }
+    // Programs of the time and channels at y at t.
+    std::vector<double> values(const Programs& programs, double t, const double* y) {
+        const Series* variables = seen(t, y);
+        std::vector<double> found;
+        for (int k = 0; k < programs.size(); ++k) found.push_back(programs.value(k, variables, nullptr));
+        return found;
+    }
+
+private:
+    const Series* seen(double t, const double* y) {
+        equations_.set_pose(t, y);
+        equations_.set_velocities(y, false);
+        return equations_.seen(t, y).variables();
+    }
+
+    const Model<D>& model_;
+    EquationsOfMotion<D>& equations_;
+    std::optional<Given> given_;
+    std::vector<double> found_;  // what an action sets
+};
+
+}  // namespace mbproj

@@ -1,0 +1,25 @@
+"""Controllers at an equilibrium: what they set does not change any more."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from mbproj.functions.program import CHANNELS, Op, apply, variable
+from mbproj.functions.program_set import flatten
+from mbproj.model.channels import Channels, Kind
+from mbproj.model.system import System
+
+
+def settled(system: System) -> System:
+    """The system whose held states x follow x' = (what controllers set them to) - x: at rest both are the same."""
+    actions, states, channels = system.actions, system.states, system.channels
+    if not actions.size:
+        return system
+    known = zip(channels.kind.tolist(), channels.index.tolist(), strict=True)
+    found = {(Kind(kind), index): at for at, (kind, index) in enumerate(known)}
+    rates = [states.programs.program(k) for k in range(states.size)]
+    for entry, state in enumerate(actions.state.tolist()):
+        own = variable(CHANNELS + found.setdefault((Kind.STATE, state), len(found)))
+        to = actions.programs.program(entry)
+        rates[state] = replace(to, code=apply(Op.SUBTRACT, to.code, own))
+    return replace(system, channels=Channels.of(list(found)), states=replace(states, programs=flatten(rates)))

@@ -1,0 +1,80 @@
+"""Controllers as arrays: what they hold are states that do not change by themselves, and actions set them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from mbproj.elements import Element, State
+from mbproj.elements.controlled import Controller, Held
+from mbproj.functions.program import CHANNELS, Program, number, variable
+from mbproj.functions.program_set import flatten
+from mbproj.model.channels import NO_ACTIONS, Actions
+from mbproj.model.compile.elements.named import Named
+
+#: What is computed and does not stand yet.
+COMPUTED = "{}.computed"
+CONSTANT = Program(number(0.0))
+
+
+def held_by_controllers(controllers: Sequence[Controller]) -> list[Element]:
+    """Their states: what is held, where there is a delay what is computed, and what is remembered."""
+    return [Element(controller.name, states=tuple(_states(controller))) for controller in controllers]
+
+
+def _states(controller: Controller) -> Iterator[State]:
+    for each in (*controller.hold, *controller.states):
+        yield State(each.name, CONSTANT, each.start, unit=each.unit)
+    for each in controller.hold if controller.delay else ():
+        yield State(COMPUTED.format(each.name), CONSTANT, each.start, unit=each.unit)
+
+
+def read_by(controllers: Sequence[Controller]) -> Iterator[str]:
+    """What their functions name."""
+    for controller in controllers:
+        yield from (name for each in (*controller.hold, *controller.states) for name in each.program.reads)
+
+
+def actions_of(controllers: Sequence[Controller], channels: Named, states: Sequence[str]) -> Actions:
+    """What they do, in their order: with a delay, first what was computed comes to stand, and then they compute."""
+    if not controllers:
+        return NO_ACTIONS
+    first, period, names = list[float](), list[float](), list[str]()
+    sets: list[list[tuple[str, Program]]] = []
+    for controller in controllers:
+        into, whose = controller.name, f"controller '{controller.name}'"
+        if controller.delay:
+            first.append(controller.start + controller.delay)
+            sets.append([(f"{into}.{each.name}", _stands(into, each)) for each in controller.hold])
+        first.append(controller.start)
+        name = COMPUTED if controller.delay else "{}"
+        sets.append(
+            [
+                *((f"{into}.{name.format(each.name)}", each.program) for each in controller.hold),
+                *((f"{into}.{each.name}", each.program) for each in controller.states),
+            ]
+        )
+        period += [controller.period] * (len(sets) - len(period))
+        names += [whose] * (len(sets) - len(names))
+    every = [(state, program, whose) for own, whose in zip(sets, names, strict=True) for state, program in own]
+    number_of = {name: at for at, name in enumerate(states)}
+    return Actions(
+        np.array(first),
+        np.array(period),
+        np.cumsum([0, *map(len, sets)], dtype=np.intp),
+        np.array([number_of[state] for state, _, _ in every], dtype=np.intp),
+        flatten([channels.resolved(program, whose) for _, program, whose in every]),
+        tuple(names),
+    )
+
+
+def _each(sets: Sequence[Sequence[object]], names: Sequence[str]) -> Iterator[str]:
+    """The name of each entry."""
+    for entries, name in zip(sets, names, strict=True):
+        yield from (name for _ in entries)
+
+
+def _stands(controller: str, each: Held) -> Program:
+    """What was computed, from its own delay on."""
+    return Program(variable(CHANNELS), each.name, (f"{controller}.{COMPUTED.format(each.name)}",))

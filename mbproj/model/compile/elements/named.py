@@ -1,0 +1,124 @@
+"""What functions of a scene name, as codes of channels: coordinates, their rates, states, signals, forces of laws.
+
+A signal has no channel of its own: where it is named its code stands, and so does that of a law's force. So they have
+exact derivatives wherever functions have some. What depends on itself is an algebraic loop, which is refused.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from mbproj.elements.element import Element
+from mbproj.errors import InputError, Problem
+from mbproj.functions.program import CHANNELS, COORDINATE, RATE, Code, Op, Program, apply, number, replaced, variable
+from mbproj.functions.program_set import ProgramSet, flatten
+from mbproj.model.channels import Channels, Kind
+from mbproj.model.system import System
+from mbproj.scene.text.suggestions import choose_from
+
+#: What a function may unfold to, in instructions.
+LONGEST = 100_000
+#: What to do about a loop.
+REMEDY = "let a state stand between, as {derivative: (wanted - it)/(1 ms)}"
+
+
+def in_expressions(name: str) -> str:
+    """How expressions of a scene call it: with _ for a hyphen, which is a minus there."""
+    return name.replace("-", "_")
+
+
+class Named:
+    """The names of a system that has its states and its measured coordinates; `signals` by name. `others` may be named
+    once somebody measures them: they are for messages alone."""
+
+    def __init__(self, system: System, signals: Mapping[str, Program], others: Sequence[str] = ()) -> None:
+        names, known = system.names, system.channels
+        self._system, self._signals, self._others = system, signals, others
+        self._able = {name: (Kind.STATE, at) for at, name in enumerate(names.states)}
+        self._able |= {name: (Kind.COORDINATE, at) for at, name in enumerate(names.coordinates)}
+        self._able |= {f"{name}_dot": (Kind.RATE, at) for at, name in enumerate(names.coordinates)}
+        self._able |= {in_expressions(name): each for name, each in self._able.items()}
+        self._laws = {f"{name}.force": at for at, name in enumerate(names.forces[: system.forces.laws.size])}
+        self._laws |= {in_expressions(name): at for name, at in self._laws.items()}
+        pairs = zip(known.kind.tolist(), known.index.tolist(), strict=True)
+        self._found = {(Kind(kind), index): at for at, (kind, index) in enumerate(pairs)}
+        self._codes = dict[str, Code]()
+        self._open: list[str] = []
+
+    @property
+    def channels(self) -> Channels:
+        """All that were named."""
+        return Channels.of(list(self._found))
+
+    def code(self, name: str, reader: str) -> Code:
+        """What a name stands for. Raises InputError, which says whose function names it, where there is no such thing,
+        or it depends on itself."""
+        if name in self._codes:
+            return self._codes[name]
+        if name in self._open:
+            chain = " -> ".join([*self._open[self._open.index(name) :], name])
+            raise InputError(Problem(f"{reader} depends on itself: {chain}", hint=REMEDY))
+        self._open.append(name)
+        try:
+            self._codes[name] = self._code(name, reader)
+        finally:
+            self._open.pop()
+        return self._codes[name]
+
+    def _code(self, name: str, reader: str) -> Code:
+        if name in self._able:
+            return self._channel(*self._able[name])
+        if name in self._signals:
+            return self.resolved(self._signals[name], f"signal '{name}'").code
+        if name in self._laws:
+            return self._force(self._laws[name])
+        hint = choose_from(name, [*self._signals, *self._able, *self._laws, *self._others])
+        raise InputError(Problem(f"{reader} reads '{name}', which there is not", hint=hint))
+
+    def resolved(self, program: Program, reader: str) -> Program:
+        """A function of the scene with the system's channels."""
+        if not program.reads:
+            return program
+        by = {CHANNELS + at: self.code(name, reader) for at, name in enumerate(program.reads)}
+        code = replaced(program.code, by)
+        if len(code) > LONGEST:
+            what = f"{reader} unfolds to more than {LONGEST} operations: signals in signals multiply"
+            raise InputError(Problem(what, hint="name what is used again and again as a state, or write it apart"))
+        return replace(program, code=code, reads=())
+
+    def resolved_set(self, programs: ProgramSet, owners: Sequence[str]) -> ProgramSet:
+        """All functions of a set, whose owners are these forces."""
+        if not any(programs.reads):
+            return programs
+        each = (programs.program(index) for index in range(programs.size))
+        return flatten(
+            [self.resolved(program, f"force '{owner}'") for program, owner in zip(each, owners, strict=True)]
+        )
+
+    def of_element(self, element: Element) -> tuple[Code, ...]:
+        """What an element reads."""
+        return tuple(self.code(name, f"element '{element.name}'") for name in element.reads)
+
+    def _channel(self, kind: Kind, index: int) -> Code:
+        return variable(CHANNELS + self._found.setdefault((kind, index), len(self._found)))
+
+    def _force(self, law: int) -> Code:
+        """F = -k (s - free) - c s' + program(t, s, s') of a law, by channels. Raises InputError where it goes by a
+        load."""
+        system = self._system
+        own, name = system.forces.laws, system.names.forces[law]
+        if own.bearing[law] >= 0 or own.partner[law] >= 0:
+            what = f"the force of '{name}' cannot be read: it goes by a load, which would depend on what reads it"
+            raise InputError(Problem(what, hint="read what the load comes from: a coordinate, a spring's force"))
+        at = int(own.joint_coordinate[law])
+        at = at if at >= 0 else system.names.coordinates.index(f"{name}.length")
+        s, rate = self._channel(Kind.COORDINATE, at), self._channel(Kind.RATE, at)
+        stretch = apply(Op.SUBTRACT, s, number(float(own.free[law])))
+        total = apply(Op.MULTIPLY, number(-float(own.stiffness[law])), stretch) if own.stiffness[law] else number(0.0)
+        if own.damping[law]:
+            total = apply(Op.SUBTRACT, total, apply(Op.MULTIPLY, number(float(own.damping[law])), rate))
+        if own.program[law] < 0:
+            return total
+        program = self.resolved(system.forces.programs.program(int(own.program[law])), f"force '{name}'")
+        return apply(Op.ADD, total, replaced(program.code, {COORDINATE: s, RATE: rate}))

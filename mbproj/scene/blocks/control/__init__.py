@@ -1,0 +1,1 @@
+"""What a scene computes: signals, states, controllers; and what expressions may name."""

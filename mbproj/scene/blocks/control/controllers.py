@@ -1,0 +1,117 @@
+"""The `controllers` block: what a computer does at instants, with what it holds and remembers in between.
+
+controllers:
+  speed:
+    period: 20 ms
+    delay: 1 ms
+    hold: {u: -80*rail.displacement - 8*rail.displacement_dot - 5*sum}
+    states: {sum: {next: sum + rail.displacement}}
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from mbproj.dataclass import dataclass
+from mbproj.elements.controlled import Controller, Held
+from mbproj.functions.program import Program
+from mbproj.scene.blocks.control.signals import NOT_FREE, VALUE, named
+from mbproj.scene.blocks.expectations import MEASURE
+from mbproj.scene.blocks.parameters import NAME, NAME_RULE
+from mbproj.scene.expressions.evaluate import Value
+from mbproj.scene.expressions.units import Dimension
+from mbproj.scene.fields.alternatives import Alternatives
+from mbproj.scene.fields.containers import Named, Record
+from mbproj.scene.fields.fields import Field, Schema
+from mbproj.scene.fields.quantities import Number
+from mbproj.scene.fields.reading import Reading, Unfit
+from mbproj.scene.records import KeyPath
+from mbproj.scene.text.nodes import Node, as_mapping
+
+
+def _held(
+    name: str,
+    value: tuple[Program, Dimension | None] | None = None,
+    initial: Value | None = None,
+    next: tuple[Program, Dimension | None] | None = None,
+) -> Held:
+    given = value or next
+    assert given is not None
+    program, dimension = given
+    if initial is not None and dimension is not None and initial.dimension is not None:
+        if not initial.dimension.agrees(dimension):
+            raise Unfit("begins with another unit than it is set to", "check the units of both")
+        dimension = dimension or initial.dimension
+    start = 0.0 if initial is None else initial.number
+    return Held(name, program, start, named(dimension or (initial.dimension if initial is not None else None)))
+
+
+@dataclass(frozen=True)
+class _Alone(Field[Held]):
+    """A value that is held, by its expression alone."""
+
+    @property
+    def expects(self) -> str:
+        return VALUE.expects
+
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> Held | None:
+        found = VALUE.read(node, path, reading)
+        return None if found is None else _held(str(path[-1]), found)
+
+    def schema(self) -> Schema:
+        return VALUE.schema()
+
+
+HELD: Field[Held] = Alternatives(
+    (_Alone(), Record("a held value", {"value": VALUE, "initial": MEASURE}, _held, ("value",), named=True))
+)
+NEXT: Record[Held] = Record(
+    "a state of a controller", {"next": VALUE, "initial": MEASURE}, _held, ("next",), named=True
+)
+
+
+def _controller(
+    name: str,
+    period: float,
+    hold: Mapping[str, Held] | None = None,
+    states: Mapping[str, Held] | None = None,
+    delay: float = 0.0,
+    start: float = 0.0,
+) -> Controller:
+    held, kept = hold or {}, states or {}
+    if not held:
+        raise Unfit("holds nothing", "write what it computes: hold: {u: ..}")
+    both = sorted(held.keys() & kept.keys())
+    if both:
+        raise Unfit(f"has '{both[0]}' twice", "what it holds and its states have names of their own")
+    if not delay < period:
+        raise Unfit(f"has a delay of {delay:g} s and a period of {period:g} s", "the delay is shorter than the period")
+    return Controller(name, period, tuple(held.values()), tuple(kept.values()), delay, start)
+
+
+@dataclass(frozen=True)
+class ControllerRecord(Record[Controller]):
+    """A controller, whose expressions call what is its own by a name alone."""
+
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> Controller | None:
+        mapping = as_mapping(node)
+        blocks = [] if mapping is None else [mapping.values[key] for key in ("hold", "states") if key in mapping.values]
+        own = [name for block in map(as_mapping, blocks) if block is not None for name in block.keys]
+        reading.inner = {name: f"{path[-1]}.{name}" for name in own}
+        try:
+            return super().read(node, path, reading)
+        finally:
+            reading.inner = {}
+
+
+CONTROLLER_KEYS: dict[str, Field[Any]] = {
+    "period": Number("s", above=0.0),
+    "hold": Named("held value", HELD, reserved=NOT_FREE, names=NAME, rule=NAME_RULE),
+    "states": Named("state", NEXT, reserved=NOT_FREE, names=NAME, rule=NAME_RULE),
+    "delay": Number("s", minimum=0.0),
+    "start": Number("s", minimum=0.0),
+}
+CONTROLLER: Record[Controller] = ControllerRecord(
+    "a controller", CONTROLLER_KEYS, _controller, ("period", "hold"), named=True
+)

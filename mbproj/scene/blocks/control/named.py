@@ -1,0 +1,104 @@
+"""A rule on expressions that name signals, states, coordinates and forces: that these are there."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+from typing import Any
+
+from mbproj.functions.program import Program
+from mbproj.joints import JOINTS
+from mbproj.scene.blocks.coordinates import with_coordinates
+from mbproj.scene.blocks.elements import ELEMENTS
+from mbproj.scene.fields.reading import Reading
+from mbproj.scene.records import BodyForce, Force, JointForce, KeyPath, PointForce, Scene
+from mbproj.scene.text.suggestions import choose_from
+
+#: What is known only after the forces.
+TOO_LATE = ("angle_ddot", "displacement_ddot", "length_ddot", "acceleration", "reaction", "reaction_force")
+Found = Mapping[str, Any]
+
+
+def check_names(found: Found, reading: Reading) -> None:
+    """Reports names that mean nothing, at the expressions that use them."""
+    used = [*_used(found)]
+    if not used:
+        return
+    able = dict.fromkeys(nameable(found))
+    for path, program in used:
+        for name in program.reads:
+            if name not in able:
+                where = next(path[:end] for end in range(len(path), -1, -1) if path[:end] in reading.places)
+                reading.report(*_unknown(name, able, reading.places[where]))
+
+
+def _unknown(name: str, able: Collection[str], place: Any) -> tuple[str, Any, str]:
+    if name.rpartition(".")[2] in TOO_LATE:
+        what = f"'{name}' follows from the forces, which this would change: an algebraic loop"
+        return what, place, "go by a coordinate, its rate, a spring's force, or a state that follows one of them"
+    return f"unknown name '{name}'", place, choose_from(name, able)
+
+
+def _used(found: Found) -> Iterator[tuple[KeyPath, Program]]:
+    """All functions that name something, with where they stand."""
+    for name, signal in found.get("signals", {}).items():
+        if signal.program.reads:
+            yield ("signals", name, "value"), signal.program
+    for name, state in found.get("states", {}).items():
+        if state.rate.reads:
+            yield ("states", name, "derivative"), state.rate
+    for name, controller in found.get("controllers", {}).items():
+        for block, several in (("hold", controller.hold), ("states", controller.states)):
+            for each in several:
+                if each.program.reads:
+                    yield ("controllers", name, block, each.name), each.program
+    for name, force in found.get("forces", {}).items():
+        for key, program in _of_force(force):
+            if program is not None and program.reads:
+                yield ("forces", name, *key), program
+
+
+def _of_force(force: Force) -> Iterator[tuple[KeyPath, Program | None]]:
+    if isinstance(force, PointForce):
+        yield ("force",), force.law.function
+    elif isinstance(force, JointForce):
+        for law in force.laws.values():
+            yield ("torque" if force.unit == "rad" else "force",), law.function
+    elif isinstance(force, BodyForce):
+        key = "torque" if force.torque else "force"
+        for at, component in enumerate(force.components):
+            yield (key, at), component
+
+
+def names_channels(scene: Scene) -> bool:
+    """Whether functions of a scene name signals, states or coordinates."""
+    functions = (program for force in scene.forces for _, program in _of_force(force) if program is not None)
+    return bool(scene.signals or scene.states or scene.controllers) or any(program.reads for program in functions)
+
+
+def nameable(found: Found) -> Iterator[str]:
+    """All that expressions may name, as they call it: with _ for a hyphen."""
+    joints, forces, held = found.get("joints", {}), found.get("forces", {}), list[str]()
+    yield from (*found.get("signals", {}), *found.get("states", {}))
+    names = [f"{joint.name}.{name}" for joint in joints.values() for name in JOINTS[joint.type].coordinates]
+    for controller in found.get("controllers", {}).values():
+        held += [f"{controller.name}.{each.name}" for each in (*controller.hold, *controller.states)]
+    names += [f"{marker}.{axis}" for marker in found.get("markers", {}) for axis in "xyz"]
+    names += [f"{force.name}.length" for force in forces.values() if isinstance(force, PointForce)]
+    names += [f"{name}_dot" for name in names]
+    for force in forces.values():
+        names += _parts_of(force, joints)
+    yield from (name.replace("-", "_") for name in (*names, *held))
+
+
+def _parts_of(force: Force, joints: Mapping[str, Any]) -> Iterator[str]:
+    """The forces of its laws, and states of elements."""
+    if not isinstance(force, PointForce | JointForce):
+        return
+    if force.element is not None:
+        made = ELEMENTS[force.element.type].make(force.name, "s", **force.element.values)
+        yield from (f"{force.name}.{state.name}" for state in made.states)
+    elif isinstance(force, PointForce):
+        yield f"{force.name}.force"
+    else:
+        named = with_coordinates(force, joints)
+        yield from (f"{named.called(coordinate)}.force" for coordinate in named.laws)

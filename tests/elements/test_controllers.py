@@ -1,0 +1,187 @@
+"""Sampled controllers: against matrix exponentials from instant to instant, in every formulation and method."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+from scipy.optimize import brentq
+
+from mbproj import assemble, compile_system, initial_guess, read_scene_text, settings_to_run, simulate
+from mbproj.calls.linear import equilibrium, modes
+from mbproj.errors import InputError, SimulationError
+from tests.elements.pid import ran
+from tests.elements.wheel_and_slide import FORMULATIONS
+from tests.support import Recorder
+
+CART = """
+mbproj: 1
+gravity: [0, 0, 0]
+parameters: {T: 20 ms, start: 0.1}
+simulation: {duration: 1 s, output_step: 10 ms, integrator: dop853, tolerance: 1e-10, formulation: auto}
+bodies:
+  cart: {mass: 2 kg, inertia: [0.1, 0.1, 0.1], position: [0, 0, 0]}
+joints:
+  rail:
+    {type: prismatic, bodies: [ground, cart], location: [0, 0, 0], axis: [1, 0, 0], displacement: start, speed: 0.5}
+controllers:
+  pd: {period: T, hold: {u: -80*rail.displacement - 8*rail.displacement_dot}}
+forces:
+  drive: {type: linear_spring_damper, joint: rail, force: pd.u}
+"""
+SLOW_COMPUTER = CART.replace(
+    "{period: T, hold: {u: -80*rail.displacement - 8*rail.displacement_dot}}",
+    """
+    period: T
+    delay: 3 ms
+    hold: {u: {value: -80*rail.displacement - 8*rail.displacement_dot - 5*sum, initial: 1}}
+    states: {sum: {next: sum + rail.displacement, initial: 0.2}}""",
+)
+
+
+def over(T: float):
+    """From one place, speed and force on a cart of 2 kg to those T later."""
+    return expm(np.array([[0, 1, 0], [0, 0, 0.5], [0, 0, 0.0]]) * T)
+
+
+def end(found):
+    return np.array([found["joints/coordinate"][-1, 0], found["joints/speed"][-1, 0]])
+
+
+RUNS = [
+    *({"formulation": formulation} for formulation in FORMULATIONS),
+    {"integrator": "radau5"},
+    {"integrator": "auto"},
+    {"integrator": "esdirk4", "formulation": "full"},
+    {"integrator": "rk4", "tolerance": None, "step": 0.01},
+    {"integrator": "rk4", "tolerance": None, "step": 0.025, "output_step": 0.1},  # the period does not divide it
+    {"integrator": "rk4", "tolerance": None, "step": 0.025, "output_step": 0.1, "formulation": "full"},
+]
+
+
+@pytest.mark.parametrize("options", RUNS, ids=str)
+def test_a_held_force_moves_a_cart_as_the_matrix_exponential_says(options):
+    x = np.array([0.1, 0.5, 0.0])
+    for _ in range(50):
+        x[2] = -80.0 * x[0] - 8.0 * x[1]
+        x = over(0.02) @ x
+    _, found, _ = ran(CART, **options)
+    assert np.abs(end(found) - x[:2]).max() < 1e-13
+
+
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+def test_a_delay_and_a_state_of_its_own(formulation):
+    x, total, computed = np.array([0.1, 0.5, 1.0]), 0.2, 0.0
+    for _ in range(50):
+        computed, total = -80.0 * x[0] - 8.0 * x[1] - 5.0 * total, total + x[0]
+        x = over(0.003) @ x
+        x[2] = computed
+        x = over(0.017) @ x
+    system, found, _ = ran(SLOW_COMPUTER, formulation=formulation)
+    assert np.abs(end(found) - x[:2]).max() < 1e-13
+    states = dict(zip(system.names.states, found["states/value"][-1], strict=True))
+    assert states == pytest.approx({"pd.u": computed, "pd.sum": total, "pd.u.computed": computed}, abs=1e-12)
+
+
+def test_at_one_time_controllers_act_in_the_order_of_the_scene():
+    text = CART.replace(
+        "  pd:", "  first: {period: T, hold: {n: n + 1}}\n  second: {period: 2*T, hold: {m: first.n}}\n  pd:"
+    )
+    system, found, _ = ran(text, duration=0.09)
+    states = dict(zip(system.names.states, found["states/value"][-1], strict=True))
+    assert (states["first.n"], states["second.m"]) == (5.0, 5.0)
+    text = CART.replace(
+        "  pd:", "  second: {period: 2*T, hold: {m: first.n}}\n  first: {period: T, hold: {n: n + 1}}\n  pd:"
+    )
+    system, found, _ = ran(text, duration=0.09)
+    assert dict(zip(system.names.states, found["states/value"][-1], strict=True))["second.m"] == 4.0
+
+
+def test_the_limit_of_its_period_is_that_of_the_discrete_equations():
+    """x⁺ = (Φ + Γ K) x is stable below T = 2 d/k = 0.2 s; each run over one period gives a column of it."""
+
+    def radius(T: float) -> float:
+        columns = []
+        for place, speed in ((0.1, 0.0), (0.0, 0.1)):
+            text = CART.replace("speed: 0.5", f"speed: {speed}")
+            found = ran(text, {"T": T, "start": place}, duration=T, output_step=T)[1]
+            columns.append(end(found) / 0.1)
+        return float(np.abs(np.linalg.eigvals(np.array(columns).T)).max())
+
+    assert brentq(lambda T: radius(T) - 1.0, 0.15, 0.25, xtol=1e-9) == pytest.approx(0.2, abs=1e-6)
+
+
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+@pytest.mark.parametrize(
+    "options", [{}, {"tolerance": None, "step": 0.003, "output_step": 0.03}], ids=["error", "fixed"]
+)
+def test_a_run_goes_on_to_the_bit(formulation, options):
+    scene = read_scene_text(SLOW_COMPUTER, "<text>", {}, {"formulation": formulation, **options})
+    system = compile_system(scene)
+    state = assemble(system, initial_guess(scene, system))
+
+    def part(duration, resumed=None):
+        found, marks = Recorder(), []
+        settings = settings_to_run(
+            read_scene_text(SLOW_COMPUTER, "<text>", {}, {"formulation": formulation, "duration": duration, **options})
+        )
+        simulate(system, state, settings, found, keep=lambda *mark: marks.append(mark[-1]), resumed=resumed or {})
+        return found, marks[-1]
+
+    whole, (first, mark) = part(0.6)[0], part(0.3)
+    rest = part(0.6, mark)[0]
+    for name in ("states/value", "joints/coordinate", "joints/speed"):
+        both = np.concatenate([first[name][first["time"] <= mark["t"]], rest[name]])
+        assert np.array_equal(both, whole[name])
+
+
+BOUNCING = CART.replace("gravity: [0, 0, 0]", "gravity: [-9.81, 0, 0]").replace(
+    "displacement: start,",
+    "displacement: start, limits: {displacement: {range: [0, 2], rigid: true, restitution: 0.6}},",
+)
+
+
+def test_it_acts_once_at_each_instant_also_where_stops_are_met():
+    text = BOUNCING.replace("hold: {", "hold: {n: n + 1, ")
+    ends = [ran(text, formulation=formulation, duration=0.5) for formulation in FORMULATIONS]
+    for system, found, _ in ends:
+        assert found["states/value"][-1, system.names.states.index("pd.n")] == 25.0
+        assert np.abs(end(found) - end(ends[0][1])).max() < 1e-7
+
+
+def test_it_rests_where_the_held_value_holds_it():
+    text = CART.replace("gravity: [0, 0, 0]", "gravity: [-9.81, 0, 0]")
+    found = equilibrium(read_scene_text(text))
+    assert found.coordinates["rail.displacement"] == pytest.approx(-2.0 * 9.81 / 80.0, abs=1e-12)
+    assert found.states["pd.u"] == pytest.approx(19.62, abs=1e-10)
+    assert found.stable is None
+    with pytest.raises(InputError, match="acts at instants"):
+        modes(read_scene_text(text))
+
+
+def test_what_has_no_value_is_named_with_its_time():
+    text = CART.replace("{u: -80", "{u: log(0.05 - t) - 80")
+    for formulation in FORMULATIONS:
+        with pytest.raises(SimulationError, match="controller 'pd'") as caught:
+            ran(text, formulation=formulation)
+        assert caught.value.time == pytest.approx(0.06)
+
+
+WRONG = {
+    "delay": ("period: T,", "period: T, delay: 20 ms,", "the delay is shorter than the period"),
+    "nothing": ("hold: {u: -80*rail.displacement - 8*rail.displacement_dot}", "hold: {}", "holds nothing"),
+    "a name": ("-80*rail", "-80*rails", "did you mean 'rail.displacement'"),
+    "outside": ("force: pd.u", "force: pd.v", "did you mean 'pd.u'"),
+    "twice": ("hold: {", "states: {u: {next: 1}}, hold: {", "has 'u' twice"),
+    "a period": ("period: T,", "period: 0 s,", "must be greater than 0"),
+    "many": ("period: T,", "period: 1e-8 s,", "instants"),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_mistakes_are_told(case):
+    before, after, message = WRONG[case]
+    assert before in CART
+    with pytest.raises(InputError) as caught:
+        ran(CART.replace(before, after, 1))
+    assert message in str(caught.value)
