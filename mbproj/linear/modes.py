@@ -133,7 +133,7 @@ def modes(reference: Reference, count: int | None = None) -> Modes:
     where a force has a kink there, or nothing holds a motion without mass. Raises it where a large mechanism that
     moves, or whose elements have states, is too free."""
     refuse_kinks(reference)
-    scale = reference.system.state_scale
+    scale = reference.system.states.scale
     large = reference.system.bodies > THRESHOLDS.dense_modes
     refuse_large_rolling(reference.system)
     if large and reference.rests and not len(scale):
@@ -167,7 +167,7 @@ def described(
     scale = np.take_along_axis(shapes.reshape(len(values), 6 * system.bodies), largest[:, None], axis=1)[:, 0]
     length = np.where(largest % 6 < 3, system.length, 1.0)
     factor = length / np.where(scale == 0.0, 1.0, scale)
-    alone = _alone(np.abs(scale) / length, x, system.state_scale)
+    alone = _alone(np.abs(scale) / length, x, system.states.scale)
     shapes = shapes * np.where(alone == 0.0, factor, 0.0)[:, None, None]
     in_body = shapes.copy()
     in_body[..., 3:] = np.einsum("bji,kbj->kbi", motion.pose.rotation[:-1], shapes[..., 3:])

@@ -58,7 +58,7 @@ def unsteady_states(reference: Reference) -> str:
         return ""
     instant = reference.motion.instant(system)
     rates, terms = state_rates(instant), np.abs(channel_slopes(instant)[1]) @ np.abs(instant.channels)
-    size = terms + np.abs(state_slopes(instant)) @ system.state_scale
+    size = terms + np.abs(state_slopes(instant)) @ system.states.scale
     changing = np.flatnonzero(np.abs(rates) > THRESHOLDS.balanced * size)
     named = zip(system.names.states, rates.tolist(), system.names.state_units, strict=True)
     told = [f"'{name}' by {rate:.3g} {unit}/s" for name, rate, unit in named]

@@ -49,6 +49,11 @@ class Block:
         return bool(np.isfinite(self.scale).all())
 
 
+def uncontrolled(name: str, size: int) -> Block:
+    """A block whose errors have no say in the step, and that begins with zeros."""
+    return Block(name, np.full(size, UNCONTROLLED), np.zeros(size))
+
+
 @dataclass(frozen=True, eq=False)
 class Layout:
     """The blocks of a vector, in their order."""

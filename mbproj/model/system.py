@@ -29,7 +29,7 @@ from mbproj.model.channels import (
 from mbproj.model.couplings import Couplings, compile_couplings
 from mbproj.model.forces import NO_FORCES, Forces
 from mbproj.model.frictions import Frictions
-from mbproj.model.layout import UNCONTROLLED, Block, Layout
+from mbproj.model.layout import Block, Layout, uncontrolled
 from mbproj.model.primitive_set import PrimitiveSet, bind, bindings
 from mbproj.model.reflected import NO_REFLECTED, ReflectedInertias
 from mbproj.model.stops import Stops
@@ -105,8 +105,8 @@ class System:
     joint and its point in it. `length` is the size of the mechanism in m: what an absolute tolerance is taken relative
     to. `body_places`, `joint_places`: where each carrier and joint stands in the scene file, for messages. `forces`,
     `stops`, `frictions` (dry ones that stick), `bearings` and `states` are None where the scene has none. `actions`:
-    what controllers do; `channels`: what functions name; `signals`: what a scene calls by a name, of the time and these.
-    `adjustments`: how far joints were moved from where the scene has them.
+    what controllers do; `channels`: what functions name; `signals`: what a scene calls by a name, of the time and
+    these. `adjustments`: how far joints were moved from where the scene has them.
     """
 
     names: Names
@@ -187,11 +187,6 @@ class System:
         return any(self.programs.names_channels(index) for index in range(self.first_rate))
 
     @property
-    def state_scale(self) -> Array:
-        """What the states of elements are measured against, (K,)."""
-        return self.states.scale
-
-    @property
     def bodies(self) -> int:
         """n, the number of bodies that move: carriers, without the ground."""
         return len(self.mass)
@@ -261,7 +256,7 @@ class System:
 
 def state_layout(system: System) -> Layout:
     """Of a state of a system, from which a run can begin."""
-    return Layout((*_motion(system), _uncontrolled("turns", system.coordinates.size), _states(system)))
+    return Layout((*_motion(system), uncontrolled("turns", system.coordinates.size), _states(system)))
 
 
 def integrated_layout(system: System) -> Layout:
@@ -275,7 +270,7 @@ def integrated_layout(system: System) -> Layout:
     of_angles = ~system.coordinates.is_length[system.channels.index[~system.channels.is_state]]
     asked = system.couplings.size or of_angles.any() or bool(laws.is_angle.any())
     followed = system.coordinates.size if asked else 0
-    beside = (_uncontrolled("quadratures", quadratures), _uncontrolled("followed", followed))
+    beside = (uncontrolled("quadratures", quadratures), uncontrolled("followed", followed))
     return Layout((*_motion(system), _states(system), *beside))
 
 
@@ -284,7 +279,7 @@ def layout_in_bodies(system: System, of_a_body: Array, coordinates: int) -> Layo
     absolute tolerances are relative to; so many joint coordinates are there to be followed."""
     bodies = Block("bodies", np.tile(of_a_body, system.bodies), projected=True)
     *_, states, quadratures, followed = system.integrated.blocks
-    return Layout((bodies, states, quadratures, _uncontrolled("followed", coordinates if followed.size else 0)))
+    return Layout((bodies, states, quadratures, uncontrolled("followed", coordinates if followed.size else 0)))
 
 
 def _motion(system: System) -> tuple[Block, Block]:
@@ -295,11 +290,6 @@ def _motion(system: System) -> tuple[Block, Block]:
         Block("positions", scale, projected=True, units=units),
         Block("velocities", scale, projected=True, units=tuple(f"{unit}/s" for unit in units)),
     )
-
-
-def _uncontrolled(name: str, size: int) -> Block:
-    """A block whose errors have no say in the step, and that begins with zeros."""
-    return Block(name, np.full(size, UNCONTROLLED), np.zeros(size))
 
 
 def _states(system: System) -> Block:

@@ -221,7 +221,7 @@ def _coordinates(found: Modes, mode: int) -> str:
     length = found.reference.system.length
     parts = found.coordinates[mode] / np.array([1.0 if unit == "rad" else length for unit in units])
     if found.is_of_states(mode):
-        names, parts = found.reference.system.names.states, found.states[mode] / found.reference.system.state_scale
+        names, parts = found.reference.system.names.states, found.states[mode] / found.reference.system.states.scale
     order = np.argsort(-np.abs(parts), kind="stable")[:SHOWN_COORDINATES]
     if not len(order) or not abs(parts[order[0]]) > 0.0:
         return ""

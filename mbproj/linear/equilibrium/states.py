@@ -69,7 +69,7 @@ class BalanceWithStates:
     @cached_property
     def drift(self) -> Array:
         """What is left of the rates beside what they are summed up of, (K,)."""
-        f, x = self.space.freedom, self.at.motion.x / self.at.problem.system.state_scale
+        f, x = self.space.freedom, self.at.motion.x / self.at.problem.system.states.scale
         terms = np.abs(self.stiffness()[0][f:]) @ np.concatenate([np.ones(f), 1.0 + np.abs(x)])
         return np.asarray(np.abs(self.rates / self.speed) / np.maximum(terms, np.finfo(float).tiny))
 
@@ -82,7 +82,7 @@ class BalanceWithStates:
     def stiffness(self) -> tuple[Array, Array]:
         """How the residual falls with steps along the tangent space and with steps of the states by their scales, (f +
         K, f + K). Then what its terms sum up to without their signs."""
-        (equations, N), scale = self.at.linear(), self.at.problem.system.state_scale
+        (equations, N), scale = self.at.linear(), self.at.problem.system.states.scale
         K, sizes = self.at.stiffness()
         states, unit = equations.states, 1.0 / (scale * self.speed)[:, None]
         pushed = -states.push.times(N).T * scale / self.torque
@@ -98,7 +98,7 @@ class BalanceWithStates:
         none = σ <= THRESHOLDS.linear_round_off * σ.max(initial=0.0)
         conserved, free = U[:, none].T, V[none].T
         step = step - free @ np.linalg.lstsq(conserved @ free, conserved @ step, rcond=None)[0]
-        there = self.at.after(step[:f], problem.x + problem.system.state_scale * step[f:])
+        there = self.at.after(step[:f], problem.x + problem.system.states.scale * step[f:])
         return None if there is None else replace(self, at=there)
 
 
@@ -122,7 +122,7 @@ def solve_with_states(problem: Problem, q: Array, expected: Array) -> Solved:
 def at_rest(problem: Problem, q: Array, expected: Array) -> Array:
     """The states (K,) at rest, reached from those of the problem while the bodies stay. Implicit steps lead there, and
     grow as the rates fall (Kelley and Keyes 1998); those of the problem where they do not."""
-    scale, x, damping = problem.system.state_scale, problem.x, np.inf
+    scale, x, damping = problem.system.states.scale, problem.x, np.inf
 
     def there() -> Instant:
         return problem.turning.motion(problem.t, q, expected, x).instant(problem.system)
@@ -146,7 +146,7 @@ def at_rest(problem: Problem, q: Array, expected: Array) -> Array:
 
 def scaled_rates(instant: Instant) -> Array:
     """x' in scales, (K,), 1/s."""
-    return np.asarray(state_rates(instant) / instant.system.state_scale)
+    return np.asarray(state_rates(instant) / instant.system.states.scale)
 
 
 def drifts(found: BalanceWithStates) -> NoEquilibrium:
@@ -156,7 +156,7 @@ def drifts(found: BalanceWithStates) -> NoEquilibrium:
     held = U[:, σ <= THRESHOLDS.linear_round_off * σ.max(initial=0.0)]  # the sums of states that no state changes
     rates = found.rates / found.speed
     k = int(np.argmax(np.abs(held @ (held.T @ rates)) if held.size else found.drift))
-    rate = float(found.rates[k] * system.state_scale[k])
+    rate = float(found.rates[k] * system.states.scale[k])
     name, unit = system.names.states[k], system.names.state_units[k]
     return NoEquilibrium(
         f"there is no equilibrium: state '{name}' drifts by {rate:.4g} {unit}/s, and nothing brings that to 0; let "
