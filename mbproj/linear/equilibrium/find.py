@@ -110,8 +110,7 @@ def equilibrium(
     if turning is not None:
         refuse_rolling(system, "a steady turn does not know")
     _refuse(system, t, steadily=turning is not None)
-    system = settled(system)
-    here = held_at(system, start, resting=True)
+    here = held_at(settled(system), start, resting=True)
     q, expected = _led_to(here.system, start, t)
     problem = Problem.of(here.system, t, q, drive_at(system, t), held, start.x, turning or REST)
     return _possible(system, _with_masses(system, problem, _solved(problem, q, expected), here))
@@ -122,7 +121,7 @@ def _with_masses(system: System, problem: Problem, solved: Solved, here: Held) -
     found = described(problem, solved, here)
     if system.stops is None or not system.stops.resistance.any():
         return found
-    here = held_at(system, found.state, resting=True)
+    here = held_at(settled(system), found.state, resting=True)
     return described(replace(problem, system=here.system), solved, here)
 
 
