@@ -145,7 +145,7 @@ def draw_joints(axes: Axes, camera: Camera, scene: Scene, start: Poses, support:
     """A symbol at every joint, and the ground where it holds one, of size `support` (below 0: above the joint)."""
     ends = list(local_joints(scene, start))
     for joint, (_, _, first), (_, _, point) in zip(connecting(scene), ends[::2], ends[1::2], strict=True):
-        if joint.type in ("prismatic", "planar"):
+        if joint.type in ("prismatic", "planar", "knife_edge") or JOINTS[joint.type].is_on_plane:
             continue
         x, y = camera.flat(point)
         if GROUND in joint.bodies and support:

@@ -18,7 +18,7 @@ ROOT = Path(__file__).parents[1]
 DATA = Path(__file__).parent / "data"
 MECHANISMS = sorted((ROOT / "mechanisms").glob("*.yaml"))
 #: Rows that follow from the others at every pose, by mechanism; the others have none.
-REDUNDANT = {"bennett": 3, "bricard": 1, "locomotive": 7, "n_four_bar": 6}
+REDUNDANT = {"bennett": 3, "bricard": 1, "locomotive": 7, "n_four_bar": 6, "steered_car": 3}
 #: With a body that has neither mass nor inertia.
 MASSLESS = ("massless_coupler",)
 

@@ -26,9 +26,11 @@ FREE = "not planar: nothing but symmetry "
 #: The formulation, the beginning of the reason, and the degrees of freedom of every mechanism.
 EXPECTED = {
     "bennett": ("reduced", "not planar: joint 'B' is tilted", 1),
+    "bicycle": ("reduced", f"{FREE}keeps body 'front' in the plane", 3),
     "bouncing_ball": ("reduced", f"{FREE}can keep the bodies in a plane: no joint has an axis", 6),
     "bricard": ("reduced", f"{FREE}keeps body 'bar2' in the plane", 1),
     "bump_stop": ("planar", "the joints keep every body in the plane normal to", 2),
+    "chaplygin_sleigh": ("planar", "the joints keep every body in the plane normal to [0, 0, 1]", 2),
     "crane": ("reduced", f"{FREE}keeps body 'load' in the plane", 5),
     "delta_robot": ("reduced", "not planar: joint 'A2' is tilted", 3),
     "differential": ("planar", IN_Y, 2),
@@ -50,13 +52,16 @@ EXPECTED = {
     "planar_four_bar": ("planar", IN_Y, 1),
     "quarter_car": ("reduced", "not planar: joint 'lower' is tilted", 2),
     "rocking_cabinet": ("planar", IN_Y, 3),
+    "rolling_coin": ("reduced", "not planar: joint 'ground' rolls out of the plane", 3),
     "screw_press": ("reduced", "not planar: joint 'nut' couples coordinates that are not in the plane", 1),
     "spatial_four_bar": ("reduced", f"{FREE}keeps body 'crank' in the plane", 2),
     "spatial_slider_crank": ("reduced", f"{FREE}keeps body 'slider' in the plane", 1),
     "spherical_pendulum": ("reduced", f"{FREE}can keep the bodies in a plane: no joint has an axis", 3),
     "split_coupler": ("planar", IN_Y, 4),
+    "steered_car": ("reduced", "not planar: joint 'front_left_rolls' rolls out of the plane", 1),
     "stewart_platform": ("reduced", "not planar: joint 'U1' is tilted", 6),
     "stick_slip": ("planar", IN_Y, 1),
+    "turntable": ("reduced", "not planar: joint 'rolls' rolls out of the plane", 3),
 }
 FULL_ONLY = sorted(name for name, entry in PROJECTIONS.items() if not entry.compiled)
 OPTIONS = {"alpha": 1e3, "gains": (25.0, 25.0)}

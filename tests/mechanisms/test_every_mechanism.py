@@ -14,9 +14,11 @@ from tests.support import MECHANISMS, REDUNDANT
 #: Bodies and degrees of freedom: the spatial four-bar's with the idle spin of its rod, the engine is driven.
 SIZES = {
     "bennett": (3, 1),
+    "bicycle": (4, 3),
     "bouncing_ball": (1, 6),
     "bricard": (5, 1),
     "bump_stop": (2, 2),
+    "chaplygin_sleigh": (1, 2),
     "crane": (2, 5),
     "delta_robot": (10, 3),
     "differential": (3, 2),
@@ -38,13 +40,16 @@ SIZES = {
     "planar_four_bar": (3, 1),
     "quarter_car": (5, 2),
     "rocking_cabinet": (1, 3),
+    "rolling_coin": (1, 3),
     "screw_press": (1, 1),
     "spatial_four_bar": (3, 2),
     "spatial_slider_crank": (3, 1),
     "spherical_pendulum": (1, 3),
     "split_coupler": (4, 4),
+    "steered_car": (5, 1),
     "stewart_platform": (13, 6),
     "stick_slip": (2, 1),
+    "turntable": (2, 3),
 }
 
 

@@ -23,9 +23,11 @@ from tests.support import MECHANISMS
 #: What the shipped mechanisms are: the plane's normal, or the reason.
 SHIPPED = {
     "bennett": "joint 'B' is tilted, seen in the plane normal to [0, 0, 1]",
+    "bicycle": "nothing but symmetry keeps body 'front' in the plane normal to [0, 1, 0]",
     "bouncing_ball": "nothing but symmetry can keep the bodies in a plane: no joint has an axis",
     "bricard": "nothing but symmetry keeps body 'bar2' in the plane normal to [1, 0, 0]",
     "bump_stop": [1, 0, 0],
+    "chaplygin_sleigh": [0, 0, 1],
     "crane": "nothing but symmetry keeps body 'load' in the plane normal to [0, 1, 0]",
     "delta_robot": "joint 'A2' is tilted, seen in the plane normal to [0, 1, 0]",
     "differential": [0, 1, 0],
@@ -47,13 +49,16 @@ SHIPPED = {
     "planar_four_bar": [0, 1, 0],
     "quarter_car": "joint 'lower' is tilted, seen in the plane normal to [1, 0, 0]",
     "rocking_cabinet": [0, 1, 0],
+    "rolling_coin": "joint 'ground' rolls out of the plane, seen in the plane normal to [0, 0, 1]",
     "screw_press": "joint 'nut' couples coordinates that are not in the plane, seen in the plane normal to [0, 1, 0]",
     "spatial_four_bar": "nothing but symmetry keeps body 'crank' in the plane normal to [0, 1, 0]",
     "spatial_slider_crank": "nothing but symmetry keeps body 'slider' in the plane normal to [1, 0, 0]",
     "spherical_pendulum": "nothing but symmetry can keep the bodies in a plane: no joint has an axis",
     "split_coupler": [0, 1, 0],
+    "steered_car": "joint 'front_left_rolls' rolls out of the plane, seen in the plane normal to [0, 1, 0]",
     "stewart_platform": "joint 'U1' is tilted, seen in the plane normal to [0.999, -0.0204, 0.041]",
     "stick_slip": [0, 1, 0],
+    "turntable": "joint 'rolls' rolls out of the plane, seen in the plane normal to [0, 0, 1]",
 }
 
 

@@ -47,12 +47,31 @@ def test_a_ball_rolls_down_at_five_sevenths(formulation):
     np.testing.assert_allclose(way, 0.5 * 5.0 / 7.0 * 9.81 * np.sin(0.3) * r.time**2, atol=1e-10)
 
 
+@pytest.mark.parametrize("formulation", [*FORMULATIONS, "planar"])
 def test_chaplygins_sleigh(formulation):
     r = run(scenes.sleigh(duration="2 s"), formulation=formulation)
     speed, angle = scenes.of_sleigh(r.time)
     v, θ = r["bodies/velocity"][:, 0, :2], r["joints/coordinate"][:, 2]
     np.testing.assert_allclose(θ, angle, atol=1e-9)
     np.testing.assert_allclose(v[:, 0] * np.cos(θ) + v[:, 1] * np.sin(θ), speed, atol=2e-9)
+
+
+def test_a_wheel_in_a_plane_moves_as_in_space():
+    """On its wheel a cart runs down: in three formulations, with the reactions out of the plane."""
+    bodies = (
+        "  cart: {mass: 3, inertia: [0.1, 0.1, 0.1], position: [0.1, 0, 0.5]}\n"
+        "  wheel: {mass: 1, inertia: [0.02, 0.04, 0.02], position: [0, 0, 0.3]}"
+    )
+    joints = (
+        "  rail: {type: planar, bodies: [ground, cart], location: [0, 0, 0.3], axis: [0, 1, 0]}\n"
+        "  arm: {type: revolute, bodies: [cart, wheel], location: [0, 0, 0.3], axis: [0, 1, 0]}\n"
+        + scenes.wheel("wheel", "[0, 0, 0.3]", "[0, 1, 0]", 0.3)
+    )
+    text = scenes.scene(bodies, joints, gravity="[3, 0.4, -9.81]", duration="0.3 s")
+    ends = [run(text, formulation=each) for each in ("full", "reduced", "planar")]
+    for each in ends[1:]:
+        np.testing.assert_allclose(each["bodies/position"], ends[0]["bodies/position"], atol=1e-9)
+        np.testing.assert_allclose(each["joints/reaction_force"], ends[0]["joints/reaction_force"], atol=1e-6)
 
 
 @pytest.mark.parametrize(("integrator", "steps", "least"), [("rk4", (60, 120), 3.8), ("dop853", (15, 30), 7.5)])

@@ -115,8 +115,8 @@ def sides(bound: PrimitiveSet, seen: Seen) -> Integers:
             side[..., row] = np.where(rolls, INSIDE if kind == "wheel_slip_along" else BESIDE, STRANGE)
         elif kind in _OF_SLIP:
             normal, along = _OF_SLIP[kind]
-            side[..., row] = np.where(upright[..., along], BESIDE, STRANGE)
-            side[..., row][level[..., normal] & level[..., along]] = INSIDE
+            inside = level[..., normal] & level[..., along]
+            side[..., row] = np.where(inside, INSIDE, np.where(upright[..., along], BESIDE, STRANGE))
         elif kind == "angle":
             side[..., row] = np.where(_is_coordinate_inside(level, group.primitive), INSIDE, STRANGE)
     return side

@@ -51,10 +51,9 @@ template <int D> double value(const Instance& p, const Point<D>* x) {
         case Kind::along: return along::value<D>(x);
         case Kind::distance: return (x[1] - x[0]).norm();
         case Kind::angle: return angle::value<D>(x);
-        case Kind::wheel_height: return wheel_height::value<D>(p, x);
-        default: break;
+        case Kind::coincident: return 0.0;
+        default: return rolling::value<D>(p, x);
     }
-    return 0.0;
 }
 
 // Its gradient, a vector for each slot.
@@ -71,8 +70,7 @@ template <int D> void gradient(const Instance& p, const Point<D>* x, Point<D>* g
             break;
         case Kind::angle: angle::gradient<D>(x, g); break;
         case Kind::coincident: break;
-        case Kind::wheel_height: wheel_height::gradient<D>(p, x, g); break;
-        default: slip::gradient<D>(p, x, g);
+        default: rolling::gradient<D>(p, x, g);
     }
 }
 
@@ -87,9 +85,8 @@ template <int D> double curvature(const Instance& p, const Point<D>* x, const Po
             return (rate.squaredNorm() - stretch * stretch) / length;
         }
         case Kind::angle: return angle::curvature<D>(x, x_dot);
-        case Kind::wheel_height: return wheel_height::curvature<D>(p, x, x_dot);
         case Kind::coincident: return 0.0;
-        default: return slip::curvature<D>(p, x, x_dot);
+        default: return rolling::curvature<D>(p, x, x_dot);
     }
 }
 

@@ -129,4 +129,18 @@ template <int D> double curvature(const Instance& p, const Point<D>* x, const Po
 }
 }  // namespace wheel_height
 
+// Of either kind, out of line: most mechanisms do not roll, and pay for their own rows alone.
+namespace rolling {
+template <int D> [[gnu::noinline, gnu::cold]] double value(const Instance& p, const Point<D>* x) {
+    return is_slip(p.kind) ? 0.0 : wheel_height::value<D>(p, x);
+}
+template <int D> [[gnu::noinline, gnu::cold]] void gradient(const Instance& p, const Point<D>* x, Point<D>* g) {
+    is_slip(p.kind) ? slip::gradient<D>(p, x, g) : wheel_height::gradient<D>(p, x, g);
+}
+template <int D>
+[[gnu::noinline, gnu::cold]] double curvature(const Instance& p, const Point<D>* x, const Point<D>* v) {
+    return is_slip(p.kind) ? slip::curvature<D>(p, x, v) : wheel_height::curvature<D>(p, x, v);
+}
+}  // namespace rolling
+
 }  // namespace mbproj
