@@ -1,0 +1,1 @@
+"""Mechanisms whose numbers `scripts/find_designs.py` finds."""
