@@ -15,12 +15,14 @@ from mbproj.cli.completion import Folder, scene_file
 from mbproj.cli.explained import Part, option
 from mbproj.cli.figure_options import look
 from mbproj.errors import ExitCode
+from mbproj.scene.ranges.family import column_of, with_unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from mbproj.figures.pages.designs import Matched
     from mbproj.studies.design.run import Design
+    from mbproj.studies.design.spec import Goal
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 #: Searches whose numbers differ from the best ones by this part of their ranges at most found the same design.
@@ -48,7 +50,7 @@ def options(command: Command) -> Command:
         option(
             Part.WHAT,
             "--engine",
-            type=click.Choice(["least_squares", "slsqp", "cma"]),
+            type=click.Choice(["least_squares", "slsqp", "cma", "nsga2"]),
             help="What searches [default: by what is wanted].",
         ),
         click.argument("spec", type=scene_file(path_type=Path)),
@@ -104,6 +106,7 @@ def numbers(found: Design) -> dict[str, Any]:
         "reused": found.reused,
         "runs": found.runs,
         "value": found.searches[0].value,
+        "front": [(_signs(found) * each.goals).tolist() for each in found.searches if each.goals.size],
         "rms": rms(found) if found.spec.targets else None,
         "numbers": {
             path: {"value": value, "unit": unit, "deviation": None if spread != spread else spread}
@@ -121,6 +124,11 @@ def numbers(found: Design) -> dict[str, Any]:
     }
 
 
+def _signs(found: Design) -> np.ndarray[Any, Any]:
+    """By which goals that are to be small become what is measured, (g,)."""
+    return np.array([goal.sign for goal in found.spec.goals])
+
+
 def rms(found: Design) -> float:
     """The root mean square of all residuals, in parts of their deviations."""
     return float(np.sqrt(np.mean(found.trial.residuals**2)))
@@ -129,16 +137,10 @@ def rms(found: Design) -> float:
 def report(found: Design) -> Iterator[str]:
     """The design in words and a table."""
     from mbproj.cli.report.table import columns
-    from mbproj.scene.ranges.family import column_of
 
-    spec, best, known = found.spec, found.searches[0], found.knowledge
-    near = SAME * (spec.high - spec.low)
-    same = sum(bool(np.all(np.abs(each.end - best.end) <= near)) for each in found.searches)
-    failed = sum(not np.isfinite(each.value) for each in found.searches)
-    starts = f"{len(found.searches)} starts" + (f" ({found.reused} reused)" if found.reused else "")
+    spec, known = found.spec, found.knowledge
     yield f"{found.engine}, because {found.why}"
-    ends = f"{same} came to the best design" + (f", {failed} found none that runs" if failed else "")
-    yield f"{starts}, {found.runs} runs: {ends}"
+    yield _about_searches(found)
     yield ""
     headings = ["", "value", *([] if known is None else ["±"]), "between", "unit"]
     rows = []
@@ -162,23 +164,37 @@ def report(found: Design) -> Iterator[str]:
         yield f"{limit.name}: {value:.10g} {limit.unit}, to be {words} {limit.bound:.10g}".replace(" ,", ",")
 
 
+def _about_searches(found: Design) -> str:
+    """How many there were, and how many came to the best design; or how long the front is."""
+    best, near = found.searches[0], SAME * (found.spec.high - found.spec.low)
+    if best.goals.size:
+        many = f"{len(found.searches)} designs on the front" if len(found.searches) > 1 else "one design on the front"
+        return f"{found.runs} runs: {many}; the most balanced one:"
+    same = sum(bool(np.all(np.abs(each.end - best.end) <= near)) for each in found.searches)
+    failed = sum(not np.isfinite(each.value) for each in found.searches)
+    starts = f"{len(found.searches)} starts" + (f" ({found.reused} reused)" if found.reused else "")
+    ends = f"{same} came to the best design" + (f", {failed} found none that runs" if failed else "")
+    return f"{starts}, {found.runs} runs: {ends}"
+
+
 def page(found: Design) -> Figure:
     """The page of figures."""
-    from mbproj.figures.pages.designs import design_page
-    from mbproj.scene.ranges.family import column_of
+    from mbproj.figures.pages.designs import design_page, front_page
 
+    if found.searches[0].goals.size:
+        front = np.stack([_signs(found) * each.goals for each in found.searches])
+        return front_page(front, [_named(goal) for goal in found.spec.goals], f"{found.engine}, {found.runs} runs")
     traces = [_drawn(found, each.trace) for each in found.searches]
-    value = "rms of the residuals" if found.spec.targets else _goal(found)
+    value = "rms of the residuals" if found.spec.targets else _named(found.spec.goals[0])
     correlation = None if found.knowledge is None else found.knowledge.correlation
     names = [column_of(path) for path in found.spec.paths]
     remark = f"{found.engine}, {len(found.searches)} starts, {found.runs} runs"
     return design_page([*_matched(found)], traces, names, correlation, value, remark)
 
 
-def _goal(found: Design) -> str:
-    goal = found.spec.goals[0]
-    unit = f" ({goal.measure.unit})" if goal.measure.unit else ""
-    return f"{goal.measure.name}{unit}"
+def _named(goal: Goal) -> str:
+    """Below an axis."""
+    return with_unit(goal.measure.name, goal.measure.unit)
 
 
 def _drawn(found: Design, trace: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:

@@ -16,6 +16,8 @@ from mbproj.figures.words import fitted
 
 #: Height of a row of panels, inches; room for a name beside a matrix; numbers that are written into its cells at most.
 ROW, NAME, WRITTEN = 2.3, 1.0, 8
+#: Room for the legend of a front, inches.
+ABOVE = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +55,19 @@ def design_page(
     if correlation is not None:
         _correlation(figure.add_subplot(grid[rows - 1, 1]), names, correlation)
     return panels.finish(figure, remark=remark, with_legend=False)
+
+
+@styled
+def front_page(goals: Array, names: Sequence[str], remark: str) -> Figure:
+    """The front of several goals, (n, g): each further goal over the first one. The first design is the one chosen."""
+    figure = Figure(figsize=(page_width(), ROW * (len(names) - 1) + ABOVE), layout="constrained")
+    axes = figure.subplots(len(names) - 1, 1, sharex=True, squeeze=False)[:, 0]
+    for axis, goal, name in zip(axes, goals.T[1:], names[1:], strict=True):
+        axis.plot(goals[:, 0], goal, "o", color=line(0)["color"], markersize=3.5, label="front")
+        axis.plot(goals[:1, 0], goal[:1], "D", color=line(1)["color"], markersize=6, label="the most balanced")
+        axis.set_ylabel(name)
+    axes[-1].set_xlabel(names[0])
+    return panels.finish(figure, remark=remark)
 
 
 def _match(axis: Axes, match: Matched) -> None:

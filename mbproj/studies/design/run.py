@@ -4,7 +4,7 @@ of it."""
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import field, replace
 from importlib.util import find_spec
 from typing import Any
 
@@ -16,8 +16,9 @@ from mbproj.errors import InputError, Problem
 from mbproj.scene.ranges.family import column_of
 from mbproj.scene.settings import settings_to_run
 from mbproj.studies.design.derivative import CENTRAL, derivative, step_of
+from mbproj.studies.design.front import balanced, front_of, merged
 from mbproj.studies.design.knowledge import Knowledge, knowledge
-from mbproj.studies.design.searches import EVOLUTION, LEAST_SQUARES, QUADRATIC, Task, searched
+from mbproj.studies.design.searches import EVOLUTION, FRONT, LEAST_SQUARES, QUADRATIC, Task, searched
 from mbproj.studies.design.spec import Spec
 from mbproj.studies.design.start import looked_at, points_of
 from mbproj.studies.design.target import Target
@@ -42,7 +43,8 @@ TOUCHES = 1e-6
 @dataclass(frozen=True, eq=False)
 class Search:
     """What came of one start: the numbers it began and ended with (d,), in SI; NaN where it found no design that runs.
-    `value` is half the sum of squares, or the goal; `trace` (n, 2) says after how many runs it was how large."""
+    `value` is half the sum of squares, or the first goal; `trace` (n, 2) says after how many runs it was how large. Of
+    several goals, each to be small, a search stands for a design of the front: `goals` (g,)."""
 
     start: Array
     end: Array
@@ -51,6 +53,7 @@ class Search:
     runs: int
     trace: Array
     cause: str
+    goals: Array = field(default_factory=lambda: np.zeros(0))
 
     def rank(self) -> tuple[float, float]:
         """The smaller, the better."""
@@ -59,7 +62,8 @@ class Search:
 
 @dataclass(frozen=True, eq=False)
 class Design:
-    """The best design: its numbers `x` (d,), the trial with them, and all `searches`, the best first.
+    """The best design: its numbers `x` (d,), the trial with them, and all `searches`, the best first. Of several goals
+    it is the most balanced design of the front.
 
     `engine` searched, for the reason `why`; `reused` starts were known from before; `runs` is how many runs there were
     in all. `knowledge` is what the data say, of a match; `error` (m,) how far the residuals of twice as fine a run are
@@ -89,6 +93,11 @@ class Design:
 def engine_of(spec: Spec, asked: str | None) -> tuple[str, str]:
     """The engine that searches, and why. Raises InputError where the one that is asked for cannot, or is missing."""
     kinked = [each.measure.name for each in (*spec.goals,) if each.measure.at in KINKED]
+    if (len(spec.goals) > 1) != (asked == FRONT) and (asked is not None or len(spec.goals) > 1):
+        if asked is None:
+            return _installed(FRONT), "there are several goals"
+        what = "one goal alone" if len(spec.goals) > 1 else "several goals"
+        raise InputError(Problem(f"'{asked}' is for {what}", hint="leave --engine out"))
     if asked == LEAST_SQUARES and (spec.goals or spec.limits):
         what = "goals" if spec.goals else "constraints"
         hint = f"leave --engine out, or take {QUADRATIC}"
@@ -109,7 +118,8 @@ def _word(spec: Spec, name: str) -> str:
 
 
 def _installed(name: str) -> str:
-    if name == EVOLUTION and find_spec("cma") is None:
+    package = {EVOLUTION: "cma", FRONT: "optuna"}.get(name)
+    if package is not None and find_spec(package) is None:
         raise InputError(Problem(f"'{name}' is not installed", hint="pip install 'mbproj[design]'"))
     return name
 
@@ -131,15 +141,17 @@ def find_design(
     _check_effects(spec, wish, [points[k] for k in order])
     tasks = {f"start {k}": Task(tuple(points[k].tolist()), chosen, spec.seed) for k in order[: spec.starts]}
     reused = sum(key in kept for key in tasks)
-    found = resumable(searched, wish, tasks, kept, where, "starts", tell)
-    searches = sorted((_search(wish, each) for each in found.values()), key=Search.rank)
+    found = resumable(front_of if chosen == FRONT else searched, wish, tasks, kept, where, "starts", tell)
+    runs = len(points) + sum(each["runs"] for each in found.values())
+    if chosen == FRONT:
+        searches = _on_the_front(spec, wish, [*found.values()])
+    else:
+        searches = sorted((_search(wish, each) for each in found.values()), key=Search.rank)
     if not np.isfinite(searches[0].value):
         causes = [each.cause for each in searches]
         message = f"no design runs; most often: {max(causes, key=causes.count)}"
         raise InputError(Problem(message, spec.place("vary"), "widen the bounds, or mend the scene"))
-    best = searches[0]
-    runs = len(points) + sum(each.runs for each in searches)
-    return _known(spec, wish, tuple(searches), best, (chosen, why), reused, runs)
+    return _known(spec, wish, tuple(searches), (chosen, why), reused, runs)
 
 
 def _check_effects(spec: Spec, wish: Wish, points: Sequence[Array]) -> None:
@@ -173,6 +185,19 @@ def _search(wish: Wish, found: dict[str, Any]) -> Search:
     return Search(start, end, found["value"], found["broken"], found["runs"], trace, found["cause"])
 
 
+def _on_the_front(spec: Spec, wish: Wish, found: Sequence[dict[str, Any]]) -> list[Search]:
+    """The designs of all fronts than which no other is better: the most balanced one, then by the first goal. Raises
+    InputError where there is none."""
+    ends, goals = merged(found, (len(spec.paths), len(spec.goals)))
+    if not len(ends):
+        hint = "widen the bounds, or ask for less"
+        raise InputError(Problem("no design runs and keeps the constraints", spec.place("vary"), hint))
+    first = balanced(goals)
+    order = [first, *(k for k in range(len(ends)) if k != first)]
+    nothing, none = np.full(len(spec.paths), np.nan), np.zeros((0, 2))
+    return [Search(nothing, wish.values(ends[k]), float(goals[k, 0]), 0.0, 0, none, "", goals[k]) for k in order]
+
+
 def _identity(spec: Spec) -> list[Any]:
     """What the searches follow from: the file, the scene, the measurements."""
     data = [[target.abscissa.tolist(), target.values.tolist()] for target in spec.targets]
@@ -183,11 +208,11 @@ def _known(
     spec: Spec,
     wish: Wish,
     searches: tuple[Search, ...],
-    best: Search,
     engine: tuple[str, str],
     reused: int,
     runs: int,
 ) -> Design:
+    best = searches[0]
     u = wish.shares(best.end)
     trial, finer = tried(wish, u), tried(replace(wish, finer=2), u)
     error = finer.residuals - trial.residuals

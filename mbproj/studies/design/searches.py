@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import least_squares, minimize
 
-from mbproj.arrays import Array
+from mbproj.arrays import Array, Flags
 from mbproj.dataclass import dataclass
 from mbproj.scene.settings import settings_to_run
 from mbproj.studies.design.derivative import CENTRAL, ONE_SIDED, Counted, derivative, step_of
@@ -38,7 +38,7 @@ class Watched:
     """Trials of one search, the best of them, and how it went down: (runs, value) wherever it became better."""
 
     def __init__(self, wish: Wish, run: Callable[[Wish, Array], Trial] = tried) -> None:
-        self.trials, self._equal = Counted(wish, run), np.array([limit.side == "equals" for limit in wish.limits], bool)
+        self.trials, self._equal = Counted(wish, run), equalities(wish)
         self._allowed = np.array([BROKEN * max(abs(limit.bound), 1.0) for limit in wish.limits])
         self.best: tuple[float, float, Array] | None = None
         self.trace: list[tuple[int, float]] = []
@@ -106,7 +106,7 @@ def _by_quadratic_programs(wish: Wish, watched: Watched, u: Array, seed: int) ->
     """Sequential quadratic programs (Kraft 1988: SLSQP). A trial that does not run looks worse than the one before, the
     more so the farther it is: the line search goes back."""
     h = step_of(settings_to_run(wish.scene(u)), CENTRAL)
-    equal = np.array([limit.side == "equals" for limit in wish.limits], dtype=bool)
+    equal = equalities(wish)
     size = max(abs(value_of(watched(u))), 1e-300)
     last = u.copy()
 
@@ -128,7 +128,7 @@ def _by_quadratic_programs(wish: Wish, watched: Watched, u: Array, seed: int) ->
         last = v.copy()
         return np.nan_to_num(derivative(both, v, at, h, central=True))
 
-    def limits(rows: Array, sign: str) -> dict[str, Any]:
+    def limits(rows: Flags, sign: str) -> dict[str, Any]:
         return {
             "type": sign,
             "fun": lambda v: np.nan_to_num(both(v)[1:][rows], nan=-1.0),
@@ -153,7 +153,7 @@ def _by_evolution(wish: Wish, watched: Watched, u: Array, seed: int) -> None:
     that varies alone has an idle one beside it."""
     import cma
 
-    equal = np.array([limit.side == "equals" for limit in wish.limits], dtype=bool)
+    equal = equalities(wish)
     strategy = cma.CMAEvolutionStrategy(
         [*u.tolist(), *([0.5] if len(u) == 1 else [])],
         WIDTH,
@@ -162,16 +162,16 @@ def _by_evolution(wish: Wish, watched: Watched, u: Array, seed: int) -> None:
     while not strategy.stop():
         points = strategy.ask()
         trials = [watched(np.array(point[: len(u)])) for point in points]
-        lacking = [_lacking(trial, equal) for trial in trials]
-        worst = max((value_of(each) for each, lack in zip(trials, lacking, strict=True) if lack == 0.0), default=0.0)
+        lacks = [lacking(trial, equal) for trial in trials]
+        worst = max((value_of(each) for each, lack in zip(trials, lacks, strict=True) if lack == 0.0), default=0.0)
         ranks = [
             value_of(each) if lack == 0.0 else worst + 1.0 + min(lack, 1e6)
-            for each, lack in zip(trials, lacking, strict=True)
+            for each, lack in zip(trials, lacks, strict=True)
         ]
         strategy.tell(points, ranks)
 
 
-def _lacking(trial: Trial, equal: Array) -> float:
+def lacking(trial: Trial, equal: Flags) -> float:
     """0 of a design that runs and keeps the constraints, else how far it is from that."""
     if trial.runs:
         broken = violation(trial, equal)
@@ -180,7 +180,12 @@ def _lacking(trial: Trial, equal: Array) -> float:
     return 1e3 * (1.0 + far) if np.isfinite(far) else 1e6
 
 
-LEAST_SQUARES, QUADRATIC, EVOLUTION = "least_squares", "slsqp", "cma"
+def equalities(wish: Wish) -> Flags:
+    """Which constraints have to be 0, (c,)."""
+    return np.array([limit.side == "equals" for limit in wish.limits], dtype=bool)
+
+
+LEAST_SQUARES, QUADRATIC, EVOLUTION, FRONT = "least_squares", "slsqp", "cma", "nsga2"
 ENGINES: Mapping[str, Callable[[Wish, Watched, Array, int], None]] = {
     LEAST_SQUARES: _by_least_squares,
     QUADRATIC: _by_quadratic_programs,

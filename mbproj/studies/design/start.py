@@ -10,7 +10,7 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.stats import qmc
 
-from mbproj.arrays import Array
+from mbproj.arrays import Array, Flags
 from mbproj.studies.design.derivative import Counted, derivative
 from mbproj.studies.design.spec import Spec
 from mbproj.studies.design.trial import Trial, Wish, tried
@@ -54,7 +54,7 @@ def value_of(trial: Trial) -> float:
     return trial.cost if len(trial.residuals) else float(trial.goals.sum())
 
 
-def violation(trial: Trial, equal: Array | None = None) -> float:
+def violation(trial: Trial, equal: Flags | None = None) -> float:
     """By how much constraints are not kept, their root sum of squares; `equal` (c,) are those that have to be 0."""
     broken = np.minimum(trial.limits, 0.0)
     if equal is not None:

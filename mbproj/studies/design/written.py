@@ -76,12 +76,16 @@ def _changes(design: Design) -> Changes:
 
 
 def starts_table(design: Design) -> Table:
-    """A row a search, the best first: its value, by how much it breaks constraints, runs, the numbers it ended with."""
+    """A row a search, the best first: its value, by how much it breaks constraints, runs, the numbers it ended with. Of
+    several goals a row is a design of the front, with its goals."""
     spec = design.spec
     names = [with_unit(column_of(path), unit) for path, unit in zip(spec.paths, spec.units, strict=True)]
-    headings = (*FIRST, "broken", "runs", *names, "cause")
+    goals = spec.goals if design.searches[0].goals.size else ()
+    signs = np.array([goal.sign for goal in goals])
+    wanted = [with_unit(goal.measure.name, goal.measure.unit) for goal in goals]
+    headings = (*FIRST, *wanted, "broken", "runs", *names, "cause")
     rows = tuple(
-        (number, each.value, each.broken, each.runs, *each.end.tolist(), each.cause)
+        (number, each.value, *(signs * each.goals).tolist(), each.broken, each.runs, *each.end.tolist(), each.cause)
         for number, each in enumerate(design.searches, 1)
     )
     return Table(headings, rows)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from mbproj.studies.design.front import undominated
 from tests.studies.design.scenes import BALL, FOUR_BAR, found, table, written
 
 FAR = "maximise: {far: {body: ball, quantity: position, component: x, at: end}}\n"
@@ -61,3 +62,27 @@ def test_a_crank_that_has_to_turn_is_a_constraint(tmp_path):
     )
     assert 0.28 < numbers["crank"] <= 0.3 + 1e-9
     assert design.trial.runs
+
+
+def test_several_goals_give_a_front(tmp_path):
+    """Far and high after 1 s, at a speed of 10 m/s: x² + (z + 5 m)² = 100 m², from z = 0 on."""
+    goals = """\
+maximise:
+  far: {body: ball, quantity: position, component: x, at: end}
+  high: {body: ball, quantity: position, component: z, at: end}
+"""
+    design, _ = found(written(tmp_path, BALL, "vary: {parameters.angle: [0.1, 1.5]}\nstarts: 1\n" + goals + LANDS))
+    front = -np.array([each.goals for each in design.searches])
+    assert design.engine == "nsga2"
+    assert len(front) > 20
+    np.testing.assert_allclose(np.hypot(front[:, 0], front[:, 1] + 5.0), 10.0, rtol=1e-9)
+    assert front[:, 1].min() >= -1e-8
+    order = np.argsort(front[:, 0])
+    assert np.all(np.diff(front[order, 1]) < 0.0)
+    best = front[0]
+    assert 0.2 < (best[0] - front[:, 0].min()) / np.ptp(front[:, 0]) < 0.9
+
+
+def test_fronts_leave_out_what_another_beats():
+    goals = np.array([[1.0, 4.0], [2.0, 2.0], [2.0, 3.0], [4.0, 1.0], [4.0, 1.0]])
+    assert undominated(goals).tolist() == [True, True, False, True, True]

@@ -1,0 +1,66 @@
+"""Several goals: designs of which none is better in one goal without being worse in another (a Pareto front)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from mbproj.arrays import Array, Flags
+from mbproj.studies.design.searches import EVOLVED, Task, equalities, lacking
+from mbproj.studies.design.trial import Wish, tried
+
+#: Designs of a generation.
+POPULATION = 40
+#: In place of the goals of a design that does not run.
+WORST = 1e300
+
+
+def front_of(wish: Wish, task: Task) -> dict[str, Any]:
+    """The front that one search finds, as JSON can hold it: `ends` (n, d) in shares and `goals` (n, g), of designs that
+    run and keep the constraints, and the number of `runs`. By NSGA-II (Deb et al. 2002), whose constraint is what a
+    design lacks. A work item."""
+    import optuna
+
+    optuna.logging.set_verbosity(optuna.logging.WARNING)
+    sampler = optuna.samplers.NSGAIISampler(population_size=POPULATION, seed=task.seed)
+    study = optuna.create_study(directions=["minimize"] * len(wish.goals), sampler=sampler)
+    shares: dict[str, Any] = {path: optuna.distributions.FloatDistribution(0.0, 1.0) for path in wish.paths}
+    study.enqueue_trial(dict(zip(wish.paths, task.u, strict=True)))
+    ends, goals, equal, count = [], [], equalities(wish), EVOLVED * len(wish.paths)
+    for _ in range(count):
+        trial = study.ask(shares)
+        u = np.array([trial.params[path] for path in wish.paths])
+        found = tried(wish, u)
+        lack = lacking(found, equal)
+        trial.set_constraint("lacking", lack)
+        study.tell(trial, found.goals.tolist() if found.runs else [WORST] * len(wish.goals))
+        if lack == 0.0:
+            ends.append(u.tolist())
+            goals.append(found.goals.tolist())
+    best = undominated(np.array(goals).reshape(-1, len(wish.goals)))
+    kept = np.flatnonzero(best).tolist()
+    return {"ends": [ends[k] for k in kept], "goals": [goals[k] for k in kept], "runs": count}
+
+
+def undominated(goals: Array) -> Flags:
+    """Of designs (n, g): those than which no other is as good in all goals and better in one."""
+    as_good = np.all(goals[:, None] <= goals[None], axis=2)
+    better = np.any(goals[:, None] < goals[None], axis=2)
+    return np.asarray(~np.any(as_good & better, axis=0))
+
+
+def merged(fronts: Sequence[dict[str, Any]], sizes: tuple[int, int]) -> tuple[Array, Array]:
+    """One front of several, (n, d) and (n, g), in the order of the first goal; `sizes` are d and g."""
+    ends = np.array([end for front in fronts for end in front["ends"]], dtype=float).reshape(-1, sizes[0])
+    goals = np.array([goal for front in fronts for goal in front["goals"]], dtype=float).reshape(-1, sizes[1])
+    best = undominated(goals)
+    order = np.lexsort(goals[best].T[::-1])
+    return ends[best][order], goals[best][order]
+
+
+def balanced(goals: Array) -> int:
+    """The design (of n) that is nearest to the best value of every goal, each in parts of its range on the front."""
+    low, span = goals.min(axis=0), np.ptp(goals, axis=0)
+    return int(np.argmin(np.linalg.norm((goals - low) / np.where(span > 0.0, span, 1.0), axis=1)))
