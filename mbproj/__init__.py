@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from mbproj.calls.loads import loads
     from mbproj.calls.models import Exported, Imported, export_model, import_model, new, schema
     from mbproj.calls.paper import paper
-    from mbproj.calls.run import run
+    from mbproj.calls.run import run, start
     from mbproj.calls.studies import compare, recommend, stability, threshold, tradeoff, verify
     from mbproj.calls.sweep import SweepTable, fit, optimise, sensitivity, sweep
     from mbproj.dynamics import State, assemble, mobility, unique_components
@@ -105,7 +105,7 @@ _HOMES = {
     "mbproj.calls.loads": ("loads",),
     "mbproj.calls.models": ("Exported", "Imported", "export_model", "import_model", "new", "schema"),
     "mbproj.calls.paper": ("paper",),
-    "mbproj.calls.run": ("run",),
+    "mbproj.calls.run": ("run", "start"),
     "mbproj.calls.studies": ("compare", "recommend", "stability", "threshold", "tradeoff", "verify"),
     "mbproj.calls.sweep": ("SweepTable", "fit", "optimise", "sensitivity", "sweep"),
     "mbproj.dynamics": ("State", "assemble", "mobility", "unique_components"),
@@ -238,6 +238,7 @@ __all__ = [
     "simulate_certified",
     "solve",
     "stability",
+    "start",
     "sweep",
     "threshold",
     "threshold_study",

@@ -16,6 +16,7 @@ from mbproj.errors import InputError, Place, Problem
 from mbproj.integrate import Report, simulate
 from mbproj.integrate.outcome.report import summary
 from mbproj.integrate.simulate import Progress
+from mbproj.integrate.stepwise import Stepwise
 from mbproj.linear.equilibrium.started import start_state
 from mbproj.model import System, compile_system
 from mbproj.registry import EQUILIBRIUM
@@ -24,6 +25,7 @@ from mbproj.scene.blocks.simulation import OPTIONS
 from mbproj.scene.problem_places import placed_in
 from mbproj.scene.records import Scene
 from mbproj.scene.settings import settings_to_run
+from mbproj.scene.text.suggestions import choose_from
 
 if TYPE_CHECKING:
     from mbproj.results import Trust
@@ -89,6 +91,26 @@ def run(
             options["start"] = EQUILIBRIUM
         what = scene_of(scene, parameters, options)
         return kept(what, output, _limits(limits) if certify else None, progress)
+
+
+def start(scene: Given, *, period: float, parameters: Mapping[str, object] = _NOTHING, **settings: object) -> Stepwise:
+    """A run that waits at its start, and each `period` (s) later: `run.advance(inputs={"u": 2.0})` sets states of the
+    scene there and goes on to the next; `run.signals`, `run.t`, `run.state` say where it is.
+
+    `scene`, `parameters` and `settings` are as in `run`. An input is a state that does not change by itself:
+    `states: {u: {derivative: 0}}`. Raises InputError where the scene is wrong or cannot be run so.
+    """
+    with by_arguments():
+        if not (isinstance(period, int | float) and 0.0 < period < np.inf):
+            raise InputError(Problem(f"it must be a time in s, found {period!r}", Place("period")))
+        unknown = [name for name in settings if name not in OPTIONS]
+        if unknown:
+            hint = choose_from(unknown[0], OPTIONS)
+            raise InputError(Problem(f"there is no setting '{unknown[0]}'", Place(unknown[0]), hint))
+        what = scene_of(scene, parameters, {name: value for name, value in settings.items() if value is not None})
+        system = compile_system(what)
+        with placed_in(what):
+            return Stepwise(system, start_state(what, system), settings_to_run(what), float(period))
 
 
 class Earlier(NamedTuple):

@@ -40,9 +40,9 @@ class TimeWindow:
         return min(max(t, self.first), self.last)
 
 
-def breaks_of(system: System, start: float, settings: Settings) -> tuple[Break, ...]:
-    """The breaks of a run, in their order: its events, and where its fixed steps are split. One at its start or end
-    says from which side that is seen."""
+def breaks_of(system: System, start: float, settings: Settings, asks: float | None = None) -> tuple[Break, ...]:
+    """The breaks of a run, in their order: its events, where its fixed steps are split, where controllers act, and with
+    a period `asks` where it waits. One at its start or end says from which side that is seen."""
     assert settings.duration is not None
     found: list[Break] = []
     grid = None
@@ -51,17 +51,19 @@ def breaks_of(system: System, start: float, settings: Settings) -> tuple[Break, 
     inner = {t for split in splits_of(system, start, settings) for t in split.times if start < t < end}
     slack = THRESHOLDS.one_break * float(np.spacing(max(abs(start), interval)))
     acts = system.actions.instants(start, end, slack) if system.actions.size else {}
-    for time in sorted(times | inner | acts.keys()):
+    waits = set((start + np.arange(int((end - start) / asks * (1.0 + 1e-12)) + 1) * asks).tolist()) if asks else set()
+    for time in sorted(times | inner | acts.keys() | waits):
         grain = float(np.spacing(max(abs(start), abs(time), interval)))
-        actions = acts.get(time, ())
+        actions, waiting = acts.get(time, ()), time in waits
         grid = _grid(settings, start) if grid is None else grid
         left, right = time - THRESHOLDS.kink_aside * grain, time + THRESHOLDS.kink_aside * grain
         if found and time - found[-1].time <= THRESHOLDS.one_break * grain:
             together = tuple(sorted({*found[-1].actions, *actions}))
-            found[-1] = found[-1]._replace(right=max(right, found[-1].right), actions=together)
+            right, waiting = max(right, found[-1].right), waiting or found[-1].asks
+            found[-1] = found[-1]._replace(right=right, actions=together, asks=waiting)
         else:
             at = _snapped(time, grid, settings, THRESHOLDS.one_break * grain)
-            found.append(Break(at, left, right, actions))
+            found.append(Break(at, left, right, actions, waiting))
     return tuple(found)
 
 

@@ -31,10 +31,11 @@ class Leg:
     first: float | None = None
 
     @classmethod
-    def whole(cls, system: System, settings: Settings, start: float) -> Leg:
-        """A whole run."""
+    def whole(cls, system: System, settings: Settings, start: float, asks: float | None = None) -> Leg:
+        """A whole run; with a period `asks` it waits at its start and that much later, again and again."""
         assert settings.duration is not None  # settings_to_run has seen to it
-        duration, breaks, interval = settings.duration, breaks_of(system, start, settings), output_interval(settings)
+        duration, interval = settings.duration, output_interval(settings)
+        breaks = breaks_of(system, start, settings, asks)
         if settings.step is None:
             return cls(start, duration, interval, breaks, times=output_times(settings, start))
         steps, every = whole_steps(settings), output_every(settings)
