@@ -43,7 +43,9 @@ if TYPE_CHECKING:
         Belt,
         Body,
         Bushing,
+        Cam,
         Coupler,
+        Curve,
         Cylindrical,
         Differential,
         Distance,
@@ -68,6 +70,7 @@ if TYPE_CHECKING:
         RollingWheel,
         Screw,
         Simulation,
+        Slot,
         Spherical,
         SpringDamper,
         Stop,
@@ -136,8 +139,10 @@ __all__ = [
     "Belt",
     "Body",
     "Bushing",
+    "Cam",
     "Comparison",
     "Coupler",
+    "Curve",
     "Cylindrical",
     "Differential",
     "Distance",
@@ -176,6 +181,7 @@ __all__ = [
     "Setting",
     "Simulation",
     "SimulationError",
+    "Slot",
     "Solution",
     "Spherical",
     "SpringDamper",
@@ -247,6 +253,9 @@ __all__ = [
     "unique_components",
     "verify",
 ]
+_HOME_OF = dict.fromkeys(__all__, "mbproj.parts") | {name: home for home, names in _HOMES.items() for name in names}
+
+#: What has no other home is a part.
 _HOME_OF = dict.fromkeys(__all__, "mbproj.parts") | {name: home for home, names in _HOMES.items() for name in names}
 
 

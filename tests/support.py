@@ -9,10 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from mbproj.functions.curves.track import Track
 from mbproj.joints import JOINTS, Parameter
 from mbproj.joints.table import TWO_ANGLES
 from mbproj.scene.coupled import Coupled
 from mbproj.scene.records import Body, Joint, Marker, Pair, Scene, Settings
+from tests.constraints.lines import LINES
 
 ROOT = Path(__file__).parents[1]
 DATA = Path(__file__).parent / "data"
@@ -53,12 +55,25 @@ def random_body(rng: np.random.Generator, name: str) -> Body:
 PARAMETERS = {"pitch": 0.4, "length": 1.3}
 
 
-def parameter(name: str, given: Parameter) -> float | tuple[float, ...]:
+def parameter(name: str, given: Parameter) -> float | tuple[float, ...] | Track:
     """A value of a parameter of the joint table."""
+    if given.may_be == "curve":
+        return Track("spline", LINES["spline"])
     if given.many is None:
         return PARAMETERS.get(name, 0.3)
     larger = 100.0 if given.may_be == "teeth" else 1.0
     return tuple(larger * (-1.0) ** at * (0.2 + 0.15 * at) for at in range(given.many))
+
+
+def on_track(
+    track: Track, point: tuple[float, ...], z: np.ndarray, across: np.ndarray, rng: np.random.Generator
+) -> Pair:
+    """A point, the origin of a curve in the plane normal to z with its x nearest to `across`, and one on the curve."""
+    x = unit(across - (across @ z) * z)
+    at = rng.uniform(track.line.start, track.line.end, 1)
+    (u,), (w,) = track.line.derivatives(at, track.line.at(at))[0]
+    there = np.array(point) + u * x + w * np.cross(z, x)
+    return Pair(point, tuple(float(each) for each in there))
 
 
 def random_joint(rng: np.random.Generator, name: str, kind: str, bodies: tuple[str, str]) -> Joint:
@@ -79,6 +94,8 @@ def random_joint(rng: np.random.Generator, name: str, kind: str, bodies: tuple[s
     parameters = {name: parameter(name, own[name]) for name in JOINTS[kind].required_parameters}
     across = vector(rng) if JOINTS[kind].x_axis == "required" else None
     x_axis = across and Pair(across, across)
+    if "curve" in own:
+        points = on_track(parameters["curve"], point, first, np.array(across), rng)
     return Joint(name, kind, bodies, points, axes, parameters=parameters, reaction=True, x_axis=x_axis)
 
 

@@ -80,7 +80,7 @@ MAY_IMPORT = {
         "studies",
         "templates",
     },
-    "pages": {"joints", "scene", "model", "dynamics", "results", "analysis"},
+    "pages": {"functions", "joints", "scene", "model", "dynamics", "results", "analysis"},
     "figures": {"outputs", "results", "analysis", "scene", "pages"},
     "cli": {
         "guide",
@@ -104,6 +104,7 @@ MAY_IMPORT = {
 }
 #: The folders of the packages that have some: each imports only those that stand before it.
 FOLDERS = {
+    "functions": ("curves",),
     "scene": ("text", "expressions", "fields", "ranges", "solids", "blocks"),
     "model": ("compile", "planar"),
     "dynamics": ("equations", "derivatives", "assembly", "observe", "rank", "friction", "contact"),

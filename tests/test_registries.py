@@ -50,7 +50,10 @@ def place_of(joint: JointType) -> str:
         axis = ", axis: [0, 1, 0]" if joint.has_axis else ""
         return f"plane: {{location: [0, 0, -0.2], normal: [0, 0, 1]}}, centre: [0.3, 0, 0.1]{axis}, radius: 0.3"
     place = "locations: [[0, 0, 1], [0.3, 0, 0.3]]" if joint.separate else "location: [0, 0, 0]"
-    own = "".join(f", {name}: {parameter(name, joint.parameters[name])}" for name in joint.required_parameters)
+    given = {name: joint.parameters[name] for name in joint.required_parameters}
+    own = "".join(
+        f", {name}: {'oval' if each.may_be == 'curve' else parameter(name, each)}" for name, each in given.items()
+    )
     own += ", x_axis: [1, 0, 0]" if joint.x_axis == "required" else ""
     return place + FRAMES[joint.frame] + own + (", reaction: true" if joint.merges else "")
 
@@ -70,7 +73,8 @@ def scene_with(kind: str) -> str:
     joint = f"{{type: {kind}, bodies: [body, next], {place_of(JOINTS[kind])}}}"
     bodies = f"  body: {BODY}\n  next: {BODY}\n"
     ball = "  B: {type: spherical, bodies: [ground, body], location: [0, 0, 0.5]}\n"
-    return f"{HEAD}bodies:\n{bodies}joints:\n{ball}  J: {joint}\n"
+    curves = "curves: {oval: {ellipse: [0.7, 0.4]}}\n" if "curve" in JOINTS[kind].parameters else ""
+    return f"{HEAD}{curves}bodies:\n{bodies}joints:\n{ball}  J: {joint}\n"
 
 
 def in_the_kernel(kind: str) -> bool:

@@ -18,6 +18,7 @@ from tests.support import ROOT
 KERNEL = ROOT / "mbproj" / "kernel" / "src"
 #: Constants of the kernel that are no thresholds, and what they are.
 NO_THRESHOLDS = {"not_a_number": "a name for NaN", "free_branch": "the same, of a switch that is not held"}
+NO_THRESHOLDS |= {"nodes[]": "those of Gauss and Legendre", "weights[]": "the same"}
 #: Folders and files whose numbers are thresholds where they are not coefficients, and how a constant begins there.
 NUMERICS = ("functions", "dynamics", "projection", "integrate", "model", "linear")
 FLOAT_CONSTANT = re.compile(r"^([A-Z_]+(?:, [A-Z_]+)*) *(?::.*)?= \(?-?\d.*?(?:\.\d|e-\d)", re.M)
@@ -32,6 +33,11 @@ COEFFICIENTS = {
     "COMPLEX_STEP": "its square is nothing beside 1",
     "DIFFERENCE": "a step of differences of order 6, whose two errors are alike there",
     "TINY": "not 0",
+    "FULL_TURN": "2π",
+    "_EIGHTH": "a part of a rise",
+    "ROUGHLY": "of places, which are looked at one by one",
+    "SETTLED": "Newton's method squares it",
+    "ROUND_OFF": "a multiple of ε",
     "SMALL": "where a series takes over, exact to round-off on both sides",
 }
 

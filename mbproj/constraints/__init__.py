@@ -10,6 +10,7 @@ from mbproj.constraints.coupling import Coupling
 from mbproj.constraints.distance import Distance
 from mbproj.constraints.perpendicular import Perpendicular
 from mbproj.constraints.primitive import Primitive
+from mbproj.constraints.profile import Arc, Profile
 from mbproj.constraints.slip import BallSlip, EdgeSlip, WheelSlipAcross, WheelSlipAlong
 from mbproj.constraints.wheel_height import WheelHeight
 
@@ -26,6 +27,8 @@ PRIMITIVES: Mapping[str, type[Primitive]] = MappingProxyType(
         "wheel_slip_across": WheelSlipAcross,
         "ball_slip": BallSlip,
         "edge_slip": EdgeSlip,
+        "profile": Profile,
+        "arc": Arc,
     }
 )
 

@@ -16,12 +16,12 @@ p1 to p2 has no component along a vector) and `distance` in m, `perpendicular` i
 joint without rows is there for its coordinates.
 `aligned` lists pairs of vectors that the rows make parallel, and that must not end up opposite. `kept` are rows that
 keep the value that they have at the scene's pose, or that of the parameter which they name. `parameters` are what else
-the joint takes; those that no row keeps are required. A primitive that has parameters takes those of their names. A row
-that is a `coupling` `couples` coordinates that these primitives measure, and the field of its name gives their weights
-from the parameters. `x_axis`: whether the scene may say the direction of x1 and x2, or has to; `has_axis`: whether
-what is on a plane has an axis. A joint that `merges` makes one rigid body of two unless its reaction is asked for.
-`dry` friction may act on the coordinates of some.
-`sketch` is the glyph in an animation, by default that of the frame.
+the joint takes; those that no row keeps are required, unless they are optional. A primitive that has parameters takes
+those of their names; one on a curve, that of the parameter `curve`. A row that is a `coupling` `couples` coordinates
+that these primitives measure, and the field of its name gives their weights from the parameters. `x_axis`: whether the
+scene may say the direction of x1 and x2, or has to; `has_axis`: whether what is on a plane has an axis. A joint that
+`merges` makes one rigid body of two unless its reaction is asked for. `dry` friction may act on the coordinates of
+some. `sketch` is the glyph in an animation, by default that of the frame.
 """
 
 from __future__ import annotations
@@ -38,18 +38,20 @@ from mbproj.dataclass import dataclass
 Row = tuple[str, ...]
 
 #: Unit of a coordinate by the primitive that measures it.
-COORDINATE_UNITS = MappingProxyType({"angle": "rad", "along": "m", "distance": "m"})
+COORDINATE_UNITS = MappingProxyType({"angle": "rad", "along": "m", "distance": "m", "arc": "m"})
 #: Unit of the inertia of a coordinate by that of the coordinate.
 INERTIA_UNITS = MappingProxyType({"rad": "kg*m^2", "m": "kg"})
 
 
 class Parameter(NamedTuple):
-    """Numbers that a joint takes, in an SI unit ("": none): one, or so `many`, which messages call by `words`."""
+    """Numbers that a joint takes, in an SI unit ("": none): one, or so `many`, which messages call by `words`; or a
+    name, of a curve or of a side. `optional`: whether it may be left out."""
 
     unit: str
-    may_be: Literal["any", "positive", "nonzero", "teeth"] = "any"
+    may_be: Literal["any", "positive", "nonzero", "teeth", "curve", "side"] = "any"
     many: int | None = None
     words: str = "numbers"
+    optional: bool = False
 
 
 class Ratio(NamedTuple):
@@ -81,7 +83,8 @@ class JointType:
     @property
     def required_parameters(self) -> tuple[str, ...]:
         """The parameters that have no value of their own at the scene's pose, or that count for more."""
-        return tuple(name for name in self.parameters if self.is_on_plane or name not in self.kept.values())
+        able = {} if self.is_on_plane else {*self.kept.values()}
+        return tuple(name for name, each in self.parameters.items() if not (each.optional or name in able))
 
     @property
     def is_on_plane(self) -> bool:
@@ -150,6 +153,8 @@ TRIADS: Row = ("p1", "x1", "y1", "z1", "p2", "x2", "y2", "z2")
 COUPLED: tuple[Row, ...] = (("coupling",),)
 TWO_ANGLES = ("angle", "angle")
 LENGTH = Parameter("m", "positive")
+ON_CURVE = ("x1", "y1", "p1", "p2")
+CURVE = Parameter("", "curve")
 ONE_AXIS, ONE_TRIAD = (("z1", "z2"),), (("z1", "z2"), ("x1", "x2"))
 
 JOINTS: Mapping[str, JointType] = MappingProxyType(
@@ -205,6 +210,28 @@ JOINTS: Mapping[str, JointType] = MappingProxyType(
         ),
         "point_in_plane": JointType("normal", (SLIDE,), IN_PLANE, x_axis="optional"),
         "point_on_line": JointType("normal", (SLIDE_X, SLIDE_Y), {"displacement": SLIDE}, sketch="on_line"),
+        "cam": JointType(
+            "normal",
+            (("profile", *ON_CURVE),),
+            {"displacement": ("arc", *ON_CURVE)},
+            separate=True,
+            parameters={
+                "curve": CURVE,
+                "roller": LENGTH._replace(optional=True),
+                "side": Parameter("", "side", optional=True),
+            },
+            x_axis="required",
+            sketch="track",
+        ),
+        "slot": JointType(
+            "normal",
+            (("profile", *ON_CURVE), SLIDE),
+            {"displacement": ("arc", *ON_CURVE)},
+            separate=True,
+            parameters={"curve": CURVE},
+            x_axis="required",
+            sketch="track",
+        ),
         "screw": JointType(
             "axis",
             (SLIDE_X, SLIDE_Y, *AXES_PARALLEL, ("coupling", *SLIDE[1:], *TURN[1:])),

@@ -3,24 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from mbproj.arrays import Array, Integers, distinct_rows
 from mbproj.constraints import PRIMITIVES, Primitive
 from mbproj.constraints.coupling import Coupling
+from mbproj.constraints.profile import OnCurve
+from mbproj.functions.curves.plane_curve import PlaneCurve
 from mbproj.kernel import core
 from mbproj.model.planar import PlanarSet
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.model.system import System
+from mbproj.thresholds import THRESHOLDS
 
 
 class Bound(NamedTuple):
     """k instances in the order of their rows: kinds (k,), slots (k, s) and parameters (k, p) with zeros behind those of
-    smaller ones, offsets, weights and owners (k,), and whether one `joins` the row of the instance before, (k,); and
-    what the slots number: S attachments' bodies (S,), `is_point` (S,), local vectors (S, 3 or 2)."""
+    smaller ones, offsets, weights and owners (k,). Whether one `joins` the row of the instance before, (k,), and the
+    `line` that it follows, (k,), or None. What the slots number: S attachments' bodies (S,), `is_point` (S,), local
+    vectors (S, 3 or 2)."""
 
     kind: Integers
     slots: Integers
@@ -28,6 +33,7 @@ class Bound(NamedTuple):
     offset: Array
     weight: Array
     joins: Integers
+    line: npt.NDArray[np.object_]
     owner: Integers
     body: Integers
     is_point: Array
@@ -39,7 +45,7 @@ class Bound(NamedTuple):
 
 
 #: What `Bound` has of each instance.
-_OF_INSTANCES = ("kind", "slots", "parameters", "offset", "weight", "joins", "owner")
+_OF_INSTANCES = ("kind", "slots", "parameters", "offset", "weight", "joins", "line", "owner")
 
 
 class _Kernel(NamedTuple):
@@ -86,7 +92,7 @@ def joined(parts: Sequence[Bound]) -> Bound:
         owned += int(part.owner.max(initial=-1)) + 1
     rest = {
         name: np.concatenate([getattr(part, name) for part in parts])
-        for name in ("kind", "parameters", "offset", "weight", "joins", "body", "is_point", "local")
+        for name in ("kind", "parameters", "offset", "weight", "joins", "line", "body", "is_point", "local")
     }
     return Bound(slots=np.concatenate(slots), owner=np.concatenate(owners), **rest)
 
@@ -126,7 +132,7 @@ class _Instances(NamedTuple):
 
 def _instances(primitives: Sequence[Primitive], first_slots: Sequence[int]) -> _Instances:
     """The instances of primitives, one each and of couplings one a coordinate; the slots of each follow its first."""
-    code, slots, parameters, weight, joins, member = [], [], [], [], [], []
+    code, slots, parameters, weight, joins, line, member = [], [], [], [], [], [], []
     kernel = _kernel()
     for number, (primitive, first) in enumerate(zip(primitives, first_slots, strict=True)):
         for part, (own, factor, taken) in enumerate(_parts(primitive)):
@@ -135,6 +141,7 @@ def _instances(primitives: Sequence[Primitive], first_slots: Sequence[int]) -> _
             parameters.append(_filled([getattr(own, name) for name in own.parameters], kernel.parameters))
             weight.append(factor)
             joins.append(part > 0)
+            line.append(own.curve if isinstance(own, OnCurve) else None)
             member.append(number)
     columns = {
         "kind": np.array(code, dtype=np.int64),
@@ -142,6 +149,7 @@ def _instances(primitives: Sequence[Primitive], first_slots: Sequence[int]) -> _
         "parameters": np.array(parameters, dtype=float).reshape(-1, kernel.parameters),
         "weight": np.array(weight, dtype=float),
         "joins": np.array(joins, dtype=np.int64),
+        "line": np.array([*line, None], dtype=object)[:-1],
     }
     return _Instances(np.array(member, dtype=np.intp), columns)
 
@@ -170,4 +178,31 @@ def primitives(kind: Any, bodies: int, bound: Bound) -> Any:
         offset=np.ascontiguousarray(bound.offset, dtype=float),
         weight=np.ascontiguousarray(bound.weight, dtype=float),
         joins=bound.joins.astype(np.int64),
+        **_lines(bound),
+    )
+
+
+def _lines(bound: Bound) -> dict[str, Any]:
+    """The curves that instances follow, each once, and the number of each instance's, -1 for none."""
+    number: dict[Any, int] = {}
+    own = [-1 if line is None else number.setdefault(line, len(number)) for line in bound.line.tolist()]
+    return {"line": np.array(own, dtype=np.int64), "lines": [_line(each) for each in number]}
+
+
+@lru_cache(maxsize=64)
+def _line(curve: PlaneCurve) -> Any:
+    """The kernel's copy of a curve."""
+    arrays, places = curve.arrays, curve.places
+    kernel = core()
+    assert kernel is not None
+    return kernel.PlaneCurve(
+        pieces=np.column_stack(
+            [arrays.start, arrays.origin, arrays.form, arrays.numbers.reshape(len(arrays.start), -1)]
+        ),
+        places=np.column_stack([places.s, places.piece, places.point, places.length]),
+        end=curve.end,
+        closed=curve.closed,
+        passes=THRESHOLDS.foot_passes,
+        settled=curve.settled,
+        reach=curve.reach,
     )

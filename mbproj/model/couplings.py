@@ -1,18 +1,21 @@
-"""Couplings as arrays: rows that are known but for whole teeth or threads, and the coordinates that tell."""
+"""Rows of joints with switches: couplings, known but for whole teeth or threads, and what follows curves."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from mbproj.arrays import Array, Integers, Numbers
 from mbproj.constraints.coupling import Coupling
+from mbproj.constraints.primitive import Primitive
+from mbproj.constraints.profile import FREE, Profile
 from mbproj.dataclass import dataclass
 from mbproj.functions.curve import Curve
 from mbproj.functions.program_set import OF_ROWS, ProgramSet, flatten
 from mbproj.functions.series import constant_series, run
-from mbproj.model.primitive_set import Binding
+from mbproj.model.primitive_set import Binding, PrimitiveSet, bind, bindings
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +62,66 @@ class Couplings:
         """The multiples of the periods that are nearest to (..., k)."""
         period = np.where(self.period > 0.0, self.period, 1.0)
         return np.asarray(np.where(self.period > 0.0, period * np.round(rows / period), 0.0))
+
+
+@dataclass(frozen=True, eq=False)
+class Followers:
+    """k rows of the joints that follow curves: `row` (k,) of the joints' rows; `programs`, of the parameter of the
+    foot, whose switches are the knots of the curves."""
+
+    row: Integers
+    programs: ProgramSet
+
+    @property
+    def size(self) -> int:
+        """k."""
+        return len(self.row)
+
+
+NO_FOLLOWERS = Followers(np.zeros(0, dtype=np.intp), flatten([]))
+
+
+def compile_followers(rows: Sequence[Binding]) -> Followers:
+    """Those among the joints' rows."""
+    row, knots, first = [], [], 0
+    for binding in rows:
+        if isinstance(binding.primitive, Profile):
+            row.append(first)
+            knots.append(binding.primitive.curve.knots)
+        first += binding.primitive.rows
+    return Followers(np.array(row, dtype=np.intp), flatten(knots)) if row else NO_FOLLOWERS  # type: ignore[arg-type]
+
+
+def on_branches(rows: PrimitiveSet, programs: ProgramSet, of: Mapping[int, int], held: Array) -> PrimitiveSet:
+    """Rows of joints with the switches of some on the branches held, one for each instruction of the programs; `of`:
+    the row of each program."""
+    own = bindings(rows)
+    for program, row in of.items():
+        at = rows.layout.member[row]
+        own[at] = replace(own[at], primitive=_on_branch(own[at].primitive, programs.branches(program, held)))
+    return bind(own)
+
+
+def feet(
+    rows: PrimitiveSet, programs: ProgramSet, of: Mapping[int, int], held: Array, places: Numbers
+) -> dict[int, float]:
+    """The parameter of the foot of each row that follows a curve, by its program, on the branches held; `places` are
+    those of the rows' slots, (S, 3)."""
+    found = {}
+    for program, row in of.items():
+        member = rows.layout.members[rows.layout.member[row]]
+        own = _on_branch(member.primitive, programs.branches(program, held))
+        assert isinstance(own, Profile)
+        found[program] = float(own.foot(places[None, list(member.slots)])[0])
+    return found
+
+
+def _on_branch(primitive: Primitive, branches: tuple[float, ...]) -> Primitive:
+    """A row with its switches on these branches, one for each instruction of its function."""
+    if isinstance(primitive, Coupling):
+        return primitive.on_branches(branches)
+    assert isinstance(primitive, Profile)
+    return primitive.on_piece(FREE if np.isnan(branches[-1]) else int(branches[-1]))
 
 
 def compile_couplings(rows: Sequence[Binding], coordinates: Sequence[Binding]) -> Couplings:

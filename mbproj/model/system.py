@@ -8,7 +8,6 @@ from functools import cached_property
 import numpy as np
 
 from mbproj.arrays import Array, Flags, Integers
-from mbproj.constraints.coupling import Coupling
 from mbproj.dataclass import dataclass
 from mbproj.errors import Place
 from mbproj.functions.program_set import ProgramSet, joined
@@ -26,7 +25,7 @@ from mbproj.model.channels import (
     Energies,
     Motions,
 )
-from mbproj.model.couplings import Couplings, compile_couplings
+from mbproj.model.couplings import NO_FOLLOWERS, Couplings, Followers, compile_couplings, compile_followers, on_branches
 from mbproj.model.forces import NO_FORCES, Forces
 from mbproj.model.frictions import Frictions
 from mbproj.model.layout import Block, Layout, uncontrolled
@@ -98,15 +97,15 @@ class System:
     """A mechanism of n rigid carriers, most of which are one body of the scene each; index n is the ground.
 
     `mass` (n,) in kg, `inertia` (n, 3, 3) in kg m² about the centre of mass in body axes, `gravity` (3,) in m/s².
-    `joints`: the constraint rows of all joints; `coordinates`: their free coordinates; `couplings`: rows that
-    couple these; `alignment`: scalar products of vectors that assembly must not flip, positive in a right pose.
-    `body_carrier` (N,), `body_offset` (N, 3) and `body_turn` (N, 4): where each of the scene's N bodies sits on its
-    carrier. `marker_body` (k,), `marker_local` (k, 3). `reaction_body` (nj,), `reaction_local` (nj, 3): body 2 of each
-    joint and its point in it. `length` is the size of the mechanism in m: what an absolute tolerance is taken relative
-    to. `body_places`, `joint_places`: where each carrier and joint stands in the scene file, for messages. `forces`,
-    `stops`, `frictions` (dry ones that stick), `bearings` and `states` are None where the scene has none. `actions`:
-    what controllers do; `channels`: what functions name; `signals`: what a scene calls by a name, of the time and
-    these. `adjustments`: how far joints were moved from where the scene has them.
+    `joints`: the constraint rows of all joints; `coordinates`: their free coordinates; `couplings`: rows that couple
+    these; `followers`: rows that follow curves; `alignment`: scalar products of vectors that assembly must not flip,
+    positive in a right pose. `body_carrier` (N,), `body_offset` (N, 3) and `body_turn` (N, 4): where each of the
+    scene's N bodies sits on its carrier. `marker_body` (k,), `marker_local` (k, 3). `reaction_body` (nj,),
+    `reaction_local` (nj, 3): body 2 of each joint and its point in it. `length` is the size of the mechanism in m: what
+    an absolute tolerance is taken relative to. `body_places`, `joint_places`: where each carrier and joint stands in
+    the scene file, for messages. `forces`, `stops`, `frictions` (dry ones that stick), `bearings` and `states` are None
+    where the scene has none. `actions`: what controllers do; `channels`: what functions name; `signals`: what a scene
+    calls by a name, of the time and these. `adjustments`: how far joints were moved from where the scene has them.
     """
 
     names: Names
@@ -139,6 +138,7 @@ class System:
     channels: Channels = NO_CHANNELS
     signals: ProgramSet = NO_SIGNALS
     adjustments: tuple[Adjustment, ...] = ()
+    followers: Followers = NO_FOLLOWERS
 
     @cached_property
     def layout(self) -> Layout:
@@ -152,8 +152,8 @@ class System:
 
     @cached_property
     def programs(self) -> ProgramSet:
-        """The functions of forces, the rates of states of elements, then those of couplings, then those of motions."""
-        owners = (self.forces, self.states, self.couplings, self.motions)
+        """The functions of forces, the rates of states, then those of couplings, of followers and of motions."""
+        owners = (self.forces, self.states, self.couplings, self.followers, self.motions)
         return joined([each.programs for each in owners if each is not None])
 
     @property
@@ -171,15 +171,15 @@ class System:
         """The row of the joints and the coordinate of each function of couplings, by its number there."""
         return dict(enumerate(self.couplings.curved, self.first_coupled))
 
+    @cached_property
+    def following(self) -> dict[int, int]:
+        """The row of the joints that follows a curve, by the number there of its program."""
+        return dict(enumerate(self.followers.row.tolist(), self.first_coupled + self.couplings.programs.size))
+
     def on_branches(self, held: Array) -> System:
-        """With the functions of couplings on these branches, one for each instruction of `programs`."""
-        own = bindings(self.joints)
-        for program, (row, _) in self.curved.items():
-            at = self.joints.layout.member[row]
-            coupling = own[at].primitive
-            assert isinstance(coupling, Coupling)
-            own[at] = replace(own[at], primitive=coupling.on_branches(self.programs.branches(program, held)))
-        return replace(self, joints=bind(own)) if self.curved else self
+        """With what rows switch on these branches, one for each instruction of `programs`."""
+        rows = {program: row for program, (row, _) in self.curved.items()} | self.following
+        return replace(self, joints=on_branches(self.joints, self.programs, rows, held)) if rows else self
 
     @property
     def forces_name_channels(self) -> bool:
@@ -216,7 +216,8 @@ class System:
         if not self.rolls:
             return self
         kept = [each for each in bindings(self.joints) if each.primitive.integrable]
-        return replace(self, joints=bind(kept), couplings=compile_couplings(kept, bindings(self.coordinates)))
+        couplings, followers = compile_couplings(kept, bindings(self.coordinates)), compile_followers(kept)
+        return replace(self, joints=bind(kept), couplings=couplings, followers=followers)
 
     @property
     def constraints(self) -> int:

@@ -65,6 +65,40 @@ class Marker(Part):
         location: Vector | Mapping[str, Any],
     ) -> None: ...
 
+class Curve(Part):
+    """A curve of a scene. Arguments are its keys:
+
+    points: a list of points, optional
+    polyline: a list of points, optional
+    circle: a number in m, optional
+    ellipse: 2 half axes, optional
+    table: a list of rows, optional
+    lift: {base, rises}, optional
+    closed: true or false, optional
+    fillet: a number in m, optional
+    roller: a number in m, optional
+    flat: true or false, optional
+    clockwise: true or false, optional
+    one of points, polyline, circle, ellipse, table, lift
+    at most one of roller, flat
+    """
+
+    def __init__(
+        self,
+        *,
+        points: Sequence[Sequence[Any]] | None = ...,
+        polyline: Sequence[Sequence[Any]] | None = ...,
+        circle: Quantity | None = ...,
+        ellipse: Vector | None = ...,
+        table: Sequence[Sequence[Any]] | None = ...,
+        lift: Mapping[str, Any] | None = ...,
+        closed: bool | None = ...,
+        fillet: Quantity | None = ...,
+        roller: Quantity | None = ...,
+        flat: bool | None = ...,
+        clockwise: bool | None = ...,
+    ) -> None: ...
+
 class Motion(Part):
     """A motion of a scene. Arguments are its keys:
 
@@ -449,6 +483,66 @@ class PointOnLine(Part):
         bodies: Sequence[str],
         location: Vector | Mapping[str, Any],
         axis: Vector | str | Mapping[str, Any],
+        speed: Quantity | None = ...,
+        reflected_inertia: Quantity | None = ...,
+        limits: Mapping[str, Any] | None = ...,
+        displacement: Quantity | None = ...,
+    ) -> None: ...
+
+class Cam(Part):
+    """A cam joint of a scene. Arguments are its keys:
+
+    bodies: 2 names of bodies
+    locations: 2 points or a mapping {name: 3 numbers}
+    axis: 3 numbers or a mapping {name: 3 numbers}
+    x_axis: 3 numbers or a mapping {name: 3 numbers}
+    curve: the name of a curve
+    roller: a number in m, optional
+    side: outside, inside, left or right, optional
+    speed: a number in m/s, optional
+    reflected_inertia: a number in kg, optional
+    limits: {displacement}, optional
+    displacement: a number in m, optional
+    """
+
+    def __init__(
+        self,
+        *,
+        bodies: Sequence[str],
+        locations: Sequence[Vector] | Mapping[str, Any],
+        axis: Vector | str | Mapping[str, Any],
+        x_axis: Vector | str | Mapping[str, Any],
+        curve: str,
+        roller: Quantity | None = ...,
+        side: str | None = ...,
+        speed: Quantity | None = ...,
+        reflected_inertia: Quantity | None = ...,
+        limits: Mapping[str, Any] | None = ...,
+        displacement: Quantity | None = ...,
+    ) -> None: ...
+
+class Slot(Part):
+    """A slot joint of a scene. Arguments are its keys:
+
+    bodies: 2 names of bodies
+    locations: 2 points or a mapping {name: 3 numbers}
+    axis: 3 numbers or a mapping {name: 3 numbers}
+    x_axis: 3 numbers or a mapping {name: 3 numbers}
+    curve: the name of a curve
+    speed: a number in m/s, optional
+    reflected_inertia: a number in kg, optional
+    limits: {displacement}, optional
+    displacement: a number in m, optional
+    """
+
+    def __init__(
+        self,
+        *,
+        bodies: Sequence[str],
+        locations: Sequence[Vector] | Mapping[str, Any],
+        axis: Vector | str | Mapping[str, Any],
+        x_axis: Vector | str | Mapping[str, Any],
+        curve: str,
         speed: Quantity | None = ...,
         reflected_inertia: Quantity | None = ...,
         limits: Mapping[str, Any] | None = ...,

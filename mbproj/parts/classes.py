@@ -8,6 +8,7 @@ from typing import Any
 
 from mbproj.parts.part import Part, signature_of
 from mbproj.scene.blocks.body import BODY
+from mbproj.scene.blocks.curves.block import CURVE
 from mbproj.scene.blocks.elements import ELEMENTS
 from mbproj.scene.blocks.expectations import EXPECTATION
 from mbproj.scene.blocks.forces.force_types import FORCE_RECORDS, OWN_RECORDS
@@ -108,6 +109,7 @@ def _classes() -> dict[str, type[Part]]:
     alone: Mapping[str, Field[Any]] = {
         "Body": BODY,
         "Marker": MARKER,
+        "Curve": CURVE,
         "Motion": MOTION,
         "Expectation": EXPECTATION,
         "Simulation": SIMULATION,

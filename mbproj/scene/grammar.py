@@ -14,6 +14,8 @@ from mbproj.scene.blocks.control.controllers import CONTROLLER
 from mbproj.scene.blocks.control.signals import NOT_FREE, SIGNAL, STATE
 from mbproj.scene.blocks.coordinates import COORDINATES, act_on_coordinates, drive_coordinates, on_bodies
 from mbproj.scene.blocks.couplings import Weights, couple_coordinates
+from mbproj.scene.blocks.curves.block import CURVE
+from mbproj.scene.blocks.curves.fit import CURVE_CHECK
 from mbproj.scene.blocks.expectation_checks import CHECKS
 from mbproj.scene.blocks.expectations import EXPECTATION
 from mbproj.scene.blocks.forces.dry_joints import slides_in_joints
@@ -70,6 +72,8 @@ PLANE = Record(
 #: The rules on parameters of joints, by the words in the joint table.
 RULES: Mapping[str, Callable[[float], float]] = {"nonzero": nonzero, "teeth": tooth_count}
 
+#: Of a closed curve, and of an open one in its direction.
+SIDES = ("outside", "inside", "left", "right")
 NOWHERE = Pair((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 JOINT_TYPE = Choice("joint type", lambda: JOINTS)
 #: What a coupler takes in place of names of joints.
@@ -90,6 +94,10 @@ COUPLER: Mapping[str, Field[Any]] = {
 
 def _parameter(given: Parameter) -> Field[Any]:
     """What a parameter of the joint table is written as."""
+    if given.may_be == "curve":
+        return Reference("curve", "curves")
+    if given.may_be == "side":
+        return Choice("side", lambda: SIDES)
     number: Field[float] = Number(given.unit, above=0.0 if given.may_be == "positive" else None)
     if given.may_be in RULES:
         number = Converted(number, RULES[given.may_be])
@@ -262,6 +270,7 @@ SCENE: Record[dict[str, Any]] = Record(
         "gravity": vector("m/s^2"),
         "simulation": SIMULATION,
         "bodies": Named("body", BODY, needed=True, reserved=frozenset({GROUND})),
+        "curves": Named("curve", CURVE),
         "joints": Named("joint", JOINT),
         "forces": Named("force", FORCE),
         "motions": Named("motion", MOTION),
@@ -275,6 +284,7 @@ SCENE: Record[dict[str, Any]] = Record(
     required=("mbproj", "gravity", "bodies"),
     checks=(
         Check(("joints",), couple_coordinates),
+        CURVE_CHECK,
         Check(("bodies", "forces"), on_bodies),
         Check(("joints", "forces"), act_on_coordinates),
         Check(("joints", "forces"), slides_in_joints),

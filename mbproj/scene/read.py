@@ -6,9 +6,10 @@ import gc
 import threading
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from math import nan
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -40,8 +41,11 @@ from mbproj.scene.text.nodes import (
 )
 from mbproj.scene.text.source import MAX_BYTES, read_text
 
+if TYPE_CHECKING:
+    from mbproj.functions.curves.track import Track
+
 #: The blocks whose items other items name.
-_REFERRED = ("bodies", "joints", "forces", "motions", "markers", "signals", "states", "controllers")
+_REFERRED = ("bodies", "curves", "joints", "forces", "motions", "markers", "signals", "states", "controllers")
 _NOTHING: Mapping[str, Any] = {}
 #: A text that is longer is not held in memory after it was read.
 KEPT_CHARACTERS = 100_000
@@ -129,7 +133,8 @@ class SceneText:
             title=found.get("title", ""),
             gravity=found["gravity"],
             bodies=tuple(found["bodies"].values()),
-            joints=tuple(_connected(found.get("joints", {}))),
+            curves=tuple(found.get("curves", {}).values()),
+            joints=tuple(_connected(found.get("joints", {}), found.get("curves", {}))),
             forces=tuple(_on_coordinates(found.get("forces", {}), found.get("joints", {}))),
             motions=tuple(found.get("motions", {}).values()),
             markers=tuple(found.get("markers", {}).values()),
@@ -201,10 +206,13 @@ def _taken_apart(text: str, name: str, path: Path | None) -> SceneText:
     return _last.taken_apart
 
 
-def _connected(joints: Mapping[str, Joint]) -> Iterator[Joint]:
-    """The joints, with the bodies and the coordinates of those that couple others."""
+def _connected(joints: Mapping[str, Joint], curves: Mapping[str, Track]) -> Iterator[Joint]:
+    """The joints, with the bodies and the coordinates of those that couple others, and with their curves."""
     for joint in joints.values():
-        yield joint if joint.couples is None else with_coupled(joint, joints)
+        if "curve" in joint.parameters:
+            yield replace(joint, parameters={**joint.parameters, "curve": curves[joint.parameters["curve"]]})
+        else:
+            yield joint if joint.couples is None else with_coupled(joint, joints)
 
 
 def _on_coordinates(forces: Mapping[str, Force], joints: Mapping[str, Joint]) -> Iterator[Force]:

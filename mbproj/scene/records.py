@@ -7,7 +7,7 @@ from dataclasses import field
 from importlib import import_module
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from mbproj.dataclass import dataclass
 from mbproj.elements import Element, Kind
@@ -22,6 +22,9 @@ from mbproj.scene.coupled import Coupled
 from mbproj.scene.friction import DryFriction
 from mbproj.scene.looks import Appearance, PlacedShape
 from mbproj.scene.stops import DistanceStop, Limit, PlaneStop
+
+if TYPE_CHECKING:
+    from mbproj.functions.curves.track import Track
 
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -80,11 +83,12 @@ class Joint:
     """A joint of type `type` (a name in `mbproj.joints.JOINTS`) from bodies[0] to bodies[1].
 
     `axes` is None where the type has none. `start` are hard conditions on its coordinates at t = 0 (rad, m), `speed` on
-    their rates (rad/s, m/s), by coordinate name. `parameters`: a pitch, a length (m), numbers of teeth. `reaction`:
-    whether the reaction of a joint that merges its bodies is wanted, so that they stay two. `couples`: what a coupling
-    couples; its `bodies` are then the second bodies of the first and the last of its joints. `reflected_inertia` (kg
-    m², kg) and `limits` are by coordinate name. `frames`: what a joint that merges its bodies makes one, in the axes of
-    each; None: the global axes at the scene's pose. `x_axis`: the direction of its x; None: any.
+    their rates (rad/s, m/s), by coordinate name. `parameters`: a pitch, a length (m), numbers of teeth, a curve.
+    `reaction`: whether the reaction of a joint that merges its bodies is wanted, so that they stay two. `couples`: what
+    a coupling couples; its `bodies` are then the second bodies of the first and the last of its joints.
+    `reflected_inertia` (kg m², kg) and `limits` are by coordinate name. `frames`: what a joint that merges its bodies
+    makes one, in the axes of each; None: the global axes at the scene's pose. `x_axis`: the direction of its x; None:
+    any.
     """
 
     name: str
@@ -241,6 +245,7 @@ class Scene:
     states: tuple[ScalarState, ...] = ()
     controllers: tuple[Controller, ...] = ()
     elements: tuple[Element, ...] = ()
+    curves: tuple[Track, ...] = ()
 
     def place(self, *path: str | int) -> Place | None:
         """Where the value at `path` stands, or the nearest value around it."""
@@ -254,6 +259,7 @@ class Scene:
         *,
         bodies: Mapping[str, object],
         gravity: Sequence[object],
+        curves: Mapping[str, object] | None = None,
         joints: Mapping[str, object] | None = None,
         forces: Mapping[str, object] | None = None,
         motions: Mapping[str, object] | None = None,
@@ -268,8 +274,7 @@ class Scene:
     ) -> Scene:
         """The scene of these blocks, each of items by name: `mbproj.Body(...)` and others, or mappings. Numbers may be
         of NumPy, text with a unit, expressions. Raises InputError, whose problems name the arguments."""
-        built: Scene = import_module("mbproj.parts.build").build(locals())
-        return built
+        return import_module("mbproj.parts.build").build(locals())
 
     def with_(self, changes: Mapping[str, object] = MappingProxyType({}), /, **named: object) -> Scene:
         """The scene with other parameters, or values by their paths: `scene.with_(**{"bodies.bar3.mass": 2})`. Settings
@@ -280,8 +285,7 @@ class Scene:
     def __repr__(self) -> str:
         lines: list[tuple[str, str]] = import_module("mbproj.scene.changed").lines(self)
         width = max(len(word) for word, _ in lines)
-        shown = [f"  {word:{width}}  {what}" for word, what in lines]
-        return "\n".join([f"Scene: {self.title or 'untitled'}", *shown])
+        return "\n".join([f"Scene: {self.title or 'untitled'}", *(f"  {word:{width}}  {what}" for word, what in lines)])
 
     def _repr_html_(self) -> str:
         from html import escape
@@ -293,5 +297,4 @@ class Scene:
     def to_yaml(self) -> str:
         """The scene as a text that reads the same: its own, or one with its changes in it. Raises ValueError where it
         has elements from Python."""
-        text: str = import_module("mbproj.scene.changed").to_yaml(self)
-        return text
+        return str(import_module("mbproj.scene.changed").to_yaml(self))

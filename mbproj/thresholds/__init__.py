@@ -15,6 +15,7 @@ from mbproj.dataclass import dataclass
 from mbproj.thresholds.automatic import Automatic
 from mbproj.thresholds.closing import Closing
 from mbproj.thresholds.contact import Contact
+from mbproj.thresholds.curves import Curves
 from mbproj.thresholds.dependence import Dependence
 from mbproj.thresholds.elimination import Elimination
 from mbproj.thresholds.invariants import Invariants
@@ -30,7 +31,7 @@ __all__ = ["THRESHOLDS", "Row", "Thresholds", "of_the_kernel", "table"]
 @final
 @dataclass(frozen=True)
 class Thresholds(
-    Automatic, Linear, Contact, Looks, Searches, Steps, Invariants, Closing, Passages, Elimination, Dependence
+    Automatic, Linear, Contact, Looks, Searches, Steps, Invariants, Closing, Passages, Elimination, Curves, Dependence
 ):
     """All of them, each under its name."""
 

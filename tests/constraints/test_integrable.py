@@ -11,9 +11,11 @@ from mbproj import assemble, compile_system, initial_guess, read_scene_text, set
 from mbproj.constraints import PRIMITIVES
 from mbproj.constraints.coupling import Coupling
 from mbproj.constraints.primitive import Primitive
+from mbproj.constraints.profile import Arc, Profile
 from mbproj.dynamics.derivatives.row_derivatives import second_derivatives, third_derivatives
 from mbproj.joints.table import thread
 from mbproj.model.primitive_set import Binding, bind, bindings
+from tests.constraints.lines import ON_CURVES
 from tests.kernel.scenes import needs_kernel
 from tests.support import Recorder
 
@@ -38,8 +40,9 @@ class KnifeEdge(Primitive):
         return np.sum(x_dot[..., 0, :] * x_dot[..., 1, :], axis=-1)[..., None]
 
 
-EACH = {name: kind(**dict.fromkeys(kind.parameters, 0.7)) for name, kind in PRIMITIVES.items() if kind is not Coupling}
-EACH |= {"coupling": Coupling(("along", "angle"), *thread(0.7)), "knife_edge": KnifeEdge()}
+OTHERS = (Coupling, Profile, Arc)
+EACH = {name: kind(**dict.fromkeys(kind.parameters, 0.7)) for name, kind in PRIMITIVES.items() if kind not in OTHERS}
+EACH |= {"coupling": Coupling(("along", "angle"), *thread(0.7)), "knife_edge": KnifeEdge(), **ON_CURVES}
 
 
 def bent(primitive, x):

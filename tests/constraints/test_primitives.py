@@ -7,7 +7,9 @@ import pytest
 
 from mbproj.constraints import PRIMITIVES
 from mbproj.constraints.coupling import Coupling
+from mbproj.constraints.profile import Arc, Profile
 from mbproj.joints.table import mesh, thread
+from tests.constraints.lines import ON_CURVES
 
 STEP = 1e-30
 
@@ -17,9 +19,11 @@ COUPLINGS = {
     "gear": Coupling(("angle", "angle"), *mesh((20.0, -35.0))),
     "three": Coupling(("angle", "along", "angle"), (0.3, -1.0, 0.2), 0.1),
 }
+OTHERS = (Coupling, Profile, Arc)
 EACH = {
-    **{name: kind(**dict.fromkeys(kind.parameters, 0.7)) for name, kind in PRIMITIVES.items() if kind is not Coupling},
+    **{name: kind(**dict.fromkeys(kind.parameters, 0.7)) for name, kind in PRIMITIVES.items() if kind not in OTHERS},
     **COUPLINGS,
+    **ON_CURVES,
 }
 
 

@@ -17,6 +17,18 @@ from mbproj.thresholds import of_the_kernel
 INF = float("inf")
 
 
+def slots(*rows: list[int]) -> Any:
+    """Rows of slots, as many as the kernel takes."""
+    most = max(count for _, count, _ in core().primitives())
+    return np.array([[*row, *[0] * (most - len(row))] for row in rows], dtype=int).reshape(-1, most)
+
+
+def numbers(*rows: list[float]) -> Any:
+    """Rows of parameters, likewise."""
+    most = max(count for *_, count in core().primitives())
+    return np.array([[*row, *[0.0] * (most - len(row))] for row in rows], dtype=float).reshape(-1, most)
+
+
 def primitives(**changes: Any) -> Any:
     """Two bodies on a ball, and a vector of the first normal to one of the second: good unless changed."""
     good: dict[str, Any] = {
@@ -25,18 +37,20 @@ def primitives(**changes: Any) -> Any:
         "is_point": np.array([1, 1, 0, 0]),
         "local": np.array([[1.0, 0, 0], [-1, 0, 0], [0, 1, 0], [0, 0, 1]]),
         "kind": np.array([0, 1]),
-        "slots": np.array([[0, 1, 0], [3, 2, 0]]),
-        "parameters": np.zeros((2, 1)),
+        "slots": slots([0, 1], [3, 2]),
+        "parameters": numbers([], []),
         "offset": np.zeros(2),
         "weight": np.ones(2),
         "joins": np.zeros(2, int),
+        "line": np.full(2, -1),
+        "lines": [],
     }
     return core().SpacePrimitives(**good | changes)
 
 
 def no_primitives() -> Any:
-    nothing = {"kind": np.zeros(0, int), "slots": np.zeros((0, 3), int), "joins": np.zeros(0, int)}
-    nothing["parameters"] = np.zeros((0, 1))
+    nothing = {name: np.zeros(0, int) for name in ("kind", "joins", "line")}
+    nothing |= {"slots": slots(), "parameters": numbers()}
     return primitives(**nothing, offset=np.zeros(0), weight=np.zeros(0))
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from mbproj.functions.program import CHANNELS, number, variable
 from mbproj.kernel import core
-from tests.kernel.arguments import blocks, functions, model, primitives, projection, run, state
+from tests.kernel.arguments import blocks, functions, model, numbers, primitives, projection, run, slots, state
 from tests.kernel.scenes import needs_kernel
 from tests.support import ROOT
 
@@ -33,9 +33,10 @@ WRONG_PRIMITIVES = [
     ({"local": np.full((4, 3), NAN)}, "local holds a number that is not finite"),
     ({"kind": np.array([0, 99])}, "kind holds an index out of range"),
     ({"slots": np.zeros((2, 6), int)}, "slots has a wrong shape"),
-    ({"slots": np.array([[0, 4, 0]] * 2)}, "slots holds an index out of range"),
+    ({"slots": slots([0, 4], [0, 4])}, "slots holds an index out of range"),
     ({"parameters": np.zeros((2, 3))}, "parameters has a wrong shape"),
-    ({"parameters": np.array([[0.0], [0.7]])}, "parameters has more than its kind takes"),
+    ({"line": np.array([0, -1])}, "line is of what follows none, or lacks"),
+    ({"parameters": numbers([], [0.7])}, "parameters has more than its kind takes"),
     ({"weight": np.full(2, INF)}, "weight holds a number that is not finite"),
     ({"joins": np.array([1, 0])}, "joins couples what is no coordinate"),
     ({"joins": np.array([0, 1])}, "joins couples what is no coordinate"),

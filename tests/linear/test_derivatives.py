@@ -10,6 +10,7 @@ import pytest
 
 from mbproj.constraints import PRIMITIVES
 from mbproj.constraints.coupling import Coupling
+from mbproj.constraints.profile import Arc, Profile
 from mbproj.dynamics.assembly.assemble import coordinate_values
 from mbproj.dynamics.derivatives.linear_equations import Motion, linear_equations, tangent_force
 from mbproj.dynamics.derivatives.row_derivatives import Carried, force_derivative, second_derivatives, third_derivatives
@@ -20,6 +21,7 @@ from mbproj.joints import JOINTS
 from mbproj.joints.table import thread
 from mbproj.model import compile_system, initial_guess
 from mbproj.scene import read_scene
+from tests.constraints.lines import LINES
 from tests.dynamics.force_scenes import BUSHINGS, FORCES, HEAD, ON_BODIES
 from tests.support import PARAMETERS, random_chain, with_flywheels
 
@@ -38,8 +40,11 @@ def romberg(f, levels: int = 6, h: float = 0.08):
     return rows[0]
 
 
+OTHERS = (Coupling, Profile, Arc)
 EACH = {
-    **{name: kind(**dict.fromkeys(kind.parameters, 0.7)) for name, kind in PRIMITIVES.items() if name != "coupling"},
+    **{name: kind(**dict.fromkeys(kind.parameters, 0.7)) for name, kind in PRIMITIVES.items() if kind not in OTHERS},
+    "profile": Profile(LINES["ellipse"], side=-1.0, reach=0.1),
+    "arc": Arc(LINES["ellipse"]),
     "screw": Coupling(("along", "angle"), *thread(PARAMETERS["pitch"])),
 }
 

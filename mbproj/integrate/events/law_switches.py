@@ -17,6 +17,7 @@ from mbproj.functions.series import walk
 from mbproj.functions.switches import FREE, JUMPING, all_switches, argument, beyond, interval, natural
 from mbproj.integrate.events.crossing import Bounds
 from mbproj.integrate.events.time_events import Event
+from mbproj.model.couplings import feet
 from mbproj.model.system import System
 
 
@@ -50,11 +51,15 @@ class LawSwitches:
         value, rate = law_coordinates(instant) if laws else (np.zeros(0), np.zeros(0))
         rows, bound = self.system.curved, self.system.coordinates
         coordinate = bound.value(instant.pose.places(bound)) if rows else np.zeros(0)
+        joints, following = self.system.joints, self.system.following
+        on_curves = feet(joints, programs, following, held, instant.pose.places(joints)) if following else {}
         with np.errstate(all="ignore"):
             for program in dict.fromkeys(self.program):
                 own: tuple[Numbers, ...] = (value[laws[program]], rate[laws[program]]) if program in laws else ()
                 if program in rows:
                     own = (coordinate[rows[program][1]],)
+                if program in on_curves:
+                    own = (np.asarray(on_curves[program]),)
                 for at, stack in walk(programs, program, instant.variables(*own), held):
                     if at in self.at:
                         found[at] = argument(programs, at, float(held[at]), [each[0] for each in stack[-2:]])
@@ -105,12 +110,16 @@ class LawSwitches:
         program, rows = self.program[k], self.system.curved
         if program in rows:
             return self.system.row_owner(self.system.bodies + rows[program][0])
+        if program in self.system.following:
+            return self.system.row_owner(self.system.bodies + self.system.following[program])
         if program >= self.system.first_rate:
             return f"state '{self.system.names.states[program - self.system.first_rate]}'"
         return f"force '{self.system.forces.program_owners[program]}'"
 
     def what(self, k: int) -> str:
         """What it is, in the scene's words: "'sign' in '-20*sign(angle_dot)'"."""
+        if self.program[k] in self.system.following:
+            return "a knot of its curve"
         text = self.programs.texts[self.program[k]]
         name = self._name(k)
         return f"'{name}' in '{text}'" if text else name
@@ -121,6 +130,8 @@ class LawSwitches:
 
     def event(self, t: float, k: int, direction: int) -> Event:
         """What is recorded where a switch changes its branch."""
+        if self.program[k] in self.system.following:
+            return Event(t, self.owner(k), "knot of its curve", direction)
         return Event(t, self.owner(k), f"{'jump' if self.jumps(k) else 'kink'} of {self._name(k)}", direction)
 
     def _name(self, k: int) -> str:

@@ -1,4 +1,4 @@
-"""Rows that couple coordinates of joints, from what a scene or an element says of them."""
+"""Rows that couple coordinates of joints, from what a scene or an element says of them, and rows on curves."""
 
 from __future__ import annotations
 
@@ -9,11 +9,14 @@ from itertools import pairwise
 import numpy as np
 
 from mbproj.constraints.coupling import COORDINATES, Coupling
+from mbproj.constraints.profile import Arc, OnCurve, Profile
 from mbproj.errors import InputError, Problem
 from mbproj.functions.curve import Curve
+from mbproj.functions.curves.track import Track
 from mbproj.functions.program import COORDINATE, Op
 from mbproj.model.primitive_set import Binding
 from mbproj.scene.coupled import Coupled
+from mbproj.scene.records import Joint
 from mbproj.thresholds import THRESHOLDS
 
 _CALLED = {type(primitive): name for name, primitive in COORDINATES.items()}
@@ -84,3 +87,16 @@ def common_measure(sizes: Sequence[float]) -> float | None:
         return None
     whole = math.lcm(*(part.denominator for part in parts))
     return largest * math.gcd(*(int(part * whole) for part in parts)) / whole
+
+
+def on_curve(kind: type[OnCurve], joint: Joint) -> OnCurve:
+    """The primitive of a joint that follows a curve. A slot guides a point along the line of the curve; what a cam
+    guides has the radius of the joint's roller or, where none is given, of that which the curve was made for."""
+    track: Track = joint.parameters["curve"]
+    if kind is Arc:
+        return Arc(track.line)
+    if joint.type == "slot":
+        return Profile(track.line)
+    side, radius = joint.parameters.get("side"), joint.parameters.get("roller", track.roller)
+    left = 1.0 if track.is_left(side) else -1.0
+    return Profile(track.line, side=left, reach=left * track.distance(side, radius))

@@ -11,13 +11,14 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.constraints import PRIMITIVES, Primitive
 from mbproj.constraints.coupling import Coupling
+from mbproj.constraints.profile import OnCurve
 from mbproj.elements import Element, State
 from mbproj.errors import InputError, Place, Problem, placed_at
 from mbproj.functions.program_set import flatten
 from mbproj.joints import COORDINATE_UNITS, JOINTS
 from mbproj.joints.table import Row
 from mbproj.model.channels import Motions
-from mbproj.model.compile.coupled import bound
+from mbproj.model.compile.coupled import bound, on_curve
 from mbproj.model.compile.elements import with_elements
 from mbproj.model.compile.elements.controllers import held_by_controllers
 from mbproj.model.compile.frames import SYMBOLS, Pose, local_frames, poses_of
@@ -27,7 +28,7 @@ from mbproj.model.compile.loads import compile_forces, elements_of
 from mbproj.model.compile.rigid_groups import RigidGroups, rigid_groups
 from mbproj.model.compile.stops import compile_stops
 from mbproj.model.compile.tangents import joined, tangential_friction
-from mbproj.model.couplings import compile_couplings
+from mbproj.model.couplings import compile_couplings, compile_followers
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.model.primitive_set import Binding, bind
 from mbproj.model.reflected import compile_reflected
@@ -114,6 +115,7 @@ def _without_elements(scene: Scene) -> System:
         joints=bind(rows),
         coordinates=bind(coordinates),
         couplings=compile_couplings(rows, coordinates),
+        followers=compile_followers(rows),
         alignment=bind(alignment),
         body_carrier=np.array([seat.carrier for seat in bodies], dtype=np.intp),
         body_offset=np.array([seat.offset for seat in bodies]),
@@ -200,6 +202,8 @@ def _rows(
 def _primitive(row: Row, joint: Joint) -> Primitive:
     """The row's primitive, with what it takes from the joint's parameters."""
     kind, coupling = PRIMITIVES[row[0]], JOINTS[joint.type].coupling
+    if issubclass(kind, OnCurve):
+        return on_curve(kind, joint)
     if kind is Coupling and coupling is not None:
         weights, period = coupling(**joint.parameters)
         return Coupling(JOINTS[joint.type].couples, weights, period or 0.0)

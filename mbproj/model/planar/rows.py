@@ -4,8 +4,8 @@ All is seen in plane axes (e1, e2, n). In a motion in the plane every point keep
 vector its own, so that a row is one of these:
 
     inside    a function of what lies in the plane alone: coincident along e1 and e2, perpendicular and along with
-              vectors in the plane, distance between points of one depth, angle with vectors in the plane, and what
-              couples such coordinates;
+              vectors in the plane, distance between points of one depth, angle with vectors in the plane,
+              places on curves in it, and what couples such coordinates;
     outside   constant in such a motion, its gradient in the plane is zero: coincident along n, perpendicular with one
               vector along n, along with the vector along n;
     tilted    neither, unless the joint's other rows help (`tilt`);
@@ -30,6 +30,8 @@ _NAMES = {primitive: name for name, primitive in PRIMITIVES.items()}
 _CAUSES = {
     "distance": "keeps a distance between points at different depths",
     "angle": "holds an angle that is not in the plane",
+    "profile": "follows a curve that is not in the plane",
+    "arc": "counts along a curve that is not in the plane",
     "coupling": "couples coordinates that are not in the plane",
     "wheel_height": "rolls out of the plane",
     "ball_slip": "rolls out of the plane",
@@ -117,7 +119,7 @@ def sides(bound: PrimitiveSet, seen: Seen) -> Integers:
             normal, along = _OF_SLIP[kind]
             inside = level[..., normal] & level[..., along]
             side[..., row] = np.where(inside, INSIDE, np.where(upright[..., along], BESIDE, STRANGE))
-        elif kind == "angle":
+        elif kind in ("angle", "profile", "arc"):
             side[..., row] = np.where(_is_coordinate_inside(level, group.primitive), INSIDE, STRANGE)
     return side
 

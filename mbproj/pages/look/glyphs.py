@@ -11,6 +11,7 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.joints import JOINTS
 from mbproj.pages.look.parts import Part, box, cylinder, sphere, triad
+from mbproj.pages.look.plates import Outline, track
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,7 +20,7 @@ class Frame:
 
     `r` is the radius of a link, `reach` half the length of a pin, `travel` from where to where body 2's point moves
     along z1, all in m; `ground` is the side that is the ground, 0 where neither is. `radius`: that of the joint, 0
-    where it has none."""
+    where it has none. `outline`: the curve of body 1."""
 
     points: tuple[Array, Array]
     z: tuple[Array, Array]
@@ -29,6 +30,7 @@ class Frame:
     travel: tuple[float, float]
     ground: int
     radius: float = 0.0
+    outline: Outline | None = None
 
     def triad(self, side: int) -> Array:
         """The rotation (4,) of the frame in body `side`."""
@@ -157,6 +159,14 @@ def _pin_and_ball(frame: Frame) -> Iterator[tuple[int, Part]]:
     yield from _ball(frame)
 
 
+def _track(frame: Frame) -> Iterator[tuple[int, Part]]:
+    """The curve of body 1, and on it a pin or a roller of body 2."""
+    assert frame.outline is not None
+    turn = frame.triad(1)
+    yield 1, track(frame.outline, frame.points[0], turn, frame.r)
+    yield 2, cylinder(frame.outline.roller or 0.8 * frame.r, 2.4 * frame.r, frame.points[1], frame.z[1])
+
+
 def _two_balls(frame: Frame) -> Iterator[tuple[int, Part]]:
     yield 1, sphere(1.4 * frame.r, frame.points[0])
     yield 2, sphere(1.4 * frame.r, frame.points[1])
@@ -180,6 +190,7 @@ GLYPHS: Mapping[str, Glyph] = MappingProxyType(
         "wheel": _wheel,
         "rolling_ball": _rolling_ball,
         "blade": _blade,
+        "track": _track,
     }
 )
 #: Of joints that name none, by their frame.

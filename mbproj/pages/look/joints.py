@@ -13,6 +13,7 @@ from mbproj.pages.look.glyphs import GLYPHS, STANDING, Frame, pedestal, sketch_o
 from mbproj.pages.look.layout import Layout
 from mbproj.pages.look.motion import Motion
 from mbproj.pages.look.parts import Part
+from mbproj.pages.look.plates import outline_of
 from mbproj.scene.records import Joint, Scene
 
 #: A pin is at most this many thicknesses long to either side: through a body that is long along it, it has no need.
@@ -73,6 +74,7 @@ def _frame(joint: Joint, layout: Layout, motion: Motion, bodies: Sequence[Sequen
         travel=(float(slid.min(initial=0.0)), float(slid.max(initial=0.0))),
         ground=1 + pair.index(-1) if -1 in pair else 0,
         radius=abs(joint.parameters["radius"]) if "radius" in joint.parameters else 0.0,
+        outline=outline_of(joint),
     )
 
 

@@ -12,7 +12,8 @@ from mbproj.joints import JOINTS
 from mbproj.model.compile.frames import SYMBOLS, Pose, local_frames, poses_of
 from mbproj.model.compile.loads import local_ends
 from mbproj.pages.look.motion import Motion
-from mbproj.scene.records import GROUND, Bushing, PointForce, Scene
+from mbproj.pages.look.plates import outline_of
+from mbproj.scene.records import GROUND, Bushing, Joint, PointForce, Scene
 from mbproj.scene.stops import DistanceStop, PlaneStop
 
 #: The radius of a link: this part of the median link, and between these parts of the mechanism's size.
@@ -59,6 +60,7 @@ class Layout:
         for name, frame in frames.items():
             cloud += [start.point(body, frame[f"p{side}"]) for side, body in enumerate(bodies[name], 1)]
         cloud += [start.point(number[marker.body], markers[marker.name]) for marker in scene.markers]
+        cloud += [start.point(bodies[joint.name][0], point) for joint in kept for point in _curve(joint, frames)]
         held, axes = _held(scene, bodies, frames)
         loose = frozenset(range(len(scene.bodies))) - held.keys()
         for owner, point in _softly(scene, number, poses, springs, held):
@@ -71,6 +73,15 @@ class Layout:
         link = float(np.median(links)) if links else np.inf
         thickness = float(np.clip(OF_LINK * link, min(low, STOUTEST * link), high))
         return cls(number, bodies, frames, held, axes, loose, markers, springs, size, thickness)
+
+
+def _curve(joint: Joint, frames: Mapping[str, Mapping[str, Array]]) -> Array:
+    """The points (k, 3) of the curve that a joint follows, in the axes of its body 1."""
+    outline, frame = outline_of(joint), frames[joint.name]
+    if outline is None:
+        return np.zeros((0, 3))
+    x, z = frame["x1"], frame["z1"]
+    return np.asarray(frame["p1"] + outline.points @ np.array([x, np.cross(z, x)]))
 
 
 def _held(

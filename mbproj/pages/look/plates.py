@@ -1,18 +1,27 @@
-"""A plate through points that lie in a plane, as a link with three joints or more has it."""
+"""Flat solids: a plate through points that lie in a plane, as a link with three joints or more has it; the disc of a
+cam, the rail of a slot."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.functions.curves.shapes import drawn
+from mbproj.functions.curves.track import Track
 from mbproj.pages.look.parts import UPRIGHT, Mesh, Part
+from mbproj.scene.records import Joint
 
 #: Points lie in a plane where they leave it by less than this many thicknesses; on a line likewise.
 FLAT = 1.0
 #: Corners of a round corner.
 ROUND = 12
+#: A rail is so thick, in radii of a link, across the curve; a disc and a rail are so wide along the axis.
+THICK, WIDE = 0.6, 1.6
+#: Points of a curve nearer than this part of the largest distance between two are one.
+DISTINCT = 1e-6
 
 
 def plate(points: Sequence[Array], thickness: float) -> tuple[Part, ...]:
@@ -60,3 +69,89 @@ def _prism(outline: Array, axes: Array, thickness: float) -> Mesh:
         (after[i], count + i, count + after[i]) for i in range(count)
     ]
     return Mesh(vertices, np.array(fan + back + sides, dtype=np.intp))
+
+
+class Outline(NamedTuple):
+    """The points (k, 2) of a profile in its own axes, in m, whether it is closed, and whether it is that of a disc; and
+    the `roller` that touches it, 0 of a point."""
+
+    points: Array
+    closed: bool
+    solid: bool
+    roller: float
+
+
+def outline_of(joint: Joint) -> Outline | None:
+    """Of a joint that follows a curve."""
+    track = joint.parameters.get("curve")
+    if not isinstance(track, Track):
+        return None
+    points = np.array(drawn(track.line, track.roller if joint.type == "cam" else 0.0))
+    apart = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    points = points[np.append(True, apart > DISTINCT * apart.max())]
+    closed = track.line.closed
+    solid = joint.type == "cam" and closed and joint.parameters.get("side", "outside") == "outside" and _is_star(points)
+    roller = joint.parameters.get("roller", track.roller) if joint.type == "cam" else 0.0
+    return Outline(points[:-1] if closed else points, closed, solid, roller)
+
+
+def _is_star(points: Array) -> bool:
+    """Whether all of a closed outline is seen from the origin."""
+    x, y = points.T
+    turn = x[:-1] * y[1:] - x[1:] * y[:-1]
+    return bool((turn > 0.0).all() or (turn < 0.0).all())
+
+
+def track(outline: Outline, point: Array, turn: Array, r: float) -> Part:
+    """The solid of an outline in the plane of a frame with its origin at `point` (3,), turned by `turn` (4,); `r` is
+    the radius of a link."""
+    mesh = _disc(outline, WIDE * r) if outline.solid else _rail(outline, THICK * r, WIDE * r)
+    return Part("mesh", (), point, turn, mesh)
+
+
+def _disc(outline: Outline, wide: float) -> Mesh:
+    """Two faces, each a fan about the origin, and the wall between them."""
+    points = outline.points if _runs_left(outline.points) else outline.points[::-1]
+    count = len(points)
+    rim = [np.column_stack([points, np.full(count, side * 0.5 * wide)]) for side in (-1.0, 1.0)]
+    middle = np.array([[0.0, 0.0, -0.5 * wide], [0.0, 0.0, 0.5 * wide]])
+    here, after = np.arange(count), np.roll(np.arange(count), -1)
+    low, high = np.full(count, 2 * count), np.full(count, 2 * count + 1)
+    faces = [
+        np.column_stack([after, here, low]),
+        np.column_stack([count + here, count + after, high]),
+        np.column_stack([here, after, count + after]),
+        np.column_stack([here, count + after, count + here]),
+    ]
+    return Mesh(np.concatenate([*rim, middle]), np.concatenate(faces).astype(np.intp), convex=False)
+
+
+def _rail(outline: Outline, thick: float, wide: float) -> Mesh:
+    """A rectangle that is moved along the curve."""
+    points = outline.points
+    along = np.roll(points, -1, axis=0) - np.roll(points, 1, axis=0)
+    if not outline.closed:
+        along[0], along[-1] = points[1] - points[0], points[-1] - points[-2]
+    across = np.column_stack([-along[:, 1], along[:, 0]]) / np.linalg.norm(along, axis=1)[:, None]
+    corners = [(0.5, -0.5), (0.5, 0.5), (-0.5, 0.5), (-0.5, -0.5)]
+    count = len(points)
+    vertices = np.concatenate(
+        [np.column_stack([points + a * thick * across, np.full(count, b * wide)]) for a, b in corners]
+    )
+    here = np.arange(count if outline.closed else count - 1)
+    after = (here + 1) % count
+    faces = []
+    for k in range(4):
+        one, other = k * count, (k + 1) % 4 * count
+        faces += [np.column_stack([one + here, other + here, other + after])]
+        faces += [np.column_stack([one + here, other + after, one + after])]
+    if not outline.closed:
+        starts, ends = np.arange(4) * count, np.arange(4) * count + count - 1
+        faces += [starts[[[0, 2, 1], [0, 3, 2]]], ends[[[0, 1, 2], [0, 2, 3]]]]
+    return Mesh(vertices, np.concatenate(faces).astype(np.intp), convex=False)
+
+
+def _runs_left(points: Array) -> bool:
+    """Whether a closed outline runs counterclockwise."""
+    x, y = points.T
+    return bool(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) > 0.0)

@@ -84,7 +84,8 @@ def _found(joint: Joint, at: int, name: str, joints: Mapping[str, Joint]) -> lis
     """The coordinates for which a name may stand, whole."""
     unit = _unit(joint, at)
     owner, _, own = name.partition(".")
-    return [f"{owner}.{each}" for each in coordinates_in(joints[owner], unit) if own in ("", each)]
+    able, rows = coordinates_in(joints[owner], unit), JOINTS[joints[owner].type].coordinates
+    return [f"{owner}.{each}" for each in able if own in ("", each) and rows[each][0] != "arc"]
 
 
 def _wrong(joint: Joint, at: int, name: str, joints: Mapping[str, Joint]) -> Iterator[Complaint]:
@@ -97,6 +98,9 @@ def _wrong(joint: Joint, at: int, name: str, joints: Mapping[str, Joint]) -> Ite
         return
     kind, able = joints[owner].type, _found(joint, at, name, joints)
     if len(able) == 1:
+        return
+    if JOINTS[kind].coordinates.get(own, ("",))[0] == "arc":
+        yield Complaint(path, f"a length along a curve, as '{name}', cannot be coupled", "couple other coordinates")
         return
     if own:
         has = ", ".join(JOINTS[kind].coordinates)

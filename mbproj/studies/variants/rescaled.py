@@ -7,10 +7,12 @@ of length, k = 1000 for millimetres.
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 from mbproj.dataclass import dataclass
 from mbproj.elements import Kind
 from mbproj.errors import InputError, Problem
+from mbproj.functions.curves.track import Track
 from mbproj.functions.program import COORDINATE, RATE, Program
 from mbproj.joints import COORDINATE_UNITS, JOINTS
 from mbproj.scene.blocks.control.named import names_channels
@@ -98,8 +100,12 @@ class _Larger:
             limits={name: self._limit(limit, self._unit(joint.name, name)) for name, limit in joint.limits.items()},
         )
 
-    def _in(self, unit: str, value: float | tuple[float, ...]) -> float | tuple[float, ...]:
-        """A number, or several, in a unit that may have metres in it."""
+    def _in(self, unit: str, value: Any) -> Any:
+        """A number, or several, in a unit that may have metres in it; a curve; or a name."""
+        if isinstance(value, Track):
+            return value.scaled(self.k)
+        if isinstance(value, str):
+            return value
         factor = self.k ** dimension_of(unit).length
         return tuple(factor * each for each in value) if isinstance(value, tuple) else factor * value
 

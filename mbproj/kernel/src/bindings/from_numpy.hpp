@@ -2,6 +2,7 @@
 // not finite is refused here, with the name of the array.
 #pragma once
 
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <tuple>
@@ -118,11 +119,15 @@ inline void check_implicit_tableau(const Tableau& t, int most_stages) {
     }
 }
 
+// The curves in planes that instances follow.
+using Lines = std::vector<std::shared_ptr<PlaneCurve>>;
+
 // Attachments (body, is_point, local), instances (kind, slots, parameters, offset, weight); rows follow one another, but an instance that
 // `joins` is of the row before.
 template <int D> PrimitiveSet<D> primitive_set(std::size_t bodies, const Integers1& body, const Integers1& is_point,
                                                const Numbers2& local, const Integers1& kind, const Integers2& slots,
-                                               const Numbers2& parameters, const Numbers1& offset, const Numbers1& weight, const Integers1& joins) {
+                                               const Numbers2& parameters, const Numbers1& offset, const Numbers1& weight, const Integers1& joins,
+                                               const Integers1& line, const Lines& lines) {
     const std::size_t attachments = body.shape(0), instances = kind.shape(0);
     require(is_point, {attachments}, "is_point");
     require(local, {attachments, D}, "local");
@@ -131,6 +136,7 @@ template <int D> PrimitiveSet<D> primitive_set(std::size_t bodies, const Integer
     require(offset, {instances}, "offset");
     require(weight, {instances}, "weight");
     require(joins, {instances}, "joins");
+    require(line, {instances}, "line");
     PrimitiveSet<D> set;
     for (std::size_t a = 0; a < attachments; ++a) {
         const Point<D> at = matrix_at<D>(local.data() + D * a);
@@ -155,6 +161,8 @@ template <int D> PrimitiveSet<D> primitive_set(std::size_t bodies, const Integer
         p.offset = offset.data()[i];
         p.weight = weight.data()[i];
         p.curve = -1;
+        if (p.on_line() != (line.data()[i] >= 0)) refuse("line", "is of what follows none, or lacks");
+        if (p.on_line()) p.line = lines[index_below(line.data()[i], lines.size(), "line")];
         if (p.coupled) {
             const bool follows = i > 0 && set.instances.back().row == p.row;
             if (!follows || p.kind == Kind::coincident || set.instances.back().kind == Kind::coincident)

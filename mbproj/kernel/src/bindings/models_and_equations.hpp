@@ -8,7 +8,7 @@
 #include <nanobind/stl/vector.h>
 
 #include "bindings/actions_from_numpy.hpp"
-#include "bindings/from_numpy.hpp"
+#include "bindings/curves_from_numpy.hpp"
 #include "bindings/layout_from_python.hpp"
 #include "bindings/loads_from_numpy.hpp"
 #include "bindings/runs.hpp"
@@ -31,13 +31,14 @@ template <int D> void add_model(nb::module_& m, const char* primitives, const ch
         .def(
             "__init__",
             [](PrimitiveSet<D>* self, std::size_t bodies, Integers1 body, Integers1 is_point, Numbers2 local,
-               Integers1 kind, Integers2 slots, Numbers2 parameters, Numbers1 offset, Numbers1 weight,
-               Integers1 joins) {
-                new (self) PrimitiveSet<D>(
-                    primitive_set<D>(bodies, body, is_point, local, kind, slots, parameters, offset, weight, joins));
+               Integers1 kind, Integers2 slots, Numbers2 parameters, Numbers1 offset, Numbers1 weight, Integers1 joins,
+               Integers1 line, const Lines& lines) {
+                new (self) PrimitiveSet<D>(primitive_set<D>(bodies, body, is_point, local, kind, slots, parameters,
+                                                            offset, weight, joins, line, lines));
             },
             nb::kw_only(), nb::arg("bodies"), nb::arg("body"), nb::arg("is_point"), nb::arg("local"), nb::arg("kind"),
-            nb::arg("slots"), nb::arg("parameters"), nb::arg("offset"), nb::arg("weight"), nb::arg("joins"))
+            nb::arg("slots"), nb::arg("parameters"), nb::arg("offset"), nb::arg("weight"), nb::arg("joins"),
+            nb::arg("line"), nb::arg("lines"))
         .def_ro("rows", &PrimitiveSet<D>::rows);
     nb::class_<Model<D>>(m, model)
         .def(
@@ -48,7 +49,7 @@ template <int D> void add_model(nb::module_& m, const char* primitives, const ch
                const Programs& programs, int first_rate, Integers2 channels, Integers2 switches,
                std::shared_ptr<Loads<D>> loads, std::vector<double> motion_start,
                const std::vector<int>& motion_coordinate, const std::vector<CouplingNumbers>& couplings,
-               const PrimitiveSet<D>* flywheel_coordinates, std::vector<double> flywheels,
+               const std::vector<std::pair<int, int>>& followers, const PrimitiveSet<D>* flywheel_coordinates, std::vector<double> flywheels,
                const PrimitiveSet<D>* stop_coordinates, const std::vector<int>& stop_turns,
                std::vector<double> stop_bounds, const std::vector<BearingNumbers>& bearings, Numbers2 bearing_points,
                Numbers2 bearing_axes) {
@@ -76,6 +77,7 @@ template <int D> void add_model(nb::module_& m, const char* primitives, const ch
                 built.bearings = mbproj::bearings(built, bearings, bearing_points, bearing_axes);
                 built.driven = driven_rows(built, motion_start, motion_coordinate);
                 add_couplings(built, couplings);
+                add_followers(built, followers);
                 set_layout(built, blocks);
                 add_channels(built, channels);
                 add_switches(built, switches);
@@ -88,6 +90,7 @@ template <int D> void add_model(nb::module_& m, const char* primitives, const ch
             nb::arg("length"), nb::arg("layout"), nb::arg("programs"), nb::arg("first_rate"), nb::arg("channels"),
             nb::arg("switches"), nb::arg("loads").none() = nb::none(), nb::arg("motion_start") = std::vector<double>(),
             nb::arg("motion_coordinate") = std::vector<int>(), nb::arg("couplings") = std::vector<CouplingNumbers>(),
+            nb::arg("followers") = std::vector<std::pair<int, int>>(),
             nb::arg("flywheel_coordinates").none() = nb::none(), nb::arg("flywheels") = std::vector<double>(),
             nb::arg("stop_coordinates").none() = nb::none(), nb::arg("stop_turns") = std::vector<int>(),
             nb::arg("stop_bounds") = std::vector<double>(), nb::arg("bearings"), nb::arg("bearing_points"),

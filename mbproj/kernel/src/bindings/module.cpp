@@ -4,6 +4,7 @@
 #include <nanobind/stl/vector.h>
 
 #include "bindings/build_info.hpp"
+#include "bindings/curves_from_numpy.hpp"
 #include "bindings/loads_from_numpy.hpp"
 #include "contacts/contact_problem.hpp"
 #include "stepping/samples.hpp"
@@ -89,6 +90,15 @@ void add_settings(nb::module_& m) {
             const Series found = self.run(program, variables);
             return std::make_tuple(found.x, found.d, found.dd);
         });
+    nb::class_<PlaneCurve>(m, "PlaneCurve")
+        .def(
+            "__init__",
+            [](PlaneCurve* self, Numbers2 pieces, Numbers2 places, double end, bool closed, int passes, double settled,
+               double reach) {
+                new (self) PlaneCurve(plane_curve(pieces, places, end, closed, passes, settled, reach));
+            },
+            nb::kw_only(), nb::arg("pieces"), nb::arg("places"), nb::arg("end"), nb::arg("closed"), nb::arg("passes"),
+            nb::arg("settled"), nb::arg("reach"));
     nb::class_<Tableau>(m, "Tableau")
         .def("__init__",
              [](Tableau* self, int order, int error_order, Numbers2 a, Numbers1 b, Numbers1 c, Numbers2 error,

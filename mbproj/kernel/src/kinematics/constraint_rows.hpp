@@ -11,6 +11,7 @@ namespace mbproj {
 template <int D> struct Slots {
     Point<D> x[most_slots];
     Slots(const Instance& p, const Pose<D>& pose) {
+        x[3].setZero();  // which few instances have
         for (int s = 0; s < p.slot_count; ++s) x[s] = pose.place(p.slots[s]);
     }
 };
@@ -36,7 +37,7 @@ template <int D> void constraint(const Model<D>& model, const Pose<D>& pose, dou
         else if (p.kind == Kind::perpendicular)
             C[p.row] = pose.spoke(p.slots[0]).dot(pose.spoke(p.slots[1])) - p.offset;
         else
-            C[p.row] = p.weight * value<D>(p, Slots<D>(p, pose).x) - p.offset -
+            C[p.row] = p.weight * value<D>(p, Slots<D>(p, pose).x, pose.touch(p)) - p.offset -
                        (p.curve < 0 ? 0.0 : pose.curve(p.curve).x) + (p.rows ? 0.0 : C[p.row]);
     }
 }
@@ -56,7 +57,7 @@ RowRates row_rates(const Model<D>& model, const Instance& p, const Pose<D>& pose
     }
     const Slots<D> slots(p, pose);
     Point<D> g[most_slots], x_dot[most_slots];
-    gradient<D>(p, slots.x, g);
+    gradient<D>(p, slots.x, g, pose.touch(p));
     RowRates found{0.0, 0.0};
     for (int s = 0; s < p.slot_count; ++s) {
         const Moving<D> moving(model, pose, motion, p.slots[s]);
@@ -64,7 +65,7 @@ RowRates row_rates(const Model<D>& model, const Instance& p, const Pose<D>& pose
         found.C_dot += g[s].dot(moving.x_dot);
         found.gamma -= g[s].dot(moving.bias);
     }
-    found.gamma -= curvature<D>(p, slots.x, x_dot);
+    found.gamma -= curvature<D>(p, slots.x, x_dot, pose.touch(p));
     const double weight = pose.weight(p), bend = p.curve < 0 ? 0.0 : pose.curve(p.curve).dd;
     return {weight * found.C_dot, weight * found.gamma + bend * found.C_dot * found.C_dot};
 }
@@ -118,7 +119,7 @@ void jacobian(const Model<D>& model, const Pose<D>& pose, const Joint& joint, in
                         moment(pose.spoke(p.slots[s]), pose.spoke(p.slots[1 - s])).transpose();
         } else {
             Point<D> g[most_slots];
-            gradient<D>(p, Slots<D>(p, pose).x, g);
+            gradient<D>(p, Slots<D>(p, pose).x, g, pose.touch(p));
             for (int s = 0; s < p.slot_count; ++s) {
                 if (body_of(p.slots[s]) != body) continue;
                 g[s] *= pose.weight(p);

@@ -43,7 +43,7 @@ public:
 
     explicit Pose(const Model<D>& model)
         : model_(model), bodies_(model.size() + 1), spokes_(model.constraints.attachments.size()),
-          curves_(model.curves.size()) {
+          curves_(model.curves.size()), touches_(model.curves.size()) {
         bodies_.back() = {Point<D>::Zero(), Rotation<D>::Identity()};
     }
     void update(const double* y) {
@@ -56,6 +56,10 @@ public:
             spokes_[a] = bodies_[attachment.body].rotation * attachment.local;
         }
         for (std::size_t c = 0; c < curves_.size(); ++c) {
+            if (const Instance& p = model_.constraints.instances[model_.curves[c].instance]; p.on_line()) {
+                touches_[c] = on_curve::touch<D>(p, Places(*this, p).x, piece(c));
+                continue;
+            }
             const Series variables[law_variables] = {{}, {curved(c), 1.0, 0.0}, {}};
             curves_[c] = model_.programs.run(model_.curves[c].program, variables, held);
         }
@@ -63,10 +67,10 @@ public:
     // What a curve is a function of.
     double curved(std::size_t number) const {
         const Instance& p = model_.constraints.instances[model_.curves[number].instance];
-        Point<D> x[most_slots];
-        for (int s = 0; s < p.slot_count; ++s) x[s] = place(p.slots[s]);
-        return value<D>(p, x);
+        return p.on_line() ? touches_[number].foot.s : value<D>(p, Places(*this, p).x);
     }
+    // Where an instance that follows a curve touches it, if its row is held on pieces.
+    const Touch* touch(const Instance& p) const { return p.follower < 0 ? nullptr : &touches_[p.follower]; }
     // f, f' and f'' of a curve here.
     const Series& curve(int number) const { return curves_[number]; }
     // By how much a row changes with the value of an instance.
@@ -100,10 +104,26 @@ public:
     }
 
 private:
+    // The points and vectors of an instance.
+    struct Places {
+        Point<D> x[most_slots];
+        Places(const Pose& pose, const Instance& p) {
+            for (int s = 0; s < p.slot_count; ++s) x[s] = pose.place(p.slots[s]);
+        }
+    };
+    // On which piece what follows a curve is held.
+    int piece(std::size_t number) const {
+        const int at = model_.programs.start[model_.curves[number].program] + 1;
+        if (!held || std::isnan(held[at])) return PlaneCurve::free;
+        const int table = static_cast<int>(model_.programs.operand[at]);
+        return static_cast<int>(held[at]) - model_.programs.table_start[table];
+    }
+
     const Model<D>& model_;
     std::vector<Placement<D>> bodies_;
     std::vector<Point<D>> spokes_;
     std::vector<Series> curves_;
+    std::vector<Touch> touches_;
 };
 
 // Every body's velocities at a pose, the ground's last.

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kinematics/on_curve.hpp"
 #include "kinematics/rolling.hpp"
-#include "model/model.hpp"
 
 namespace mbproj {
 
@@ -44,20 +44,27 @@ template <int D> double curvature(const Point<D>* x, const Point<D>* v) {
 // The angle less its whole turns, within [-π, π].
 inline double nearest(double angle) { return angle - 2.0 * M_PI * std::nearbyint(angle / (2.0 * M_PI)); }
 
-// The value of a primitive of one row, before its offset.
-template <int D> double value(const Instance& p, const Point<D>* x) {
+// Where an instance touches its curve: what is known of that, or what follows from x.
+template <int D> Touch touched(const Instance& p, const Point<D>* x, const Touch* known) {
+    return known ? *known : on_curve::touch<D>(p, x);
+}
+
+// The value of a primitive of one row, before its offset; `known`: where it touches its curve.
+template <int D> double value(const Instance& p, const Point<D>* x, const Touch* known = nullptr) {
     switch (p.kind) {
         case Kind::perpendicular: return x[0].dot(x[1]);
         case Kind::along: return along::value<D>(x);
         case Kind::distance: return (x[1] - x[0]).norm();
         case Kind::angle: return angle::value<D>(x);
+        case Kind::profile:
+        case Kind::arc: return on_curve::value<D>(p, touched<D>(p, x, known));
         case Kind::coincident: return 0.0;
         default: return rolling::value<D>(p, x);
     }
 }
 
 // Its gradient, a vector for each slot.
-template <int D> void gradient(const Instance& p, const Point<D>* x, Point<D>* g) {
+template <int D> void gradient(const Instance& p, const Point<D>* x, Point<D>* g, const Touch* known = nullptr) {
     switch (p.kind) {
         case Kind::perpendicular:
             g[0] = x[1];
@@ -69,13 +76,16 @@ template <int D> void gradient(const Instance& p, const Point<D>* x, Point<D>* g
             g[0] = -g[1];
             break;
         case Kind::angle: angle::gradient<D>(x, g); break;
+        case Kind::profile:
+        case Kind::arc: on_curve::gradient<D>(p, x, touched<D>(p, x, known), g); break;
         case Kind::coincident: break;
         default: rolling::gradient<D>(p, x, g);
     }
 }
 
 // x'ᵀ C_xx x'.
-template <int D> double curvature(const Instance& p, const Point<D>* x, const Point<D>* x_dot) {
+template <int D>
+double curvature(const Instance& p, const Point<D>* x, const Point<D>* x_dot, const Touch* known = nullptr) {
     switch (p.kind) {
         case Kind::perpendicular: return 2.0 * x_dot[0].dot(x_dot[1]);
         case Kind::along: return along::curvature<D>(x_dot);
@@ -85,6 +95,8 @@ template <int D> double curvature(const Instance& p, const Point<D>* x, const Po
             return (rate.squaredNorm() - stretch * stretch) / length;
         }
         case Kind::angle: return angle::curvature<D>(x, x_dot);
+        case Kind::profile:
+        case Kind::arc: return on_curve::curvature<D>(p, x, x_dot, touched<D>(p, x, known));
         case Kind::coincident: return 0.0;
         default: return rolling::curvature<D>(p, x, x_dot);
     }

@@ -10,6 +10,7 @@
 
 #include "model/dimension.hpp"
 #include "model/layout.hpp"
+#include "model/plane_curve.hpp"
 #include "model/programs.hpp"
 #include "model/thresholds.hpp"
 
@@ -24,6 +25,8 @@ enum class Kind : int {
     distance,
     angle,
     wheel_height,
+    profile,
+    arc,
     wheel_slip_along,
     wheel_slip_across,
     ball_slip,
@@ -39,6 +42,8 @@ constexpr Form forms[] = {{"coincident", 2, 0},
                           {"distance", 2, 0},
                           {"angle", 3, 0},
                           {"wheel_height", 4, 1},
+                          {"profile", 4, 2},
+                          {"arc", 4, 0},
                           {"wheel_slip_along", 8, 1},
                           {"wheel_slip_across", 8, 1},
                           {"ball_slip", 8, 1},
@@ -50,8 +55,8 @@ constexpr int most(int Form::*of) {
     return found;
 }
 constexpr int most_slots = most(&Form::slots), most_parameters = most(&Form::parameters);
-// Of what is a coordinate: along, distance or angle.
-constexpr int most_of_coordinates = 3;
+// Of what is a coordinate: along, distance, angle, or what follows a curve.
+constexpr int most_of_coordinates = 4;
 // Whether its row is at velocity level: its gradient is that of no function, and its value is 0.
 constexpr bool is_slip(Kind kind) { return kind >= Kind::wheel_slip_along; }
 
@@ -83,6 +88,10 @@ struct Instance {
     double weight;
     bool coupled;
     int curve;  // of the model: what the row is less, a function of this instance's value; or -1
+    std::shared_ptr<const PlaneCurve> line;  // of what follows a curve in a plane
+    int follower = -1;                       // its number among the curves of the model, of a row that is held on pieces
+
+    bool on_line() const { return kind == Kind::profile || kind == Kind::arc; }
 };
 
 template <int D> struct PrimitiveSet {
@@ -143,7 +152,8 @@ struct Action {
     std::vector<int> states, programs;
 };
 
-// A program of the value of an instance of the constraints.
+// A program of the value of an instance of the constraints; of one that follows a curve in a plane, of the parameter of
+// its foot, and the program's switch is the knots of that.
 struct Curve {
     int instance, program;
 };

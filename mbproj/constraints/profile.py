@@ -1,0 +1,172 @@
+"""A curve in a plane of one body, and a point of another: its distance from the curve, and how far along it is."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import MappingProxyType
+from typing import NamedTuple, Protocol, TypeVar, final
+
+import numpy as np
+
+from mbproj.arrays import Integers, Numbers, dot
+from mbproj.constraints.primitive import Primitive
+from mbproj.dataclass import dataclass
+
+#: No piece is held.
+FREE = -1
+
+
+#: So many contacts of few points are kept.
+MOST_KEPT = 32
+
+
+class PlaneCurve(Protocol):
+    """Of pieces, each of which goes on beyond its ends."""
+
+    @property
+    def knots(self) -> object:
+        """A program whose switches are the ends of the pieces."""
+
+    @property
+    def contacts(self) -> dict[tuple[object, ...], Contact]:
+        """Those of the last points."""
+
+    def foot(self, d: Numbers, held: int = FREE) -> tuple[Numbers, Integers]:
+        """The parameters of the places nearest to points d (..., 2), complex too, and their pieces."""
+
+    def derivatives(self, s: Numbers, piece: Integers) -> Numbers:
+        """The point and its first three derivatives by the parameter, (4, 2, ...)."""
+
+    def length_at(self, s: Numbers, piece: Integers) -> Numbers:
+        """The arc length from the beginning."""
+
+
+class Contact(NamedTuple):
+    """At the foot s of d: the unit tangent t, the distance φ to the left along n, curvature κ and its change κ_σ by the
+    arc length σ."""
+
+    s: Numbers
+    piece: Integers
+    t: tuple[Numbers, Numbers]
+    φ: Numbers
+    κ: Numbers
+    κ_σ: Numbers
+
+    @property
+    def n(self) -> tuple[Numbers, Numbers]:
+        """t turned by a quarter to the left."""
+        return -self.t[1], self.t[0]
+
+
+Own = TypeVar("Own", bound="OnCurve")
+
+
+@dataclass(frozen=True)
+class OnCurve(Primitive):
+    """What depends on the foot of d = (u·ℓ, w·ℓ), ℓ = p2 - p1, on a curve whose axes are u and w; `piece`: the one that
+    is held, or FREE. The foot is the nearest place: so the row is what the pose says, whatever was before."""
+
+    curve: PlaneCurve
+    piece: int = FREE
+
+    slots = ("vector", "vector", "point", "point")
+    rows = 1
+    unit = "m"
+
+    def on_piece(self: Own, piece: int) -> Own:
+        """The same with this piece held."""
+        return replace(self, piece=piece)
+
+    def foot(self, x: Numbers) -> Numbers:
+        """The parameter of the foot, (..., k)."""
+        return self.contact(x).s
+
+    def _place(self, x: Numbers) -> Numbers:
+        line = x[..., 3, :] - x[..., 2, :]
+        return np.stack([dot(x[..., 0, :], line), dot(x[..., 1, :], line)], axis=-1)
+
+    def contact(self, x: Numbers) -> Contact:
+        """Where it touches: the row, its gradient and its curvature at one pose ask for the same."""
+        d = self._place(x)
+        key, seen = (self.piece, d.dtype.char, d.shape, d.tobytes()), self.curve.contacts
+        if d.size > MOST_KEPT:
+            return self._contact(d)
+        if key not in seen:
+            if len(seen) >= MOST_KEPT:
+                seen.clear()
+            seen[key] = self._contact(d)
+        return seen[key]
+
+    def _contact(self, d: Numbers) -> Contact:
+        s, piece = self.curve.foot(d, self.piece)
+        (c0, c1), (x1, y1), (x2, y2), (x3, y3) = self.curve.derivatives(s, piece)
+        speed = np.sqrt(x1 * x1 + y1 * y1)
+        t = x1 / speed, y1 / speed
+        turn, turn_s = x1 * y2 - y1 * x2, x1 * y3 - y1 * x3
+        κ_s = (turn_s - 3.0 * turn * (x1 * x2 + y1 * y2) / speed**2) / speed**3
+        φ = t[0] * (d[..., 1] - c1) - t[1] * (d[..., 0] - c0)
+        return Contact(s, piece, t, φ, turn / speed**3, κ_s / speed)
+
+    @staticmethod
+    def _along(x: Numbers, e: tuple[Numbers, Numbers], factor: Numbers | float) -> Numbers:
+        """∂(factor e·d)/∂x with e and the factor fixed, (..., k, 1, 4, 3)."""
+        line = x[..., 3, :] - x[..., 2, :]
+        first, second = (factor * each for each in e)
+        across = first[..., None] * x[..., 0, :] + second[..., None] * x[..., 1, :]
+        return np.stack([first[..., None] * line, second[..., None] * line, -across, across], axis=-2)[..., None, :, :]
+
+    def _rates(self, x: Numbers, x_dot: Numbers) -> tuple[tuple[Numbers, Numbers], tuple[Numbers, Numbers]]:
+        """d', and what of d'' holds no second derivatives of x."""
+        line, line_dot = x[..., 3, :] - x[..., 2, :], x_dot[..., 3, :] - x_dot[..., 2, :]
+        axes = (0, 1)
+        rates = [dot(x_dot[..., k, :], line) + dot(x[..., k, :], line_dot) for k in axes]
+        bias = [2.0 * dot(x_dot[..., k, :], line_dot) for k in axes]
+        return (rates[0], rates[1]), (bias[0], bias[1])
+
+
+@final
+@dataclass(frozen=True)
+class Profile(OnCurve):
+    """C = ±φ - R in metres: a roller of radius R, 0 of a point, touches the curve from its left (`side` 1) or from its
+    right (-1). `reach` is R, less what the curve is already away from the profile."""
+
+    side: float = 1.0
+    reach: float = 0.0
+
+    parameters = MappingProxyType({"side": "", "reach": "m"})
+
+    def value(self, x: Numbers) -> Numbers:
+        return (self.side * self.contact(x).φ - self.reach)[..., None]
+
+    def gradient(self, x: Numbers) -> Numbers:
+        return self._along(x, self.contact(x).n, self.side)
+
+    def curvature(self, x: Numbers, x_dot: Numbers) -> Numbers:
+        at, (rate, bias) = self.contact(x), self._rates(x, x_dot)
+        along, bent = _product(at.t, rate), _product(at.n, bias)
+        return (self.side * (bent - at.κ / (1.0 - at.κ * at.φ) * along**2))[..., None]
+
+
+@final
+@dataclass(frozen=True)
+class Arc(OnCurve):
+    """σ, how far the foot is along the curve from its beginning, in metres."""
+
+    def value(self, x: Numbers) -> Numbers:
+        at = self.contact(x)
+        return self.curve.length_at(at.s, at.piece)[..., None]
+
+    def gradient(self, x: Numbers) -> Numbers:
+        at = self.contact(x)
+        return self._along(x, at.t, 1.0 / (1.0 - at.κ * at.φ))
+
+    def curvature(self, x: Numbers, x_dot: Numbers) -> Numbers:
+        at, (rate, bias) = self.contact(x), self._rates(x, x_dot)
+        stretch = 1.0 - at.κ * at.φ
+        σ_dot, φ_dot = _product(at.t, rate) / stretch, _product(at.n, rate)
+        own = _product(at.t, bias) + (2.0 * at.κ * φ_dot + at.κ_σ * at.φ * σ_dot) * σ_dot
+        return (own / stretch)[..., None]
+
+
+def _product(e: tuple[Numbers, Numbers], d: tuple[Numbers, Numbers]) -> Numbers:
+    return e[0] * d[0] + e[1] * d[1]

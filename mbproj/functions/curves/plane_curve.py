@@ -1,0 +1,199 @@
+"""A curve in a plane: its places, the foot of a point on it, and its arc length."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from mbproj.arrays import Array, Integers, Numbers
+from mbproj.dataclass import dataclass
+from mbproj.functions.curves.evaluated import Pieces
+from mbproj.functions.curves.piece import Piece, scaled
+from mbproj.functions.program import COORDINATE, Program, variable
+from mbproj.functions.standard import tabulated
+from mbproj.functions.table import Table
+from mbproj.thresholds import THRESHOLDS
+
+#: Nodes and weights of Gauss and Legendre on [-1, 1]: between two places they give arc lengths to round-off.
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(8)
+#: Of the largest parameter; Newton squares it.
+SETTLED = 1e-9
+#: No piece is held: the foot is looked for on all of them.
+FREE = -1
+
+
+class Places(NamedTuple):
+    """Points (m, 2) along a curve: their parameters, pieces and arc lengths from its beginning, (m,). Each piece has
+    its own, from end to end."""
+
+    s: Array
+    piece: Integers
+    point: Array
+    length: Array
+
+
+@dataclass(frozen=True)
+class PlaneCurve:
+    """Pieces one after another, in m, until the parameter is `end`. A closed one begins again there.
+
+    A piece goes on beyond its ends as its functions do, so that a step may look beyond a knot.
+    """
+
+    pieces: tuple[Piece, ...]
+    end: float
+    closed: bool
+
+    def scaled(self, k: float) -> PlaneCurve:
+        """The same k times as large, with the same parameter."""
+        pieces = tuple(replace(each, f=scaled(each.f, k), g=scaled(each.g, k)) for each in self.pieces)
+        return replace(self, pieces=pieces)
+
+    @cached_property
+    def contacts(self) -> dict[tuple[object, ...], Any]:
+        """Feet of the last points, for whoever asks again."""
+        return {}
+
+    @cached_property
+    def arrays(self) -> Pieces:
+        """The pieces as arrays."""
+        return Pieces(self.pieces)
+
+    @property
+    def start(self) -> float:
+        """The parameter with which it begins."""
+        return self.pieces[0].start
+
+    @cached_property
+    def period(self) -> float:
+        """Of the parameter; 0 of a curve that is open."""
+        return self.end - self.start if self.closed else 0.0
+
+    @property
+    def length(self) -> float:
+        """From its beginning to its end, in m."""
+        return float(self.places.length[-1])
+
+    @cached_property
+    def turns_left(self) -> bool:
+        """Whether a closed one goes around its inside counterclockwise."""
+        x, y = self.places.point.T
+        return bool(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) > 0.0)
+
+    @cached_property
+    def places(self) -> Places:
+        """Points so near to each other that the one nearest to a point is next to that one's foot."""
+        ends = [*self.arrays.start[1:].tolist(), self.end]
+        lengths = [
+            self._length_of(start, end, at) for at, (start, end) in enumerate(zip(self.arrays.start, ends, strict=True))
+        ]
+        found = []
+        for at, (start, end) in enumerate(zip(self.arrays.start.tolist(), ends, strict=True)):
+            count = max(1, int(np.ceil(THRESHOLDS.places * lengths[at] / sum(lengths))), self._turn_of(start, end, at))
+            found.append((np.linspace(start, end, count + 1), np.full(count + 1, at, dtype=np.intp)))
+        s, piece = (np.concatenate(part) for part in zip(*found, strict=True))
+        steps = self._lengths(s[:-1], s[1:], piece[:-1])
+        steps[piece[1:] != piece[:-1]] = 0.0
+        point = np.moveaxis(self.arrays.derivatives(s, piece)[0], 0, -1)
+        return Places(s, piece, np.ascontiguousarray(point), np.concatenate([[0.0], np.cumsum(steps)]))
+
+    def _turn_of(self, start: float, end: float, piece: int) -> int:
+        """Into how many parts a piece is taken so that none turns by more than `place_turn`."""
+        s = np.linspace(start, end, 65)
+        tangent = self.arrays.derivatives(s, np.full(65, piece))[1]
+        angle = np.unwrap(np.arctan2(tangent[1], tangent[0]))
+        return int(np.ceil(64.0 * np.abs(np.diff(angle)).max() / THRESHOLDS.place_turn))
+
+    def _length_of(self, start: float, end: float, piece: int) -> float:
+        """Of a piece, roughly."""
+        s = np.linspace(start, end, 33)
+        return float(self._lengths(s[:-1], s[1:], np.full(32, piece)).sum())
+
+    def _lengths(self, start: Numbers, end: Numbers, piece: Integers) -> Numbers:
+        """Arc lengths from start to end (...), on these pieces; either may be complex."""
+        half = 0.5 * (end - start)
+        s = (start + half)[..., None] + half[..., None] * NODES
+        slope = self.arrays.derivatives(s, np.broadcast_to(piece[..., None], s.shape))[1]
+        return half * (np.sqrt(slope[0] ** 2 + slope[1] ** 2) * WEIGHTS).sum(axis=-1)
+
+    @cached_property
+    def knots(self) -> Program:
+        """The parameter itself as a table whose pieces are those of the curve: its switches are the curve's knots."""
+        start = [each.start for each in self.pieces]
+        knots = tuple(start if self.closed else [-np.inf, *start[1:]])
+        # each piece is its own number, so that no two are taken for one
+        rows = tuple((float(at % 2), 0.0, 0.0, 0.0) for at in range(len(start)))
+        return Program(tabulated(Table(knots, tuple(start), rows, self.period), variable(COORDINATE)))
+
+    def derivatives(self, s: Numbers, piece: Integers) -> Numbers:
+        """The point and its first three derivatives at parameters (...) of these pieces, (4, 2, ...)."""
+        return self.arrays.derivatives(s, piece)
+
+    def at(self, s: Numbers) -> Integers:
+        """The pieces at parameters (...)."""
+        return np.clip(np.searchsorted(self.arrays.start, s.real, side="right") - 1, 0, len(self.pieces) - 1)
+
+    def foot(self, d: Numbers, held: int = FREE) -> tuple[Numbers, Integers]:
+        """The parameters of the places nearest to points d (..., 2), and their pieces: of one piece where that is
+        `held`, beyond its ends too. What a point's foot is depends on no other point."""
+        flat = d.reshape(-1, 2)
+        s, piece = self._nearest(flat.real, held)
+        active, reach = np.arange(len(flat)), self.reach
+        for _ in range(THRESHOLDS.foot_passes):
+            point = flat[active].real
+            step = np.clip(self._newton(point, s[active], piece[active]), -reach, reach)
+            s[active], piece[active] = self._moved(s[active] + step, piece[active], held)
+            active = active[np.abs(step) > self.settled]  # the step after would be round-off
+            if not len(active):
+                break
+        found: Numbers = s
+        if np.iscomplexobj(d):
+            for _ in range(2):  # the first brings the derivative, the second what the first has rounded
+                found = found + self._newton(flat, found, piece)
+        return found.reshape(d.shape[:-1]), piece.reshape(d.shape[:-1])
+
+    def _nearest(self, point: Array, held: int) -> tuple[Array, Integers]:
+        """The places nearest to points (k, 2)."""
+        places = self.places
+        own = np.arange(len(places.s)) if held == FREE else np.flatnonzero(places.piece == held)
+        apart = np.empty(len(point), dtype=np.intp)
+        for block in range(0, len(point), 256):
+            line = point[block : block + 256, None, :] - places.point[own]
+            apart[block : block + 256] = np.argmin((line * line).sum(axis=-1), axis=-1)
+        return places.s[own[apart]].copy(), places.piece[own[apart]].copy()
+
+    def _moved(self, s: Array, piece: Integers, held: int) -> tuple[Array, Integers]:
+        """Parameters and the pieces that they are on."""
+        if held != FREE:
+            return s, piece
+        if self.closed:
+            s = self.start + np.mod(s - self.start, self.period)
+        return s, self.at(s)
+
+    def _newton(self, d: Numbers, s: Numbers, piece: Integers) -> Numbers:
+        """The step to (d - c)·c' = 0; by the slope of Gauss and Newton where that of Newton leads away."""
+        (x, y), (x1, y1), (x2, y2), _ = self.arrays.derivatives(s, piece)
+        u, w, speed2 = d[..., 0] - x, d[..., 1] - y, x1 * x1 + y1 * y1
+        slope = u * x2 + w * y2 - speed2
+        return -(u * x1 + w * y1) / np.where(slope.real < 0.0, slope, -speed2)
+
+    @cached_property
+    def reach(self) -> float:
+        """How far a step may go: as far as places are from each other."""
+        return float(np.abs(np.diff(self.places.s)).max())
+
+    @property
+    def settled(self) -> float:
+        """A step of Newton's method that is smaller is the last."""
+        return SETTLED * max(abs(self.start), abs(self.end))
+
+    def length_at(self, s: Numbers, piece: Integers) -> Numbers:
+        """The arc length from the beginning to parameters (...) of these pieces, which may be complex; beyond the ends
+        of an open curve it goes on."""
+        places = self.places
+        first = np.searchsorted(places.piece, piece)
+        last = np.searchsorted(places.piece, piece, side="right") - 2
+        before = np.clip(np.searchsorted(places.s, s.real, side="right") - 1, first, last)
+        return places.length[before] + self._lengths(places.s[before], s, piece)

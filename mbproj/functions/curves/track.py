@@ -1,0 +1,32 @@
+"""A curve by name, with what it was made for."""
+
+from __future__ import annotations
+
+from mbproj.dataclass import dataclass
+from mbproj.functions.curves.plane_curve import PlaneCurve
+
+
+@dataclass(frozen=True)
+class Track:
+    """A curve in a plane. `line` is what is followed: of a curve that was made for a `roller` of this radius in m, the
+    way of its centre. The profile is as far to the left of that, inside. `rows`: the points, or angles and radii, from
+    which it was drawn."""
+
+    name: str
+    line: PlaneCurve
+    roller: float = 0.0
+    rows: tuple[tuple[float, float], ...] = ()
+
+    def scaled(self, k: float) -> Track:
+        """The same k times as large."""
+        return Track(self.name, self.line.scaled(k), k * self.roller)
+
+    def is_left(self, side: str | None) -> bool:
+        """Whether what touches it from a side, by default from the outside, is on the left."""
+        if side in ("left", "right"):
+            return side == "left"
+        return (side == "inside") == self.line.turns_left
+
+    def distance(self, side: str | None, radius: float) -> float:
+        """How far to the left of the line the centre of a roller of this radius is, which touches the profile."""
+        return (radius if self.is_left(side) else -radius) + self.roller

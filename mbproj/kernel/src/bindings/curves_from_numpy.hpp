@@ -1,0 +1,73 @@
+// Curves in planes, and the rows that follow them, from NumPy arrays.
+#pragma once
+
+#include "bindings/from_numpy.hpp"
+
+namespace mbproj {
+
+// Pieces (start, origin, form, and the numbers of two functions), places (s, piece, x, y, length).
+inline PlaneCurve plane_curve(const Numbers2& pieces, const Numbers2& places, double end, bool closed, int passes,
+                              double settled, double reach) {
+    constexpr int numbers = PlaneCurve::numbers, terms = PlaneCurve::terms;
+    require(pieces, {pieces.shape(0), 3 + 2 * numbers}, "pieces");
+    require(places, {places.shape(0), 5}, "places");
+    if (pieces.shape(0) == 0 || places.shape(0) < 2 || passes < 1) refuse("pieces", "are none");
+    PlaneCurve built{{}, {}, end, closed, passes, settled, reach, 0.0};
+    const auto count = [](const double* c) {
+        int found = terms;
+        while (found > 0 && c[found - 1] == 0.0) --found;
+        return found;
+    };
+    for (std::size_t i = 0; i < pieces.shape(0); ++i) {
+        const double* row = pieces.data() + i * pieces.shape(1);
+        PlaneCurve::Piece piece{};
+        piece.start = row[0];
+        piece.origin = row[1];
+        piece.form = static_cast<PlaneCurve::Form>(index_below(static_cast<int64_t>(row[2]), 3, "form"));
+        std::copy_n(row + 3, numbers, piece.f);
+        std::copy_n(row + 3 + numbers, numbers, piece.g);
+        piece.f_terms = count(piece.f);
+        piece.g_terms = count(piece.g);
+        piece.first = piece.last = -1;
+        if (i > 0 && !(piece.start > built.pieces.back().start)) refuse("pieces", "do not increase");
+        built.pieces.push_back(piece);
+    }
+    if (!(end > built.pieces.back().start)) refuse("end", "comes before the last piece");
+    for (std::size_t i = 0; i < places.shape(0); ++i) {
+        const double* row = places.data() + 5 * i;
+        const int number = index_below(static_cast<int64_t>(row[1]), built.pieces.size(), "places");
+        PlaneCurve::Piece& piece = built.pieces[number];
+        if (piece.first < 0) piece.first = static_cast<int>(i);
+        piece.last = static_cast<int>(i);
+        const PlaneCurve::Place place{row[0], row[2], row[3], row[4], number};
+        if (i > 0) {
+            const PlaneCurve::Place& before = built.places.back();
+            built.stride = std::max(built.stride, std::hypot(place.x - before.x, place.y - before.y));
+        }
+        built.places.push_back(place);
+    }
+    for (const PlaneCurve::Piece& piece : built.pieces)
+        if (piece.first < 0 || piece.last <= piece.first) refuse("places", "leave a piece out");
+    return built;
+}
+
+// Rows that follow curves in planes: their numbers, and the programs whose switches are the knots.
+template <int D> void add_followers(Model<D>& model, const std::vector<std::pair<int, int>>& given) {
+    for (const auto& [row, program] : given) {
+        index_below(row, model.constraints.rows, "followers");
+        const int at = model.programs.start[index_below(program, model.programs.size(), "followers")];
+        if (model.programs.start[program + 1] != at + 2 || model.programs.op[at + 1] != Op::table)
+            refuse("followers", "have a program that is no table");
+        for (std::size_t i = 0; i < model.constraints.instances.size(); ++i)
+            if (Instance& p = model.constraints.instances[i]; p.row == row && p.rows == 1) {
+                const int table = static_cast<int>(model.programs.operand[at + 1]);
+                const auto& start = model.programs.table_start;
+                if (p.kind != Kind::profile || start[table + 1] - start[table] != static_cast<int>(p.line->pieces.size()))
+                    refuse("followers", "have another curve");
+                p.follower = static_cast<int>(model.curves.size());
+                model.curves.push_back({static_cast<int>(i), program});
+            }
+    }
+}
+
+}  // namespace mbproj

@@ -1,0 +1,74 @@
+// What follows a curve: where it touches, its distance from the curve, and how far along it is. The definitions are those
+// of mbproj.constraints.profile, where each is explained.
+#pragma once
+
+#include "model/model.hpp"
+
+namespace mbproj {
+
+// At the foot of a point: the unit tangent t, the distance φ to the left, the curvature κ, and its change by the arc length.
+struct Touch {
+    Foot foot;
+    double t[2], phi, kappa, kappa_sigma;
+
+    double stretch() const { return 1.0 - kappa * phi; }
+};
+
+namespace on_curve {
+
+template <int D> Touch touch(const Instance& p, const Point<D>* x, int held = PlaneCurve::free) {
+    const PlaneCurve& curve = *p.line;
+    const Point<D> line = x[3] - x[2];
+    const double d[2] = {x[0].dot(line), x[1].dot(line)};
+    Touch found{curve.foot(d[0], d[1], held), {}, 0.0, 0.0, 0.0};
+    const OnPiece c = curve.derivatives(found.foot.s, found.foot.piece);
+    const double speed2 = c.x[1] * c.x[1] + c.y[1] * c.y[1], speed = std::sqrt(speed2);
+    found.t[0] = c.x[1] / speed;
+    found.t[1] = c.y[1] / speed;
+    const double turn = c.x[1] * c.y[2] - c.y[1] * c.x[2], turn_s = c.x[1] * c.y[3] - c.y[1] * c.x[3];
+    const double stretch = c.x[1] * c.x[2] + c.y[1] * c.y[2];
+    found.phi = found.t[0] * (d[1] - c.y[0]) - found.t[1] * (d[0] - c.x[0]);
+    found.kappa = turn / (speed2 * speed);
+    found.kappa_sigma = (turn_s - 3.0 * turn * stretch / speed2) / (speed2 * speed2);
+    return found;
+}
+
+// The gradient of e·d with e fixed.
+template <int D> void gradient_along(const Point<D>* x, double first, double second, Point<D>* g) {
+    const Point<D> line = x[3] - x[2];
+    g[0] = first * line;
+    g[1] = second * line;
+    g[3] = first * x[0] + second * x[1];
+    g[2] = -g[3];
+}
+
+template <int D> double value(const Instance& p, const Touch& at) {
+    return p.kind == Kind::profile ? p.parameters[0] * at.phi - p.parameters[1] : p.line->length_at(at.foot);
+}
+
+template <int D> void gradient(const Instance& p, const Point<D>* x, const Touch& at, Point<D>* g) {
+    if (p.kind == Kind::profile)
+        gradient_along<D>(x, -p.parameters[0] * at.t[1], p.parameters[0] * at.t[0], g);
+    else
+        gradient_along<D>(x, at.t[0] / at.stretch(), at.t[1] / at.stretch(), g);
+}
+
+template <int D> double curvature(const Instance& p, const Point<D>* x, const Point<D>* x_dot, const Touch& at) {
+    const Point<D> line = x[3] - x[2], line_dot = x_dot[3] - x_dot[2];
+    double rate[2], bias[2];
+    for (int k = 0; k < 2; ++k) {
+        rate[k] = x_dot[k].dot(line) + x[k].dot(line_dot);
+        bias[k] = 2.0 * x_dot[k].dot(line_dot);
+    }
+    const double along = at.t[0] * rate[0] + at.t[1] * rate[1], across = at.t[0] * rate[1] - at.t[1] * rate[0];
+    if (p.kind == Kind::profile) {
+        const double bent = at.t[0] * bias[1] - at.t[1] * bias[0];
+        return p.parameters[0] * (bent - at.kappa / at.stretch() * along * along);
+    }
+    const double sigma = along / at.stretch();
+    const double own = (2.0 * at.kappa * across + at.kappa_sigma * at.phi * sigma) * sigma;
+    return (at.t[0] * bias[0] + at.t[1] * bias[1] + own) / at.stretch();
+}
+
+}  // namespace on_curve
+}  // namespace mbproj

@@ -1,0 +1,167 @@
+// Curves in a plane: pieces with their derivatives, the foot of a point, arc length. The definitions are those of
+// mbproj.functions.curves, where each is explained.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+namespace mbproj {
+
+// A point and its derivatives by the parameter.
+struct OnPiece {
+    double x[4], y[4];
+};
+
+struct Foot {
+    double s;
+    int piece;
+};
+
+struct PlaneCurve {
+    static constexpr int terms = 8, numbers = terms + 3, orders = 5, free = -1;
+    enum class Form : int { cartesian, polar, support };
+    // Two functions of u = s - origin, each a polynomial of so many terms and a sin(w u + p).
+    struct Piece {
+        double start, origin;
+        Form form;
+        double f[numbers], g[numbers];
+        int f_terms, g_terms;
+        int first, last;  // its places
+    };
+    // Points along the curve, from end to end of each piece, and their arc lengths from its beginning.
+    struct Place {
+        double s, x, y, length;
+        int piece;
+    };
+
+    std::vector<Piece> pieces;
+    std::vector<Place> places;
+    double end;
+    bool closed;
+    int passes;      // of Newton's method, at most
+    double settled;  // a step that is smaller is the last
+    double reach;    // how far a step may go
+    double stride;   // the largest distance from one place to the next
+
+    double start() const { return pieces.front().start; }
+
+    OnPiece derivatives(double s, int number) const {
+        const Piece& piece = pieces[number];
+        const double u = s - piece.origin;
+        double f[orders];
+        evaluate(piece.f, piece.f_terms, u, f);
+        if (piece.form == Form::cartesian) {
+            double g[orders];
+            evaluate(piece.g, piece.g_terms, u, g);
+            return {{f[0], f[1], f[2], f[3]}, {g[0], g[1], g[2], g[3]}};
+        }
+        double n[4], t[4];  // along (cos s, sin s), and across it
+        if (piece.form == Form::polar) {
+            n[0] = f[0], n[1] = f[1], n[2] = f[2] - f[0], n[3] = f[3] - 3.0 * f[1];
+            t[0] = 0.0, t[1] = f[0], t[2] = 2.0 * f[1], t[3] = 3.0 * f[2] - f[0];
+        } else {
+            const double bent = f[0] + f[2], change = f[1] + f[3];
+            n[0] = f[0], n[1] = 0.0, n[2] = -bent, n[3] = -2.0 * change;
+            t[0] = f[1], t[1] = bent, t[2] = change, t[3] = f[2] + f[4] - bent;
+        }
+        OnPiece found;
+        const double cosine = std::cos(s), sine = std::sin(s);
+        for (int k = 0; k < 4; ++k) {
+            found.x[k] = n[k] * cosine - t[k] * sine;
+            found.y[k] = n[k] * sine + t[k] * cosine;
+        }
+        return found;
+    }
+
+    int piece_at(double s) const {
+        const auto after = std::upper_bound(pieces.begin(), pieces.end(), s,
+                                            [](double value, const Piece& piece) { return value < piece.start; });
+        return std::max(0, static_cast<int>(after - pieces.begin()) - 1);
+    }
+
+    // The place nearest to a point: of the piece that is held, beyond its ends too, or of all.
+    Foot foot(double x, double y, int held) const {
+        const Place& nearest = places[nearest_place(x, y, held)];
+        Foot found{nearest.s, nearest.piece};
+        for (int pass = 0; pass < passes; ++pass) {
+            const OnPiece c = derivatives(found.s, found.piece);
+            const double dx = x - c.x[0], dy = y - c.y[0], speed2 = c.x[1] * c.x[1] + c.y[1] * c.y[1];
+            const double slope = dx * c.x[2] + dy * c.y[2] - speed2;
+            const double whole = -(dx * c.x[1] + dy * c.y[1]) / (slope < 0.0 ? slope : -speed2);
+            const double step = std::clamp(whole, -reach, reach);
+            found.s += step;
+            if (held == free) {
+                if (closed) found.s -= (end - start()) * std::floor((found.s - start()) / (end - start()));
+                found.piece = piece_at(found.s);
+            }
+            if (!(std::abs(step) > settled)) break;
+        }
+        return found;
+    }
+
+    // The arc length from the beginning to a foot.
+    double length_at(const Foot& foot) const {
+        const Piece& piece = pieces[foot.piece];
+        int before = piece.first;
+        while (before + 1 < piece.last && places[before + 1].s <= foot.s) ++before;
+        static constexpr double nodes[] = {0.1834346424956498, 0.5255324099163290, 0.7966664774136267,
+                                           0.9602898564975363};
+        static constexpr double weights[] = {0.3626837833783620, 0.3137066458778873, 0.2223810344533745,
+                                             0.1012285362903763};
+        const double half = 0.5 * (foot.s - places[before].s), middle = places[before].s + half;
+        double sum = 0.0;
+        for (int k = 0; k < 4; ++k)
+            for (const double side : {-1.0, 1.0}) {
+                const OnPiece c = derivatives(middle + side * half * nodes[k], foot.piece);
+                sum += weights[k] * std::sqrt(c.x[1] * c.x[1] + c.y[1] * c.y[1]);
+            }
+        return places[before].length + half * sum;
+    }
+
+private:
+    // A function and its derivatives.
+    static void evaluate(const double* c, int count, double u, double* found) {
+        std::fill_n(found, orders, 0.0);
+        for (int k = count - 1; k >= 0; --k) {
+            for (int order = orders - 1; order > 0; --order) found[order] = found[order] * u + found[order - 1];
+            found[0] = found[0] * u + c[k];
+        }
+        found[2] *= 2.0;
+        found[3] *= 6.0;
+        found[4] *= 24.0;
+        const double a = c[terms], w = c[terms + 1];
+        if (a == 0.0) return;
+        double sine = a * std::sin(w * u + c[terms + 2]), cosine = a * std::cos(w * u + c[terms + 2]);
+        for (int order = 0; order < orders; ++order) {
+            found[order] += sine;
+            const double last = sine;
+            sine = w * cosine;
+            cosine = -w * last;
+        }
+    }
+
+    // The number of the nearest place. From one place to the next a distance changes by `stride` at most: so some need not
+    // be looked at.
+    int nearest_place(double x, double y, int held) const {
+        const int first = held == free ? 0 : pieces[held].first;
+        const int last = held == free ? static_cast<int>(places.size()) - 1 : pieces[held].last;
+        int best = first;
+        double least = std::numeric_limits<double>::infinity();
+        for (int at = first; at <= last;) {
+            const double dx = x - places[at].x, dy = y - places[at].y;
+            const double apart = std::sqrt(dx * dx + dy * dy);
+            if (apart < least) {
+                least = apart;
+                best = at++;
+            } else {
+                const double skipped = std::floor((apart - least) / stride);
+                at += skipped < last - at ? static_cast<int>(skipped) + 1 : last - at + 1;
+            }
+        }
+        return best;
+    }
+};
+
+}  // namespace mbproj

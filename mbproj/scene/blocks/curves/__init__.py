@@ -1,0 +1,1 @@
+"""The `curves` block, and rules on what follows a curve."""

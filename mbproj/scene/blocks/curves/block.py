@@ -1,0 +1,123 @@
+"""The `curves` block: curves in a plane, for cams and slots.
+
+track: {points: [[0, 0], [1, 0.2], [2, 0]]}                            # a spline; closed: true closes it
+plate: {polyline: [[0, 0], [1, 0], [1, 1]], fillet: 20 mm, closed: true}
+disc:  {circle: 40 mm}                                                 # or ellipse: [0.7, 0.4]
+drawn: {table: [[0 deg, 40 mm], [90 deg, 45 mm], [180 deg, 50 mm], [360 deg, 40 mm]]}
+lift:  {lift: {base: 40 mm, rises: [[120 deg, 20 mm, cycloidal], [60 deg, 20 mm, dwell], ...]}, roller: 12 mm}
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from importlib import import_module
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from mbproj.dataclass import dataclass
+from mbproj.functions.curves.laws import FULL_TURN, LAWS, Rise
+from mbproj.scene.fields.choices import Choice
+from mbproj.scene.fields.containers import OneOf, Record
+from mbproj.scene.fields.fields import Converted, Field, Flag, List, Schema
+from mbproj.scene.fields.quantities import Angle, Number
+from mbproj.scene.fields.reading import Reading, Unfit
+from mbproj.scene.records import KeyPath
+from mbproj.scene.text.nodes import Node, SequenceNode
+
+if TYPE_CHECKING:
+    from mbproj.functions.curves.track import Track
+
+LENGTH = Number("m", above=0.0)
+#: How far the angles of a law may be from a whole turn, in rad.
+WHOLE = 1e-9
+
+
+@dataclass(frozen=True)
+class Row(Field[tuple[Any, ...]]):
+    """Values of several kinds in a list."""
+
+    items: tuple[Field[Any], ...]
+    node_type: ClassVar[type] = SequenceNode
+
+    @property
+    def expects(self) -> str:
+        return f"[{', '.join(each.expects for each in self.items)}]"
+
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> tuple[Any, ...] | None:
+        if not isinstance(node, SequenceNode) or len(node.items) != len(self.items):
+            self.reject(node, path, reading)
+            return None
+        pairs = enumerate(zip(self.items, node.items, strict=True))
+        found = [reading.read(field, item, (*path, at)) for at, (field, item) in pairs]
+        return None if any(each is None for each in found) else tuple(found)
+
+    def schema(self) -> Schema:
+        rows = [each.schema() for each in self.items]
+        own = {"prefixItems": rows, "minItems": len(rows), "maxItems": len(rows)}
+        return {"description": self.expects, "type": "array", **own}
+
+
+LAW = Choice("lift law", lambda: LAWS)
+POINT: Row = Row((Number("m"), Number("m")))
+POINTS: Field[Any] = List(POINT, None, "points")
+
+
+def _whole_turn(rises: tuple[tuple[float, float, str], ...]) -> tuple[Rise, ...]:
+    found = tuple(Rise(*each) for each in rises)
+    whole = sum(each.angle for each in found)
+    if abs(whole - FULL_TURN) > WHOLE:
+        raise Unfit(f"goes over {math.degrees(whole):.10g} deg", "the angles of its rises add up to 360 deg")
+    for before, each in pairwise((found[-1], *found)):
+        if each.law == "dwell" and each.to != before.to:
+            hint = "a dwell stays where the rise before has ended"
+            raise Unfit(f"has a dwell that goes from {before.to:g} m to {each.to:g} m", hint)
+    return found
+
+
+RISES: Field[Any] = Converted(List(Row((Angle(above=0.0), Number("m"), LAW)), None, "rises"), _whole_turn)
+LIFT: Record[dict[str, Any]] = Record("a lift law", {"base": LENGTH, "rises": RISES}, dict, ("base", "rises"))
+
+
+def _round(rows: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
+    """Rows of a polar table, of one turn."""
+    if len(rows) < 4:
+        raise Unfit(f"has {len(rows)} rows", "give four or more, the last with the radius of the first")
+    for (before, _), (after, _) in pairwise(rows):
+        if not after > before:
+            raise Unfit(f"has {after:g} rad after {before:g} rad", "the angles of its rows must increase")
+    if abs(rows[-1][0] - rows[0][0] - FULL_TURN) > WHOLE or rows[-1][1] != rows[0][1]:
+        raise Unfit("is not one turn", "its last row is its first again, 360 deg later")
+    if min(radius for _, radius in rows) <= 0.0:
+        raise Unfit("has a radius that is not positive")
+    return rows
+
+
+KEYS: Mapping[str, Field[Any]] = {
+    "points": POINTS,
+    "polyline": POINTS,
+    "circle": LENGTH,
+    "ellipse": List(LENGTH, 2, "half axes"),
+    "table": Converted(List(Row((Angle(), Number("m"))), None, "rows"), _round),
+    "lift": LIFT,
+    "closed": Flag(),
+    "fillet": LENGTH,
+    "roller": LENGTH,
+    "flat": Flag(),
+    "clockwise": Flag(),
+}
+SHAPES = ("points", "polyline", "circle", "ellipse", "table", "lift")
+
+
+def _track(name: str, **given: Any) -> Track:
+    track: Track = import_module("mbproj.scene.blocks.curves.made").track_of(name, **given)
+    return track
+
+
+CURVE: Record[Track] = Record(
+    "a curve",
+    KEYS,
+    _track,
+    choices=(OneOf(SHAPES, needed=True), OneOf(("roller", "flat"))),
+    named=True,
+)

@@ -1,0 +1,78 @@
+"""Rules on what is on a curve: a roller fits it, an open one has limits, nothing acts along a closed one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+from mbproj.scene.fields.containers import Check, Complaint
+from mbproj.scene.records import Joint, KeyPath
+
+if TYPE_CHECKING:
+    from mbproj.functions.curves.track import Track
+
+
+def fit_curves(
+    curves: Mapping[str, Track], joints: Mapping[str, Joint], forces: Mapping[str, Any], motions: Mapping[str, Any]
+) -> Iterator[Complaint]:
+    """A check that what is on a curve fits it."""
+    for joint in joints.values():
+        track = curves.get(str(joint.parameters.get("curve")))
+        if track is not None:
+            yield from _on_curve(track, joint)
+            if track.line.closed:
+                yield from _round_and_round(joint, forces, motions)
+
+
+def _on_curve(curve: Track, joint: Joint) -> Iterator[Complaint]:
+    path: KeyPath = ("joints", joint.name)
+    side, given = joint.parameters.get("side"), joint.parameters.get("roller")
+    able = ("outside", "inside") if curve.line.closed else ("left", "right")
+    if side is not None and side not in able:
+        kind = "closed" if curve.line.closed else "open"
+        yield Complaint((*path, "side"), f"curve '{curve.name}' is {kind}", f"give {' or '.join(able)}")
+        return
+    radius = curve.roller if given is None else given
+    if joint.type == "cam" and radius and side is None and not curve.line.closed:
+        yield Complaint(path, "a roller on an open curve needs its 'side'", "give left or right, along the curve")
+        return
+    if not curve.line.closed:
+        limit, length = joint.limits.get("displacement"), curve.line.length
+        low, high = (None, None) if limit is None else (limit.low, limit.high)
+        if low is None or high is None or low < 0.0 or high > length:
+            hint = f"give limits: {{displacement: {{range: [0, {length:.6g} m], rigid: true}}}}, or less of it"
+            at = path if limit is None else (*path, "limits", "displacement")
+            yield Complaint(at, f"joint '{joint.name}' may leave its curve, which ends", hint)
+    if joint.type == "cam":
+        distance = curve.distance(side, radius)
+        yield from _fits(curve, joint, distance, radius)
+
+
+def _fits(curve: Track, joint: Joint, distance: float, radius: float) -> Iterator[Complaint]:
+    from mbproj.functions.curves.soundness import largest_roller, touches_twice, undercut
+    from mbproj.scene.blocks.curves.made import place
+
+    found = undercut(curve.line, distance) or touches_twice(curve.line, distance) if distance else None
+    if found is None:
+        return
+    most = largest_roller(curve.line, curve.is_left(joint.parameters.get("side")), curve.roller)
+    key = ("roller",) if "roller" in joint.parameters else ("curve",)
+    said = f"a roller of {radius:.4g} m does not fit curve '{curve.name}' at {place(found)}"
+    yield Complaint(("joints", joint.name, *key), said, f"the largest that does is {most:.4g} m")
+
+
+def _round_and_round(joint: Joint, forces: Mapping[str, Any], motions: Mapping[str, Any]) -> Iterator[Complaint]:
+    """What goes by the displacement along a closed curve, which begins anew with each round."""
+    hint = "act on another coordinate, or open the curve"
+    for what in ("limits", "reflected_inertia"):
+        if "displacement" in getattr(joint, what):
+            said = "the displacement along a closed curve begins anew with each round"
+            yield Complaint(("joints", joint.name, what), said, hint)
+    for block, items in (("forces", forces), ("motions", motions)):
+        for item in items.values():
+            if getattr(item, "joint", None) == joint.name:
+                said = f"'{item.name}' acts along a closed curve, whose displacement begins anew with each round"
+                yield Complaint((block, item.name), said, hint)
+
+
+CURVE_CHECK = Check(("curves", "joints"), fit_curves, besides=("forces", "motions"))

@@ -1,0 +1,37 @@
+"""How curves are followed, and when a roller no longer fits one."""
+
+from __future__ import annotations
+
+from mbproj.dataclass import dataclass
+from mbproj.thresholds.entry import threshold
+
+
+@dataclass(frozen=True)
+class Curves:
+    """1 - κφ is the part of a curve's length that a point at the distance φ passes over."""
+
+    foot_passes: int = threshold(
+        15,
+        "-",
+        "numpy",
+        "Newton's passes for the foot on a curve",
+        "4 to 6 usual, 14 at a cusp",
+    )
+    least_undercut: float = threshold(
+        0.05, "1", "numpy", "where 1 - κφ falls below, a roller does not fit its curve", "the row bends by 20 κ there"
+    )
+    place_turn: float = threshold(
+        0.1,
+        "rad",
+        "numpy",
+        "a curve turns by less from one place to the next",
+        "8 nodes of Gauss: 1e-16",
+    )
+    places: int = threshold(128, "-", "numpy", "so many places a curve has at least", "chosen")
+    smooth_curve: float = threshold(
+        1e-7,
+        "rad",
+        "numpy",
+        "a knot at which a curve turns by no more is no corner",
+        "numbers of 8 digits",
+    )

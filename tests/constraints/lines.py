@@ -1,0 +1,38 @@
+"""Curves of each form, and primitives on them."""
+
+from __future__ import annotations
+
+from math import pi
+
+from mbproj.constraints.profile import Arc, Profile
+from mbproj.functions.curves.laws import Rise
+from mbproj.functions.curves.shapes import Followed, ellipse, of_law, polar, polyline, through
+
+CORNERS = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.5, 0.6), (0.0, 1.0)]
+RISES = [
+    Rise(2.0 * pi / 3.0, 0.3, "cycloidal"),
+    Rise(pi / 3.0, 0.3, "dwell"),
+    Rise(2.0 * pi / 3.0, 0.0, "modified_sine"),
+    Rise(pi / 3.0, 0.0, "dwell"),
+]
+TABLE = [(0.0, 1.0), (0.5 * pi, 1.2), (pi, 1.0), (4.5, 0.9), (2.0 * pi, 1.0)]
+
+#: Of sizes about 1 m.
+LINES = {
+    "spline": through([(1.0, 0.0), (0.2, 0.8), (-0.7, 0.3), (-0.4, -0.8)], closed=True),
+    "open spline": through([(0.0, 0.0), (1.0, 0.2), (2.0, 0.0)], closed=False),
+    "ellipse": ellipse((0.7, 0.4)),
+    "polyline": polyline(CORNERS, 0.1, closed=True),
+    "open polyline": polyline(CORNERS[:3], 0.1, closed=False),
+    "table": polar(TABLE),
+    "roller": of_law(0.6, RISES, Followed("roller", 0.1), clockwise=False),
+    "clockwise": of_law(0.6, RISES, Followed("point"), clockwise=True),
+    "flat": of_law(0.9, RISES, Followed("flat"), clockwise=False),
+}
+ON_CURVES = {
+    "outside": Profile(LINES["spline"], side=-1.0, reach=0.1),
+    "inside": Profile(LINES["ellipse"], side=1.0),
+    "held": Profile(LINES["ellipse"], piece=0, side=-1.0, reach=0.2),
+    "arc": Arc(LINES["roller"]),
+    "arc of an open one": Arc(LINES["open polyline"]),
+}
