@@ -20,6 +20,7 @@ from mbproj.errors import SimulationError
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.model.stops import Stops
 from mbproj.model.system import System
+from mbproj.thresholds import THRESHOLDS
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,9 +80,15 @@ class Freedom:
         return Free(change, self._multipliers(tangent_force(self.system, self._moving(change, counted))))
 
     def gap_accelerations(self, stops: Stops, free: Free) -> Array:
-        """g'' of the gaps (S,) where no stop acts."""
+        """g'' of the gaps (S,) where no stop acts; what is round-off beside the whole motion is 0."""
         bias = stops.side * _bias(stops.coordinates, self.pose, self.twist)
-        return np.asarray(_gradients(stops, self.pose) @ free.change + bias)
+        found = _gradients(stops, self.pose) @ free.change + bias
+        none = self.round_off(free) * np.linalg.norm(self.rows(stops), axis=1)
+        return np.asarray(np.where(np.abs(found) <= none, 0.0, found))
+
+    def round_off(self, free: Free) -> float:
+        """That of x'', √J/kg. A row N cannot see more of x'' than |N| |x''|."""
+        return float(THRESHOLDS.no_push * np.sqrt(free.change @ self.M @ free.change))
 
     def gap_gradients(self, stops: Stops) -> Array:
         """∂g/∂(δr, δθ), (S, 6n)."""

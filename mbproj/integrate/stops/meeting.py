@@ -11,7 +11,7 @@ import numpy as np
 from mbproj.arrays import Array, Flags, Integers
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State
-from mbproj.dynamics.contact.freedom import Freedom, counted_coordinates
+from mbproj.dynamics.contact.freedom import Free, Freedom, counted_coordinates
 from mbproj.dynamics.contact.impact import LAWS, Impact, Struck, contact_pushes
 from mbproj.dynamics.contact.inside import stop_sizes
 from mbproj.dynamics.equations.energy import kinetic_energy
@@ -32,7 +32,7 @@ from mbproj.thresholds import THRESHOLDS
 @dataclass(frozen=True, eq=False)
 class Meeting:
     """The state after, the contacts from here on, what is recorded; the energy that was lost and the work that motions
-    did in no time, J; and how hard the contacts push, N or N m."""
+    did in no time, J; and how hard the contacts push, N or N m, or so much that a pull within round-off is none."""
 
     state: State
     contacts: Contacts
@@ -66,9 +66,26 @@ class _Touch:
         return self.freedom.rows(self.stops)
 
     @cached_property
+    def free(self) -> Free:
+        """The motion without contacts of rigid stops and dry friction."""
+        return self.freedom.free(self.counted)
+
+    @cached_property
     def acceleration(self) -> Array:
-        """Of the gaps, without contacts of rigid stops and dry friction, (S,)."""
-        return self.freedom.gap_accelerations(self.stops, self.freedom.free(self.counted))
+        """Of the gaps in it, (S,)."""
+        return self.freedom.gap_accelerations(self.stops, self.free)
+
+    @property
+    def round_off(self) -> Array:
+        """Of the accelerations of gaps, (S,)."""
+        found: Array = self.freedom.round_off(self.free) * np.linalg.norm(self.N, axis=1)
+        return found
+
+    def least_push(self, touching: Flags) -> float:
+        """Beside such a push what pulls at these stops within round-off is none, N or N m."""
+        size = np.linalg.norm(self.N[touching], axis=1)
+        none = self.freedom.round_off(self.free) / float(size[size > 0.0].min(initial=np.inf))
+        return none / THRESHOLDS.contact_pulls
 
     @property
     def counted(self) -> Array:
@@ -86,7 +103,8 @@ class _Touch:
     def after(self, v: Array) -> _Touch:
         """The same with other velocities; what counts as slow is as before, as round-off is."""
         found = _Touch.__new__(_Touch)
-        found.__dict__.update({k: x for k, x in self.__dict__.items() if k not in ("freedom", "N", "acceleration")})
+        moving = ("freedom", "free", "N", "acceleration")
+        found.__dict__.update({k: x for k, x in self.__dict__.items() if k not in moving})
         found.state = self.state.changed(velocities=v)
         pose = pose_of(found.state.q)
         found.rate = gap_rates(self.stops, pose, twist_of(pose, v))
@@ -135,6 +153,9 @@ def _at_stops(system: System, stops: Stops, state: State, contacts: Contacts, me
         which = np.flatnonzero(staying)
         N = touch.N[which]
         after = replace(held_by(push, which, shares_of(N, push[which], N)), pushing=pushing)
+        opens = touch.acceleration + touch.N @ (N.T @ push[which]) > touch.round_off
+        idle = [k for k in contacts.held if staying[k] and not opens[k] and k not in (*after.touching, *after.idle)]
+        after = replace(after, held=tuple(sorted((*after.held, *idle))))
     else:
         known = Contacts((), pushing) if struck.any() else replace(contacts, held=(), pushing=pushing)
         state, after, push = _with_friction(system, touch.state, known, met, staying, Contacts((), pushing))
@@ -153,7 +174,8 @@ def _at_stops(system: System, stops: Stops, state: State, contacts: Contacts, me
         Event(state.t, _name(system, k), "release", 1) for k in contacts.touching if k not in after.touching
     )
     events += decided(system, state.t, contacts, after)
-    return Meeting(touch.state, after, events, lost, work, float(push.max(initial=0.0)), by_friction)
+    least = touch.least_push(staying) if staying.any() else 0.0
+    return Meeting(touch.state, after, events, lost, work, float(push.max(initial=least)), by_friction)
 
 
 def _with_friction(
@@ -216,12 +238,21 @@ def _bounced(touch: _Touch, rigid: Flags, struck: Flags) -> tuple[Impact, tuple[
         rests = tuple(Event(t + float(way[k]), _name(touch.system, int(k)), "rest", -1) for k in np.flatnonzero(low))
         done = _struck(touch, rigid, np.where(low, 0.0, e))
         again = touch.after(done.v)
-    lifts = rigid & ~low & (again.rate > again.slow) & _lifts_less(again, rigid, THRESHOLDS.lowest_bounce)
-    if not lifts.any():
-        return done, rests
-    staying = rigid & (lifts | (np.abs(again.rate) <= again.slow))
-    settled, gained = _without_lifting(again, np.flatnonzero(staying))
+    settled, gained = _settled(again, rigid, low)
     return replace(done, v=settled.state.v, lost=done.lost - gained), rests
+
+
+def _settled(touch: _Touch, rigid: Flags, low: Flags) -> tuple[_Touch, float]:
+    """After an impact, without what rocks by less than any bounce that counts, and the energy that this has given, J.
+    Where some are kept closed, others may fall shut that opened before."""
+    settled, gained = touch, 0.0
+    staying = np.zeros_like(rigid)
+    while True:
+        rocks = rigid & ~low & (settled.rate > settled.slow) & _lifts_less(settled, rigid, THRESHOLDS.lowest_bounce)
+        if not (rocks & ~staying).any():
+            return settled, gained
+        staying |= rocks | (rigid & (np.abs(settled.rate) <= settled.slow))
+        settled, gained = _without_lifting(touch, np.flatnonzero(staying))
 
 
 def _lifts_less(touch: _Touch, rigid: Flags, height: float) -> Flags:

@@ -20,6 +20,8 @@ from mbproj.scene.stops import OfBody, PlaneStop
 TURNS, ROUND, INNER, OUTER = 2.5, 20, 1.5, 3.6
 #: The side of a plate, in sizes of the mechanism.
 PLATE = 0.6
+#: Planes that differ by less, in sizes of the mechanism and rad, are one.
+ONE_PLANE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,15 +35,15 @@ class LoadLook:
 
 
 def force_parts(scene: Scene, layout: Layout) -> Iterator[Drawn]:
-    """The parts of bushings, torsion springs and planes; `item` is the number of the force in the scene."""
+    """The parts of bushings, torsion springs and planes; `item` is the number of the force in the scene, that of
+    the first stop of a plane."""
     for item, force in enumerate(scene.forces):
         if isinstance(force, Bushing):
             yield from _bushing(scene, force, item, layout)
-        elif isinstance(force, PlaneStop):
-            yield Drawn(_plate(scene, force, layout), layout.number[force.location.body], "springs", item)
         elif isinstance(force, JointForce) and force.joint in layout.frames and _springs(force, "angle", "rad"):
             frame, carrier = layout.frames[force.joint], layout.bodies[force.joint][0]
             yield Drawn(spiral(frame["p1"], frame["z1"], frame["x1"], layout.thickness), carrier, "springs", item)
+    yield from _plates(scene, layout)
 
 
 def slides(scene: Scene) -> Iterator[JointForce]:
@@ -88,9 +90,51 @@ def _bushing(scene: Scene, force: Bushing, item: int, layout: Layout) -> Iterato
         yield Drawn(cylinder(1.2 * r, 8.0 * r, point, z) if side else ring, layout.number[body], "springs", item)
 
 
-def _plate(scene: Scene, stop: PlaneStop, layout: Layout) -> Part:
-    """A square plate under the point that the plane stops, with its upper face in the plane."""
-    poses, thick = poses_of(scene), 2.0 * layout.thickness
+@dataclass(frozen=True, eq=False)
+class _Under:
+    """The plane of a stop, by a `normal` (3,) in the axes of its body, and its `foot` (3,) under the point."""
+
+    item: int
+    normal: Array
+    foot: Array
+
+    def is_in(self, other: _Under, size: float) -> bool:
+        """Whether both are one plane."""
+        beside = abs(float(other.normal @ (self.foot - other.foot)))
+        return bool(np.abs(self.normal - other.normal).max() < ONE_PLANE and beside < ONE_PLANE * size)
+
+
+def _plates(scene: Scene, layout: Layout) -> Iterator[Drawn]:
+    """A plate under the points that a plane stops, one for all of them, with its upper face in the plane."""
+    planes: list[tuple[str, list[_Under]]] = []
+    for item, stop in enumerate(scene.forces):
+        if not isinstance(stop, PlaneStop):
+            continue
+        under, body = _under(scene, stop, item), stop.location.body
+        for owner, found in planes:
+            if owner == body and under.is_in(found[0], layout.size):
+                found.append(under)
+                break
+        else:
+            planes.append((body, [under]))
+    for body, found in planes:
+        yield Drawn(_plate(found, layout), layout.number[body], "springs", found[0].item)
+
+
+def _plate(under: list[_Under], layout: Layout) -> Part:
+    normal, thick = under[0].normal, 2.0 * layout.thickness
+    across = np.eye(3)[int(np.argmin(np.abs(normal)))]
+    x = across - normal * float(normal @ across)
+    x = x / np.linalg.norm(x)
+    axes, feet = np.column_stack([x, np.cross(normal, x), normal]), np.array([each.foot for each in under])
+    low, high = (feet @ axes).min(axis=0), (feet @ axes).max(axis=0)
+    across_it, along_it = (high - low)[:2] + PLATE * layout.size
+    middle = axes @ (0.5 * (low + high)) - 0.5 * thick * normal
+    return Part("box", (float(across_it), float(along_it), thick), middle, triad(normal, x))
+
+
+def _under(scene: Scene, stop: PlaneStop, item: int) -> _Under:
+    poses = poses_of(scene)
     place, turn = poses[stop.location.body]
 
     def on_plane(placed: OfBody) -> Array:
@@ -101,11 +145,7 @@ def _plate(scene: Scene, stop: PlaneStop, layout: Layout) -> Part:
     given = np.array(stop.normal.vector)
     normal = given if stop.normal.local else turn.T @ given
     point, location = on_plane(stop.point), on_plane(stop.location)
-    foot = point - normal * float(normal @ (point - location) + 0.5 * thick)
-    across = np.eye(3)[int(np.argmin(np.abs(normal)))]
-    x = across - normal * float(normal @ across)
-    side = PLATE * layout.size
-    return Part("box", (side, side, thick), foot, triad(normal, x / np.linalg.norm(x)))
+    return _Under(item, normal, point - normal * float(normal @ (point - location)))
 
 
 def spiral(point: Array, axis: Array, normal: Array, r: float) -> Part:

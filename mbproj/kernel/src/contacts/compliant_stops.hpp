@@ -109,10 +109,9 @@ private:
     // How the gap of the row accelerates.
     bool accelerates(const Vector& y, double& found) {
         if (!equations_.slope_at(y.data(), slope_.data())) return false;
-        Vector fall, bend;
-        border_.changes(equations_.solver(), fall);
-        border_.bends(equations_.motion(), bend);
-        found = fall[0] + bend[0];
+        Vector fall;
+        border_.accelerations(equations_.pose(), equations_.solver(), equations_.motion(), 1, fall);
+        found = fall[0];
         return true;
     }
 

@@ -140,14 +140,18 @@ private:
         for (Eigen::Index i = 0; i < count; ++i)
             staying[i] = std::abs(rate[i]) <= slow[i] && !(released && touch[i] == stop);
         Vector push = Vector::Zero(count);
+        Flags opens(touch.size(), true);
         const bool closed = std::find(staying.begin(), staying.end(), true) != staying.end();
-        if (friction_.any() ? !rub(t, turns, staying, released ? -1 : stop, struck, next, push)
-                            : closed && !touching_.pushes(after_, staying, push))
+        if (friction_.any() ? !rub(t, turns, staying, released ? -1 : stop, struck, next, push, opens)
+                            : closed && !touching_.pushes(after_, staying, push, opens))
             return false;
         next.held.clear();
-        next.push = count ? push.maxCoeff() : 0.0;
+        const double least =
+            (friction_.any() ? friction_.round_off() : touching_.round_off()) / thresholds_.contact_pulls;
+        next.push = closed ? std::max(push.maxCoeff(), least) : 0.0;
         for (Eigen::Index i = 0; i < count; ++i) {
-            const bool again = next.met_often > 1 && !released && touch[i] == stop && staying[i];
+            const bool met = touch[i] == stop && !released;
+            const bool again = staying[i] && ((met && next.met_often > 1) || (!opens[i] && (met || holds(touch[i]))));
             const bool wall = staying[i] && friction_.walls().has(next, touch[i]);
             if (push[i] > 0.0 || again || wall) next.held.push_back(touch[i]);
         }
@@ -158,7 +162,7 @@ private:
 
     // What frictions do from here on, while these stops stay closed, and how hard those push.
     bool rub(double t, const std::vector<long>& turns, const Flags& staying, int met, const Flags& struck,
-             ContactState& next, Vector& push) {
+             ContactState& next, Vector& push, Flags& opens) {
         std::vector<int> closed;
         std::vector<Eigen::Index> which;
         for (std::size_t i = 0; i < staying.size(); ++i)
@@ -166,8 +170,11 @@ private:
         const bool known = std::find(struck.begin(), struck.end(), true) == struck.end();
         const int rest = std::max(met - static_cast<int>(laws_.size()), -1);
         Vector pushes;
-        if (!friction_.settle(t, after_, turns, touching_.rows_of(closed), rest, known, next, pushes)) return false;
+        Flags open;
+        if (!friction_.settle(t, after_, turns, touching_.rows_of(closed), rest, known, next, pushes, open))
+            return false;
         push(which) = pushes;
+        for (std::size_t i = 0; i < which.size(); ++i) opens[static_cast<std::size_t>(which[i])] = open[i];
         return true;
     }
 

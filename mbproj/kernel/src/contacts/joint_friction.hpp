@@ -70,11 +70,11 @@ public:
         }
     }
 
-    // At y at t, with whole turns, while these stops touch and stay: what frictions do from here on, and how hard the stops push.
-    // `met` has come to rest, or none, -1; after an impact no friction is `known` to stick. y is without what moves of frictions
-    // at rest. False where that is not for this class.
+    // At y at t, with whole turns, while these stops touch and stay: what frictions do from here on, how hard the stops push,
+    // and which of them may open: walls are left out. `met` has come to rest, or none, -1; after an impact no friction is `known`
+    // to stick. y is without what moves of frictions at rest. False where that is not for this class.
     bool settle(double t, Vector& y, const std::vector<long>& turns, std::vector<ContactRow> stops, int met, bool known,
-                ContactState& next, Vector& push) {
+                ContactState& next, Vector& push, std::vector<bool>& opens) {
         const std::vector<ContactRow> closed = stops;
         touching_ = walls_.take_from(stops);
         const auto first = static_cast<Eigen::Index>(stops.size()), count = static_cast<Eigen::Index>(laws_.size());
@@ -100,23 +100,30 @@ public:
             balance.up.push_back(Walls<D>::push(touching_[k], 1.0));
             balance.down.push_back(Walls<D>::push(touching_[k], -1.0));
         }
-        if (!accelerations(y, balance.b) || (first == 0 && rests.isZero(0.0) && !is_bounded(balance))) return false;
+        if (!accelerations(y, first, balance.b) || (first == 0 && rests.isZero(0.0) && !is_bounded(balance)))
+            return false;
         Vector forces;
         std::vector<bool> stuck;
         const auto loads = [this](const Vector& along, Vector& found) { see_loads(along, found); };
         if (!balance.decide(loads, thresholds_, forces, stuck)) return false;
         Vector load;
         loads(forces, load);
+        const Vector after = balance.b + balance.B * forces;
         push.resize(static_cast<Eigen::Index>(closed.size()));
+        opens.assign(closed.size(), true);
         Eigen::Index own = 0;
         for (std::size_t i = 0; i < closed.size(); ++i) {
             const int k = walls_.along(closed[i].coordinate);
+            if (k < 0) opens[i] = border_.opens(own, after[own]);
             const double force = k < 0 ? forces[own++] : closed[i].sign * forces[first + k];
             push[static_cast<Eigen::Index>(i)] = k < 0 ? force : Walls<D>::push_of(force, laws_[k].fixed * load[k]);
         }
         take(balance.direction, stuck, turns, known, next);
         return true;
     }
+
+    // Of how hard stops push, as they were seen last.
+    double round_off() const { return border_.round_off(); }
 
     // What begins to stick or to slide, or turns.
     void record(double t, const ContactState& before, const ContactState& after,
@@ -182,14 +189,11 @@ private:
         return true;
     }
 
-    // Of the rows, where neither stops nor frictions act; and what bearings carry then.
-    bool accelerations(const Vector& y, Vector& found) {
+    // Of the rows, `first` those of stops, where neither stops nor frictions act; and what bearings carry then.
+    bool accelerations(const Vector& y, Eigen::Index first, Vector& found) {
         slope_.resize(y.size());
         if (!equations_.slope_at(y.data(), slope_.data(), lambda_.data())) return false;
-        Vector bend;
-        border_.changes(equations_.solver(), found);
-        border_.bends(equations_.motion(), bend);
-        found += bend;
+        border_.accelerations(equations_.pose(), equations_.solver(), equations_.motion(), first, found);
         base_.clear(), responses_.clear();
         for (const Bearing<D>& bearing : model_.bearings)
             base_.emplace_back(model_, equations_.pose(), bearing, lambda_.data());

@@ -36,6 +36,9 @@ public:
     // How fast the gaps open.
     void rates(Vector& found) const { border_.rates(equations_.motion(), found); }
 
+    // Of how hard they push, as they were seen last.
+    double round_off() const { return border_.round_off(); }
+
     // The impact of the stops that touch; where a bounce would be lower than any that counts, without restitution. `rate` is what
     // it is after.
     bool strike(double t, const Vector& y, const Flags& struck, const Vector& slow, Vector e, Vector& rate,
@@ -60,18 +63,13 @@ public:
             e[i] = 0.0;
         }
         if (!rests.empty() && (!hit() || !falls(rate, slow, fall))) return false;
+        const Vector hit_rate = rate;
         Vector z = impact.impulse;
         Flags staying(struck.size());
-        bool lifts = false;
-        for (Eigen::Index i = 0; i < count; ++i) {
-            const bool lifted = !low[i] && rate[i] > slow[i] && lifts_less(i, rate[i], fall[i]);
-            lifts = lifts || lifted;
-            staying[i] = lifted || std::abs(rate[i]) <= slow[i];
-        }
-        if (lifts) {
-            z += without_lifting(staying, rate);
+        while (rocks(low, rate, slow, fall, staying)) {
+            z = impact.impulse + without_lifting(staying, hit_rate);
             rate = before + border_.operator_of_rows() * z;
-            if (!change(y, z)) return false;
+            if (!change(y, z) || !falls(rate, slow, fall)) return false;
         }
         const double given = 0.5 * z.dot(border_.operator_of_rows() * z) + z.dot(before);
         if (-given < -thresholds_.creates_energy * kinetic_energy(model_, y)) return false;
@@ -96,6 +94,16 @@ public:
         for (std::size_t i = 0; i < which.size(); ++i) push[which[i]] = z[static_cast<Eigen::Index>(i)];
         return true;
     }
+    // The same, and which gaps open then.
+    bool pushes(const Vector& y, const Flags& staying, Vector& push, Flags& opens) {
+        if (!pushes(y, staying, push)) return false;
+        const Vector after = free_ + border_.operator_of_rows() * push;
+        for (std::size_t i = 0; i < opens.size(); ++i) {
+            const auto k = static_cast<Eigen::Index>(i);
+            opens[i] = border_.opens(k, after[k]);
+        }
+        return true;
+    }
 
 private:
     // The state after impulses z.
@@ -110,10 +118,8 @@ private:
     bool accelerations(const Vector& y, Vector& found) {
         equations_.set_velocities(y.data(), false);
         if (!equations_.slope_at(y.data(), slope_.data())) return false;
-        Vector bend;
-        border_.changes(equations_.solver(), found);
-        border_.bends(equations_.motion(), bend);
-        found += bend;
+        const auto count = static_cast<Eigen::Index>(stop_.size());
+        border_.accelerations(equations_.pose(), equations_.solver(), equations_.motion(), count, found);
         return true;
     }
 
@@ -130,6 +136,20 @@ private:
     bool lifts_less(Eigen::Index i, double rate, double fall) const {
         const double reached = fall > 0.0 ? rate * rate / (2.0 * fall) : std::numeric_limits<double>::infinity();
         return rate > 0.0 && reached < thresholds_.lowest_bounce * laws_[stop_[i]].size;
+    }
+
+    // Whether some gap opens after an impact by less than any bounce that counts, and does not stay closed; now it does, and what
+    // rests does. Where some are kept closed, others may fall shut that opened before.
+    bool rocks(const Flags& low, const Vector& rate, const Vector& slow, const Vector& fall, Flags& staying) const {
+        bool more = false;
+        Flags next = staying;
+        for (Eigen::Index i = 0; i < rate.size(); ++i) {
+            const bool lifted = !low[i] && rate[i] > slow[i] && lifts_less(i, rate[i], fall[i]);
+            more = more || (lifted && !staying[i]);
+            next[i] = next[i] || lifted || std::abs(rate[i]) <= slow[i];
+        }
+        if (more) staying = next;
+        return more;
     }
 
     // Impulses with which these stops stay closed: what rocks comes to rest.

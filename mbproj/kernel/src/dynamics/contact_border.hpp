@@ -105,6 +105,32 @@ public:
             found[static_cast<Eigen::Index>(k)] = rows_[k].sign * along_[k].rate(shift, turn);
     }
 
+    // g'' of the rows in the solver's last motion; of the first so many, what is round-off beside the whole motion is 0. The
+    // energy of accelerations bounds what a row can see of them: |g''|² <= B Σ (m r''² + ω'ᵀ J ω').
+    void accelerations(const Pose<D>& pose, const KktSolver<D>& solver, const Motion<D>& motion, Eigen::Index first,
+                       Vector& found) {
+        changes(solver, found);
+        bends(motion, bend_);
+        found += bend_;
+        double whole = 0.0;
+        for (int b = 0; b < model_.size(); ++b) {
+            const Turn<D> turn = to_body(pose[b].rotation, solver.turn(b));
+            whole += model_.bodies[b].mass * solver.shift(b).squaredNorm() + turn.dot(model_.bodies[b].inertia * turn);
+        }
+        rests_ = model_.thresholds.no_push * std::sqrt(whole) * B_.diagonal().head(first).cwiseSqrt();
+        for (Eigen::Index k = 0; k < first; ++k)
+            if (std::abs(found[k]) <= rests_[k]) found[k] = 0.0;
+    }
+    // Whether the gap of one of these rows opens with such an acceleration.
+    bool opens(Eigen::Index k, double acceleration) const { return acceleration > rests_[k]; }
+    // Round-off of forces along these rows.
+    double round_off() const {
+        double most = 0.0;
+        for (Eigen::Index k = 0; k < rests_.size(); ++k)
+            if (rests_[k] > 0.0) most = std::max(most, rests_[k] / B_(k, k));
+        return most;
+    }
+
     // Whether each gap is at most `grains` ε of the largest coordinate that enters it, or `least`.
     [[gnu::noinline, gnu::cold]] bool within(const Pose<D>& pose, double grains, double least) {
         see(pose);
@@ -225,7 +251,7 @@ private:
     std::vector<Coordinate<D>> along_;
     Eigen::MatrixXd B_, reactions_;
     SemidefiniteCholesky cholesky_;
-    Vector free_, bend_, pushes_, gap_, loose_;
+    Vector free_, bend_, pushes_, gap_, loose_, rests_;
     std::vector<Point<D>> force_;
     std::vector<Turn<D>> torque_;
 };
