@@ -43,6 +43,10 @@ def scene_text(mechanism: Mechanism, version: str) -> str:
         for joint in chosen:
             entry = _shared(_joint(mechanism, joint), names)
             text += lines(joint.name, entry, 2, _origin(joint.place, mechanism.file))
+    if mechanism.signals:
+        text.append("signals:")
+        for name, signal in mechanism.signals.items():
+            text += lines(name, signal, 2)
     if mechanism.forces:
         text.append("forces:")
         for name, force in mechanism.forces.items():

@@ -122,7 +122,7 @@ def _sizes(contents: Contents, names: dict[str, tuple[str, ...]]) -> dict[str, i
 
 
 def _fits(kind: str, name: str) -> bool:
-    if kind == "state_units":
+    if kind in ("state_units", "signal_units"):
         return name.isprintable()
     return name in UNITS if kind.endswith("_units") else _can_be_a_name(name)
 

@@ -43,6 +43,7 @@ def tree_of(mechanism: Mechanism) -> str:
     forces = {name: force for name, force in mechanism.forces.items() if force["type"] not in ("friction", "stop")}
     alone = Mechanism(mechanism.title, mechanism.kind, mechanism.file, mechanism.gravity)
     alone.parts, alone.joints, alone.forces, alone.tree = mechanism.parts, joints, forces, set(joints)
+    alone.signals = mechanism.signals
     return scene_text(alone, "test")
 
 

@@ -42,6 +42,9 @@ ACTING = {
     "limited force": '<position name="u" joint="turn" kp="30" kv="2" gear="-0.5" forcerange="-3 2"/>',
     "constant push": '<general name="u" joint="turn" biastype="affine" biasprm="2 0 0"/>',
     "motor of two joints": '<motor name="u" tendon="both" gear="1.5"/>',
+    "servo of two joints": '<position name="u" tendon="both" kp="3" kv="0.4" gear="1.5"/>',
+    "affine, of two joints, limited": '<general name="u" tendon="both" gaintype="affine" gainprm="2 0.3 -0.4"'
+    ' biastype="affine" biasprm="1 0.5 -0.2" forcerange="-2 2"/>',
     "servo of a tendon": '<position name="u" tendon="one" kp="3" kv="0.4"/>',
     "servo of a line": '<position name="u" tendon="line" kp="3" kv="0.4"/>',
     "motor of a line": '<motor name="u" tendon="line" gear="-2"/>',
@@ -118,7 +121,6 @@ def test_a_servo_that_holds_is_a_spring_to_its_control_signal(tmp_path):
 @pytest.mark.parametrize(
     "actuator",
     [
-        '<position name="u" tendon="both" kp="3"/>',
         '<muscle name="u" joint="turn"/>',
         '<intvelocity name="u" joint="turn" kp="3" actrange="-1 1"/>',
         '<position name="u" site="eye" refsite="post" kp="3"/>',
@@ -185,3 +187,12 @@ def test_the_scene_with_signals_reads_as_written(tmp_path):
     assert [line for line in text.splitlines() if len(line) > 100 and str(tmp_path) not in line] == []
     assert text.splitlines()[:2] == ["# Imported by mbproj 1 from MJCF,", f"#   {path}"]
     assert [force.name for force in read_scene_text(text).forces] == ["u"]
+
+
+def test_a_servo_of_two_joints_runs_and_its_force_is_a_signal(tmp_path):
+    """kp (u - L) - kv L' of the length 0.7 turn - 2 slide, at all samples; its results can be read."""
+    path = written(tmp_path, '<position name="u" tendon="both" kp="3" kv="0.4"/>')
+    results = mbproj.run(mbproj.import_model(path, controls={"u": 0.4}).scene, duration=0.2)
+    turn, slide = (results.coordinate(name) for name in ("turn.angle", "slide.displacement"))
+    length, rate = 0.7 * turn.value - 2.0 * slide.value, 0.7 * turn.speed - 2.0 * slide.speed
+    np.testing.assert_allclose(results["signals/value"][:, 0], 3.0 * (0.4 - length) - 0.4 * rate, atol=1e-12)

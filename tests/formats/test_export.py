@@ -172,3 +172,24 @@ forces:
     assert set(lost) == {"force 'line'", "force 'seal'"}
     assert lost["force 'seal'"] == "left out: no model has the type torsion_maxwell"
     assert "<tendon" not in written.text
+
+
+def test_a_telescope_is_a_tendon_where_something_acts_along_it(tmp_path):
+    """A spring with a damper along it comes back with its force; one that holds and bears nothing has no say."""
+    scene = read_scene_text("""\
+mbproj: 1
+gravity: [0, 0, -9.81]
+bodies: {boom: {mass: 2, inertia: [0.1, 0.1, 0.1], position: [0.5, 0, 0]}}
+joints:
+  A: {type: revolute, bodies: [ground, boom], location: [0, 0, 0], axis: y, speed: 0.7}
+  lift: {type: telescope, bodies: [ground, boom], locations: [[0, 0, -1], [1, 0, 0]]}
+  idle: {type: telescope, bodies: [ground, boom], locations: [[0, 1, -1], [1, 0, 0]]}
+forces:
+  oil: {type: linear_spring_damper, joint: lift, stiffness: 40, damping: 3, free_displacement: 1.1}
+""")
+    written = as_mjcf(scene, "1")
+    assert {row.element: row.same.value for row in written.said if "joint" in row.element} == {"joint 'idle'": "yes"}
+    assert not [row for row in written.said if row.same.value == "no"]
+    assert difference(accelerations(scene), accelerations(again(written, tmp_path, "xml"))) < 1e-12
+    lost = {row.element for row in as_urdf(scene, "1").said if row.same.value == "no"}
+    assert lost == {"what acts on 'lift.length'", "velocities at the start"}

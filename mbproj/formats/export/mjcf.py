@@ -57,7 +57,9 @@ class _Mjcf:
             self._body(world, branch)
         root.children += [each for each in (self.equality, self.tendon) if each.children]
         self._keyframe(root)
-        say_unwritten(self.scene, self.out.say, tree=self.tree, acting=self.acting)
+        lines = {f"{joint.name}.length" for joint in self.tree.loops if joint.type == "telescope"}
+        acting = {name: acts for name, acts in self.acting.items() if name not in lines}
+        say_unwritten(self.scene, self.out.say, tree=self.tree, acting=acting)
         head = f"<!-- Written by mbproj {version}. Angles are in rad; joints begin at their 'ref'. -->"
         self.out.text = "\n".join([head, *root.lines()]) + "\n"
         return self.out
@@ -130,7 +132,9 @@ class _Mjcf:
             bodies = [None if body == GROUND else body for body in joint.bodies]
             if bodies[0] is None:
                 bodies.reverse()
-            if joint.type not in LOOPS:
+            if joint.type == "telescope":
+                self._telescope(joint)
+            elif joint.type not in LOOPS:
                 what = f"left out: MJCF has no {joint.type} joint that closes a loop"
                 self.out.say(f"joint '{joint.name}'", what, Same.NO)
             elif joint.type == "distance":
@@ -141,6 +145,29 @@ class _Mjcf:
                 self.equality.add("weld", name=joint.name, body1=bodies[0], body2=bodies[1])
             else:
                 self._points(joint, bodies)
+
+    def _telescope(self, joint: Joint) -> None:
+        """What acts along the line between two points acts along a tendon; without it a telescope has no say."""
+        acting = self.acting.get(f"{joint.name}.length")
+        if acting is None:
+            what = "left out: nothing acts along it, and it holds nothing"
+            self.out.say(f"joint '{joint.name}'", what, Same.YES)
+            return
+        limit = acting.limit
+        if limit is not None:
+            self.out.say(f"limit of '{joint.name}'", "a soft limit in MuJoCo", Same.UNTIL)
+        path = self._path(
+            joint.name,
+            joint.bodies,
+            self.start.ends(joint.bodies, joint.points),
+            range=None if limit is None else (limit.low or 0.0, FAR if limit.high is None else limit.high),
+            stiffness=acting.stiffness or None,
+            springlength=acting.rest if acting.stiffness else None,
+            damping=acting.damping or None,
+            frictionloss=acting.dry or None,
+            armature=acting.armature or None,
+        )
+        self.tendon.children.append(path)
 
     def _points(self, joint: Joint, bodies: list[str | None]) -> None:
         """A point that two bodies share, and a second one on the axis of a revolute joint."""

@@ -136,6 +136,11 @@ class _Urdf:
 
     def _loop(self, joint: Joint) -> None:
         """A point, two points of a revolute joint, or a frame."""
+        if joint.type == "telescope":
+            if f"{joint.name}.length" not in self.acting:
+                what = "left out: nothing acts along it, and it holds nothing"
+                self.out.say(f"joint '{joint.name}'", what, Same.YES)
+            return
         if joint.type not in ("spherical", "revolute", "fixed"):
             what = f"left out: no {joint.type} joint closes a loop of URDF"
             self.out.say(f"joint '{joint.name}'", what, Same.NO)

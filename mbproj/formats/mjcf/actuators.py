@@ -10,7 +10,7 @@ import numpy as np
 from mbproj.dataclass import dataclass
 from mbproj.errors import Place
 from mbproj.formats.chains import Coordinates, free_name
-from mbproj.formats.mechanism import Bare, Mechanism, Quantity, Same, Wishes
+from mbproj.formats.mechanism import Bare, Mechanism, Names, Quantity, Same, Wishes
 from mbproj.formats.mjcf.compiled import Compiled
 from mbproj.formats.mjcf.equalities import tendon_weights
 from mbproj.formats.mjcf.joints import FREE, HINGE, SLIDE, joint_name
@@ -95,12 +95,38 @@ def _act(
                 force = {"type": kind, **entry, kind: [Bare(each) for each in vector]}
                 mechanism.forces[free_name(mechanism, name if kind == "force" else f"{name}_torque")] = force
         return True
-    if len(along) > 1 and (law.gain[1:].any() or law.bias[1:].any()):
-        return False
+    if len(along) > 1 and (law.gain[1:].any() or law.bias[1:].any() or law.range):
+        _act_on_sum(mechanism, name, along, law, drive)
+        return True
     for each in along:
         for entry in _forces(each, law, drive):
             mechanism.forces[free_name(mechanism, name)] = {**each.entry, **entry}
     return True
+
+
+def _act_on_sum(mechanism: Mechanism, name: str, along: list[Along], law: Law, drive: Drive) -> None:
+    """One force by the sum of coordinates and its rate, a signal, which acts along each of them."""
+    seen = [f"{each.entry['joint']}.{each.entry.get('coordinate', each.s)}".replace("-", "_") for each in along]
+    length = _sum([(sum(each.factor * each.start for each in along), "1"), *_weighed(along, seen, "")])
+    rate = _sum(_weighed(along, seen, "_dot"))
+    terms = [(law.gain[0], drive.text), (law.bias[0], "1")]
+    for at, text in ((1, length), (2, rate)):
+        terms += [(law.gain[at], f"{drive.text}*({text})"), (law.bias[at], f"({text})")]
+    text = _sum(terms)
+    if law.range:
+        text = f"min(max({text}, {shown(law.range[0])}), {shown(law.range[1])})"
+    taken = frozenset([*mechanism.forces, *mechanism.signals])
+    signal = Names(taken).own(f"{name}_force".replace("-", "_"))
+    mechanism.signals[signal] = Bare(text)
+    for each in along:
+        mechanism.forces[free_name(mechanism, name)] = {
+            **each.entry,
+            each.force: Bare(f"{shown(each.factor)}*{signal}"),
+        }
+
+
+def _weighed(along: list[Along], seen: list[str], ending: str) -> list[tuple[float, str]]:
+    return [(each.factor, name + ending) for each, name in zip(along, seen, strict=True)]
 
 
 def _along(

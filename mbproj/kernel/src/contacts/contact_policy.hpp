@@ -151,7 +151,7 @@ private:
         next.push = closed ? std::max(push.maxCoeff(), least) : 0.0;
         for (Eigen::Index i = 0; i < count; ++i) {
             const bool met = touch[i] == stop && !released;
-            const bool again = staying[i] && ((met && next.met_often > 1) || (!opens[i] && (met || holds(touch[i]))));
+            const bool again = staying[i] && ((met && next.met_often > 1) || (!opens[i] && holds(touch[i])));
             const bool wall = staying[i] && friction_.walls().has(next, touch[i]);
             if (push[i] > 0.0 || again || wall) next.held.push_back(touch[i]);
         }
