@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.polynomial import Polynomial
 
+from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.formats.export.start import Start
 from mbproj.joints.table import thread
@@ -61,3 +62,10 @@ def _polynomial(joint: Joint, at: float) -> Polynomial | None:
     scale = max(1.0, float(np.abs(wanted).max()))
     found = Polynomial(np.where(np.abs(found.coef) < SAME * scale, 0.0, found.coef))
     return found if np.abs(found(others) - wanted).max() <= 100 * SAME * scale else None
+
+
+def five(curve: Polynomial) -> Array:
+    """The coefficients of a polynomial of the fourth degree at most, the constant first, (5,)."""
+    coefficients = np.zeros(5)
+    coefficients[: len(curve.coef)] = curve.coef
+    return coefficients

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections import Counter
-
 import numpy as np
 from numpy.polynomial import Polynomial
 
 from mbproj.arrays import Array
 from mbproj.formats.export.acting import Acting, acting_on
-from mbproj.formats.export.couplings import Sum, sum_of
+from mbproj.formats.export.couplings import Sum, five, sum_of
 from mbproj.formats.export.markup import Tag, tag
 from mbproj.formats.export.start import start_of
-from mbproj.formats.export.tree import Branch, Freedom, Tree, tree_of, without_massless
+from mbproj.formats.export.tree import Branch, Freedom, down, named, tree_of, without_massless
 from mbproj.formats.export.written import Written, say_unwritten
 from mbproj.formats.mechanism import Names, Same
 from mbproj.formats.placed import quaternion
@@ -35,7 +33,7 @@ class _Mjcf:
         self.scene, self.start = scene, start_of(scene)
         self.out = Written("")
         self.bodies = {body.name: body for body in scene.bodies}
-        self.tree = without_massless(scene, tree_of(scene, self.start), _named(scene))
+        self.tree = without_massless(scene, tree_of(scene, self.start), named(scene))
         self.acting = acting_on(scene, self.out.say)
         self.sites: dict[str, list[Tag]] = {}
         self.equality, self.tendon = tag("equality"), tag("tendon")
@@ -220,13 +218,13 @@ class _Mjcf:
             curve = -weights.pop(first) * Polynomial([0.0, 1.0])
         if len(weights) == 1:
             ((y, weight),) = weights.items()
-            coefficients = None if curve is None else _five(curve / weight)
+            coefficients = None if curve is None else five(curve / weight)
             second = None if curve is None else free[first].name
             self.equality.add("joint", name=found.name, joint1=free[y].name, joint2=second, polycoef=coefficients)
             return
         whole = self._fixed(found.name, {free[name].name: weight for name, weight in weights.items()})
         second = None if curve is None else self._fixed(f"{found.name}_of", {free[first].name: 1.0})
-        coefficients = None if curve is None else _five(curve)
+        coefficients = None if curve is None else five(curve)
         self.equality.add("tendon", name=found.name, tendon1=whole, tendon2=second, polycoef=coefficients)
 
     def _fixed(self, name: str, weights: dict[str, float]) -> str:
@@ -272,7 +270,7 @@ class _Mjcf:
             return
         qpos: list[Array] = []
         qvel: list[Array] = []
-        for branch in _down(self.tree, GROUND):
+        for branch in down(self.tree, GROUND):
             pose = self.start.poses[branch.body]
             turning = pose.rotation.T @ (self.start.turning[branch.body] - self.start.turning[branch.carrier])
             for freedom in branch.freedoms:
@@ -287,34 +285,3 @@ class _Mjcf:
                     qvel.append(np.array([freedom.rate]))
         root.add("keyframe").add("key", name="start", qpos=np.concatenate(qpos), qvel=np.concatenate(qvel))
         self.out.say("velocities at the start", "in the keyframe 'start', which import begins at with --at", Same.YES)
-
-
-def _down(tree: Tree, body: str) -> list[Branch]:
-    """Branches in the order of the file."""
-    found = []
-    for branch in tree.carried(body):
-        found += [branch, *_down(tree, branch.body)]
-    return found
-
-
-def _five(curve: Polynomial) -> Array:
-    coefficients = np.zeros(5)
-    coefficients[: len(curve.coef)] = curve.coef
-    return coefficients
-
-
-def _named(scene: Scene) -> Counter[str]:
-    """How often loops, forces and markers name each body: all that a body between two others must not be."""
-    found: Counter[str] = Counter(marker.body for marker in scene.markers)
-    for force in scene.forces:
-        found.update(getattr(force, "bodies", ()))
-        found.update([body for body in [getattr(force, "body", None)] if body])
-        for end in ("first", "second", "point", "location"):
-            if hasattr(getattr(force, end, None), "body"):
-                found[getattr(force, end).body] += 1
-    joints: Counter[str] = Counter()
-    for joint in scene.joints:
-        if joint.couples is None:
-            joints.update(joint.bodies)
-    found.update({name: 1 for name, often in joints.items() if often != 2})
-    return found

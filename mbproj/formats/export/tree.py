@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import field, replace
 
@@ -158,3 +159,28 @@ def without_massless(scene: Scene, tree: Tree, named: Mapping[str, int]) -> Tree
             branches[outer.body] = replace(outer, carrier=own.carrier, freedoms=joined)
             del branches[name]
     return replace(tree, branches=tuple(branches.values()))
+
+
+def down(tree: Tree, body: str) -> list[Branch]:
+    """Branches in the order of the file."""
+    found = []
+    for branch in tree.carried(body):
+        found += [branch, *down(tree, branch.body)]
+    return found
+
+
+def named(scene: Scene) -> Counter[str]:
+    """How often loops, forces and markers name each body: all that a body between two others must not be."""
+    found: Counter[str] = Counter(marker.body for marker in scene.markers)
+    for force in scene.forces:
+        found.update(getattr(force, "bodies", ()))
+        found.update([body for body in [getattr(force, "body", None)] if body])
+        for end in ("first", "second", "point", "location"):
+            if hasattr(getattr(force, end, None), "body"):
+                found[getattr(force, end).body] += 1
+    joints: Counter[str] = Counter()
+    for joint in scene.joints:
+        if joint.couples is None:
+            joints.update(joint.bodies)
+    found.update({name: 1 for name, often in joints.items() if often != 2})
+    return found

@@ -4,19 +4,15 @@ sticking and sliding."""
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cached_property
 
 import numpy as np
 
 from mbproj.arrays import Array, Flags, Integers
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State
-from mbproj.dynamics.contact.freedom import Free, Freedom, counted_coordinates
+from mbproj.dynamics.contact.freedom import Freedom, counted_coordinates
 from mbproj.dynamics.contact.impact import LAWS, Impact, Struck, contact_pushes
-from mbproj.dynamics.contact.inside import stop_sizes
-from mbproj.dynamics.equations.energy import kinetic_energy
-from mbproj.dynamics.equations.gaps import gap_rates, gaps
-from mbproj.dynamics.equations.kinematics import body_rates, pose_of, twist_of
+from mbproj.dynamics.contact.touch import Touch
 from mbproj.dynamics.friction.shares import held_by, shares_of
 from mbproj.integrate.events.time_events import Event
 from mbproj.integrate.stops.failures import creates_energy, driven_into, struck_together
@@ -43,74 +39,6 @@ class Meeting:
     rubbed: tuple[Integers, Array] | None = None
 
 
-class _Touch:
-    """A mechanism at stops, with what they are to it."""
-
-    def __init__(self, system: System, stops: Stops, state: State, pushing: dict[int, float]) -> None:
-        self.system, self.state, self.stops = in_contact(system, Contacts((), pushing)), state, stops
-        pose = pose_of(state.q)
-        twist = twist_of(pose, state.v)
-        self.gap, self.rate = gaps(self.stops, pose, state.turns), gap_rates(self.stops, pose, twist)
-        self.size = stop_sizes(system)
-        self.near = self.gap <= THRESHOLDS.touching * self.size
-        speed = np.abs(twist.velocity).max() / system.length + np.abs(body_rates(pose, twist)).max()
-        self.slow = THRESHOLDS.stop_rests * self.size * speed
-        self.kinetic = float(kinetic_energy(system, pose, twist))
-
-    @cached_property
-    def freedom(self) -> Freedom:
-        return Freedom.at(self.system, self.state)
-
-    @cached_property
-    def N(self) -> Array:
-        return self.freedom.rows(self.stops)
-
-    @cached_property
-    def free(self) -> Free:
-        """The motion without contacts of rigid stops and dry friction."""
-        return self.freedom.free(self.counted)
-
-    @cached_property
-    def acceleration(self) -> Array:
-        """Of the gaps in it, (S,)."""
-        return self.freedom.gap_accelerations(self.stops, self.free)
-
-    @property
-    def round_off(self) -> Array:
-        """Of the accelerations of gaps, (S,)."""
-        found: Array = self.freedom.round_off(self.free) * np.linalg.norm(self.N, axis=1)
-        return found
-
-    def least_push(self, touching: Flags) -> float:
-        """Beside such a push what pulls at these stops within round-off is none, N or N m."""
-        size = np.linalg.norm(self.N[touching], axis=1)
-        none = self.freedom.round_off(self.free) / float(size[size > 0.0].min(initial=np.inf))
-        return none / THRESHOLDS.contact_pulls
-
-    @property
-    def counted(self) -> Array:
-        """The joints' coordinates with turns."""
-        return counted_coordinates(self.system, self.state)
-
-    def fall(self, rigid: Flags) -> Array:
-        """How gaps are accelerated shut where those of `rigid` stops that rest stay, (S,): a ball falls on another one
-        that the floor holds."""
-        rest = np.flatnonzero(rigid & (np.abs(self.rate) <= self.slow))
-        pushes = contact_pushes(self.N[rest], self.acceleration[rest]) if rest.size else None
-        held = 0.0 if pushes is None else self.N @ (self.N[rest].T @ pushes)
-        return -(self.acceleration + held)
-
-    def after(self, v: Array) -> _Touch:
-        """The same with other velocities; what counts as slow is as before, as round-off is."""
-        found = _Touch.__new__(_Touch)
-        moving = ("freedom", "free", "N", "acceleration")
-        found.__dict__.update({k: x for k, x in self.__dict__.items() if k not in moving})
-        found.state = self.state.changed(velocities=v)
-        pose = pose_of(found.state.q)
-        found.rate = gap_rates(self.stops, pose, twist_of(pose, v))
-        return found
-
-
 def meet(system: System, state: State, contacts: Contacts, met: Met, *, begins: bool = False) -> Meeting:
     """At a state where something is met: a gap is closed, the contact of a stop pushes no longer, sliding comes to rest
     or friction holds no longer. Raises SimulationError where a motion drives into a stop, where an impact would create
@@ -126,7 +54,7 @@ def meet(system: System, state: State, contacts: Contacts, met: Met, *, begins: 
 
 def _at_stops(system: System, stops: Stops, state: State, contacts: Contacts, met: Met) -> Meeting:
     pushing, events = _compliant(system, stops, state, contacts)
-    touch = _Touch(system, stops, state, pushing)
+    touch = Touch(system, stops, state, pushing)
     touched = _marked(stops.size, (*contacts.held, *contacts.shares))
     still = THRESHOLDS.stop_rests * touch.size * met.fastest  # at rest all of the motion is round-off
     touch.slow = np.where(touched, np.maximum(touch.slow, still), touch.slow)
@@ -207,7 +135,7 @@ def _compliant(
 ) -> tuple[dict[int, float], tuple[Event, ...]]:
     """The compliant stops that push from here on, with their damping."""
     pushing, events = dict(contacts.pushing), []
-    touch = _Touch(system, stops, state, pushing)
+    touch = Touch(system, stops, state, pushing)
     for k in [k for k in pushing if touch.gap[k] >= -THRESHOLDS.touching * touch.size[k] and touch.rate[k] >= 0.0]:
         del pushing[k]
         events.append(Event(state.t, _name(system, k), "release", 1))
@@ -222,7 +150,7 @@ def _compliant(
     return pushing, tuple(events)
 
 
-def _bounced(touch: _Touch, rigid: Flags, struck: Flags) -> tuple[Impact, tuple[Event, ...]]:
+def _bounced(touch: Touch, rigid: Flags, struck: Flags) -> tuple[Impact, tuple[Event, ...]]:
     """The impact of the stops that touch; where a bounce would be lower than any that counts, without restitution, and
     when its bounces would have come to rest."""
     bounces = struck if touch.stops.impact_law == "newton" else rigid  # else by impulses, which others have too
@@ -242,7 +170,7 @@ def _bounced(touch: _Touch, rigid: Flags, struck: Flags) -> tuple[Impact, tuple[
     return replace(done, v=settled.state.v, lost=done.lost - gained), rests
 
 
-def _settled(touch: _Touch, rigid: Flags, low: Flags) -> tuple[_Touch, float]:
+def _settled(touch: Touch, rigid: Flags, low: Flags) -> tuple[Touch, float]:
     """After an impact, without what rocks by less than any bounce that counts, and the energy that this has given, J.
     Where some are kept closed, others may fall shut that opened before."""
     settled, gained = touch, 0.0
@@ -255,7 +183,7 @@ def _settled(touch: _Touch, rigid: Flags, low: Flags) -> tuple[_Touch, float]:
         settled, gained = _without_lifting(touch, np.flatnonzero(staying))
 
 
-def _lifts_less(touch: _Touch, rigid: Flags, height: float) -> Flags:
+def _lifts_less(touch: Touch, rigid: Flags, height: float) -> Flags:
     """Which gaps open, and fall shut again before they are a height, in the mechanism's own length or rad, (S,)."""
     fall = touch.fall(rigid)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -263,14 +191,14 @@ def _lifts_less(touch: _Touch, rigid: Flags, height: float) -> Flags:
     return np.asarray((touch.rate > 0.0) & (reached < height * touch.size))
 
 
-def _without_lifting(touch: _Touch, which: Integers) -> tuple[_Touch, float]:
+def _without_lifting(touch: Touch, which: Integers) -> tuple[Touch, float]:
     """The same where these stops stay closed, and the kinetic energy that this has given, J: what rocks comes to
     rest."""
     x: Array = np.array(np.linalg.lstsq(touch.N[which], -touch.rate[which], rcond=THRESHOLDS.no_push)[0], dtype=float)
     return touch.after(touch.state.v + touch.freedom.changed(x)), touch.freedom.gained(x)
 
 
-def _struck(touch: _Touch, rigid: Flags, e: Array) -> Impact:
+def _struck(touch: Touch, rigid: Flags, e: Array) -> Impact:
     t, which, law = touch.state.t, np.flatnonzero(rigid), touch.stops.impact_law
     rough = rubbing_of(touch.freedom, touch.state, which)
     struck = Struck(touch.freedom, touch.N[which], touch.rate[which], e[which], rough)
@@ -288,13 +216,13 @@ def _struck(touch: _Touch, rigid: Flags, e: Array) -> Impact:
     return found
 
 
-def _holds(touch: _Touch, rigid: Flags, law: str, done: Impact) -> bool:
+def _holds(touch: Touch, rigid: Flags, law: str, done: Impact) -> bool:
     """Whether the law has an answer for the stops that are struck, and leaves no gap that closes."""
     closing = [(each.rate < -touch.slow)[rigid] for each in (touch, touch.after(done.v))]
     return law != "energetic" or (closing[0].sum() <= 1 and not closing[1].any())
 
 
-def _of_impact(touch: _Touch, rigid: Flags, struck: Flags, done: Impact) -> tuple[Event, ...]:
+def _of_impact(touch: Touch, rigid: Flags, struck: Flags, done: Impact) -> tuple[Event, ...]:
     """What is recorded of an impact: of each stop that pushes its impulse and the energy it takes."""
     events = []
     for k, impulse, taken in zip(np.flatnonzero(rigid), done.impulse, done.taken, strict=True):
@@ -304,7 +232,7 @@ def _of_impact(touch: _Touch, rigid: Flags, struck: Flags, done: Impact) -> tupl
     return tuple(events)
 
 
-def _pushes(touch: _Touch, staying: Flags) -> Array:
+def _pushes(touch: Touch, staying: Flags) -> Array:
     """How hard the stops that stay closed push, (S,)."""
     found = np.zeros(touch.stops.size)
     which = np.flatnonzero(staying)
