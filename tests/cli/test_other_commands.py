@@ -86,7 +86,7 @@ def test_examples_are_listed_and_copied_but_never_over_others(tmp_path):
     assert {path.name for path in validation.glob("*")} == {path.name for path in validation_scenes()}
     again = mbproj("examples", "--copy", "here", folder=tmp_path)
     assert again.returncode == 2
-    assert "here has already bennett.yaml, bouncing_ball.yaml, bricard.yaml" in again.stderr
+    assert "here has already bennett.yaml, bicycle.yaml, bouncing_ball.yaml" in again.stderr
 
 
 def test_every_example_can_run(tmp_path):
@@ -110,3 +110,11 @@ def test_help_names_every_command_and_the_methods(tmp_path):
     for name in COMMANDS:
         assert f"\n  {name} " in text
     assert "gpopm-pinv" in mbproj("run", "--help", folder=tmp_path).stdout
+
+
+def test_check_says_what_a_run_has_to_be_told(tmp_path):
+    body = "bodies: {ball: {mass: 1, inertia: [1, 1, 1], position: [0, 0, 0]}}\n"
+    (tmp_path / "ball.yaml").write_text(f"mbproj: 1\ngravity: [0, 0, 0]\n{body}", encoding="utf-8")
+    done = mbproj("check", "ball.yaml", folder=tmp_path)
+    assert done.stdout.endswith("  can run, given --duration and --step or --tolerance\n")
+    assert mbproj("run", "ball.yaml", "--duration", "1", "--step", "0.1", folder=tmp_path).returncode == 0

@@ -18,7 +18,7 @@ from mbproj.joints import COORDINATE_UNITS, INERTIA_UNITS, JOINTS
 if TYPE_CHECKING:
     from mbproj.model import System
     from mbproj.scene import Scene
-    from mbproj.scene.records import Body, Joint
+    from mbproj.scene.records import Body, Joint, Settings
 
 #: Rows of bodies, joints or coordinates that are listed.
 MOST_ROWS = 40
@@ -198,5 +198,13 @@ def _start(scene: Scene, facts: dict[str, Any]) -> list[str]:
         *_formulation(scene, facts),
         f"  {projection_words(settings.projection)}, {settings.integrator}, {step}, {duration}",
         *_expectations(scene),
-        "  can run" if facts["can_run"] else "  cannot run",
+        f"  can run{_needed(settings)}" if facts["can_run"] else "  cannot run",
     ]
+
+
+def _needed(settings: Settings) -> str:
+    """What a run has to be told that the scene does not say."""
+    sized = settings.step is not None or settings.tolerance is not None or settings.kinematic is True
+    missing = {"--duration": settings.duration is None, "--step or --tolerance": not sized}
+    options = [option for option, lacks in missing.items() if lacks]
+    return f", given {' and '.join(options)}" if options else ""
