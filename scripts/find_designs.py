@@ -40,11 +40,29 @@ BOX = {
     "pz": (-0.5, 0.5),
     "start": (-0.6, 0.6),
 }
-#: Linkages by crank, coupler, rocker, the point on the coupler, the angles of crank and rocker at the start, the turn.
+#: Linkages: their dimensions, the angles of crank, coupler and rocker at the start, and by how much the crank turns.
 LINKAGES = {
-    "Hoeken": ({"frame": 0.4, "crank": 0.2, "coupler": 0.5, "rocker": 0.5, "px": 1.0, "pz": 0.0}, 0.0, 1.9, 2 * np.pi),
-    "Chebyshev": ({"frame": 0.4, "crank": 0.5, "coupler": 0.2, "rocker": 0.5, "px": 0.1, "pz": 0.0}, 0.65, 0.95, 0.25),
-    "Roberts": ({"frame": 0.6, "crank": 0.36, "coupler": 0.3, "rocker": 0.36, "px": 0.15, "pz": -0.33}, 1.0, 1.9, 0.2),
+    "Hoeken": (
+        {"frame": 0.4, "crank": 0.2, "coupler": 0.5, "rocker": 0.5, "px": 1.0, "pz": 0.0},
+        0.0,
+        0.6,
+        1.9,
+        2 * np.pi,
+    ),
+    "Chebyshev": (
+        {"frame": 0.4, "crank": 0.5, "coupler": 0.2, "rocker": 0.5, "px": 0.1, "pz": 0.0},
+        0.65,
+        0.6,
+        0.95,
+        0.25,
+    ),
+    "Roberts": (
+        {"frame": 0.6, "crank": 0.36, "coupler": 0.3, "rocker": 0.36, "px": 0.15, "pz": -0.33},
+        1.0,
+        -0.1,
+        2.0,
+        0.2,
+    ),
 }
 
 
@@ -81,7 +99,7 @@ def measures(scene: Scene) -> dict[str, float]:
 
 def path(folder: Path, given: argparse.Namespace) -> Iterator[str]:
     """A seed's truth is a random four-bar of the box that runs."""
-    scene = FOUR_BAR.format(turn="2*pi", leans="1.8")
+    scene = FOUR_BAR.format(turn="2*pi", tips="0.6", leans="1.8")
     errors, times = [], []
     for seed in range(given.seeds):
         draw = np.random.default_rng(seed)
@@ -130,8 +148,8 @@ def noise(folder: Path, given: argparse.Namespace) -> Iterator[str]:
 
 def linkages(folder: Path, given: argparse.Namespace) -> Iterator[str]:
     """Their own curve is matched, from starts all over a box."""
-    for name, (truth, start, leans, turn) in LINKAGES.items():
-        scene = FOUR_BAR.format(turn=repr(float(turn)), leans=repr(leans))
+    for name, (truth, start, tips, leans, turn) in LINKAGES.items():
+        scene = FOUR_BAR.format(turn=repr(float(turn)), tips=repr(tips), leans=repr(leans))
         points = curve(scene, {**truth, "start": start})
         table(folder / "tip.csv", "time (s),position_x (m),position_z (m)", points)
         scene = scene.replace("start: 0.2 rad", f"start: {start!r} rad")

@@ -8,11 +8,11 @@ mbproj: 1
 gravity: [0, 0, 0]
 parameters:
   {{ax: 0 m, az: 0 m, frame: 0.8 m, tilt: 0 rad, crank: 0.25 m, coupler: 0.7 m, rocker: 0.6 m, px: 0.3 m, pz: 0.2 m,
-   start: 0.2 rad, turn: {turn}, leans: {leans}}}
+   start: 0.2 rad, turn: {turn}, leans: {leans}, tips: {tips}}}
 bodies:
   a: {{mass: 1, inertia: [0.01, 0.01, 0.01], position: [ax, 0, az], orientation: {{axis: [0, -1, 0], angle: start}}}}
   b: {{mass: 1, inertia: [0.01, 0.01, 0.01], position: [ax + crank*cos(start), 0, az + crank*sin(start)],
-      orientation: {{axis: [0, -1, 0], angle: 0.6}}}}
+      orientation: {{axis: [0, -1, 0], angle: tips}}}}
   c: {{mass: 1, inertia: [0.01, 0.01, 0.01], position: [ax + frame*cos(tilt), 0, az + frame*sin(tilt)],
       orientation: {{axis: [0, -1, 0], angle: leans}}}}
 joints:
@@ -24,7 +24,7 @@ joints:
       axis: {{b: [0, -1, 0], c: [0, -1, 0]}}}}
   D: {{type: revolute, bodies: [ground, c], axis: {{ground: [0, -1, 0], c: [0, -1, 0]}},
       location: {{ground: [ax + frame*cos(tilt), 0, az + frame*sin(tilt)], c: [0, 0, 0]}}}}
-motions: {{drive: {{joint: A, angle: start + turn*t}}}}
+motions: {{drive: {{joint: A, angle: turn*t}}}}
 markers: {{tip: {{body: b, location: {{b: [px, 0, pz]}}}}}}
 simulation: {{duration: 1 s, output_step: 1/24, kinematic: true}}
 """
