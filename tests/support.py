@@ -86,6 +86,7 @@ def random_joint(rng: np.random.Generator, name: str, kind: str, bodies: tuple[s
     points = Pair(point, vector(rng) if JOINTS[kind].separate else point)
     if JOINTS[kind].is_on_plane:
         axis = unit(rng.normal(size=3)) if JOINTS[kind].has_axis else first
+        axis = unit(np.cross(first, axis)) if JOINTS[kind].frame == "line" else axis
         axes = Pair(tuple(map(float, first)), tuple(map(float, axis)))
         height = 0.3 * (np.linalg.norm(np.cross(first, axis)) if JOINTS[kind].has_axis else 1.0)
         aside = np.cross(first, rng.normal(size=3))

@@ -10,6 +10,7 @@ p1 to p2 has no component along a vector) and `distance` in m, `perpendicular` i
           "normal"   the axis is fixed in body 1 alone
           "axes"     z1 fixed in body 1, z2 in body 2; x1 is z2 and x2 is z1, made normal to their own z
           "plane"    z1 is the normal of a plane of body 1 through p1, z2 an axis of body 2 through p2
+          "line"     the same, with the axis in the plane: x1 along it, x2 along the normal; -y1 is where it rolls to
           "joints"   no frame of its own: it couples coordinates of joints
 
 `coordinates` are what the joint leaves free and can be counted, each a primitive whose value is the coordinate; a
@@ -89,7 +90,7 @@ class JointType:
     @property
     def is_on_plane(self) -> bool:
         """Whether body 2 is on a plane of body 1."""
-        return self.frame == "plane"
+        return self.frame in ("plane", "line")
 
     @property
     def turns(self) -> bool:
@@ -135,6 +136,11 @@ def wrap(radii: tuple[float, float]) -> Ratio:
     return Ratio((radii[0] / larger, -radii[1] / larger), None)
 
 
+def tread(radius: float) -> Ratio:
+    """s - r φ in m, with the angle φ of a wheel of `radius` and the way s on which it rolls."""
+    return Ratio((1.0, -radius), 2.0 * math.pi * radius)
+
+
 def halve() -> Ratio:
     """φ0 - (φ1 + φ2) / 2 in rad, of the carrier and the two shafts of a differential."""
     return Ratio((1.0, -0.5, -0.5), None)
@@ -144,6 +150,8 @@ TURN: Row = ("angle", "x1", "y1", "x2")
 SLIDE: Row = ("along", "z1", "p1", "p2")
 SLIDE_X: Row = ("along", "x1", "p1", "p2")
 SLIDE_Y: Row = ("along", "y1", "p1", "p2")
+FORWARD: Row = ("along", "-y1", "p1", "p2")
+ROLLED: Row = ("angle", "z1", "-y1", "x2")
 IN_PLANE: Mapping[str, Row] = MappingProxyType({"displacement_x": SLIDE_X, "displacement_y": SLIDE_Y})
 COINCIDENT: Row = ("coincident", "p1", "p2")
 ROD: Row = ("distance", "p1", "p2")
@@ -258,6 +266,24 @@ JOINTS: Mapping[str, JointType] = MappingProxyType(
             kept={0: "radius"},
             parameters={"radius": LENGTH},
             sketch="rolling_ball",
+        ),
+        "rolling_on_line": JointType(
+            "line",
+            (
+                ("wheel_height", "p1", "z1", "p2", "z2"),
+                SLIDE_X,
+                ("perpendicular", "z1", "z2"),
+                ("perpendicular", "y1", "z2"),
+                ("coupling", *FORWARD[1:], *ROLLED[1:]),
+            ),
+            {"displacement": FORWARD, "angle": ROLLED},
+            (("x1", "z2"),),
+            kept={1: None, 4: None},
+            parameters={"radius": LENGTH},
+            couples=("along", "angle"),
+            coupling=tread,
+            has_axis=True,
+            sketch="wheel",
         ),
         "knife_edge": JointType("axis", (("edge_slip", *TRIADS),), sketch="blade"),
         "gear": JointType(

@@ -635,6 +635,36 @@ class RollingBall(Part):
         displacement_y: Quantity | None = ...,
     ) -> None: ...
 
+class RollingOnLine(Part):
+    """A rolling_on_line joint of a scene. Arguments are its keys:
+
+    bodies: 2 names of bodies
+    plane: {location, normal}
+    centre: 3 numbers or a mapping {name: 3 numbers}
+    axis: 3 numbers or a mapping {name: 3 numbers}
+    radius: a number in m
+    speed: {displacement, angle}, optional
+    reflected_inertia: {displacement, angle}, optional
+    limits: {displacement, angle}, optional
+    displacement: a number in m, optional
+    angle: a number in rad, optional
+    """
+
+    def __init__(
+        self,
+        *,
+        bodies: Sequence[str],
+        plane: Mapping[str, Any],
+        centre: Vector | Mapping[str, Any],
+        axis: Vector | str | Mapping[str, Any],
+        radius: Quantity,
+        speed: Mapping[str, Any] | None = ...,
+        reflected_inertia: Mapping[str, Any] | None = ...,
+        limits: Mapping[str, Any] | None = ...,
+        displacement: Quantity | None = ...,
+        angle: Quantity | None = ...,
+    ) -> None: ...
+
 class KnifeEdge(Part):
     """A knife_edge joint of a scene. Arguments are its keys:
 

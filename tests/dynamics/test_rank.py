@@ -39,6 +39,7 @@ FREEDOM = {
     "telescope": 24,
     "rolling_wheel": 12,
     "rolling_ball": 12,
+    "rolling_on_line": 4,
     "knife_edge": 20,
 }
 

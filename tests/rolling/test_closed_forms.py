@@ -74,6 +74,19 @@ def test_a_wheel_in_a_plane_moves_as_in_space():
         np.testing.assert_allclose(each["joints/reaction_force"], ends[0]["joints/reaction_force"], atol=1e-6)
 
 
+@pytest.mark.parametrize("formulation", [*FORMULATIONS, "planar"])
+def test_a_wheel_on_a_line_counts_how_far_it_has_rolled(formulation):
+    """At position level: it is where its turns say, and F = (m + J/R²) x''."""
+    body = "  wheel: {mass: 2, inertia: [0.05, 0.09, 0.05], position: [1, 0, 0.3]}"
+    joint = scenes.wheel("wheel", "[1, 0, 0.3]", "[0, 1, 0]", 0.3).replace("rolling_wheel", "rolling_on_line")
+    push = "forces:\n  push: {type: force, body: wheel, force: [3, 0, 0]}\n"
+    r = run(scenes.scene(body, joint, push, duration="3 s"), formulation=formulation)
+    s, φ = r["joints/coordinate"].T
+    np.testing.assert_allclose(s, 1.0 + 0.5 * r.time**2, rtol=1e-8)
+    np.testing.assert_allclose(s - 1.0, 0.3 * φ, atol=1e-13 * s.max())
+    np.testing.assert_allclose(r["joints/reaction_force"][:, 0], [[-1.0, 0.0, 2 * 9.81]] * len(s), atol=1e-7)
+
+
 @pytest.mark.parametrize(("integrator", "steps", "least"), [("rk4", (60, 120), 3.8), ("dop853", (15, 30), 7.5)])
 def test_orders_on_a_wobbling_coin(formulation, integrator, steps, least):
     reference = np.loadtxt(ROOT / "tests" / "data" / "coin_wobbling.csv", delimiter=",", skiprows=1)

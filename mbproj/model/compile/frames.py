@@ -52,7 +52,7 @@ def local_frames(joints: Sequence[Joint], poses: Mapping[str, Pose]) -> Array:
         direction = _global(chosen, np.zeros_like(position[given]), rotation[given])
         direction[frame[given] == "normal", 1] = direction[frame[given] == "normal", 0]
         x[given] = _normal_part(direction, z[given])
-    own = frame == "axes"
+    own = (frame == "axes") | (frame == "line")
     if own.any():
         x[own] = _normal_part(z[own, ::-1], z[own])
     triad = np.stack([p - position, x, cross(z, x), z], axis=2)
