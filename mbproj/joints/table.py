@@ -27,13 +27,13 @@ some. `sketch` is the glyph in an animation, by default that of the frame.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import field
 from types import MappingProxyType
 from typing import Literal, NamedTuple
 
 from mbproj.dataclass import dataclass
+from mbproj.joints.ratios import Ratio, halve, mesh, pinion, thread, tread, wrap
 
 #: A primitive's name and the points and vectors it takes, e.g. ("perpendicular", "x1", "z2").
 Row = tuple[str, ...]
@@ -53,13 +53,6 @@ class Parameter(NamedTuple):
     many: int | None = None
     words: str = "numbers"
     optional: bool = False
-
-
-class Ratio(NamedTuple):
-    """The weights of what a row couples, and the period of the sum, None where turns of the angles alone make it."""
-
-    weights: tuple[float, ...]
-    period: float | None
 
 
 @dataclass(frozen=True)
@@ -106,44 +99,6 @@ class JointType:
     def is_rod(self) -> bool:
         """Whether a rod joins its two points, of constant length or not."""
         return any(row[0] == "distance" for row in (*self.rows, *self.coordinates.values()))
-
-
-def thread(pitch: float) -> Ratio:
-    """s - pitch φ / 2π in m, with the displacement s along z1 and the angle φ about it.
-
-    `pitch` is the advance a turn in m, positive for a right-handed screw.
-    """
-    return Ratio((1.0, -pitch / (2.0 * math.pi)), abs(pitch))
-
-
-def mesh(teeth: tuple[float, float]) -> Ratio:
-    """(n1 φ1 + n2 φ2) / max(|n1|, |n2|) in rad, with the angles of two joints, for wheels of n1 and n2 `teeth`.
-
-    Opposite signs of n1 and n2 make an internal gear or a belt.
-    """
-    larger = max(abs(number) for number in teeth)
-    return Ratio((teeth[0] / larger, teeth[1] / larger), 2.0 * math.pi / larger)
-
-
-def pinion(radius: float) -> Ratio:
-    """s - r φ in m, with the angle φ of a pinion of `radius` and the displacement s of its rack."""
-    return Ratio((-radius, 1.0), None)
-
-
-def wrap(radii: tuple[float, float]) -> Ratio:
-    """(r1 φ1 - r2 φ2) / max(|r1|, |r2|) in rad, of two pulleys under a belt; a negative radius crosses it."""
-    larger = max(abs(radius) for radius in radii)
-    return Ratio((radii[0] / larger, -radii[1] / larger), None)
-
-
-def tread(radius: float) -> Ratio:
-    """s - r φ in m, with the angle φ of a wheel of `radius` and the way s on which it rolls."""
-    return Ratio((1.0, -radius), 2.0 * math.pi * radius)
-
-
-def halve() -> Ratio:
-    """φ0 - (φ1 + φ2) / 2 in rad, of the carrier and the two shafts of a differential."""
-    return Ratio((1.0, -0.5, -0.5), None)
 
 
 TURN: Row = ("angle", "x1", "y1", "x2")

@@ -13,7 +13,7 @@ from mbproj.constraints.coupling import Coupling
 from mbproj.constraints.primitive import Primitive
 from mbproj.constraints.profile import Arc, Profile
 from mbproj.dynamics.derivatives.row_derivatives import second_derivatives, third_derivatives
-from mbproj.joints.table import thread
+from mbproj.joints.ratios import thread
 from mbproj.model.primitive_set import Binding, bind, bindings
 from tests.constraints.lines import ON_CURVES
 from tests.kernel.scenes import needs_kernel

@@ -8,7 +8,7 @@ import pytest
 from mbproj.constraints import PRIMITIVES
 from mbproj.constraints.coupling import Coupling
 from mbproj.constraints.profile import Arc, Profile
-from mbproj.joints.table import mesh, thread
+from mbproj.joints.ratios import mesh, thread
 from tests.constraints.lines import ON_CURVES
 
 STEP = 1e-30

@@ -10,7 +10,7 @@ from numpy.polynomial import Polynomial
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.formats.export.start import Start
-from mbproj.joints.table import thread
+from mbproj.joints.ratios import thread
 from mbproj.scene.records import Joint
 
 #: A function that differs from its polynomial of the fourth degree by this part of its size is another one.
