@@ -966,6 +966,32 @@ class Friction(Part):
         coulomb: Mapping[str, Any] | None = ...,
     ) -> None: ...
 
+class DcMotor(Part):
+    """A dc_motor of a scene. Arguments are its keys:
+
+    joint: the name of a joint
+    coordinate: angle, angle_1 or angle_2, optional
+    voltage: a number in V or an expression of t
+    resistance: a number in ohm
+    inductance: a number in H
+    constant: a number in N*m/A
+    gear: a number, optional
+    friction: a number in N*m*s/rad, optional
+    """
+
+    def __init__(
+        self,
+        *,
+        joint: str,
+        voltage: Quantity,
+        resistance: Quantity,
+        inductance: Quantity,
+        constant: Quantity,
+        coordinate: str | None = ...,
+        gear: Quantity | None = ...,
+        friction: Quantity | None = ...,
+    ) -> None: ...
+
 class Maxwell(Part):
     """A maxwell of a scene. Arguments are its keys:
 

@@ -85,7 +85,7 @@ def named_within(element: Element, name: str) -> str:
 def _read(system: System, elements: Sequence[Element], signals: Sequence[Signal]) -> Iterator[str]:
     """What functions of a scene name beside those of elements."""
     yield from (name for programs in system.forces.programs.reads for name in programs)
-    rates = (state.rate for element in elements for state in element.states)
+    rates = [state.rate for element in elements for state in element.states]
     for program in (*(signal.program for signal in signals), *rates):
         yield from program.reads if isinstance(program, Program) else ()
 

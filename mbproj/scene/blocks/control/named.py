@@ -58,7 +58,10 @@ def _used(found: Found) -> Iterator[tuple[KeyPath, Program]]:
 
 
 def _of_force(force: Force) -> Iterator[tuple[KeyPath, Program | None]]:
-    if isinstance(force, PointForce):
+    if isinstance(force, PointForce | JointForce) and force.element is not None:
+        values = force.element.values.items()
+        yield from (((key,), value) for key, value in values if isinstance(value, Program))
+    elif isinstance(force, PointForce):
         yield ("force",), force.law.function
     elif isinstance(force, JointForce):
         for law in force.laws.values():
@@ -71,8 +74,10 @@ def _of_force(force: Force) -> Iterator[tuple[KeyPath, Program | None]]:
 
 def names_channels(scene: Scene) -> bool:
     """Whether functions of a scene name signals, states or coordinates."""
-    functions = (program for force in scene.forces for _, program in _of_force(force) if program is not None)
-    return bool(scene.signals or scene.states or scene.controllers) or any(program.reads for program in functions)
+    of_forces = [(force, each) for force in scene.forces for _, each in _of_force(force) if each is not None]
+    return bool(scene.signals or scene.states or scene.controllers) or any(
+        program.reads or (isinstance(force, PointForce | JointForce) and force.element) for force, program in of_forces
+    )
 
 
 def nameable(found: Found) -> Iterator[str]:

@@ -7,6 +7,7 @@ from typing import Literal
 
 from mbproj.dataclass import dataclass
 from mbproj.elements import Element
+from mbproj.scene.fields.functions import Function
 from mbproj.scene.fields.quantities import Number
 
 
@@ -17,7 +18,7 @@ class ElementType:
     acts along the coordinate named s, with the values of the keys in SI units."""
 
     along: Literal["m", "rad"]
-    keys: Mapping[str, Number]
+    keys: Mapping[str, Number | Function]
     make: Callable[..., Element]
     required: tuple[str, ...] = ()
 
