@@ -48,8 +48,8 @@ def two_ends(points: tuple[tuple[str, str], Pair] | None, bodies: Any, locations
 
 
 def on_plane(bodies: tuple[str, str], plane: Any, centre: Any, axis: Any) -> tuple[Pair, Pair]:
-    """The points and the axes of two bodies, from the location and the normal of a plane of the first, and the centre
-    and the axis of what is on it; all global, or all by body."""
+    """The points and the axes of two bodies. The first has the plane, with its location and normal; on it is what has
+    the centre and the axis. All are global, or all by body."""
     location, normal = plane
     given = {"plane": (location, normal), "centre": (centre,), "axis": (axis,)}
     local = isinstance(location, Mapping)

@@ -62,7 +62,8 @@ template <int D> void add_followers(Model<D>& model, const std::vector<std::pair
             if (Instance& p = model.constraints.instances[i]; p.row == row && p.rows == 1) {
                 const int table = static_cast<int>(model.programs.operand[at + 1]);
                 const auto& start = model.programs.table_start;
-                if (p.kind != Kind::profile || start[table + 1] - start[table] != static_cast<int>(p.line->pieces.size()))
+                if (p.kind != Kind::profile ||
+                    start[table + 1] - start[table] != static_cast<int>(p.line->pieces.size()))
                     refuse("followers", "have another curve");
                 p.follower = static_cast<int>(model.curves.size());
                 model.curves.push_back({static_cast<int>(i), program});

@@ -126,8 +126,9 @@ using Lines = std::vector<std::shared_ptr<PlaneCurve>>;
 // `joins` is of the row before.
 template <int D> PrimitiveSet<D> primitive_set(std::size_t bodies, const Integers1& body, const Integers1& is_point,
                                                const Numbers2& local, const Integers1& kind, const Integers2& slots,
-                                               const Numbers2& parameters, const Numbers1& offset, const Numbers1& weight, const Integers1& joins,
-                                               const Integers1& line, const Lines& lines) {
+                                               const Numbers2& parameters, const Numbers1& offset,
+                                               const Numbers1& weight, const Integers1& joins, const Integers1& line,
+                                               const Lines& lines) {
     const std::size_t attachments = body.shape(0), instances = kind.shape(0);
     require(is_point, {attachments}, "is_point");
     require(local, {attachments, D}, "local");
@@ -152,7 +153,8 @@ template <int D> PrimitiveSet<D> primitive_set(std::size_t bodies, const Integer
             p.slots[s] = index_below(slots.data()[most_slots * i + s], attachments, "slots");
         for (int k = 0; k < most_parameters; ++k) {
             p.parameters[k] = parameters.data()[most_parameters * i + k];
-            if (k >= form_of(p.kind).parameters && p.parameters[k] != 0.0) refuse("parameters", "has more than its kind takes");
+            if (k >= form_of(p.kind).parameters && p.parameters[k] != 0.0)
+                refuse("parameters", "has more than its kind takes");
         }
         p.coupled = joins.data()[i] != 0;
         p.rows = p.coupled ? 0 : p.kind == Kind::coincident ? D : 1;

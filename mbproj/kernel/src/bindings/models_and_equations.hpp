@@ -49,10 +49,10 @@ template <int D> void add_model(nb::module_& m, const char* primitives, const ch
                const Programs& programs, int first_rate, Integers2 channels, Integers2 switches,
                std::shared_ptr<Loads<D>> loads, std::vector<double> motion_start,
                const std::vector<int>& motion_coordinate, const std::vector<CouplingNumbers>& couplings,
-               const std::vector<std::pair<int, int>>& followers, const PrimitiveSet<D>* flywheel_coordinates, std::vector<double> flywheels,
-               const PrimitiveSet<D>* stop_coordinates, const std::vector<int>& stop_turns,
-               std::vector<double> stop_bounds, const std::vector<BearingNumbers>& bearings, Numbers2 bearing_points,
-               Numbers2 bearing_axes) {
+               const std::vector<std::pair<int, int>>& followers, const PrimitiveSet<D>* flywheel_coordinates,
+               std::vector<double> flywheels, const PrimitiveSet<D>* stop_coordinates,
+               const std::vector<int>& stop_turns, std::vector<double> stop_bounds,
+               const std::vector<BearingNumbers>& bearings, Numbers2 bearing_points, Numbers2 bearing_axes) {
                 require(gravity, {D}, "gravity");
                 require(row_scale, {static_cast<std::size_t>(constraints.rows)}, "row_scale");
                 Model<D> built;

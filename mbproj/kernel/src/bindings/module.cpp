@@ -66,7 +66,8 @@ void add_settings(nb::module_& m) {
         .def(
             "__init__",
             [](UsualRows* self, int redundant, std::vector<int> left_out, std::vector<double> pivots, double even) {
-                if (!(even > 0.0 && std::all_of(pivots.begin(), pivots.end(), [](double pivot) { return pivot > 0.0; })))
+                if (!(even > 0.0 &&
+                      std::all_of(pivots.begin(), pivots.end(), [](double pivot) { return pivot > 0.0; })))
                     refuse("rows", "have a pivot that is not positive");
                 new (self) UsualRows{redundant, std::move(left_out), std::move(pivots), even};
             },

@@ -101,7 +101,8 @@ template <int D> void add_run(nb::module_& m, const char* name) {
              })
         .def("values",
              [](TimeLoop<D>& self, const Programs& programs) {
-                 require_variables(programs, law_variables + static_cast<int>(self.model().channels.size()), "programs");
+                 require_variables(programs, law_variables + static_cast<int>(self.model().channels.size()),
+                                   "programs");
                  return self.values(programs);
              })
         .def("here", [](TimeLoop<D>& self) { return saved_mark<D>(self.here()); })

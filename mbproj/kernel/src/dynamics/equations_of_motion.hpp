@@ -266,7 +266,6 @@ private:
         return true;
     }
 
-
     // Baumgarte (ref. 9): C'' + 2α C' + β² C = 0.
     void stabilise() {
         const double* C = constraint();

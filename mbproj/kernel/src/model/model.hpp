@@ -36,18 +36,10 @@ struct Form {
     const char* name;
     int slots, parameters;
 };
-constexpr Form forms[] = {{"coincident", 2, 0},
-                          {"perpendicular", 2, 0},
-                          {"along", 3, 0},
-                          {"distance", 2, 0},
-                          {"angle", 3, 0},
-                          {"wheel_height", 4, 1},
-                          {"profile", 4, 2},
-                          {"arc", 4, 0},
-                          {"wheel_slip_along", 8, 1},
-                          {"wheel_slip_across", 8, 1},
-                          {"ball_slip", 8, 1},
-                          {"edge_slip", 8, 0}};
+constexpr Form forms[] = {{"coincident", 2, 0},        {"perpendicular", 2, 0}, {"along", 3, 0},
+                          {"distance", 2, 0},          {"angle", 3, 0},         {"wheel_height", 4, 1},
+                          {"profile", 4, 2},           {"arc", 4, 0},           {"wheel_slip_along", 8, 1},
+                          {"wheel_slip_across", 8, 1}, {"ball_slip", 8, 1},     {"edge_slip", 8, 0}};
 constexpr const Form& form_of(Kind kind) { return forms[static_cast<int>(kind)]; }
 constexpr int most(int Form::*of) {
     int found = 1;  // no array is empty
@@ -89,7 +81,7 @@ struct Instance {
     bool coupled;
     int curve;  // of the model: what the row is less, a function of this instance's value; or -1
     std::shared_ptr<const PlaneCurve> line;  // of what follows a curve in a plane
-    int follower = -1;                       // its number among the curves of the model, of a row that is held on pieces
+    int follower = -1;  // its number among the curves of the model, of a row that is held on pieces
 
     bool on_line() const { return kind == Kind::profile || kind == Kind::arc; }
 };

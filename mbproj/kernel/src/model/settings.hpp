@@ -22,9 +22,9 @@ struct Tableau {
     RowMajor extra_a;
     std::vector<double> extra_c;
     RowMajor dense;
-    double gamma = 0.0;  // of an implicit method: what filters the error, and the diagonal of `splitting`; else 0
+    double gamma = 0.0;      // of an implicit method: what filters the error, and the diagonal of `splitting`; else 0
     bool kinematic = false;  // whether bodies are closed at each stage, and what else is in y is integrated along them
-    RowMajor splitting;  // the lower triangle with which stages are solved; a itself where none needs a later one
+    RowMajor splitting;      // the lower triangle with which stages are solved; a itself where none needs a later one
     bool is_implicit() const { return gamma > 0.0; }
     bool is_coupled() const { return is_implicit() && splitting != a; }
     int stages() const { return static_cast<int>(b.size()); }

@@ -18,8 +18,8 @@ protected:
         : model_(tableau.is_implicit() ? with_compliant_rows(std::move(model)) : std::move(model)),
           tableau_(std::move(tableau)), projection_(projection), steps_(std::move(steps)),
           equations_(model_, projection_), projector_(equations_, projection_, phases_),
-          made_by_(stepper_of(tableau_, equations_, projector_, steps_.fixed() ? 0.0 : steps_.tolerance)), stepper_(*made_by_),
-          turns_(model_, equations_, stepper_), step_end_(model_, equations_, projector_, turns_),
+          made_by_(stepper_of(tableau_, equations_, projector_, steps_.fixed() ? 0.0 : steps_.tolerance)),
+          stepper_(*made_by_), turns_(model_, equations_, stepper_), step_end_(model_, equations_, projector_, turns_),
           schedule_(steps_), now_{steps_.start, 0.0, Eigen::Map<const Eigen::VectorXd>(y.data(), model_.layout.size()),
                                   Eigen::VectorXd::Zero(model_.layout.size())},
           trial_(steps_, now_, equations_, projector_, stepper_, step_end_, schedule_, phases_),
@@ -29,9 +29,7 @@ protected:
     StateEvents<D>& events() { return trial_.events(); }
     const StateEvents<D>& events() const { return trial_.events(); }
     // Programs of the time and channels, at the state between two steps.
-    std::vector<double> values(const Programs& programs) {
-        return instants_.values(programs, now_.t, now_.y.data());
-    }
+    std::vector<double> values(const Programs& programs) { return instants_.values(programs, now_.t, now_.y.data()); }
     // What states are from here on, where the run waits.
     void give(typename Instants<D>::Given states) { instants_.give(std::move(states)); }
     // At a break that asks, a run waits for what is given from outside.

@@ -38,7 +38,8 @@ public:
         if (std::exchange(waits, false)) cross_break();
         const long look = std::max(1L, 64L / (1 + model_.size() / 8));  // steps between two looks at the clock
         pauses = false;
-        for (long done = 0; now_.outcome.status == Status::running && block.t.size() < samples && !pauses && !waits; ++done) {
+        for (long done = 0; now_.outcome.status == Status::running && block.t.size() < samples && !pauses && !waits;
+             ++done) {
             if (done % look == look - 1 && std::chrono::steady_clock::now() > until) break;
             if (!started_)
                 begin();
@@ -219,7 +220,7 @@ private:
         }
     }
 
-    void cross_break() {     // functions of time are seen from the other side from here on
+    void cross_break() {  // functions of time are seen from the other side from here on
         if (is_asked()) return;
         equations_.see({});  // as the slope at hand does
         if (!stepper_.before_jump(now_.t, now_.y)) return stop_at(now_.t);
@@ -286,9 +287,9 @@ private:
     }
 
     using Parts::counted_, Parts::counted_before_, Parts::factorised_before_, Parts::shaped_, Parts::stops_;
+    using Parts::is_asked, Parts::acted_, Parts::stop, Parts::stop_at, Parts::make_again, Parts::begin_balance;
     using Parts::model_, Parts::steps_, Parts::phases_, Parts::equations_, Parts::stepper_, Parts::turns_;
     using Parts::step_end_, Parts::schedule_, Parts::now_, Parts::trial_;
-    using Parts::is_asked, Parts::acted_, Parts::stop, Parts::stop_at, Parts::make_again, Parts::begin_balance;
     using Parts::write, Parts::count_factorisations, Parts::go_on, Parts::choose_step, Parts::after_event;
     Vector slope_;              // at the end of a step, until the step is taken over
     Vector copy_, copy_slope_;  // of a sample inside a step
