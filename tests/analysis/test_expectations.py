@@ -131,7 +131,8 @@ def test_what_may_be_expected_is_what_is_recorded(results: Results) -> None:
 ITEMS = {"marker": "tip", "body": "bob", "joint": "A", "force": "spring", "motion": "drive"}
 
 
-@pytest.mark.parametrize("of", [of for of in OBSERVABLES if of not in ("stop", "friction")])  # the pendulum has none
+# Without what the pendulum has none of: stops, frictions, states, signals.
+@pytest.mark.parametrize("of", [of for of in OBSERVABLES if of not in ("stop", "friction", "state", "signal")])
 def test_every_observable_has_a_series(results: Results, of: str) -> None:
     for quantity, observable in OBSERVABLES[of].items():
         if of == "joint" and quantity.startswith(("angle_1", "angle_2", "displacement", "length")):

@@ -109,7 +109,7 @@ def test_until_and_duration_are_one_word():
         ("notebook", "mbproj examples --notebooks"),
         ("cam", "A cam with its follower"),
         ("pulley", "tackles"),
-        ("optimise", "Optimise a dimension"),
+        ("optimise", "Usage: mbproj optimise"),
         ("plugin", "write_a_plugin"),
         ("watch", "Usage: mbproj watch"),
     ],

@@ -41,6 +41,8 @@ FREEDOM = {
     "rolling_ball": 12,
     "rolling_on_line": 4,
     "knife_edge": 20,
+    "cam": 20,
+    "slot": 16,
 }
 
 
