@@ -26,6 +26,7 @@ BESIDE_SAMPLES = (
     "gravity",
     "certified",
     "checkpoint",
+    "event_times",
     "events",
     "stored_loads",
     "trust",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -112,13 +111,3 @@ def largest_roller(curve: PlaneCurve, left: bool, offset: float = 0.0) -> float:
         middle = 0.5 * (low + high)
         low, high = (middle, high) if fits(middle) else (low, middle)
     return low
-
-
-def grain(numbers: Sequence[float]) -> float:
-    """Half of the last decimal digit that numbers are rounded to; 0 where they have more than 12."""
-    largest = max(abs(each) for each in numbers)
-    for digits in range(12):
-        unit = 10.0 ** (np.ceil(np.log10(largest)) - digits)
-        if all(abs(each / unit - round(each / unit)) < ROUGHLY for each in numbers):
-            return 0.5 * float(unit)
-    return 0.0
