@@ -11,9 +11,6 @@ from math import nan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from mbproj.arrays import Array
 from mbproj.errors import InputError, Place, Problem
 from mbproj.scene.blocks.control.named import check_names
 from mbproj.scene.blocks.coordinates import with_coordinates
@@ -101,13 +98,13 @@ class SceneText:
         SCENE.read(self.root, (), reading)
         return reading.units
 
-    def numbers(self, paths: Sequence[str], parameters: Mapping[str, object] = _NOTHING) -> Array:
+    def numbers(self, paths: Sequence[str], parameters: Mapping[str, object] = _NOTHING) -> list[float]:
         """The numbers that stand at these paths, in SI, with these changes; NaN where one is left out, or is no number
         by itself."""
         root, _ = changed(self.root, parameters)
         reading = Reading(items=_items(root), places={(): root.place})
         SCENE.read(root, (), reading)
-        return np.array([_number_at(root, path, reading) for path in paths])
+        return [_number_at(root, path, reading) for path in paths]
 
     def scene(self, parameters: Mapping[str, object] = _NOTHING, simulation: Mapping[str, object] = _NOTHING) -> Scene:
         """The scene with these changes, as `read_scene` takes them."""

@@ -135,7 +135,7 @@ def _measures(scene: Scene, of: Sequence[str]) -> tuple[Expectation, ...]:
 
 
 def _numbers(text: SceneText, scene: Scene, paths: Sequence[str]) -> Array:
-    x = text.numbers(paths, scene.overrides)
+    x = np.array(text.numbers(paths, scene.overrides))
     for path, value in zip(paths, x, strict=True):
         if not np.isfinite(value) or path.startswith("simulation."):
             names = [*scene.parameters]

@@ -212,7 +212,7 @@ def read_spec(path: Path) -> Spec:
         paths=tuple(bounds),
         low=np.array([each.low for each in bounds.values()]),
         high=np.array([each.high for each in bounds.values()]),
-        own=scene.numbers(tuple(bounds)),
+        own=np.array(scene.numbers(tuple(bounds))),
         units=tuple(units_of({path: each.dimension for path, each in bounds.items()}, scene).values()),
         targets=targets,
         goals=tuple(_goals(found, base)),
