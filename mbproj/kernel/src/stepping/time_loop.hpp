@@ -18,8 +18,7 @@ public:
           copy_slope_(now_.y), lambda_(model_.all_multipliers()), copy_lambda_(lambda_) {
         counted_.turns = std::move(turns);
     }
-    // Before the first step: the run goes on from the mark of another that has begun alike. False where it is not of this
-    // model.
+    // Before the first step: the run goes on from the mark of another that began alike. False where that had another model.
     bool resume(Mark<D> mark) {
         mark_ = std::move(mark);
         return this->takes(*mark_);
