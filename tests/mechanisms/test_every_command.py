@@ -34,9 +34,12 @@ REFUSED = {
     "drum_brake": {"modes": SLIDES},
     "inline_four": {"equilibrium": MOVES},
     "rocking_cabinet": {"equilibrium": "nothing balances", "modes": TOUCHES},
+    "rolling_coin": {"equilibrium": "nothing balances"},
     "screw_press": {"modes": SLIDES},
+    "steered_car": {"equilibrium": "nothing balances"},
     "stewart_platform": {"equilibrium": "nothing balances"},
     "stick_slip": {"equilibrium": MOVES},
+    "turntable": {"equilibrium": MOVES},
 }
 UNJOINED = "there is nothing to project"
 KINEMATIC = "the run is kinematic"
