@@ -11,7 +11,8 @@ from mbproj.functions.standard import tabulated
 from mbproj.joints import COORDINATE_UNITS, INERTIA_UNITS, JOINTS, JointType, Parameter
 from mbproj.scene.blocks.body import BODY
 from mbproj.scene.blocks.control.controllers import CONTROLLER
-from mbproj.scene.blocks.control.signals import NOT_FREE, SIGNAL, STATE
+from mbproj.scene.blocks.control.expression import NOT_FREE
+from mbproj.scene.blocks.control.signals import SIGNAL, STATE
 from mbproj.scene.blocks.coordinates import COORDINATES, act_on_coordinates, drive_coordinates, on_bodies
 from mbproj.scene.blocks.couplings import Weights, couple_coordinates
 from mbproj.scene.blocks.curves.block import CURVE

@@ -12,6 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mbproj.errors import InputError, Place, Problem
+from mbproj.scene.blocks.control.expanded import expanded
+from mbproj.scene.blocks.control.matrix_files import with_matrices
 from mbproj.scene.blocks.control.named import check_names
 from mbproj.scene.blocks.coordinates import with_coordinates
 from mbproj.scene.blocks.couplings import with_coupled
@@ -109,14 +111,16 @@ class SceneText:
     def scene(self, parameters: Mapping[str, object] = _NOTHING, simulation: Mapping[str, object] = _NOTHING) -> Scene:
         """The scene with these changes, as `read_scene` takes them."""
         root, wrong_changes = changed(self.root, parameters)
+        root, from_files, wrong_files = with_matrices(root, self.path)
         kept = self._kept if self._kept.is_full else Kept() if self._is_read else None  # a single one is not taken down
         places = {**self._kept.places, (): root.place}
-        problems = [*self._problems, *wrong_changes]
+        problems = [*self._problems, *wrong_changes, *wrong_files]
         reading = Reading(items=_items(root), places=places, problems=problems, kept=kept)
         with _without_cycles():
-            found = SCENE.read(root, (), reading)
+            found: Mapping[str, Any] | None = SCENE.read(root, (), reading)
         settings = _settings(root, found, simulation, reading)
         if found is not None:
+            found = expanded(found, reading)
             check_names(found, reading)
         if found is not None and not any(path.split(".")[0] == "simulation" for path in parameters):
             _check_times(found, reading)
@@ -143,7 +147,7 @@ class SceneText:
             settings=settings,
             text=self.text,
             path=self.path,
-            overrides={key: _written(value) for key, value in parameters.items()},
+            overrides={**{key: _written(value) for key, value in parameters.items()}, **from_files},
             places=reading.places,
             notes=tuple(in_text_order(reading.notes)),
         )

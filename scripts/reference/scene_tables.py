@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 from mbproj import registry
 from mbproj.joints import JOINTS
+from mbproj.scene.blocks.control.blocks import BLOCKS
 from mbproj.scene.blocks.control.controllers import CONTROLLER_KEYS
 from mbproj.scene.blocks.control.signals import SIGNAL_KEYS, STATE_KEYS
 from mbproj.scene.blocks.forces.force_types import FORCE_RECORDS
@@ -71,8 +72,20 @@ def motions() -> str:
 
 
 def signals() -> str:
-    kinds = {"signals": (SIGNAL_KEYS, 1), "states": (STATE_KEYS, 1), "controllers": (CONTROLLER_KEYS, 2)}
+    kinds = {
+        "signals": ({key: each for key, each in SIGNAL_KEYS.items() if key not in BLOCKS}, 1),
+        "states": (STATE_KEYS, 1),
+        "controllers": (CONTROLLER_KEYS, 2),
+    }
     rows = [[code(block), codes([*keys][:needed]), codes([*keys][needed:])] for block, (keys, needed) in kinds.items()]
+    return table(["block", "needs", "may have"], rows)
+
+
+def signal_blocks() -> str:
+    rows = [
+        [code(name), codes(record.required), codes(key for key in record.keys if key not in record.required)]
+        for name, record in BLOCKS.items()
+    ]
     return table(["block", "needs", "may have"], rows)
 
 

@@ -16,7 +16,7 @@ from typing import Any
 from mbproj.dataclass import dataclass
 from mbproj.elements.controlled import Controller, Held
 from mbproj.functions.program import Program
-from mbproj.scene.blocks.control.signals import NOT_FREE, VALUE, named
+from mbproj.scene.blocks.control.expression import NOT_FREE, VALUE, named
 from mbproj.scene.blocks.expectations import MEASURE
 from mbproj.scene.blocks.parameters import NAME, NAME_RULE
 from mbproj.scene.expressions.evaluate import Value

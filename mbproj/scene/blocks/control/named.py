@@ -7,6 +7,7 @@ from typing import Any
 
 from mbproj.functions.program import Program
 from mbproj.joints import JOINTS
+from mbproj.scene.blocks.control.expanded import where
 from mbproj.scene.blocks.coordinates import with_coordinates
 from mbproj.scene.blocks.elements import ELEMENTS
 from mbproj.scene.fields.reading import Reading
@@ -27,8 +28,8 @@ def check_names(found: Found, reading: Reading) -> None:
     for path, program in used:
         for name in program.reads:
             if name not in able:
-                where = next(path[:end] for end in range(len(path), -1, -1) if path[:end] in reading.places)
-                reading.report(*_unknown(name, able, reading.places[where]))
+                near = next(path[:end] for end in range(len(path), -1, -1) if path[:end] in reading.places)
+                reading.report(*_unknown(name, able, reading.places[near]))
 
 
 def _unknown(name: str, able: Collection[str], place: Any) -> tuple[str, Any, str]:
@@ -40,17 +41,19 @@ def _unknown(name: str, able: Collection[str], place: Any) -> tuple[str, Any, st
 
 def _used(found: Found) -> Iterator[tuple[KeyPath, Program]]:
     """All functions that name something, with where they stand."""
-    for name, signal in found.get("signals", {}).items():
+    signals = found.get("signals", {})
+    for name, signal in signals.items():
         if signal.program.reads:
-            yield ("signals", name, "value"), signal.program
+            yield where("signals", name, signals) or ("signals", name, "value"), signal.program
     for name, state in found.get("states", {}).items():
         if state.rate.reads:
-            yield ("states", name, "derivative"), state.rate
+            yield where("states", name, signals) or ("states", name, "derivative"), state.rate
     for name, controller in found.get("controllers", {}).items():
         for block, several in (("hold", controller.hold), ("states", controller.states)):
             for each in several:
                 if each.program.reads:
-                    yield ("controllers", name, block, each.name), each.program
+                    own = where("controllers", name, signals)
+                    yield own or ("controllers", name, block, each.name), each.program
     for name, force in found.get("forces", {}).items():
         for key, program in _of_force(force):
             if program is not None and program.reads:

@@ -1,7 +1,10 @@
 """The `signals` and `states` blocks: expressions by name, and what follows from a derivative.
 
-signals: {error: 1 rad - pin.angle, U: {value: 20*error + 30*integral, unit: V}}
-states:  {integral: {derivative: error}, current: {derivative: (U - 0.8*current)/2e-3, initial: 0 A, scale: 1 A}}
+signals:
+  error: 1 rad - pin.angle
+  U: {value: 20*error + 30*integral, unit: V}
+  lead: {transfer_function: {of: error, num: [0.1, 1], den: [0.01, 1]}}
+states: {integral: {derivative: error}, current: {derivative: (U - 0.8*current)/2e-3, initial: 0 A, scale: 1 A}}
 """
 
 from __future__ import annotations
@@ -11,70 +14,18 @@ from typing import Any
 from mbproj.dataclass import dataclass
 from mbproj.elements.controlled import ScalarState, Signal
 from mbproj.functions.program import Program
-from mbproj.scene.blocks.coordinates import COORDINATES
+from mbproj.scene.blocks.control.blocks import BLOCKS, Block, Expanded
+from mbproj.scene.blocks.control.expression import VALUE, named
 from mbproj.scene.blocks.expectations import MEASURE, Measure
-from mbproj.scene.expressions.evaluate import FUNCTIONS, RESERVED, Value
-from mbproj.scene.expressions.syntax_tree import Binary, Call, Expression, Name, Negative, Quantity
-from mbproj.scene.expressions.unit_text import unit_at, unit_of
+from mbproj.scene.expressions.evaluate import Value
+from mbproj.scene.expressions.unit_text import unit_at
 from mbproj.scene.expressions.units import BARE, TIME, Dimension, called, describe
 from mbproj.scene.fields.alternatives import Alternatives
-from mbproj.scene.fields.containers import Record
+from mbproj.scene.fields.containers import OneOf, Record
 from mbproj.scene.fields.fields import Converted, Field, Schema, Text
-from mbproj.scene.fields.functions import Function
-from mbproj.scene.fields.quantities import dimension_of
 from mbproj.scene.fields.reading import Reading, Unfit
 from mbproj.scene.records import KeyPath
-from mbproj.scene.text.nodes import Node, ScalarNode
-
-#: Names that no signal or state may have: they mean something in expressions of forces.
-NOT_FREE = RESERVED | {"s", "l"} | {*COORDINATES} | {f"{name}_dot" for name in ("s", "l", *COORDINATES)}
-EXPRESSION = Function(None, names_channels=True)
-
-
-@dataclass(frozen=True)
-class _Expression(Field["tuple[Program, Dimension | None]"]):
-    """A function that names channels, and the dimension that its numbers with a unit give it."""
-
-    @property
-    def expects(self) -> str:
-        return "an expression of t, coordinates, signals and states"
-
-    def read(self, node: Node, path: KeyPath, reading: Reading) -> tuple[Program, Dimension | None] | None:
-        program = EXPRESSION.read(node, path, reading)
-        if program is None or not isinstance(node, ScalarNode):
-            return None
-        tree = reading.parse(node)
-        return program, None if tree is None else told(tree)
-
-    def schema(self) -> Schema:
-        return {**EXPRESSION.schema(), "description": self.expects}
-
-
-def told(tree: Expression) -> Dimension | None:
-    """The dimension of what is added or chosen from, where one of it tells: a number with a unit, a coordinate."""
-    match tree:
-        case Quantity():
-            return unit_of(tree.unit).dimension
-        case Negative():
-            return told(tree.operand)
-        case Binary() if tree.operator in "+-":
-            return told(tree.left) or told(tree.right)
-        case Call() if tree.function in FUNCTIONS and FUNCTIONS[tree.function].keeps_dimension:
-            return next((found for each in tree.arguments if (found := told(each))), None)
-        case Name() if "." in tree.name:
-            return _of_coordinate(tree.name)
-        case _:
-            return None
-
-
-def _of_coordinate(name: str) -> Dimension | None:
-    """The dimension of a coordinate or its rate, of a marker's place, of a length."""
-    what = name.rpartition(".")[2]
-    own = what.removesuffix("_dot")
-    unit = COORDINATES.get(own, "m" if own in ("x", "y", "z", "length") else None)
-    if unit is None:
-        return None
-    return dimension_of(f"{unit}/s" if what.endswith("_dot") else unit)
+from mbproj.scene.text.nodes import Node
 
 
 def _unit(text: str) -> str:
@@ -87,25 +38,26 @@ def _unit(text: str) -> str:
     return called(found[0].dimension)
 
 
-def _signal(name: str, value: tuple[Program, Dimension | None], unit: str | None = None) -> Signal:
+def _signal(
+    name: str, value: tuple[Program, Dimension | None] | None = None, unit: str | None = None, **block: Block
+) -> Signal | Expanded:
+    """The signal, or what a block becomes, which is the only one given."""
+    if value is None:
+        (only,) = block.values()
+        return only.expanded(name, unit)
     program, dimension = value
     return Signal(name, program, named(dimension) if unit is None else unit)
 
 
-def named(dimension: Dimension | None) -> str:
-    """The unit that results name; "" where it is not known."""
-    return "" if dimension is None or dimension == BARE else called(dimension)
-
-
 @dataclass(frozen=True)
-class _Alone(Field[Signal]):
+class _Alone(Field["Signal | Expanded"]):
     """A signal that is nothing but its expression."""
 
     @property
     def expects(self) -> str:
         return VALUE.expects
 
-    def read(self, node: Node, path: KeyPath, reading: Reading) -> Signal | None:
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> Signal | Expanded | None:
         found = VALUE.read(node, path, reading)
         return None if found is None else _signal(str(path[-1]), found)
 
@@ -113,12 +65,11 @@ class _Alone(Field[Signal]):
         return VALUE.schema()
 
 
-VALUE = _Expression()
-SIGNAL_KEYS: dict[str, Field[Any]] = {"value": VALUE, "unit": Converted(Text(), _unit)}
-SIGNAL: Field[Signal] = Alternatives(
+SIGNAL_KEYS: dict[str, Field[Any]] = {"value": VALUE, **BLOCKS, "unit": Converted(Text(), _unit)}
+SIGNAL: Field[Signal | Expanded] = Alternatives(
     (
         _Alone(),
-        Record("a signal", SIGNAL_KEYS, _signal, ("value",), named=True),
+        Record("a signal", SIGNAL_KEYS, _signal, choices=(OneOf(("value", *BLOCKS), needed=True),), named=True),
     )
 )
 

@@ -1,0 +1,24 @@
+"""Signals with states of their own, one file a family: what a scene gives, and the states and signals it becomes.
+
+A file here has `TYPES`, its blocks by the key that a signal is written with. The reader, the schema and the reference
+go by them; the rest of the program sees states, signals and controllers alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from importlib import import_module
+from pkgutil import iter_modules
+
+from mbproj.scene.blocks.control.blocks.block import Block, Expanded
+from mbproj.scene.fields.containers import Record
+
+__all__ = ["BLOCKS", "Block", "Expanded"]
+
+
+def _found() -> Iterator[tuple[str, Record[Block]]]:
+    for module in sorted(iter_modules(__path__), key=lambda module: module.name):
+        yield from getattr(import_module(f"{__name__}.{module.name}"), "TYPES", {}).items()
+
+
+BLOCKS: dict[str, Record[Block]] = dict(_found())
