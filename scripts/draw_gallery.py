@@ -23,7 +23,9 @@ from matplotlib.figure import Figure
 from mbproj import assemble, compile_system, initial_guess, read_scene, settings_to_run, simulate
 from mbproj.arrays import Array
 from mbproj.dynamics.observe.recorded import Block
+from mbproj.functions.curves.shapes import drawn
 from mbproj.joints import JOINTS
+from mbproj.model.compile.frames import local_frames
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.scene import Scene
 from mbproj.scene.records import GROUND, Joint
@@ -101,7 +103,19 @@ def shapes_of(scene: Scene, sketch: Sketch, start: Poses) -> dict[str, tuple[Sha
         found[body] = (Shape(points) if len(points) < 4 else Shape(around(points), None),)
         for pattern, shapes in ({GROUND: ()} | dict(sketch.shapes)).items():
             found[body] = shapes if fnmatch(body, pattern) else found[body]
+    for body, shape in profiles(scene, start):
+        found[body] = (shape, *(found[body] if body in {GROUND, *sketch.shapes} else ()))
     return found
+
+
+def profiles(scene: Scene, start: Poses) -> Iterable[tuple[str, Shape]]:
+    """The profiles that joints follow, each with the body that carries it: plates, or rails where they are open."""
+    joints = [joint for joint in scene.joints if "curve" in joint.parameters]
+    for joint, frame in zip(joints, local_frames(joints, start), strict=True):
+        track = joint.parameters["curve"]
+        x, y = np.array(drawn(track.line, track.roller)).T[..., None]
+        filled = track.line.closed and joint.type != "slot"
+        yield joint.bodies[0], Shape(frame[0] + x * frame[1] + y * frame[2], None if filled else 2.0)
 
 
 def around(points: Array) -> Array:

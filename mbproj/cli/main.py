@@ -58,6 +58,7 @@ GROUPS: Mapping[str, Mapping[str, str]] = MappingProxyType(
             "sensitivity": "Measures how much numbers change results.",
             "fit": "Fits numbers of a scene to measurements.",
             "optimise": "Finds the numbers that serve a goal best.",
+            "curve": "Shows a cam's profile and what limits it.",
         },
         "Automate": {
             "batch": "Runs many scenes and checks what they expect.",
@@ -80,8 +81,8 @@ STUDIES = frozenset({"batch", "compare", "paper", "recommend", "stability", "swe
 LINEAR = frozenset({"equilibrium", "linearize", "modes"})
 #: Commands whose name is no name of a module.
 MODULES = {"continue": "continue_run", "import": "import_model"}
-#: Commands that look for a design.
-DESIGN = frozenset({"fit", "optimise", "sensitivity"})
+#: Commands for designers.
+DESIGN = frozenset({"curve", "fit", "optimise", "sensitivity"})
 #: Commands that simulate one scene.
 SIMULATE = frozenset({"run", "rerun", "continue", "loads"})
 #: The folders of `mbproj.cli` by what they hold; other commands are in `commands`.

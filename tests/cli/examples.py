@@ -89,6 +89,7 @@ def fill(folder: Path) -> None:
     folder, and results of runs."""
     shutil.copy(mechanism("five_bar"), folder)
     shutil.copy(mechanism("planar_four_bar"), folder)
+    shutil.copy(mechanism("cam"), folder)
     (folder / "lengths.yaml").write_text(SWEEP, encoding="utf-8")
     assert mbproj("sweep", "lengths.yaml", "-q", folder=folder).returncode == 0
     (folder / "path.yaml").write_text(FIT, encoding="utf-8")

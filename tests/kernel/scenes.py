@@ -153,7 +153,7 @@ SCENES: dict[str, Callable[[], Scene]] = {
     **{
         path.stem: lambda path=path: read_scene(path)
         for path in MECHANISMS
-        if path.stem not in ("crane", "inline_four", "stick_slip", "turntable", *REDUNDANT, *MASSLESS)
+        if path.stem not in ("cam", "crane", "inline_four", "stick_slip", "turntable", *REDUNDANT, *MASSLESS)
     },
     **{f"three of {kind}": lambda kind=kind: random_chain(3, [kind] * 3) for kind in JOINTS},
     **{f"tree {seed}": lambda seed=seed: tree(seed) for seed in range(4)},

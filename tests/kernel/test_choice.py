@@ -30,6 +30,7 @@ EXPECTED = {
     "bouncing_ball": ("reduced", f"{FREE}can keep the bodies in a plane: no joint has an axis", 6),
     "bricard": ("reduced", f"{FREE}keeps body 'bar2' in the plane", 1),
     "bump_stop": ("planar", "the joints keep every body in the plane normal to", 2),
+    "cam": ("planar", IN_Y, 0),
     "chaplygin_sleigh": ("planar", "the joints keep every body in the plane normal to [0, 0, 1]", 2),
     "crane": ("reduced", f"{FREE}keeps body 'load' in the plane", 5),
     "delta_robot": ("reduced", "not planar: joint 'A2' is tilted", 3),

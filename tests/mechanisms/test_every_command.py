@@ -29,6 +29,7 @@ TOUCHES, SLIDES = "touches at this pose", "slides here, by what its bearing carr
 #: What commands say of scenes that they cannot do.
 REFUSED = {
     "bouncing_ball": {"equilibrium": "nothing balances"},
+    "cam": {"equilibrium": MOVES},
     "differential": {"equilibrium": "nothing balances"},
     "door_closer": {"equilibrium": "does not hold where the other forces balance"},
     "drum_brake": {"modes": SLIDES},
@@ -47,6 +48,7 @@ KINEMATIC = "the run is kinematic"
 NOT_STUDIED = {
     "bouncing_ball": {"threshold": UNJOINED},
     "free_body": {"threshold": UNJOINED},
+    "cam": dict.fromkeys(("compare", "recommend", "tradeoff", "threshold", "stability"), KINEMATIC),
     "inline_four": dict.fromkeys(("compare", "recommend", "tradeoff", "threshold", "stability"), KINEMATIC),
 }
 

@@ -18,6 +18,7 @@ SIZES = {
     "bouncing_ball": (1, 6),
     "bricard": (5, 1),
     "bump_stop": (2, 2),
+    "cam": (2, 0),
     "chaplygin_sleigh": (1, 2),
     "crane": (2, 5),
     "delta_robot": (10, 3),

@@ -27,6 +27,7 @@ SHIPPED = {
     "bouncing_ball": "nothing but symmetry can keep the bodies in a plane: no joint has an axis",
     "bricard": "nothing but symmetry keeps body 'bar2' in the plane normal to [1, 0, 0]",
     "bump_stop": [1, 0, 0],
+    "cam": [0, 1, 0],
     "chaplygin_sleigh": [0, 0, 1],
     "crane": "nothing but symmetry keeps body 'load' in the plane normal to [0, 1, 0]",
     "delta_robot": "joint 'A2' is tilted, seen in the plane normal to [0, 1, 0]",

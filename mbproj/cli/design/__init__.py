@@ -1,1 +1,1 @@
-"""Commands that look for a design: `fit`, `optimise`, `sensitivity`."""
+"""Commands for designers: `curve`, `fit`, `optimise`, `sensitivity`."""

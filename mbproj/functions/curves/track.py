@@ -10,16 +10,17 @@ from mbproj.functions.curves.plane_curve import PlaneCurve
 class Track:
     """A curve in a plane. `line` is what is followed: of a curve that was made for a `roller` of this radius in m, the
     way of its centre. The profile is as far to the left of that, inside. `rows`: the points, or angles and radii, from
-    which it was drawn."""
+    which it was drawn. `flat`: whether it was made for a flat face."""
 
     name: str
     line: PlaneCurve
     roller: float = 0.0
     rows: tuple[tuple[float, float], ...] = ()
+    flat: bool = False
 
     def scaled(self, k: float) -> Track:
         """The same k times as large."""
-        return Track(self.name, self.line.scaled(k), k * self.roller)
+        return Track(self.name, self.line.scaled(k), k * self.roller, flat=self.flat)
 
     def is_left(self, side: str | None) -> bool:
         """Whether what touches it from a side, by default from the outside, is on the left."""

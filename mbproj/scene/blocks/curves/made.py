@@ -33,7 +33,7 @@ def track_of(name: str, **given: Any) -> Track:
     line = _line(given, followed)
     _refuse(line, radius, followed)
     rows = given.get("points", given.get("table", ()))
-    return Track(name, line, radius, tuple(rows))
+    return Track(name, line, radius, tuple(rows), followed.kind == "flat")
 
 
 def _line(given: Mapping[str, Any], followed: Followed) -> PlaneCurve:

@@ -1,0 +1,122 @@
+"""`mbproj curve`: the profile of a curve of a scene, as a table and a picture."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from math import degrees, inf
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from mbproj.cli.completion import File, scene_file
+from mbproj.cli.explained import Part, explained, option
+from mbproj.cli.figure_options import look
+from mbproj.cli.report.table import table
+from mbproj.cli.scene_options import parameters
+from mbproj.cli.study_options import force as force_option
+from mbproj.errors import InputError, Place, Problem
+
+if TYPE_CHECKING:
+    from mbproj.scene.blocks.curves.sheet import Sheet
+
+EXAMPLES = (
+    ("The cam's pressure angle, curvature and largest roller.", "mbproj curve cam.yaml lift"),
+    ("The profile for the workshop, and a picture of it.", "mbproj curve cam.yaml lift -o lift.csv --plot lift.png"),
+)
+PICTURES = (".png", ".svg", ".pdf")
+
+
+@explained("curve", EXAMPLES)
+@click.argument("scene", type=scene_file())
+@click.argument("name", required=False)
+@option(Part.WHAT, "--set", "settings", multiple=True, metavar="NAME=VALUE", help="Change a parameter of the scene.")
+@option(
+    Part.WHAT,
+    "--rows",
+    type=click.IntRange(2, 1_000_000),
+    default=361,
+    help="Rows of the table, from the beginning of the curve to its end [default: 361].",
+)
+@option(Part.OUTPUT, "-o", "--output", type=File(".csv", path_type=Path), help="CSV table of the profile.")
+@option(
+    Part.OUTPUT, "--plot", "picture_path", type=File(*PICTURES, path_type=Path), help="Picture, .png, .svg or .pdf."
+)
+@look
+@option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object with all rows.")
+@option(Part.OUTPUT, "-q", "--quiet", is_flag=True, help="Print nothing but errors.")
+@force_option
+def command(
+    scene: Path,
+    name: str | None,
+    settings: tuple[str, ...],
+    rows: int,
+    output: Path | None,
+    picture_path: Path | None,
+    as_json: bool,
+    quiet: bool,
+    force: bool,
+) -> None:
+    """Shows a curve of SCENE: profile, pressure angle, curvature, largest roller.
+
+    NAME is that of the curve; a scene with a single one needs none. The pressure angle is that of a follower that moves
+    on a line through the origin of the curve. Lengths of the table are in m, angles in rad.
+    """
+    from mbproj.outputs import check_replaceable, csv, picture, write_csv
+    from mbproj.scene.blocks.curves.sheet import sheet_of
+    from mbproj.scene.read import read_scene
+
+    found = sheet_of(read_scene(scene, parameters(settings)), name, rows)
+    columns = found.columns()
+    kind = csv(list(columns)[:1])
+    if output is not None:
+        check_replaceable(output, kind, force=force)
+    if picture_path is not None:
+        if picture_path.suffix not in PICTURES:
+            message = f"'{picture_path}' has no ending of a picture"
+            raise InputError(Problem(message, Place("--plot"), f"end it in {', '.join(PICTURES)}"))
+        check_replaceable(picture_path, picture(picture_path.suffix[1:]), force=force)
+    if as_json:
+        click.echo(json.dumps(facts(found)))
+    elif not quiet:
+        click.echo("\n".join(lines(found)))
+    if output is not None:
+        values = [list(row) for row in zip(*(column.tolist() for column in columns.values()), strict=True)]
+        write_csv(output, list(columns), values, form=".17g", kind=kind, force=force)
+    if picture_path is not None:
+        from mbproj.figures.pages.profile import draw_profile
+        from mbproj.figures.save import save
+
+        save(draw_profile(found), picture_path, force=force)
+    for path in (output, picture_path):
+        if path is not None and not (as_json or quiet):
+            click.echo(path)
+
+
+def facts(found: Sheet) -> dict[str, object]:
+    """One object with stable keys, in m and rad; what is not bounded is null."""
+    return {
+        "curve": found.name,
+        "closed": found.closed,
+        "length": float(found.arc[-1]),
+        "roller": found.roller,
+        "largest_pressure_angle": float(found.pressure.max()) if found.closed else None,
+        "largest_roller": {side: None if radius == inf else radius for side, radius in found.rollers.items()},
+        "table": {heading: values.tolist() for heading, values in found.columns().items()},
+    }
+
+
+def lines(found: Sheet) -> Iterator[str]:
+    """The numbers that decide whether a cam can be made and moved."""
+    kind = "closed" if found.closed else "open"
+    yield f"curve '{found.name}': {kind}, {1e3 * found.arc[-1]:.6g} mm long"
+    said = {"radius": f"{1e3 * found.radius.min():.6g} to {1e3 * found.radius.max():.6g} mm about the origin"}
+    if found.closed:
+        worst = int(found.pressure.argmax())
+        where = f" at {degrees(found.angle[worst]) % 360.0:.4g} deg" if found.pressure[worst] > 0.0 else ""
+        said["pressure angle"] = f"up to {degrees(found.pressure[worst]):.4g} deg{where}"
+    said["curvature"] = f"{1e-3 * found.curvature.min():.4g} to {1e-3 * found.curvature.max():.4g} per mm"
+    for side, radius in found.rollers.items():
+        said[f"largest roller {side}"] = "any" if radius == inf else f"{1e3 * radius:.4g} mm"
+    yield from table(said, "  ")

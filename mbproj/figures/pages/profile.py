@@ -1,0 +1,85 @@
+"""A curve as a workshop sees it: the profile, and over it the radius, the pressure angle and the curvature."""
+
+from __future__ import annotations
+
+from math import degrees, inf
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle
+
+from mbproj.figures import panels
+from mbproj.figures.style import AXIS_HEIGHT, line, page_width, styled
+from mbproj.figures.units import tick_degrees
+from mbproj.scene.blocks.curves.sheet import Sheet
+
+#: Of the profile and of the panels beside it, in widths of the page.
+WIDTHS = (1.15, 1.0)
+HEIGHT = 1.35
+#: From this pressure angle on a follower in a slide may jam (Norton 2009, Cam Design, ch. 7), in degrees.
+JAMS = 30.0
+OUTLINE, GUIDE, LIMIT = 0, 1, 2
+
+
+@styled
+def draw_profile(found: Sheet) -> Figure:
+    """The profile at true angles on the left, its numbers along it on the right."""
+    words = ["radius", *(["pressure angle"] if found.closed else []), "curvature"]
+    figure = Figure(figsize=(page_width(), max(3, len(words)) * HEIGHT + AXIS_HEIGHT), layout="constrained")
+    grid = figure.add_gridspec(len(words), 2, width_ratios=WIDTHS, height_ratios=[HEIGHT] * len(words))
+    _outline(figure.add_subplot(grid[:, 0]), found)
+    turns = found.closed and abs(abs(found.angle[-1] - found.angle[0]) - 2.0 * np.pi) < 1e-6
+    at = np.degrees(found.angle) if turns else 1e3 * found.arc
+    values = {
+        "radius": (1e3 * found.radius, "mm"),
+        "pressure angle": (np.degrees(found.pressure), "degrees"),
+        "curvature": (1e-3 * found.curvature, "1/mm"),
+    }
+    axes: list[Axes] = []
+    for row, word in enumerate(words):
+        axis = figure.add_subplot(grid[row, 1], sharex=axes[0] if axes else None)
+        shown, unit = values[word]
+        panels.plot(axis, at, shown, "", OUTLINE)
+        panels.name(axis, word, unit)
+        axis.tick_params(labelbottom=row + 1 == len(words))
+        axes.append(axis)
+    if found.closed and np.degrees(found.pressure).max() > 0.5 * JAMS:
+        axes[1].axhline(JAMS, label="usual limit of the pressure angle", **line(LIMIT))
+    panels.hold_still(axes[:1], 1e3 * float(found.radius.max()))
+    axes[-1].set_xlabel("angle about the origin (degrees)" if turns else "arc length (mm)")
+    if turns:
+        tick_degrees(axes[-1], along_x=True)
+    return panels.finish(
+        figure, remark=remark(found), with_legend=any(axis.get_legend_handles_labels()[0] for axis in figure.axes)
+    )
+
+
+def _outline(axis: Axes, found: Sheet) -> None:
+    """The profile, the way of the centre of a roller, and the roller at its first place."""
+    panels.plot(axis, 1e3 * found.x, 1e3 * found.y, "profile" if found.roller else "", OUTLINE)
+    if found.roller:
+        panels.plot(axis, 1e3 * found.line_x, 1e3 * found.line_y, "centre of the roller", GUIDE)
+        place = (1e3 * found.line_x[0], 1e3 * found.line_y[0])
+        axis.add_patch(Circle(place, 1e3 * found.roller, fill=False, edgecolor="#808080", linewidth=0.8))
+    axis.plot([0.0], [0.0], "+", color="#404040")
+    axis.set_aspect("equal", adjustable="box")
+    axis.margins(0.08)
+    axis.set(xlabel="x (mm)", ylabel="y (mm)")
+
+
+def remark(found: Sheet) -> str:
+    """What the picture cannot show by a line."""
+    said = [f"curve '{found.name}'"]
+    if found.closed:
+        worst = float(np.max(found.pressure))
+        said.append(f"largest pressure angle {degrees(worst):.1f} degrees")
+    return "; ".join([*said, *rollers_said(found)])
+
+
+def rollers_said(found: Sheet) -> list[str]:
+    """The largest roller of each side, in words."""
+    return [
+        f"any roller fits {side}" if radius == inf else f"largest roller {side}: {1e3 * radius:.4g} mm"
+        for side, radius in found.rollers.items()
+    ]

@@ -1,0 +1,108 @@
+"""A curve as a table: its profile, its curvature, and the pressure angle of what it guides."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
+from mbproj.errors import InputError, Place, Problem
+from mbproj.functions.curves.soundness import largest_roller
+from mbproj.functions.curves.track import Track
+from mbproj.scene.records import Scene
+from mbproj.scene.text.suggestions import choose_from
+
+
+@dataclass(frozen=True, eq=False)
+class Sheet:
+    """Rows along a curve, (m,) each. `arc` in m is counted along the line that is followed, `x`, `y` in m are the
+    profile, `line_x`, `line_y` that line. `angle` in rad is about the origin, `radius` in m is that of the line.
+
+    `pressure` in rad is the angle between the force on a follower and its motion on a line through the origin; NaN of
+    an open curve. `curvature` in 1/m is that of the profile, positive where it bulges outward, or to the left of an
+    open one. `rollers`: the side and the radius in m of the largest roller that fits there, infinite where any does.
+    """
+
+    name: str
+    closed: bool
+    roller: float
+    flat: bool
+    arc: Array
+    x: Array
+    y: Array
+    line_x: Array
+    line_y: Array
+    angle: Array
+    radius: Array
+    pressure: Array
+    curvature: Array
+    rollers: dict[str, float]
+
+    def columns(self) -> dict[str, Array]:
+        """The columns of the table by their headings, in SI units and radians."""
+        found = {"arc length (m)": self.arc, "x (m)": self.x, "y (m)": self.y}
+        if self.roller:
+            found |= {"centre x (m)": self.line_x, "centre y (m)": self.line_y}
+        found |= {"angle (rad)": self.angle, "radius (m)": self.radius}
+        if self.closed:
+            found["pressure angle (rad)"] = self.pressure
+        return found | {"curvature (1/m)": self.curvature}
+
+
+def sheet_of(scene: Scene, name: str | None, rows: int) -> Sheet:
+    """That of the scene's curve of this name, or of the only one. Raises InputError where there is none."""
+    curves = {track.name: track for track in scene.curves}
+    if not curves:
+        raise InputError(Problem("the scene has no block 'curves'", hint="mbproj help follow_a_curve"))
+    if name is None and len(curves) > 1:
+        raise InputError(Problem("the scene has several curves", Place("NAME"), f"give one of {', '.join(curves)}"))
+    wanted = next(iter(curves)) if name is None else name
+    if wanted not in curves:
+        raise InputError(Problem(f"unknown curve '{wanted}'", Place("NAME"), choose_from(wanted, list(curves))))
+    return sheet(curves[wanted], rows)
+
+
+def sheet(track: Track, rows: int) -> Sheet:
+    """So many rows from the beginning of the curve to its end, evenly by its parameter."""
+    line = track.line
+    s = np.linspace(line.start, line.end, rows)
+    piece = line.at(s)
+    (x, y), (x1, y1), (x2, y2), _ = line.derivatives(s, piece)
+    speed = np.hypot(x1, y1)
+    tx, ty = x1 / speed, y1 / speed
+    bend = (x1 * y2 - y1 * x2) / speed**3
+    offset = track.roller  # the profile is so far to the left of the line
+    outward = -1.0 if line.closed and not line.turns_left else 1.0
+    radius = np.hypot(x, y)
+    return Sheet(
+        name=track.name,
+        closed=line.closed,
+        roller=track.roller,
+        flat=track.flat,
+        arc=np.real(line.length_at(s, piece)),
+        x=x - offset * ty,
+        y=y + offset * tx,
+        line_x=x,
+        line_y=y,
+        angle=np.unwrap(np.arctan2(y, x)),
+        radius=radius,
+        pressure=_pressure(x, y, tx, ty, radius, track),
+        curvature=outward * bend / (1.0 - bend * offset),
+        rollers=_rollers(track),
+    )
+
+
+def _pressure(x: Array, y: Array, tx: Array, ty: Array, radius: Array, track: Track) -> Array:
+    """Between the normal and the line from the origin; a flat face is pushed along its own normal."""
+    if not track.line.closed:
+        return np.full(len(x), np.nan)
+    if track.flat:
+        return np.zeros(len(x))
+    along = np.abs(tx * x + ty * y) / radius
+    return np.asarray(np.arcsin(np.clip(along, 0.0, 1.0)))
+
+
+def _rollers(track: Track) -> dict[str, float]:
+    """The largest roller of each side: for a curve of a roller's centre, on the profile."""
+    sides = ("outside", "inside") if track.line.closed else ("left", "right")
+    return {side: largest_roller(track.line, track.is_left(side), track.roller) for side in sides}

@@ -1,0 +1,74 @@
+"""`mbproj curve`: the table of a profile against closed forms, and what the command refuses."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from mbproj import read_scene
+from mbproj.figures.pages.profile import draw_profile
+from mbproj.functions.curves.shapes import ellipse
+from mbproj.functions.curves.track import Track
+from mbproj.mechanisms_folder import mechanism
+from mbproj.scene.blocks.curves.sheet import sheet
+from tests.cli.commands import mbproj
+
+SCENE = str(mechanism("cam"))
+
+
+@pytest.fixture(scope="module")
+def lift():
+    (track,) = read_scene(SCENE).curves
+    return sheet(track, 361)
+
+
+def test_the_pressure_angle_of_a_lift_law(lift):
+    """tan α = r' / r, with r = 50 mm + 20 mm (x - sin(2πx)/2π) over 120 deg; clockwise, the law runs from the end."""
+    x = (360.0 - np.degrees(lift.angle[300])) / 120.0
+    radius = 50e-3 + 20e-3 * (x - np.sin(2.0 * np.pi * x) / (2.0 * np.pi))
+    slope = 20e-3 * (1.0 - np.cos(2.0 * np.pi * x)) / (2.0 * np.pi / 3.0)
+    np.testing.assert_allclose(lift.radius[300], radius, rtol=1e-14)
+    np.testing.assert_allclose(np.tan(lift.pressure[300]), slope / radius, rtol=1e-12)
+    apart = np.hypot(lift.x - lift.line_x, lift.y - lift.line_y)
+    np.testing.assert_allclose(apart, 12e-3, rtol=1e-13)
+
+
+def test_the_curvature_and_the_largest_roller_of_an_ellipse():
+    """κ = a b / (a² sin² + b² cos²)^1.5; inside the largest roller has nearly the least radius of curvature b²/a."""
+    a, b = 0.7, 0.4
+    found = sheet(Track("oval", ellipse((a, b))), 73)
+    s = np.linspace(0.0, 2.0 * np.pi, 73)
+    expected = a * b / (a**2 * np.sin(s) ** 2 + b**2 * np.cos(s) ** 2) ** 1.5
+    np.testing.assert_allclose(found.curvature, expected, rtol=1e-13)
+    assert found.rollers["outside"] == np.inf
+    assert 0.94 * b**2 / a < found.rollers["inside"] < b**2 / a
+
+
+def test_the_table_the_object_and_the_picture(tmp_path, lift):
+    done = mbproj("curve", SCENE, "--rows", "5", "--json", "-o", "lift.csv", folder=tmp_path)
+    found = json.loads(done.stdout)
+    assert (found["curve"], found["closed"], found["largest_roller"]["outside"]) == ("lift", True, None)
+    table = np.loadtxt(tmp_path / "lift.csv", delimiter=",", skiprows=1)
+    np.testing.assert_array_equal(table, np.column_stack(list(found["table"].values())))
+    figure = draw_profile(lift)
+    assert [axis.get_ylabel().split("\n")[0] for axis in figure.axes[1:]] == [
+        "radius (mm)",
+        "pressure angle",
+        "curvature (1/mm)",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((SCENE, "lfit"), "NAME: error: unknown curve 'lfit'; did you mean 'lift'?"),
+        ((str(mechanism("five_bar")),), "has no block 'curves'"),
+        ((SCENE, "--plot", "lift.txt"), "'lift.txt' has no ending of a picture"),
+    ],
+)
+def test_what_is_refused(tmp_path, arguments, message):
+    done = mbproj("curve", *arguments, folder=tmp_path)
+    assert done.returncode == 2
+    assert message in done.stderr
