@@ -872,6 +872,7 @@ class Stop(Part):
     plane: {body, location, normal}, optional
     point: {body, location}, optional
     radius: a number in m, optional
+    axis: 3 numbers or a mapping {name: 3 numbers}, optional
     friction: a number or {coefficient, static, stribeck_speed}, optional
     rigid: true or false, optional
     exponent: a number, optional
@@ -885,15 +886,16 @@ class Stop(Part):
     at most one of plane, longest
     at most one of points, point
     at most one of points, radius
+    at most one of points, axis
     at most one of points, friction
     at most one of bodies, point
     at most one of bodies, radius
+    at most one of bodies, axis
     at most one of bodies, friction
     one of stiffness, rigid
     at most one of exponent, rigid
     at most one of damping, rigid
     at most one of damping, restitution
-    at most one of radius, friction
     at most one of stiffness, friction
     """
 
@@ -908,6 +910,7 @@ class Stop(Part):
         plane: Mapping[str, Any] | None = ...,
         point: Mapping[str, Any] | None = ...,
         radius: Quantity | None = ...,
+        axis: Vector | str | Mapping[str, Any] | None = ...,
         friction: Quantity | Mapping[str, Any] | None = ...,
         rigid: bool | None = ...,
         exponent: Quantity | None = ...,

@@ -69,7 +69,7 @@ class DistanceStop:
 
 @dataclass(frozen=True)
 class PlaneFriction:
-    """Dry friction of a point on a plane: coefficients of the push while it slides and while it sticks.
+    """Dry friction of a point, ball or wheel on a plane: coefficients of the push while it slides and while it sticks.
     `stribeck_speed` in m/s is that over which the one falls to the other, None where it falls at once."""
 
     sliding: float
@@ -79,7 +79,9 @@ class PlaneFriction:
 
 @dataclass(frozen=True)
 class PlaneStop:
-    """A sphere of `radius` in m (0: a point) around `point` stays on that side of a plane to which `normal` points."""
+    """A ball of `radius` in m (0: a point) around `point` stays on that side of a plane to which `normal` points.
+
+    With an `axis`, a direction of the point's body, it is a wheel: a thin disk about that axis."""
 
     name: str
     location: OfBody
@@ -88,6 +90,7 @@ class PlaneStop:
     radius: float
     law: StopLaw
     friction: PlaneFriction | None = None
+    axis: OfBody | None = None
 
     @property
     def stops(self) -> list[str]:

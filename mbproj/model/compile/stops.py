@@ -8,6 +8,7 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.constraints import PRIMITIVES
+from mbproj.constraints.wheel_height import WheelHeight
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place, Problem
 from mbproj.model.compile.frames import Pose
@@ -102,7 +103,8 @@ def _of_forces(scene: Scene, seats: Mapping[str, Seat], poses: Mapping[str, Pose
         elif isinstance(force, PlaneStop):
             place = scene.place("forces", force.name)
             along = _from_plane(scene, force, seats, poses)
-            yield _Side(force.name, f"force '{force.name}'", place, along, _side(0), force.radius, force.law)
+            bound = force.radius if force.axis is None else 0.0
+            yield _Side(force.name, f"force '{force.name}'", place, along, _side(0), bound, force.law)
 
 
 def _distance(scene: Scene, force: DistanceStop, seats: Mapping[str, Seat], poses: Mapping[str, Pose]) -> Binding:
@@ -123,15 +125,19 @@ def _distance(scene: Scene, force: DistanceStop, seats: Mapping[str, Seat], pose
 
 
 def _from_plane(scene: Scene, force: PlaneStop, seats: Mapping[str, Seat], poses: Mapping[str, Pose]) -> Binding:
-    """How far a point is from a plane, to the side of its normal."""
+    """How far a point, or the lowest point of a wheel, is from a plane, to the side of its normal."""
     _refuse_one_body(scene, force.name, "a plane and a point", seats[force.location.body], seats[force.point.body])
-    rotation = poses[force.normal.body][1]
-    normal = np.array(force.normal.vector)
-    seat = seats[force.normal.body]
-    local_normal = seat.vector(normal if force.normal.local else rotation.T @ normal)
     carrier, location = seated(force.location, local_point(force.location, poses), seats)
     other, point = seated(force.point, local_point(force.point, poses), seats)
-    return Binding(PRIMITIVES["along"](), 0, ((carrier, 1, local_normal), (carrier, 1, location), (other, 2, point)))
+    plane, normal, centre = (
+        (carrier, 1, location),
+        (carrier, 1, local_vector(force.normal, seats, poses)),
+        (other, 2, point),
+    )
+    if force.axis is None:
+        return Binding(PRIMITIVES["along"](), 0, (normal, plane, centre))
+    axis = (other, 2, local_vector(force.axis, seats, poses))
+    return Binding(WheelHeight(force.radius), 0, (plane, normal, centre, axis))
 
 
 def local_point(placed: OfBody, poses: Mapping[str, Pose]) -> Array:
@@ -139,6 +145,12 @@ def local_point(placed: OfBody, poses: Mapping[str, Pose]) -> Array:
     position, rotation = poses[placed.body]
     point = np.array(placed.vector)
     return point if placed.local else rotation.T @ (point - position)
+
+
+def local_vector(placed: OfBody, seats: Mapping[str, Seat], poses: Mapping[str, Pose]) -> Array:
+    """A direction in the axes of its body's carrier."""
+    vector = np.array(placed.vector)
+    return seats[placed.body].vector(vector if placed.local else poses[placed.body][1].T @ vector)
 
 
 def seated(placed: OfBody, local: Array, seats: Mapping[str, Seat]) -> tuple[int, Array]:

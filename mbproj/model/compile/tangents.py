@@ -1,4 +1,4 @@
-"""Dry friction of points on planes as arrays: along two tangents of each plane."""
+"""Dry friction of points, balls and wheels on planes as arrays: along two tangents of each plane."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.constraints import PRIMITIVES
+from mbproj.constraints.along import Along
+from mbproj.constraints.slip import BallSlip, WheelSlipAcross, WheelSlipAlong
 from mbproj.model.compile.frames import Pose
 from mbproj.model.compile.rigid_groups import Seat
-from mbproj.model.compile.stops import local_point, seated
+from mbproj.model.compile.stops import local_point, local_vector, seated
 from mbproj.model.frictions import Frictions
 from mbproj.model.primitive_set import Binding, bind, bindings
 from mbproj.scene.records import Scene
@@ -27,7 +28,7 @@ def tangential_friction(
     if not rubbing:
         return None, ()
     laws = [force.friction for force in rubbing if force.friction is not None]
-    along = [Binding(PRIMITIVES["along"](), 0, slots) for force in rubbing for slots in _tangents(force, seats, poses)]
+    along = [binding for force in rubbing for binding in _tangents(force, seats, poses)]
     none = np.full(2 * len(rubbing), -1, dtype=np.intp)
     found = Frictions(
         coordinates=bind([replace(each, owner=at) for at, each in enumerate(along)]),
@@ -68,21 +69,39 @@ def joined(first: Frictions | None, second: Frictions | None) -> Frictions | Non
     )
 
 
-def _tangents(
-    force: PlaneStop, seats: Mapping[str, Seat], poses: Mapping[str, Pose]
-) -> list[tuple[tuple[int, int, Array], ...]]:
-    """What the rows along both tangents bind: the first as near as can be to the global axis to which the plane's
-    normal leans least. So planes along global axes have their tangents along these."""
-    rotation, seat = poses[force.normal.body][1], seats[force.normal.body]
+def _tangents(force: PlaneStop, seats: Mapping[str, Seat], poses: Mapping[str, Pose]) -> list[Binding]:
+    """The rows along both tangents. A point moves along them, a ball and a wheel slip at their lowest points."""
+    seat, triad = seats[force.normal.body], _triad(force, poses)
+    carrier, location = seated(force.location, local_point(force.location, poses), seats)
+    other, point = seated(force.point, local_point(force.point, poses), seats)
+    plane, centre = (carrier, 1, location), (other, 2, point)
+    x, y, z = ((carrier, 1, seat.vector(vector)) for vector in triad)
+    if force.radius == 0.0:
+        return [Binding(Along(), 0, (tangent, plane, centre)) for tangent in (x, y)]
+    if force.axis is None:
+        back, of_ball = (carrier, 1, -x[2]), _slots(other, np.eye(3))
+        both = ((plane, *axes, centre, *of_ball) for axes in ((x, y, z), (y, back, z)))
+        return [Binding(BallSlip(force.radius), 0, slots) for slots in both]
+    axis = local_vector(force.axis, seats, poses)
+    across = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
+    across /= np.linalg.norm(across)
+    slots = (plane, x, y, z, centre, *_slots(other, np.array([np.cross(across, axis), across, axis])))
+    return [Binding(slip(force.radius), 0, slots) for slip in (WheelSlipAlong, WheelSlipAcross)]
+
+
+def _triad(force: PlaneStop, poses: Mapping[str, Pose]) -> Array:
+    """Two tangents of the plane and its normal as rows, in the axes of its body. The first is as near as can be to the
+    global axis to which the normal leans least. So planes along global axes have their tangents along these."""
+    rotation = poses[force.normal.body][1]
     normal = np.array(force.normal.vector)
     normal = rotation @ normal if force.normal.local else normal
     axis = np.eye(3)[int(np.argmin(np.abs(normal)))]
     across = np.cross(normal, axis)
     across /= np.linalg.norm(across)
     first = np.cross(across, normal)
-    carrier, location = seated(force.location, local_point(force.location, poses), seats)
-    other, point = seated(force.point, local_point(force.point, poses), seats)
-    return [
-        ((carrier, 1, seat.vector(rotation.T @ tangent)), (carrier, 1, location), (other, 2, point))
-        for tangent in (first / np.linalg.norm(first), across)
-    ]
+    return np.array([first / np.linalg.norm(first), across, normal]) @ rotation
+
+
+def _slots(carrier: int, vectors: Array) -> list[tuple[int, int, Array]]:
+    """Vectors of the second body as slots of a row."""
+    return [(carrier, 2, vector) for vector in vectors]

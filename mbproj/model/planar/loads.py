@@ -12,6 +12,7 @@ from mbproj.model.channels import Channels
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.model.planar.bushings import tilted_bushings
 from mbproj.model.planar.plane import Plane
+from mbproj.model.planar.rows import BESIDE, INSIDE, OUTSIDE, Seen, seen_from, sides
 from mbproj.model.primitive_set import PrimitiveSet, bind, bindings
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
@@ -58,11 +59,11 @@ def _friction_obstacle(system: System, plane: Plane) -> str | None:
             return f"friction goes by what joint '{joint}' carries out of the plane"
     if frictions is None:
         return None
-    bound, kept = bindings(frictions.coordinates), []
-    for k, binding in enumerate(bound):
-        body, _, vector = binding.slots[0]
-        normal = np.abs(frames[body] @ vector @ plane.axes[:, 2]) > 1.0 - THRESHOLDS.in_plane
-        kept += [] if frictions.partner[k] >= 0 and normal else [k]
+    bound, side = (
+        bindings(frictions.coordinates),
+        sides(frictions.coordinates, _seen(system, plane, frictions.coordinates)),
+    )
+    kept = np.flatnonzero((frictions.partner < 0) | ((side != OUTSIDE) & (side != BESIDE)))
     along = bind([replace(bound[k], owner=at) for at, k in enumerate(kept)])
     owners = [f"{frictions.owners[k]} acts" for k in kept]
     return _leaves_plane(system, plane, along, frictions.joint_coordinate[kept], owners)
@@ -76,17 +77,11 @@ def _leaves_plane(
     locked = np.flatnonzero(of_joints & (coordinates_in_plane(plane, joint_coordinate) < 0))
     if len(locked):
         return f"{owners[locked[0]]} along a coordinate out of the plane"
-    depth = _depths(plane, along)
-    least = THRESHOLDS.in_plane * max(system.length, float(np.abs(depth).max(initial=0.0)))
+    leaves = ~of_joints & (sides(along, _seen(system, plane, along)) != INSIDE)
     for group in along.groups:
-        free = ~of_joints[group.rows[:, 0]]
-        if not free.any():
-            continue
-        points = along.is_point[group.slots[0]] > 0.0
-        apart = np.ptp(depth[group.slots[:, points]], axis=1) > least
-        leans = np.abs(depth[group.slots[:, ~points]]).max(axis=1, initial=0.0) > THRESHOLDS.in_plane
-        for row in group.rows[free & (leans if (~points).any() else apart), 0]:
-            what = "along an axis out of the plane" if (~points).any() else "between points at different depths"
+        has_axis = "vector" in group.primitive.slots
+        for row in group.rows[leaves[group.rows[:, 0]], 0]:
+            what = "along an axis out of the plane" if has_axis else "between points at different depths"
             return f"{owners[row]} {what}"
     return None
 
@@ -110,8 +105,10 @@ def locals_in_plane(plane: Plane, bound: PrimitiveSet) -> Array:
     return _in_axes(plane, bound)[:, :2]
 
 
-def _depths(plane: Plane, bound: PrimitiveSet) -> Array:
-    return _in_axes(plane, bound)[:, 2] + bound.is_point * np.append(plane.depth, 0.0)[bound.body]
+def _seen(system: System, plane: Plane, bound: PrimitiveSet) -> Seen:
+    """A set in plane axes at the plane's reference."""
+    depth = np.append(plane.depth, 0.0)
+    return seen_from(bound, _in_axes(plane, bound), depth[:, None] * [0.0, 0.0, 1.0], system.length)
 
 
 def _in_axes(plane: Plane, bound: PrimitiveSet) -> Array:

@@ -81,13 +81,17 @@ def kind_of(primitive: Primitive) -> str:
 
 def see(bound: PrimitiveSet, position: Array, rotation: Array, axes: Array, length: float) -> Seen:
     """The set in plane axes (..., 3, 3) at a pose: position (n+1, 3) and rotation (n+1, 3, 3), the ground last."""
-    arm = (rotation[bound.body] @ bound.local[..., None])[..., 0] @ axes
+    return seen_from(bound, (rotation[bound.body] @ bound.local[..., None])[..., 0] @ axes, position @ axes, length)
+
+
+def seen_from(bound: PrimitiveSet, arm: Array, centre: Array, length: float) -> Seen:
+    """The same from the arms (..., S, 3) and the centres of mass (..., n+1, 3), both in plane axes."""
     vector = bound.is_point == 0.0
     level = vector & (np.abs(arm[..., 2]) <= THRESHOLDS.in_plane)
     upright = vector & (np.linalg.norm(arm[..., :2], axis=-1) <= THRESHOLDS.in_plane)
     arm[level, 2], arm[upright, :2] = 0.0, 0.0
-    x = arm + bound.is_point[:, None] * (position @ axes)[..., bound.body, :]
-    return Seen(arm, x, max(length, float(np.abs(position).max())))
+    x = arm + bound.is_point[:, None] * centre[..., bound.body, :]
+    return Seen(arm, x, max(length, float(np.abs(centre).max())))
 
 
 def sides(bound: PrimitiveSet, seen: Seen) -> Integers:

@@ -10,7 +10,7 @@ namespace mbproj {
 template <int D> struct Coordinate {
     const PrimitiveSet<D>& set;
     const Instance& p;
-    Point<D> x[most_of_coordinates], spoke[most_of_coordinates], g[most_of_coordinates];
+    Point<D> x[most_slots], spoke[most_slots], g[most_slots];
 
     Coordinate(const PrimitiveSet<D>& coordinates, int number, const Pose<D>& pose)
         : set(coordinates), p(set.instances[number]) {
@@ -40,7 +40,7 @@ template <int D> struct Coordinate {
     }
     // The part of its second derivative that holds no accelerations of bodies.
     double bend(const Motion<D>& motion) const {
-        Point<D> x_dot[most_of_coordinates];
+        Point<D> x_dot[most_slots];
         double sum = 0.0;
         for (int s = 0; s < p.slot_count; ++s) {
             const Attachment<D>& a = attachment(s);

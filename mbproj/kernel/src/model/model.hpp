@@ -47,8 +47,6 @@ constexpr int most(int Form::*of) {
     return found;
 }
 constexpr int most_slots = most(&Form::slots), most_parameters = most(&Form::parameters);
-// Of what is a coordinate: along, distance, angle, or what follows a curve.
-constexpr int most_of_coordinates = 4;
 // Whether its row is at velocity level: its gradient is that of no function, and its value is 0.
 constexpr bool is_slip(Kind kind) { return kind >= Kind::wheel_slip_along; }
 

@@ -1,4 +1,4 @@
-"""Dry friction of a point on the plane of a stop: what it is written as.
+"""Dry friction of a point, ball or wheel on the plane of a stop: what it is written as.
 
 friction: 0.3
 friction: {coefficient: 0.3, static: 0.4, stribeck_speed: 0.05 m/s}
@@ -32,7 +32,4 @@ PLANE_FRICTION: Field[PlaneFriction] = Alternatives(
     )
 )
 #: With which keys of a stop there is none.
-FRICTIONLESS = (
-    OneOf(("radius", "friction"), hint="a point rubs, a sphere that rolls has no friction here"),
-    OneOf(("stiffness", "friction"), hint="friction is that of rigid stops: rigid: true"),
-)
+FRICTIONLESS = (OneOf(("stiffness", "friction"), hint="friction is that of rigid stops: rigid: true"),)

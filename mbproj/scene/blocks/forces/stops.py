@@ -165,8 +165,15 @@ def _stop(name: str, type: str, plane: Any = None, **given: Any) -> Force:
     point = given.pop("point")
     if point.body == location.body:
         raise Unfit(f"has its plane and its point on body '{point.body}'", "give two different bodies")
-    friction, radius = given.pop("friction", None), given.pop("radius", 0.0)
-    return PlaneStop(name, location, normal, point, radius, _law(given), friction)
+    friction, radius, axis = given.pop("friction", None), given.pop("radius", 0.0), given.pop("axis", None)
+    if axis is None:
+        return PlaneStop(name, location, normal, point, radius, _law(given), friction)
+    if not radius > 0.0:
+        raise Unfit("has an 'axis' and no 'radius'", "a wheel has both; a ball has a 'radius' alone")
+    wrong = [body for body in axis if body != point.body] if isinstance(axis, Mapping) else []
+    if wrong:
+        raise Unfit(f"has its axis on body '{wrong[0]}'", f"the wheel is on body '{point.body}', as 'point' says")
+    return PlaneStop(name, location, normal, point, radius, _law(given), friction, _of_body(point.body, axis))
 
 
 def _between_points(
@@ -202,7 +209,7 @@ _SHAPES = (
         OneOf(pair, hint="a stop is between two points, or a plane and a point")
         for pair in (
             *(("plane", key) for key in ("locations", "shortest", "longest")),
-            *((shape, key) for shape in ("points", "bodies") for key in ("point", "radius", "friction")),
+            *((shape, key) for shape in ("points", "bodies") for key in ("point", "radius", "axis", "friction")),
         )
     ),
 )
@@ -222,6 +229,7 @@ def stop_record(force_type: Choice) -> Record[Force]:
             "plane": _record("a plane", _plane, {"location": BODY_POINT, "normal": BODY_DIRECTION}),
             "point": _record("a point", _point, {"location": BODY_POINT}),
             "radius": Number("m", minimum=0.0),
+            "axis": BODY_DIRECTION,
             "friction": PLANE_FRICTION,
             **_law_keys("m"),
         },
