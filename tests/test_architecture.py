@@ -110,7 +110,7 @@ FOLDERS = {
     "dynamics": ("equations", "derivatives", "assembly", "observe", "rank", "friction", "contact"),
     "projection": ("methods", "solve"),
     "integrate": ("steppers", "events", "outcome", "formulations", "loop", "stiff", "automatic", "stops"),
-    "results": ("file", "loads", "crash_safety", "linear", "sweep", "views"),
+    "results": ("file", "loads", "crash_safety", "linear", "sweep", "design", "views"),
     "studies": (
         "store",
         "parallel",

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from mbproj.outputs.csv_table import write_csv
     from mbproj.outputs.kinds import (
+        DESIGN_DRAWN,
         DESIGNED,
         JUNIT,
         LOOPS,
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 _NAMES_IN = {
     "csv_table": ("write_csv",),
     "kinds": (
+        "DESIGN_DRAWN",
         "DESIGNED",
         "JUNIT",
         "LOOPS",
@@ -53,6 +55,7 @@ _NAMES_IN = {
 
 __all__ = [
     "DESIGNED",
+    "DESIGN_DRAWN",
     "JUNIT",
     "LOOPS",
     "MODEL",

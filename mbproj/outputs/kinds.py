@@ -139,4 +139,5 @@ SCENE_SCHEMA = Kind("a schema", _begins_with(b'"title": "mbproj scene"'))
 #: A scene is its author's, whoever wrote its first version: it is never ours to replace.
 SCENE = Kind("a scene to replace", lambda path: False)
 DESIGNED = Kind("a design that was found", _begins_with(b"# Found by mbproj "))
+DESIGN_DRAWN = Kind("what pictures show of a design", _begins_with(b'{"format": "mbproj design 1"'))
 NOTEBOOK = Kind("a notebook to replace", lambda path: False)

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING
 import click
 
 from mbproj.cli.completion import Folder, one_of, results_file
+from mbproj.cli.design.pictures import KINDS as OF_DESIGNS
+from mbproj.cli.design.pictures import draw_design, is_design
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.figure_options import look
 from mbproj.cli.linear.pictures import draw_linear, is_linear
@@ -35,6 +37,7 @@ EXAMPLES = (
         "Hold the violations of two runs side by side.",
         "mbproj plot gopm.h5 results.h5 --kind violation --label GOPM --label GPOPM",
     ),
+    ("Draw how a fit meets its measurements.", "mbproj plot swing_fit-design --kind fit"),
     ("Draw the tip of a sweep over its lengths.", "mbproj plot lengths-sweep --kind lines --of tip --over length"),
 )
 
@@ -47,8 +50,9 @@ EXAMPLES = (
     "kinds",
     multiple=True,
     metavar="KIND",
-    shell_complete=one_of(lambda: [*KINDS, *PICTURES]),
-    help=f"Only this kind, repeatable. {KINDS_HELP}. Of sweeps: {', '.join(PICTURES)}.",
+    shell_complete=one_of(lambda: [*KINDS, *PICTURES, *OF_DESIGNS]),
+    help=f"Only this kind, repeatable. {KINDS_HELP}. Of sweeps: {', '.join(PICTURES)}. "
+    f"Of designs: {', '.join(OF_DESIGNS)}.",
 )
 @option(
     Part.OUTPUT,
@@ -140,8 +144,8 @@ def command(
 
     Writes DIR/<first file>-<kind>.<format> and prints the paths. All kinds that apply are drawn unless --kind names
     some. Files of modes have kinds of their own: eigenvalues, shapes, traces; linear models have bode. RESULTS may be
-    the folder of a sweep, which has its own kinds too. `--kind steps` of a run with error control says which body or
-    force limits its smaller steps.
+    the folder of a sweep or of a design, which have their own kinds too. `--kind steps` of a run with error control
+    says which body or force limits its smaller steps.
     """
     from mbproj.analysis.thinned import MANY
     from mbproj.figures.kinds import draw, nothing_to_see, why_not
@@ -160,6 +164,10 @@ def command(
         "--per-turn": per_turn or None,
         "--transmission": corners,
     }
+    if any(map(is_design, results)):
+        more = _given({**of_runs, "--of": of, "--over": over})
+        draw_design(results, kinds, directory, file_format, unfit=more, force=force)
+        return
     if any(map(is_sweep, results)) or len(over) > 1:
         draw_sweep(results, kinds, directory, file_format, of, over, unfit=_given(of_runs), force=force)
         return

@@ -15,14 +15,10 @@ from mbproj.cli.completion import Folder, scene_file
 from mbproj.cli.explained import Part, option
 from mbproj.cli.figure_options import look
 from mbproj.errors import ExitCode
-from mbproj.scene.ranges.family import column_of, with_unit
+from mbproj.scene.ranges.family import column_of
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from mbproj.figures.pages.designs import Matched
     from mbproj.studies.design.run import Design
-    from mbproj.studies.design.spec import Goal
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 #: Searches whose numbers differ from the best ones by this part of their ranges at most found the same design.
@@ -72,8 +68,10 @@ def search(
     """The command: reads, searches, writes, reports."""
     from mbproj.calls.sweep import spec_of
     from mbproj.cli.report.progress import telling
+    from mbproj.figures.pages.designs import whole_page
     from mbproj.figures.save import save
     from mbproj.outputs import check_replaceable, picture
+    from mbproj.studies.design.drawn import drawn
     from mbproj.studies.design.run import find_design
     from mbproj.studies.design.written import DesignFolder
 
@@ -83,7 +81,7 @@ def search(
     check_replaceable(figure, picture("png"), force=force, hint=OTHER)
     with telling(hidden=as_json or quiet) as tell:
         found = find_design(what, where, engine=engine, fresh=more["fresh"], tell=tell)
-    written = [*folder.write(found), save(page(found), figure, force=force)]
+    written = [*folder.write(found), save(whole_page(drawn(found)), figure, force=force)]
     if as_json:
         click.echo(json.dumps({**numbers(found), "files": [str(path) for path in written]}))
     elif not quiet:
@@ -97,7 +95,9 @@ def search(
 
 def numbers(found: Design) -> dict[str, Any]:
     """The design as JSON has it; what is no number is null."""
-    known = found.knowledge
+    from mbproj.studies.design.drawn import signs
+
+    known, by = found.knowledge, signs(found)
     deviation = np.full(len(found.x), np.nan) if known is None else known.deviation
     return {
         "engine": found.engine,
@@ -106,7 +106,7 @@ def numbers(found: Design) -> dict[str, Any]:
         "reused": found.reused,
         "runs": found.runs,
         "value": found.searches[0].value,
-        "front": [(_signs(found) * each.goals).tolist() for each in found.searches if each.goals.size],
+        "front": [(by * each.goals).tolist() for each in found.searches if each.goals.size],
         "rms": rms(found) if found.spec.targets else None,
         "numbers": {
             path: {"value": value, "unit": unit, "deviation": None if spread != spread else spread}
@@ -122,11 +122,6 @@ def numbers(found: Design) -> dict[str, Any]:
         "unseen": [] if known is None else [*known.unseen],
         "notes": [*found.notes],
     }
-
-
-def _signs(found: Design) -> np.ndarray[Any, Any]:
-    """By which goals that are to be small become what is measured, (g,)."""
-    return np.array([goal.sign for goal in found.spec.goals])
 
 
 def rms(found: Design) -> float:
@@ -175,47 +170,3 @@ def _about_searches(found: Design) -> str:
     starts = f"{len(found.searches)} starts" + (f" ({found.reused} reused)" if found.reused else "")
     ends = f"{same} came to the best design" + (f", {failed} found none that runs" if failed else "")
     return f"{starts}, {found.runs} runs: {ends}"
-
-
-def page(found: Design) -> Figure:
-    """The page of figures."""
-    from mbproj.figures.pages.designs import design_page, front_page
-
-    if found.searches[0].goals.size:
-        front = np.stack([_signs(found) * each.goals for each in found.searches])
-        return front_page(front, [_named(goal) for goal in found.spec.goals], f"{found.engine}, {found.runs} runs")
-    traces = [_drawn(found, each.trace) for each in found.searches]
-    value = "rms of the residuals" if found.spec.targets else _named(found.spec.goals[0])
-    correlation = None if found.knowledge is None else found.knowledge.correlation
-    names = [column_of(path) for path in found.spec.paths]
-    remark = f"{found.engine}, {len(found.searches)} starts, {found.runs} runs"
-    return design_page([*_matched(found)], traces, names, correlation, value, remark)
-
-
-def _named(goal: Goal) -> str:
-    """Below an axis."""
-    return with_unit(goal.measure.name, goal.measure.unit)
-
-
-def _drawn(found: Design, trace: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-    """The runs and what is drawn of the value: the rms of residuals, or the goal as it is measured."""
-    runs, values = trace[:, 0], trace[:, 1]
-    if found.spec.targets:
-        return np.stack([runs, np.sqrt(2.0 * values / len(found.trial.residuals))], axis=1)
-    return np.stack([runs, found.spec.goals[0].sign * values], axis=1)
-
-
-def _matched(found: Design) -> Iterator[Matched]:
-    from mbproj.figures.pages.designs import Matched
-    from mbproj.studies.design.target import PATH, TIME
-
-    for target, off in found.off:
-        yield Matched(
-            name=target.name,
-            abscissa=None if target.over == PATH else target.abscissa,
-            along="time (s)" if target.over == TIME else target.over,
-            unit=target.unit,
-            components=tuple(each.component for each in target.measures),
-            given=target.values,
-            reached=target.values + off,
-        )

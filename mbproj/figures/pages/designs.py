@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mbproj.arrays import Array
-from mbproj.dataclass import dataclass
 from mbproj.figures import panels
 from mbproj.figures.style import line, page_width, styled
 from mbproj.figures.words import fitted
+from mbproj.results.design.drawn import Drawn, Matched
 
 #: Height of a row of panels, inches; room for a name beside a matrix; numbers that are written into its cells at most.
 ROW, NAME, WRITTEN = 2.3, 1.0, 8
@@ -20,46 +20,69 @@ ROW, NAME, WRITTEN = 2.3, 1.0, 8
 ABOVE = 0.5
 
 
-@dataclass(frozen=True, eq=False)
-class Matched:
-    """What is drawn of a match: `given` and `reached` (N, k) over `abscissa` (N,), or in a plane where that is None."""
+def whole_page(drawn: Drawn) -> Figure:
+    """All that there is of a design on one page: the front, or a row for each match, then searches and correlation."""
+    return _front(drawn) if drawn.front is not None else _page(drawn)
 
-    name: str
-    abscissa: Array | None
-    along: str
-    unit: str
-    components: tuple[str, ...]
-    given: Array
-    reached: Array
+
+def why_not(kind: str, drawn: Drawn) -> str | None:
+    """Why a picture does not apply; None where it does."""
+    missing: Mapping[str, tuple[bool, str]] = {
+        "fit": (not drawn.matches, "the design matches nothing"),
+        "convergence": (not any(len(trace) for trace in drawn.traces), "no search went down by itself"),
+        "correlation": (drawn.correlation is None, "only what is matched says how numbers depend on each other"),
+        "front": (drawn.front is None, "the design has one goal alone"),
+    }
+    is_missing, reason = missing[kind]
+    return reason if is_missing else None
 
 
 @styled
-def design_page(
-    matches: Sequence[Matched],
-    traces: Sequence[Array],
-    names: Sequence[str],
-    correlation: Array | None,
-    value: str,
-    remark: str,
-) -> Figure:
-    """A row for each match with its residuals, then the searches and the correlation of the numbers by `names`.
-    `traces` (n, 2) are the runs and the value of each search, of which `value` says what it is."""
-    rows = len(matches) + 1
+def _page(drawn: Drawn) -> Figure:
+    rows = len(drawn.matches) + 1
     figure = Figure(figsize=(page_width(), ROW * rows), layout="constrained")
     grid = figure.add_gridspec(rows, 2)
-    for row, match in enumerate(matches):
+    for row, match in enumerate(drawn.matches):
         _match(figure.add_subplot(grid[row, 0]), match)
         _residuals(figure.add_subplot(grid[row, 1]), match)
-    last = grid[rows - 1, 0] if correlation is not None else grid[rows - 1, :]
-    _searches(figure.add_subplot(last), traces, value)
-    if correlation is not None:
-        _correlation(figure.add_subplot(grid[rows - 1, 1]), names, correlation)
-    return panels.finish(figure, remark=remark, with_legend=False)
+    last = grid[rows - 1, 0] if drawn.correlation is not None else grid[rows - 1, :]
+    _searches(figure.add_subplot(last), drawn.traces, drawn.value)
+    if drawn.correlation is not None:
+        _correlation(figure.add_subplot(grid[rows - 1, 1]), drawn.names, drawn.correlation)
+    return panels.finish(figure, remark=drawn.remark, with_legend=False)
 
 
 @styled
-def front_page(goals: Array, names: Sequence[str], remark: str) -> Figure:
-    """The front of several goals, (n, g): each further goal over the first one. The first design is the one chosen."""
+def _fit(drawn: Drawn) -> Figure:
+    """A row for each match, with its residuals."""
+    figure = Figure(figsize=(page_width(), ROW * len(drawn.matches)), layout="constrained")
+    for (left, right), match in zip(figure.subplots(len(drawn.matches), 2, squeeze=False), drawn.matches, strict=True):
+        _match(left, match)
+        _residuals(right, match)
+    return panels.finish(figure, remark=drawn.remark, with_legend=False)
+
+
+@styled
+def _convergence(drawn: Drawn) -> Figure:
+    figure = Figure(figsize=(page_width(), 1.3 * ROW), layout="constrained")
+    _searches(figure.add_subplot(), drawn.traces, drawn.value)
+    return panels.finish(figure, remark=drawn.remark, with_legend=False)
+
+
+@styled
+def _dependence(drawn: Drawn) -> Figure:
+    assert drawn.correlation is not None
+    side = min(page_width(), 2.2 + 0.35 * len(drawn.names))
+    figure = Figure(figsize=(side, 0.8 * side), layout="constrained")
+    _correlation(figure.add_subplot(), drawn.names, drawn.correlation)
+    return panels.finish(figure, remark=drawn.remark, with_legend=False)
+
+
+@styled
+def _front(drawn: Drawn) -> Figure:
+    """Each further goal over the first one. The first design is the one chosen."""
+    assert drawn.front is not None
+    names, goals = drawn.goals, drawn.front
     figure = Figure(figsize=(page_width(), ROW * (len(names) - 1) + ABOVE), layout="constrained")
     axes = figure.subplots(len(names) - 1, 1, sharex=True, squeeze=False)[:, 0]
     for axis, goal, name in zip(axes, goals.T[1:], names[1:], strict=True):
@@ -67,7 +90,7 @@ def front_page(goals: Array, names: Sequence[str], remark: str) -> Figure:
         axis.plot(goals[:1, 0], goal[:1], "D", color=line(1)["color"], markersize=6, label="the most balanced")
         axis.set_ylabel(name)
     axes[-1].set_xlabel(names[0])
-    return panels.finish(figure, remark=remark)
+    return panels.finish(figure, remark=drawn.remark)
 
 
 def _match(axis: Axes, match: Matched) -> None:
@@ -127,3 +150,12 @@ def _correlation(axis: Axes, names: Sequence[str], correlation: Array) -> None:
             colour = "white" if abs(share) > 0.6 else "#222222"
             axis.text(column, row, f"{share:.2f}", ha="center", va="center", fontsize=6, color=colour)
     axis.figure.colorbar(drawn, ax=axis, label="correlation", shrink=0.9)
+
+
+#: Pictures by kind, for `mbproj plot`.
+PICTURES: Mapping[str, Callable[[Drawn], Figure]] = {
+    "fit": _fit,
+    "convergence": _convergence,
+    "correlation": _dependence,
+    "front": _front,
+}

@@ -8,11 +8,13 @@ from typing import Any
 import numpy as np
 
 from mbproj.errors import InputError, Problem
-from mbproj.outputs import DESIGNED, check_replaceable, csv, make_folder, write_csv, write_text
+from mbproj.outputs import DESIGN_DRAWN, DESIGNED, check_replaceable, csv, make_folder, write_csv, write_text
+from mbproj.results.design.drawn import FILE
 from mbproj.results.views.table import Table
 from mbproj.scene.ranges.family import column_of, with_unit
 from mbproj.scene.read import SceneText, read_scene_text
 from mbproj.scene.text.rewrite import Changes, with_changes
+from mbproj.studies.design.drawn import drawn
 from mbproj.studies.design.run import Design
 from mbproj.studies.design.spec import Spec
 from mbproj.studies.measure.setting import shortest
@@ -24,21 +26,24 @@ FIRST = ("start", "value")
 
 
 class DesignFolder:
-    """The folder at `path`, with `best.yaml` and `starts.csv`. Raises InputError before the work begins where they
-    cannot be written."""
+    """The folder at `path`, with `best.yaml`, `starts.csv` and `design.json`. Raises InputError before the work begins
+    where they cannot be written."""
 
     def __init__(self, path: Path, force: bool) -> None:
         self.path, self._force = make_folder(path, OTHER), force
         self._scene, self._table = self.path / "best.yaml", self.path / "starts.csv"
+        self._drawn = self.path / FILE
+        check_replaceable(self._drawn, DESIGN_DRAWN, force=force, hint=OTHER)
         check_replaceable(self._scene, DESIGNED, force=force, hint=OTHER)
         check_replaceable(self._table, csv(FIRST), force=force, hint=OTHER)
 
     def write(self, design: Design) -> list[Path]:
-        """Writes both."""
+        """Writes all."""
         table = starts_table(design)
         return [
             write_text(self._scene, best_scene(design), DESIGNED, force=self._force, hint=OTHER),
             write_csv(self._table, table.headings, table.rows, force=self._force, hint=OTHER),
+            write_text(self._drawn, drawn(design).text(), DESIGN_DRAWN, force=self._force, hint=OTHER),
         ]
 
 

@@ -28,10 +28,33 @@ def test_fit_prints_writes_and_goes_on(folder):
     assert first.returncode == 0, first.stderr
     assert "least_squares, because all that is wanted are residuals" in first.stdout
     assert "flight: 11 points, off by " in first.stdout
-    assert {path.name for path in (folder / "design-design").iterdir()} == {"best.yaml", "starts.csv", "design.png"}
+    assert {path.name for path in (folder / "design-design").iterdir()} == {
+        *("best.yaml", "starts.csv", "design.json", "design.png")
+    }
     again = json.loads(mbproj("fit", "design.yaml", "-j", "1", "--json", folder=folder).stdout)
     assert again["reused"] == 1
     assert again["numbers"]["parameters.angle"]["value"] == pytest.approx(0.5, rel=1e-9)
+
+
+def test_a_design_is_drawn_again_from_its_folder(folder):
+    written(folder, BALL, VARY + "match: {flight: {body: ball, through: flight.csv}}\n")
+    assert mbproj("fit", "design.yaml", "-j", "1", "-q", folder=folder).returncode == 0
+    done = mbproj("plot", "design-design", "-o", "pictures", "--format", "svg", folder=folder)
+    assert done.returncode == 0, done.stderr
+    names = [f"design-design-{kind}.svg" for kind in ("fit", "convergence", "correlation")]
+    assert [line.rpartition("/")[2] for line in done.stdout.split()] == names
+    assert "flight" in (folder / "pictures" / names[0]).read_text()
+    for options, said in (
+        (("--kind", "front"), "--kind front: the design has one goal alone"),
+        (("--kind", "heat"), "unknown kind 'heat' of a design"),
+        (("--marker", "tip"), "--marker is for results of runs"),
+    ):
+        wrong = mbproj("plot", "design-design", *options, folder=folder)
+        assert (wrong.returncode, said in wrong.stderr) == (2, True), wrong.stderr
+    (folder / "design-design" / "design.json").write_text('{"format": "mbproj design 1", "matches": 3}')
+    damaged = mbproj("plot", "design-design", folder=folder)
+    assert damaged.returncode == 2
+    assert "design.json: error: it is not what mbproj wrote of a design" in damaged.stderr
 
 
 def test_a_constraint_that_is_not_kept_is_exit_code_3(folder):

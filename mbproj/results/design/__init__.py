@@ -1,0 +1,1 @@
+"""What pictures of a design show, kept in its folder."""

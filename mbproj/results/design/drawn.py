@@ -1,0 +1,109 @@
+"""`design.json` in the folder of a design: what its pictures show, so that they can be drawn again."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
+from mbproj.errors import InputError, Place, Problem
+
+FILE = "design.json"
+FORMAT = "mbproj design 1"
+#: Larger files are not read.
+LARGEST = 200_000_000
+AGAIN = "write it again with: mbproj fit SPEC, or mbproj optimise SPEC"
+
+
+@dataclass(frozen=True, eq=False)
+class Matched:
+    """What is drawn of a match: `given` and `reached` (N, k) over `abscissa` (N,), or in a plane where that is None."""
+
+    name: str
+    abscissa: Array | None
+    along: str
+    unit: str
+    components: tuple[str, ...]
+    given: Array
+    reached: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Drawn:
+    """A design's pictures: `matches`; the `traces` (n, 2) of searches, runs and `value`; the `correlation` (d, d) of
+    `names`; the `front` (n, g) of several `goals`, of which the first is the one chosen. What a design does not have is
+    empty."""
+
+    remark: str
+    value: str
+    names: tuple[str, ...]
+    matches: tuple[Matched, ...] = ()
+    traces: tuple[Array, ...] = ()
+    correlation: Array | None = None
+    goals: tuple[str, ...] = ()
+    front: Array | None = None
+
+    def text(self) -> str:
+        """As the file has it."""
+        return json.dumps({"format": FORMAT, **asdict(self)}, default=lambda array: array.tolist()) + "\n"
+
+
+def read_drawn(folder: Path) -> Drawn:
+    """What the folder of a design has. Raises InputError where there is none, or it is damaged."""
+    path = folder / FILE
+    try:
+        if path.stat().st_size > LARGEST:
+            raise ValueError
+        found = json.loads(path.read_text(encoding="utf-8"))
+        if found.pop("format") != FORMAT:
+            raise ValueError
+        return _drawn(found)
+    except OSError as error:
+        raise InputError(Problem(f"cannot read it: {error.strerror}", Place(str(path)), AGAIN)) from error
+    except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
+        message = "it is not what mbproj wrote of a design"
+        raise InputError(Problem(message, Place(str(path)), AGAIN)) from error
+
+
+def _drawn(found: dict[str, Any]) -> Drawn:
+    """The record, with every shape checked. Raises what is wrong as ValueError, TypeError or KeyError."""
+    matches = tuple(_matched(each) for each in found["matches"])
+    names, goals = tuple(map(str, found["names"])), tuple(map(str, found["goals"]))
+    return Drawn(
+        remark=str(found["remark"]),
+        value=str(found["value"]),
+        names=names,
+        matches=matches,
+        traces=tuple(_array(each, (len(each), 2)) for each in found["traces"]),
+        correlation=_optional(found["correlation"], (len(names), len(names))),
+        goals=goals,
+        front=None if found["front"] is None else _array(found["front"], (len(found["front"]), len(goals))),
+    )
+
+
+def _matched(found: dict[str, Any]) -> Matched:
+    components = tuple(map(str, found["components"]))
+    size = len(found["given"]), len(components)
+    given, reached = _array(found["given"], size), _array(found["reached"], size)
+    abscissa = _optional(found["abscissa"], size[:1])
+    return Matched(str(found["name"]), abscissa, str(found["along"]), str(found["unit"]), components, given, reached)
+
+
+def _optional(values: Any, shape: tuple[int, ...]) -> Array | None:
+    return None if values is None else _array(values, shape)
+
+
+def _array(values: Any, shape: tuple[int, ...]) -> Array:
+    found = np.array(values, dtype=float)
+    return found.reshape(shape) if found.size == 0 else _of_shape(found, shape)
+
+
+def _of_shape(found: Array, shape: tuple[int, ...]) -> Array:
+    if found.shape != shape:
+        raise ValueError
+    return found
