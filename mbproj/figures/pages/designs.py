@@ -89,6 +89,7 @@ def _front(drawn: Drawn) -> Figure:
         axis.plot(goals[:, 0], goal, "o", color=line(0)["color"], markersize=3.5, label="front")
         axis.plot(goals[:1, 0], goal[:1], "D", color=line(1)["color"], markersize=6, label="the most balanced")
         axis.set_ylabel(name)
+        axis.margins(x=0.03)
     axes[-1].set_xlabel(names[0])
     return panels.finish(figure, remark=drawn.remark)
 
@@ -105,7 +106,15 @@ def _match(axis: Axes, match: Matched) -> None:
             style = line(index)
             label = f"design, {component}" if component else "design"
             axis.plot(match.abscissa, match.reached[:, index], color=style["color"], linewidth=1.2, label=label)
-            axis.plot(match.abscissa, match.given[:, index], "o", color=style["color"], markersize=2.6)
+            colour = style["color"] if len(match.components) > 1 else "#222222"
+            axis.plot(
+                match.abscissa,
+                match.given[:, index],
+                "o",
+                color=colour,
+                markersize=2.6,
+                label=None if index else "given",
+            )
         axis.set_xlabel(match.along)
         axis.set_ylabel(f"{match.name} ({match.unit})" if match.unit else match.name)
     axis.legend(loc="best")

@@ -1,5 +1,5 @@
-"""How much a number of a scene changes a measure: derivatives by differences of runs of fourth order, each with what it
-may be off by."""
+"""How much a number of a scene changes a measure: derivatives by differences of runs, each with what it may be off by.
+They are of fourth order where two runs are not enough."""
 
 from __future__ import annotations
 
@@ -19,25 +19,22 @@ from mbproj.scene.read import SceneText
 from mbproj.scene.records import Expectation, Scene, Settings
 from mbproj.scene.settings import settings_to_run
 from mbproj.scene.text.suggestions import choose_from
-from mbproj.studies.design.derivative import step_of
+from mbproj.studies.design.derivative import CENTRAL, step_of
 from mbproj.studies.measure.measured_samples import MeasuredSamples
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.parallel.hand_out import Where, in_parallel
 
 #: Runs with error control are made to this tolerance: what they are uncertain by is divided by the step.
 TOLERANCE = 1e-12
-#: A formula of fourth order is best at this power of what a run is exact to.
-FOURTH_ORDER = 1.0 / 5.0
-#: The runs beside the scene's own, in steps, and their weights in the derivative of fourth and of second order.
-BESIDE = (-2.0, -1.0, 1.0, 2.0)
-FOURTH = np.array([1.0, -8.0, 8.0, -1.0]) / 12.0
-SECOND = np.array([0.0, -1.0, 1.0, 0.0]) / 2.0
+#: Runs beside the scene's own, in steps. The pair is enough where its slope is certain to this part of itself;
+#: elsewhere there are two more, for a formula of fourth order.
+PAIR, CERTAIN, FARTHER = (-1.0, 1.0), 1e-7, (-2.0, 2.0)
 
 
 @dataclass(frozen=True, eq=False)
 class Sensitivities:
     """∂(measure)/∂(number) at the scene's numbers x (d,): `values` (k,) of the measures, `slopes` (k, d) in SI units,
-    each with its `uncertainty` (k, d): the difference to the formula of second order, of which it is far the better."""
+    each with its `uncertainty` (k, d), from two formulas of different order. There were `runs` in all."""
 
     measures: tuple[Expectation, ...]
     paths: tuple[str, ...]
@@ -46,6 +43,7 @@ class Sensitivities:
     values: Array
     slopes: Array
     uncertainty: Array
+    runs: int
 
     @property
     def elasticity(self) -> Array:
@@ -77,8 +75,6 @@ class _Work:
     scene: Scene
     settings: Settings
     paths: tuple[str, ...]
-    x: tuple[float, ...]
-    steps: tuple[float, ...]
     measures: tuple[Expectation, ...]
 
 
@@ -93,25 +89,51 @@ def sensitivities(scene: Scene, of: Sequence[str], to: Sequence[str], where: Whe
     measures = _measures(scene, of)
     x = _numbers(text, scene, paths)
     settings = _tight(settings_to_run(scene))
-    h = step_of(settings, FOURTH_ORDER)
     size = Mechanism.of(scene).system.length
     units = tuple(units_of(dict.fromkeys(paths), text).values())
-    steps = [h * (abs(value) or (size if unit == "m" else 1.0)) for value, unit in zip(x, units, strict=True)]
-    work = _Work(scene, settings, paths, tuple(x.tolist()), tuple(steps), measures)
-    items = [(-1, 0.0), *((j, shift) for j in range(len(paths)) for shift in BESIDE)]
+    scale = np.array([abs(value) or (size if unit == "m" else 1.0) for value, unit in zip(x, units, strict=True)])
+    work = _Work(scene, settings, paths, measures)
+
+    steps = step_of(settings, CENTRAL) * scale
+
+    def beside(numbers: Sequence[int], shifts: Sequence[float]) -> list[tuple[int, float]]:
+        return [(j, float(x[j] + shift * steps[j])) for j in numbers for shift in shifts]
+
+    everything = range(len(paths))
+    own, *pairs = _all(work, [(-1, 0.0), *beside(everything, PAIR)], where)
+    near = np.array(pairs).reshape(len(paths), len(PAIR), -1)
+    noise = step_of(settings, 1.0) * np.abs(own)[:, None] / steps
+    slopes = (near[:, 1] - near[:, 0]).T / (2.0 * steps)
+    uncertainty = _off_by(slopes, (near[:, 1] - own).T / steps) + noise
+    # A measure that a number hardly moves has no slope to be certain of, but for round-off.
+    enough = np.maximum(CERTAIN * np.abs(slopes), 2.0 * noise)
+    again = [j for j in everything if not np.all(uncertainty[:, j] <= enough[:, j])]
+    if again:
+        far = _all(work, beside(again, FARTHER), where).reshape(len(again), len(FARTHER), -1)
+        wide = (far[:, 1] - far[:, 0]).T / (4.0 * steps[again])
+        better = (4.0 * slopes[:, again] - wide) / 3.0
+        uncertainty[:, again] = _off_by(better, slopes[:, again]) + noise[:, again]
+        slopes[:, again] = better
+    runs = 1 + len(PAIR) * len(paths) + len(FARTHER) * len(again)
+    return Sensitivities(measures, paths, units, x, own, slopes, uncertainty, runs)
+
+
+def _off_by(better: Array, rough: Array) -> Array:
+    """What the better one of two formulas is off by: about the square of what they differ by, in parts of the value."""
+    apart = np.abs(better - rough)
+    return np.asarray(apart**2 / np.maximum(np.abs(better), apart + 1e-300))
+
+
+def _all(work: _Work, items: Sequence[tuple[int, float]], where: Where) -> Array:
+    """The measures (n, k) of all runs. Raises InputError where one fails."""
     found: list[list[float] | str] = [""] * len(items)
     for number, values in in_parallel(_run, work, items, where):
         found[number] = values
     for (j, _), values in zip(items, found, strict=True):
         if isinstance(values, str):
-            what = "the scene's own run" if j < 0 else f"a run with another '{column_of(paths[j])}'"
+            what = "the scene's own run" if j < 0 else f"a run with another '{column_of(work.paths[j])}'"
             raise InputError(Problem(f"{what} fails: {values}", Place("--to"), "leave this number out"))
-    own, beside = np.array(found[0], dtype=float), np.array(found[1:], dtype=float).reshape(len(paths), len(BESIDE), -1)
-    slopes, rough = (np.einsum("s,dsk->kd", weights, beside) / np.array(steps) for weights in (FOURTH, SECOND))
-    # Of two formulas the better one is off by about the square of what they differ by, in parts of the value.
-    apart, noise = np.abs(slopes - rough), step_of(settings, 1.0) * np.abs(own)[:, None] / np.array(steps)
-    uncertainty = apart**2 / np.maximum(np.abs(slopes), apart + 1e-300) + noise
-    return Sensitivities(measures, paths, units, x, own, slopes, uncertainty)
+    return np.array(found, dtype=float)
 
 
 def _tight(settings: Settings) -> Settings:
@@ -145,10 +167,10 @@ def _numbers(text: SceneText, scene: Scene, paths: Sequence[str]) -> Array:
 
 
 def _run(work: _Work, item: tuple[int, float]) -> list[float] | str:
-    """The measures of a run with one number shifted by so many steps, or why there are none."""
-    j, shift = item
+    """The measures of a run with another value of one number, or why there are none."""
+    j, value = item
     try:
-        scene = work.scene if j < 0 else work.scene.with_({work.paths[j]: work.x[j] + shift * work.steps[j]})
+        scene = work.scene if j < 0 else work.scene.with_({work.paths[j]: value})
         mechanism = Mechanism.of(scene)
         samples = MeasuredSamples(mechanism, work.measures)
         simulate(mechanism.system, mechanism.state, work.settings, samples)

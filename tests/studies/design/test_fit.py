@@ -100,6 +100,67 @@ def test_what_nothing_in_the_data_fixes_is_said(tmp_path):
     assert np.isnan(design.knowledge.deviation).all()
 
 
+#: Parameters that cannot be told apart: changes of a scene, the numbers that vary, and what is said of them.
+UNSEEN = {
+    "all of an oscillator's": (
+        SPRING.replace("stiffness: 50 N/m}", "stiffness: 50 N/m, damping: 3 N*s/m}").replace(
+            "free_displacement", "damping: damping, free_displacement"
+        ),
+        {"mass": (1, 3), "stiffness": (20, 90), "damping": (1, 6)},
+        "rail",
+        {
+            "only mass / damping and damping / stiffness is seen, not its factors",
+            "only mass / stiffness and stiffness / damping is seen, not its factors",
+        },
+    ),
+    "a power": (
+        SPRING.replace("stiffness: 50 N/m", "base: 2 N/m, ratio: 5").replace(
+            "stiffness: stiffness", "stiffness: base*ratio**2"
+        ),
+        {"base": (1, 4), "ratio": (3, 8)},
+        "rail",
+        {"only base * ratio^2 is seen, not its factors"},
+    ),
+    "a product": (
+        BALL.replace("idle: 2", "gain: 1")
+        .replace("[speed*cos", "[gain*speed*cos")
+        .replace("speed*sin", "gain*speed*sin"),
+        {"speed": (5, 15), "gain": (0.5, 2)},
+        "ball",
+        {"only speed * gain is seen, not its factors"},
+    ),
+    "a sum": (
+        BALL.replace("idle: 2", "wind: 1 m/s")
+        .replace("[speed*cos(angle)", "[speed + wind")
+        .replace("speed*sin", "5*sin"),
+        {"speed": (5, 15), "wind": (-3, 3)},
+        "ball",
+        {
+            "nothing changes where these move together: speed -1, wind +1",
+            "nothing changes where these move together: speed +1, wind -1",
+        },
+    ),
+}
+
+
+@pytest.mark.parametrize("what", UNSEEN)
+def test_each_kind_of_combination_that_is_not_seen_is_named(what, tmp_path):
+    scene, numbers, item, said = UNSEEN[what]
+    results = mbproj.run(mbproj.read_scene_text(scene))
+    if item == "rail":
+        of, moved = "joint: rail, quantity: displacement", results.coordinate("rail.displacement").value
+        table(tmp_path / "x.csv", time__s=results.time, displacement__m=moved)
+    else:
+        of, moved = "body: ball", results.body("ball").position
+        table(tmp_path / "x.csv", time__s=results.time, position_x__m=moved[:, 0], position_z__m=moved[:, 2])
+    vary = "".join(f"  parameters.{name}: [{low}, {high}]\n" for name, (low, high) in numbers.items())
+    spec = f"vary:\n{vary}match: {{motion: {{{of}, through: x.csv}}}}\nstarts: 1\n"
+    design, _ = found(written(tmp_path, scene, spec))
+    assert len(design.knowledge.unseen) == 1
+    assert design.knowledge.unseen[0] in said
+    assert np.isnan(design.knowledge.deviation).all()
+
+
 def test_a_number_without_any_effect_is_an_error(tmp_path):
     flight(tmp_path, 12.0, 0.7)
     spec = "vary: {parameters.speed: [1, 30], parameters.idle: [1, 3]}\nstarts: 2\n"
@@ -147,7 +208,7 @@ def test_the_best_scene_keeps_its_comments_and_runs(tmp_path):
     scene = BALL.replace("gravity: [0, 0, -10]", "gravity: [0, 0, -10]   # nearly")
     spec = "vary: {bodies.ball.velocity.0: [5, 20], bodies.ball.velocity.2: [5, 20]}\n"
     design, _ = found(written(tmp_path, scene, spec + "starts: 1\n" + FLIGHT))
-    path, _ = DesignFolder(tmp_path / "out", False).write(design)
+    path, *_ = DesignFolder(tmp_path / "out", False).write(design)
     assert "gravity: [0, 0, -10]   # nearly" in path.read_text()
     again = read_scene(path)
     assert again.bodies[0].velocity[0] == pytest.approx(12.0 * np.cos(0.7), rel=1e-9)

@@ -42,6 +42,16 @@ def test_of_a_throw():
         assert abs(slope - exact[key]) <= max(off, 1e-12)
 
 
+def test_two_runs_a_number_where_they_agree_and_four_where_they_do_not():
+    """x = exp(300 α) t: of second order its slope is off by (300 h)²/6 = 1.5e-6, of fourth by 2.7e-12."""
+    gentle = mbproj.sensitivity(BALL, to=["speed", "angle"])
+    assert gentle.runs == 1 + 2 * 2
+    steep = mbproj.sensitivity(BALL.replace("[speed*cos(angle)", "[1 m/s * exp(300*(angle - 1))"), of="far", to="angle")
+    assert steep.runs == 1 + 4
+    assert steep.slopes[0, 0] == pytest.approx(300.0, rel=1e-9)
+    assert steep.uncertainty[0, 0] < 1e-6 * 300.0
+
+
 def test_through_an_impact():
     """After T = √(2h/g): z = e g T τ - g τ²/2, τ = t - T; by h: dT/dh = 1/(g T)."""
     found = slopes(DROPPED)
