@@ -26,8 +26,9 @@ STEPS, FEWER = tuple(sorted([*(2**power for power in range(1, 10)), *(3 * 2**pow
 ABOVE = 10.0
 #: Errors that differ by less than this part do not fall: a method of order 1 has a half.
 LEVEL = 0.1
-#: Runs from which an order is taken; runs so many times coarser than the finest can be measured against that.
-FITTED, COARSER = 6, 4
+#: Runs from which an order is taken, and from which a line may bend; runs so many times coarser than the finest can be
+#: measured against that.
+FITTED, BENT, COARSER = 6, 5, 4
 
 
 @dataclass(frozen=True)
@@ -99,14 +100,28 @@ class Halved:
         low = np.flatnonzero(~(values > ABOVE * self.floor))
         above = values[: low[0]] if len(low) else values
         own = self.steps[: len(above)] > self.events[: len(above)]
-        x, y = np.log2(self.steps[: len(above)][own])[-FITTED:], np.log2(above[own][-FITTED:])
-        if len(x) < 3:
-            return None
-        away = x - x.mean()
-        slope = float(away @ y / (away @ away))
-        residual = y - y.mean() - slope * away
-        error = np.sqrt(residual @ residual / (len(x) - 2) / (away @ away))
-        return Order(-slope, 2.0 * float(error))
+        return order_of(self.steps[: len(above)][own][-FITTED:], above[own][-FITTED:])
+
+
+def order_of(steps: Array, values: Array) -> Order | None:
+    """The power with which values fall with the step. A line bends by the next power of the step where its slope is
+    surer then: log |c hᵖ (1 + a h)| ≈ log c + p log h + a h. None of fewer than three."""
+    x, y = np.log2(steps), np.log2(values)
+    if len(x) < 3:
+        return None
+    straight = _slope(y, np.column_stack([-x, np.ones(len(x))]))
+    if len(x) < BENT:
+        return straight
+    bent = _slope(y, np.column_stack([-x, np.ones(len(x)), steps[0] / steps]))
+    return min(straight, bent, key=lambda each: each.uncertainty)
+
+
+def _slope(y: Array, columns: Array) -> Order:
+    """The coefficient of the first column where columns fit y best."""
+    found = np.linalg.lstsq(columns, y, rcond=None)[0]
+    residual = y - columns @ found
+    spread = residual @ residual / (len(y) - columns.shape[1]) * np.linalg.inv(columns.T @ columns)[0, 0]
+    return Order(float(found[0]), 2.0 * float(np.sqrt(spread)))
 
 
 def halved(mechanism: Mechanism, rate: float, slow: bool) -> Halved:
