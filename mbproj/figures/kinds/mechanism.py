@@ -51,7 +51,7 @@ def draw(results: Sequence[Results], labels: Sequence[str], times: Sequence[floa
         draw_pose(axis, look, view, motion.at([row]), opacity=faint, order=2.0 + 0.1 * number)
     limits(axis, view)
     remark = "at t = " + ", ".join(f"{motion.time[row]:.6g}" for row in rows) + " s"
-    return panels.finish(figure, remark=remark, with_legend=bool(look.markers))
+    return panels.finish(figure, remark=remark, with_legend=bool(look.markers or look.touching))
 
 
 @styled
@@ -144,7 +144,18 @@ def _round_below(length: float) -> float:
 
 
 def _paths(axis: Axes, look: Look, motion: Motion, view: View) -> None:
-    """The paths of the first markers."""
+    """The paths of the first markers, and those on which what rolls touches its plane."""
+    for each in look.touching:
+        path = projected(each.path(motion), view)
+        axis.plot(
+            path[:, 0],
+            path[:, 1],
+            label=literal(f"contact of {each.name}"),
+            color="#333333",
+            linewidth=0.8,
+            linestyle=":",
+            zorder=1.7,
+        )
     for number, marker in enumerate(look.markers[:MOST_PATHS]):
         path = projected(motion.point(marker.body, marker.point), view)
         look_of_line = line(number + 1) | {"linewidth": 0.8, "zorder": 1.8}

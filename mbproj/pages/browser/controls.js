@@ -88,7 +88,7 @@ function layers(page) {
 function present(page, layer) {
   const [first] = page.shown;
   const count = {
-    ghosts: page.shown.length - 1, springs: first.spans.items.length || undefined, given: first.given.reduce((sum, arrows) => sum + (arrows ? arrows.items.length : 0), 0), markers: first.trails.items.length, paths: first.run.frames > 1 ? first.trails.items.length : 0,
+    ghosts: page.shown.length - 1, springs: first.spans.items.length || undefined, given: first.given.reduce((sum, arrows) => sum + (arrows ? arrows.items.length : 0), 0), markers: first.trails.items.length, paths: first.run.frames > 1 ? first.trails.items.length + first.trails.contacts.length : 0,
     forces: first.forces ? first.forces.items.length : 0, torques: first.torques ? first.torques.items.length : 0,
   };
   return count[layer] ?? first.figure.meshes.some((mesh) => mesh.userData.layer === layer);

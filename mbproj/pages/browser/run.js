@@ -8,6 +8,7 @@ class Run {
     Object.assign(this, { label, look, groups, events, trust, remarks, ghost, from, unit: "s", rate: 1 });
     const block = (number) => new Block(bytes, data.blocks[number]);
     this.meshes = look.meshes.map(({ vertices, triangles }) => ({ vertices: block(vertices).rowsOf(), triangles: block(triangles).rowsOf() }));
+    this.contacts = (data.contacts ?? []).map((contact) => block(contact.block)); // where what rolls touches
     this.times = block(data.time);
     this.position = block(data.position);
     this.orientation = block(data.orientation);

@@ -1,4 +1,4 @@
-// Markers: a ball at each, the path that it has left, and faintly the path that it will take.
+// Markers: a ball at each, the path that it has left, and faintly the path that it will take. Of what rolls, the path of its contact.
 
 class Trails {
   constructor(run, radius, ghost) {
@@ -16,6 +16,7 @@ class Trails {
       this.root.add(mesh);
       return { marker, mesh, ...this.#path(colour) };
     });
+    this.contacts = run.contacts.map((places) => ({ places, ...this.#path(ghost ? GHOST_COLOUR : CONTACT_COLOUR) }));
     this.trace();
   }
 
@@ -41,6 +42,13 @@ class Trails {
       }
       points.needsUpdate = true;
     }
+    for (const { places, points } of this.contacts) {
+      for (let row = 0; row < this.run.frames; row++) {
+        const place = [0, 1, 2].map((i) => places.at(row, i));
+        this.run.point(-1, place, { row, part: 0 }, this.at, this.scratch).toArray(points.array, 3 * row);
+      }
+      points.needsUpdate = true;
+    }
   }
 
   move(at) {
@@ -48,7 +56,9 @@ class Trails {
       this.run.point(marker.body, marker.point, at, mesh.position, this.scratch);
       line.geometry.setDrawRange(0, at.row + 1);
     }
+    for (const { line } of this.contacts) line.geometry.setDrawRange(0, at.row + 1);
   }
 }
 
+const CONTACT_COLOUR = "#333333";
 const MARKER_COLOURS = ["#d55e00", "#7b3294", "#006d5b", "#b8860b", "#1f4e9c"];

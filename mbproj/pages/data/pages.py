@@ -16,7 +16,7 @@ from mbproj.pages.data.loads import load_groups
 from mbproj.pages.data.packing import Packer
 from mbproj.pages.data.passages import passages
 from mbproj.pages.data.series import fitting, groups_of
-from mbproj.pages.data.shown import group_data, look_data, motion_data, view_data
+from mbproj.pages.data.shown import group_data, look_data, motion_data, path_data, view_data
 from mbproj.pages.look.mechanism import Look, look_of
 from mbproj.pages.look.motion import Motion
 from mbproj.pages.look.recorded import motion_of, scene_of
@@ -106,6 +106,7 @@ def _run(
         "label": label,
         "look": look_data(look, packer),
         **motion_data(shown, look.size, packer),
+        "contacts": path_data(look, shown, packer),
         "groups": groups,
         "events": [*_events(result, frames), *_passages(system, shown)],
         "trust": _trust(result, limit),
@@ -155,7 +156,8 @@ def _better(result: Results, trust: Mapping[str, Any] | None, rows: Integers) ->
 def _ghost(label: str, run: Mapping[str, Any], motion: Motion, look: Look, packer: Packer) -> dict[str, Any]:
     """A better solution beside the run that it is of."""
     bare: dict[str, Any] = {"groups": [], "events": [], "trust": None, "remarks": []}
-    moved = {**run, **motion_data(motion, look.size, packer), **bare}
+    contacts = path_data(look, motion, packer)
+    moved = {**run, **motion_data(motion, look.size, packer), "contacts": contacts, **bare}
     return {**moved, "label": label, "ghost": True, "from": run["trust"]["since"]}
 
 

@@ -101,6 +101,12 @@ def motion_data(motion: Motion, size: float, packer: Packer) -> dict[str, Any]:
     }
 
 
+def path_data(look: Look, motion: Motion, packer: Packer) -> list[dict[str, Any]]:
+    """Where what rolls touches its plane in this motion, global, in m."""
+    paths = ((each.name, each.path(motion)) for each in look.touching)
+    return [{"name": name, "block": packer.add(path, step_of(path, POSITION))} for name, path in paths]
+
+
 def group_data(group: Group, values: Array, packer: Packer) -> dict[str, Any]:
     """A group with its series (F, c): of those on a logarithmic scale the powers of ten."""
     powers = np.log10(np.maximum(np.abs(values), ZERO)) if group.logarithmic else values

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from mbproj.dataclass import dataclass
 from mbproj.joints import JOINTS
 from mbproj.model.compile.frames import SYMBOLS, Pose, local_frames, poses_of
 from mbproj.model.compile.loads import local_ends
+from mbproj.model.compile.touching import place_of_contact
 from mbproj.pages.look.motion import Motion
 from mbproj.pages.look.plates import outline_of
 from mbproj.scene.records import GROUND, Bushing, Joint, PointForce, Scene
@@ -142,3 +143,30 @@ def _gyration(scene: Scene) -> float:
     """Some radii of gyration: the size of a single body in free flight; 1 m where it has none."""
     radii = [np.sqrt(np.trace(body.inertia) / body.mass) for body in scene.bodies if body.mass > 0.0]
     return 2.0 * float(max(radii, default=0.0)) or 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Touching:
+    """Where body 2 of a joint touches body 1: the `place` by its symbols, which (8, 3) are in the axes of `bodies`."""
+
+    name: str
+    place: Callable[[Array], Array]
+    bodies: tuple[int, int]
+    symbols: Array
+
+    def path(self, motion: Motion) -> Array:
+        """The places (T, 3) in a motion, m."""
+        seen = []
+        for at, (symbol, local) in enumerate(zip(SYMBOLS, self.symbols, strict=True)):
+            body = self.bodies[at >= len(SYMBOLS) // 2]
+            seen.append(motion.point(body, local) if symbol.startswith("p") else motion.vector(body, local))
+        return self.place(np.stack(seen, axis=1))
+
+
+def touching(scene: Scene, layout: Layout) -> Iterator[Touching]:
+    """Of all joints that roll or slide on an edge."""
+    for joint in scene.joints:
+        place = place_of_contact(joint)
+        if place is not None:
+            frame = layout.frames[joint.name]
+            yield Touching(joint.name, place, layout.bodies[joint.name], np.array([frame[each] for each in SYMBOLS]))

@@ -12,7 +12,7 @@ from mbproj.joints import JOINTS
 from mbproj.pages.look.bodies import parts_of
 from mbproj.pages.look.forces import LoadLook, force_parts, loads, slides
 from mbproj.pages.look.joints import Drawn, joint_parts, up_of
-from mbproj.pages.look.layout import Layout
+from mbproj.pages.look.layout import Layout, Touching, touching
 from mbproj.pages.look.motion import Motion
 from mbproj.scene.looks import Appearance
 from mbproj.scene.meshes import TriangleMesh
@@ -72,6 +72,7 @@ class Look:
     bodies: tuple[BodyLook, ...]
     joints: tuple[JointLook, ...]
     markers: tuple[MarkerLook, ...]
+    touching: tuple[Touching, ...]
     drawn: tuple[Drawn, ...]
     spans: tuple[Span, ...]
     forces: tuple[str, ...]
@@ -108,6 +109,7 @@ def look_of(scene: Scene, motion: Motion, meshes: Mapping[str, TriangleMesh]) ->
         markers=tuple(
             MarkerLook(marker.name, layout.number[marker.body], layout.markers[marker.name]) for marker in scene.markers
         ),
+        touching=tuple(touching(scene, layout)),
         drawn=(
             *(Drawn(part, number, "bodies", number) for number, parts in enumerate(bodies) for part in parts),
             *joint_parts(scene, layout, motion, bodies, up_of(scene)),

@@ -70,16 +70,20 @@ def outermost(cloud: Array, margin: float) -> Array:
 
 
 def _cloud(look: Look, motion: Motion) -> Array:
-    """Points (T, k, 3) that show where the mechanism is: corners of its bodies' parts, joints, markers, springs."""
+    """Points (T, k, 3) that show where the mechanism is: corners of its bodies' parts, joints, markers, springs, what
+    rolls and where it touches."""
+    rolls = {each.name for each in look.touching}
     points = [(joint.bodies[1], joint.point) for joint in look.joints]
     points += [(marker.body, marker.point) for marker in look.markers]
     points += [end for span in look.spans for end in zip(span.carriers, span.points, strict=True)]
     for drawn in look.drawn:
         is_plate = drawn.layer == "springs" and drawn.part.kind == "box"  # where something is stopped
-        if drawn.layer == "bodies" or is_plate:
+        is_wheel = drawn.layer == "joints" and look.joints[drawn.item].name in rolls
+        if drawn.layer == "bodies" or is_plate or is_wheel:
             corners = drawn.part.outline()
             points += [(drawn.carrier, corner) for corner in _corners(corners.min(axis=0), corners.max(axis=0))]
-    return np.stack([motion.point(body, local) for body, local in points], axis=1)
+    moved = [motion.point(body, local) for body, local in points]
+    return np.stack(moved + [each.path(motion) for each in look.touching], axis=1)
 
 
 def _corners(low: Array, high: Array) -> Array:

@@ -1,0 +1,34 @@
+"""Where what rolls touches its plane: a point that no body carries along."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.constraints import PRIMITIVES
+from mbproj.constraints.slip import Slip
+from mbproj.joints import JOINTS
+from mbproj.model.compile.frames import SYMBOLS
+from mbproj.scene.records import Joint
+
+#: The slip of a wheel: what rolls along a line has no row of it.
+WHEEL = "wheel_slip_along"
+
+
+def place_of_contact(joint: Joint) -> Callable[[Array], Array] | None:
+    """The place (T, 3) at which its bodies touch, by its symbols (T, 8, 3), all global; None of what does not roll."""
+    kinds = [row[0] for row in JOINTS[joint.type].rows]
+    found = [kind for kind in kinds if issubclass(PRIMITIVES[kind], Slip)]
+    if not found and not JOINTS[joint.type].is_on_plane:
+        return None
+    kind = PRIMITIVES[found[0] if found else WHEEL]
+    slip = kind(**{name: joint.parameters[name] for name in kind.parameters})
+    assert isinstance(slip, Slip)
+
+    def place(symbols: Array) -> Array:
+        arm, _ = slip.contact(symbols)
+        return np.asarray(symbols[:, SYMBOLS.index("p2")] + arm, dtype=float)
+
+    return place
