@@ -36,7 +36,6 @@ from tests.support import MECHANISMS, ROOT, random_chain
 SLIDER_CRANK = ROOT / "mechanisms" / "spatial_slider_crank.yaml"
 
 
-
 @pytest.mark.parametrize("path", MECHANISMS, ids=lambda path: path.stem)
 def test_everything_holds_on_the_shipped_mechanisms(path):
     found = verify(read_scene(path))
