@@ -12,8 +12,11 @@ import numpy as np
 from mbproj.functions.curves.track import Track
 from mbproj.joints import JOINTS, Parameter
 from mbproj.joints.table import TWO_ANGLES
+from mbproj.scene.blocks.ropes.path import Node
+from mbproj.scene.blocks.ropes.path import Path as RopePath
 from mbproj.scene.coupled import Coupled
 from mbproj.scene.records import Body, Joint, Marker, Pair, Scene, Settings
+from mbproj.scene.stops import OfBody
 from tests.constraints.lines import LINES
 
 ROOT = Path(__file__).parents[1]
@@ -79,6 +82,8 @@ def on_track(
 def random_joint(rng: np.random.Generator, name: str, kind: str, bodies: tuple[str, str]) -> Joint:
     """A joint of this type between two bodies, closed at the scene's pose; a fixed one is kept as a constraint."""
     point, first = vector(rng), unit(rng.normal(size=3))
+    if JOINTS[kind].frame == "path":
+        return random_rope(rng, name, bodies, np.array(point), first)
     second = unit(np.cross(first, rng.normal(size=3))) if JOINTS[kind].frame == "axes" else first
     axes = None
     if JOINTS[kind].frame != "point":
@@ -98,6 +103,23 @@ def random_joint(rng: np.random.Generator, name: str, kind: str, bodies: tuple[s
     if "curve" in own:
         points = on_track(parameters["curve"], point, first, np.array(across), rng)
     return Joint(name, kind, bodies, points, axes, parameters=parameters, reaction=True, x_axis=x_axis)
+
+
+def random_rope(
+    rng: np.random.Generator, name: str, bodies: tuple[str, str], point: np.ndarray, normal: np.ndarray
+) -> Joint:
+    """A rope from a point of the first body over a sheave of the second one to another point of the first."""
+    along = unit(np.cross(normal, rng.normal(size=3)))
+    across = np.cross(normal, along)
+    places = [point, point + 1.2 * along, point + 0.4 * along + 0.9 * across]
+    first, centre, last = (tuple(map(float, place)) for place in places)
+    nodes = (
+        Node("point", bodies[0], OfBody(bodies[0], first)),
+        Node("sheave", bodies[1], OfBody(bodies[1], centre), radius=0.1, left=True),
+        Node("point", bodies[0], OfBody(bodies[0], last)),
+    )
+    path = RopePath(nodes, tuple(map(float, normal)), frame=bodies[0])
+    return Joint(name, "rope", bodies, Pair(first, centre), parameters={"path": path})
 
 
 #: A joint that has what is coupled.

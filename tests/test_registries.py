@@ -46,6 +46,9 @@ COMMANDS = (
 
 def place_of(joint: JointType) -> str:
     """What a joint of this type needs beside its bodies."""
+    if joint.frame == "path":
+        places = "{point: body, at: [0.3, 0, 0.1]}, {sheave: ground, at: [1, 0, 0], radius: 0.1, bends: left}"
+        return f"normal: [0, -1, 0], path: [{places}, {{point: next, at: [0.3, 0, 1]}}]"
     if joint.is_on_plane:
         axis = ", axis: [0, 1, 0]" if joint.has_axis else ""
         return f"plane: {{location: [0, 0, -0.2], normal: [0, 0, 1]}}, centre: [0.3, 0, 0.1]{axis}, radius: 0.3"
@@ -70,7 +73,8 @@ def scene_with(kind: str) -> str:
         given = {name: parameter(name, own) for name, own in JOINTS[kind].parameters.items()}
         own = {"joints": names, **given} if JOINTS[kind].couples else {"of": {"P0.angle": 2, "P1": -3}}
         return f"{HEAD}bodies:\n{bodies}joints:\n{joints}  J: {json.dumps({'type': kind, **own})}\n"
-    joint = f"{{type: {kind}, bodies: [body, next], {place_of(JOINTS[kind])}}}"
+    two = "" if JOINTS[kind].frame == "path" else "bodies: [body, next], "
+    joint = f"{{type: {kind}, {two}{place_of(JOINTS[kind])}}}"
     bodies = f"  body: {BODY}\n  next: {BODY}\n"
     ball = "  B: {type: spherical, bodies: [ground, body], location: [0, 0, 0.5]}\n"
     curves = "curves: {oval: {ellipse: [0.7, 0.4]}}\n" if "curve" in JOINTS[kind].parameters else ""

@@ -11,6 +11,7 @@ from mbproj.constraints.distance import Distance
 from mbproj.constraints.perpendicular import Perpendicular
 from mbproj.constraints.primitive import Primitive
 from mbproj.constraints.profile import Arc, Profile
+from mbproj.constraints.rope import Rope
 from mbproj.constraints.slip import BallSlip, EdgeSlip, WheelSlipAcross, WheelSlipAlong
 from mbproj.constraints.wheel_height import WheelHeight
 
@@ -29,6 +30,7 @@ PRIMITIVES: Mapping[str, type[Primitive]] = MappingProxyType(
         "edge_slip": EdgeSlip,
         "profile": Profile,
         "arc": Arc,
+        "rope": Rope,
     }
 )
 

@@ -36,22 +36,24 @@ COORDINATES: Mapping[str, Primitive] = MappingProxyType({"angle": Angle(), "alon
 class Coupling(Primitive):
     """C = Σ kᵢ sᵢ - f(s₀) of coordinates sᵢ, less the nearest multiple of `period`: one tooth, or one thread; 0: none.
 
-    `coordinates` are names in COORDINATES, `weights` the kᵢ. The row and its period are in metres where one of them is
-    a length. The slots are those of the first coordinate, then those of the next. Who counts the turns of angles knows
-    which multiple it is: so a turn of an angle s₀ must change f by none or by whole periods.
+    `coordinates` are names in COORDINATES, or "rope", which stands for the `rope`; `weights` are the kᵢ. The row and
+    its period are in metres where one of them is a length. The slots are those of the first coordinate, then those of
+    the next. Who counts the turns of angles knows which multiple it is: so a turn of an angle s₀ must change f by none
+    or by whole periods.
     """
 
     coordinates: tuple[str, ...]
     weights: tuple[float, ...]
     period: float
     function: Function | None = None
+    rope: Primitive | None = None
 
     rows = 1
 
     @property
     def slots(self) -> tuple[SlotKind, ...]:
         """What each point or vector is."""
-        return tuple(slot for name in self.coordinates for slot in COORDINATES[name].slots)
+        return tuple(slot for each in self._own() for slot in each.slots)
 
     @property
     def unit(self) -> Literal["m", "rad"]:
@@ -66,9 +68,12 @@ class Coupling(Primitive):
         first, last = self.function(np.array([-np.pi, np.pi]))[0].real.tolist()
         return float(self.period * np.round((last - first) / self.period)) if self.period else 0.0
 
+    def _own(self) -> list[Primitive]:
+        return [COORDINATES[name] if self.rope is None or name != "rope" else self.rope for name in self.coordinates]
+
     def parts(self) -> Iterator[tuple[Primitive, float, slice]]:
         """Each coordinate, its weight, and its slots."""
-        own = [COORDINATES[name] for name in self.coordinates]
+        own = self._own()
         ends = np.cumsum([0, *(len(each.slots) for each in own)]).tolist()
         for primitive, weight, (first, end) in zip(own, self.weights, pairwise(ends), strict=True):
             yield primitive, weight, slice(first, end)

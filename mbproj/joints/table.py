@@ -12,6 +12,7 @@ p1 to p2 has no component along a vector) and `distance` in m, `perpendicular` i
           "plane"    z1 is the normal of a plane of body 1 through p1, z2 an axis of body 2 through p2
           "line"     the same, with the axis in the plane: x1 along it, x2 along the normal; -y1 is where it rolls to
           "joints"   no frame of its own: it couples coordinates of joints
+          "path"     none either: places on any bodies, one after another, whose rows follow from them
 
 `coordinates` are what the joint leaves free and can be counted, each a primitive whose value is the coordinate; a
 joint without rows is there for its coordinates.
@@ -39,7 +40,7 @@ from mbproj.joints.ratios import Ratio, halve, mesh, pinion, thread, tread, wrap
 Row = tuple[str, ...]
 
 #: Unit of a coordinate by the primitive that measures it.
-COORDINATE_UNITS = MappingProxyType({"angle": "rad", "along": "m", "distance": "m", "arc": "m"})
+COORDINATE_UNITS = MappingProxyType({"angle": "rad", "along": "m", "distance": "m", "arc": "m", "rope": "m"})
 #: Unit of the inertia of a coordinate by that of the coordinate.
 INERTIA_UNITS = MappingProxyType({"rad": "kg*m^2", "m": "kg"})
 
@@ -241,6 +242,7 @@ JOINTS: Mapping[str, JointType] = MappingProxyType(
             sketch="wheel",
         ),
         "knife_edge": JointType("axis", (("edge_slip", *TRIADS),), sketch="blade"),
+        "rope": JointType("path", (), {"length": ("rope",)}, sketch="two_balls"),
         "gear": JointType(
             "joints",
             COUPLED,

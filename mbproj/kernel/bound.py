@@ -13,6 +13,7 @@ from mbproj.arrays import Array, Integers, distinct_rows
 from mbproj.constraints import PRIMITIVES, Primitive
 from mbproj.constraints.coupling import Coupling
 from mbproj.constraints.profile import OnCurve
+from mbproj.constraints.rope import Rope
 from mbproj.functions.curves.plane_curve import PlaneCurve
 from mbproj.kernel import core
 from mbproj.model.planar import PlanarSet
@@ -24,7 +25,8 @@ from mbproj.thresholds import THRESHOLDS
 class Bound(NamedTuple):
     """k instances in the order of their rows: kinds (k,), slots (k, s) and parameters (k, p) with zeros behind those of
     smaller ones, offsets, weights and owners (k,). Whether one `joins` the row of the instance before, (k,), and the
-    `line` that it follows, (k,), or None. What the slots number: S attachments' bodies (S,), `is_point` (S,), local
+    `line` that it follows, (k,), or None; the `path` of a
+    rope, likewise. What the slots number: S attachments' bodies (S,), `is_point` (S,), local
     vectors (S, 3 or 2)."""
 
     kind: Integers
@@ -34,6 +36,7 @@ class Bound(NamedTuple):
     weight: Array
     joins: Integers
     line: npt.NDArray[np.object_]
+    path: npt.NDArray[np.object_]
     owner: Integers
     body: Integers
     is_point: Array
@@ -45,7 +48,7 @@ class Bound(NamedTuple):
 
 
 #: What `Bound` has of each instance.
-_OF_INSTANCES = ("kind", "slots", "parameters", "offset", "weight", "joins", "line", "owner")
+_OF_INSTANCES = ("kind", "slots", "parameters", "offset", "weight", "joins", "line", "path", "owner")
 
 
 class _Kernel(NamedTuple):
@@ -63,7 +66,8 @@ def _kernel() -> _Kernel:
     forms = [] if kernel is None else kernel.primitives()
     for at, (name, slots, parameters) in enumerate(forms):
         kind = PRIMITIVES[name]
-        if (len(kind.slots), len(kind.parameters)) != (slots, parameters):  # type: ignore[arg-type]
+        own = slots if kind is Rope else len(kind.slots)  # type: ignore[arg-type]  # a constant of the others
+        if (own, len(kind.parameters)) != (slots, parameters):
             raise ValueError(f"the primitive '{name}' of the kernel takes {slots} slots and {parameters} parameters")
         number[kind] = at
     most = np.array([form[1:] for form in forms] or [(0, 0)]).max(axis=0, initial=1)
@@ -92,7 +96,7 @@ def joined(parts: Sequence[Bound]) -> Bound:
         owned += int(part.owner.max(initial=-1)) + 1
     rest = {
         name: np.concatenate([getattr(part, name) for part in parts])
-        for name in ("kind", "parameters", "offset", "weight", "joins", "line", "body", "is_point", "local")
+        for name in ("kind", "parameters", "offset", "weight", "joins", "line", "path", "body", "is_point", "local")
     }
     return Bound(slots=np.concatenate(slots), owner=np.concatenate(owners), **rest)
 
@@ -132,7 +136,7 @@ class _Instances(NamedTuple):
 
 def _instances(primitives: Sequence[Primitive], first_slots: Sequence[int]) -> _Instances:
     """The instances of primitives, one each and of couplings one a coordinate; the slots of each follow its first."""
-    code, slots, parameters, weight, joins, line, member = [], [], [], [], [], [], []
+    code, slots, parameters, weight, joins, line, path, member = [], [], [], [], [], [], [], []
     kernel = _kernel()
     for number, (primitive, first) in enumerate(zip(primitives, first_slots, strict=True)):
         for part, (own, factor, taken) in enumerate(_parts(primitive)):
@@ -142,6 +146,7 @@ def _instances(primitives: Sequence[Primitive], first_slots: Sequence[int]) -> _
             weight.append(factor)
             joins.append(part > 0)
             line.append(own.curve if isinstance(own, OnCurve) else None)
+            path.append(own if isinstance(own, Rope) else None)
             member.append(number)
     columns = {
         "kind": np.array(code, dtype=np.int64),
@@ -150,6 +155,7 @@ def _instances(primitives: Sequence[Primitive], first_slots: Sequence[int]) -> _
         "weight": np.array(weight, dtype=float),
         "joins": np.array(joins, dtype=np.int64),
         "line": np.array([*line, None], dtype=object)[:-1],
+        "path": np.array([*path, None], dtype=object)[:-1],
     }
     return _Instances(np.array(member, dtype=np.intp), columns)
 
@@ -179,6 +185,7 @@ def primitives(kind: Any, bodies: int, bound: Bound) -> Any:
         weight=np.ascontiguousarray(bound.weight, dtype=float),
         joins=bound.joins.astype(np.int64),
         **_lines(bound),
+        **_paths(bound),
     )
 
 
@@ -187,6 +194,13 @@ def _lines(bound: Bound) -> dict[str, Any]:
     number: dict[Any, int] = {}
     own = [-1 if line is None else number.setdefault(line, len(number)) for line in bound.line.tolist()]
     return {"line": np.array(own, dtype=np.int64), "lines": [_line(each) for each in number]}
+
+
+def _paths(bound: Bound) -> dict[str, Any]:
+    """The paths of ropes, and the number of each instance's, -1 for none."""
+    own = [None if rope is None else [*rope.radii, *rope.directions, rope.wound] for rope in bound.path.tolist()]
+    number = np.where([each is not None for each in own], np.cumsum([each is not None for each in own]) - 1, -1)
+    return {"path": np.asarray(number, dtype=np.int64), "paths": [each for each in own if each is not None]}
 
 
 @lru_cache(maxsize=64)

@@ -681,6 +681,42 @@ class KnifeEdge(Part):
         axis: Vector | str | Mapping[str, Any],
     ) -> None: ...
 
+class Rope(Part):
+    """A rope joint of a scene. Arguments are its keys:
+
+    speed: a number in m/s, optional
+    reflected_inertia: a number in kg, optional
+    limits: {length}, optional
+    length: a number in m, optional
+    path: a list of places
+    normal: 3 numbers
+    frame: the name of a body, optional
+    slack: true or false, optional
+    restitution: a number, optional
+    stiffness: a number in N/m, optional
+    damping: a number in s/m, optional
+    at most one of slack, stiffness
+    at most one of slack, limits
+    at most one of stiffness, limits
+    at most one of length, limits
+    """
+
+    def __init__(
+        self,
+        *,
+        path: Sequence[Mapping[str, Any]],
+        normal: Vector | str,
+        speed: Quantity | None = ...,
+        reflected_inertia: Quantity | None = ...,
+        limits: Mapping[str, Any] | None = ...,
+        length: Quantity | None = ...,
+        frame: str | None = ...,
+        slack: bool | None = ...,
+        restitution: Quantity | None = ...,
+        stiffness: Quantity | None = ...,
+        damping: Quantity | None = ...,
+    ) -> None: ...
+
 class Gear(Part):
     """A gear joint of a scene. Arguments are its keys:
 

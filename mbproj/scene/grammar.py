@@ -24,6 +24,8 @@ from mbproj.scene.blocks.forces.force_types import FORCE
 from mbproj.scene.blocks.forces.stops import limit_field
 from mbproj.scene.blocks.motions import MOTION
 from mbproj.scene.blocks.parameters import NAME, NAME_RULE, Parameters
+from mbproj.scene.blocks.ropes.block import rope_record
+from mbproj.scene.blocks.ropes.fit import ROPE_CHECK
 from mbproj.scene.blocks.simulation import SIMULATION
 from mbproj.scene.coupled import Coupled
 from mbproj.scene.fields.alternatives import Alternatives, Variants
@@ -115,6 +117,8 @@ def _joint_variant(type_name: str, kind: JointType) -> Record[Joint]:
         names = List(Reference("joint", "joints"), len(kind.couples), "names of joints")
         coupling = {"type": JOINT_TYPE, "joints": Converted(names, different), **own}
         return Record(f"a {type_name} joint", coupling, _coupling, tuple(coupling), named=True)
+    if kind.frame == "path":
+        return rope_record(type_name, {"type": JOINT_TYPE, **_of_coordinates(type_name, units)})
     if kind.is_on_plane:
         return _on_plane(type_name, kind, units)
     frame = {**FRAME_KEYS[kind.frame], **({"x_axis": AXIS} if kind.x_axis != "none" else {})}
@@ -286,6 +290,7 @@ SCENE: Record[dict[str, Any]] = Record(
     checks=(
         Check(("joints",), couple_coordinates),
         CURVE_CHECK,
+        ROPE_CHECK,
         Check(("bodies", "forces"), on_bodies),
         Check(("joints", "forces"), act_on_coordinates),
         Check(("joints", "forces"), slides_in_joints),

@@ -18,6 +18,7 @@ from mbproj.scene.blocks.control.named import check_names
 from mbproj.scene.blocks.coordinates import with_coordinates
 from mbproj.scene.blocks.couplings import with_coupled
 from mbproj.scene.blocks.expectation_checks import expectations_of, unsampled
+from mbproj.scene.blocks.ropes.block import connected
 from mbproj.scene.blocks.simulation import SIMULATION
 from mbproj.scene.fields.reading import Reading, in_text_order
 from mbproj.scene.grammar import SCENE
@@ -135,7 +136,7 @@ class SceneText:
             gravity=found["gravity"],
             bodies=tuple(found["bodies"].values()),
             curves=tuple(found.get("curves", {}).values()),
-            joints=tuple(_connected(found.get("joints", {}), found.get("curves", {}))),
+            joints=tuple(_connected(found)),
             forces=tuple(_on_coordinates(found.get("forces", {}), found.get("joints", {}))),
             motions=tuple(found.get("motions", {}).values()),
             markers=tuple(found.get("markers", {}).values()),
@@ -207,10 +208,14 @@ def _taken_apart(text: str, name: str, path: Path | None) -> SceneText:
     return _last.taken_apart
 
 
-def _connected(joints: Mapping[str, Joint], curves: Mapping[str, Track]) -> Iterator[Joint]:
-    """The joints, with the bodies and the coordinates of those that couple others, and with their curves."""
+def _connected(found: Mapping[str, Any]) -> Iterator[Joint]:
+    """The joints, with the bodies and the coordinates of those that couple others, with their curves and paths."""
+    joints: Mapping[str, Joint] = found.get("joints", {})
+    curves: Mapping[str, Track] = found.get("curves", {})
     for joint in joints.values():
-        if "curve" in joint.parameters:
+        if "path" in joint.parameters:
+            yield connected(joint, found["bodies"], found.get("motions", {}))
+        elif "curve" in joint.parameters:
             yield replace(joint, parameters={**joint.parameters, "curve": curves[joint.parameters["curve"]]})
         else:
             yield joint if joint.couples is None else with_coupled(joint, joints)

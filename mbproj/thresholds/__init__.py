@@ -22,6 +22,7 @@ from mbproj.thresholds.invariants import Invariants
 from mbproj.thresholds.linear import Linear
 from mbproj.thresholds.looks import Looks
 from mbproj.thresholds.passages import Passages
+from mbproj.thresholds.ropes import Ropes
 from mbproj.thresholds.searches import Searches
 from mbproj.thresholds.steps import Steps
 
@@ -31,7 +32,19 @@ __all__ = ["THRESHOLDS", "Row", "Thresholds", "of_the_kernel", "table"]
 @final
 @dataclass(frozen=True)
 class Thresholds(
-    Automatic, Linear, Contact, Looks, Searches, Steps, Invariants, Closing, Passages, Elimination, Curves, Dependence
+    Automatic,
+    Linear,
+    Contact,
+    Looks,
+    Searches,
+    Steps,
+    Invariants,
+    Closing,
+    Passages,
+    Elimination,
+    Curves,
+    Ropes,
+    Dependence,
 ):
     """All of them, each under its name."""
 

@@ -12,6 +12,7 @@ from mbproj.constraints import PRIMITIVES
 from mbproj.constraints.coupling import Coupling
 from mbproj.constraints.primitive import Primitive
 from mbproj.constraints.profile import Arc, Profile
+from mbproj.constraints.rope import Rope
 from mbproj.dynamics.derivatives.row_derivatives import second_derivatives, third_derivatives
 from mbproj.joints.ratios import thread
 from mbproj.model.primitive_set import Binding, bind, bindings
@@ -40,7 +41,7 @@ class KnifeEdge(Primitive):
         return np.sum(x_dot[..., 0, :] * x_dot[..., 1, :], axis=-1)[..., None]
 
 
-OTHERS = (Coupling, Profile, Arc)
+OTHERS = (Coupling, Profile, Arc, Rope)
 EACH = {name: kind(**dict.fromkeys(kind.parameters, 0.7)) for name, kind in PRIMITIVES.items() if kind not in OTHERS}
 EACH |= {"coupling": Coupling(("along", "angle"), *thread(0.7)), "knife_edge": KnifeEdge(), **ON_CURVES}
 

@@ -43,6 +43,7 @@ FREEDOM = {
     "knife_edge": 20,
     "cam": 20,
     "slot": 16,
+    "rope": 20,
 }
 
 

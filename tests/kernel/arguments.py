@@ -44,12 +44,14 @@ def primitives(**changes: Any) -> Any:
         "joins": np.zeros(2, int),
         "line": np.full(2, -1),
         "lines": [],
+        "path": np.full(2, -1),
+        "paths": [],
     }
     return core().SpacePrimitives(**good | changes)
 
 
 def no_primitives() -> Any:
-    nothing = {name: np.zeros(0, int) for name in ("kind", "joins", "line")}
+    nothing = {name: np.zeros(0, int) for name in ("kind", "joins", "line", "path")}
     nothing |= {"slots": slots(), "parameters": numbers()}
     return primitives(**nothing, offset=np.zeros(0), weight=np.zeros(0))
 

@@ -36,6 +36,7 @@ WRONG_PRIMITIVES = [
     ({"slots": slots([0, 4], [0, 4])}, "slots holds an index out of range"),
     ({"parameters": np.zeros((2, 3))}, "parameters has a wrong shape"),
     ({"line": np.array([0, -1])}, "line is of what follows none, or lacks"),
+    ({"path": np.array([0, -1])}, "path is of what is no rope, or lacks"),
     ({"parameters": numbers([], [0.7])}, "parameters has more than its kind takes"),
     ({"weight": np.full(2, INF)}, "weight holds a number that is not finite"),
     ({"joins": np.array([1, 0])}, "joins couples what is no coordinate"),

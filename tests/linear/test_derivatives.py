@@ -11,6 +11,7 @@ import pytest
 from mbproj.constraints import PRIMITIVES
 from mbproj.constraints.coupling import Coupling
 from mbproj.constraints.profile import Arc, Profile
+from mbproj.constraints.rope import Rope
 from mbproj.dynamics.assembly.assemble import coordinate_values
 from mbproj.dynamics.derivatives.linear_equations import Motion, linear_equations, tangent_force
 from mbproj.dynamics.derivatives.row_derivatives import Carried, force_derivative, second_derivatives, third_derivatives
@@ -40,9 +41,10 @@ def romberg(f, levels: int = 6, h: float = 0.08):
     return rows[0]
 
 
-OTHERS = (Coupling, Profile, Arc)
+OTHERS = (Coupling, Profile, Arc, Rope)
 EACH = {
     **{name: kind(**dict.fromkeys(kind.parameters, 0.7)) for name, kind in PRIMITIVES.items() if kind not in OTHERS},
+    "rope": Rope((0.0, 0.05, -0.08), (0.3, 1.0)),
     "profile": Profile(LINES["ellipse"], side=-1.0, reach=0.1),
     "arc": Arc(LINES["ellipse"]),
     "screw": Coupling(("along", "angle"), *thread(PARAMETERS["pitch"])),

@@ -123,7 +123,7 @@ def _placed(points: Array, carrier: int, motion: Motion) -> Array:
 
 def _draw_span(axis: Axes, span: Span, look: Look, view: View, motion: Motion, opacity: float, order: float) -> None:
     """A rod as a bar, a spring as a zigzag line, a damper as a thick line in a thin one."""
-    start, end = (motion.point(body, point)[0] for body, point in zip(span.carriers, span.points, strict=True))
+    start, end = span.ends(motion)
     if span.kind == "rod":
         outline = np.concatenate([part.outline() for part in bar(start, end, span.radius)])
         colour = _mixed(to_rgb(ROD), (1.0, 1.0, 1.0), 0.3 * LIGHT)

@@ -24,6 +24,7 @@ from mbproj.integrate.outcome.failures import (
     jammed,
     left_open,
     not_finite,
+    off_rope,
     other_branch,
     pushed_back,
     singular,
@@ -230,8 +231,7 @@ class Compiled(ABC):
 
     def failure(self, run: Any, settings: Settings) -> SimulationError | None:
         """Why a run with these settings ended before its time; None where it did not."""
-        outcome, status = run.outcome, self.core.Status
-        t = float(outcome.time)
+        outcome, status, t = run.outcome, self.core.Status, float(run.outcome.time)
         if outcome.status in (status.running, status.finished):
             return None
         if outcome.status == status.not_finite or not np.isfinite(outcome.open_by):
@@ -257,6 +257,8 @@ class Compiled(ABC):
             return pushed_back(t, switches.owner(k), switches.what(k), jumps=switches.jumps(k))
         if outcome.status == status.jammed:
             return jammed(t, self.system, int(self.system.forces.laws.bearing[outcome.row]))
+        if outcome.status == status.off_rope:
+            return off_rope(t, self.system, self.coordinate(outcome.row), outcome.rope_centre, outcome.rope_span)
         if outcome.status == status.unsolved:
             body, force = int(outcome.body), int(outcome.force)
             unsolved = unsolved_stage(t, self.system, body, force, is_near=bool(outcome.near_singular))
@@ -264,8 +266,8 @@ class Compiled(ABC):
         if outcome.status == status.broken:
             return self._broken(self.standing(t, run.broken_state, run.standing["turns"]))
         where = self.system.row_owner(self.row(outcome.row))
-        failed = bool(outcome.projection_failed)
-        return left_open(t, where, outcome.open_by, outcome.passes, projection=settings.projection, failed=failed)
+        by, passes, failed = outcome.open_by, outcome.passes, bool(outcome.projection_failed)
+        return left_open(t, where, by, passes, projection=settings.projection, failed=failed)
 
     def _broken(self, state: State) -> SimulationError:
         """What the functions of the scene say at a state where one has no value."""

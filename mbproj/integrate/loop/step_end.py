@@ -6,12 +6,14 @@ import numpy as np
 
 from mbproj.arrays import Array, may_overflow
 from mbproj.dynamics.assembly.assemble import State, coordinates
+from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.equations.motions import drive_at
 from mbproj.dynamics.equations.turning import Turning
+from mbproj.dynamics.off_path import off_path
 from mbproj.errors import SimulationError
 from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.integrate.loop.carried import attempted, point_after
-from mbproj.integrate.outcome.failures import left_open, not_finite, unresolved
+from mbproj.integrate.outcome.failures import left_open, not_finite, off_rope, unresolved
 from mbproj.integrate.outcome.tally import Tally
 from mbproj.integrate.point import Point, counted, untold
 from mbproj.integrate.steppers.methods import Stepper
@@ -68,6 +70,8 @@ def _closed(
     position, velocity = formulation.violations(t, projected.q, projected.v, expected)
     if not is_closed(formulation, position, projected):
         raise _open(formulation, before, t, position, projected)
+    if (trouble := off_path(formulation.system, pose_of(projected.q))) is not None:
+        raise off_rope(t, formulation.system, *trouble)
     coordinate, turning = counted(formulation, stepper, before, t, step, projected.q, projected.v)
     tally.watch(position, velocity, _joint_rows(formulation.system), t)
     closed = {"positions": projected.q, "velocities": projected.v, "followed": turning.coordinate[: len(expected)]}

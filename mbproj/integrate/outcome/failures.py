@@ -206,6 +206,18 @@ def jammed(t: float, system: System, bearing: int) -> SimulationError:
     return no_unique_sliding(t, f"{friction} of joint '{system.names.joints[int(system.bearings.joint[bearing])]}'")
 
 
+def off_rope(t: float, system: System, coordinate: int, circle: int, span: int) -> SimulationError:
+    """A rope, by its coordinate, does what its path does not allow: it leaves a circle, or else a span is lost; both
+    are counted from 0, and the other one is -1."""
+    name = system.names.coordinates[coordinate].partition(".")[0]
+    where, place = f"rope '{name}'", span + 1
+    if circle >= 0:
+        cause = f"it leaves its place {circle + 1}: the rope no longer lies on that sheave, wheel or drum"
+        return SimulationError(t, cause, where=where, hint="end the run before, or give a path without that place")
+    cause = f"its places {place} and {place + 1} overlap, or the line between them has turned by half a turn"
+    return SimulationError(t, cause, where=where, hint="end the run before, or move the places apart")
+
+
 def pushed_back(t: float, where: str, what: str, *, jumps: bool) -> SimulationError:
     """The motion leads back onto a law's edge from both sides. Nothing holds on it where the law `jumps`."""
     if jumps:

@@ -3,43 +3,37 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from importlib import import_module
 
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.constraints import PRIMITIVES, Primitive
-from mbproj.constraints.coupling import Coupling
-from mbproj.constraints.profile import OnCurve
+from mbproj.constraints import PRIMITIVES
 from mbproj.elements import Element, State
-from mbproj.errors import InputError, Place, Problem, placed_at
+from mbproj.errors import InputError, Problem
 from mbproj.functions.program_set import flatten
-from mbproj.joints import COORDINATE_UNITS, JOINTS
-from mbproj.joints.table import Row
+from mbproj.joints import JOINTS
 from mbproj.model.channels import Motions
-from mbproj.model.compile.coupled import bound, on_curve
 from mbproj.model.compile.elements import with_elements
 from mbproj.model.compile.elements.controllers import held_by_controllers
 from mbproj.model.compile.frames import SYMBOLS, Pose, local_frames, poses_of
 from mbproj.model.compile.friction import compile_friction
 from mbproj.model.compile.guess import initial_guess
+from mbproj.model.compile.joint_rows import Symbols, at_scenes_pose, coordinates_of, rows_of, slots_of
 from mbproj.model.compile.loads import compile_forces, elements_of
 from mbproj.model.compile.rigid_groups import RigidGroups, rigid_groups
+from mbproj.model.compile.ropes import Wound, wound
 from mbproj.model.compile.stops import compile_stops
 from mbproj.model.compile.tangents import joined, tangential_friction
 from mbproj.model.couplings import compile_couplings, compile_followers
-from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.model.primitive_set import Binding, bind
 from mbproj.model.reflected import compile_reflected
 from mbproj.model.system import Names, System
-from mbproj.scene.coupled import Coupled
 from mbproj.scene.fields.rotations import from_matrix
 from mbproj.scene.records import Joint, Marker, Scene
 
-#: The points and vectors of a joint by symbol: body index, side, and the vector in that body's axes.
-Symbols = Mapping[str, tuple[int, int, Array]]
-_PERPENDICULAR, _DISTANCE = PRIMITIVES["perpendicular"](), PRIMITIVES["distance"]()
+_PERPENDICULAR = PRIMITIVES["perpendicular"]()
 
 
 def compile_system(scene: Scene) -> System:
@@ -66,20 +60,32 @@ def _without_elements(scene: Scene) -> System:
     poses = poses_of(scene)
     symbols = _symbols(groups, poses)
     reactions = [_reaction(symbols[joint.name]) for joint in groups.joints]
-    alignment, coordinates, coordinate_names, units = [], [], [], []
+    alignment: list[Binding] = []
+    coordinates: list[Binding] = []
+    coordinate_names: list[str] = []
+    units: list[str] = []
+    ropes: dict[str, Wound] = {}
     for owner, joint in enumerate(groups.joints):
         kind = JOINTS[joint.type]
         for pair in kind.aligned:
-            alignment.append(Binding(_PERPENDICULAR, owner, tuple(_slots(("", *pair), symbols[joint.name]))))
-        for name, row in kind.coordinates.items():
-            coordinates.append(Binding(_primitive(row, joint), owner, tuple(_slots(row, symbols[joint.name]))))
-            coordinate_names.append(f"{joint.name}.{name}")
-            units.append(COORDINATE_UNITS[row[0]])
+            alignment.append(Binding(_PERPENDICULAR, owner, tuple(slots_of(("", *pair), symbols[joint.name]))))
+        if kind.frame == "path":
+            place = scene.place("joints", joint.name)
+            own = ropes.setdefault(joint.name, wound(joint, owner, groups.seats, poses, place)).coordinates
+        else:
+            own = coordinates_of(owner, joint, symbols[joint.name])
+        coordinates += own.values()
+        coordinate_names += [f"{joint.name}.{name}" for name in own]
+        units += [each.primitive.unit for each in own.values()]
     named = dict(zip(coordinate_names, coordinates, strict=True))
     rows = [
         row
         for owner, joint in enumerate(groups.joints)
-        for row in _rows(owner, joint, symbols[joint.name], named, groups, scene.place("joints", joint.name))
+        for row in (
+            ropes[joint.name].rows
+            if joint.name in ropes
+            else rows_of(owner, joint, symbols[joint.name], named, groups, scene.place("joints", joint.name))
+        )
     ]
     dry = compile_friction(scene, groups.joints, [_axis(symbols[joint.name]) for joint in groups.joints], named)
     forces, force_names = compile_forces(scene, groups.seats, poses, named, dry.smooth)
@@ -143,7 +149,7 @@ def _motions(scene: Scene, coordinates: Mapping[str, Binding], groups: RigidGrou
     names = [f"{motion.joint}.{motion.coordinate}" for motion in motions]
     index = np.array([list(coordinates).index(name) for name in names], dtype=np.intp)
     from_start = [
-        starts.get(name, _at_scenes_pose(coordinates[name], groups)) if motion.from_start else 0.0
+        starts.get(name, at_scenes_pose(coordinates[name], groups)) if motion.from_start else 0.0
         for name, motion in zip(names, motions, strict=True)
     ]
     places = tuple(scene.place("motions", motion.name, motion.coordinate) for motion in motions)
@@ -172,100 +178,6 @@ def _seated(joints: Sequence[Joint], frames: Array, groups: RigidGroups) -> Arra
     seated = frames.reshape(-1, 2, 4, 3) @ np.swapaxes(turn, -1, -2)
     seated[:, :, 0] += np.array([seat.offset for seat in groups.seats.values()])[bodies]
     return np.asarray(seated.reshape(frames.shape))
-
-
-def _slots(row: Row, bound: Symbols) -> Iterable[tuple[int, int, Array]]:
-    for symbol in row[1:]:
-        body, side, local = bound[symbol.lstrip("-")]
-        yield body, side, -local if symbol.startswith("-") else local
-
-
-def _rows(
-    owner: int,
-    joint: Joint,
-    symbols: Symbols,
-    coordinates: Mapping[str, Binding],
-    groups: RigidGroups,
-    place: Place | None,
-) -> Iterator[Binding]:
-    """The rows of a joint; `coordinates` are those of all joints by whole name."""
-    if joint.couples is not None:
-        parts = [coordinates[name] for name in joint.couples.of]
-        with placed_at(place):
-            yield bound(f"'{joint.name}'", joint.couples, _kept(joint.couples, parts, groups), parts, owner)
-        return
-    for number, row in enumerate(JOINTS[joint.type].rows):
-        primitive, slots = _primitive(row, joint), tuple(_slots(row, symbols))
-        yield Binding(primitive, owner, slots, _offset(number, joint, primitive, slots, groups, place))
-
-
-def _primitive(row: Row, joint: Joint) -> Primitive:
-    """The row's primitive, with what it takes from the joint's parameters."""
-    kind, coupling = PRIMITIVES[row[0]], JOINTS[joint.type].coupling
-    if issubclass(kind, OnCurve):
-        return on_curve(kind, joint)
-    if kind is Coupling and coupling is not None:
-        weights, period = coupling(**joint.parameters)
-        return Coupling(JOINTS[joint.type].couples, weights, period or 0.0)
-    return kind(**{name: joint.parameters[name] for name in kind.parameters})
-
-
-def _offset(
-    number: int,
-    joint: Joint,
-    primitive: Primitive,
-    slots: Sequence[tuple[int, int, Array]],
-    groups: RigidGroups,
-    place: Place | None,
-) -> float:
-    """What row `number` of the joint counts from: 0, or what it keeps."""
-    kept = JOINTS[joint.type].kept
-    if number not in kept:
-        return 0.0
-    name = kept[number]
-    if name is not None and name in joint.parameters:
-        return float(joint.parameters[name])
-    value = _value(primitive, slots, groups)
-    if name is not None and value == 0.0:
-        what = f"joint '{joint.name}' keeps a distance, and its two points are one at the scene's pose"
-        raise InputError(Problem(what, place, f"give its '{name}', or other points"))
-    return value
-
-
-def _kept(coupled: Coupled, parts: Sequence[Binding], groups: RigidGroups) -> float:
-    """The constant of a coupling: where none is given, weighted lengths keep the sum that they have."""
-    if coupled.constant is not None:
-        return coupled.constant
-    weighted = zip(coupled.of.values(), parts, strict=True)
-    return (
-        0.0
-        if coupled.function is not None
-        else sum(weight * _at_scenes_pose(part, groups) for weight, part in weighted)
-    )
-
-
-def _at_scenes_pose(coordinate: Binding, groups: RigidGroups) -> float:
-    """A coordinate at the scene's pose, in m or rad: lengths alone are not zero there."""
-    is_length = coordinate.primitive == _DISTANCE
-    return _value(coordinate.primitive, coordinate.slots, groups) if is_length else 0.0
-
-
-def _value(primitive: Primitive, slots: Sequence[tuple[int, int, Array]], groups: RigidGroups) -> float:
-    """The first row of a primitive at the scene's pose."""
-    points = [
-        _global(body, local, kind == "point", groups)
-        for (body, _, local), kind in zip(slots, primitive.slots, strict=True)
-    ]
-    return float(primitive.value(np.array([points]))[0, 0])
-
-
-def _global(body: int, local: Array, is_point: bool, groups: RigidGroups) -> Array:
-    """A point or vector of a carrier as it is at the scene's pose."""
-    if body == len(groups.carriers):
-        return local
-    carrier = groups.carriers[body]
-    turned: Array = rotation_matrix(carrier.orientation) @ local
-    return carrier.position + turned if is_point else turned
 
 
 def _reaction(bound: Symbols) -> tuple[int, int, Array]:

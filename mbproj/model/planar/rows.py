@@ -32,6 +32,7 @@ _CAUSES = {
     "angle": "holds an angle that is not in the plane",
     "profile": "follows a curve that is not in the plane",
     "arc": "counts along a curve that is not in the plane",
+    "rope": "runs over sheaves at different depths, or out of the plane",
     "coupling": "couples coordinates that are not in the plane",
     "wheel_height": "rolls out of the plane",
     "ball_slip": "rolls out of the plane",
@@ -114,6 +115,9 @@ def sides(bound: PrimitiveSet, seen: Seen) -> Integers:
         elif isinstance(group.primitive, Coupling):
             parts = [_is_coordinate_inside(level[..., slots], each) for each, _, slots in group.primitive.parts()]
             side[..., row] = np.where(np.all(parts, axis=0), INSIDE, STRANGE)
+        elif kind == "rope":
+            deep = np.ptp(depth[..., group.slots[:, 2:]], axis=-1) > THRESHOLDS.in_plane * seen.extent
+            side[..., row] = np.where(level[..., :2].all(axis=-1) & ~deep, INSIDE, STRANGE)
         elif kind == "wheel_height":
             side[..., row] = np.where(level[..., 1] & upright[..., 3], INSIDE, STRANGE)
         elif kind in ("wheel_slip_along", "wheel_slip_across"):

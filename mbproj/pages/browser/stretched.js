@@ -44,12 +44,34 @@ class Spans {
     });
   }
 
+  /** The normal of a rope's plane. */
+  #normal(span, at) {
+    const [tip, foot] = [new THREE.Vector3(), new THREE.Vector3()];
+    this.run.point(span.frame, span.normal, at, tip, this.scratch);
+    this.run.point(span.frame, [0, 0, 0], at, foot, this.scratch);
+    return tip.sub(foot).normalize();
+  }
+
   move(at) {
     for (const { span, mesh } of this.items) {
       this.ends.forEach((end, i) => this.run.point(span.carriers[i], span.points[i], at, end, this.scratch));
+      if (span.normal) touch(span, this.ends, this.#normal(span, at));
       stretch(mesh, this.ends[0], this.ends[1]);
     }
   }
+}
+
+/** Moves the ends of a part of a rope from the centres of its circles, in the plane normal to n, to where it touches. */
+function touch(span, [from, to], n) {
+  const flat = to.clone().sub(from).projectOnPlane(n);
+  const [first, second] = span.radii;
+  const w = first - second;
+  const square = Math.max(flat.lengthSq(), 1e-300);
+  const across = n.clone().cross(flat);
+  const e = flat.multiplyScalar(Math.sqrt(Math.max(square - w * w, 0)) / square).addScaledVector(across, w / square);
+  const aside = n.clone().cross(e);
+  from.addScaledVector(aside, -first);
+  to.addScaledVector(aside, -second);
 }
 
 /** Puts what is 1 long along z between two points. */

@@ -10,7 +10,7 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.pages.data.packing import Packer, step_of
 from mbproj.pages.data.series import Group
-from mbproj.pages.look.mechanism import Look
+from mbproj.pages.look.mechanism import Look, Span
 from mbproj.pages.look.motion import Motion
 from mbproj.pages.look.view import View
 
@@ -70,6 +70,7 @@ def look_data(look: Look, packer: Packer) -> dict[str, Any]:
                 "carriers": list(span.carriers),
                 "points": [_short(point) for point in span.points],
                 "radius": span.radius,
+                **_circles(span),
             }
             for span in look.spans
         ],
@@ -132,6 +133,13 @@ def _steady(orientation: Array) -> Array:
 
 def _numbers(values: Sequence[float] | Array) -> list[float]:
     return [float(value) for value in values]
+
+
+def _circles(span: Span) -> dict[str, Any]:
+    """What a part of a rope touches."""
+    if span.normal is None:
+        return {}
+    return {"radii": list(span.radii), "normal": _numbers(span.normal), "frame": span.frame}
 
 
 def _short(values: Sequence[float] | Array) -> list[float]:

@@ -8,11 +8,12 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
+from mbproj.model.compile.frames import poses_of
 from mbproj.pages.look.gears import radii, wheel
 from mbproj.pages.look.glyphs import GLYPHS, STANDING, Frame, pedestal, sketch_of
 from mbproj.pages.look.layout import Layout
 from mbproj.pages.look.motion import Motion
-from mbproj.pages.look.parts import Part
+from mbproj.pages.look.parts import Part, cylinder
 from mbproj.pages.look.plates import outline_of
 from mbproj.scene.records import Joint, Scene
 
@@ -47,6 +48,8 @@ def joint_parts(
         sketch = sketch_of(joint.type)
         for side, part in GLYPHS[sketch](frame):
             yield Drawn(part, pair[side - 1], "ground" if pair[side - 1] < 0 else "joints", item)
+        if "path" in joint.parameters:
+            yield from _circles(scene, joint, item, layout)
         if sketch in STANDING and frame.ground:
             point = frame.points[frame.ground - 1]
             hangs = float((point - middle) @ up) > HANGS * layout.size
@@ -76,6 +79,18 @@ def _frame(joint: Joint, layout: Layout, motion: Motion, bodies: Sequence[Sequen
         radius=abs(joint.parameters["radius"]) if "radius" in joint.parameters else 0.0,
         outline=outline_of(joint),
     )
+
+
+def _circles(scene: Scene, joint: Joint, item: int, layout: Layout) -> Iterator[Drawn]:
+    """The sheaves, wheels and drums of a rope."""
+    poses, path = poses_of(scene), joint.parameters["path"]
+    for node in path.nodes:
+        if node.radius:
+            position, turn = poses[node.body]
+            centre, axis = turn.T @ (np.array(node.at.vector) - position), turn.T @ np.array(path.normal)
+            carrier = layout.number[node.body]
+            disc = cylinder(node.radius - 0.4 * layout.thickness, 1.6 * layout.thickness, centre, axis)
+            yield Drawn(disc, carrier, "ground" if carrier < 0 else "joints", item)
 
 
 def _near(part: Part, point: Array, r: float) -> bool:

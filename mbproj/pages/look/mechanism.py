@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from itertools import pairwise
 
 import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.joints import JOINTS
+from mbproj.model.compile.frames import poses_of
 from mbproj.pages.look.bodies import parts_of
 from mbproj.pages.look.forces import LoadLook, force_parts, loads, slides
 from mbproj.pages.look.joints import Drawn, joint_parts, up_of
@@ -54,13 +56,32 @@ class MarkerLook:
 
 @dataclass(frozen=True, eq=False)
 class Span:
-    """What reaches from a point of one body to one of another: a "rod", a "spring", a "damper" or both ("strut")."""
+    """What reaches from a point of one body to one of another: a "rod", a "spring", a "damper" or both ("strut").
+
+    A part of a rope is a rod that touches circles about its points: of `radii` that are positive where the rope bends
+    left, in the plane with the `normal` of the body `frame`."""
 
     kind: str
     name: str
     carriers: tuple[int, int]
     points: tuple[Array, Array]
     radius: float
+    radii: tuple[float, float] = (0.0, 0.0)
+    normal: Array | None = None
+    frame: int = -1
+
+    def ends(self, motion: Motion) -> tuple[Array, Array]:
+        """Where it begins and ends at the first sample."""
+        start, end = (motion.point(body, point)[0] for body, point in zip(self.carriers, self.points, strict=True))
+        if self.normal is None:
+            return start, end
+        n, line = motion.vector(self.frame, self.normal)[0], end - start
+        flat = line - (line @ n) * n
+        across, w = np.cross(n, flat), self.radii[0] - self.radii[1]
+        square = flat @ flat
+        e = (np.sqrt(max(square - w * w, 0.0)) * flat + w * across) / max(square, 1e-300)
+        aside = np.cross(n, e)
+        return start - self.radii[0] * aside, end - self.radii[1] * aside
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,8 +159,26 @@ def _joint_look(joint: Joint, layout: Layout) -> JointLook:
     )
 
 
+def _rope(scene: Scene, joint: Joint, layout: Layout) -> Iterator[Span]:
+    """The straight parts of a rope."""
+    path, poses = joint.parameters["path"], poses_of(scene)
+
+    def local(body: str, vector: Array) -> Array:
+        return np.asarray(poses[body][1].T @ vector)
+
+    normal = local(path.frame, np.array(path.normal))
+    for first, second in pairwise(path.nodes):
+        places = [local(node.body, np.array(node.at.vector) - poses[node.body][0]) for node in (first, second)]
+        carriers = (layout.number[first.body], layout.number[second.body])
+        radii = (first.signed_radius, second.signed_radius)
+        thin, frame = 0.35 * layout.thickness, layout.number[path.frame]
+        yield Span("rod", joint.name, carriers, (places[0], places[1]), thin, radii, normal, frame)
+
+
 def _spans(scene: Scene, layout: Layout) -> Iterator[Span]:
     for joint in scene.joints:
+        if "path" in joint.parameters:
+            yield from _rope(scene, joint, layout)
         if JOINTS[joint.type].is_rod:
             frame = layout.frames[joint.name]
             ends = (frame["p1"], frame["p2"])

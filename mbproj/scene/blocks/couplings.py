@@ -50,6 +50,10 @@ class Weights(Field[dict[str, tuple[float, str]]]):
         return {"description": self.expects, "type": "object", "additionalProperties": number, "minProperties": 1}
 
 
+#: Coordinates that rows do not couple, by the primitive that measures them.
+NOT_COUPLED: Mapping[str, str] = {"arc": "a length along a curve", "rope": "the length of a rope"}
+
+
 def coupled_units(type_name: str) -> tuple[str, ...]:
     """The units of what joints of this type couple; none of a coupler, which couples any."""
     return tuple(COORDINATE_UNITS[each] for each in JOINTS[type_name].couples)
@@ -85,7 +89,7 @@ def _found(joint: Joint, at: int, name: str, joints: Mapping[str, Joint]) -> lis
     unit = _unit(joint, at)
     owner, _, own = name.partition(".")
     able, rows = coordinates_in(joints[owner], unit), JOINTS[joints[owner].type].coordinates
-    return [f"{owner}.{each}" for each in able if own in ("", each) and rows[each][0] != "arc"]
+    return [f"{owner}.{each}" for each in able if own in ("", each) and rows[each][0] not in NOT_COUPLED]
 
 
 def _wrong(joint: Joint, at: int, name: str, joints: Mapping[str, Joint]) -> Iterator[Complaint]:
@@ -99,8 +103,8 @@ def _wrong(joint: Joint, at: int, name: str, joints: Mapping[str, Joint]) -> Ite
     kind, able = joints[owner].type, _found(joint, at, name, joints)
     if len(able) == 1:
         return
-    if JOINTS[kind].coordinates.get(own, ("",))[0] == "arc":
-        yield Complaint(path, f"a length along a curve, as '{name}', cannot be coupled", "couple other coordinates")
+    if (what := NOT_COUPLED.get(JOINTS[kind].coordinates.get(own, ("",))[0])) is not None:
+        yield Complaint(path, f"{what}, as '{name}', cannot be coupled", "couple other coordinates")
         return
     if own:
         has = ", ".join(JOINTS[kind].coordinates)
@@ -129,8 +133,8 @@ def _mixed(type_name: str) -> bool:
 
 
 def _one(coordinates: Mapping[str, Sequence[str]], unit: str) -> bool:
-    """Whether one of these coordinates is in the unit."""
-    return [COORDINATE_UNITS[row[0]] for row in coordinates.values()].count(unit) == 1
+    """Whether one of these coordinates, which can be coupled, is in the unit."""
+    return [COORDINATE_UNITS[row[0]] for row in coordinates.values() if row[0] not in NOT_COUPLED].count(unit) == 1
 
 
 def _units(joint: Joint, coupled: Coupled, joints: Mapping[str, Joint]) -> Iterator[Complaint]:

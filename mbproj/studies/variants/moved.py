@@ -66,8 +66,12 @@ class RigidMotion:
     def _joint(self, joint: Joint) -> Joint:
         """What a joint has in its bodies' axes stays; the ground's axes are the global ones, so they are turned."""
         points = [self._point(joint.points.first), self._point(joint.points.second)]
+        parameters, path = joint.parameters, joint.parameters.get("path")
+        if path is not None:
+            parameters = {**parameters, "path": path.changed(self._of_body, self._direction)}
         return replace(
             joint,
+            parameters=parameters,
             points=_of_ground(joint, joint.points, points),
             axes=joint.axes and self._directions(joint, joint.axes),
             x_axis=joint.x_axis and self._directions(joint, joint.x_axis),

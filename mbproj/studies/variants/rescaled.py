@@ -17,6 +17,7 @@ from mbproj.functions.program import COORDINATE, RATE, Program
 from mbproj.joints import COORDINATE_UNITS, JOINTS
 from mbproj.scene.blocks.control.named import names_channels
 from mbproj.scene.blocks.elements import ELEMENTS
+from mbproj.scene.blocks.ropes.path import Path
 from mbproj.scene.coupled import Coupled
 from mbproj.scene.fields.quantities import dimension_of
 from mbproj.scene.friction import Bearing, DryFriction
@@ -85,7 +86,7 @@ class _Larger:
 
     def joint(self, joint: Joint) -> Joint:
         units = {name: each.unit for name, each in JOINTS[joint.type].parameters.items()}
-        own = {name: self._in(units[name], value) for name, value in joint.parameters.items()}
+        own = {name: self._in(units.get(name, "m"), value) for name, value in joint.parameters.items()}
         return replace(
             joint,
             points=self.points(joint.points),
@@ -101,9 +102,11 @@ class _Larger:
         )
 
     def _in(self, unit: str, value: Any) -> Any:
-        """A number, or several, in a unit that may have metres in it; a curve; or a name."""
+        """A number, or several, in a unit that may have metres in it; a curve; a path; or a name."""
         if isinstance(value, Track):
             return value.scaled(self.k)
+        if isinstance(value, Path):
+            return value.changed(lambda at: replace(at, vector=self.vector(at.vector)), lambda n: n, self.k)
         if isinstance(value, str):
             return value
         factor = self.k ** dimension_of(unit).length
@@ -150,7 +153,9 @@ class _Larger:
         if kind is None:
             return None
         units = ELEMENTS[kind.type].units
-        return replace(kind, values={name: self._in(units[name], value) for name, value in kind.values.items()})
+        return replace(
+            kind, values={name: self._in(units.get(name, "m"), value) for name, value in kind.values.items()}
+        )
 
     def of_body(self, point: OfBody) -> OfBody:
         return replace(point, vector=self.vector(point.vector))

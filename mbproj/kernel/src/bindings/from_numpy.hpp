@@ -119,8 +119,24 @@ inline void check_implicit_tableau(const Tableau& t, int most_stages) {
     }
 }
 
-// The curves in planes that instances follow.
+// The curves in planes that instances follow, and the paths of ropes: their radii, their directions, and what is
+// not counted.
 using Lines = std::vector<std::shared_ptr<PlaneCurve>>;
+using Paths = std::vector<std::vector<double>>;
+
+inline std::shared_ptr<const RopePath> rope_path(const std::vector<double>& numbers) {
+    const auto centres = static_cast<std::ptrdiff_t>(numbers.size() / 2);
+    if (numbers.size() % 2 == 1 || centres < 2 || centres > most_centres) refuse("paths", "has a wrong length");
+    auto path = std::make_shared<RopePath>();
+    path->radii.assign(numbers.begin(), numbers.begin() + centres);
+    path->directions.assign(numbers.begin() + centres, numbers.end() - 1);
+    path->wound = numbers.back();
+    for (const double angle : path->directions) {
+        path->cosine.push_back(std::cos(angle));
+        path->sine.push_back(std::sin(angle));
+    }
+    return path;
+}
 
 // Attachments (body, is_point, local), instances (kind, slots, parameters, offset, weight); rows follow one another, but an instance that
 // `joins` is of the row before.
@@ -128,7 +144,7 @@ template <int D> PrimitiveSet<D> primitive_set(std::size_t bodies, const Integer
                                                const Numbers2& local, const Integers1& kind, const Integers2& slots,
                                                const Numbers2& parameters, const Numbers1& offset,
                                                const Numbers1& weight, const Integers1& joins, const Integers1& line,
-                                               const Lines& lines) {
+                                               const Lines& lines, const Integers1& path, const Paths& paths) {
     const std::size_t attachments = body.shape(0), instances = kind.shape(0);
     require(is_point, {attachments}, "is_point");
     require(local, {attachments, D}, "local");
@@ -138,6 +154,7 @@ template <int D> PrimitiveSet<D> primitive_set(std::size_t bodies, const Integer
     require(weight, {instances}, "weight");
     require(joins, {instances}, "joins");
     require(line, {instances}, "line");
+    require(path, {instances}, "path");
     PrimitiveSet<D> set;
     for (std::size_t a = 0; a < attachments; ++a) {
         const Point<D> at = matrix_at<D>(local.data() + D * a);
@@ -149,6 +166,11 @@ template <int D> PrimitiveSet<D> primitive_set(std::size_t bodies, const Integer
         Instance p{};
         p.kind = static_cast<Kind>(index_below(kind.data()[i], std::size(forms), "kind"));
         p.slot_count = form_of(p.kind).slots;
+        if ((p.kind == Kind::rope) != (path.data()[i] >= 0)) refuse("path", "is of what is no rope, or lacks");
+        if (p.kind == Kind::rope) {
+            p.path = rope_path(paths[index_below(path.data()[i], paths.size(), "path")]);
+            p.slot_count = 2 + static_cast<int>(p.path->radii.size());
+        }
         for (int s = 0; s < p.slot_count; ++s)
             p.slots[s] = index_below(slots.data()[most_slots * i + s], attachments, "slots");
         for (int k = 0; k < most_parameters; ++k) {

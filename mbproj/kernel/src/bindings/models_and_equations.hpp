@@ -32,13 +32,13 @@ template <int D> void add_model(nb::module_& m, const char* primitives, const ch
             "__init__",
             [](PrimitiveSet<D>* self, std::size_t bodies, Integers1 body, Integers1 is_point, Numbers2 local,
                Integers1 kind, Integers2 slots, Numbers2 parameters, Numbers1 offset, Numbers1 weight, Integers1 joins,
-               Integers1 line, const Lines& lines) {
+               Integers1 line, const Lines& lines, Integers1 path, const Paths& paths) {
                 new (self) PrimitiveSet<D>(primitive_set<D>(bodies, body, is_point, local, kind, slots, parameters,
-                                                            offset, weight, joins, line, lines));
+                                                            offset, weight, joins, line, lines, path, paths));
             },
             nb::kw_only(), nb::arg("bodies"), nb::arg("body"), nb::arg("is_point"), nb::arg("local"), nb::arg("kind"),
             nb::arg("slots"), nb::arg("parameters"), nb::arg("offset"), nb::arg("weight"), nb::arg("joins"),
-            nb::arg("line"), nb::arg("lines"))
+            nb::arg("line"), nb::arg("lines"), nb::arg("path"), nb::arg("paths"))
         .def_ro("rows", &PrimitiveSet<D>::rows);
     nb::class_<Model<D>>(m, model)
         .def(

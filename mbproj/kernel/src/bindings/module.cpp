@@ -204,10 +204,13 @@ void add_settings(nb::module_& m) {
         .value("pushed_back", Status::pushed_back)
         .value("unsolved", Status::unsolved)
         .value("halted", Status::halted)
-        .value("jammed", Status::jammed);
+        .value("jammed", Status::jammed)
+        .value("off_rope", Status::off_rope);
     nb::class_<Outcome>(m, "Outcome")
         .def_ro("status", &Outcome::status)
         .def_ro("time", &Outcome::time)
+        .def_prop_ro("rope_span", [](const Outcome& outcome) { return outcome.rope.span; })
+        .def_prop_ro("rope_centre", [](const Outcome& outcome) { return outcome.rope.centre; })
         .def_ro("joint", &Outcome::joint)
         .def_ro("row", &Outcome::row)
         .def_ro("open_by", &Outcome::open_by)

@@ -14,7 +14,7 @@ template <int D> struct Coordinate {
 
     Coordinate(const PrimitiveSet<D>& coordinates, int number, const Pose<D>& pose)
         : set(coordinates), p(set.instances[number]) {
-        for (Point<D>& each : x) each.setZero();
+        x[3].setZero();  // which few have
         for (int s = 0; s < p.slot_count; ++s) {
             const Attachment<D>& a = attachment(s);
             spoke[s] = pose[a.body].rotation * a.local;

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "kinematics/on_curve.hpp"
+#include "kinematics/on_rope.hpp"
 #include "kinematics/rolling.hpp"
 
 namespace mbproj {
@@ -58,6 +59,7 @@ template <int D> double value(const Instance& p, const Point<D>* x, const Touch*
         case Kind::angle: return angle::value<D>(x);
         case Kind::profile:
         case Kind::arc: return on_curve::value<D>(p, touched<D>(p, x, known));
+        case Kind::rope: return on_rope::value<D>(p, x);
         case Kind::coincident: return 0.0;
         default: return rolling::value<D>(p, x);
     }
@@ -78,6 +80,7 @@ template <int D> void gradient(const Instance& p, const Point<D>* x, Point<D>* g
         case Kind::angle: angle::gradient<D>(x, g); break;
         case Kind::profile:
         case Kind::arc: on_curve::gradient<D>(p, x, touched<D>(p, x, known), g); break;
+        case Kind::rope: on_rope::gradient<D>(p, x, g); break;
         case Kind::coincident: break;
         default: rolling::gradient<D>(p, x, g);
     }
@@ -97,6 +100,7 @@ double curvature(const Instance& p, const Point<D>* x, const Point<D>* x_dot, co
         case Kind::angle: return angle::curvature<D>(x, x_dot);
         case Kind::profile:
         case Kind::arc: return on_curve::curvature<D>(p, x, x_dot, touched<D>(p, x, known));
+        case Kind::rope: return on_rope::curvature<D>(p, x, x_dot);
         case Kind::coincident: return 0.0;
         default: return rolling::curvature<D>(p, x, x_dot);
     }

@@ -12,6 +12,7 @@
 #include "model/layout.hpp"
 #include "model/plane_curve.hpp"
 #include "model/programs.hpp"
+#include "model/rope_path.hpp"
 #include "model/thresholds.hpp"
 
 namespace mbproj {
@@ -27,6 +28,7 @@ enum class Kind : int {
     wheel_height,
     profile,
     arc,
+    rope,
     wheel_slip_along,
     wheel_slip_across,
     ball_slip,
@@ -38,7 +40,7 @@ struct Form {
 };
 constexpr Form forms[] = {{"coincident", 2, 0},        {"perpendicular", 2, 0}, {"along", 3, 0},
                           {"distance", 2, 0},          {"angle", 3, 0},         {"wheel_height", 4, 1},
-                          {"profile", 4, 2},           {"arc", 4, 0},           {"wheel_slip_along", 8, 1},
+                          {"profile", 4, 2},           {"arc", 4, 0},           {"rope", most_rope_slots, 0}, {"wheel_slip_along", 8, 1},
                           {"wheel_slip_across", 8, 1}, {"ball_slip", 8, 1},     {"edge_slip", 8, 0}};
 constexpr const Form& form_of(Kind kind) { return forms[static_cast<int>(kind)]; }
 constexpr int most(int Form::*of) {
@@ -79,6 +81,7 @@ struct Instance {
     bool coupled;
     int curve;  // of the model: what the row is less, a function of this instance's value; or -1
     std::shared_ptr<const PlaneCurve> line;  // of what follows a curve in a plane
+    std::shared_ptr<const RopePath> path;    // of a rope, which has as many slots as it needs
     int follower = -1;  // its number among the curves of the model, of a row that is held on pieces
 
     bool on_line() const { return kind == Kind::profile || kind == Kind::arc; }

@@ -30,6 +30,8 @@ struct Thresholds {
     double settled_load, middle_unlike, no_push, touching, stop_rests, rest_acceleration, rest_steps, lowest_bounce, contact_pulls, creates_energy,
         on_grid, damped_from, damped_to, balanced_to, slips;
     int most_load_passes, most_halves, most_meetings;
+    // mbproj/thresholds/ropes.py
+    double off_sheave, rope_turned;
 };
 
 // Calls visit("name", member) for every threshold.
@@ -101,6 +103,8 @@ template <class Visit> void each_threshold(Visit&& visit) {
     visit("least_error_before", &Thresholds::least_error_before);
     visit("part_after_break", &Thresholds::part_after_break);
     visit("turns_told", &Thresholds::turns_told);
+    visit("off_sheave", &Thresholds::off_sheave);
+    visit("rope_turned", &Thresholds::rope_turned);
     visit("most_turned", &Thresholds::most_turned);
     visit("located", &Thresholds::located);
     visit("glance", &Thresholds::glance);

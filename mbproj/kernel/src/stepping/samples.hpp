@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "model/dimension.hpp"
+#include "model/rope_path.hpp"
 
 namespace mbproj {
 
@@ -24,7 +25,8 @@ enum class Status : int {
     pushed_back,
     unsolved,
     halted,
-    jammed
+    jammed,
+    off_rope
 };
 
 // In the order of the fields of mbproj.integrate.outcome.tally.Tally.
@@ -128,6 +130,7 @@ struct Outcome {
     double step = 0.0;          // that would not slip, s
     int body = -1, force = -1;  // for want of which a step was not solved
     bool near_singular = false;
+    RopeTrouble rope{};
     bool stops() const { return status != Status::running; }
 
     static Outcome left_open(double t, int row, double by, int passes, bool projection_failed) {
@@ -150,6 +153,13 @@ struct Outcome {
         Outcome found{Status::jammed, t};
         found.row = law;
         return found;
+    }
+    // What a rope does that its path does not allow: the number of its coordinate.
+    static Outcome off_rope(double t, int coordinate, const RopeTrouble& found) {
+        Outcome outcome{Status::off_rope, t};
+        outcome.row = coordinate;
+        outcome.rope = found;
+        return outcome;
     }
     // On both sides of this switch the motion leads back onto it.
     static Outcome pushed_back(double t, int number) {

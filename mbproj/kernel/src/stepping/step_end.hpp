@@ -32,7 +32,10 @@ public:
         if (const Slip slip = worst >= 0 ? turns_.far(counted, t_new - t) : turns_.advance(counted, t, y, t_new, y_new))
             return Outcome::untold(slip, t_new, t_new - t);
         peaks.watch(C, equations_.C_dot(), model_.constraints.rows, model_.driven.size(), t_new);
-        if (worst < 0) return lost(done, t_new, t_new - t);
+        if (worst < 0) {
+            const Outcome off = off_rope(t_new);
+            return off.stops() ? off : lost(done, t_new, t_new - t);
+        }
         if (!done.near_singular)
             return Outcome::left_open(t_new, worst, std::abs(C[worst]), done.position_passes, done.failures > 0);
         Outcome found = failed_at(t_new);
@@ -80,6 +83,17 @@ private:
         counters.velocity_iterations += done.velocity_passes;
         counters.projection_failures += done.failures;
         counters.projection_fallbacks += done.fallbacks;
+    }
+
+    // Whether a rope has left its path.
+    Outcome off_rope(double t) const {
+        for (std::size_t c = 0; c < model_.coordinates.instances.size(); ++c) {
+            if (model_.coordinates.instances[c].kind != Kind::rope) continue;
+            const Coordinate<D> rope(model_.coordinates, static_cast<int>(c), equations_.pose());
+            if (const RopeTrouble found = on_rope::trouble<D>(rope.p, rope.x, model_.thresholds))
+                return Outcome::off_rope(t, static_cast<int>(c), found);
+        }
+        return {};
     }
 
     // Whether the step has led so far off that its projection has nothing to go by.

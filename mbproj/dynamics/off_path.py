@@ -1,0 +1,43 @@
+"""Whether ropes lie on their sheaves as their paths say."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from mbproj.constraints.rope import Rope
+from mbproj.dynamics.equations.kinematics import Pose
+from mbproj.model.system import System
+from mbproj.thresholds import THRESHOLDS
+
+
+class OffPath(NamedTuple):
+    """What the path of a rope, by its `coordinate`, does not allow: it has left a `circle`, or else a `span` is lost;
+    both are counted from 0, and the other one is -1."""
+
+    coordinate: int
+    circle: int
+    span: int
+
+
+def off_path(system: System, pose: Pose) -> OffPath | None:
+    """The first of the ropes' troubles at one pose; None where all lie on their paths."""
+    bound = system.coordinates
+    for group in bound.groups:
+        rope = group.primitive
+        if not isinstance(rope, Rope):
+            continue
+        x = pose.places(bound)[group.slots]
+        for row, places in zip(group.rows[:, 0].tolist(), x, strict=True):
+            before = 0.0
+            for k in range(len(rope.directions)):
+                span = rope.span(places, k)
+                curved = rope.radii[k] != 0.0 or rope.radii[k + 1] != 0.0
+                if curved and not (span.h > 0.0 and abs(rope.turned(span, k)) <= THRESHOLDS.rope_turned):
+                    return OffPath(row, -1, k)
+                θ, radius = float(rope.direction(span, k)), rope.radii[k]
+                if k and radius and not np.sign(radius) * (θ - before) >= -THRESHOLDS.off_sheave:
+                    return OffPath(row, k, -1)
+                before = θ
+    return None

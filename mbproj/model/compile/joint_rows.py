@@ -1,0 +1,124 @@
+"""The rows and the coordinates of joints, from the joint table and where their points and vectors are."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.constraints import PRIMITIVES, Primitive
+from mbproj.constraints.coupling import Coupling
+from mbproj.constraints.profile import OnCurve
+from mbproj.constraints.rope import Rope
+from mbproj.errors import InputError, Place, Problem, placed_at
+from mbproj.joints import JOINTS
+from mbproj.joints.table import Row
+from mbproj.model.compile.coupled import bound, on_curve
+from mbproj.model.compile.rigid_groups import RigidGroups
+from mbproj.model.euler_parameters import rotation_matrix
+from mbproj.model.primitive_set import Binding
+from mbproj.scene.coupled import Coupled
+from mbproj.scene.records import Joint
+
+#: The points and vectors of a joint by symbol: body index, side, and the vector in that body's axes.
+Symbols = Mapping[str, tuple[int, int, Array]]
+_DISTANCE = PRIMITIVES["distance"]()
+
+
+def coordinates_of(owner: int, joint: Joint, symbols: Symbols) -> dict[str, Binding]:
+    """The coordinates of a joint by name."""
+    own = JOINTS[joint.type].coordinates
+    return {name: Binding(primitive_of(row, joint), owner, tuple(slots_of(row, symbols))) for name, row in own.items()}
+
+
+def slots_of(row: Row, bound: Symbols) -> Iterable[tuple[int, int, Array]]:
+    for symbol in row[1:]:
+        body, side, local = bound[symbol.lstrip("-")]
+        yield body, side, -local if symbol.startswith("-") else local
+
+
+def rows_of(
+    owner: int,
+    joint: Joint,
+    symbols: Symbols,
+    coordinates: Mapping[str, Binding],
+    groups: RigidGroups,
+    place: Place | None,
+) -> Iterator[Binding]:
+    """The rows of a joint; `coordinates` are those of all joints by whole name."""
+    if joint.couples is not None:
+        parts = [coordinates[name] for name in joint.couples.of]
+        with placed_at(place):
+            yield bound(f"'{joint.name}'", joint.couples, _kept(joint.couples, parts, groups), parts, owner)
+        return
+    for number, row in enumerate(JOINTS[joint.type].rows):
+        primitive, slots = primitive_of(row, joint), tuple(slots_of(row, symbols))
+        yield Binding(primitive, owner, slots, _offset(number, joint, primitive, slots, groups, place))
+
+
+def primitive_of(row: Row, joint: Joint) -> Primitive:
+    """The row's primitive, with what it takes from the joint's parameters."""
+    kind, coupling = PRIMITIVES[row[0]], JOINTS[joint.type].coupling
+    if issubclass(kind, OnCurve):
+        return on_curve(kind, joint)
+    if kind is Coupling and coupling is not None:
+        weights, period = coupling(**joint.parameters)
+        return Coupling(JOINTS[joint.type].couples, weights, period or 0.0)
+    return kind(**{name: joint.parameters[name] for name in kind.parameters})
+
+
+def _offset(
+    number: int,
+    joint: Joint,
+    primitive: Primitive,
+    slots: Sequence[tuple[int, int, Array]],
+    groups: RigidGroups,
+    place: Place | None,
+) -> float:
+    """What row `number` of the joint counts from: 0, or what it keeps."""
+    kept = JOINTS[joint.type].kept
+    if number not in kept:
+        return 0.0
+    name = kept[number]
+    if name is not None and name in joint.parameters:
+        return float(joint.parameters[name])
+    value = _value(primitive, slots, groups)
+    if name is not None and value == 0.0:
+        what = f"joint '{joint.name}' keeps a distance, and its two points are one at the scene's pose"
+        raise InputError(Problem(what, place, f"give its '{name}', or other points"))
+    return value
+
+
+def _kept(coupled: Coupled, parts: Sequence[Binding], groups: RigidGroups) -> float:
+    """The constant of a coupling: where none is given, weighted lengths keep the sum that they have."""
+    if coupled.constant is not None:
+        return coupled.constant
+    weighted = zip(coupled.of.values(), parts, strict=True)
+    return (
+        0.0 if coupled.function is not None else sum(weight * at_scenes_pose(part, groups) for weight, part in weighted)
+    )
+
+
+def at_scenes_pose(coordinate: Binding, groups: RigidGroups) -> float:
+    """A coordinate at the scene's pose, in m or rad: lengths alone are not zero there."""
+    is_length = coordinate.primitive == _DISTANCE or isinstance(coordinate.primitive, Rope)
+    return _value(coordinate.primitive, coordinate.slots, groups) if is_length else 0.0
+
+
+def _value(primitive: Primitive, slots: Sequence[tuple[int, int, Array]], groups: RigidGroups) -> float:
+    """The first row of a primitive at the scene's pose."""
+    points = [
+        _global(body, local, kind == "point", groups)
+        for (body, _, local), kind in zip(slots, primitive.slots, strict=True)
+    ]
+    return float(primitive.value(np.array([points]))[0, 0])
+
+
+def _global(body: int, local: Array, is_point: bool, groups: RigidGroups) -> Array:
+    """A point or vector of a carrier as it is at the scene's pose."""
+    if body == len(groups.carriers):
+        return local
+    carrier = groups.carriers[body]
+    turned: Array = rotation_matrix(carrier.orientation) @ local
+    return carrier.position + turned if is_point else turned

@@ -1,0 +1,126 @@
+"""Ropes: the coordinates of their paths, and the rows that keep their lengths.
+
+A wheel or drum that turns with the rope divides it. Each portion between two of them has a row of its own: its length
+changes by what the wheels at its ends turn. The multiplier of the row is the portion's tension.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.constraints.angle import Angle
+from mbproj.constraints.coupling import Coupling
+from mbproj.constraints.rope import Rope
+from mbproj.errors import InputError, Place, Problem
+from mbproj.model.compile.coupled import common_measure
+from mbproj.model.compile.frames import Pose
+from mbproj.model.compile.rigid_groups import Seat
+from mbproj.model.compile.stops import local_point, seated
+from mbproj.model.primitive_set import Binding
+from mbproj.scene.blocks.ropes.path import Node, Path, axes, straight
+from mbproj.scene.records import Joint
+
+Slot = tuple[int, int, Array]
+
+
+class Wound(NamedTuple):
+    """A rope on its way into a system: its coordinates by name, and its rows."""
+
+    coordinates: dict[str, Binding]
+    rows: list[Binding]
+
+
+def wound(joint: Joint, owner: int, seats: Mapping[str, Seat], poses: Mapping[str, Pose], place: Place | None) -> Wound:
+    """The coordinates `length`, of the whole path; `length_1`, `length_2` ... of the portions between wheels; and
+    `angle_1`, `angle_2` ... of wheels and drums. Raises InputError where the angles of a portion have no measure."""
+    path: Path = joint.parameters["path"]
+    second = seats[joint.bodies[1]].carrier
+    frame = seats[path.frame]
+    x, y, _ = axes(path.normal)
+    plane = [frame.vector(poses[path.frame][1].T @ np.array(axis)) for axis in (x, y)]
+    vectors: list[Slot] = [(frame.carrier, 1, vector) for vector in plane]
+    centres: list[Slot] = []
+    for node in path.nodes:
+        carrier, local = seated(node.at, local_point(node.at, poses), seats)
+        centres.append((carrier, 2 if carrier == second else 1, local))
+    turning = {
+        k: Binding(Angle(), owner, (*vectors, _turning(node, seats, poses, x, second)))
+        for k, node in enumerate(path.nodes)
+        if node.kind in ("wheel", "drum") and seats[node.body].carrier != frame.carrier
+    }
+    whole = _portion(path, 0, len(path.nodes) - 1, owner, vectors, centres)
+    last = len(path.nodes) - 1
+    cuts = [0, *(k for k in turning if 0 < k < last), last]
+    portions = [_portion(path, *ends, owner, vectors, centres) for ends in pairwise(cuts)]
+    coordinates = {"length": whole}
+    if len(portions) > 1:
+        coordinates |= {f"length_{number}": portion for number, portion in enumerate(portions, 1)}
+    coordinates |= {f"angle_{number}": angle for number, angle in enumerate(turning.values(), 1)}
+    rows = list(_rows(joint, path, portions, list(pairwise(cuts)), turning, place)) if path.taut else []
+    return Wound(coordinates, rows)
+
+
+def _turning(node: Node, seats: Mapping[str, Seat], poses: Mapping[str, Pose], x: Sequence[float], second: int) -> Slot:
+    """A vector of a wheel that is along x at the scene's pose."""
+    seat = seats[node.body]
+    return seat.carrier, 2 if seat.carrier == second else 1, seat.vector(poses[node.body][1].T @ np.array(x))
+
+
+def _portion(
+    path: Path, first: int, last: int, owner: int, vectors: Sequence[Slot], centres: Sequence[Slot]
+) -> Binding:
+    lines, ropes = straight(path)
+    radii = [node.signed_radius for node in path.nodes]
+    wound = radii[first] * ropes[first] - radii[last] * ropes[last - 1]
+    primitive = Rope(tuple(radii[first : last + 1]), tuple(lines[first:last]), wound)
+    return Binding(primitive, owner, (*vectors, *centres[first : last + 1]))
+
+
+def _rows(
+    joint: Joint,
+    path: Path,
+    portions: Sequence[Binding],
+    ends: Sequence[tuple[int, int]],
+    turning: Mapping[int, Binding],
+    place: Place | None,
+) -> Iterator[Binding]:
+    """One of each portion. A length that is given is that of all; the last portion has what the others leave."""
+    left = joint.parameters.get("length")
+    for number, (portion, (first, last)) in enumerate(zip(portions, ends, strict=True)):
+        assert isinstance(portion.primitive, Rope)
+        own = _length(path, first, last)
+        if left is not None:
+            own, left = (left, 0.0) if number == len(portions) - 1 else (own, left - own)
+        signs = ((first, -1.0), (last, 1.0))
+        angles = [(turning[k], sign * path.nodes[k].signed_radius) for k, sign in signs if k in turning]
+        if not angles:
+            yield Binding(portion.primitive, portion.owner, portion.slots, own)
+            continue
+        measure = common_measure([abs(weight) for _, weight in angles])
+        if measure is None:
+            what = f"the radii of wheels and drums of the rope '{joint.name}' have no common measure"
+            raise InputError(Problem(what, place, "round them, as to mm, or let the rope slide over a sheave"))
+        weights = tuple(weight for _, weight in angles)
+        period = 2.0 * np.pi * measure
+        names = ("rope", *["angle" for _ in angles])
+        primitive = Coupling(names, (1.0, *weights), period, rope=portion.primitive)
+        slots = (*portion.slots, *[slot for angle, _ in angles for slot in angle.slots])
+        yield Binding(primitive, portion.owner, slots, own - period * np.round(own / period))
+
+
+def _length(path: Path, first: int, last: int) -> float:
+    """What a portion of the path is long at the scene's pose, without what is wound on its ends."""
+    _, ropes = straight(path)
+    total = 0.0
+    for k in range(first, last):
+        start, end = path.nodes[k], path.nodes[k + 1]
+        far = np.subtract(end.at.vector, start.at.vector)
+        total += float(np.sqrt(far @ far - (start.signed_radius - end.signed_radius) ** 2))
+        if k > first:
+            total += start.signed_radius * (ropes[k] - ropes[k - 1])
+    return total

@@ -1,0 +1,1 @@
+"""Ropes: the keys of their joints, their paths, and rules on both."""

@@ -1,0 +1,100 @@
+"""Rules on ropes: that their paths can be run over, and that nothing asks of them what they cannot be."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
+
+from mbproj.scene.blocks.ropes.block import MOST_WHEELS, connected
+from mbproj.scene.blocks.ropes.path import Path, along, axes
+from mbproj.scene.fields.containers import Check, Complaint
+from mbproj.scene.records import GROUND, Body, Joint, KeyPath, Motion
+from mbproj.thresholds import THRESHOLDS
+
+
+def run_over_places(
+    joints: Mapping[str, Joint], bodies: Mapping[str, Body], motions: Mapping[str, Motion]
+) -> Iterator[Complaint]:
+    """A check that paths can be run over, and that nothing asks of a rope what it cannot be."""
+    for joint in joints.values():
+        if joint.type == "rope":
+            wrong = list(_on_places(joint)) + list(_as_whole(joint, motions))
+            yield from wrong or _in_plane(connected(joint, bodies, motions))
+
+
+def _on_places(joint: Joint) -> Iterator[Complaint]:
+    path: Path = joint.parameters["path"]
+    for number, node in enumerate(path.nodes):
+        at: KeyPath = ("joints", joint.name, "path", number, node.kind)
+        is_end = number in (0, len(path.nodes) - 1)
+        if node.kind == "drum" and not is_end:
+            yield Complaint(at, "a drum in the middle of a rope", "write 'wheel', or end the rope there")
+        if node.kind in ("wheel", "sheave") and is_end:
+            yield Complaint(at, f"a {node.kind} at the end of a rope", "write 'drum', to which the rope is fixed")
+        if node.kind == "wheel" and node.body == path.frame:
+            yield Complaint(at, "this wheel does not turn: the plane of the rope is fixed in it", "write 'sheave'")
+
+
+def _as_whole(joint: Joint, motions: Mapping[str, Motion]) -> Iterator[Complaint]:
+    path: Path = joint.parameters["path"]
+    at: KeyPath = ("joints", joint.name, "path")
+    driven = any(each.joint == joint.name for each in motions.values())
+    turning = [node for node in path.nodes if node.kind in ("wheel", "drum") and node.body != path.frame]
+    wheels = sum(node.kind == "wheel" for node in turning)
+    if wheels > MOST_WHEELS:
+        said = f"this rope turns {wheels} wheels, and can turn {MOST_WHEELS}"
+        yield Complaint(at, said, "let it slide over some: write 'sheave'")
+    if turning and (driven or not path.taut):
+        said = "a rope whose length may change runs over wheels or drums that turn"
+        yield Complaint(at, said, "let it slide over sheaves, or drive a drum by a motion of its joint")
+    if driven and ("length" in joint.parameters or not path.taut):
+        yield Complaint(at, "a motion drives the length of this rope", "leave out what else says its length")
+
+
+def _in_plane(joint: Joint) -> Iterator[Complaint]:
+    """That circles are apart and wrapped on the right side, and that the rope leans little and is long enough."""
+    path: Path = joint.parameters["path"]
+    at: KeyPath = ("joints", joint.name, "path")
+    x, y, n = axes(path.normal)
+    seen = [[along(axis, node.at.vector) for axis in (x, y, n)] for node in path.nodes]
+    radii = [node.signed_radius for node in path.nodes]
+    before = None
+    for k, (start, end) in enumerate(pairwise(seen)):
+        w, flat = radii[k] - radii[k + 1], math.hypot(end[0] - start[0], end[1] - start[1])
+        free = math.sqrt(max(flat**2 - w**2, 0.0))
+        pair = f"places {k + 1} and {k + 2} of this path"
+        least = THRESHOLDS.least_span * (abs(radii[k]) + abs(radii[k + 1]))
+        if free <= least:
+            apart = "are one point" if not w else "overlap: no rope runs straight between them"
+            yield Complaint((*at, k + 1), f"{pair} {apart}", "move one of them, or give smaller radii")
+            return
+        if w and abs(end[2] - start[2]) > math.tan(THRESHOLDS.fleet_angle) * free:
+            lean = math.degrees(math.atan(abs(end[2] - start[2]) / free))
+            said = f"between {pair} the rope leans by {lean:.3g} deg out of the plane of its sheaves"
+            most = math.degrees(THRESHOLDS.fleet_angle)
+            yield Complaint((*at, k + 1), said, f"{most:.2g} deg is the most: give another 'normal', or move a place")
+            return
+        θ = math.atan2(end[1] - start[1], end[0] - start[0]) + math.asin(w / flat)
+        if before is not None and radii[k]:
+            wrap = (math.copysign(1.0, radii[k]) * (θ - before)) % (2.0 * math.pi)
+            if wrap > THRESHOLDS.wrong_side and not path.nodes[k].turns:
+                other = "right" if path.nodes[k].left else "left"
+                said = f"the rope would wrap {math.degrees(wrap):.4g} deg around place {k + 1}: it is on the wrong side"
+                yield Complaint((*at, k), said, f"write bends: {other}, or move the place")
+                return
+        before = θ
+    yield from _long_enough(joint, radii, seen)
+
+
+def _long_enough(joint: Joint, radii: Sequence[float], seen: Sequence[Sequence[float]]) -> Iterator[Complaint]:
+    path: Path = joint.parameters["path"]
+    given = joint.parameters.get("length")
+    shortest = math.dist(path.nodes[0].at.vector, path.nodes[-1].at.vector) - abs(radii[0]) - abs(radii[-1])
+    fixed = all(node.body == GROUND for node in (path.nodes[0], path.nodes[-1]))
+    if given is not None and fixed and given < shortest:
+        said = f"the rope is shorter than its path: {given:.6g} m between ends {shortest:.6g} m apart"
+        yield Complaint(("joints", joint.name, "length"), said, "give a longer rope, or move its ends")
+
+
+ROPE_CHECK = Check(("joints", "bodies"), run_over_places, besides=("motions",))

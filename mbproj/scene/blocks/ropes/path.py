@@ -1,0 +1,85 @@
+"""The path of a rope: its places, and the directions in which it runs between them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import pairwise
+
+from mbproj.dataclass import dataclass
+from mbproj.scene.fields.rotations import cross, unit
+from mbproj.scene.records import GROUND, Vector
+from mbproj.scene.stops import OfBody
+
+#: What a rope runs over: points, sheaves over which it slides, wheels and drums that turn with it.
+KINDS = ("point", "sheave", "wheel", "drum")
+
+
+@dataclass(frozen=True)
+class Node:
+    """A place of a path, of one of KINDS, on a `body`: a point, or a circle of `radius` m about the centre `at`. The
+    rope passes a circle bending `left` or right as one looks against the normal, with so many whole `turns` more."""
+
+    kind: str
+    body: str
+    at: OfBody
+    radius: float = 0.0
+    left: bool = True
+    turns: int = 0
+
+    @property
+    def signed_radius(self) -> float:
+        """Positive where the rope bends left."""
+        return self.radius if self.left else -self.radius
+
+
+@dataclass(frozen=True)
+class Path:
+    """The places that a rope runs over, and the plane in which it does: its `normal` at the scene's pose, fixed in the
+    body `frame`. `taut`: whether the rope keeps its length, or limits and motions alone say what that is."""
+
+    nodes: tuple[Node, ...]
+    normal: Vector
+    frame: str = GROUND
+    taut: bool = True
+
+    def changed(self, place: Callable[[OfBody], OfBody], normal: Callable[[Vector], Vector], size: float = 1.0) -> Path:
+        """The same with its places and its normal changed, and its radii by a factor."""
+        nodes = [replace(node, at=place(node.at), radius=size * node.radius) for node in self.nodes]
+        return replace(self, nodes=tuple(nodes), normal=normal(self.normal))
+
+
+def along(axis: Vector, vector: Vector) -> float:
+    return sum(a * b for a, b in zip(axis, vector, strict=True))
+
+
+def axes(normal: Vector) -> tuple[Vector, Vector, Vector]:
+    """x, y and the unit normal of a plane."""
+    size = math.hypot(*normal)
+    n: Vector = (normal[0] / size, normal[1] / size, normal[2] / size)
+    least = min(range(3), key=lambda k: (abs(n[k]), k))
+    x = unit([float(k == least) - n[least] * n[k] for k in range(3)])
+    assert x is not None
+    first: Vector = (x[0], x[1], x[2])
+    return first, cross(n, first), n
+
+
+def straight(path: Path) -> tuple[list[float], list[float]]:
+    """The directions β of the lines between the centres of a path at the scene's pose, from x in `axes`, and those of
+    the rope, θ. Each circle between the ends is wrapped by less than a turn, and by its whole turns more."""
+    x, y, _ = axes(path.normal)
+    seen = [[along(axis, node.at.vector) for axis in (x, y)] for node in path.nodes]
+    lines: list[float] = []
+    ropes: list[float] = []
+    for k, (start, end) in enumerate(pairwise(seen)):
+        first, second = path.nodes[k], path.nodes[k + 1]
+        across, up = end[0] - start[0], end[1] - start[1]
+        off = math.asin((first.signed_radius - second.signed_radius) / math.hypot(across, up))
+        θ = math.atan2(up, across) + off
+        if k and first.radius:
+            side = 1.0 if first.left else -1.0
+            θ = ropes[-1] + side * (side * (θ - ropes[-1]) % (2.0 * math.pi) + 2.0 * math.pi * first.turns)
+        lines.append(θ - off)
+        ropes.append(θ)
+    return lines, ropes

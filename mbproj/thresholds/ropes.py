@@ -1,0 +1,35 @@
+"""Where a rope no longer lies on its sheaves as the path says."""
+
+from __future__ import annotations
+
+from mbproj.dataclass import dataclass
+from mbproj.thresholds.entry import threshold
+
+
+@dataclass(frozen=True)
+class Ropes:
+    """What ends a run with a rope, and what a path at the scene's pose may be."""
+
+    off_sheave: float = threshold(
+        1e-9,
+        "rad",
+        "both",
+        "a rope with a wrap of less than minus this is off its sheave",
+        "a rope of 1 m moves by 1e-10 m",
+    )
+    rope_turned: float = threshold(
+        3.0, "rad", "both", "a span that turns by more has lost count of its wraps", "π is where its angle jumps"
+    )
+    wrong_side: float = threshold(
+        5.5,
+        "rad",
+        "numpy",
+        "a wrap of more, without whole turns, is on the wrong side",
+        "315 deg: a straight rope beside it",
+    )
+    fleet_angle: float = threshold(
+        0.0873, "rad", "numpy", "a rope leans out of the plane of its sheaves by no more", "5 deg, as winches allow"
+    )
+    least_span: float = threshold(
+        1e-3, "1", "numpy", "a span shorter than this part of the radii is none", "the row bends by 1/λ"
+    )
