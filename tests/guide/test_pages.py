@@ -147,7 +147,7 @@ QUESTIONS = {
     "coupler": "couple_joints",
     "hydraulic cylinder": "drive_a_length",
     "tackle": "drive_a_length",
-    "hoist": "drive_a_length",
+    "hoist": "run_a_rope_over_sheaves",
     "rack and pinion": "couple_joints",
     "pulley belt": "couple_joints",
     "cam": "follow_a_curve",
