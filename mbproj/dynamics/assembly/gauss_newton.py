@@ -25,7 +25,7 @@ def gauss_newton(
     left, damping = residual(q), 0.0
     for _ in range(THRESHOLDS.most_assembling):
         open_by = np.abs(left).max(initial=0.0)
-        if open_by <= close_enough or damping > 1e6:
+        if not close_enough < open_by < np.inf or damping > 1e6:  # where there is no pose at all, it is no number
             break
         trial = moved(system, q, shortest(rows(q), -left, damping))
         trial_left = residual(trial)
