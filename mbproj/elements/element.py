@@ -42,13 +42,15 @@ def called(channel: str) -> str:
 
 @dataclass(frozen=True)
 class State:
-    """x' = rate(t, channels) from `start`, in `unit`; the absolute tolerance is relative to `scale`."""
+    """x' = rate(t, channels) from `start`, in `unit`; the absolute tolerance is relative to `scale`. One that `counts`,
+    as heat, goes on where all else rests, and nothing but what is lost goes by it."""
 
     name: str
     rate: Program | str
     start: float = 0.0
     scale: float = 1.0
     unit: str = "1"
+    counts: bool = False
 
 
 @dataclass(frozen=True)

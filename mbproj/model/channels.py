@@ -59,12 +59,14 @@ NO_CHANNELS = Channels.of([])
 class ElementStates:
     """K first-order states of elements, x' = program(t, channels).
 
-    `start`, `scale` (K,): with what a run begins, and what the absolute tolerance is relative to.
+    `start`, `scale` (K,): with what a run begins, and what the absolute tolerance is relative to. `counts` (K,): those
+    that go on where all else rests.
     """
 
     start: Array
     scale: Array
     programs: ProgramSet
+    counts: Array
 
     @property
     def size(self) -> int:
@@ -72,7 +74,7 @@ class ElementStates:
         return len(self.start)
 
 
-NO_STATES = ElementStates(np.zeros(0), np.zeros(0), flatten([]))
+NO_STATES = ElementStates(np.zeros(0), np.zeros(0), flatten([]), np.zeros(0, dtype=bool))
 
 
 @dataclass(frozen=True, eq=False)

@@ -1031,6 +1031,57 @@ class DcMotor(Part):
         friction: Quantity | None = ...,
     ) -> None: ...
 
+class HydraulicCylinder(Part):
+    """A hydraulic_cylinder of a scene. Arguments are its keys:
+
+    joint: the name of a joint, optional
+    coordinate: displacement, displacement_x, displacement_y or length, optional
+    points: a mapping {name: 3 numbers}, optional
+    bodies: 2 names of bodies, optional
+    locations: 2 points or a mapping {name: 3 numbers}, optional
+    opening: a number or an expression of t
+    supply: a number in Pa
+    flow: a number in m^3/s
+    drop: a number in Pa
+    area: a number in m^2
+    rod_side: a number in m^2, optional
+    stroke: a number in m
+    retracted: a number in m, optional
+    dead_volume: a number in m^3
+    bulk_modulus: a number in Pa
+    leak: a number in m^3/(s*Pa), optional
+    damping: a number in N*s/m, optional
+    pressure_1: a number in Pa, optional
+    pressure_2: a number in Pa, optional
+    one of joint, points, bodies
+    at most one of joint, locations
+    at most one of points, locations
+    """
+
+    def __init__(
+        self,
+        *,
+        opening: Quantity,
+        supply: Quantity,
+        flow: Quantity,
+        drop: Quantity,
+        area: Quantity,
+        stroke: Quantity,
+        dead_volume: Quantity,
+        bulk_modulus: Quantity,
+        joint: str | None = ...,
+        coordinate: str | None = ...,
+        points: Mapping[str, Any] | None = ...,
+        bodies: Sequence[str] | None = ...,
+        locations: Sequence[Vector] | Mapping[str, Any] | None = ...,
+        rod_side: Quantity | None = ...,
+        retracted: Quantity | None = ...,
+        leak: Quantity | None = ...,
+        damping: Quantity | None = ...,
+        pressure_1: Quantity | None = ...,
+        pressure_2: Quantity | None = ...,
+    ) -> None: ...
+
 class Maxwell(Part):
     """A maxwell of a scene. Arguments are its keys:
 
@@ -1074,4 +1125,134 @@ class TorsionMaxwell(Part):
         stiffness: Quantity,
         damping: Quantity,
         coordinate: str | None = ...,
+    ) -> None: ...
+
+class PneumaticSpring(Part):
+    """A pneumatic_spring of a scene. Arguments are its keys:
+
+    joint: the name of a joint, optional
+    coordinate: displacement, displacement_x, displacement_y or length, optional
+    points: a mapping {name: 3 numbers}, optional
+    bodies: 2 names of bodies, optional
+    locations: 2 points or a mapping {name: 3 numbers}, optional
+    area: a number in m^2
+    volume: a number in m^3
+    pressure: a number in Pa
+    ambient: a number in Pa
+    exponent: a number, optional
+    at: a number in m, optional
+    damping: a number in N*s/m, optional
+    one of joint, points, bodies
+    at most one of joint, locations
+    at most one of points, locations
+    """
+
+    def __init__(
+        self,
+        *,
+        area: Quantity,
+        volume: Quantity,
+        pressure: Quantity,
+        ambient: Quantity,
+        joint: str | None = ...,
+        coordinate: str | None = ...,
+        points: Mapping[str, Any] | None = ...,
+        bodies: Sequence[str] | None = ...,
+        locations: Sequence[Vector] | Mapping[str, Any] | None = ...,
+        exponent: Quantity | None = ...,
+        at: Quantity | None = ...,
+        damping: Quantity | None = ...,
+    ) -> None: ...
+
+class Servo(Part):
+    """A servo of a scene. Arguments are its keys:
+
+    joint: the name of a joint
+    coordinate: angle, angle_1 or angle_2, optional
+    position: a number in rad or an expression of t, optional
+    speed: a number in rad/s or an expression of t, optional
+    stiffness: a number in N*m/rad, optional
+    damping: a number in N*m*s/rad
+    max_speed: a number in rad/s, optional
+    max_torque: a number in N*m, optional
+    motor_constant: a number in N*m/W^0.5, optional
+    one of position, speed
+    one of stiffness, speed
+    """
+
+    def __init__(
+        self,
+        *,
+        joint: str,
+        damping: Quantity,
+        coordinate: str | None = ...,
+        position: Quantity | None = ...,
+        speed: Quantity | None = ...,
+        stiffness: Quantity | None = ...,
+        max_speed: Quantity | None = ...,
+        max_torque: Quantity | None = ...,
+        motor_constant: Quantity | None = ...,
+    ) -> None: ...
+
+class LinearServo(Part):
+    """A linear_servo of a scene. Arguments are its keys:
+
+    joint: the name of a joint, optional
+    coordinate: displacement, displacement_x, displacement_y or length, optional
+    points: a mapping {name: 3 numbers}, optional
+    bodies: 2 names of bodies, optional
+    locations: 2 points or a mapping {name: 3 numbers}, optional
+    position: a number in m or an expression of t, optional
+    speed: a number in m/s or an expression of t, optional
+    stiffness: a number in N/m, optional
+    damping: a number in N*s/m
+    max_speed: a number in m/s, optional
+    max_force: a number in N, optional
+    motor_constant: a number in N/W^0.5, optional
+    one of joint, points, bodies
+    at most one of joint, locations
+    at most one of points, locations
+    one of position, speed
+    one of stiffness, speed
+    """
+
+    def __init__(
+        self,
+        *,
+        damping: Quantity,
+        joint: str | None = ...,
+        coordinate: str | None = ...,
+        points: Mapping[str, Any] | None = ...,
+        bodies: Sequence[str] | None = ...,
+        locations: Sequence[Vector] | Mapping[str, Any] | None = ...,
+        position: Quantity | None = ...,
+        speed: Quantity | None = ...,
+        stiffness: Quantity | None = ...,
+        max_speed: Quantity | None = ...,
+        max_force: Quantity | None = ...,
+        motor_constant: Quantity | None = ...,
+    ) -> None: ...
+
+class SpeedTorque(Part):
+    """A speed_torque of a scene. Arguments are its keys:
+
+    joint: the name of a joint
+    coordinate: angle, angle_1 or angle_2, optional
+    torque: a number in N*m or an expression of t, speed
+    command: a number or an expression of t, optional
+    gear: a number, optional
+    friction: a number in N*m*s/rad, optional
+    motor_constant: a number in N*m/W^0.5, optional
+    """
+
+    def __init__(
+        self,
+        *,
+        joint: str,
+        torque: Quantity,
+        coordinate: str | None = ...,
+        command: Quantity | None = ...,
+        gear: Quantity | None = ...,
+        friction: Quantity | None = ...,
+        motor_constant: Quantity | None = ...,
     ) -> None: ...

@@ -1,7 +1,7 @@
 """Equilibria of mechanisms whose elements have states: x' = 0 beside the balance of forces.
 
 States first come to rest where the bodies are, then bodies go downhill, with the states as they are; and where one
-moves the other, Levenberg's damped steps make what is left of both smaller.
+moves the other, Levenberg's damped steps make what is left of both smaller. States that count, as heat does, go on.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class BalanceWithStates:
     @classmethod
     def of(cls, at: Balance) -> BalanceWithStates:
         """What is left is measured by what there is here."""
-        first = cls(at, max(at.largest, float(np.finfo(float).tiny)), np.ones(len(at.problem.x)))
+        first = cls(at, at.largest or _pushed(at) or 1.0, np.ones(len(at.problem.x)))
         speed = np.linalg.norm(first.stiffness()[0][at.space.freedom :], axis=1)
         return replace(first, speed=np.where(speed > 0.0, speed, np.maximum(np.abs(first.rates), 1.0)))
 
@@ -86,6 +86,7 @@ class BalanceWithStates:
         K, sizes = self.at.stiffness()
         states, unit = equations.states, 1.0 / (scale * self.speed)[:, None]
         pushed = -states.push.times(N).T * scale / self.torque
+        unit = unit * ~self.at.problem.system.states.counts[:, None]
         of_states = -unit * states.by_displacement.times(N), -unit * states.by_states * scale
         found = np.block([[K / self.torque, pushed], [*of_states]])
         return found, np.block([[sizes / self.torque, np.abs(pushed)], [*map(np.abs, of_states)]])
@@ -100,6 +101,12 @@ class BalanceWithStates:
         step = step - free @ np.linalg.lstsq(conserved @ free, conserved @ step, rcond=None)[0]
         there = self.at.after(step[:f], problem.x + problem.system.states.scale * step[f:])
         return None if there is None else replace(self, at=there)
+
+
+def _pushed(at: Balance) -> float:
+    """The largest push of states by their scales, where all forces are 0."""
+    equations, N = at.linear()
+    return float(np.abs(equations.states.push.times(N).T * at.problem.system.states.scale).max(initial=0.0))
 
 
 def solve_with_states(problem: Problem, q: Array, expected: Array) -> Solved:
@@ -130,6 +137,7 @@ def at_rest(problem: Problem, q: Array, expected: Array) -> Array:
     rates = scaled_rates(there())
     for _ in range(THRESHOLDS.most_balancing):
         size, J = float(np.linalg.norm(rates)), state_slopes(there()) * scale / scale[:, None]
+        J = J * ~problem.system.states.counts[:, None]
         fastest, growth = float(np.linalg.norm(J)), float(np.linalg.eigvals(J).real.max())
         if np.all(np.abs(rates) <= THRESHOLDS.force_grain * (np.abs(J) @ (1.0 + np.abs(x / scale)))):
             return x
@@ -145,8 +153,9 @@ def at_rest(problem: Problem, q: Array, expected: Array) -> Array:
 
 
 def scaled_rates(instant: Instant) -> Array:
-    """x' in scales, (K,), 1/s."""
-    return np.asarray(state_rates(instant) / instant.system.states.scale)
+    """x' in scales, (K,), 1/s; 0 of states that count."""
+    states = instant.system.states
+    return np.asarray(~states.counts * state_rates(instant) / states.scale)
 
 
 def drifts(found: BalanceWithStates) -> NoEquilibrium:

@@ -57,6 +57,7 @@ def with_elements(
         np.array([state.start for _, state in states]),
         np.array([state.scale for _, state in states]),
         flatten([named[each.name](part.rate, f"state '{part.name}'") for each in elements for part in each.states]),
+        np.array([state.counts for _, state in states], dtype=bool),
     )
     energies = Energies(
         joined([system.energies.stored, flatten([named[each.name](each.stores) for each in elements if each.stores])]),
@@ -103,8 +104,10 @@ def _lost(elements: Sequence[Element], named: Mapping[str, _Naming]) -> Iterator
 def _after(before: ElementStates, own: ElementStates) -> ElementStates:
     """States after others."""
     parts = before, own
-    start, scale = (np.concatenate([getattr(part, name) for part in parts]) for name in ("start", "scale"))
-    return ElementStates(start, scale, joined([part.programs for part in parts]))
+    start, scale, counts = (
+        np.concatenate([getattr(part, name) for part in parts]) for name in ("start", "scale", "counts")
+    )
+    return ElementStates(start, scale, joined([part.programs for part in parts]), counts)
 
 
 @dataclass(frozen=True, eq=False)

@@ -31,7 +31,7 @@ def _dc_motor(
         reads=(rate, current, heat),
         states=(
             State("current", _changes(voltage, rate, current, resistance, inductance, k), unit="A"),
-            State("heat", f"{resistance!r}*{i}*{i} + {friction!r}*{turning}*{turning}", unit="J"),
+            State("heat", f"{resistance!r}*{i}*{i} + {friction!r}*{turning}*{turning}", unit="J", counts=True),
         ),
         forces=(Force(s, f"{k!r}*{i} - {friction!r}*{turning}"),),
         stores=f"{0.5 * inductance!r}*{i}*{i}",

@@ -7,6 +7,7 @@ from typing import Literal
 
 from mbproj.dataclass import dataclass
 from mbproj.elements import Element
+from mbproj.scene.fields.containers import OneOf
 from mbproj.scene.fields.functions import Function
 from mbproj.scene.fields.quantities import Number
 
@@ -14,13 +15,15 @@ from mbproj.scene.fields.quantities import Number
 @dataclass(frozen=True)
 class ElementType:
     """It acts along a coordinate in m, which may be the distance of two points, or in rad; `keys` are its own, with
-    their units, and those in `required` have to be given. `make(name, s, **values)` is the element of this name that
+    their units, and those in `required` have to be given; `choices` are groups that
+    exclude each other. `make(name, s, **values)` is the element of this name that
     acts along the coordinate named s, with the values of the keys in SI units."""
 
     along: Literal["m", "rad"]
     keys: Mapping[str, Number | Function]
     make: Callable[..., Element]
     required: tuple[str, ...] = ()
+    choices: tuple[OneOf, ...] = ()
 
     @property
     def units(self) -> Mapping[str, str]:

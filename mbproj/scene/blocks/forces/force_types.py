@@ -111,11 +111,12 @@ def _of_element(type_name: str, kind: ElementType) -> Record[Force]:
     """A force that is an element, on a coordinate of a joint or between two points."""
     able = Choice("coordinate", lambda: [name for name, its in COORDINATES.items() if its == kind.along])
     keys: dict[str, Field[Any]] = {"type": FORCE_TYPE, "joint": JOINT, "coordinate": able}
-    required, choices, checks = ("type", "joint", *kind.required), tuple[OneOf, ...](), tuple[Check, ...]()
+    required, choices, checks = ("type", "joint", *kind.required), kind.choices, tuple[Check, ...]()
     if kind.along == "m":
         keys |= TWO_ENDS
         required, checks = ("type", *kind.required), END_CHECKS
         choices = (OneOf(("joint", "points", "bodies"), needed=True), OneOf(("joint", "locations")), *END_CHOICES)
+        choices = (*choices, *kind.choices)
 
     def make(
         name: str,

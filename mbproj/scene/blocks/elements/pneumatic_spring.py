@@ -1,0 +1,68 @@
+"""The force `pneumatic_spring`: gas in a closed chamber, as in gas springs, air springs and accumulators.
+
+type: pneumatic_spring, joint: rail, area: 50 cm^2, volume: 1000 cm^3, pressure: 6 bar, ambient: 1 bar, exponent: 1.3
+"""
+
+from __future__ import annotations
+
+from mbproj.elements import Element, Force, State
+from mbproj.functions.program import Program
+from mbproj.functions.sums import reading
+from mbproj.scene.blocks.elements.element_type import ElementType
+from mbproj.scene.expressions.formula import formula
+from mbproj.scene.fields.quantities import Number
+
+
+def _pneumatic_spring(
+    name: str,
+    s: str,
+    area: float,
+    volume: float,
+    pressure: float,
+    ambient: float,
+    exponent: float = 1.4,
+    at: float = 0.0,
+    damping: float = 0.0,
+) -> Element:
+    """The push A (p - ambient) - d s' with p Vⁿ as it is at the place `at`, and V = volume + A (s - at). The gas stores
+    what it would give back; d s'² is heat."""
+    place, rate = reading(s), reading(f"{s}_dot")
+    V = formula("V + A*(s - at)", V=volume, A=area, s=place, at=at)
+    p = formula("p*(V0/V)**n", p=pressure, V0=volume, V=V, n=exponent)
+    push = formula("A*(p - around) - d*rate", A=area, p=p, around=ambient, d=damping, rate=rate)
+    states = (State("heat", formula("d*rate*rate", d=damping, rate=rate), unit="J", counts=True),) if damping else ()
+    return Element(
+        name,
+        reads=(s, f"{s}_dot"),
+        states=states,
+        forces=(Force(s, push),),
+        stores=_stored(V, volume, pressure, ambient, exponent),
+        lost=reading(f"{name}.heat") if damping else None,
+    )
+
+
+def _stored(V: Program, volume: float, pressure: float, ambient: float, n: float) -> Program:
+    """What gas and air around have taken up since the volume was this."""
+    around = formula("p*(V - V0)", p=ambient, V=V, V0=volume)
+    if n == 1.0:
+        return formula("p*V0*log(V0/V) + around", p=pressure, V0=volume, V=V, around=around)
+    text = "p*V0/(n - 1)*((V0/V)**(n - 1) - 1) + around"
+    return formula(text, p=pressure, V0=volume, V=V, n=n, around=around)
+
+
+TYPES = {
+    "pneumatic_spring": ElementType(
+        "m",
+        {
+            "area": Number("m^2", above=0.0),
+            "volume": Number("m^3", above=0.0),
+            "pressure": Number("Pa", above=0.0),
+            "ambient": Number("Pa", minimum=0.0),
+            "exponent": Number("", minimum=1.0),
+            "at": Number("m"),
+            "damping": Number("N*s/m", minimum=0.0),
+        },
+        _pneumatic_spring,
+        ("area", "volume", "pressure", "ambient"),
+    ),
+}
