@@ -73,6 +73,11 @@ class ElementStates:
         """K."""
         return len(self.start)
 
+    @property
+    def rests(self) -> Array:
+        """1 of each state that an equilibrium brings to rest, 0 of one that counts, (K,)."""
+        return np.where(self.counts, 0.0, 1.0)
+
 
 NO_STATES = ElementStates(np.zeros(0), np.zeros(0), flatten([]), np.zeros(0, dtype=bool))
 

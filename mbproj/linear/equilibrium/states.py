@@ -86,7 +86,7 @@ class BalanceWithStates:
         K, sizes = self.at.stiffness()
         states, unit = equations.states, 1.0 / (scale * self.speed)[:, None]
         pushed = -states.push.times(N).T * scale / self.torque
-        unit = unit * ~self.at.problem.system.states.counts[:, None]
+        unit = unit * self.at.problem.system.states.rests[:, None]
         of_states = -unit * states.by_displacement.times(N), -unit * states.by_states * scale
         found = np.block([[K / self.torque, pushed], [*of_states]])
         return found, np.block([[sizes / self.torque, np.abs(pushed)], [*map(np.abs, of_states)]])
@@ -137,7 +137,7 @@ def at_rest(problem: Problem, q: Array, expected: Array) -> Array:
     rates = scaled_rates(there())
     for _ in range(THRESHOLDS.most_balancing):
         size, J = float(np.linalg.norm(rates)), state_slopes(there()) * scale / scale[:, None]
-        J = J * ~problem.system.states.counts[:, None]
+        J = J * problem.system.states.rests[:, None]
         fastest, growth = float(np.linalg.norm(J)), float(np.linalg.eigvals(J).real.max())
         if np.all(np.abs(rates) <= THRESHOLDS.force_grain * (np.abs(J) @ (1.0 + np.abs(x / scale)))):
             return x
@@ -155,7 +155,7 @@ def at_rest(problem: Problem, q: Array, expected: Array) -> Array:
 def scaled_rates(instant: Instant) -> Array:
     """x' in scales, (K,), 1/s; 0 of states that count."""
     states = instant.system.states
-    return np.asarray(~states.counts * state_rates(instant) / states.scale)
+    return np.asarray(states.rests * state_rates(instant) / states.scale)
 
 
 def drifts(found: BalanceWithStates) -> NoEquilibrium:
