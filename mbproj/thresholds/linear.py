@@ -57,8 +57,8 @@ class Linear:
     good_step: float = threshold(
         0.1, "1", "numpy", "a step is taken where the forces do so much of the work that was expected", "usual: 0.1"
     )
-    free_fall: int = threshold(
-        12, "-", "numpy", "so many of the longest steps in a row without a change of force go on for ever", "chosen"
+    free_fall: float = threshold(
+        12.0, "length, rad", "numpy", "a way so long without a change of force goes on for ever", "two turns of a shaft"
     )
     same_force: float = threshold(1e-2, "1", "numpy", "a force that changes by less is the same then", "chosen")
     grown_modes: float = threshold(

@@ -23,8 +23,8 @@ from mbproj.errors import SimulationError
 from mbproj.linear.bordered import Proximal, is_definite
 from mbproj.linear.equilibrium.balance import Problem, largest_acting
 from mbproj.linear.equilibrium.solve import (
+    Fall,
     Solved,
-    falls,
     falls_for_ever,
     goes_down,
     is_balanced,
@@ -119,7 +119,7 @@ class LargeBalance:
 def solve_large(problem: Problem, q: Array, expected: Array) -> Solved:
     """The equilibrium downhill from a closed pose. Raises NoEquilibrium where there is none, in words."""
     here = start = LargeBalance.at(problem, q, expected)
-    radius, σ, steps, falling = THRESHOLDS.first_radius, 0.0, 0, 0
+    radius, σ, steps, fall = THRESHOLDS.first_radius, 0.0, 0, Fall()
     while steps < THRESHOLDS.most_balancing and not is_balanced(here):
         steps += 1
         K = here.stiffness()
@@ -132,8 +132,8 @@ def solve_large(problem: Problem, q: Array, expected: Array) -> Solved:
                 break
             radius = 0.25 * min(radius, size)
             continue
-        falling = falling + 1 if falls(here, there, 2.0 * size) else 0
-        if falling >= THRESHOLDS.free_fall or is_far(there, start):
+        fall = fall.after(there, 2.0 * size)
+        if fall.is_endless or is_far(there, start):
             raise falls_for_ever(there)
         if size > 0.3 * radius:
             radius = min(2.0 * radius, THRESHOLDS.largest_radius)

@@ -7,7 +7,7 @@ Where that does not come to an end, forces without an energy being at work, the 
 
 from __future__ import annotations
 
-from typing import Protocol, TypeVar
+from typing import Protocol, TypeVar, final
 
 import numpy as np
 
@@ -40,6 +40,26 @@ class Solved:
     is_lowest: bool = True
 
 
+@final
+@dataclass(frozen=True)
+class Fall:
+    """How far the way has led while as much was left of the forces as where that began; in lengths or rad."""
+
+    left: float = 0.0
+    length: float = 0.0
+
+    def after(self, there: AnyBalance, size: float) -> Fall:
+        """With one more step."""
+        left = there.relative * there.largest
+        if abs(left - self.left) <= THRESHOLDS.same_force * self.left:
+            return Fall(self.left, self.length + size)
+        return Fall(left)
+
+    @property
+    def is_endless(self) -> bool:
+        return self.length >= THRESHOLDS.free_fall
+
+
 class Steps(Left, Protocol):
     """What is asked of equations whose residual is to be made smaller, by steps that begin with those of bodies."""
 
@@ -64,7 +84,7 @@ AnySteps = TypeVar("AnySteps", bound=Steps)
 def solve(problem: Problem, q: Array, expected: Array) -> Solved:
     """The equilibrium downhill from a closed pose. Raises NoEquilibrium where there is none, in words."""
     here = start = problem.at(q, expected)
-    radius, steps, falling = THRESHOLDS.first_radius, 0, 0
+    radius, steps, fall = THRESHOLDS.first_radius, 0, Fall()
     while steps < THRESHOLDS.most_balancing and not is_balanced(here):
         steps += 1
         K, sizes = here.stiffness()
@@ -77,8 +97,8 @@ def solve(problem: Problem, q: Array, expected: Array) -> Solved:
             if radius < THRESHOLDS.force_grain:
                 break
             continue
-        falling = falling + 1 if falls(here, there, float(np.linalg.norm(step))) else 0
-        if falling >= THRESHOLDS.free_fall or is_far(there, start):
+        fall = fall.after(there, float(np.linalg.norm(step)))
+        if fall.is_endless or is_far(there, start):
             raise falls_for_ever(there)
         if np.linalg.norm(step) > 0.8 * radius:
             radius = min(2.0 * radius, THRESHOLDS.largest_radius)
@@ -122,12 +142,6 @@ def is_far(there: AnyBalance, start: AnyBalance) -> bool:
     """Whether a body is many lengths away from where it was."""
     shift = there.motion.pose.position - start.motion.pose.position
     return bool(np.abs(shift).max() > THRESHOLDS.far_away * start.problem.reach)
-
-
-def falls(here: AnyBalance, there: AnyBalance, size: float) -> bool:
-    """Whether what is left is as large as before after one of the longest steps."""
-    before, after = here.relative * here.largest, there.relative * there.largest
-    return abs(after - before) <= THRESHOLDS.same_force * before and size > 0.8 * THRESHOLDS.largest_radius
 
 
 def by_residual(here: AnySteps) -> tuple[AnySteps, int]:
