@@ -47,6 +47,10 @@ def scene_text(mechanism: Mechanism, version: str) -> str:
         text.append("signals:")
         for name, signal in mechanism.signals.items():
             text += lines(name, signal, 2)
+    if mechanism.states:
+        text.append("states:")
+        for name, state in mechanism.states.items():
+            text += lines(name, state, 2)
     if mechanism.forces:
         text.append("forces:")
         for name, force in mechanism.forces.items():

@@ -138,6 +138,7 @@ class Mechanism:
     forces: dict[str, Mapping[str, Any]] = field(default_factory=dict)
     motions: dict[str, Mapping[str, Any]] = field(default_factory=dict)
     signals: dict[str, Bare] = field(default_factory=dict)
+    states: dict[str, Mapping[str, Any]] = field(default_factory=dict)
     markers: dict[str, tuple[str, Array]] = field(default_factory=dict)
     said: list[Said] = field(default_factory=list)
     tree: set[str] = field(default_factory=set)

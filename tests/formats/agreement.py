@@ -43,13 +43,13 @@ def tree_of(mechanism: Mechanism) -> str:
     forces = {name: force for name, force in mechanism.forces.items() if force["type"] not in ("friction", "stop")}
     alone = Mechanism(mechanism.title, mechanism.kind, mechanism.file, mechanism.gravity)
     alone.parts, alone.joints, alone.forces, alone.tree = mechanism.parts, joints, forces, set(joints)
-    alone.signals = mechanism.signals
+    alone.signals, alone.states = mechanism.signals, mechanism.states
     return scene_text(alone, "test")
 
 
-def agreement(path: Path, states: int = 10, seed: int = 0, model=None, wishes=None, ctrl=()) -> Agreement:
+def agreement(path: Path, states: int = 10, seed: int = 0, model=None, wishes=None, ctrl=(), act=()) -> Agreement:
     """Of the scene that is made of the file with MuJoCo's model of it, or with another one; with these control signals
-    where `wishes` let actuators act."""
+    and activations where `wishes` let actuators act."""
     import mujoco
 
     if model is None:
@@ -61,14 +61,18 @@ def agreement(path: Path, states: int = 10, seed: int = 0, model=None, wishes=No
     if not len(ctrl):
         model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_ACTUATION)
     model.opt.density = model.opt.viscosity = 0.0
-    for values in (model.tendon_stiffness, model.tendon_damping, model.tendon_armature):
-        values[:] = 0.0
+    model.tendon_armature[:] = 0.0
+    left_out = {row.element for row in mechanism.said if row.what.startswith("left out")}
+    for number in range(model.ntendon):
+        if f"tendon '{model.tendon(number).name or f'tendon_{number}'}'" in left_out:
+            model.tendon_stiffness[number] = model.tendon_damping[number] = 0.0
     data, rng = mujoco.MjData(model), np.random.default_rng(seed)
     worst = Agreement(0.0, 0.0, 0.0)
     for _ in range(states):
         data.qpos[:] = _random(model, rng)
         data.qvel[:] = rng.normal(size=model.nv)
         data.ctrl[: len(ctrl)] = ctrl
+        data.act[: len(act)] = act
         mujoco.mj_forward(model, data)
         found = _compared(model, data, mechanism, scene, system)
         worst = Agreement(*map(max, worst, found))
@@ -150,7 +154,7 @@ def _compared(model, data, mechanism, scene, system) -> Agreement:
     flat = jacobian_6.reshape(6 * n, model.nv)
     weighed = flat.T @ tangent_mass_matrix(system, pose_of(q.ravel())) @ flat
     expected = coordinate_values(system, pose_of(state.q))
-    left = -flat.T @ tangent_force(system, Motion(0.0, q.ravel(), u.ravel(), change.ravel(), expected))
+    left = -flat.T @ tangent_force(system, Motion(0.0, q.ravel(), u.ravel(), change.ravel(), expected, state.x))
     forces = data.qfrc_bias, -data.qfrc_passive, -data.qfrc_actuator
     # In a body that nothing accelerates large terms cancel, ω × v among them.
     turning = np.abs(u[:, 3:]).max() * np.abs(u).max()
@@ -166,7 +170,8 @@ def _compared(model, data, mechanism, scene, system) -> Agreement:
 def _y(form, state):
     layout = form.layout
     parts = {"positions": state.q, "velocities": state.v}
-    for name in ("states", "quadratures", "followed"):
+    parts["states"] = state.x
+    for name in ("quadratures", "followed"):
         parts[name] = np.zeros(layout.size_of(name))
     if layout.size_of("followed"):
         parts["followed"] = coordinate_values(form.system, pose_of(state.q))

@@ -121,8 +121,7 @@ def test_a_servo_that_holds_is_a_spring_to_its_control_signal(tmp_path):
 @pytest.mark.parametrize(
     "actuator",
     [
-        '<muscle name="u" joint="turn"/>',
-        '<intvelocity name="u" joint="turn" kp="3" actrange="-1 1"/>',
+        '<adhesion name="u" body="arm" gain="3" ctrlrange="0 1"/>',
         '<position name="u" site="eye" refsite="post" kp="3"/>',
     ],
 )

@@ -2,38 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-from mbproj.dataclass import dataclass
 from mbproj.errors import Place
 from mbproj.formats.chains import Coordinates, free_name
-from mbproj.formats.mechanism import Bare, Mechanism, Names, Quantity, Same, Wishes
+from mbproj.formats.mechanism import Bare, Mechanism, Quantity, Same, Wishes
+from mbproj.formats.mjcf.along import Along, act_along, along_of, length_of, names_along
 from mbproj.formats.mjcf.compiled import Compiled
-from mbproj.formats.mjcf.equalities import tendon_weights
-from mbproj.formats.mjcf.joints import FREE, HINGE, SLIDE, joint_name
-from mbproj.formats.mjcf.laws import Drive, Law, drive_of, law_of
+from mbproj.formats.mjcf.drives import Drive, add_states, drive_of, free_symbol, inputs_of
+from mbproj.formats.mjcf.joints import FREE
+from mbproj.formats.mjcf.laws import Law, Muscle, law_of, summed, within
 from mbproj.formats.mjcf.parts import Called
-from mbproj.formats.mjcf.tendons import two_points
 from mbproj.formats.signals import refuse_unknown
 from mbproj.formats.yaml_text import number as shown
 from mbproj.scene.records import GROUND
-
-
-@dataclass(frozen=True, eq=False)
-class Along:
-    """A coordinate s that an actuator acts along, with length = factor (start + s): what its force begins with, the
-    words of the scene for s and the force, and units."""
-
-    entry: Mapping[str, Any]
-    s: str
-    force: str
-    free: str
-    unit: str
-    factor: float
-    start: float
 
 
 def add_actuators(
@@ -42,12 +26,15 @@ def add_actuators(
     """Each is left out, or acts with its signal where the user asks for that. Raises InputError at unknown names."""
     count = len(compiled.model.actuator_trntype)
     names = [compiled.name("actuator", number) or f"actuator_{number}" for number in range(count)]
-    refuse_unknown(wishes.controls or {}, names, "actuator of the model")
+    able = [each for number, name in enumerate(names) for each in inputs_of(compiled, number, name)]
+    refuse_unknown(wishes.controls or {}, able, "actuator of the model")
     for number, name in enumerate(names):
         place, shown_name = compiled.place_in("actuator", name), f"actuator '{name}'"
         _say_unused(compiled, mechanism, number, shown_name, place)
         law = law_of(compiled, number)
-        drive = drive_of(compiled, number, name, wishes.controls or {})
+        drive: Drive | str = ""
+        if not isinstance(law, str):
+            drive = drive_of(compiled, mechanism, number, name, law, wishes.controls or {})
         if compiled.disables("ACTUATION"):
             mechanism.say(shown_name, place, "left out: the model turns actuators off", Same.YES)
         elif wishes.controls is None:
@@ -60,9 +47,9 @@ def add_actuators(
             mechanism.say(shown_name, place, f"left out: {law if isinstance(law, str) else drive}", Same.NO)
         else:
             acts = _act(compiled, mechanism, called, coordinates, number, name, law, drive)
-            what = (
-                f"acts with the signal {drive.text}" if acts else "left out: a scene has no force along what it pulls"
-            )
+            driven = f"the states {', '.join(each.name for each in drive.states)}" if drive.states else ""
+            what = f"acts with {driven or f'the signal {drive.text}'}"
+            what = what if acts else "left out: a scene has no force along what it pulls"
             mechanism.say(shown_name, place, what, Same.YES if acts else Same.NO)
 
 
@@ -80,23 +67,24 @@ def _act(
     coordinates: Coordinates,
     number: int,
     name: str,
-    law: Law,
+    law: Law | Muscle,
     drive: Drive,
 ) -> bool:
     """Adds what the actuator exerts; False where nothing in a scene does."""
-    along = _along(compiled, mechanism, called, coordinates, number)
+    along = along_of(compiled, mechanism, called, coordinates, number)
     if along is None:
         bodies = _on_body(compiled, mechanism, called, number)
-        if bodies is None or law.range or law.gain[1:].any() or law.bias.any():
+        if bodies is None or isinstance(law, Muscle) or not law.simple or law.pushes:
             return False
+        add_states(mechanism, drive, "0")
         for kind, entry, gear in bodies:
             vector = [_times(float(each) * law.gain[0], drive) for each in gear]
             if any(each != "0" for each in vector):
                 force = {"type": kind, **entry, kind: [Bare(each) for each in vector]}
                 mechanism.forces[free_name(mechanism, name if kind == "force" else f"{name}_torque")] = force
         return True
-    if len(along) > 1 and (law.gain[1:].any() or law.bias[1:].any() or law.range):
-        _act_on_sum(mechanism, name, along, law, drive)
+    if isinstance(law, Muscle) or drive.states or (len(along) > 1 and not law.simple):
+        _act_by_signal(mechanism, name, along, law, drive)
         return True
     for each in along:
         for entry in _forces(each, law, drive):
@@ -104,72 +92,17 @@ def _act(
     return True
 
 
-def _act_on_sum(mechanism: Mechanism, name: str, along: list[Along], law: Law, drive: Drive) -> None:
-    """One force by the sum of coordinates and its rate, a signal, which acts along each of them."""
-    seen = [f"{each.entry['joint']}.{each.entry.get('coordinate', each.s)}".replace("-", "_") for each in along]
-    length = _sum([(sum(each.factor * each.start for each in along), "1"), *_weighed(along, seen, "")])
-    rate = _sum(_weighed(along, seen, "_dot"))
-    terms = [(law.gain[0], drive.text), (law.bias[0], "1")]
-    for at, text in ((1, length), (2, rate)):
-        terms += [(law.gain[at], f"{drive.text}*({text})"), (law.bias[at], f"({text})")]
-    text = _sum(terms)
-    if law.range:
-        text = f"min(max({text}, {shown(law.range[0])}), {shown(law.range[1])})"
-    taken = frozenset([*mechanism.forces, *mechanism.signals])
-    signal = Names(taken).own(f"{name}_force".replace("-", "_"))
-    mechanism.signals[signal] = Bare(text)
-    for each in along:
-        mechanism.forces[free_name(mechanism, name)] = {
-            **each.entry,
-            each.force: Bare(f"{shown(each.factor)}*{signal}"),
-        }
-
-
-def _weighed(along: list[Along], seen: list[str], ending: str) -> list[tuple[float, str]]:
-    return [(each.factor, name + ending) for each, name in zip(along, seen, strict=True)]
-
-
-def _along(
-    compiled: Compiled, mechanism: Mechanism, called: Called, coordinates: Coordinates, number: int
-) -> list[Along] | None:
-    """The coordinates that it acts along; None where it acts along none."""
-    import mujoco
-
-    model, of = compiled.model, mujoco.mjtTrn
-    kind, what = int(model.actuator_trntype[number]), int(model.actuator_trnid[number][0])
-    gear = float(model.actuator_gear[number][0])
-    if kind in (int(of.mjTRN_JOINT), int(of.mjTRN_JOINTINPARENT)):
-        weights: dict[int, float] | None = {what: 1.0}
-    elif kind == int(of.mjTRN_TENDON):
-        line = two_points(compiled, mechanism, called, what)
-        if line is not None:
-            entry = {"type": "spring_damper", "bodies": list(line[0]), "locations": dict(zip(*line, strict=True))}
-            return [Along(entry, "l", "force", "free_length", "m", gear, 0.0)]
-        weights = tendon_weights(compiled, what)
-    else:
-        return None
-    found = [
-        _on_joint(compiled, mechanism, called, coordinates, joint, gear * weight)
-        for joint, weight in (weights or {}).items()
-    ]
-    known = [each for each in found if each is not None]
-    return known if known and len(known) == len(found) else None
-
-
-def _on_joint(
-    compiled: Compiled, mechanism: Mechanism, called: Called, coordinates: Coordinates, joint: int, factor: float
-) -> Along | None:
-    model = compiled.model
-    turns = int(model.jnt_type[joint]) == HINGE
-    where = coordinates.get(joint_name(compiled, joint, called[int(model.jnt_bodyid[joint])]))
-    if where is None or int(model.jnt_type[joint]) not in (HINGE, SLIDE):
-        return None
-    entry: dict[str, Any] = {"type": "torsion_spring_damper" if turns else "linear_spring_damper", "joint": where[0]}
-    if where[1] not in ("angle", "displacement") or mechanism.joints[where[0]].type == "cylindrical":
-        entry["coordinate"] = where[1]
-    s, force = ("angle", "torque") if turns else ("displacement", "force")
-    start = float(compiled.data.qpos[model.jnt_qposadr[joint]])
-    return Along(entry, s, force, f"free_{s}", "rad" if turns else "m", factor, start)
+def _act_by_signal(mechanism: Mechanism, name: str, along: list[Along], law: Law | Muscle, drive: Drive) -> None:
+    """One force by a sum of coordinates and its rate, a signal, which acts along each of them."""
+    names = names_along(mechanism, name, along)
+    length, rate = length_of(along, names)
+    add_states(mechanism, drive, length)
+    seen = {"length": f"({length})", "rate": f"({rate})"}
+    scaled = law.scaled(length, rate) if isinstance(law, Muscle) else {}
+    seen |= {word: free_symbol(mechanism, f"{name}_{word}") for word in scaled}
+    act_along(mechanism, name, along, names, law.force(drive.text, seen["length"], seen["rate"]))
+    for word, text in scaled.items():
+        mechanism.signals[seen[word]] = Bare(text)
 
 
 def _forces(along: Along, law: Law, drive: Drive) -> list[dict[str, Any]]:
@@ -181,10 +114,10 @@ def _forces(along: Along, law: Law, drive: Drive) -> list[dict[str, Any]]:
     s, rate = along.s, f"{along.s}_dot"
     if law.range or a_s or a_v or b_s > 0.0 or b_v > 0.0 or (s == "l" and b_s):
         terms = [(a, drive.text), (a_s, f"{drive.text}*{s}"), (a_v, f"{drive.text}*{rate}"), (b, "1")]
-        text = _sum([*terms, (b_s, s), (b_v, rate)])
+        text = summed([*terms, (b_s, s), (b_v, rate)])
         if law.range:
             low, high = sorted(along.factor * each for each in law.range)
-            text = f"min(max({text}, {shown(low)}), {shown(high)})"
+            text = within(text, (low, high))
         return [{along.force: Bare(text)}]
     per = "N*m" if along.unit == "rad" else "N"
     found: list[dict[str, Any]] = []
@@ -199,7 +132,7 @@ def _forces(along: Along, law: Law, drive: Drive) -> list[dict[str, Any]]:
     if kept:
         found.append(kept)
     if push or signal:
-        found.append({along.force: Bare(_sum([(a if signal else 0.0, drive.text), (push, "1")]))})
+        found.append({along.force: Bare(summed([(a if signal else 0.0, drive.text), (push, "1")]))})
     return found
 
 
@@ -233,9 +166,3 @@ def _times(factor: float, drive: Drive) -> str:
     if drive.constant is not None:
         return shown(factor * drive.constant)
     return f"{shown(factor)}*{drive.text}" if factor else "0"
-
-
-def _sum(terms: list[tuple[float, str]]) -> str:
-    """Σ factor × text, without terms that are zero."""
-    parts = [shown(factor) if text == "1" else f"{shown(factor)}*{text}" for factor, text in terms if factor]
-    return " + ".join(parts).replace("+ -", "- ") or "0"

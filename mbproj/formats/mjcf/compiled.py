@@ -17,6 +17,8 @@ from mbproj.scene.text.suggestions import choose_from
 _LINE = re.compile(r"[Ll]ine:? *=? *(\d+)")
 #: Tags that MuJoCo numbers apart, and what it calls them.
 KINDS = {"body": "body", "joint": "jnt", "freejoint": "jnt", "geom": "geom", "site": "site"}
+#: The numbers of the plugin mujoco.pid, in its order.
+PID_KEYS = ("kp", "ki", "kd", "imax", "slewmax")
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +43,17 @@ class Compiled:
         import mujoco
 
         return bool(self.model.opt.disableflags & getattr(mujoco.mjtDisableBit, f"mjDSBL_{what}"))
+
+    def plugin_of(self, number: int) -> Mapping[str, float] | str | None:
+        """The numbers of an actuator that is `mujoco.pid`; what is said of another plugin; None where it is none."""
+        at = int(self.model.actuator_plugin[number])
+        if at < 0:
+            return None
+        named = {child.get("plugin") for each in self.source.root.all("extension") for child in each.children}
+        if named != {"mujoco.pid"}:
+            return "a scene has no actuators of plugins, but for mujoco.pid alone"
+        text = bytes(self.model.plugin_attr)[int(self.model.plugin_attradr[at]) :].split(b"\0")
+        return {word: float(value or 0.0) for word, value in zip(PID_KEYS, text, strict=False)}
 
     def place_in(self, section: str, name: str) -> Place | None:
         """Where the element of a section with this name stands."""

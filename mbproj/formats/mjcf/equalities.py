@@ -12,10 +12,10 @@ from mbproj.errors import Place
 from mbproj.formats.chains import Coordinates
 from mbproj.formats.geometry import IDENTITY, Pose, from_quaternion
 from mbproj.formats.mechanism import Bare, Connection, Mechanism, Names, Quantity, Same
+from mbproj.formats.mjcf.along import tendon_weights, two_points
 from mbproj.formats.mjcf.compiled import Compiled
 from mbproj.formats.mjcf.joints import joint_name
 from mbproj.formats.mjcf.parts import Called
-from mbproj.formats.mjcf.tendons import two_points
 from mbproj.formats.yaml_text import number
 
 CONNECT, WELD, JOINT, TENDON = range(4)
@@ -173,22 +173,6 @@ def _row(y: Mapping[str, float], x: Mapping[str, float], curve: Polynomial) -> d
     if coefficients[0]:
         keys["constant"] = coefficients[0]
     return keys
-
-
-def tendon_weights(compiled: Compiled, number: int) -> dict[int, float] | None:
-    """The weights of joints in a tendon; None where it goes over sites."""
-    import mujoco
-
-    model = compiled.model
-    if number < 0:
-        return None
-    first = int(model.tendon_adr[number])
-    found: dict[int, float] = {}
-    for at in range(first, first + int(model.tendon_num[number])):
-        if int(model.wrap_type[at]) != int(mujoco.mjtWrap.mjWRAP_JOINT):
-            return None
-        found[int(model.wrap_objid[at])] = float(model.wrap_prm[at])
-    return found
 
 
 def _off(compiled: Compiled, joint: int) -> float:

@@ -1,14 +1,17 @@
-"""Laws of actuators: force = (gain · z) u + bias · z with z = (1, length, velocity), and what drives them, u."""
+"""Laws of actuators: force = (gain · z) u + bias · z with z = (1, length, velocity), and muscles."""
 
 from __future__ import annotations
+
+from collections.abc import Mapping
 
 import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.formats.mechanism import Signal, Signals
 from mbproj.formats.mjcf.compiled import Compiled
 from mbproj.formats.yaml_text import number as shown
+
+Range = tuple[float, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -17,23 +20,65 @@ class Law:
 
     gain: Array
     bias: Array
-    range: tuple[float, float] | None
+    range: Range | None
 
     @property
     def pushes(self) -> bool:
         """Whether it exerts something without a control signal."""
         return bool(self.bias.any())
 
+    @property
+    def simple(self) -> bool:
+        """Whether the force follows from the signal alone, and is not limited."""
+        return not (self.gain[1:].any() or self.bias[1:].any() or self.range)
 
-@dataclass(frozen=True)
-class Drive:
-    """What a law is driven by: a number where it is constant, and an expression of t."""
+    def force(self, drive: str, length: str, rate: str) -> str:
+        """The force as an expression of what drives it, of the length and of its rate."""
+        terms = [(self.gain[0], drive), (self.bias[0], "1")]
+        for at, text in ((1, length), (2, rate)):
+            terms += [(self.gain[at], f"{drive}*{text}"), (self.bias[at], text)]
+        return within(summed(terms), self.range)
 
-    constant: float | None
-    text: str
+
+@dataclass(frozen=True, eq=False)
+class Muscle:
+    """A muscle with the `prm` (9,) of MuJoCo: range of lengths (2), peak force, scale, least and largest length,
+    largest velocity, passive force, force of lengthening; `lengths` are those of the actuator."""
+
+    prm: Array
+    lengths: Range
+    acceleration: float
+    range: Range | None
+
+    pushes = True
+    simple = False
+
+    def force(self, drive: str, length: str, rate: str) -> str:
+        """-peak (FL(L) FV(V) act + FP(L)); L and V are the names `length` and `rate`, which `scaled` defines."""
+        least, most, _, passive, lengthening = self.prm[4:9]
+        peak = self.prm[2] if self.prm[2] >= 0.0 else self.prm[3] / max(self.acceleration, 1e-15)
+        rising, falling = 0.5 * (least + 1.0), 0.5 * (1.0 + most)
+        bends = [(1.0, least, rising), (-1.0, 1.0, rising), (-1.0, 1.0, falling), (1.0, most, falling)]
+        squares = [(sign, f"{_part(length, start, end)}**2") for sign, start, end in bends]
+        y = lengthening - 1.0
+        speed = f"(clip({rate} + 1, 0, 1)**2"
+        speed += f" + {shown(y)} - clip({shown(y)} - {rate}, 0, {shown(y)})**2/{shown(y)})" if y > 0.0 else ")"
+        active = f"0.5*({summed(squares)})*{speed}*{drive}"
+        stretched = f"0.5*{_part(length, 1.0, falling)}**2 + max({length} - {shown(falling)}, 0)/{shown(falling - 1.0)}"
+        return within(f"{shown(-peak)}*({active} + {shown(passive)}*({stretched}))", self.range)
+
+    def scaled(self, length: str, rate: str) -> Mapping[str, str]:
+        """L and V: the length, and the velocity by the largest one, in lengths at rest."""
+        first, last = self.prm[:2]
+        rest = (self.lengths[1] - self.lengths[0]) / max(last - first, 1e-15)
+        start = first - self.lengths[0] / rest
+        return {
+            "length": f"{shown(start)} + ({length})/{shown(rest)}",
+            "rate": f"({rate})/{shown(rest * self.prm[6])}",
+        }
 
 
-def law_of(compiled: Compiled, number: int) -> Law | str:
+def law_of(compiled: Compiled, number: int) -> Law | Muscle | str:
     """The law of an actuator, or why a scene has none."""
     import mujoco
 
@@ -41,6 +86,17 @@ def law_of(compiled: Compiled, number: int) -> Law | str:
     gain, bias = np.array(model.actuator_gainprm[number][:3]), np.array(model.actuator_biasprm[number][:3])
     of_gain, of_bias = mujoco.mjtGain, mujoco.mjtBias
     kind, push = int(model.actuator_gaintype[number]), int(model.actuator_biastype[number])
+    limits = _limits(compiled, number)
+    if (config := compiled.plugin_of(number)) is not None:
+        if isinstance(config, str):
+            return config
+        return Law(np.array([1.0, 0.0, 0.0]), np.array([0.0, -config["kp"], -config["kd"]]), limits)
+    if kind == int(of_gain.mjGAIN_MUSCLE) == int(of_bias.mjBIAS_MUSCLE) and push == kind:
+        low, high = (float(each) for each in model.actuator_lengthrange[number])
+        prm, speed = np.array(model.actuator_gainprm[number][:9]), float(model.actuator_acc0[number])
+        if np.any(model.actuator_biasprm[number][:9] != prm):
+            return "its passive force is that of another muscle"
+        return Muscle(prm, (low, high), speed, limits)
     if kind == int(getattr(of_gain, "mjGAIN_DCMOTOR", -1)):
         resistance, constant = gain[:2]
         rest = (model.actuator_gainprm[number][2:], model.actuator_biasprm[number], model.actuator_dynprm[number])
@@ -48,42 +104,43 @@ def law_of(compiled: Compiled, number: int) -> Law | str:
             return "a scene has a motor's voltage, resistance and constant, and none of what else it has"
         gain = np.array([constant / resistance, 0.0, 0.0])
         bias = np.array([0.0, 0.0, -(constant**2) / resistance])
+    elif kind == int(getattr(of_gain, "mjGAIN_PID", -1)):
+        gain = np.array([1.0, 0.0, 0.0])
     elif kind == int(of_gain.mjGAIN_FIXED):
         gain[1:] = 0.0
     elif kind != int(of_gain.mjGAIN_AFFINE):
-        return "a scene has no muscles, and no actuators of plugins"
+        return "a scene has no such law of a force"
     if push == int(of_bias.mjBIAS_NONE):
         bias[:] = 0.0
     elif push not in (int(of_bias.mjBIAS_AFFINE), int(getattr(of_bias, "mjBIAS_DCMOTOR", -1))):
-        return "a scene has no muscles, and no actuators of plugins"
-    low, high = (float(each) for each in model.actuator_forcerange[number])
-    return Law(gain, bias, (low, high) if model.actuator_forcelimited[number] else None)
+        return "a scene has no such law of a force"
+    return Law(gain, bias, limits)
 
 
-def drive_of(compiled: Compiled, number: int, name: str, signals: Signals) -> Drive | str:
-    """What drives an actuator: its signal, or its `ctrl` at the start, through a filter or an integrator where that has
-    a closed form; or why there is none."""
-    import mujoco
+def _limits(compiled: Compiled, number: int) -> Range | None:
+    model = compiled.model
+    output = int(getattr(model, "actuator_outadr", np.arange(model.nu))[number])
+    low, high = (float(each) for each in model.actuator_forcerange[output])
+    return (low, high) if model.actuator_forcelimited[output] else None
 
-    model, kinds = compiled.model, mujoco.mjtDyn
-    ctrl = int(getattr(model, "actuator_ctrladr", np.arange(model.nu))[number])
-    signal = signals.get(name) or Signal(repr(float(compiled.data.ctrl[ctrl])))
-    constant = signal.constant
-    text = f"({signal.text})" if constant is None else shown(constant)
-    if model.actuator_ctrllimited[number] and not compiled.disables("CLAMPCTRL"):
-        low, high = (float(each) for each in model.actuator_ctrlrange[number])
-        constant = None if constant is None else min(max(constant, low), high)
-        text = f"min(max({text}, {shown(low)}), {shown(high)})" if constant is None else shown(constant)
-    kind = int(model.actuator_dyntype[number])
-    if kind in (int(kinds.mjDYN_NONE), int(getattr(kinds, "mjDYN_DCMOTOR", -1))):
-        return Drive(constant, text)
-    simple = (int(kinds.mjDYN_INTEGRATOR), int(kinds.mjDYN_FILTER), int(kinds.mjDYN_FILTEREXACT))
-    if kind not in simple or constant is None or model.actuator_actlimited[number]:
-        return "it has states, which a scene has only of a constant signal through an integrator or a filter"
-    first = float(compiled.data.act[int(model.actuator_actadr[number])])
-    if constant == (0.0 if kind == simple[0] else first):  # at rest
-        return Drive(first, shown(first))
-    if kind == simple[0]:
-        return Drive(None, f"({shown(first)} + {shown(constant)}*t)")
-    time = float(model.actuator_dynprm[number][0])
-    return Drive(None, f"({text} + ({shown(first - constant)})*exp(-t/{shown(time)}))")
+
+def within(text: str, limits: Range | None) -> str:
+    """An expression, not below the first and not above the second."""
+    return text if limits is None else f"min(max({text}, {shown(limits[0])}), {shown(limits[1])})"
+
+
+def summed(terms: list[tuple[float, str]]) -> str:
+    """Σ factor × text, without terms that are zero."""
+    parts = []
+    for factor, text in terms:
+        if text == "1" and factor:
+            parts.append(shown(factor))
+        elif factor:
+            parts.append({1.0: text, -1.0: f"-{text}"}.get(float(factor), f"{shown(factor)}*{text}"))
+    return " + ".join(parts).replace("+ -", "- ") or "0"
+
+
+def _part(x: str, start: float, end: float) -> str:
+    """0 at the start and beyond it, 1 at the end and beyond it."""
+    difference = f"{x} - {shown(start)}" if end > start else f"{shown(start)} - {x}"
+    return f"clip(({difference})/{shown(abs(end - start))}, 0, 1)"

@@ -21,7 +21,7 @@ def say_rest(
     """Rows on all that is no body, no joint and no loop."""
     add_actuators(compiled, mechanism, called, coordinates, wishes)
     _contacts(compiled, mechanism, called, wishes)
-    add_tendons(compiled, mechanism, called)
+    add_tendons(compiled, mechanism, called, coordinates)
     _keyframes(compiled, mechanism, wishes)
     _surroundings(compiled, mechanism)
 

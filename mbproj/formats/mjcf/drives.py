@@ -1,0 +1,250 @@
+"""What drives an actuator's law: its control signal within its range, or states that follow it.
+
+An integrator and a filter of a constant signal have a closed form. What MuJoCo limits step by step is limited here
+within one time step h of the model: x' = clip(f, (low - x)/h, (high - x)/h)."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+import numpy as np
+
+from mbproj.dataclass import dataclass
+from mbproj.formats.mechanism import Bare, Mechanism, Names, Signal, Signals
+from mbproj.formats.mjcf.compiled import Compiled
+from mbproj.formats.mjcf.laws import Law, Muscle, summed, within
+from mbproj.formats.yaml_text import number as shown
+from mbproj.scene.expressions.evaluate import Value, evaluate
+from mbproj.scene.expressions.syntax_tree import parse
+
+#: Stands for the actuator's length in a state's derivative.
+LENGTH = "{length}"
+#: Inputs of a PID actuator, in their order; the number of each is its bit in `actuator_ctrlspec`.
+INPUTS = {"pos": 1, "vel": 2, "ff": 4}
+
+
+@dataclass(frozen=True)
+class StateOf:
+    """x' = derivative, an expression that may hold `LENGTH`."""
+
+    name: str
+    derivative: str
+    initial: float
+
+
+@dataclass(frozen=True)
+class Drive:
+    """What a law is driven by: a number where it is constant, an expression of t and of the states."""
+
+    constant: float | None
+    text: str
+    states: tuple[StateOf, ...] = ()
+
+
+def free_symbol(mechanism: Mechanism, wanted: str) -> str:
+    """A name for a signal or a state that nothing else has, and that an expression can name."""
+    taken = frozenset([*mechanism.forces, *mechanism.signals, *mechanism.states])
+    return Names(taken).own(re.sub(r"\W", "_", wanted))
+
+
+def inputs_of(compiled: Compiled, number: int, name: str) -> tuple[str, ...]:
+    """How a user names the control signals of an actuator."""
+    model = compiled.model
+    if int(getattr(model, "actuator_ctrlnum", np.ones(model.nu))[number]) == 1:
+        return (name,)
+    spec = int(model.actuator_ctrlspec[number])
+    chosen = [word for word, bit in INPUTS.items() if spec & bit]
+    return (name, *(f"{name}.{word}" for word in chosen[1:]))
+
+
+def drive_of(
+    compiled: Compiled, mechanism: Mechanism, number: int, name: str, law: Law | Muscle, signals: Signals
+) -> Drive | str:
+    """What drives an actuator; or why a scene has nothing like it. Its control signals are `signals` by name, or `ctrl`
+    at the start."""
+    import mujoco
+
+    model, kinds = compiled.model, mujoco.mjtDyn
+    kind = int(model.actuator_dyntype[number])
+    if int(model.actuator_gaintype[number]) == int(getattr(mujoco.mjtGain, "mjGAIN_PID", -1)):
+        assert isinstance(law, Law)
+        return _pid(compiled, mechanism, number, name, law, signals)
+    command = _command(compiled, number, name, signals)
+    if compiled.plugin_of(number) is not None:
+        return _plugin(compiled, mechanism, number, name, command, kind != int(kinds.mjDYN_NONE))
+    if kind in (int(kinds.mjDYN_NONE), int(getattr(kinds, "mjDYN_DCMOTOR", -1))):
+        return command
+    return _activation(compiled, mechanism, number, name, command)
+
+
+def _command(compiled: Compiled, number: int, name: str, signals: Signals, which: int = 0) -> Drive:
+    """A control signal within its range."""
+    model = compiled.model
+    at = int(getattr(model, "actuator_ctrladr", np.arange(model.nu))[number]) + which
+    signal = signals.get(inputs_of(compiled, number, name)[which]) or Signal(repr(float(compiled.data.ctrl[at])))
+    constant = signal.constant
+    text = f"({signal.text})" if constant is None else shown(constant)
+    if model.actuator_ctrllimited[at] and not compiled.disables("CLAMPCTRL"):
+        low, high = (float(each) for each in model.actuator_ctrlrange[at])
+        constant = None if constant is None else min(max(constant, low), high)
+        text = within(text, (low, high)) if constant is None else shown(constant)
+    return Drive(constant, text)
+
+
+def _activation(compiled: Compiled, mechanism: Mechanism, number: int, name: str, command: Drive) -> Drive | str:
+    """An integrator, a filter or a muscle's activation, in closed form where the signal is constant."""
+    import mujoco
+
+    model, kinds, u = compiled.model, mujoco.mjtDyn, command.constant
+    kind, range_ = int(model.actuator_dyntype[number]), _activation_range(compiled, number)
+    first = _within(float(compiled.data.act[int(model.actuator_actadr[number])]), range_)
+    integrates = kind == int(kinds.mjDYN_INTEGRATOR)
+    time = float(model.actuator_dynprm[number][0])
+    if integrates or kind in (int(kinds.mjDYN_FILTER), int(kinds.mjDYN_FILTEREXACT)):
+        if u is not None and u == (0.0 if integrates else first):  # at rest
+            return Drive(first, shown(first))
+        if u is not None and integrates:
+            return Drive(None, within(f"({shown(first)} + {shown(u)}*t)", range_))
+        if u is not None:
+            return Drive(None, within(f"({shown(u)} + ({shown(first - u)})*exp(-t/{shown(time)}))", range_))
+    elif kind != int(kinds.mjDYN_MUSCLE):
+        return "a scene has no such states"
+    state = _state(compiled, mechanism, number, name, command, first)
+    return Drive(None, state.name, (state,))
+
+
+def _state(compiled: Compiled, mechanism: Mechanism, number: int, name: str, command: Drive, first: float) -> StateOf:
+    """The activation of an actuator as a state."""
+    import mujoco
+
+    model, kinds, u = compiled.model, mujoco.mjtDyn, command.text
+    kind, x = int(model.actuator_dyntype[number]), free_symbol(mechanism, f"{name}_act")
+    time, slower, width = (float(each) for each in model.actuator_dynprm[number][:3])
+    if kind == int(kinds.mjDYN_INTEGRATOR):
+        rate = u
+    elif kind != int(kinds.mjDYN_MUSCLE):
+        rate = f"({u} - {x})/{shown(time)}"
+    else:
+        d = f"(clip({u}, 0, 1) - {x})"
+        up, down = f"{shown(time)}*(0.5 + 1.5*clip({x}, 0, 1))", f"{shown(slower)}/(0.5 + 1.5*clip({x}, 0, 1))"
+        rate = f"max({d}, 0)/({up}) + min({d}, 0)/({down})"
+        if width > 0.0:
+            s = f"clip({d}/{shown(width)} + 0.5, 0, 1)"
+            rate = f"{d}/({down} + ({up} - {down})*{s}**3*(6*{s}**2 - 15*{s} + 10))"
+    return StateOf(x, _limited(compiled, rate, x, _activation_range(compiled, number)), first)
+
+
+def _pid(compiled: Compiled, mechanism: Mechanism, number: int, name: str, law: Law, signals: Signals) -> Drive | str:
+    """kp u_pos + kv u_vel + ki ∫ (u_pos - length) + u_ff; the law has -kp length - kv velocity."""
+    model = compiled.model
+    chosen = [word for word, bit in INPUTS.items() if int(model.actuator_ctrlspec[number]) & bit]
+    given = {word: _command(compiled, number, name, signals, which) for which, word in enumerate(chosen)}
+    still = Drive(0.0, "0")
+    position, rate, ahead = (given.get(word, still) for word in INPUTS)
+    integral, (most, fastest) = float(model.actuator_gainprm[number][0]), model.actuator_dynprm[number][:2]
+    states: list[StateOf] = []
+    at = int(model.actuator_actadr[number])
+    if fastest > 0.0:
+        position = _slewed(compiled, mechanism, name, position, float(fastest), float(compiled.data.act[at]))
+        states += position.states
+        at += 1
+    terms = [(-law.bias[1], position), (-law.bias[2], rate), (1.0, ahead)]
+    if integral:
+        summing = _integral(compiled, mechanism, name, position.text, float(most), float(compiled.data.act[at]))
+        if isinstance(summing, str):
+            return summing
+        states.append(summing)
+        terms.append((integral, Drive(None, summing.name)))
+    return _together(terms, states)
+
+
+def _plugin(
+    compiled: Compiled, mechanism: Mechanism, number: int, name: str, command: Drive, activated: bool
+) -> Drive | str:
+    """The same of the plugin: one input, through an activation or not; its integral is limited by its force."""
+    config = compiled.plugin_of(number)
+    assert config is not None and not isinstance(config, str)
+    model, states, speed = compiled.model, list[StateOf](), "0"
+    at, count = int(model.actuator_actadr[number]), int(model.actuator_actnum[number])
+    position = command
+    if activated:
+        if config["slewmax"]:
+            return "a scene has no limit of the rate of a state"
+        moved = _state(compiled, mechanism, number, name, command, float(compiled.data.act[at + count - 1]))
+        states.append(moved)
+        position, speed = Drive(None, moved.name), f"({moved.derivative})"
+    elif config["slewmax"] and command.constant is None:
+        first = evaluate(parse(command.text), {"t": Value(0.0, None)}).number
+        position = _slewed(compiled, mechanism, name, command, config["slewmax"], first)
+        states += position.states
+    terms = [(config["kp"], position)]
+    if config["kd"] and activated:
+        terms.append((config["kd"], Drive(None, speed)))
+    if config["ki"]:
+        most = config["imax"] / abs(config["ki"])
+        first = float(compiled.data.act[at])
+        first = _within(first, (-most, most)) if most else first
+        summing = _integral(compiled, mechanism, name, position.text, most, first)
+        if isinstance(summing, str):
+            return summing
+        states.append(summing)
+        terms.append((config["ki"], Drive(None, summing.name)))
+    return _together(terms, states)
+
+
+def _together(terms: Sequence[tuple[float, Drive]], states: Sequence[StateOf]) -> Drive:
+    """The sum of what drives, a number where all are constant."""
+    values = [factor * each.constant for factor, each in terms if each.constant is not None and factor]
+    if len(values) == sum(bool(factor) for factor, _ in terms):
+        return Drive(sum(values), shown(sum(values)))
+    return Drive(None, f"({summed([(factor, each.text) for factor, each in terms if each.text != '0'])})", (*states,))
+
+
+def _slewed(compiled: Compiled, mechanism: Mechanism, name: str, command: Drive, fastest: float, first: float) -> Drive:
+    """A setpoint that follows the command no faster than so."""
+    if command.constant is not None:
+        way, most = command.constant - first, f"{shown(fastest)}*t"
+        return Drive(None, f"({shown(first)} + min(max({shown(way)}, -{most}), {most}))") if way else command
+    x = free_symbol(mechanism, f"{name}_setpoint")
+    h = float(compiled.model.opt.timestep)
+    state = StateOf(x, within(f"({command.text} - {x})/{shown(h)}", (-fastest, fastest)), first)
+    return Drive(None, x, (state,))
+
+
+def _integral(
+    compiled: Compiled, mechanism: Mechanism, name: str, position: str, most: float, first: float
+) -> StateOf | str:
+    """∫ (position - length), within ±most where that is not 0."""
+    if most and abs(first) > most:
+        return "its integral begins beyond its limit"
+    x = free_symbol(mechanism, f"{name}_integral")
+    return StateOf(x, _limited(compiled, f"{position} - {LENGTH}", x, (-most, most) if most else None), first)
+
+
+def _activation_range(compiled: Compiled, number: int) -> tuple[float, float] | None:
+    model = compiled.model
+    low, high = (float(each) for each in model.actuator_actrange[number])
+    return (low, high) if model.actuator_actlimited[number] else None
+
+
+def _within(value: float, limits: tuple[float, float] | None) -> float:
+    return value if limits is None else min(max(value, limits[0]), limits[1])
+
+
+def _limited(compiled: Compiled, rate: str, x: str, limits: tuple[float, float] | None) -> str:
+    """A rate that does not lead beyond the limits within a time step of the model."""
+    if limits is None:
+        return rate
+    h = shown(float(compiled.model.opt.timestep))
+    low, high = (f"({shown(each)} - {x})/{h}" for each in limits)
+    return f"min(max({rate}, {low}), {high})"
+
+
+def add_states(mechanism: Mechanism, drive: Drive, length: str) -> None:
+    """The states of what drives an actuator of this length."""
+    for state in drive.states:
+        entry: dict[str, object] = {"derivative": Bare(state.derivative.replace(LENGTH, f"({length})"))}
+        if state.initial:
+            entry["initial"] = state.initial
+        mechanism.states[state.name] = entry
