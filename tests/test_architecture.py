@@ -168,6 +168,7 @@ SHORT_FILES = {
     "outputs/escapes.py": "a rule of safety, imported alone",
     "projection/solve/tolerance.py": "the tolerance of a row, which reports need too",
     "thresholds/entry.py": "the form of an entry, which all groups of them import",
+    "scene/expressions/formula.py": "formulas as functions, which types of force import",
     "scene/fields/given.py": "what the command line needs of the fields",
     "scene/schema.py": "imported alone, by `mbproj schema`",
     "studies/parallel/progress.py": "the words for progress, without what runs",
