@@ -40,7 +40,9 @@ from mbproj.joints.ratios import Ratio, halve, mesh, pinion, thread, tread, wrap
 Row = tuple[str, ...]
 
 #: Unit of a coordinate by the primitive that measures it.
-COORDINATE_UNITS = MappingProxyType({"angle": "rad", "along": "m", "distance": "m", "arc": "m", "rope": "m"})
+COORDINATE_UNITS = MappingProxyType(
+    {"angle": "rad", "along": "m", "distance": "m", "arc": "m", "profile": "m", "rope": "m"}
+)
 #: Unit of the inertia of a coordinate by that of the coordinate.
 INERTIA_UNITS = MappingProxyType({"rad": "kg*m^2", "m": "kg"})
 
@@ -178,6 +180,19 @@ JOINTS: Mapping[str, JointType] = MappingProxyType(
             "normal",
             (("profile", *ON_CURVE),),
             {"displacement": ("arc", *ON_CURVE)},
+            separate=True,
+            parameters={
+                "curve": CURVE,
+                "roller": LENGTH._replace(optional=True),
+                "side": Parameter("", "side", optional=True),
+            },
+            x_axis="required",
+            sketch="track",
+        ),
+        "cam_contact": JointType(
+            "normal",
+            (),
+            {"gap": ("profile", *ON_CURVE)},
             separate=True,
             parameters={
                 "curve": CURVE,

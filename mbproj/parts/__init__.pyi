@@ -110,7 +110,8 @@ class Motion(Part):
     displacement_x: a number in m or an expression of t or {constant_speed, harmonic, polynomial, smooth_step, table, expression}, optional
     displacement_y: a number in m or an expression of t or {constant_speed, harmonic, polynomial, smooth_step, table, expression}, optional
     length: a number in m or an expression of t or {constant_speed, harmonic, polynomial, smooth_step, table, expression}, optional
-    one of angle, angle_1, angle_2, displacement, displacement_x, displacement_y, length
+    gap: a number in m or an expression of t or {constant_speed, harmonic, polynomial, smooth_step, table, expression}, optional
+    one of angle, angle_1, angle_2, displacement, displacement_x, displacement_y, length, gap
     """
 
     def __init__(
@@ -124,6 +125,7 @@ class Motion(Part):
         displacement_x: Quantity | Mapping[str, Any] | None = ...,
         displacement_y: Quantity | Mapping[str, Any] | None = ...,
         length: Quantity | Mapping[str, Any] | None = ...,
+        gap: Quantity | Mapping[str, Any] | None = ...,
     ) -> None: ...
 
 class Expectation(Part):
@@ -139,7 +141,7 @@ class Expectation(Part):
     state: text, optional
     signal: text, optional
     diagnostic: position_violation, velocity_violation, acceleration_violation, kinetic_energy, potential_energy, total_energy, work, dissipation, energy_balance, energy_drift, energy_drift_relative, step_size, steps, rejected_steps, evaluations, projections, projection_iterations, velocity_iterations, projection_failures, projection_fallbacks or factorisations, optional
-    quantity: position, velocity, acceleration, transmission_angle, orientation, angular_velocity, angular_acceleration, angle, angle_1, angle_2, displacement, displacement_x, displacement_y, length, angle_speed, angle_1_speed, angle_2_speed, displacement_speed, displacement_x_speed, displacement_y_speed, length_speed, angle_velocity_ratio, angle_1_velocity_ratio, angle_2_velocity_ratio, displacement_velocity_ratio, displacement_x_velocity_ratio, displacement_y_velocity_ratio, length_velocity_ratio, angle_mechanical_advantage, angle_1_mechanical_advantage, angle_2_mechanical_advantage, displacement_mechanical_advantage, displacement_x_mechanical_advantage, displacement_y_mechanical_advantage, length_mechanical_advantage, reaction_force, reaction_torque, violation, violation_length, violation_angle, coordinate, rate, force, value, gap, state, dissipation, translation, rotation, translation_rate, rotation_rate or torque, optional
+    quantity: position, velocity, acceleration, transmission_angle, orientation, angular_velocity, angular_acceleration, angle, angle_1, angle_2, displacement, displacement_x, displacement_y, length, gap, angle_speed, angle_1_speed, angle_2_speed, displacement_speed, displacement_x_speed, displacement_y_speed, length_speed, gap_speed, angle_velocity_ratio, angle_1_velocity_ratio, angle_2_velocity_ratio, displacement_velocity_ratio, displacement_x_velocity_ratio, displacement_y_velocity_ratio, length_velocity_ratio, gap_velocity_ratio, angle_mechanical_advantage, angle_1_mechanical_advantage, angle_2_mechanical_advantage, displacement_mechanical_advantage, displacement_x_mechanical_advantage, displacement_y_mechanical_advantage, length_mechanical_advantage, gap_mechanical_advantage, reaction_force, reaction_torque, violation, violation_length, violation_angle, coordinate, rate, force, value, state, dissipation, translation, rotation, translation_rate, rotation_rate or torque, optional
     component: x, y, z or norm, optional
     over: text, optional
     between: 2 markers, optional
@@ -521,6 +523,38 @@ class Cam(Part):
         displacement: Quantity | None = ...,
     ) -> None: ...
 
+class CamContact(Part):
+    """A cam_contact joint of a scene. Arguments are its keys:
+
+    bodies: 2 names of bodies
+    locations: 2 points or a mapping {name: 3 numbers}
+    axis: 3 numbers or a mapping {name: 3 numbers}
+    x_axis: 3 numbers or a mapping {name: 3 numbers}
+    curve: the name of a curve
+    roller: a number in m, optional
+    side: outside, inside, left or right, optional
+    speed: a number in m/s, optional
+    reflected_inertia: a number in kg, optional
+    limits: {gap}, optional
+    gap: a number in m, optional
+    """
+
+    def __init__(
+        self,
+        *,
+        bodies: Sequence[str],
+        locations: Sequence[Vector] | Mapping[str, Any],
+        axis: Vector | str | Mapping[str, Any],
+        x_axis: Vector | str | Mapping[str, Any],
+        curve: str,
+        roller: Quantity | None = ...,
+        side: str | None = ...,
+        speed: Quantity | None = ...,
+        reflected_inertia: Quantity | None = ...,
+        limits: Mapping[str, Any] | None = ...,
+        gap: Quantity | None = ...,
+    ) -> None: ...
+
 class Slot(Part):
     """A slot joint of a scene. Arguments are its keys:
 
@@ -851,7 +885,7 @@ class LinearSpringDamper(Part):
     """A linear_spring_damper of a scene. Arguments are its keys:
 
     joint: the name of a joint
-    coordinate: displacement, displacement_x, displacement_y or length, optional
+    coordinate: displacement, displacement_x, displacement_y, length or gap, optional
     stiffness: a number in N/m, optional
     damping: a number in N*s/m, optional
     free_displacement: a number in m, optional
@@ -993,7 +1027,7 @@ class Friction(Part):
     """A friction of a scene. Arguments are its keys:
 
     joint: the name of a joint
-    coefficient: a number or {angle, angle_1, angle_2, displacement, displacement_x, displacement_y, length}, optional
+    coefficient: a number or {angle, angle_1, angle_2, displacement, displacement_x, displacement_y, length, gap}, optional
     coulomb: {torque, force or coefficient, ...} or {angle, displacement}, optional
     """
 
@@ -1086,7 +1120,7 @@ class Maxwell(Part):
     """A maxwell of a scene. Arguments are its keys:
 
     joint: the name of a joint, optional
-    coordinate: displacement, displacement_x, displacement_y or length, optional
+    coordinate: displacement, displacement_x, displacement_y, length or gap, optional
     points: a mapping {name: 3 numbers}, optional
     bodies: 2 names of bodies, optional
     locations: 2 points or a mapping {name: 3 numbers}, optional

@@ -37,6 +37,7 @@ FREEDOM = {
     "differential": 2,
     "coupler": 1,
     "telescope": 24,
+    "cam_contact": 24,
     "rolling_wheel": 12,
     "rolling_ball": 12,
     "rolling_on_line": 4,

@@ -51,7 +51,11 @@ class Weights(Field[dict[str, tuple[float, str]]]):
 
 
 #: Coordinates that rows do not couple, by the primitive that measures them.
-NOT_COUPLED: Mapping[str, str] = {"arc": "a length along a curve", "rope": "the length of a rope"}
+NOT_COUPLED: Mapping[str, str] = {
+    "arc": "a length along a curve",
+    "profile": "a distance from a curve",
+    "rope": "the length of a rope",
+}
 
 
 def coupled_units(type_name: str) -> tuple[str, ...]:

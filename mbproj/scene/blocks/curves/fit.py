@@ -19,8 +19,10 @@ def fit_curves(
     for joint in joints.values():
         track = curves.get(str(joint.parameters.get("curve")))
         if track is not None:
+            lifts = joint.type == "cam_contact"
+            yield from _lifts(track, joint, forces, motions) if lifts else ()
             yield from _on_curve(track, joint)
-            if track.line.closed:
+            if track.line.closed and not lifts:
                 yield from _round_and_round(joint, forces, motions)
 
 
@@ -33,19 +35,37 @@ def _on_curve(curve: Track, joint: Joint) -> Iterator[Complaint]:
         yield Complaint((*path, "side"), f"curve '{curve.name}' is {kind}", f"give {' or '.join(able)}")
         return
     radius = curve.roller if given is None else given
-    if joint.type == "cam" and radius and side is None and not curve.line.closed:
+    if joint.type != "slot" and radius and side is None and not curve.line.closed:
         yield Complaint(path, "a roller on an open curve needs its 'side'", "give left or right, along the curve")
         return
-    if not curve.line.closed:
+    if not curve.line.closed and joint.type != "cam_contact":
         limit, length = joint.limits.get("displacement"), curve.line.length
         low, high = (None, None) if limit is None else (limit.low, limit.high)
         if low is None or high is None or low < 0.0 or high > length:
             hint = f"give limits: {{displacement: {{range: [0, {length:.6g} m], rigid: true}}}}, or less of it"
             at = path if limit is None else (*path, "limits", "displacement")
             yield Complaint(at, f"joint '{joint.name}' may leave its curve, which ends", hint)
-    if joint.type == "cam":
+    if joint.type != "slot":
         distance = curve.distance(side, radius)
         yield from _fits(curve, joint, distance, radius)
+
+
+def _lifts(curve: Track, joint: Joint, forces: Mapping[str, Any], motions: Mapping[str, Any]) -> Iterator[Complaint]:
+    """What may lift off has a limit that keeps it out of the profile, and nothing else acts along its gap."""
+    path: KeyPath = ("joints", joint.name)
+    if not curve.line.closed:
+        yield Complaint((*path, "curve"), f"curve '{curve.name}' is open: what lifts off may pass its end", "close it")
+    limit = joint.limits.get("gap")
+    if limit is None or limit.low is None:
+        at = path if limit is None else (*path, "limits", "gap")
+        said = f"nothing keeps joint '{joint.name}' from passing through its curve"
+        yield Complaint(at, said, "give limits: {gap: {range: [0, null], rigid: true}}, or a stiffness")
+    for block, items in (("forces", forces), ("motions", motions)):
+        for item in items.values():
+            if getattr(item, "joint", None) == joint.name:
+                hint = "a joint of type 'cam' holds both ways; a stiffness of the limit is a spring"
+                said = f"'{item.name}' acts along a gap, which its limits alone keep"
+                yield Complaint((block, item.name), said, hint)
 
 
 def _fits(curve: Track, joint: Joint, distance: float, radius: float) -> Iterator[Complaint]:
