@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place, Problem
-from mbproj.templates import bars, hoist, ladder, linkages, pendulum, star, winch
+from mbproj.templates import bars, cam, hoist, ladder, linkages, pendulum, star, winch
 from mbproj.templates.values import OPTIONS, Values, values_of
 
 
@@ -29,6 +29,7 @@ TEMPLATES: Mapping[str, Template] = {
     "star": Template("bars on the rim of a hub that turns", star.DEFAULTS, star.star),
     "slider-crank": Template("driven, in a plane", linkages.SLIDER_CRANK, linkages.slider_crank),
     "four-bar": Template("a driven crank-rocker", linkages.FOUR_BAR, linkages.four_bar),
+    "cam": Template("a cam, its roller follower and a spring", cam.DEFAULTS, cam.cam),
     "hoist": Template("a drum, a rope and a moving block", hoist.DEFAULTS, hoist.hoist),
     "winch": Template("a drum and its load, coupled by a row", winch.DEFAULTS, winch.winch),
 }

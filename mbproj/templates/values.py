@@ -27,15 +27,15 @@ OPTIONS: Mapping[str, Option] = {
     "links": Option(Integer(minimum=1), "Number of bars."),
     "loops": Option(Integer(minimum=1), "Number of loops, one below the other."),
     "length": Option(LENGTH, "Length of each bar; how far the load falls."),
-    "mass": Option(MASS, "Mass of each bar; of the slider, the coupler, or the load."),
-    "radius": Option(LENGTH, "Radius of the drum."),
+    "mass": Option(MASS, "Mass of each bar; of the slider, the coupler, the follower, or the load."),
+    "radius": Option(LENGTH, "Radius of the drum, or of the base circle of the cam."),
     "angle": Option(Number("rad"), "Angle of the bars at the start, from hanging straight down."),
     "crank": Option(LENGTH, "Length of the crank."),
     "rod": Option(LENGTH, "Length of the connecting rod."),
     "coupler": Option(LENGTH, "Length of the coupler."),
     "rocker": Option(LENGTH, "Length of the rocker."),
     "frame": Option(LENGTH, "Distance of the pivots of crank and rocker."),
-    "speed": Option(Number("rad/s", above=0.0), "Speed of the crank or the hub."),
+    "speed": Option(Number("rad/s", above=0.0), "Speed of the crank, the hub or the cam."),
 }
 
 

@@ -29,6 +29,7 @@ SIZES = [
     ("ladder", {"loops": "1", "length": "5 cm"}, False),
     ("slider-crank", {"crank": "10 m", "rod": "10.5 m", "speed": "1"}, False),
     ("four-bar", {"crank": "8 cm", "coupler": "1 m", "rocker": "90 cm", "frame": "40 cm", "mass": "5"}, False),
+    ("cam", {"radius": "1 m", "speed": "2", "mass": "30 kg"}, False),
     ("hoist", {"radius": "5 cm", "length": "3 m", "mass": "3 kg"}, False),
     ("winch", {"radius": "2 cm", "length": "30 m", "mass": "3 kg"}, False),
 ]

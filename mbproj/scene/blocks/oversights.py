@@ -1,4 +1,5 @@
-"""What a scene has that is legal, but looks like an oversight: bodies that nothing holds, joints far from their bodies.
+"""What a scene has that is legal, but looks like an oversight: bodies that nothing holds, joints far from their bodies,
+points of a cam that were rounded.
 
 A wrong note is worse than none. Where all bodies are free they are so on purpose, and a spring holds a body as well as
 a joint. Only a body that is longer than wide says by its inertia how long it is: a compact one may hang on a long rod
@@ -28,8 +29,23 @@ MOST = 5
 
 def oversights(scene: Scene) -> list[Problem]:
     """A note for each group of bodies that nothing holds, and for each joint that is far from its body."""
-    far = list(_far(scene))
-    return [*_shortened(list(_loose(scene))), *_shortened(far or list(_alone(scene)))]
+    far, rough = list(_far(scene)), list(_rough(scene)) if scene.curves else []
+    return [*_shortened(list(_loose(scene))), *_shortened(far or list(_alone(scene))), *_shortened(rough)]
+
+
+def _rough(scene: Scene) -> Iterator[Problem]:
+    """Curves through points that were rounded too much for what follows them."""
+    from mbproj.scene.blocks.curves.rounded import uncertainty
+
+    for track in scene.curves:
+        found = uncertainty(track)
+        if found is not None:
+            digit, bend = found
+            message = (
+                f"the points of curve '{track.name}' are rounded to {1e6 * digit:.3g} µm: accelerations are uncertain "
+                f"by {bend:.2g} m times the square of the speed in rad/s"
+            )
+            yield Problem(message, _line_of(scene, "curves", track.name), "give the lift law, or more digits")
 
 
 def notes_on(scene: Scene) -> list[Problem]:
