@@ -7,7 +7,7 @@ import pytest
 
 from mbproj import InputError, read_scene_text
 from tests.kernel.scenes import needs_kernel
-from tests.mechanisms.parts.test_curves import CAM, scene
+from tests.mechanisms.curves.scenes import CAM, scene
 from tests.stops.runs import run
 
 pytestmark = needs_kernel

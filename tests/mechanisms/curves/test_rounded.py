@@ -8,7 +8,7 @@ import pytest
 from mbproj import read_scene_text
 from mbproj.scene.blocks.curves.rounded import grain
 from mbproj.scene.blocks.oversights import notes_on
-from tests.mechanisms.parts.test_curves import CAM, scene
+from tests.mechanisms.curves.scenes import CAM, scene
 
 
 def notes(count, digits, key="table"):

@@ -11,35 +11,12 @@ from mbproj import InputError, read_scene_text
 from mbproj.functions.curves.laws import LAWS
 from tests.kernel.scenes import needs_kernel
 from tests.linear.closed_forms import modes_of
+from tests.mechanisms.curves.scenes import CAM, scene
 from tests.stops.runs import run
 from tests.support import DATA
 
 pytestmark = needs_kernel
 FORMULATIONS = ("planar", "reduced", "full")
-HEAD = """
-mbproj: 1
-gravity: [0, 0, -9.81]
-simulation: {{duration: {duration}, output_step: {output}, {settings}, formulation: {formulation}}}
-"""
-#: A follower of 0.5 kg on a spring of 2000 N/m under 60 N, over a cam that turns by 30 rad/s.
-CAM = """
-curves:
-  lift: {lift: {base: 38 mm, rises: [[120 deg, 20 mm, LAW], [60 deg, 20 mm, dwell],
-                                     [120 deg, 0 mm, LAW], [60 deg, 0 mm, dwell]]}, roller: 12 mm}
-bodies:
-  shaft: {mass: 2, inertia: [0.01, 0.01, 0.01], position: [0, 0, 0]}
-  valve: {mass: 0.5, inertia: [0.001, 0.001, 0.001], position: [0, 0, 0.06]}
-joints:
-  A: {type: revolute, bodies: [ground, shaft], location: [0, 0, 0], axis: [0, -1, 0]}
-  P: {type: prismatic, bodies: [ground, valve], location: [0, 0, 0.05], axis: [0, 0, 1]}
-  K: {type: cam, bodies: [shaft, valve], curve: lift, axis: [0, -1, 0], x_axis: [1, 0, 0],
-      locations: [[0, 0, 0], [0, 0, 0.06]]}
-forces:
-  spring: {type: spring_damper, points: {ground: [0, 0, 0.5], valve: [0, 0, 0.06]}, stiffness: 2000 N/m,
-           free_length: 0.48 m}
-motions:
-  drive: {joint: A, angle: {constant_speed: 30 rad/s}}
-"""
 #: The pin of 0.5 kg in a closed slot of a rotor that turns freely.
 SLOT = """
 curves:
@@ -68,10 +45,6 @@ joints:
       x_axis: [1, 0, 0]}
   P: {type: planar, bodies: [ground, bead], location: [0, 0, -0.4], axis: [0, -1, 0], x_axis: [1, 0, 0]}
 """
-
-
-def scene(body, formulation="auto", duration=0.2, output="10 ms", settings="integrator: dop853, tolerance: 1.0e-11"):
-    return HEAD.format(formulation=formulation, duration=duration, output=output, settings=settings) + body
 
 
 @pytest.mark.parametrize("formulation", FORMULATIONS)

@@ -1,0 +1,32 @@
+"""A cam with its follower, and the settings of its runs."""
+
+from __future__ import annotations
+
+HEAD = """
+mbproj: 1
+gravity: [0, 0, -9.81]
+simulation: {{duration: {duration}, output_step: {output}, {settings}, formulation: {formulation}}}
+"""
+#: A follower of 0.5 kg on a spring of 2000 N/m under 60 N, over a cam that turns by 30 rad/s.
+CAM = """
+curves:
+  lift: {lift: {base: 38 mm, rises: [[120 deg, 20 mm, LAW], [60 deg, 20 mm, dwell],
+                                     [120 deg, 0 mm, LAW], [60 deg, 0 mm, dwell]]}, roller: 12 mm}
+bodies:
+  shaft: {mass: 2, inertia: [0.01, 0.01, 0.01], position: [0, 0, 0]}
+  valve: {mass: 0.5, inertia: [0.001, 0.001, 0.001], position: [0, 0, 0.06]}
+joints:
+  A: {type: revolute, bodies: [ground, shaft], location: [0, 0, 0], axis: [0, -1, 0]}
+  P: {type: prismatic, bodies: [ground, valve], location: [0, 0, 0.05], axis: [0, 0, 1]}
+  K: {type: cam, bodies: [shaft, valve], curve: lift, axis: [0, -1, 0], x_axis: [1, 0, 0],
+      locations: [[0, 0, 0], [0, 0, 0.06]]}
+forces:
+  spring: {type: spring_damper, points: {ground: [0, 0, 0.5], valve: [0, 0, 0.06]}, stiffness: 2000 N/m,
+           free_length: 0.48 m}
+motions:
+  drive: {joint: A, angle: {constant_speed: 30 rad/s}}
+"""
+
+
+def scene(body, formulation="auto", duration=0.2, output="10 ms", settings="integrator: dop853, tolerance: 1.0e-11"):
+    return HEAD.format(formulation=formulation, duration=duration, output=output, settings=settings) + body
