@@ -1069,7 +1069,7 @@ class HydraulicCylinder(Part):
     """A hydraulic_cylinder of a scene. Arguments are its keys:
 
     joint: the name of a joint, optional
-    coordinate: displacement, displacement_x, displacement_y or length, optional
+    coordinate: displacement, displacement_x, displacement_y, length or gap, optional
     points: a mapping {name: 3 numbers}, optional
     bodies: 2 names of bodies, optional
     locations: 2 points or a mapping {name: 3 numbers}, optional
@@ -1165,7 +1165,7 @@ class PneumaticSpring(Part):
     """A pneumatic_spring of a scene. Arguments are its keys:
 
     joint: the name of a joint, optional
-    coordinate: displacement, displacement_x, displacement_y or length, optional
+    coordinate: displacement, displacement_x, displacement_y, length or gap, optional
     points: a mapping {name: 3 numbers}, optional
     bodies: 2 names of bodies, optional
     locations: 2 points or a mapping {name: 3 numbers}, optional
@@ -1232,7 +1232,7 @@ class LinearServo(Part):
     """A linear_servo of a scene. Arguments are its keys:
 
     joint: the name of a joint, optional
-    coordinate: displacement, displacement_x, displacement_y or length, optional
+    coordinate: displacement, displacement_x, displacement_y, length or gap, optional
     points: a mapping {name: 3 numbers}, optional
     bodies: 2 names of bodies, optional
     locations: 2 points or a mapping {name: 3 numbers}, optional
