@@ -52,7 +52,7 @@ def driven(motor="2*current", spring="0*t", rates=RATES, **options):
     scene = read_scene_text(PENDULUM, simulation=options)
     system = compile_system(scene)
     start = assemble(system, initial_guess(scene, system))
-    states = ElementStates(np.zeros(3), np.ones(3), programs(rates))
+    states = ElementStates(np.zeros(3), np.ones(3), programs(rates), np.zeros(3, dtype=bool))
     names = replace(system.names, states=("x.current", "x.integral", "x.filtered"), state_units=("A", "s", "1/s"))
     forces = replace(system.forces, programs=programs([motor, spring]))
     system = replace(system, states=states, names=names, forces=forces, channels=CHANNELS_OF)

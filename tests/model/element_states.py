@@ -37,7 +37,7 @@ def with_states(system, texts, start=(0.0, 0.5), scale=(1.0, 1.0)):
     """The system with states of these rates, called x and z."""
     variables = {"t": 0, "x": CHANNELS, "z": CHANNELS + 1}
     programs = [Program(compiled(parse(text), {}, variables)[0], text) for text in texts]
-    own = ElementStates(np.array(start), np.array(scale), flatten(programs))
+    own = ElementStates(np.array(start), np.array(scale), flatten(programs), np.zeros(len(start), dtype=bool))
     names = replace(system.names, states=("lag.x", "lag.z"), state_units=("V", "A/s"))
     return replace(system, states=own, names=names, channels=Channels.of([(Kind.STATE, 0), (Kind.STATE, 1)]))
 
