@@ -37,7 +37,6 @@ EXAMPLES = (
         "Hold the violations of two runs side by side.",
         "mbproj plot gopm.h5 results.h5 --kind violation --label GOPM --label GPOPM",
     ),
-    ("Draw how a fit meets its measurements.", "mbproj plot swing_fit-design --kind fit"),
     ("Draw the tip of a sweep over its lengths.", "mbproj plot lengths-sweep --kind lines --of tip --over length"),
 )
 
