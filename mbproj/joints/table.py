@@ -121,6 +121,10 @@ TWO_ANGLES = ("angle", "angle")
 LENGTH = Parameter("m", "positive")
 ON_CURVE = ("x1", "y1", "p1", "p2")
 CURVE = Parameter("", "curve")
+#: What follows a profile: which, with a roller or not, and on which side.
+FOLLOWS: Mapping[str, Parameter] = MappingProxyType(
+    {"curve": CURVE, "roller": LENGTH._replace(optional=True), "side": Parameter("", "side", optional=True)}
+)
 ONE_AXIS, ONE_TRIAD = (("z1", "z2"),), (("z1", "z2"), ("x1", "x2"))
 
 JOINTS: Mapping[str, JointType] = MappingProxyType(
@@ -181,11 +185,7 @@ JOINTS: Mapping[str, JointType] = MappingProxyType(
             (("profile", *ON_CURVE),),
             {"displacement": ("arc", *ON_CURVE)},
             separate=True,
-            parameters={
-                "curve": CURVE,
-                "roller": LENGTH._replace(optional=True),
-                "side": Parameter("", "side", optional=True),
-            },
+            parameters=FOLLOWS,
             x_axis="required",
             sketch="track",
         ),
@@ -194,11 +194,7 @@ JOINTS: Mapping[str, JointType] = MappingProxyType(
             (),
             {"gap": ("profile", *ON_CURVE)},
             separate=True,
-            parameters={
-                "curve": CURVE,
-                "roller": LENGTH._replace(optional=True),
-                "side": Parameter("", "side", optional=True),
-            },
+            parameters=FOLLOWS,
             x_axis="required",
             sketch="track",
         ),
