@@ -58,6 +58,7 @@ def place_of(joint: JointType) -> str:
         f", {name}: {'oval' if each.may_be == 'curve' else parameter(name, each)}" for name, each in given.items()
     )
     own += ", x_axis: [1, 0, 0]" if joint.x_axis == "required" else ""
+    own += ", limits: {gap: {range: [0, null], rigid: true}}" if "gap" in joint.coordinates else ""
     return place + FRAMES[joint.frame] + own + (", reaction: true" if joint.merges else "")
 
 
@@ -112,7 +113,10 @@ CASES = [*islice(zip(*map(cycle, (JOINTS, ELEMENTS, PROJECTIONS, integrator_choi
 def with_all(kind: str, element: str, method: str, integrator: str) -> str:
     """The scene with an element between its last body and the ground, and these settings."""
     along = {"m": "points: {ground: [0, 0, 3], LAST: [0.3, 0, 0.1]}", "rad": "joint: hinge"}[ELEMENTS[element].along]
-    values = "".join(f", {name}: 2" for name in ELEMENTS[element].required)
+    given = [*ELEMENTS[element].required]
+    for choice in ELEMENTS[element].choices:
+        given += [choice.keys[-1]] if choice.needed and not {*choice.keys} & {*given} else []
+    values = "".join(f", {name}: 2" for name in given)
     text = scene_with(kind)
     last = [*yaml.safe_load(text)["bodies"]][-1]
     steps = "tolerance: 1e-6" if is_embedded(integrator) else "step: 2 ms"

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from mbproj.cli.design.pictures import KINDS as OF_DESIGNS
 from mbproj.cli.main import COMMANDS
 from mbproj.figures.kinds import KINDS
 from mbproj.figures.sweeps import PICTURES
@@ -124,7 +125,7 @@ def test_options_and_their_choices(shell, folder):
     assert sorted(shell.offers(folder, "run", "--projection", "")) == sorted(PROJECTIONS)
     assert shell.offers(folder, "run", "--integrator", "dopr") == ["dopri5"]
     assert shell.offers(folder, "run", "--project-position", "t") == ["true"]
-    assert sorted(shell.offers(folder, "plot", "--kind", "")) == sorted([*KINDS, *PICTURES])
+    assert sorted(shell.offers(folder, "plot", "--kind", "")) == sorted([*KINDS, *PICTURES, *OF_DESIGNS])
     assert shell.offers(folder, "plot", "--format", "sv") == ["svg"]
     assert sorted(shell.offers(folder, "stability", "--vary", "")) == sorted(QUANTITIES)
     assert shell.offers(folder, "new", "slid") == ["slider-crank"]

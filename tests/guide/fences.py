@@ -26,7 +26,7 @@ from pathlib import Path
 import yaml
 
 from mbproj.guide.pages import Page
-from mbproj.scene import read_scene_text
+from mbproj.scene import read_scene
 from mbproj.studies.design import spec as designs
 from mbproj.studies.sweep import spec as sweeps
 from tests.cli.commands import mbproj
@@ -79,10 +79,11 @@ def run_page(page: Page, folder: Path, *, slow: bool = False) -> None:
             (folder / fence.words[0]).write_text(fence.text, encoding="utf-8")
             reader(folder / fence.words[0])
         elif fence.language == "yaml" and fence.words:
-            (folder / fence.words[0]).write_text(fence.text, encoding="utf-8")
-            read_scene_text(scene := fence.text)
+            (folder / fence.words[0]).write_text(scene := fence.text, encoding="utf-8")
+            read_scene(folder / fence.words[0])
         elif fence.language == "yaml":
-            read_scene_text(_merged(scene, fence.text))
+            (folder / "merged.yaml").write_text(_merged(scene, fence.text), encoding="utf-8")
+            read_scene(folder / "merged.yaml")
         elif fence.language in ("xml", "text") and fence.words:
             (folder / fence.words[0]).write_text(fence.text, encoding="utf-8")
         elif fence.language == "console":

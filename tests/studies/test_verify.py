@@ -323,6 +323,13 @@ def test_an_order_is_seen_through_the_next_power_of_the_step(order):
     assert found is not None and abs(found.value - order) < 0.3
 
 
+def test_an_order_is_not_bent_below_what_is_seen():
+    """The dopri5 of locomotive.yaml: coarse steps show more than 5, and a bent line would fall to 4.3."""
+    errors = np.array([1.14e-08, 2.1e-09, 2.31e-10, 5.34e-11, 7.59e-12, 1.96e-12])
+    found = runs.order_of(np.array(runs.STEPS[1:7]), errors)
+    assert found is not None and found.value == pytest.approx(5.16, abs=0.01)
+
+
 def test_the_order_is_seen_on_every_motion_of_what_only_turns():
     """No point of it moves: its orientation tells. From its own start it speeds up evenly."""
     keys = {"formulation": "reduced"}

@@ -104,16 +104,18 @@ class Halved:
 
 
 def order_of(steps: Array, values: Array) -> Order | None:
-    """The power with which values fall with the step. A line bends by the next power of the step where its slope is
-    surer then: log |c hᵖ (1 + a h)| ≈ log c + p log h + a h. None of fewer than three."""
+    """The power with which values fall with the step; None of fewer than three values. Coarse steps may hide it. Then
+    the line bends by the next power of the step: log |c hᵖ (1 + a h)| ≈ log c + p log h + a h. The power is its slope
+    at the finest step, where that is higher and surer. Few values bend any line downwards."""
     x, y = np.log2(steps), np.log2(values)
     if len(x) < 3:
         return None
     straight = _slope(y, np.column_stack([-x, np.ones(len(x))]))
     if len(x) < BENT:
         return straight
-    bent = _slope(y, np.column_stack([-x, np.ones(len(x)), steps[0] / steps]))
-    return min(straight, bent, key=lambda each: each.uncertainty)
+    h = steps[0] / steps
+    bent = _slope(y, np.column_stack([-x, np.ones(len(x)), h + h[-1] * np.log(2.0) * x]))  # level at the finest step
+    return bent if bent.value > straight.value and bent.uncertainty < straight.uncertainty else straight
 
 
 def _slope(y: Array, columns: Array) -> Order:
