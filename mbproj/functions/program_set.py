@@ -80,8 +80,13 @@ class ProgramSet:
 
     def names_channels(self, index: int) -> bool:
         """Whether program `index` does."""
+        return bool(len(self.channels(index)))
+
+    def channels(self, index: int) -> Integers:
+        """The variables beyond the program's own that it names, each once."""
         code = slice(self.start[index], self.start[index + 1])
-        return bool(np.any((self.op[code] == Op.VARIABLE) & (self.operand[code] >= CHANNELS)))
+        named = self.operand[code][self.op[code] == Op.VARIABLE].astype(np.intp)
+        return np.unique(named[named >= CHANNELS])
 
     @cached_property
     def kinked(self) -> npt.NDArray[np.bool_]:

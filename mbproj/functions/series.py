@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from mbproj.arrays import Array, Numbers
+from mbproj.arrays import Array, Integers, Numbers
 from mbproj.functions.program import ARGUMENTS, Op
 from mbproj.functions.program_set import ProgramSet
 from mbproj.functions.switches import FREE, lifted, pieces
@@ -59,6 +59,15 @@ def slope(programs: ProgramSet, index: int, at: Sequence[Numbers], variable: int
     series = [constant_series(x) for x in at]
     series[variable] = time_series(at[variable])
     return run(programs, index, series)[1]
+
+
+def slopes(programs: ProgramSet, index: int, at: Sequence[Numbers], variables: Integers) -> Array:
+    """The partial derivatives by each of these variables, (k,), at one point."""
+    series = [constant_series(x) for x in at]
+    none = np.zeros(len(variables))
+    for variable, row in zip(variables.tolist(), np.eye(len(variables)), strict=True):
+        series[variable] = np.full(len(row), at[variable]), row, none
+    return np.broadcast_to(run(programs, index, series)[1], none.shape)
 
 
 def failure(programs: ProgramSet, index: int, variables: Sequence[Series]) -> str:

@@ -122,6 +122,14 @@ class Linear:
     most_damping: float = threshold(
         1e12, "1", "numpy", "where so much is needed there is no better balance nearby", "chosen"
     )
+    stalled_steps: int = threshold(10, "-", "numpy", "so many steps that gain less lead to no better balance", "chosen")
+    stalled: float = threshold(
+        0.01,
+        "1",
+        "numpy",
+        "steps have to lower what is left by so much of it",
+        "one length of a hundred takes 10 steps",
+    )
     no_damping: float = threshold(1e-12, "1", "numpy", "less damping than this is none", "4500 ε")
     slowest_sought: float = threshold(
         1e-3, "rad/s", "numpy", "the first shift is chosen as if a mode had at least this speed", "chosen"

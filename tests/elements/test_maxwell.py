@@ -6,7 +6,11 @@ import numpy as np
 import pytest
 
 from mbproj import assemble, compile_system, initial_guess, read_scene_text, settings_to_run, simulate
+from mbproj.calls.linear import equilibrium
+from mbproj.dynamics.derivatives.linear_equations import linear_equations
 from mbproj.errors import InputError
+from mbproj.linear.equilibrium import balance
+from mbproj.linear.equilibrium.solve import NoEquilibrium
 from mbproj.studies.variants.livelier import with_damping, with_stiffness
 from mbproj.studies.variants.moved import RigidMotion
 from mbproj.studies.variants.rescaled import rescaled
@@ -27,6 +31,18 @@ joints:
 forces:
   M-1: {type: maxwell, PLACE, stiffness: 400, damping: 60 N*s/m}
   T: {type: torsion_maxwell, joint: pin, stiffness: 40, damping: 2}
+"""
+ON_PLANE = """
+mbproj: 1
+gravity: [0.4, 0, -9.81]
+simulation: {duration: 1, step: 0.01}
+bodies:
+  body: {mass: 2, inertia: [0.3, 0.4, 0.5], position: [0.3, 0, 0.1]}
+  next: {mass: 2, inertia: [0.3, 0.4, 0.5], position: [0.3, 0, 0.1]}
+joints:
+  B: {type: spherical, bodies: [ground, body], location: [0, 0, 0.5]}
+  J: {type: point_in_plane, bodies: [body, next], location: [0, 0, 0], axis: [0, 1, 0]}
+forces: {E: {type: maxwell, points: {ground: [0, 0, 3], next: [0.3, 0, 0.1]}, stiffness: 2, damping: 2}}
 """
 PLACES = {
     "joint": "joint: rail",
@@ -95,6 +111,16 @@ def test_studies_vary_what_is_a_stiffness_or_a_damping_by_its_unit():
         {"stiffness": 120.0, "damping": 2.0},
     ]
     assert [force.element.values["damping"] for force in damped.forces] == [300.0, 10.0]
+
+
+def test_a_search_without_an_end_stops_early(monkeypatch):
+    """A body that slips along a plane, beside a Maxwell element that pulls only while it moves: nothing holds it.
+    Newton's steps without damping would go 1e13 lengths there, and gain nothing in 300 of them."""
+    counted = []
+    monkeypatch.setattr(balance, "linear_equations", lambda *a: counted.append(a) or linear_equations(*a))
+    with pytest.raises(NoEquilibrium, match=r"nothing balances 19\..* N and .* on 'next'"):
+        equilibrium(read_scene_text(ON_PLANE))
+    assert 10 < len(counted) < 60
 
 
 @pytest.mark.parametrize(

@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 
-from mbproj.functions.program import ARGUMENTS, TIME, Op, Program, apply, variable
+from mbproj.functions.program import ARGUMENTS, CHANNELS, TIME, Op, Program, apply, variable
 from mbproj.functions.program_set import flatten
-from mbproj.functions.series import constant_series, failure, run, time_series
+from mbproj.functions.series import constant_series, failure, run, slope, slopes, time_series
 from mbproj.functions.standard import harmonic, polynomial, smooth_step, tabulated, uniform
 from mbproj.functions.table import polygon, spline
 from mbproj.scene.expressions.compiled import compiled
@@ -33,6 +33,17 @@ def differences(code, t=T, h=1e-3):
     first = (45 * (f[1] - f[-1]) - 9 * (f[2] - f[-2]) + (f[3] - f[-3])) / (60 * h)
     second = (270 * (f[1] + f[-1]) - 27 * (f[2] + f[-2]) + 2 * (f[3] + f[-3]) - 490 * f[0]) / (180 * h * h)
     return first, second
+
+
+def test_slopes_by_several_variables_are_those_by_each():
+    x, y, z = (variable(CHANNELS + k) for k in range(3))
+    product = apply(Op.MULTIPLY, apply(Op.SIN, x), apply(Op.MULTIPLY, z, z))
+    programs, at = flatten([Program(y), Program(product)]), [0.3, 0.1, 0.2, 0.7, -1.1, 0.4]
+    named = programs.channels(1)
+    assert named.tolist() == [CHANNELS, CHANNELS + 2]
+    found = slopes(programs, 1, at, named)
+    np.testing.assert_array_equal(found, [slope(programs, 1, at, each) for each in named])
+    np.testing.assert_allclose(found, [np.cos(0.7) * 0.16, np.sin(0.7) * 0.8], rtol=1e-15)
 
 
 @pytest.mark.parametrize("text", SMOOTH)

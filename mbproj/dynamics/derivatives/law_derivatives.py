@@ -12,7 +12,7 @@ from mbproj.dynamics.equations.forces import LawState, given_components, law_coo
 from mbproj.dynamics.equations.instant import Instant
 from mbproj.dynamics.equations.kinematics import Pose
 from mbproj.functions.program import CHANNELS, COORDINATE, RATE
-from mbproj.functions.series import slope
+from mbproj.functions.series import slope, slopes
 from mbproj.model.forces import Forces
 
 
@@ -58,9 +58,11 @@ def _rates_by_channels(instant: Instant) -> Array:
 
 
 def _by_channels(instant: Instant, program: int, at: list[Numbers]) -> list[float]:
-    """The slopes of a program by each channel."""
-    programs, channels = instant.system.programs, range(CHANNELS, len(at))
-    return [float(slope(programs, program, at, channel)) for channel in channels]
+    """The slopes of a program by each channel; 0 by those that it does not name."""
+    programs, found = instant.system.programs, np.zeros(len(at) - CHANNELS)
+    named = programs.channels(program)
+    found[named - CHANNELS] = slopes(programs, program, at, named)
+    return found.tolist()
 
 
 def given_rows(forces: Forces, pose: Pose) -> Rows:

@@ -224,12 +224,14 @@ class Balance:
         """The residual beside the largest force."""
         return float(np.linalg.norm(self.residual)) / max(self.largest, float(np.finfo(float).tiny))
 
+    @cached_property
     def stiffness(self) -> tuple[Array, Array]:
         """K on the tangent space, (f, f), and what its terms sum up to without their signs."""
-        equations, in_global = self.linear()
+        equations, in_global = self.linear
         size, K = np.abs(in_global), equations.K.matrix()
         return in_global.T @ (K @ in_global), size.T @ (np.abs(K) @ size)
 
+    @cached_property
     def linear(self) -> tuple[LinearEquations, Array]:
         """The linear equations in the axes of the turn, and the tangent space in them, (6n, f)."""
         problem = self.problem

@@ -71,6 +71,7 @@ class Steps(Left, Protocol):
     def residual(self) -> Array:
         """What is left."""
 
+    @property
     def stiffness(self) -> tuple[Array, Array]:
         """How it falls with a step, and what that sums up to without signs."""
 
@@ -87,7 +88,7 @@ def solve(problem: Problem, q: Array, expected: Array) -> Solved:
     radius, steps, fall = THRESHOLDS.first_radius, 0, Fall()
     while steps < THRESHOLDS.most_balancing and not is_balanced(here):
         steps += 1
-        K, sizes = here.stiffness()
+        K, sizes = here.stiffness
         step, gain = downhill_of(here, K, sizes, radius)
         there = here.after(step)
         if there is None or not goes_down(here, there, gain):
@@ -145,22 +146,35 @@ def is_far(there: AnyBalance, start: AnyBalance) -> bool:
 
 
 def by_residual(here: AnySteps) -> tuple[AnySteps, int]:
-    """Levenberg's damped steps that make |r| smaller, and how many there were."""
+    """Levenberg's damped steps that make |r| smaller, and how many there were. They are damped more where they gain
+    nothing. They end where damping does not help, as beside an edge, or where nothing can balance what is left."""
     from mbproj.linear.equilibrium.trust_region import towards_balance
 
-    damping, steps = 0.0, 0
+    damping, steps, begun, left = 0.0, 0, 0, _size(here)
     while steps < THRESHOLDS.most_balancing and not is_balanced(here) and damping < THRESHOLDS.most_damping:
+        if steps >= begun + THRESHOLDS.stalled_steps:
+            break
         steps += 1
-        K, sizes = here.stiffness()
+        K, sizes = here.stiffness
         largest: float = np.maximum(sizes.max(initial=0.0), np.finfo(float).tiny)
         step = towards_balance(here.residual, K, damping * largest)
         length = float(np.linalg.norm(step[: here.space.freedom]))
-        there = here.after(step * min(1.0, THRESHOLDS.largest_radius / max(length, THRESHOLDS.force_grain)))
-        if there is not None and np.linalg.norm(there.residual) < np.linalg.norm(here.residual):
-            here, damping = there, 0.1 * damping if damping > THRESHOLDS.no_damping else 0.0
+        size, part = _size(here), min(1.0, THRESHOLDS.largest_radius / max(length, THRESHOLDS.force_grain))
+        there = here.after(step * part)
+        if there is not None and _size(there) < size:
+            here = there
+        if _size(here) <= (1.0 - THRESHOLDS.stalled) * size:
+            damping = 0.1 * damping if damping > THRESHOLDS.no_damping else 0.0
         else:
             damping = max(10.0 * damping, THRESHOLDS.first_damping)
+        if _size(here) <= (1.0 - THRESHOLDS.stalled) * left:
+            begun, left = steps, _size(here)
     return here, steps
+
+
+def _size(here: Steps) -> float:
+    """Of the residual."""
+    return float(np.linalg.norm(here.residual))
 
 
 def falls_for_ever(balance: AnyBalance) -> NoEquilibrium:

@@ -43,7 +43,7 @@ class BalanceWithStates:
     def of(cls, at: Balance) -> BalanceWithStates:
         """What is left is measured by what there is here."""
         first = cls(at, at.largest or _pushed(at) or 1.0, np.ones(len(at.problem.x)))
-        speed = np.linalg.norm(first.stiffness()[0][at.space.freedom :], axis=1)
+        speed = np.linalg.norm(first.stiffness[0][at.space.freedom :], axis=1)
         return replace(first, speed=np.where(speed > 0.0, speed, np.maximum(np.abs(first.rates), 1.0)))
 
     @property
@@ -70,7 +70,7 @@ class BalanceWithStates:
     def drift(self) -> Array:
         """What is left of the rates beside what they are summed up of, (K,)."""
         f, x = self.space.freedom, self.at.motion.x / self.at.problem.system.states.scale
-        terms = np.abs(self.stiffness()[0][f:]) @ np.concatenate([np.ones(f), 1.0 + np.abs(x)])
+        terms = np.abs(self.stiffness[0][f:]) @ np.concatenate([np.ones(f), 1.0 + np.abs(x)])
         return np.asarray(np.abs(self.rates / self.speed) / np.maximum(terms, np.finfo(float).tiny))
 
     @property
@@ -79,11 +79,12 @@ class BalanceWithStates:
         forces = 0.0 if self.at.is_held else self.at.relative
         return max(forces, float(self.drift.max(initial=0.0)))
 
+    @cached_property
     def stiffness(self) -> tuple[Array, Array]:
         """How the residual falls with steps along the tangent space and with steps of the states by their scales, (f +
         K, f + K). Then what its terms sum up to without their signs."""
-        (equations, N), scale = self.at.linear(), self.at.problem.system.states.scale
-        K, sizes = self.at.stiffness()
+        (equations, N), scale = self.at.linear, self.at.problem.system.states.scale
+        K, sizes = self.at.stiffness
         states, unit = equations.states, 1.0 / (scale * self.speed)[:, None]
         pushed = -states.push.times(N).T * scale / self.torque
         unit = unit * self.at.problem.system.states.rests[:, None]
@@ -95,7 +96,7 @@ class BalanceWithStates:
         """The same after a step that leaves what no motion changes, uᵀη with uᵀK = 0, as it is; None where constraints
         open, or a function has no value."""
         f, problem = self.space.freedom, self.at.problem
-        U, σ, V = np.linalg.svd(self.stiffness()[0])
+        U, σ, V = np.linalg.svd(self.stiffness[0])
         none = σ <= THRESHOLDS.linear_round_off * σ.max(initial=0.0)
         conserved, free = U[:, none].T, V[none].T
         step = step - free @ np.linalg.lstsq(conserved @ free, conserved @ step, rcond=None)[0]
@@ -105,7 +106,7 @@ class BalanceWithStates:
 
 def _pushed(at: Balance) -> float:
     """The largest push of states by their scales, where all forces are 0."""
-    equations, N = at.linear()
+    equations, N = at.linear
     return float(np.abs(equations.states.push.times(N).T * at.problem.system.states.scale).max(initial=0.0))
 
 
@@ -118,7 +119,7 @@ def solve_with_states(problem: Problem, q: Array, expected: Array) -> Solved:
         solved = solve(problem, q, expected)
         at, steps = solved.balance, solved.steps  # type: ignore[assignment]
     except NoEquilibrium:
-        if not at.linear()[0].states.push.value.any():
+        if not at.linear[0].states.push.value.any():
             raise
     found, more = by_residual(BalanceWithStates.of(at))
     if not is_nearly_balanced(found):
@@ -161,7 +162,7 @@ def scaled_rates(instant: Instant) -> Array:
 def drifts(found: BalanceWithStates) -> NoEquilibrium:
     """A state that nothing brings to rest, in words."""
     system, f = found.at.problem.system, found.space.freedom
-    U, σ, _ = np.linalg.svd(found.stiffness()[0][f:, f:])
+    U, σ, _ = np.linalg.svd(found.stiffness[0][f:, f:])
     held = U[:, σ <= THRESHOLDS.linear_round_off * σ.max(initial=0.0)]  # the sums of states that no state changes
     rates = found.rates / found.speed
     k = int(np.argmax(np.abs(held @ (held.T @ rates)) if held.size else found.drift))
