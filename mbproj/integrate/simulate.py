@@ -28,7 +28,6 @@ from mbproj.integrate.outcome.lock_up import naming_lock_up
 from mbproj.integrate.outcome.lost_mass import naming_lost_mass
 from mbproj.integrate.outcome.marks import START, Keeping, Mark, Marks
 from mbproj.integrate.outcome.report import (
-    EnergyAccount,
     EnergyWatch,
     Report,
     words_on_halvings,
@@ -102,10 +101,11 @@ def simulate(
     *,
     keep: Keep | None = None,
     resumed: Mark = START,
+    accounts: bool = True,
 ) -> Report:
     """Integrates from `state` over `settings.duration`, and reports. With a mark that `keep` was given before, of the
     same system, state and settings but for the duration, it goes on from there: with the samples that follow, to the
-    bits of one run.
+    bits of one run. Studies of many runs need no energies in the report: without `accounts` they are NaN there.
 
     Raises InputError where the settings do not fit the system or its equations have no unique solution. Raises
     SimulationError where the run cannot go on, KeyboardInterrupt after SIGINT or SIGTERM; the last two after everything
@@ -119,11 +119,11 @@ def simulate(
     weight = float(np.sum(system.mass) * np.linalg.norm(system.gravity))
     reach = system.length + float(np.abs(pose_of(state.q).position).max(initial=0.0))
     moves = choice.degrees_of_freedom > 0 or system.driven > 0
-    tally, energy, floors = Tally(), EnergyWatch(weight * reach, moves=moves), np.zeros(3)
+    tally, floors = Tally(), np.zeros(3)
+    energy = EnergyWatch(weight * reach, moves=moves, wanted=accounts)
     marks = Marks(resumed, wanted=keep is not None)
     keeping = None if keep is None else Keeping(marks, partial(keep, choice.name, fingerprint()))
     automatic = _automatic() if settings.integrator == AUTOMATIC else None
-    account = EnergyAccount()
     stiffness = StiffnessWatch(choice, system, settings, partial(_march, choice, system, tally=Tally()))
     observer, reached, last = Observer(system, state), (state.t, state.q), state
     started, recording = _Clocks.now(), _Clocks()
@@ -147,15 +147,7 @@ def simulate(
             last = State(reached[0], samples.y[-1].copy(), samples.layout)
             handed_over = _Clocks.now()
             block = observer.at(samples)
-            potential, balance = block["diagnostics/potential_energy"], block["diagnostics/energy_balance"]
-            work, dissipation = (float(block[f"diagnostics/{name}"][-1]) for name in ("work", "dissipation"))
-            account = EnergyAccount(work, dissipation, float(balance[-1]))
-            energy.take(
-                float(np.abs(balance).max()),
-                float(block["diagnostics/kinetic_energy"].max()),
-                float(potential.min()),
-                float(potential.max()),
-            )
+            energy.watch(block)
             floors = np.maximum(floors, _floors(system, samples))
             stiffness.take(samples, None if automatic is None else automatic.plan.implicit_at(samples.t))
             if keeping is not None:
@@ -183,7 +175,7 @@ def simulate(
         worst_joint=worst_joint(system, tally.joint_peak),
         energy_drift=energy.drift,
         energy_drift_relative=energy.relative,
-        energy=account,
+        energy=energy.account,
         rows=tally.rows,
         exchanged=energy.exchanged,
         integration_seconds=integration.elapsed,

@@ -78,6 +78,16 @@ class Layout:
         return slots, joint[slots]
 
     @cached_property
+    def entry_body(self) -> Integers:
+        """The body of each entry, (e,)."""
+        return self.body[self.entry_slot]
+
+    @cached_property
+    def entry_is_point(self) -> Array:
+        """1 of each entry at a point, 0 at a vector, (e, 1)."""
+        return self.is_point[self.entry_slot, None]
+
+    @cached_property
     def units(self) -> tuple[str, ...]:
         """The unit of each row, m or rad."""
         return tuple("m" if is_length else "rad" for is_length in self.is_length.tolist())

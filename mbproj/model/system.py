@@ -234,7 +234,7 @@ class System:
         """The number of motions: the last rows of C."""
         return self.motions.size
 
-    @property
+    @cached_property
     def row_scale(self) -> Array:
         """What a row of C is measured against, (m,): `length` for rows in metres, 1 for the others."""
         return np.concatenate([np.ones(self.bodies), np.where(self.rows.is_length, self.length, 1.0)])

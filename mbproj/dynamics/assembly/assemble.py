@@ -91,7 +91,7 @@ def assemble(system: System, guess: Guess) -> State:
     q = _close(system.at_positions, guess.q, guess.start, drive)
     pose = pose_of(q)
     _refuse_flips(system, pose)
-    v = _consistent_velocity(system, q, guess, drive)
+    v = _consistent_velocity(system, q, pose, guess, drive)
     angles = coordinate_values(system, pose)
     turns = np.zeros(len(angles), dtype=np.intp)
     for index, value in known_at_start(system, guess, drive):
@@ -149,15 +149,17 @@ def nearest(system: System, q: Array, start: Conditions, drive: Drive, close_eno
     """Gauss-Newton with the shortest weighted step. The pose reached, and what is left of the violation, in rad and
     parts of the length; it ends at `close_enough`."""
 
-    def rows(q: Array) -> Rows:
-        return scaled_rows(system, pose_of(q), start)
+    def residual(pose: Pose) -> Array:
+        return scaled_residual(system, pose, start, drive)
 
-    return gauss_newton(system, q, lambda q: scaled_residual(system, q, start, drive), rows, close_enough)
+    def rows(pose: Pose) -> Rows:
+        return scaled_rows(system, pose, start)
+
+    return gauss_newton(system, q, residual, rows, close_enough)
 
 
-def scaled_residual(system: System, q: Array, start: Conditions, drive: Drive) -> Array:
-    """Joint, motion and start rows at poses q (..., 7n), lengths in units of the system's length, (..., m + c)."""
-    pose = pose_of(q)
+def scaled_residual(system: System, pose: Pose, start: Conditions, drive: Drive) -> Array:
+    """Joint, motion and start rows at poses (...), lengths in units of the system's length, (..., m + c)."""
     rows = np.asarray(constraint(system, pose, drive) / system.row_scale, dtype=float)[..., system.bodies :]
     if not len(start.index):
         return rows
@@ -168,9 +170,9 @@ def scaled_residual(system: System, q: Array, start: Conditions, drive: Drive) -
 
 def scaled_rows(system: System, pose: Pose, start: Conditions) -> Rows:
     """The derivatives of `scaled_residual` by (δr / length, δθ) of each body."""
-    scale = np.concatenate(
-        [system.row_scale[system.bodies :], np.where(_asked_angles(system, start), 1.0, system.length)]
-    )
+    scale = system.row_scale[system.bodies :]
+    if len(start.index):
+        scale = np.concatenate([scale, np.where(_asked_angles(system, start), 1.0, system.length)])
     return _rows(system, pose, start).scaled(1.0 / scale)
 
 
@@ -180,8 +182,10 @@ def _asked_angles(system: System, asked: Conditions) -> Flags:
 
 def _rows(system: System, pose: Pose, asked: Conditions) -> Rows:
     """The derivatives of the joints' and the motions' rows, and of the coordinates that are asked for."""
-    wanted = set_rows(system, system.coordinates, pose).chosen(asked.index)
-    return stacked(system.bodies, [set_rows(system, system.rows, pose), wanted])
+    rows = set_rows(system, system.rows, pose)
+    if not len(asked.index):
+        return rows
+    return stacked(system.bodies, [rows, set_rows(system, system.coordinates, pose).chosen(asked.index)])
 
 
 def _not_closed(system: System, residual: Array) -> InputError:
@@ -230,19 +234,19 @@ def _close_enough(system: System) -> float:
     return 1e-15 if system.bodies <= THRESHOLDS.large else 1e-12
 
 
-def _consistent_velocity(system: System, q: Array, guess: Guess, drive: Drive) -> Array:
+def _consistent_velocity(system: System, q: Array, pose: Pose, guess: Guess, drive: Drive) -> Array:
     """The velocity nearest to the guess with C_q v + C_t = 0 and the joints' speeds."""
     wanted = np.concatenate([-time_derivative(system, drive), guess.speed.value])
     if not wanted.any() and not guess.v.any():
         return guess.v  # what rests, and is to
-    pose = pose_of(q)
 
     def off(v: Array) -> Array:
         twist = twist_of(pose, v)
+        rows: Array = constraint_velocity(system, pose, twist, drive)[system.bodies :]
+        if not len(guess.speed.index):
+            return rows
         speeds = set_velocity(system.coordinates, pose, twist)[guess.speed.index]
-        return np.concatenate(
-            [constraint_velocity(system, pose, twist, drive)[system.bodies :], speeds - guess.speed.value]
-        )
+        return np.concatenate([rows, speeds - guess.speed.value])
 
     v, Λ = guess.v.reshape(-1, 7).copy(), q.reshape(-1, 7)[:, 3:]
     v[:, 3:] -= np.sum(Λ * v[:, 3:], axis=1, keepdims=True) * Λ  # |Λ| stays at this pose

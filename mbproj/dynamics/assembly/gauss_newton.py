@@ -9,7 +9,7 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dynamics.blocks import Rows
 from mbproj.dynamics.equations.constraint_equations import tangent_entries
-from mbproj.dynamics.equations.kinematics import Pose
+from mbproj.dynamics.equations.kinematics import Pose, pose_of
 from mbproj.model.euler_parameters import matrix_L
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.model.system import System
@@ -17,20 +17,22 @@ from mbproj.thresholds import THRESHOLDS
 
 
 def gauss_newton(
-    system: System, q: Array, residual: Callable[[Array], Array], rows: Callable[[Array], Rows], close_enough: float
+    system: System, q: Array, residual: Callable[[Pose], Array], rows: Callable[[Pose], Rows], close_enough: float
 ) -> tuple[Array, Array]:
-    """The pose reached from q, and the `residual` that is left there; `rows` are its derivatives by (δr / length, δθ),
-    and it ends at `close_enough`, or at round-off. Where the shortest step does not reduce the residual, Levenberg's
-    damping."""
-    left, damping = residual(q), 0.0
+    """The coordinates reached from q, and the `residual` that is left there; `rows` are its derivatives by
+    (δr / length, δθ), and it ends at `close_enough`, or at round-off. Where the shortest step does not reduce the
+    residual, Levenberg's damping."""
+    pose = pose_of(q)
+    left, damping = residual(pose), 0.0
     for _ in range(THRESHOLDS.most_assembling):
         open_by = np.abs(left).max(initial=0.0)
         if not close_enough < open_by < np.inf or damping > 1e6:  # where there is no pose at all, it is no number
             break
-        trial = moved(system, q, shortest(rows(q), -left, damping))
-        trial_left = residual(trial)
+        trial = moved(system, q, shortest(rows(pose), -left, damping))
+        trial_pose = pose_of(trial)
+        trial_left = residual(trial_pose)
         if np.linalg.norm(trial_left) < np.linalg.norm(left):
-            q, left, damping = trial, trial_left, damping / 10.0 if damping > 1e-9 else 0.0
+            q, pose, left, damping = trial, trial_pose, trial_left, damping / 10.0 if damping > 1e-9 else 0.0
         elif open_by <= THRESHOLDS.closed_to:
             break
         else:

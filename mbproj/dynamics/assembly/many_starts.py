@@ -18,7 +18,7 @@ def close_all(system: System, q: Array, held: Conditions, drive: Drive) -> tuple
     """The poses (B, 7n) reached from poses q (B, 7n), and which of them meet joints, motions and what is `held`."""
     q = q.copy()
     damping, going = np.full(len(q), THRESHOLDS.first_damping), np.ones(len(q), dtype=bool)
-    left = scaled_residual(system, q, held, drive)
+    left = scaled_residual(system, pose_of(q), held, drive)
     for _ in range(THRESHOLDS.most_closing):
         open_by = np.abs(left).max(axis=1, initial=0.0)
         going &= (open_by > THRESHOLDS.closed_to) & (damping < THRESHOLDS.lost_damping)
@@ -28,7 +28,7 @@ def close_all(system: System, q: Array, held: Conditions, drive: Drive) -> tuple
         rows = scaled_rows_of(system, pose_of(q[at]), held)
         with may_overflow():
             trial = _moved(system, q[at], _steps(rows, left[at], damping[at]))
-            trial_left = scaled_residual(system, trial, held, drive)
+            trial_left = scaled_residual(system, pose_of(trial), held, drive)
         better = np.linalg.norm(trial_left, axis=1) < np.linalg.norm(left[at], axis=1)
         q[at[better]], left[at[better]] = trial[better], trial_left[better]
         damping[at] = np.where(better, np.maximum(0.2 * damping[at], THRESHOLDS.least_damping), 4.0 * damping[at])

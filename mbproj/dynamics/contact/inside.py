@@ -37,12 +37,11 @@ def nearest_inside(system: System, state: State) -> tuple[Array, Array]:
     def gap(pose: Pose) -> Array:
         return np.asarray(gaps(stops, pose, _turns(system, pose, start)))
 
-    def residual(q: Array) -> Array:
-        passed = np.minimum(gap(pose_of(q)), 0.0) / sizes
-        return np.concatenate([scaled_residual(system, q, none, drive), passed])
+    def residual(pose: Pose) -> Array:
+        passed = np.minimum(gap(pose), 0.0) / sizes
+        return np.concatenate([scaled_residual(system, pose, none, drive), passed])
 
-    def rows(q: Array) -> Rows:
-        pose = pose_of(q)
+    def rows(pose: Pose) -> Rows:
         factor = np.where(gap(pose) < 0.0, stops.side / sizes, 0.0)
         passed = set_rows(system, stops.coordinates, pose).scaled(factor)
         return stacked(system.bodies, [scaled_rows(system, pose, none), passed])

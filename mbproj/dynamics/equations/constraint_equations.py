@@ -118,12 +118,12 @@ def tangent_jacobian(bound: PrimitiveSet, pose: Pose) -> Array:
 
 def tangent_entries(bound: PrimitiveSet, pose: Pose) -> tuple[Integers, Array]:
     """What `tangent_jacobian` sums up: the body (e,) and ∂/∂(δr, δθ, ε) (e, 7) of each entry of the row `entry_row`."""
-    body = bound.body[bound.entry_slot]
+    body = bound.layout.entry_body
     gradient = bound.gradient_entries(pose.places(bound))
     local = bound.local[bound.entry_slot]
     in_body = (gradient[:, None, :] @ pose.rotation[body])[:, 0, :]
     entries = np.empty((len(body), 7))
-    entries[:, :3] = bound.is_point[bound.entry_slot, None] * gradient
+    entries[:, :3] = bound.layout.entry_is_point * gradient
     entries[:, 3:6] = cross(local, in_body)
     entries[:, 6] = 2.0 * np.sum(local * in_body, axis=-1)
     return body, entries

@@ -37,10 +37,10 @@ from mbproj.dynamics.equations.kinematics import (
 )
 from mbproj.dynamics.equations.motions import Drive, drive_at
 from mbproj.dynamics.equations.reflected import inertial_reaction
-from mbproj.dynamics.equations.teeth import Teeth, sums_at_start
+from mbproj.dynamics.equations.teeth import Teeth
 from mbproj.dynamics.observe.reactions import applied_seen, reactions
 from mbproj.dynamics.observe.samples import Samples, join, keep_freed_memory
-from mbproj.dynamics.observe.total_energy import account, of_elements, potential, total_energy
+from mbproj.dynamics.observe.total_energy import AtStart, account, potential
 from mbproj.model.euler_parameters import product, rotation_matrix
 from mbproj.model.system import System
 
@@ -57,10 +57,7 @@ class Observer:
 
     def __init__(self, system: System, start: State) -> None:
         keep_freed_memory()
-        self.system = system
-        at = start.instant(system)
-        self.energy, self.of_elements = total_energy(system, start), of_elements(at)
-        self.sums = sums_at_start(system, at.pose, at.expected) if system.couplings.size else np.zeros(0)
+        self.system, self.start = system, AtStart(system, start)
 
     def at(self, samples: Samples) -> Observation:
         """Everything at some samples."""
@@ -140,7 +137,7 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
 
     @cached_property
     def drive(self) -> Drive:
-        teeth = Teeth(self.observer.sums, self.coordinate) if self.system.couplings.size else None
+        teeth = Teeth(self.observer.start.sums, self.coordinate) if self.system.couplings.size else None
         return drive_at(self.system, self._seen.t, teeth)
 
     @cached_property
@@ -237,11 +234,11 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
     @cached_property
     def work(self) -> tuple[Numbers, Numbers]:
         """W and D, (T,)."""
-        return account(self.instant, self.observer.of_elements, self._seen.work)
+        return account(self.instant, self.observer.start.of_elements, self._seen.work)
 
     def balance(self) -> Numbers:
         """E(t) - E(0) - W + D, (T,)."""
-        return self["diagnostics/total_energy"] - self.observer.energy - self.work[0] + self.work[1]
+        return self["diagnostics/total_energy"] - self.observer.start.energy - self.work[0] + self.work[1]
 
 
 #: The quantities beside the counters.

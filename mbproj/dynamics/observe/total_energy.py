@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+from typing import final
+
 import numpy as np
 
 from mbproj.arrays import Array, Numbers
@@ -10,8 +13,33 @@ from mbproj.dynamics.equations.energy import kinetic_energy, potential_energy
 from mbproj.dynamics.equations.forces import LawState, law_state
 from mbproj.dynamics.equations.gaps import gaps, stored_energy
 from mbproj.dynamics.equations.instant import Instant
+from mbproj.dynamics.equations.teeth import sums_at_start
 from mbproj.functions.series import run
 from mbproj.model.system import System
+
+
+@final
+class AtStart:
+    """What a run from a state counts from, each found when somebody asks for it."""
+
+    def __init__(self, system: System, state: State) -> None:
+        self._system, self._state = system, state
+
+    @cached_property
+    def energy(self) -> float:
+        """T + V in J."""
+        return total_energy(self._system, self._state)
+
+    @cached_property
+    def of_elements(self) -> tuple[Numbers, Numbers]:
+        """What elements keep, and have lost, in J."""
+        return of_elements(self._state.instant(self._system))
+
+    @cached_property
+    def sums(self) -> Array:
+        """The whole teeth of each gear and screw, (k,)."""
+        at = self._state.instant(self._system)
+        return sums_at_start(self._system, at.pose, at.expected)
 
 
 def total_energy(system: System, state: State) -> float:

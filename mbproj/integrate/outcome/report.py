@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.equations.round_off import EPSILON
+from mbproj.dynamics.observe.recorded import Block
 from mbproj.integrate.events.time_events import DECIDES, SHARED, Event
 from mbproj.integrate.outcome.tally import Halved, Passed, Peak, RowsKept
 from mbproj.model.system import System
@@ -248,11 +251,23 @@ def _of_rows(report: Report) -> dict[str, Any]:
 class EnergyWatch:
     """Scratch of a run: the largest |balance|, kinetic energy, and range of the potential energy so far."""
 
-    def __init__(self, scale: float = 0.0, *, moves: bool = True) -> None:
-        """`scale`: the mechanism's energy in J, as its weight times its size; `moves`: whether it can move at all."""
-        self._scale, self._moves = scale, moves
-        self.drift = self.kinetic = 0.0
+    def __init__(self, scale: float = 0.0, *, moves: bool = True, wanted: bool = True) -> None:
+        """`scale`: the mechanism's energy in J, as its weight times its size; `moves`: whether it can move at all. All
+        is NaN of a run whose energies are not `wanted`."""
+        self._scale, self._moves, self._wanted = scale, moves, wanted
+        self.drift = self.kinetic = 0.0 if wanted else float("nan")
         self.lowest, self.highest = float("inf"), float("-inf")
+        self.account = EnergyAccount() if wanted else EnergyAccount(*[float("nan")] * 3)
+
+    def watch(self, block: Block) -> None:
+        """Takes in a block, and where the energy has gone until its end."""
+        if not self._wanted:
+            return
+        potential, balance = block["diagnostics/potential_energy"], block["diagnostics/energy_balance"]
+        work, dissipation = (float(block[f"diagnostics/{name}"][-1]) for name in ("work", "dissipation"))
+        self.account = EnergyAccount(work, dissipation, float(balance[-1]))
+        kinetic = float(block["diagnostics/kinetic_energy"].max())
+        self.take(float(np.abs(balance).max()), kinetic, float(potential.min()), float(potential.max()))
 
     def take(self, balance: float, kinetic: float, lowest: float, highest: float) -> None:
         """Takes in a block: its largest |balance| and kinetic energy, and its range of the potential energy."""

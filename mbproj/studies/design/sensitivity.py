@@ -173,7 +173,7 @@ def _run(work: _Work, item: tuple[int, float]) -> list[float] | str:
         scene = work.scene if j < 0 else work.scene.with_({work.paths[j]: value})
         mechanism = Mechanism.of(scene)
         samples = MeasuredSamples(mechanism, work.measures)
-        simulate(mechanism.system, mechanism.state, work.settings, samples)
+        simulate(mechanism.system, mechanism.state, work.settings, samples, accounts=False)
     except MbprojError as error:
         return str(error)
     found = [measured(each, samples, work.settings.duration) for each in work.measures]

@@ -122,7 +122,7 @@ def tried(wish: Wish, u: Array) -> Trial:
     settings, watched = _finer(settings_to_run(scene), wish.finer), wish.watched
     samples = MeasuredSamples(mechanism, watched)
     try:
-        simulate(mechanism.system, mechanism.state, settings, samples)
+        simulate(mechanism.system, mechanism.state, settings, samples, accounts=False)
     except SimulationError as error:
         return _failed(wish, str(error), np.zeros(1), error.time / settings.duration if settings.duration else 0.0)
     except InputError as error:

@@ -110,7 +110,7 @@ def _measured(
     work: Work, mechanism: Mechanism, settings: Settings, kept: MeasuredSamples, keep: Keep | None = None
 ) -> tuple[Row, Report]:
     """The case's row; `keep` takes the states that a run can go on from."""
-    report = simulate(mechanism.system, mechanism.state, settings, kept, keep=keep)
+    report = simulate(mechanism.system, mechanism.state, settings, kept, keep=keep, accounts=keep is not None)
     found = {each.name: measured(each, kept, settings.duration) for each in work.measures}
     values = tuple(np.nan if one is None else float(one.values[0]) for one in found.values())
     return Row(Status.DONE, values, formulation=report.formulation), report
