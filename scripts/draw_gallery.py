@@ -28,6 +28,8 @@ from mbproj.joints import JOINTS
 from mbproj.model.compile.frames import local_frames
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.scene import Scene
+from mbproj.scene.blocks.ropes.path import axes as path_axes
+from mbproj.scene.blocks.ropes.path import straight
 from mbproj.scene.records import GROUND, Joint
 
 MECHANISMS = Path(__file__).parents[1] / "mechanisms"
@@ -78,8 +80,8 @@ class Camera:
 
 
 def connecting(scene: Scene) -> list[Joint]:
-    """The joints that have a place: those that couple others have none."""
-    return [joint for joint in scene.joints if joint.couples is None]
+    """The joints that have a place: those that couple others have none, and a rope has many."""
+    return [joint for joint in scene.joints if joint.couples is None and "path" not in joint.parameters]
 
 
 def local_joints(scene: Scene, start: Poses) -> Iterable[tuple[str, Array, Array]]:
@@ -173,6 +175,21 @@ def draw_joints(axes: Axes, camera: Camera, scene: Scene, start: Poses, support:
         )
 
 
+def draw_ropes(axes: Axes, camera: Camera, scene: Scene) -> None:
+    """Every rope at the scene's pose: straight from circle to circle, and around them."""
+    for path in (joint.parameters["path"] for joint in scene.joints if "path" in joint.parameters):
+        x, y, _ = (np.array(axis) for axis in path_axes(path.normal))
+        _, directions = straight(path)
+        line = list[Array]()
+        for before, node, after in zip(
+            [directions[0], *directions], path.nodes, [*directions, directions[-1]], strict=True
+        ):
+            for θ in np.linspace(before, after, 30):
+                out = node.signed_radius * (np.sin(θ) * x - np.cos(θ) * y)
+                line.append(np.array(node.at.vector) + out)
+        axes.plot(*camera.flat(np.array(line)).T, color=INK, linewidth=1.6, solid_joinstyle="round", zorder=34)
+
+
 def draw_ground(axes: Axes, x: float, y: float, support: float) -> None:
     """A triangle at the joint, on a hatched line."""
     half, deep = 0.64 * support, support
@@ -223,6 +240,7 @@ def draw(name: str, sketch: Sketch) -> Figure:
         path = camera.flat(history["markers/position"][:, k])
         axes.plot(*path.T, color=colour, linewidth=1.4, zorder=5 if sketch.view == FLAT else 30)
         axes.plot(*path[0], "o", color=colour, markersize=5, zorder=45)
+    draw_ropes(axes, camera, scene)
     size = frame(axes)
     plated = any(shape.width is None for shape in shapes[GROUND])
     draw_joints(axes, camera, scene, start, 0.0 if plated else -0.05 * size if sketch.hangs else 0.05 * size)

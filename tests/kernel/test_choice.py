@@ -43,6 +43,7 @@ EXPECTED = {
     "free_body": ("reduced", f"{FREE}can keep the bodies in a plane: no joint has an axis", 6),
     "governor": ("reduced", f"{FREE}keeps body ", 2),
     "heavy_top": ("reduced", f"{FREE}can keep the bodies in a plane: no joint has an axis", 3),
+    "hoist": ("planar", IN_Y, 1),
     "hooke_shaft": ("reduced", f"{FREE}keeps body 'driven' in the plane", 1),
     "inline_four": ("planar", "the joints keep every body in the plane normal to [1, 0, 0]", 0),
     "locomotive": ("planar", IN_Y, 1),
@@ -62,6 +63,7 @@ EXPECTED = {
     "steered_car": ("reduced", "not planar: joint 'front_left_rolls' rolls out of the plane", 1),
     "stewart_platform": ("reduced", "not planar: joint 'U1' is tilted", 6),
     "stick_slip": ("planar", IN_Y, 1),
+    "swinging_atwood": ("planar", IN_Y, 3),
     "turntable": ("reduced", "not planar: joint 'rolls' rolls out of the plane", 3),
 }
 FULL_ONLY = sorted(name for name, entry in PROJECTIONS.items() if not entry.compiled)

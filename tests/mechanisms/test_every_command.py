@@ -33,6 +33,7 @@ REFUSED = {
     "differential": {"equilibrium": "nothing balances"},
     "door_closer": {"equilibrium": "does not hold where the other forces balance"},
     "drum_brake": {"modes": SLIDES},
+    "hoist": {"equilibrium": "nothing balances"},
     "inline_four": {"equilibrium": MOVES},
     "rocking_cabinet": {"equilibrium": "nothing balances", "modes": TOUCHES},
     "rolling_coin": {"equilibrium": "nothing balances"},
@@ -40,6 +41,7 @@ REFUSED = {
     "steered_car": {"equilibrium": "nothing balances"},
     "stewart_platform": {"equilibrium": "nothing balances"},
     "stick_slip": {"equilibrium": MOVES},
+    "swinging_atwood": {"equilibrium": "nothing balances"},
     "turntable": {"equilibrium": MOVES},
 }
 UNJOINED = "there is nothing to project"

@@ -31,6 +31,7 @@ SIZES = {
     "free_body": (1, 6),
     "governor": (4, 2),
     "heavy_top": (1, 3),
+    "hoist": (2, 1),
     "hooke_shaft": (3, 1),
     "inline_four": (9, 0),
     "locomotive": (4, 1),
@@ -50,6 +51,7 @@ SIZES = {
     "steered_car": (5, 1),
     "stewart_platform": (13, 6),
     "stick_slip": (2, 1),
+    "swinging_atwood": (3, 3),
     "turntable": (2, 3),
 }
 

@@ -40,6 +40,7 @@ SHIPPED = {
     "free_body": "nothing but symmetry can keep the bodies in a plane: no joint has an axis",
     "governor": "nothing but symmetry keeps body 'right' in the plane normal to [0, 1, 0]",
     "heavy_top": "nothing but symmetry can keep the bodies in a plane: no joint has an axis",
+    "hoist": [0, 1, 0],
     "hooke_shaft": "nothing but symmetry keeps body 'driven' in the plane normal to [0, 0, 1]",
     "inline_four": [1, 0, 0],
     "locomotive": [0, 1, 0],
@@ -59,6 +60,7 @@ SHIPPED = {
     "steered_car": "joint 'front_left_rolls' rolls out of the plane, seen in the plane normal to [0, 1, 0]",
     "stewart_platform": "joint 'U1' is tilted, seen in the plane normal to [0.999, -0.0204, 0.041]",
     "stick_slip": [0, 1, 0],
+    "swinging_atwood": [0, 1, 0],
     "turntable": "joint 'rolls' rolls out of the plane, seen in the plane normal to [0, 0, 1]",
 }
 
