@@ -65,7 +65,8 @@ def parameter(name: str, given: Parameter) -> float | tuple[float, ...] | Track:
     if given.many is None:
         return PARAMETERS.get(name, 0.3)
     larger = 100.0 if given.may_be == "teeth" else 1.0
-    return tuple(larger * (-1.0) ** at * (0.2 + 0.15 * at) for at in range(given.many))
+    sign = 1.0 if given.may_be == "positive" else -1.0
+    return tuple(larger * sign**at * (0.2 + 0.15 * at) for at in range(given.many))
 
 
 def on_track(
@@ -85,7 +86,7 @@ def random_joint(rng: np.random.Generator, name: str, kind: str, bodies: tuple[s
     if JOINTS[kind].frame == "path":
         return random_rope(rng, name, bodies, np.array(point), first)
     second = unit(np.cross(first, rng.normal(size=3))) if JOINTS[kind].frame == "axes" else first
-    axes = None
+    axes, across = None, None
     if JOINTS[kind].frame != "point":
         axes = Pair(tuple(float(x) for x in first), tuple(float(x) for x in second))
     points = Pair(point, vector(rng) if JOINTS[kind].separate else point)
@@ -94,15 +95,25 @@ def random_joint(rng: np.random.Generator, name: str, kind: str, bodies: tuple[s
         axis = unit(np.cross(first, axis)) if JOINTS[kind].frame == "line" else axis
         axes = Pair(tuple(map(float, first)), tuple(map(float, axis)))
         height = 0.3 * (np.linalg.norm(np.cross(first, axis)) if JOINTS[kind].has_axis else 1.0)
+        if "semi_axes" in JOINTS[kind].parameters:
+            across = vector(rng)
+            height = reach(first, axis, np.array(across), parameter("semi_axes", JOINTS[kind].parameters["semi_axes"]))
         aside = np.cross(first, rng.normal(size=3))
         points = Pair(point, tuple(map(float, np.array(point) + aside + height * first)))
     own = JOINTS[kind].parameters
     parameters = {name: parameter(name, own[name]) for name in JOINTS[kind].required_parameters}
-    across = vector(rng) if JOINTS[kind].x_axis == "required" else None
+    if across is None and JOINTS[kind].x_axis == "required":
+        across = vector(rng)
     x_axis = across and Pair(across, across)
     if "curve" in own:
         points = on_track(parameters["curve"], point, first, np.array(across), rng)
     return Joint(name, kind, bodies, points, axes, parameters=parameters, reaction=True, x_axis=x_axis)
+
+
+def reach(normal: np.ndarray, axis: np.ndarray, across: np.ndarray, semi_axes: tuple[float, ...]) -> float:
+    """How far the centre of an ellipsoid is above its lowest point: the first semi-axis is nearest to `across`."""
+    x = unit(across - (across @ axis) * axis)
+    return float(np.linalg.norm(np.array(semi_axes) * (np.array([x, np.cross(axis, x), axis]) @ normal)))
 
 
 def random_rope(

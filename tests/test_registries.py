@@ -51,7 +51,8 @@ def place_of(joint: JointType) -> str:
         return f"normal: [0, -1, 0], path: [{places}, {{point: next, at: [0.3, 0, 1]}}]"
     if joint.is_on_plane:
         axis = ", axis: [0, 1, 0]" if joint.has_axis else ""
-        return f"plane: {{location: [0, 0, -0.2], normal: [0, 0, 1]}}, centre: [0.3, 0, 0.1]{axis}, radius: 0.3"
+        size = "x_axis: [1, 0, 0], semi_axes: [0.4, 0.3, 0.2]" if "semi_axes" in joint.parameters else "radius: 0.3"
+        return f"plane: {{location: [0, 0, -0.2], normal: [0, 0, 1]}}, centre: [0.3, 0, 0.1]{axis}, {size}"
     place = "locations: [[0, 0, 1], [0.3, 0, 0.3]]" if joint.separate else "location: [0, 0, 0]"
     given = {name: joint.parameters[name] for name in joint.required_parameters}
     own = "".join(

@@ -8,6 +8,7 @@ from mbproj.constraints.angle import Angle
 from mbproj.constraints.coincident import Coincident
 from mbproj.constraints.coupling import Coupling
 from mbproj.constraints.distance import Distance
+from mbproj.constraints.ellipsoid import EllipsoidHeight, EllipsoidSlip
 from mbproj.constraints.perpendicular import Perpendicular
 from mbproj.constraints.primitive import Primitive
 from mbproj.constraints.profile import Arc, Profile
@@ -28,6 +29,8 @@ PRIMITIVES: Mapping[str, type[Primitive]] = MappingProxyType(
         "wheel_slip_across": WheelSlipAcross,
         "ball_slip": BallSlip,
         "edge_slip": EdgeSlip,
+        "ellipsoid_height": EllipsoidHeight,
+        "ellipsoid_slip": EllipsoidSlip,
         "profile": Profile,
         "arc": Arc,
         "rope": Rope,

@@ -19,11 +19,12 @@ joint without rows is there for its coordinates.
 `aligned` lists pairs of vectors that the rows make parallel, and that must not end up opposite. `kept` are rows that
 keep the value that they have at the scene's pose, or that of the parameter which they name. `parameters` are what else
 the joint takes; those that no row keeps are required, unless they are optional. A primitive that has parameters takes
-those of their names; one on a curve, that of the parameter `curve`. A row that is a `coupling` `couples` coordinates
-that these primitives measure, and the field of its name gives their weights from the parameters. `x_axis`: whether the
-scene may say the direction of x1 and x2, or has to; `has_axis`: whether what is on a plane has an axis. A joint that
-`merges` makes one rigid body of two unless its reaction is asked for. `dry` friction may act on the coordinates of
-some. `sketch` is the glyph in an animation, by default that of the frame.
+those of their names, and of several numbers name_1, name_2 and so on; one on a curve, that of the parameter `curve`.
+A row that is a `coupling` `couples` coordinates that these primitives measure, and the field of its name gives their
+weights from the parameters. `x_axis`: whether the scene may say the direction of x1 and x2, or has to; `has_axis`:
+whether what is on a plane has an axis. A joint that `merges` makes one rigid body of two unless its reaction is asked
+for. `dry` friction may act on the coordinates of some. `sketch` is the glyph in an animation, by default that of the
+frame.
 """
 
 from __future__ import annotations
@@ -233,6 +234,19 @@ JOINTS: Mapping[str, JointType] = MappingProxyType(
             kept={0: "radius"},
             parameters={"radius": LENGTH},
             sketch="rolling_ball",
+        ),
+        "rolling_ellipsoid": JointType(
+            "plane",
+            (
+                ("ellipsoid_height", "p1", "z1", "p2", "x2", "y2", "z2"),
+                ("ellipsoid_slip", *TRIADS),
+                ("ellipsoid_slip", "p1", "y1", "-x1", *TRIADS[3:]),
+            ),
+            IN_PLANE,
+            parameters={"semi_axes": Parameter("m", "positive", 3, "semi-axes")},
+            x_axis="required",
+            has_axis=True,
+            sketch="ellipsoid",
         ),
         "rolling_on_line": JointType(
             "line",

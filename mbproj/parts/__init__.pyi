@@ -669,6 +669,38 @@ class RollingBall(Part):
         displacement_y: Quantity | None = ...,
     ) -> None: ...
 
+class RollingEllipsoid(Part):
+    """A rolling_ellipsoid joint of a scene. Arguments are its keys:
+
+    bodies: 2 names of bodies
+    plane: {location, normal}
+    centre: 3 numbers or a mapping {name: 3 numbers}
+    axis: 3 numbers or a mapping {name: 3 numbers}
+    x_axis: 3 numbers or a mapping {name: 3 numbers}
+    semi_axes: 3 semi-axes
+    speed: {displacement_x, displacement_y}, optional
+    reflected_inertia: {displacement_x, displacement_y}, optional
+    limits: {displacement_x, displacement_y}, optional
+    displacement_x: a number in m, optional
+    displacement_y: a number in m, optional
+    """
+
+    def __init__(
+        self,
+        *,
+        bodies: Sequence[str],
+        plane: Mapping[str, Any],
+        centre: Vector | Mapping[str, Any],
+        axis: Vector | str | Mapping[str, Any],
+        x_axis: Vector | str | Mapping[str, Any],
+        semi_axes: Vector,
+        speed: Mapping[str, Any] | None = ...,
+        reflected_inertia: Mapping[str, Any] | None = ...,
+        limits: Mapping[str, Any] | None = ...,
+        displacement_x: Quantity | None = ...,
+        displacement_y: Quantity | None = ...,
+    ) -> None: ...
+
 class RollingOnLine(Part):
     """A rolling_on_line joint of a scene. Arguments are its keys:
 

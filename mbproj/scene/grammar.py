@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -40,7 +40,7 @@ from mbproj.scene.fields.checks import (
     tooth_count,
 )
 from mbproj.scene.fields.choices import Choice, Reference
-from mbproj.scene.fields.containers import Check, Complaint, Named, Record
+from mbproj.scene.fields.containers import Check, Named, Record
 from mbproj.scene.fields.fields import Converted, Field, Flag, List, Text
 from mbproj.scene.fields.functions import Function, table
 from mbproj.scene.fields.placing import (
@@ -50,8 +50,10 @@ from mbproj.scene.fields.placing import (
     BODY_POINT,
     FRAMES,
     JOINT_POINT,
+    PLANE,
     TWO_BODIES,
     TWO_POINTS,
+    of_side,
     on_plane,
 )
 from mbproj.scene.fields.quantities import Number, position_in
@@ -65,13 +67,6 @@ FRAME_KEYS: Mapping[str, Mapping[str, Field[Placed]]] = {
     "normal": {"axis": AXIS},
     "axes": {"axes": AXES},
 }
-#: The plane of body 1 on which body 2 is.
-PLANE = Record(
-    "a plane",
-    {"location": BODY_POINT, "normal": BODY_DIRECTION},
-    lambda location, normal: (location, normal),
-    ("location", "normal"),
-)
 #: The rules on parameters of joints, by the words in the joint table.
 RULES: Mapping[str, Callable[[float], float]] = {"nonzero": nonzero, "teeth": tooth_count}
 
@@ -146,25 +141,14 @@ def _on_plane(type_name: str, kind: JointType, units: Mapping[str, str]) -> Reco
         "plane": PLANE,
         "centre": BODY_POINT,
         **({"axis": BODY_DIRECTION} if kind.has_axis else {}),
+        **({"x_axis": BODY_DIRECTION} if kind.x_axis == "required" else {}),
     }
     own |= {name: _parameter(each) for name, each in kind.parameters.items()}
     keys = {"type": JOINT_TYPE, "bodies": TWO_BODIES, **own, **_of_coordinates(type_name, units)}
-    sides = (("plane", 0), ("centre", 1), *([("axis", 1)] if kind.has_axis else []))
-    checks = tuple(Check(("bodies", key), _of_side(key, side)) for key, side in sides)
-    return Record(f"a {type_name} joint", keys, _joint, ("type", "bodies", *own), checks, named=True)
-
-
-def _of_side(key: str, side: int) -> Callable[[tuple[str, str], Any], Iterator[Complaint]]:
-    """A check that what is given by body under `key` is given for this one of two bodies."""
-
-    def find(bodies: tuple[str, str], given: Any) -> Iterator[Complaint]:
-        parts = zip(("location", "normal"), given, strict=True) if key == "plane" else [("", given)]
-        for name, part in parts:
-            for complaint in of_these_bodies(key)(bodies[side], part):
-                path = (key, name, *complaint.path[1:]) if name else complaint.path
-                yield complaint._replace(path=path)
-
-    return find
+    sides = {"plane": 0, "centre": 1, "axis": 1, "x_axis": 1}
+    checks = [Check(("bodies", key), of_side(key, side)) for key, side in sides.items() if key in own]
+    checks += [Check(("axis", "x_axis"), not_along("x_axis"))] if "x_axis" in own else []
+    return Record(f"a {type_name} joint", keys, _joint, ("type", "bodies", *own), tuple(checks), named=True)
 
 
 def _of_coordinates(type_name: str, units: Mapping[str, str]) -> dict[str, Field[Any]]:
@@ -200,9 +184,10 @@ def _joint(
     points: Pair | None
     axes: Pair | None
     if kind.is_on_plane:
-        points, axes = on_plane(bodies, given["plane"], given["centre"], given.get("axis"))
+        points, axes, across = on_plane(bodies, *(given.get(key) for key in ("plane", "centre", "axis", "x_axis")))
     else:
         points, axes = pair("location", "locations"), None if kind.merges else pair("axis", "axes")
+        across = pair("x_axis")
     assert points is not None
     frames = None
     if kind.merges and "axes" in given:
@@ -220,7 +205,7 @@ def _joint(
         reflected_inertia=given.get("reflected_inertia", {}),
         limits=given.get("limits", {}),
         frames=frames,
-        x_axis=pair("x_axis"),
+        x_axis=across,
     )
 
 

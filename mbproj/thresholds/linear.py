@@ -70,6 +70,9 @@ class Linear:
     far_away: float = threshold(
         30.0, "length", "numpy", "what has no equilibrium so far from the start is said to have none", "chosen"
     )
+    lies_flat: float = threshold(
+        1e-3, "1", "numpy", "a wheel lies flat where the sine between its axis and the normal is less", "chosen"
+    )
     written_pose: float = threshold(
         1e-9, "m, rad", "numpy", "a pose is that which was written where it is off by no more", "as it assembles"
     )

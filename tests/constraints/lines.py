@@ -1,9 +1,10 @@
-"""Curves of each form, and primitives on them."""
+"""Curves of each form, primitives on them, and primitives with numbers."""
 
 from __future__ import annotations
 
 from math import pi
 
+from mbproj.constraints.primitive import Primitive
 from mbproj.constraints.profile import Arc, Profile
 from mbproj.functions.curves.laws import Rise
 from mbproj.functions.curves.shapes import Followed, ellipse, of_law, polar, polyline, through
@@ -16,6 +17,12 @@ RISES = [
     Rise(pi / 3.0, 0.0, "dwell"),
 ]
 TABLE = [(0.0, 1.0), (0.5 * pi, 1.2), (pi, 1.0), (4.5, 0.9), (2.0 * pi, 1.0)]
+
+
+def made(kind: type[Primitive]) -> Primitive:
+    """One of this kind with parameters that differ."""
+    return kind(**{name: 0.7 + 0.2 * at for at, name in enumerate(kind.parameters)})
+
 
 #: Of sizes about 1 m.
 LINES = {

@@ -16,7 +16,7 @@ from mbproj.constraints.rope import Rope
 from mbproj.dynamics.derivatives.row_derivatives import second_derivatives, third_derivatives
 from mbproj.joints.ratios import thread
 from mbproj.model.primitive_set import Binding, bind, bindings
-from tests.constraints.lines import ON_CURVES
+from tests.constraints.lines import ON_CURVES, made
 from tests.kernel.scenes import needs_kernel
 from tests.support import Recorder
 
@@ -42,7 +42,7 @@ class KnifeEdge(Primitive):
 
 
 OTHERS = (Coupling, Profile, Arc, Rope)
-EACH = {name: kind(**dict.fromkeys(kind.parameters, 0.7)) for name, kind in PRIMITIVES.items() if kind not in OTHERS}
+EACH = {name: made(kind) for name, kind in PRIMITIVES.items() if kind not in OTHERS}
 EACH |= {"coupling": Coupling(("along", "angle"), *thread(0.7)), "knife_edge": KnifeEdge(), **ON_CURVES}
 
 

@@ -10,7 +10,7 @@ from mbproj.constraints.coupling import Coupling
 from mbproj.constraints.profile import Arc, Profile
 from mbproj.constraints.rope import Rope
 from mbproj.joints.ratios import mesh, thread
-from tests.constraints.lines import ON_CURVES
+from tests.constraints.lines import ON_CURVES, made
 
 STEP = 1e-30
 
@@ -25,7 +25,7 @@ OTHERS = (Coupling, Profile, Arc, Rope)
 ROPE = Rope((0.0, 0.005, -0.008, 0.01), (0.3, 1.0, -2.0), 0.02)
 ROPES = {"rope": ROPE, "wound rope": Coupling(("rope", "angle"), (1.0, 0.1), 0.2, rope=ROPE)}
 EACH = {
-    **{name: kind(**dict.fromkeys(kind.parameters, 0.7)) for name, kind in PRIMITIVES.items() if kind not in OTHERS},
+    **{name: made(kind) for name, kind in PRIMITIVES.items() if kind not in OTHERS},
     **COUPLINGS,
     **ON_CURVES,
     **ROPES,

@@ -40,6 +40,7 @@ FREEDOM = {
     "cam_contact": 24,
     "rolling_wheel": 12,
     "rolling_ball": 12,
+    "rolling_ellipsoid": 12,
     "rolling_on_line": 4,
     "knife_edge": 20,
     "cam": 20,

@@ -34,7 +34,7 @@ WRONG_PRIMITIVES = [
     ({"kind": np.array([0, 99])}, "kind holds an index out of range"),
     ({"slots": np.zeros((2, 6), int)}, "slots has a wrong shape"),
     ({"slots": slots([0, 4], [0, 4])}, "slots holds an index out of range"),
-    ({"parameters": np.zeros((2, 3))}, "parameters has a wrong shape"),
+    ({"parameters": np.zeros((2, 4))}, "parameters has a wrong shape"),
     ({"line": np.array([0, -1])}, "line is of what follows none, or lacks"),
     ({"path": np.array([0, -1])}, "path is of what is no rope, or lacks"),
     ({"parameters": numbers([], [0.7])}, "parameters has more than its kind takes"),

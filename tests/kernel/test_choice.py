@@ -54,6 +54,7 @@ EXPECTED = {
     "planar_four_bar": ("planar", IN_Y, 1),
     "quarter_car": ("reduced", "not planar: joint 'lower' is tilted", 2),
     "rocking_cabinet": ("planar", IN_Y, 3),
+    "rattleback": ("reduced", "not planar: joint 'rolls' rolls out of the plane", 3),
     "rolling_coin": ("reduced", "not planar: joint 'ground' rolls out of the plane", 3),
     "screw_press": ("reduced", "not planar: joint 'nut' couples coordinates that are not in the plane", 1),
     "spatial_four_bar": ("reduced", f"{FREE}keeps body 'crank' in the plane", 2),

@@ -22,7 +22,7 @@ from mbproj.joints import JOINTS
 from mbproj.joints.ratios import thread
 from mbproj.model import compile_system, initial_guess
 from mbproj.scene import read_scene
-from tests.constraints.lines import LINES
+from tests.constraints.lines import LINES, made
 from tests.dynamics.force_scenes import BUSHINGS, FORCES, HEAD, ON_BODIES
 from tests.support import PARAMETERS, random_chain, with_flywheels
 
@@ -43,7 +43,7 @@ def romberg(f, levels: int = 6, h: float = 0.08):
 
 OTHERS = (Coupling, Profile, Arc, Rope)
 EACH = {
-    **{name: kind(**dict.fromkeys(kind.parameters, 0.7)) for name, kind in PRIMITIVES.items() if kind not in OTHERS},
+    **{name: made(kind) for name, kind in PRIMITIVES.items() if kind not in OTHERS},
     "rope": Rope((0.0, 0.05, -0.08), (0.3, 1.0)),
     "profile": Profile(LINES["ellipse"], side=-1.0, reach=0.1),
     "arc": Arc(LINES["ellipse"]),

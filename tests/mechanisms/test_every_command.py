@@ -36,7 +36,7 @@ REFUSED = {
     "hoist": {"equilibrium": "nothing balances"},
     "inline_four": {"equilibrium": MOVES},
     "rocking_cabinet": {"equilibrium": "nothing balances", "modes": TOUCHES},
-    "rolling_coin": {"equilibrium": "nothing balances"},
+    "rolling_coin": {"equilibrium": "falls over and lies flat"},
     "screw_press": {"modes": SLIDES},
     "steered_car": {"equilibrium": "nothing balances"},
     "stewart_platform": {"equilibrium": "nothing balances"},

@@ -42,6 +42,7 @@ SIZES = {
     "planar_four_bar": (3, 1),
     "quarter_car": (5, 2),
     "rocking_cabinet": (1, 3),
+    "rattleback": (1, 3),
     "rolling_coin": (1, 3),
     "screw_press": (1, 1),
     "spatial_four_bar": (3, 2),

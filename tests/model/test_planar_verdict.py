@@ -51,6 +51,7 @@ SHIPPED = {
     "planar_four_bar": [0, 1, 0],
     "quarter_car": "joint 'lower' is tilted, seen in the plane normal to [1, 0, 0]",
     "rocking_cabinet": [0, 1, 0],
+    "rattleback": "joint 'rolls' rolls out of the plane, seen in the plane normal to [0, 0, 1]",
     "rolling_coin": "joint 'ground' rolls out of the plane, seen in the plane normal to [0, 0, 1]",
     "screw_press": "joint 'nut' couples coordinates that are not in the plane, seen in the plane normal to [0, 1, 0]",
     "spatial_four_bar": "nothing but symmetry keeps body 'crank' in the plane normal to [0, 1, 0]",

@@ -16,7 +16,7 @@ from mbproj.dataclass import dataclass
 from mbproj.dynamics.derivatives.tangent_space import TangentSpace
 from mbproj.errors import ExitCode, MbprojError
 from mbproj.linear.equilibrium.balance import AnyBalance, Balance, Left, Problem, way
-from mbproj.linear.equilibrium.words import direction_words
+from mbproj.linear.equilibrium.words import direction_words, lying_flat
 from mbproj.thresholds import THRESHOLDS
 
 
@@ -179,6 +179,14 @@ def _size(here: Steps) -> float:
 
 def falls_for_ever(balance: AnyBalance) -> NoEquilibrium:
     """Nothing balances what is left here, in words."""
+    flat = lying_flat(balance.problem.system, balance.motion)
+    if flat is not None:
+        return NoEquilibrium(
+            f"there is no equilibrium: from this start the wheel of joint '{flat}' falls over and lies flat on its "
+            "plane, where it no longer rolls on its rim; start it upright, its 'axis' along the plane, or hold its "
+            "lean with a spring or a joint; for a motion that goes on alike, ask 'mbproj modes SCENE --at start'",
+            balance,
+        )
     lengths, unbalanced = balance.lengths, balance.unbalanced
     left = unbalanced / lengths**2
     size = float(np.linalg.norm(unbalanced / lengths)) / balance.problem.system.length

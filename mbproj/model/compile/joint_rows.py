@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -65,7 +66,15 @@ def primitive_of(row: Row, joint: Joint) -> Primitive:
     if kind is Coupling and coupling is not None:
         weights, period = coupling(**joint.parameters)
         return Coupling(JOINTS[joint.type].couples, weights, period or 0.0)
-    return kind(**{name: joint.parameters[name] for name in kind.parameters})
+    given = numbers_of(joint.parameters)
+    return kind(**{name: given[name] for name in kind.parameters})
+
+
+def numbers_of(parameters: Mapping[str, Any]) -> dict[str, Any]:
+    """Parameters of a joint by the names that primitives have for them: of several numbers name_1, name_2 and so on."""
+    several = {name: value for name, value in parameters.items() if isinstance(value, tuple)}
+    own = {f"{name}_{at}": each for name, value in several.items() for at, each in enumerate(value, 1)}
+    return {**parameters, **own}
 
 
 def _offset(

@@ -11,6 +11,7 @@ from mbproj.constraints import PRIMITIVES
 from mbproj.constraints.slip import Slip
 from mbproj.joints import JOINTS
 from mbproj.model.compile.frames import SYMBOLS
+from mbproj.model.compile.joint_rows import primitive_of
 from mbproj.scene.records import Joint
 
 #: The slip of a wheel: what rolls along a line has no row of it.
@@ -23,8 +24,7 @@ def place_of_contact(joint: Joint) -> Callable[[Array], Array] | None:
     found = [kind for kind in kinds if issubclass(PRIMITIVES[kind], Slip)]
     if not found and not JOINTS[joint.type].is_on_plane:
         return None
-    kind = PRIMITIVES[found[0] if found else WHEEL]
-    slip = kind(**{name: joint.parameters[name] for name in kind.parameters})
+    slip = primitive_of((found[0] if found else WHEEL,), joint)
     assert isinstance(slip, Slip)
 
     def place(symbols: Array) -> Array:

@@ -35,11 +35,13 @@ _CAUSES = {
     "rope": "runs over sheaves at different depths, or out of the plane",
     "coupling": "couples coordinates that are not in the plane",
     "wheel_height": "rolls out of the plane",
+    "ellipsoid_height": "rolls out of the plane",
     "ball_slip": "rolls out of the plane",
+    "ellipsoid_slip": "rolls out of the plane",
     "edge_slip": "slides on an edge that is tilted",
 }
 #: Of what slips, the slots of the plane's normal and of the direction of the row.
-_OF_SLIP = {"ball_slip": (3, 1), "edge_slip": (7, 7)}
+_OF_SLIP = {"ball_slip": (3, 1), "ellipsoid_slip": (3, 1), "edge_slip": (7, 7)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,16 +122,26 @@ def sides(bound: PrimitiveSet, seen: Seen) -> Integers:
             side[..., row] = np.where(level[..., :2].all(axis=-1) & ~deep, INSIDE, STRANGE)
         elif kind == "wheel_height":
             side[..., row] = np.where(level[..., 1] & upright[..., 3], INSIDE, STRANGE)
+        elif kind == "ellipsoid_height":
+            rolls = level[..., 1] & _is_axis_across(level[..., 3:], upright[..., 3:])
+            side[..., row] = np.where(rolls, INSIDE, STRANGE)
         elif kind in ("wheel_slip_along", "wheel_slip_across"):
             rolls = level[..., 3] & upright[..., 7]
             side[..., row] = np.where(rolls, INSIDE if kind == "wheel_slip_along" else BESIDE, STRANGE)
         elif kind in _OF_SLIP:
             normal, along = _OF_SLIP[kind]
             inside = level[..., normal] & level[..., along]
-            side[..., row] = np.where(inside, INSIDE, np.where(upright[..., along], BESIDE, STRANGE))
+            found = np.where(inside, INSIDE, np.where(upright[..., along], BESIDE, STRANGE))
+            rolls = kind != "ellipsoid_slip" or _is_axis_across(level[..., 5:], upright[..., 5:])
+            side[..., row] = np.where(rolls, found, STRANGE)
         elif kind in ("angle", "profile", "arc"):
             side[..., row] = np.where(_is_coordinate_inside(level, group.primitive), INSIDE, STRANGE)
     return side
+
+
+def _is_axis_across(level: npt.NDArray[np.bool_], upright: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+    """Where one axis of three is along n; the others are then in the plane."""
+    return np.asarray(upright.any(axis=-1) & (level | upright).all(axis=-1), dtype=bool)
 
 
 def _is_coordinate_inside(level: npt.NDArray[np.bool_], primitive: Primitive) -> npt.NDArray[np.bool_]:

@@ -10,7 +10,7 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.joints import JOINTS
-from mbproj.pages.look.parts import Part, box, cylinder, sphere, triad
+from mbproj.pages.look.parts import Part, box, cylinder, ellipsoid, sphere, triad
 from mbproj.pages.look.plates import Outline, track
 
 
@@ -20,7 +20,7 @@ class Frame:
 
     `r` is the radius of a link, `reach` half the length of a pin, `travel` from where to where body 2's point moves
     along z1, all in m; `ground` is the side that is the ground, 0 where neither is. `radius`: that of the joint, 0
-    where it has none. `outline`: the curve of body 1."""
+    where it has none. `semi_axes`: those of an ellipsoid. `outline`: the curve of body 1."""
 
     points: tuple[Array, Array]
     z: tuple[Array, Array]
@@ -30,6 +30,7 @@ class Frame:
     travel: tuple[float, float]
     ground: int
     radius: float = 0.0
+    semi_axes: tuple[float, ...] = ()
     outline: Outline | None = None
 
     def triad(self, side: int) -> Array:
@@ -148,6 +149,12 @@ def _rolling_ball(frame: Frame) -> Iterator[tuple[int, Part]]:
     yield 2, cylinder(1.01 * frame.radius, 0.2 * frame.radius, frame.points[1], frame.x[1])
 
 
+def _ellipsoid(frame: Frame) -> Iterator[tuple[int, Part]]:
+    """An ellipsoid with a ball in front, which shows how it turns."""
+    yield 2, ellipsoid(frame.semi_axes, frame.points[1], frame.triad(2))
+    yield 2, sphere(0.12 * min(frame.semi_axes), frame.points[1] + frame.semi_axes[0] * frame.x[1])
+
+
 def _blade(frame: Frame) -> Iterator[tuple[int, Part]]:
     """A blade along its edge."""
     yield 2, box([7.0 * frame.r, 2.0 * frame.r, 0.3 * frame.r], frame.points[1], frame.triad(2))
@@ -189,6 +196,7 @@ GLYPHS: Mapping[str, Glyph] = MappingProxyType(
         "screw": _screw,
         "wheel": _wheel,
         "rolling_ball": _rolling_ball,
+        "ellipsoid": _ellipsoid,
         "blade": _blade,
         "track": _track,
     }

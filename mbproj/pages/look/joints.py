@@ -77,6 +77,7 @@ def _frame(joint: Joint, layout: Layout, motion: Motion, bodies: Sequence[Sequen
         travel=(float(slid.min(initial=0.0)), float(slid.max(initial=0.0))),
         ground=1 + pair.index(-1) if -1 in pair else 0,
         radius=abs(joint.parameters["radius"]) if "radius" in joint.parameters else 0.0,
+        semi_axes=joint.parameters.get("semi_axes", ()),
         outline=outline_of(joint),
     )
 

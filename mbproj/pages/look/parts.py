@@ -83,6 +83,17 @@ def sphere(radius: float, position: Array) -> Part:
     return Part("sphere", (radius,), np.asarray(position, dtype=float), np.array(UPRIGHT))
 
 
+def ellipsoid(semi_axes: Sequence[float], position: Array, orientation: Array) -> Part:
+    """An ellipsoid by its semi-axes along x, y and z."""
+    rings, around = len(_LATITUDE), len(CIRCLE)
+    first = (np.arange(rings - 1)[:, None] * around + np.arange(around)).ravel()
+    after = first - first % around + (first + 1) % around
+    lower = np.column_stack([first, after, after + around])[around:]
+    upper = np.column_stack([first, after + around, first + around])[:-around]
+    triangles = np.concatenate([lower, upper])
+    return Part("mesh", (), np.asarray(position), orientation, Mesh(SPHERE * np.asarray(semi_axes), triangles))
+
+
 def cylinder(radius: float, length: float, position: Array, axis: Array) -> Part:
     """A cylinder along `axis` about its middle."""
     return Part("cylinder", (radius, length), np.asarray(position, dtype=float), turn_to(axis))

@@ -145,11 +145,16 @@ def same_kind(point: str, key: str) -> Callable[[Placed, Placed], Iterator[Compl
     return find
 
 
-def not_along(key: str) -> Callable[[Placed, Placed], Iterator[Complaint]]:
+def not_along(key: str) -> Callable[[Placed | Vector, Placed | Vector], Iterator[Complaint]]:
     """A check that the direction under `key` is not along the joint's axis."""
 
-    def find(axis: Placed, other: Placed) -> Iterator[Complaint]:
-        first, second = ({"": each.first} if isinstance(each, Pair) else each for each in (axis, other))
+    def by_body(given: Placed | Vector) -> Mapping[str, Vector]:
+        if isinstance(given, Mapping):
+            return given
+        return {"": given.first if isinstance(given, Pair) else given}
+
+    def find(axis: Placed | Vector, other: Placed | Vector) -> Iterator[Complaint]:
+        first, second = by_body(axis), by_body(other)
         if any(math.hypot(*rotations.cross(first[name], x)) <= PARALLEL for name, x in second.items() if name in first):
             yield Complaint((key,), f"'{key}' is along the axis", "give a direction across it")
 

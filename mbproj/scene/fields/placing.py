@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from mbproj.scene.fields.alternatives import Alternatives
-from mbproj.scene.fields.checks import Placed, different, pair_of, shared, two_axes, two_points
+from mbproj.scene.fields.checks import Placed, different, of_these_bodies, pair_of, shared, two_axes, two_points
 from mbproj.scene.fields.choices import Reference
-from mbproj.scene.fields.containers import Named
+from mbproj.scene.fields.containers import Complaint, Named, Record
 from mbproj.scene.fields.fields import Converted, Field, List
 from mbproj.scene.fields.orientation import ORIENTATION
 from mbproj.scene.fields.reading import Unfit
@@ -47,11 +47,22 @@ def two_ends(points: tuple[tuple[str, str], Pair] | None, bodies: Any, locations
     return bodies, pair_of(locations, bodies)
 
 
-def on_plane(bodies: tuple[str, str], plane: Any, centre: Any, axis: Any) -> tuple[Pair, Pair]:
-    """The points and the axes of two bodies. The first has the plane, with its location and normal; on it is what has
-    the centre and the axis. All are global, or all by body."""
+#: The plane of body 1 on which body 2 is.
+PLANE = Record(
+    "a plane",
+    {"location": BODY_POINT, "normal": BODY_DIRECTION},
+    lambda location, normal: (location, normal),
+    ("location", "normal"),
+)
+#: A direction that says nothing: any is taken.
+ANY = (0.0, 0.0, 0.0)
+
+
+def on_plane(bodies: tuple[str, str], plane: Any, centre: Any, axis: Any, x: Any) -> tuple[Pair, Pair, Pair | None]:
+    """The points, the axes and the x axes of two bodies. The first has the plane, with its location and normal; on it
+    is what has the centre and the axes. All are global, or all by body."""
     location, normal = plane
-    given = {"plane": (location, normal), "centre": (centre,), "axis": (axis,)}
+    given = {"plane": (location, normal), "centre": (centre,), "axis": (axis,), "x_axis": (x,)}
     local = isinstance(location, Mapping)
     for key, parts in given.items():
         if any(isinstance(part, Mapping) != local for part in parts if part is not None):
@@ -59,7 +70,20 @@ def on_plane(bodies: tuple[str, str], plane: Any, centre: Any, axis: Any) -> tup
                 f"mixes global and local: its '{key}' is not as the 'plane' is", "give all of them as lists, or by body"
             )
     if not local:
-        return Pair(location, centre), Pair(normal, normal if axis is None else axis)
+        return Pair(location, centre), Pair(normal, normal if axis is None else axis), x and Pair(ANY, x)
     first, second = bodies
     along = Pair(normal[first], (0.0, 0.0, 1.0) if axis is None else axis[second], local=True)
-    return Pair(location[first], centre[second], local=True), along
+    return Pair(location[first], centre[second], local=True), along, x and Pair(ANY, x[second], local=True)
+
+
+def of_side(key: str, side: int) -> Callable[[tuple[str, str], Any], Iterator[Complaint]]:
+    """A check that what is given by body under `key` is given for this one of two bodies."""
+
+    def find(bodies: tuple[str, str], given: Any) -> Iterator[Complaint]:
+        parts = zip(("location", "normal"), given, strict=True) if key == "plane" else [("", given)]
+        for name, part in parts:
+            for complaint in of_these_bodies(key)(bodies[side], part):
+                path = (key, name, *complaint.path[1:]) if name else complaint.path
+                yield complaint._replace(path=path)
+
+    return find

@@ -1,5 +1,5 @@
 // What rolls or slides on an edge: the height of a wheel, and slip, a component of the velocity at which two bodies pass each other
-// where they touch. The definitions are those of mbproj.constraints: wheel_height and slip.
+// where they touch. The definitions are those of mbproj.constraints: wheel_height, ellipsoid and slip.
 #pragma once
 
 #include <cmath>
@@ -7,6 +7,24 @@
 #include "model/model.hpp"
 
 namespace mbproj {
+
+// An ellipsoid with the axes b[0..2] on a plane with the normal n: its lowest point is at -below from its centre, and
+// `reach` lower than that.
+template <int D> struct Ellipsoid {
+    double along[3], square[3], reach = 0.0;
+    Point<D> below = Point<D>::Zero();
+
+    Ellipsoid(const Instance& p, const Point<D>& n, const Point<D>* b) {
+        for (int k = 0; k < 3; ++k) {
+            square[k] = p.parameters[k] * p.parameters[k];
+            along[k] = n.dot(b[k]);
+            reach += square[k] * along[k] * along[k];
+        }
+        reach = std::sqrt(reach);
+        for (int k = 0; k < 3; ++k) below += square[k] * along[k] / reach * b[k];
+    }
+    double share(int k) const { return square[k] * along[k] / reach; }
+};
 
 namespace slip {
 // The slots, of body 1 and of body 2.
@@ -62,6 +80,22 @@ template <int D> Contact<D> contact(const Instance& p, const Point<D>* x, const 
             at.e = x[x1];
             if (v) at.arm_dot = -p.parameters[0] * v[z1], at.e_dot = v[x1];
             break;
+        case Kind::ellipsoid_slip: {
+            const Ellipsoid<D> own(p, x[z1], x + x2);
+            at.arm = -own.below;
+            at.e = x[x1];
+            if (!v) break;
+            at.e_dot = v[x1];
+            double rate[3], stretch = 0.0;
+            for (int k = 0; k < 3; ++k) {
+                rate[k] = v[z1].dot(x[x2 + k]) + x[z1].dot(v[x2 + k]);
+                stretch += own.share(k) * rate[k];
+            }
+            for (int k = 0; k < 3; ++k)
+                at.arm_dot -= (own.square[k] * rate[k] - own.share(k) * stretch) / own.reach * x[x2 + k] +
+                              own.share(k) * v[x2 + k];
+            break;
+        }
         default:
             at.e = x[z2];
             if (v) at.e_dot = v[z2];
@@ -129,17 +163,44 @@ template <int D> double curvature(const Instance& p, const Point<D>* x, const Po
 }
 }  // namespace wheel_height
 
-// Of either kind, out of line: most mechanisms do not roll, and pay for their own rows alone.
+// Slots: a point and the normal of the plane, the ellipsoid's centre and axes.
+namespace ellipsoid_height {
+template <int D> double value(const Instance& p, const Point<D>* x) {
+    return x[1].dot(x[2] - x[0]) - Ellipsoid<D>(p, x[1], x + 3).reach;
+}
+template <int D> void gradient(const Instance& p, const Point<D>* x, Point<D>* g) {
+    const Ellipsoid<D> own(p, x[1], x + 3);
+    g[0] = -x[1];
+    g[1] = x[2] - x[0] - own.below;
+    g[2] = x[1];
+    for (int k = 0; k < 3; ++k) g[3 + k] = -own.share(k) * x[1];
+}
+template <int D> double curvature(const Instance& p, const Point<D>* x, const Point<D>* v) {
+    const Ellipsoid<D> own(p, x[1], x + 3);
+    double bend = 0.0, stretch = 0.0;
+    for (int k = 0; k < 3; ++k) {
+        const double rate = v[1].dot(x[3 + k]) + x[1].dot(v[3 + k]);
+        bend += own.square[k] * (rate * rate + 2.0 * own.along[k] * v[1].dot(v[3 + k]));
+        stretch += own.share(k) * rate;
+    }
+    return 2.0 * v[1].dot(v[2] - v[0]) - (bend - stretch * stretch) / own.reach;
+}
+}  // namespace ellipsoid_height
+
+// Of each kind, out of line: most mechanisms do not roll, and pay for their own rows alone.
 namespace rolling {
 template <int D> [[gnu::noinline, gnu::cold]] double value(const Instance& p, const Point<D>* x) {
-    return is_slip(p.kind) ? 0.0 : wheel_height::value<D>(p, x);
+    if (is_slip(p.kind)) return 0.0;
+    return p.kind == Kind::wheel_height ? wheel_height::value<D>(p, x) : ellipsoid_height::value<D>(p, x);
 }
 template <int D> [[gnu::noinline, gnu::cold]] void gradient(const Instance& p, const Point<D>* x, Point<D>* g) {
-    is_slip(p.kind) ? slip::gradient<D>(p, x, g) : wheel_height::gradient<D>(p, x, g);
+    if (is_slip(p.kind)) return slip::gradient<D>(p, x, g);
+    p.kind == Kind::wheel_height ? wheel_height::gradient<D>(p, x, g) : ellipsoid_height::gradient<D>(p, x, g);
 }
 template <int D>
 [[gnu::noinline, gnu::cold]] double curvature(const Instance& p, const Point<D>* x, const Point<D>* v) {
-    return is_slip(p.kind) ? slip::curvature<D>(p, x, v) : wheel_height::curvature<D>(p, x, v);
+    if (is_slip(p.kind)) return slip::curvature<D>(p, x, v);
+    return p.kind == Kind::wheel_height ? wheel_height::curvature<D>(p, x, v) : ellipsoid_height::curvature<D>(p, x, v);
 }
 }  // namespace rolling
 

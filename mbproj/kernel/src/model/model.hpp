@@ -26,22 +26,35 @@ enum class Kind : int {
     distance,
     angle,
     wheel_height,
+    ellipsoid_height,
     profile,
     arc,
     rope,
     wheel_slip_along,
     wheel_slip_across,
     ball_slip,
+    ellipsoid_slip,
     edge_slip,
 };
 struct Form {
     const char* name;
     int slots, parameters;
 };
-constexpr Form forms[] = {{"coincident", 2, 0},        {"perpendicular", 2, 0}, {"along", 3, 0},
-                          {"distance", 2, 0},          {"angle", 3, 0},         {"wheel_height", 4, 1},
-                          {"profile", 4, 2},           {"arc", 4, 0},           {"rope", most_rope_slots, 0}, {"wheel_slip_along", 8, 1},
-                          {"wheel_slip_across", 8, 1}, {"ball_slip", 8, 1},     {"edge_slip", 8, 0}};
+constexpr Form forms[] = {{"coincident", 2, 0},
+                          {"perpendicular", 2, 0},
+                          {"along", 3, 0},
+                          {"distance", 2, 0},
+                          {"angle", 3, 0},
+                          {"wheel_height", 4, 1},
+                          {"ellipsoid_height", 6, 3},
+                          {"profile", 4, 2},
+                          {"arc", 4, 0},
+                          {"rope", most_rope_slots, 0},
+                          {"wheel_slip_along", 8, 1},
+                          {"wheel_slip_across", 8, 1},
+                          {"ball_slip", 8, 1},
+                          {"ellipsoid_slip", 8, 3},
+                          {"edge_slip", 8, 0}};
 constexpr const Form& form_of(Kind kind) { return forms[static_cast<int>(kind)]; }
 constexpr int most(int Form::*of) {
     int found = 1;  // no array is empty
