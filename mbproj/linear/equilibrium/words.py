@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from mbproj.arrays import Array, cross
-from mbproj.constraints.wheel_height import WheelHeight
 from mbproj.dynamics.derivatives.linear_equations import Motion
 from mbproj.dynamics.derivatives.row_derivatives import row_motion
 from mbproj.dynamics.derivatives.tangent_space import tangent_lengths
 from mbproj.dynamics.equations.kinematics import attached, slots_of
 from mbproj.dynamics.rank.row_words import direction
+from mbproj.model.planar.rows import kind_of
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
@@ -44,7 +44,7 @@ def lying_flat(system: System, motion: Motion) -> str | None:
     """The joint by which a wheel rolls that lies flat on its plane; None where all stand."""
     x = attached(motion.pose, *slots_of(system.joints))
     for group in system.joints.groups:
-        if isinstance(group.primitive, WheelHeight):
+        if kind_of(group.primitive) == "wheel_height":
             own = x[group.slots]
             upright = np.linalg.norm(cross(own[:, 1], own[:, 3]), axis=1)
             if upright.min() < THRESHOLDS.lies_flat:
