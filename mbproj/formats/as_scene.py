@@ -125,7 +125,7 @@ def _joint(mechanism: Mechanism, joint: Connection) -> dict[str, Any]:
     if joint.turns is not None:
         turned = [end.rotation @ turn for end, turn in zip(ends, joint.turns, strict=True)]
         closed = closed and _agree(np.array(turned), 1.0)
-    if joint.type == "distance":
+    if joint.type in ("distance", "telescope"):
         entry["locations"] = dict(zip(joint.bodies, joint.points, strict=True))
     elif closed:
         entry["location"] = places[0]

@@ -39,6 +39,7 @@ def without_refused(mechanism: Mechanism, version: str) -> tuple[str, list[Probl
                 return text, list(error.problems)
             for name, why in refused.items():
                 joint = mechanism.joints.pop(name)
+                _drop_follower(mechanism, name)
                 mechanism.say(f"coupler '{name}'", joint.place, f"left out: {why}", Same.NO)
         else:
             size = needed(system, initial_guess(scene, system).q)
@@ -48,6 +49,14 @@ def without_refused(mechanism: Mechanism, version: str) -> tuple[str, list[Probl
                 mechanism.say("loops of rounded numbers", None, what, Same.YES)
                 text = scene_text(mechanism, version)
             return text, []
+
+
+def _drop_follower(mechanism: Mechanism, coupler: str) -> None:
+    """Takes out the massless body that nothing moves without its coupler, and what acts on it."""
+    body, joint = mechanism.followers.pop(coupler, ("", ""))
+    if body:
+        del mechanism.parts[body], mechanism.joints[joint]
+        mechanism.forces = {name: force for name, force in mechanism.forces.items() if force.get("joint") != joint}
 
 
 def _join_limits(mechanism: Mechanism) -> None:

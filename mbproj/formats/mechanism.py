@@ -126,8 +126,9 @@ class Connection:
 @dataclass(eq=False)
 class Mechanism:
     """A model as a scene can say it. `parts` are in the order from the ground; `tree` has the names of the joints that
-    make its tree, the others close loops. `between` are massless bodies that the model has not. `adjust` is how far
-    joints may move where its numbers are rounded."""
+    make its tree, and of those that only measure, the others close loops. `between` are massless bodies that the model
+    has not; `followers` those that a coupler moves, each with its joint. `adjust` is how far joints may move where its
+    numbers are rounded."""
 
     title: str
     kind: str
@@ -143,6 +144,7 @@ class Mechanism:
     said: list[Said] = field(default_factory=list)
     tree: set[str] = field(default_factory=set)
     between: set[str] = field(default_factory=set)
+    followers: dict[str, tuple[str, str]] = field(default_factory=dict)
     adjust: str = ""
 
     def part(self, name: str) -> Part:

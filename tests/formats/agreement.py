@@ -33,21 +33,28 @@ class Agreement(NamedTuple):
 def tree_of(mechanism: Mechanism) -> str:
     """The scene of the tree alone, without what MuJoCo counts among the constraints."""
     joints = {}
+    followers = [name for pair in mechanism.followers.values() for name in pair]
     for name, joint in mechanism.joints.items():
-        if name not in mechanism.tree:
+        if name not in mechanism.tree or name in followers:
             continue
-        keys = {key: value for key, value in joint.keys.items() if key != "limits"}
+        dropped = {"limits", *(("slack", "length") if "slack" in joint.keys else ())}
+        keys = {key: value for key, value in joint.keys.items() if key not in dropped}
+        if joint.type == "rope" and "stiffness" not in keys:
+            keys["free"] = True
         joints[name] = Connection(
             name, joint.type, joint.bodies, joint.points, joint.axes, joint.turns, keys, joint.place
         )
     forces = {name: force for name, force in mechanism.forces.items() if force["type"] not in ("friction", "stop")}
     alone = Mechanism(mechanism.title, mechanism.kind, mechanism.file, mechanism.gravity)
-    alone.parts, alone.joints, alone.forces, alone.tree = mechanism.parts, joints, forces, set(joints)
+    parts = {name: part for name, part in mechanism.parts.items() if name not in followers}
+    alone.parts, alone.joints, alone.forces, alone.tree = parts, joints, forces, set(joints)
     alone.signals, alone.states = mechanism.signals, mechanism.states
     return scene_text(alone, "test")
 
 
-def agreement(path: Path, states: int = 10, seed: int = 0, model=None, wishes=None, ctrl=(), act=()) -> Agreement:
+def agreement(
+    path: Path, states: int = 10, seed: int = 0, model=None, wishes=None, ctrl=(), act=(), spread=1.0
+) -> Agreement:
     """Of the scene that is made of the file with MuJoCo's model of it, or with another one; with these control signals
     and activations where `wishes` let actuators act."""
     import mujoco
@@ -69,7 +76,7 @@ def agreement(path: Path, states: int = 10, seed: int = 0, model=None, wishes=No
     data, rng = mujoco.MjData(model), np.random.default_rng(seed)
     worst = Agreement(0.0, 0.0, 0.0)
     for _ in range(states):
-        data.qpos[:] = _random(model, rng)
+        data.qpos[:] = _random(model, rng, spread)
         data.qvel[:] = rng.normal(size=model.nv)
         data.ctrl[: len(ctrl)] = ctrl
         data.act[: len(act)] = act
@@ -107,11 +114,11 @@ def urdf_in_mujoco(path: Path):
     return model
 
 
-def _random(model, rng):
+def _random(model, rng, spread):
     import mujoco
 
     qpos = np.array(model.qpos0)
-    mujoco.mj_integratePos(model, qpos, rng.uniform(-1.0, 1.0, size=model.nv), 1.0)
+    mujoco.mj_integratePos(model, qpos, rng.uniform(-spread, spread, size=model.nv), 1.0)
     return qpos
 
 

@@ -183,6 +183,13 @@ def test_an_elastic_rope_pulls_and_does_not_push():
     assert height.min() == pytest.approx(-1.5 - deepest, abs=0.01)
 
 
+def test_a_force_acts_along_a_free_rope():
+    """It lifts the load by the rope over the sheave: a = F/m - g."""
+    force = "forces:\n  muscle: {type: linear_spring_damper, joint: rope, coordinate: length, force: -24 N}\n"
+    _, recorded = run(scene(LOAD + "    free: true\n" + force, duration=0.1))
+    np.testing.assert_allclose(recorded["bodies/acceleration"][:, 0, 2], 12.0 - G, rtol=1e-12)
+
+
 def test_a_motion_winds_a_rope():
     motion = "motions:\n  wind: {joint: rope, length: {expression: 1.5 m + 0.1*pi - 0.2*t**2}}\n"
     _, recorded = run(scene(LOAD + motion, duration=0.5))
@@ -230,6 +237,10 @@ WRONG = {
     "type: rope": ("type: rope\n    length: 1 kg", "'length' is in m, this is a mass"),
     "at: [-0.1, 0, -0.5]": ("at: [-0.1, 0.2, -0.5]", "leans by .* deg out of the plane of its sheaves"),
     "{point: load, at": ("{point: lod, at", "unknown body 'lod'"),
+    "normal: [0, -1, 0]": (
+        "normal: [0, -1, 0]\n    free: true\n    length: 2 m",
+        "'free' and 'length' cannot both be given",
+    ),
 }
 
 

@@ -7,23 +7,23 @@ from typing import Any
 import numpy as np
 
 from mbproj.errors import Place
-from mbproj.formats.chains import Coordinates, free_name
+from mbproj.formats.chains import free_name
 from mbproj.formats.mechanism import Bare, Mechanism, Quantity, Same, Wishes
-from mbproj.formats.mjcf.along import Along, act_along, along_of, length_of, names_along
 from mbproj.formats.mjcf.compiled import Compiled
 from mbproj.formats.mjcf.drives import Drive, add_states, drive_of, free_symbol, inputs_of
 from mbproj.formats.mjcf.joints import FREE
 from mbproj.formats.mjcf.laws import Law, Muscle, law_of, summed, within
 from mbproj.formats.mjcf.parts import Called
+from mbproj.formats.mjcf.tendons.along import Along, act_along, along_of, length_of, names_along
+from mbproj.formats.mjcf.tendons.measured import Tendons
 from mbproj.formats.signals import refuse_unknown
 from mbproj.formats.yaml_text import number as shown
 from mbproj.scene.records import GROUND
 
 
-def add_actuators(
-    compiled: Compiled, mechanism: Mechanism, called: Called, coordinates: Coordinates, wishes: Wishes
-) -> None:
+def add_actuators(tendons: Tendons, wishes: Wishes) -> None:
     """Each is left out, or acts with its signal where the user asks for that. Raises InputError at unknown names."""
+    compiled, mechanism = tendons.compiled, tendons.mechanism
     count = len(compiled.model.actuator_trntype)
     names = [compiled.name("actuator", number) or f"actuator_{number}" for number in range(count)]
     able = [each for number, name in enumerate(names) for each in inputs_of(compiled, number, name)]
@@ -46,11 +46,10 @@ def add_actuators(
         elif isinstance(law, str) or isinstance(drive, str):
             mechanism.say(shown_name, place, f"left out: {law if isinstance(law, str) else drive}", Same.NO)
         else:
-            acts = _act(compiled, mechanism, called, coordinates, number, name, law, drive)
+            wrong = _act(tendons, number, name, law, drive)
             driven = f"the states {', '.join(each.name for each in drive.states)}" if drive.states else ""
-            what = f"acts with {driven or f'the signal {drive.text}'}"
-            what = what if acts else "left out: a scene has no force along what it pulls"
-            mechanism.say(shown_name, place, what, Same.YES if acts else Same.NO)
+            what = f"left out: {wrong}" if wrong else f"acts with {driven or f'the signal {drive.text}'}"
+            mechanism.say(shown_name, place, what, Same.NO if wrong else Same.YES)
 
 
 def _say_unused(compiled: Compiled, mechanism: Mechanism, number: int, name: str, place: Place | None) -> None:
@@ -60,36 +59,27 @@ def _say_unused(compiled: Compiled, mechanism: Mechanism, number: int, name: str
             mechanism.say(f"{word} of {name}", place, "left out: a scene has none of an actuator", Same.NO)
 
 
-def _act(
-    compiled: Compiled,
-    mechanism: Mechanism,
-    called: Called,
-    coordinates: Coordinates,
-    number: int,
-    name: str,
-    law: Law | Muscle,
-    drive: Drive,
-) -> bool:
-    """Adds what the actuator exerts; False where nothing in a scene does."""
-    along = along_of(compiled, mechanism, called, coordinates, number)
-    if along is None:
-        bodies = _on_body(compiled, mechanism, called, number)
+def _act(tendons: Tendons, number: int, name: str, law: Law | Muscle, drive: Drive) -> str:
+    """Adds what the actuator exerts; or why nothing in a scene does."""
+    mechanism, along = tendons.mechanism, along_of(tendons, number)
+    if isinstance(along, str):
+        bodies = _on_body(tendons.compiled, mechanism, tendons.called, number)
         if bodies is None or isinstance(law, Muscle) or not law.simple or law.pushes:
-            return False
+            return along
         add_states(mechanism, drive, "0")
         for kind, entry, gear in bodies:
             vector = [_times(float(each) * law.gain[0], drive) for each in gear]
             if any(each != "0" for each in vector):
                 force = {"type": kind, **entry, kind: [Bare(each) for each in vector]}
                 mechanism.forces[free_name(mechanism, name if kind == "force" else f"{name}_torque")] = force
-        return True
+        return ""
     if isinstance(law, Muscle) or drive.states or (len(along) > 1 and not law.simple):
         _act_by_signal(mechanism, name, along, law, drive)
-        return True
+        return ""
     for each in along:
         for entry in _forces(each, law, drive):
             mechanism.forces[free_name(mechanism, name)] = {**each.entry, **entry}
-    return True
+    return ""
 
 
 def _act_by_signal(mechanism: Mechanism, name: str, along: list[Along], law: Law | Muscle, drive: Drive) -> None:

@@ -9,13 +9,11 @@ from numpy.polynomial import Polynomial
 
 from mbproj.arrays import Array
 from mbproj.errors import Place
-from mbproj.formats.chains import Coordinates
 from mbproj.formats.geometry import IDENTITY, Pose, from_quaternion
 from mbproj.formats.mechanism import Bare, Connection, Mechanism, Names, Quantity, Same
-from mbproj.formats.mjcf.along import tendon_weights, two_points
 from mbproj.formats.mjcf.compiled import Compiled
-from mbproj.formats.mjcf.joints import joint_name
 from mbproj.formats.mjcf.parts import Called
+from mbproj.formats.mjcf.tendons.measured import Sum, Tendons
 from mbproj.formats.yaml_text import number
 
 CONNECT, WELD, JOINT, TENDON = range(4)
@@ -24,10 +22,9 @@ TIME_CONSTANT, IMPEDANCE = 0.02, 0.9
 WORDS = {CONNECT: "connect", WELD: "weld", JOINT: "joint", TENDON: "tendon"}
 
 
-def add_equalities(
-    compiled: Compiled, mechanism: Mechanism, called: Called, names: Names, coordinates: Coordinates
-) -> None:
+def add_equalities(tendons: Tendons) -> None:
     """Adds a joint for each equality that is active."""
+    compiled, mechanism = tendons.compiled, tendons.mechanism
     model = compiled.model
     elements = [e for section in compiled.source.root.all("equality") for e in section.children]
     for at in range(model.neq):
@@ -38,9 +35,9 @@ def add_equalities(
         if not model.eq_active0[at]:
             mechanism.say(shown, place, "left out: it is not active at the start", Same.YES)
         elif kind in (CONNECT, WELD):
-            _held(compiled, mechanism, called, names, at, place, shown)
+            _held(compiled, mechanism, tendons.called, tendons.names, at, place, shown)
         elif kind in (JOINT, TENDON):
-            _coupled(compiled, mechanism, called, names, coordinates, at, place, shown)
+            _coupled(tendons, at, place, shown)
         else:
             mechanism.say(shown, place, "left out: a scene has no flexible bodies", Same.NO)
 
@@ -99,59 +96,65 @@ def _frames_held(values: Array, weld: bool) -> tuple[Pose, Pose]:
     return relative.then(anchor), anchor
 
 
-def _coupled(
-    compiled: Compiled,
-    mechanism: Mechanism,
-    called: Called,
-    names: Names,
-    coordinates: Coordinates,
-    at: int,
-    place: Place | None,
-    shown: str,
-) -> None:
-    """y - y₀ = a₀ + a₁ (x - x₀) + .. + a₄ (x - x₀)⁴ of two joints, or tendons that are sums of joint coordinates."""
+def _coupled(tendons: Tendons, at: int, place: Place | None, shown: str) -> None:
+    """y - y₀ = a₀ + a₁ (x - x₀) + .. + a₄ (x - x₀)⁴ of two joints, or of two tendons."""
+    compiled, mechanism = tendons.compiled, tendons.mechanism
     model = compiled.model
-    tendons = int(model.eq_type[at]) == TENDON
-    if tendons and _rod(compiled, mechanism, called, names, at, place):
+    of_tendons = int(model.eq_type[at]) == TENDON
+    numbers = [int(each) for each in (model.eq_obj1id[at], model.eq_obj2id[at]) if each >= 0]
+    if of_tendons and len(numbers) == 1 and _kept(tendons, at, numbers[0], place, shown):
         return
-    sums = []
-    for each in (int(model.eq_obj1id[at]), int(model.eq_obj2id[at])):
-        found = tendon_weights(compiled, each) if tendons else {each: 1.0}
-        if each >= 0 and found is None:
-            mechanism.say(shown, place, "left out: a scene has no ropes over sites or pulleys", Same.NO)
-            return
-        sums.append(found or {} if each >= 0 else {})
-    y, x = sums
-    polynomial = Polynomial(model.eq_data[at][: 5 if x else 1])
-    if len(x) > 1 and np.any(polynomial.coef[2:]):
-        mechanism.say(shown, place, "left out: it is not linear in several coordinates", Same.NO)
+    curve = Polynomial(model.eq_data[at][: 5 if len(numbers) == 2 else 1])
+    bent = bool(np.any(curve.coef[2:]))
+    y, *others = (_sum(tendons, each, of_tendons, whole=False) for each in numbers)
+    x = _sum(tendons, numbers[1], of_tendons, whole=bent) if others else Sum({}, 0.0)
+    for each in (y, x):
+        if isinstance(each, str):
+            mechanism.say(shown, place, f"left out: {each}", Same.NO)
+    if isinstance(y, str) or isinstance(x, str):
         return
-    off = {joint: _off(compiled, joint) for joint in {**y, **x}}
-    sign = next(iter(x.values()), 1.0)
-    curve = polynomial(Polynomial([0.0, 1.0])) - sum(weight * off[joint] for joint, weight in y.items())
-    shift = sum(weight * off[joint] for joint, weight in x.items())
-    curve = curve(Polynomial([shift, sign])) if len(x) <= 1 else curve(Polynomial([shift, 1.0]))
-    names_of = {joint: _coordinate(compiled, called, coordinates, joint) for joint in off}
-    if None in names_of.values():
-        mechanism.say(shown, place, "left out: it couples a joint that has no coordinate of its own", Same.NO)
-        return
-    keys = _row({names_of[j]: w for j, w in y.items()}, {names_of[j]: w for j, w in x.items()}, curve)  # type: ignore[misc]
-    name = names.own(compiled.name("eq", at) or f"coupler_{at + 1}")
-    mechanism.joints[name] = Connection(name, "coupler", keys=keys, place=place)
+    scale = next(iter(x.weights.values()), 1.0) if len(x.weights) == 1 else 1.0
+    line = curve(Polynomial([x.constant, scale])) - y.constant
+    name = tendons.names.own(compiled.name("eq", at) or f"coupler_{at + 1}")
+    mechanism.joints[name] = Connection(name, "coupler", keys=_row(y.weights, x.weights, line), place=place)
     _say_soft(compiled, mechanism, at, shown, place, "coupler")
 
 
-def _rod(compiled: Compiled, mechanism: Mechanism, called: Called, names: Names, at: int, place: Place | None) -> bool:
-    """Whether a tendon between two points that keeps its length makes a distance joint."""
-    model, number = compiled.model, int(compiled.model.eq_obj1id[at])
-    found = two_points(compiled, mechanism, called, number)
-    if found is None or int(model.eq_obj2id[at]) >= 0:
+def _sum(tendons: Tendons, number: int, of_tendons: bool, *, whole: bool) -> Sum | str:
+    """How far a joint or a tendon is from its reference, as weights of coordinates of the scene and a constant; of one
+    coordinate if it has to be `whole`. Or why there is none."""
+    model, data = tendons.compiled.model, tendons.compiled.data
+    if not of_tendons:
+        at, found = int(model.jnt_qposadr[number]), tendons.coordinate(number)
+        if found is None:
+            return "it couples a joint that has no coordinate of its own"
+        return Sum({".".join(found): 1.0}, float(data.qpos[at] - model.qpos0[at]))
+    found_sum, rest = tendons.sum(number), float(model.tendon_length0[number])
+    if whole and isinstance(found_sum, Sum) and len(found_sum.weights) > 1:
+        measured = tendons.slider(number)
+        if isinstance(measured, str):
+            return measured
+        return Sum({f"{measured.joint}.{measured.coordinate}": 1.0}, measured.constant - rest)
+    return found_sum if isinstance(found_sum, str) else Sum(found_sum.weights, found_sum.constant - rest)
+
+
+def _kept(tendons: Tendons, at: int, number: int, place: Place | None, shown: str) -> bool:
+    """Whether a tendon over sites that keeps its length makes a distance joint, or a rope."""
+    compiled, mechanism = tendons.compiled, tendons.mechanism
+    branches = tendons.branches(number)
+    if len(branches) != 1 or tendons.wrong(number):
         return False
-    length = float(model.tendon_length0[number] + model.eq_data[at][0])
-    name = names.own(compiled.name("eq", at) or f"loop_{at + 1}")
-    keys = {"length": Quantity(length, "m")}
-    mechanism.joints[name] = Connection(name, "distance", found[0], found[1], keys=keys, place=place)
-    shown = f"equality '{compiled.name('eq', at) or at}' (tendon)"
+    whole = float(compiled.model.tendon_length0[number] + compiled.model.eq_data[at][0])
+    length = Quantity((whole - tendons.constant(number)) / branches[0].weight, "m")
+    line = tendons.ends(branches[0])
+    if line is None:
+        tendons.say_length(tendons.rope(number, 0), length=length)
+        mechanism.tree.discard(tendons.rope(number, 0))
+        _say_soft(compiled, mechanism, at, shown, place, "rope")
+        return True
+    name = tendons.names.own(compiled.name("eq", at) or f"loop_{at + 1}")
+    mechanism.joints[name] = Connection(name, "distance", line[0], line[1], keys={"length": length}, place=place)
+    tendons.acting.add(number)
     _say_soft(compiled, mechanism, at, shown, place, "distance joint")
     return True
 
@@ -159,12 +162,13 @@ def _rod(compiled: Compiled, mechanism: Mechanism, called: Called, names: Names,
 def _row(y: Mapping[str, float], x: Mapping[str, float], curve: Polynomial) -> dict[str, object]:
     """What a coupler is written as: Σ k s = constant where the curve is straight, else a function of the first."""
     coefficients = [float(each) for each in curve.coef]
+    absolute = any(name.endswith(".length") for name in (*y, *x))  # the others count from the pose
     if len(coefficients) < 3 or not np.any(coefficients[2:]):
         slope = coefficients[1] if len(coefficients) > 1 else 0.0
         scale = slope if len(x) != 1 else slope / next(iter(x.values()))
         of = dict(y) | {name: -scale * weight for name, weight in x.items() if slope}
         keys: dict[str, object] = {"of": of}
-        if coefficients[0]:
+        if coefficients[0] or absolute:
             keys["constant"] = coefficients[0]
         return keys
     (first,) = x
@@ -173,15 +177,3 @@ def _row(y: Mapping[str, float], x: Mapping[str, float], curve: Polynomial) -> d
     if coefficients[0]:
         keys["constant"] = coefficients[0]
     return keys
-
-
-def _off(compiled: Compiled, joint: int) -> float:
-    """How far the pose of the start is from the reference of a hinge or a slide."""
-    at = int(compiled.model.jnt_qposadr[joint])
-    return float(compiled.data.qpos[at] - compiled.model.qpos0[at])
-
-
-def _coordinate(compiled: Compiled, called: Called, coordinates: Coordinates, joint: int) -> str | None:
-    name = joint_name(compiled, joint, called[int(compiled.model.jnt_bodyid[joint])])
-    found = coordinates.get(name)
-    return None if found is None else ".".join(found)

@@ -16,6 +16,7 @@ from mbproj.formats.mjcf.looks import add_markers, visuals
 from mbproj.formats.mjcf.parts import add_parts
 from mbproj.formats.mjcf.rest import say_rest
 from mbproj.formats.mjcf.source import source_of
+from mbproj.formats.mjcf.tendons.measured import Tendons
 from mbproj.formats.signals import add_motions
 from mbproj.formats.visuals import add_visuals
 from mbproj.formats.xml import Element
@@ -32,11 +33,12 @@ def read_mjcf(root: Element, path: Path, wishes: Wishes) -> Mechanism:
     bodies, joints, coordinates = Names(frozenset({GROUND})), Names(), Coordinates()
     called = add_parts(compiled, mechanism, bodies)
     add_joints(compiled, mechanism, called, joints, coordinates)
-    add_equalities(compiled, mechanism, called, joints, coordinates)
+    tendons = Tendons(compiled, mechanism, called, coordinates, joints)
+    add_equalities(tendons)
     with_hinges(mechanism)
     add_visuals(mechanism, visuals(compiled, called), wishes.folder or path.parent)
     add_markers(compiled, mechanism, called)
-    say_rest(compiled, mechanism, called, coordinates, wishes)
+    say_rest(tendons, wishes)
     add_motions(mechanism, coordinates, wishes.motions, start_of(compiled, called))
     for kind, names in (("bodies", bodies), ("joints", joints)):
         mechanism.said += said_of(mechanism, kind, names)

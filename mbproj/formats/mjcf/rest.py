@@ -4,24 +4,24 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbproj.formats.chains import Coordinates, free_name
+from mbproj.formats.chains import free_name
 from mbproj.formats.mechanism import Mechanism, Quantity, Same, Wishes
 from mbproj.formats.mjcf.actuators import add_actuators
 from mbproj.formats.mjcf.compiled import Compiled
 from mbproj.formats.mjcf.joints import FREE
 from mbproj.formats.mjcf.looks import CAPSULE, PLANE, SPHERE
 from mbproj.formats.mjcf.parts import Called
-from mbproj.formats.mjcf.tendons import add_tendons
+from mbproj.formats.mjcf.tendons.acting import add_tendons
+from mbproj.formats.mjcf.tendons.measured import Tendons
 from mbproj.scene.records import GROUND
 
 
-def say_rest(
-    compiled: Compiled, mechanism: Mechanism, called: Called, coordinates: Coordinates, wishes: Wishes
-) -> None:
+def say_rest(tendons: Tendons, wishes: Wishes) -> None:
     """Rows on all that is no body, no joint and no loop."""
-    add_actuators(compiled, mechanism, called, coordinates, wishes)
-    _contacts(compiled, mechanism, called, wishes)
-    add_tendons(compiled, mechanism, called, coordinates)
+    compiled, mechanism = tendons.compiled, tendons.mechanism
+    add_actuators(tendons, wishes)
+    _contacts(compiled, mechanism, tendons.called, wishes)
+    add_tendons(tendons)
     _keyframes(compiled, mechanism, wishes)
     _surroundings(compiled, mechanism)
 

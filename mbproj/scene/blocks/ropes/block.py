@@ -86,12 +86,17 @@ KEYS: Mapping[str, Field[Any]] = {
     "frame": Reference("body", "bodies", (GROUND,)),
     "length": LENGTH,
     "slack": Flag(),
+    "free": Flag(),
     "restitution": Number(minimum=0.0, maximum=1.0),
     "stiffness": Number("N/m", above=0.0),
     "damping": Number("s/m", minimum=0.0),
 }
 CHOICES = (
     OneOf(("slack", "stiffness"), hint="a rope with stiffness goes slack by itself"),
+    *(
+        OneOf(("free", key), hint="a free rope has any length, and only forces on its coordinate act along it")
+        for key in ("length", "slack", "stiffness", "limits")
+    ),
     OneOf(("slack", "limits"), hint="limits say by themselves how long the rope may be"),
     OneOf(("stiffness", "limits"), hint="give the stiffness in the limits"),
     OneOf(("length", "limits"), hint="limits say by themselves how long the rope may be"),
@@ -110,6 +115,7 @@ def _rope(
     normal: Vector,
     frame: str = GROUND,
     slack: bool = False,
+    free: bool = False,
     restitution: float | None = None,
     stiffness: float | None = None,
     damping: float | None = None,
@@ -135,7 +141,7 @@ def _rope(
         last = next((node for node in path if node.body != first.body), last)
     if first.body == last.body:
         raise Unfit("runs over places of one body", "a rope needs places on two bodies at least")
-    own = Path(path, normal, frame, taut=not limits)
+    own = Path(path, normal, frame, taut=not (limits or free))
     parameters = {"path": own, **({} if length is None else {"length": length})}
     points = Pair(first.at.vector, last.at.vector)
     return Joint(

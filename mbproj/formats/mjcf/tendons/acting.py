@@ -1,0 +1,229 @@
+"""What acts along tendons of an MJCF model: springs, dampers, limits, dry friction, armature; the rest is said."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.formats.chains import free_name
+from mbproj.formats.mechanism import Bare, Quantity, Same
+from mbproj.formats.mjcf.drives import free_symbol
+from mbproj.formats.mjcf.laws import summed
+from mbproj.formats.mjcf.tendons.along import Along, act_along, along_tendon, length_of, names_along
+from mbproj.formats.mjcf.tendons.measured import Measured, Tendons
+from mbproj.formats.yaml_text import number as shown
+
+#: What a spring and a damper may do beside what is linear.
+BENT = ("stiffness that is not linear", "damping that is not linear")
+#: What a stop calls the least and the largest distance of two points.
+SIDES = ("shortest", "longest")
+#: A limit of so many m, and more, is none.
+NO_LIMIT = 1e5
+
+
+def add_tendons(tendons: Tendons) -> None:
+    """Adds what acts along each. One that only couples is said with its equality."""
+    mechanism = tendons.mechanism
+    for number in range(tendons.compiled.model.ntendon):
+        name, place = tendons.name(number), tendons.place(number)
+        left = {word for word, values in _acting(tendons.compiled.model).items() if np.any(values[number])}
+        why = "a scene's springs do not yield"
+        for step in (_between, _elastic, _pulled, _limited, _loaded):
+            done = step(tendons, number, left)
+            left, why = (left, done) if isinstance(done, str) else (left - done, why)
+        if left:
+            what = f"left out with its {', '.join(sorted(left))}: {why}"
+            mechanism.say(f"tendon '{name}'", place, what, Same.NO)
+        _say_bends(tendons, number)
+
+
+def _say_bends(tendons: Tendons, number: int) -> None:
+    """How long the scene's rope is the model's tendon; that a tendon is none where nothing acts along it."""
+    mechanism, element = tendons.mechanism, f"tendon '{tendons.name(number)}'"
+    place = tendons.place(number)
+    if not tendons.branches(number) or element in {row.element for row in mechanism.said}:
+        return
+    if number not in tendons.acting:
+        mechanism.say(element, place, "left out: nothing acts along it", Same.YES)
+    elif tendons.bends(number):
+        mechanism.say(element, place, "a rope: the run ends where it leaves one of its shapes", Same.UNTIL)
+    if number in tendons.acting and (passed := tendons.passed(number)):
+        what = f"runs past {', '.join(passed)}: the scene's is without these, which it does not touch at the start"
+        mechanism.say(element, place, what, Same.UNTIL)
+
+
+def _acting(model: Any) -> dict[str, Array]:
+    """What may act along a tendon."""
+    found = {
+        "limit": model.tendon_limited,
+        "spring": model.tendon_stiffness,
+        "damping": model.tendon_damping,
+        "dry friction": model.tendon_frictionloss,
+        "armature": model.tendon_armature,
+    }
+    for word, attribute in zip(BENT, ("stiffnesspoly", "dampingpoly"), strict=True):
+        values = getattr(model, f"tendon_{attribute}", None)
+        if values is not None:
+            found[word] = values
+    if hasattr(model, "tendon_springyield"):
+        found["yield of its spring"] = model.tendon_springyield
+    return found
+
+
+def _between(tendons: Tendons, number: int, left: set[str]) -> set[str]:
+    """The spring, the damper and the limit along the line between two points."""
+    line, model, mechanism = tendons.line(number), tendons.compiled.model, tendons.mechanism
+    if line is None or not left:
+        return set()
+    done = set[str]()
+    tendons.acting.add(number)
+    ends = {"bodies": list(line[0]), "locations": dict(zip(*line, strict=True))}
+    low, high = (float(each) for each in model.tendon_lengthspring[number])
+    if left & {"spring", "damping"} and not left & {*BENT} and (low == high or "spring" not in left):
+        done |= {"spring", "damping"}
+        entry: dict[str, Any] = {"type": "spring_damper", **ends}
+        if "spring" in left:
+            stiffness = float(model.tendon_stiffness[number])
+            entry |= {"stiffness": Quantity(stiffness, "N/m"), "free_length": Quantity(low, "m")}
+        if "damping" in left:
+            entry["damping"] = Quantity(float(model.tendon_damping[number]), "N*s/m")
+        mechanism.forces[free_name(mechanism, tendons.name(number))] = entry
+    if "limit" not in left:
+        return done
+    limits = _limits(tendons, number) or (None, None)
+    sides = {side: Quantity(value, "m") for side, value in zip(SIDES, limits, strict=True) if value is not None}
+    if sides:
+        entry = {"type": "stop", **ends, "rigid": True, **sides}
+        name = tendons.name(number)
+        mechanism.forces[free_name(mechanism, f"{name}_limit" if name in mechanism.forces else name)] = entry
+        _say_rigid(tendons, number)
+    return done | {"limit"}
+
+
+def _elastic(tendons: Tendons, number: int, left: set[str]) -> set[str]:
+    """A spring that only pulls is an elastic rope, where that is slack at the start and nothing else is asked of it."""
+    model, branches = tendons.compiled.model, tendons.branches(number)
+    low, high = (float(each) for each in model.tendon_lengthspring[number])
+    alone = len(branches) == 1 and branches[0].weight == 1.0 and not tendons.wrong(number)
+    if not alone or tendons.ends(branches[0]) or tendons.held(number) or tendons.length(number) > high:
+        return set()
+    if "spring" not in left or left & {"damping", "limit", *BENT} or not low <= 0.0 < high - tendons.constant(number):
+        return set()
+    length = Quantity(high - tendons.constant(number), "m")
+    stiffness = Quantity(float(model.tendon_stiffness[number]), "N/m")
+    tendons.say_length(tendons.rope(number, 0), length=length, stiffness=stiffness)
+    return {"spring"}
+
+
+def _pulled(tendons: Tendons, number: int, left: set[str]) -> set[str] | str:
+    """The spring and the damper along coordinates: one force, a signal where the coordinates or the law need that."""
+    model, mechanism, name = tendons.compiled.model, tendons.mechanism, tendons.name(number)
+    if not left & {"spring", "damping", *BENT}:
+        return set()
+    along = along_tendon(tendons, number)
+    if isinstance(along, str):
+        return along
+    done = {"spring", "damping", *BENT}
+    springs, dampers = _powers(model, "stiffness", number), _powers(model, "damping", number)
+    low, high = (float(each) for each in model.tendon_lengthspring[number])
+    if len(along) == 1 and along[0].entry.get("coordinate") == "length" and low == high and not left & {*BENT}:
+        mechanism.forces[free_name(mechanism, f"{name}_spring")] = _linear(along[0], springs[0], dampers[0], low)
+        return done
+    names = names_along(mechanism, name, along)
+    length, rate = length_of(along, names)
+    x = free_symbol(mechanism, f"{name}_stretch")
+    stretch = (
+        f"{length} - ({shown(low)})" if low == high else f"({length}) - clip({length}, {shown(low)}, {shown(high)})"
+    )
+    v = free_symbol(mechanism, f"{name}_rate")
+    spring = [(-factor, x if not power else f"{x}**{power + 1}") for power, factor in enumerate(springs)]
+    odd = [v, f"{v}*abs({v})", f"{v}**3"]
+    act_along(
+        mechanism, name, along, names, summed([*spring, *((-c, text) for c, text in zip(dampers, odd, strict=False))])
+    )
+    if any(springs):
+        mechanism.signals[x] = Bare(stretch)
+    if any(dampers):
+        mechanism.signals[v] = Bare(rate)
+    return done
+
+
+def _linear(along: Along, stiffness: float, damping: float, free: float) -> dict[str, Any]:
+    """A spring and a damper on one coordinate."""
+    entry, square = dict(along.entry), along.factor**2
+    if stiffness:
+        entry["stiffness"] = Quantity(square * stiffness, "N/m")
+        entry[along.free] = Quantity(free / along.factor - along.start, along.unit)
+    if damping:
+        entry["damping"] = Quantity(square * damping, "N*s/m")
+    return entry
+
+
+def _powers(model: Any, word: str, number: int) -> list[float]:
+    """The factors of x, x², .. in the force of a spring or a damper."""
+    more = getattr(model, f"tendon_{word}poly", None)
+    return [float(getattr(model, f"tendon_{word}")[number]), *(map(float, more[number]) if more is not None else ())]
+
+
+def _limits(tendons: Tendons, number: int) -> tuple[float | None, float | None] | None:
+    """The least and the largest length, where each is one; None, and said, where the pose is beyond them."""
+    low, high = (float(each) for each in tendons.compiled.model.tendon_range[number])
+    if not low <= tendons.length(number) <= high or low == high:
+        element = f"limit of tendon '{tendons.name(number)}'"
+        tendons.mechanism.say(element, tendons.place(number), "left out: the pose is beyond it", Same.NO)
+        return None
+    least = 0.0 if tendons.branches(number) else -NO_LIMIT
+    return low if low > least else None, high if high < NO_LIMIT else None
+
+
+def _say_rigid(tendons: Tendons, number: int) -> None:
+    what = "a stiff spring in MuJoCo, a rigid stop in the scene"
+    tendons.mechanism.say(f"limit of tendon '{tendons.name(number)}'", tendons.place(number), what, Same.UNTIL)
+
+
+def _limited(tendons: Tendons, number: int, left: set[str]) -> set[str] | str:
+    """The limit: of a rope that is slack below it, or of a coordinate."""
+    if "limit" not in left:
+        return set()
+    if tendons.held(number):
+        return {"limit"}
+    measured = tendons.measured(number, dry="dry friction" in left)
+    if isinstance(measured, str):
+        return measured
+    limits = _limits(tendons, number)
+    if limits is None or limits == (None, None):
+        return {"limit"}
+    joint, coordinate, ratio, constant = measured
+    low, high = (None if each is None else Quantity((each - constant) / ratio, "m") for each in limits)
+    if tendons.mechanism.joints[joint].type == "rope" and low is None and high is not None:
+        tendons.say_length(joint, slack=True, length=high)
+    else:
+        tendons.say_length(joint, limits={coordinate: {"range": [low, high], "rigid": True}})
+    _say_rigid(tendons, number)
+    return {"limit"}
+
+
+def _loaded(tendons: Tendons, number: int, left: set[str]) -> set[str] | str:
+    """Armature and dry friction, on a coordinate that the length follows from."""
+    model, mechanism = tendons.compiled.model, tendons.mechanism
+    done = left & {"armature", "dry friction"}
+    if not done:
+        return set()
+    measured: Measured | str = tendons.measured(number, dry="dry friction" in left)
+    if isinstance(measured, str) and "armature" in left and not isinstance(own := tendons.measured(number), str):
+        why, measured = measured, own
+        mechanism.say(f"dry friction of tendon '{tendons.name(number)}'", tendons.place(number), why, Same.NO)
+        done = {"armature"}
+    if isinstance(measured, str):
+        return measured
+    joint, _, ratio, _ = measured
+    if "armature" in done:
+        inertia = Quantity(ratio**2 * float(model.tendon_armature[number]), "kg")
+        tendons.add_key(joint, "reflected_inertia", inertia)
+    if "dry friction" in done:
+        amount = Quantity(ratio * float(model.tendon_frictionloss[number]), "N")
+        entry = {"type": "friction", "joint": joint, "coulomb": {"force": amount}}
+        mechanism.forces[free_name(mechanism, f"{tendons.name(number)}_friction")] = entry
+    return left & {"armature", "dry friction"}

@@ -1,0 +1,273 @@
+"""Joints of a scene that measure tendons: ropes, telescopes, and massless sliders that follow a sum of coordinates.
+
+They are made when something acts along the tendon, and once."""
+
+from __future__ import annotations
+
+from dataclasses import field, replace
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
+from mbproj.errors import Place
+from mbproj.formats.chains import Coordinates
+from mbproj.formats.mechanism import Connection, Mechanism, Names, Part, Quantity
+from mbproj.formats.mjcf.compiled import Compiled
+from mbproj.formats.mjcf.joints import joint_name
+from mbproj.formats.mjcf.parts import Called
+from mbproj.formats.mjcf.tendons.paths import Branch, Spot, branches_of, is_path
+from mbproj.scene.blocks.ropes.block import MOST_NODES
+from mbproj.scene.records import GROUND
+
+#: What may be asked of a rope's length beside what acts along it; only one of them.
+LENGTH_KEYS = ("free", "slack", "length", "stiffness", "limits")
+
+
+class Measured(NamedTuple):
+    """A coordinate s of a joint by which a tendon is `ratio` s + `constant` long."""
+
+    joint: str
+    coordinate: str
+    ratio: float
+    constant: float
+
+
+class Sum(NamedTuple):
+    """Σ weight × coordinate of joints, by name, is a tendon's length without a `constant`."""
+
+    weights: dict[str, float]
+    constant: float
+
+
+@dataclass(frozen=True, eq=False)
+class Tendons:
+    """The tendons of a model; `names` are those of the scene's joints, `made` what was made for a tendon's parts. In
+    the scene something goes along those that are `acting`."""
+
+    compiled: Compiled
+    mechanism: Mechanism
+    called: Called
+    coordinates: Coordinates
+    names: Names
+    made: dict[tuple[str, int, int], str] = field(default_factory=dict)
+    found: dict[int, list[Branch]] = field(default_factory=dict)
+    acting: set[int] = field(default_factory=set)
+
+    def name(self, number: int) -> str:
+        """The name of a tendon."""
+        return self.compiled.name("tendon", number) or f"tendon_{number}"
+
+    def place(self, number: int) -> Place | None:
+        """Where a tendon stands."""
+        return self.compiled.place_in("tendon", self.name(number))
+
+    def length(self, number: int) -> float:
+        """How long a tendon is at the start."""
+        return float(self.compiled.data.ten_length[number])
+
+    def branches(self, number: int) -> list[Branch]:
+        """Those of a tendon over sites whose lengths may change; none of another one."""
+        return [each for each in self._every(number) if each.wrong or self._moves(each)]
+
+    def constant(self, number: int) -> float:
+        """What never changes of the length of a tendon over sites."""
+        every = self._every(number)
+        return sum(each.weight * each.length for each in every if not (each.wrong or self._moves(each)))
+
+    def passed(self, number: int) -> list[str]:
+        """Shapes that a tendon does not touch at the start."""
+        return [name for each in self._every(number) for name in each.passed]
+
+    def bends(self, number: int) -> bool:
+        """Whether it runs around shapes."""
+        return any(each.normal is not None for each in self.branches(number))
+
+    def _every(self, number: int) -> list[Branch]:
+        if number not in self.found:
+            over_sites = is_path(self.compiled, number)
+            self.found[number] = branches_of(self.compiled, self.called, number) if over_sites else []
+        return self.found[number]
+
+    def wrong(self, number: int) -> str:
+        """Why no rope is the same as the tendon, "" where one is."""
+        for branch in self.branches(number):
+            if branch.wrong:
+                return branch.wrong
+            if len(branch.spots) > MOST_NODES:
+                return f"it runs over {len(branch.spots)} places, and a rope over {MOST_NODES} at most"
+        return ""
+
+    def joints(self, number: int) -> dict[int, float]:
+        """The weights of joints in a tendon that is their sum."""
+        model = self.compiled.model
+        if is_path(self.compiled, number):
+            return {}
+        first = int(model.tendon_adr[number])
+        every = range(first, first + int(model.tendon_num[number]))
+        return {int(model.wrap_objid[at]): float(model.wrap_prm[at]) for at in every}
+
+    def coordinate(self, joint: int) -> tuple[str, str] | None:
+        """The joint and the coordinate in the scene that a joint of the model became."""
+        child = self.called[int(self.compiled.model.jnt_bodyid[joint])]
+        return self.coordinates.get(joint_name(self.compiled, joint, child))
+
+    def line(self, number: int) -> tuple[tuple[str, str], Array] | None:
+        """The bodies that a straight tendon between two sites joins, and a point (2, 3) in each; None of others."""
+        branches = self.branches(number)
+        if len(branches) != 1 or branches[0].weight != 1.0 or self.constant(number):
+            return None
+        return self.ends(branches[0])
+
+    def ends(self, branch: Branch) -> tuple[tuple[str, str], Array] | None:
+        """The same of a branch."""
+        if branch.wrong or len(branch.spots) != 2:
+            return None
+        first, last = branch.spots
+        points = [self.mechanism.part(self.called[spot.number]).local(spot.point) for spot in branch.spots]
+        return (self.called[first.number], self.called[last.number]), np.array(points)
+
+    def rope(self, number: int, at: int) -> str:
+        """The joint that measures a branch: a free rope, until something says what its length is."""
+        self.acting.add(number)
+        if ("rope", number, at) in self.made:
+            return self.made["rope", number, at]
+        branch = self.branches(number)[at]
+        name = self.made["rope", number, at] = self._own(number, at, "rope")
+        normal = _across(branch) if branch.normal is None else branch.normal
+        keys: dict[str, Any] = {"path": [self._spot(spot) for spot in branch.spots], "normal": normal}
+        if self.called[branch.carrier] != GROUND:
+            keys["frame"] = self.called[branch.carrier]
+        self.mechanism.joints[name] = Connection(name, "rope", keys={**keys, "free": True}, place=self.place(number))
+        self.mechanism.tree.add(name)
+        return name
+
+    def say_length(self, joint: str, **keys: Any) -> None:
+        """Says of a joint that measures what its length may be."""
+        old = self.mechanism.joints[joint]
+        kept = {key: value for key, value in old.keys.items() if key not in LENGTH_KEYS}
+        self.mechanism.joints[joint] = replace(old, keys={**kept, **keys})
+
+    def add_key(self, joint: str, key: str, value: Any) -> None:
+        """Says something else of a joint."""
+        old = self.mechanism.joints[joint]
+        self.mechanism.joints[joint] = replace(old, keys={**old.keys, key: value})
+
+    def held(self, number: int) -> bool:
+        """Whether an equality says how long its rope is."""
+        name = self.made.get(("rope", number, 0), "")
+        return "length" in self.mechanism.joints[name].keys if name else False
+
+    def measured(self, number: int, *, dry: bool = False) -> Measured | str:
+        """A coordinate that a tendon's length follows from, on which dry friction may act if that is asked; or why
+        there is none."""
+        if wrong := self.wrong(number):
+            return wrong
+        branches = self.branches(number)
+        self.acting.add(number)
+        if len(branches) == 1 and self.ends(branches[0]):
+            return Measured(self._telescopes(number, 0)[0][0], "length", branches[0].weight, self.constant(number))
+        if len(branches) == 1 and (self.bends(number) or not dry):
+            if dry:
+                return "a rope has no dry friction"
+            return Measured(self.rope(number, 0), "length", branches[0].weight, self.constant(number))
+        if self.bends(number):
+            return "it has several branches, of which some bend around shapes"
+        return self.slider(number)
+
+    def sum(self, number: int) -> Sum | str:
+        """The coordinates whose sum is a tendon's length, which rows may couple; or why there are none."""
+        if wrong := self.wrong(number):
+            return wrong
+        if not is_path(self.compiled, number):
+            found = {joint: self.coordinate(joint) for joint in self.joints(number)}
+            if None in found.values():
+                return "it goes over a joint that has no coordinate of its own"
+            weights = {".".join(found[joint] or ()): weight for joint, weight in self.joints(number).items()}
+            self.acting.add(number)
+            return Sum(weights, self.length(number))
+        branches = self.branches(number)
+        self.acting.add(number)
+        if self.bends(number):
+            return "the length of a rope around shapes cannot be coupled"
+        weights, constant = {}, self.length(number)
+        for at, branch in enumerate(branches):
+            for name, length in self._telescopes(number, at):
+                weights[f"{name}.length"] = branch.weight
+                constant -= branch.weight * length
+        return Sum(weights, constant)
+
+    def slider(self, number: int) -> Measured | str:
+        """A massless body on a slide that is coupled to the sum: its displacement is how much longer the tendon is."""
+        if ("slider", number, 0) in self.made:
+            return Measured(self.made["slider", number, 0], "displacement", 1.0, self.length(number))
+        coupled = self.sum(number)
+        if isinstance(coupled, str):
+            return coupled
+        name = self.name(number)
+        joint, row = self.names.own(f"{name}_slider"), self.names.own(f"{name}_sum")
+        self.made["slider", number, 0] = joint
+        body = Names(frozenset([*self.mechanism.parts, GROUND])).own(joint)
+        zero = np.zeros(3)
+        self.mechanism.insert(Part(body, 0.0, np.zeros((3, 3)), zero, np.eye(3), self.place(number)), "")
+        place = self.place(number)
+        self.mechanism.join(joint, "prismatic", (GROUND, body), zero, self._in_plane(number), place=place)
+        of = {**coupled.weights, f"{joint}.displacement": -1.0}
+        self.mechanism.joints[row] = Connection(row, "coupler", keys={"of": of}, place=place)
+        self.mechanism.followers[row] = (body, joint)
+        return Measured(joint, "displacement", 1.0, self.length(number))
+
+    def _telescopes(self, number: int, at: int) -> list[tuple[str, float]]:
+        """Telescopes in the place of the straight parts of a branch that may change, with their lengths."""
+        branch, found = self.branches(number)[at], []
+        for part, (start, end) in enumerate(pairwise(branch.spots), 1):
+            bodies = (self.called[start.number], self.called[end.number])
+            if bodies[0] == bodies[1]:
+                continue
+            key = (f"line_{part}", number, at)
+            if key not in self.made:
+                name = self._own(number, at, key[0])
+                self.made[key] = name
+                ends = [self.mechanism.part(body) for body in bodies]
+                points = np.array([end.local(spot.point) for end, spot in zip(ends, (start, end), strict=True)])
+                joint = Connection(name, "telescope", bodies, points, place=self.place(number))
+                self.mechanism.joints[name] = joint
+                self.mechanism.tree.add(name)
+            found.append((self.made[key], float(np.linalg.norm(end.point - start.point))))
+        return found
+
+    def _in_plane(self, number: int) -> Array:
+        """The direction of a slide: along the first part of a path, or across the first turn, as in its plane."""
+        for branch in self.branches(number):
+            way = branch.spots[1].point - branch.spots[0].point
+            return np.asarray(way / np.linalg.norm(way))
+        axis = self.compiled.data.xaxis[next(iter(self.joints(number)))]
+        return np.eye(3)[int(np.argmin(np.abs(axis)))]
+
+    def _spot(self, spot: Spot) -> dict[str, Any]:
+        body = self.called[spot.number]
+        at = self.mechanism.part(body).local(spot.point)
+        place: Any = at if body == GROUND else {body: at}
+        if not spot.radius:
+            return {"point": body, "at": place}
+        side = "left" if spot.left else "right"
+        return {"sheave": body, "at": place, "radius": Quantity(spot.radius, "m"), "bends": side}
+
+    def _moves(self, branch: Branch) -> bool:
+        return len({self.called[spot.number] for spot in branch.spots}) > 1
+
+    def _own(self, number: int, at: int, what: str) -> str:
+        """A name for a joint of a tendon's branch, that of the tendon for its only rope."""
+        name = self.name(number)
+        if len(self.branches(number)) > 1:
+            name = f"{name}_{at + 1}"
+        return self.names.own(name if what == "rope" else f"{name}_{what}")
+
+
+def _across(branch: Branch) -> Array:
+    """A normal for a path without circles, which may be any but along a part of it."""
+    ways = np.array([end.point - start.point for start, end in pairwise(branch.spots)])
+    flat = [np.linalg.norm(np.delete(ways, axis, axis=1), axis=1).min() for axis in range(3)]
+    return np.eye(3)[int(np.argmax(flat))]
