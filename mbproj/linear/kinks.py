@@ -32,6 +32,11 @@ def refuse_kinks(reference: Reference) -> None:
     if reference.system.actions.size:
         what = f"{reference.system.actions.names[0]} acts at instants: between them it holds its values"
         raise InputError(Problem(what, hint="a continuous model has no such thing; write the law as 'states' for it"))
+    refuse_bends(reference)
+
+
+def refuse_bends(reference: Reference) -> None:
+    """The same, and of what controllers compute at instants."""
     _refuse_touching(reference)
     refuse_loads(reference.system, "has no linear part here")
     problems = [
@@ -85,6 +90,8 @@ def _of_channels(reference: Reference) -> Iterator[tuple[str, str]]:
     places = {int(k): (seen.value[law], seen.rate[law]) for law, k in enumerate(laws.program) if k >= 0}
     every = [(system.forces.programs, k, f"force '{owner}'") for k, owner in enumerate(system.forces.program_owners)]
     every += [(system.states.programs, k, f"state '{name}'") for k, name in enumerate(names.states)]
+    set_to = system.actions.state.tolist()
+    every += [(system.actions.programs, k, f"what sets '{names.states[state]}'") for k, state in enumerate(set_to)]
     for programs, k, owner in every:
         of_law = places.get(k, (0.0, 0.0)) if programs is system.forces.programs else (0.0, 0.0)
         at = [float(each) for each in instant.values(*of_law)]

@@ -133,6 +133,13 @@ class Linear:
         "steps have to lower what is left by so much of it",
         "one length of a hundred takes 10 steps",
     )
+    most_of_round: int = threshold(20_000, "-", "numpy", "a round of controllers has no more instants", "seconds")
+    largest_ratio: int = threshold(
+        1000, "-", "numpy", "periods are no more than so many parts of the shortest one", "chosen"
+    )
+    same_instant: float = threshold(
+        1e-9, "period", "numpy", "instants of a round that are nearer are one", "far above round-off"
+    )
     no_damping: float = threshold(1e-12, "1", "numpy", "less damping than this is none", "4500 ε")
     slowest_sought: float = threshold(
         1e-3, "rad/s", "numpy", "the first shift is chosen as if a mode had at least this speed", "chosen"

@@ -46,7 +46,8 @@ EXAMPLES = (
     required=True,
     metavar="QUANTITY",
     shell_complete=one_of(_quantities),
-    help="step, mass-ratio, inertia-ratio, speed, length-scale, stiffness, damping, baumgarte-gain, penalty, duration.",
+    help="step, mass-ratio, inertia-ratio, speed, length-scale, stiffness, damping, baumgarte-gain, penalty, duration, "
+    "or parameters.NAME of the scene.",
 )
 @study_options.projections("none,baumgarte,gopm,gpopm")
 @option(Part.PROJECTION, "--projection", "single", hidden=True, help="The same for one method: use --projections.")
@@ -95,7 +96,8 @@ def command(
 ) -> None:
     """Varies one quantity of SCENE and finds where each method fails.
 
-    Finds each limit by bisection, and names the first bad time and joint beyond it. Writes a figure and all points as
+    Finds each limit by bisection, and names the first bad time and joint beyond it. Of a parameter, it also finds where
+    small motions about the equilibrium begin to grow, with sampled controllers too. Writes a figure and all points as
     CSV. Other options change the setting that is studied, as for `mbproj run`. An interrupted study resumes where it
     stopped.
     """
@@ -189,7 +191,7 @@ def _intervals(track: Track) -> list[list[str]]:
         shown = last if number == 0 and len(starts) > 1 else first
         time = "-" if shown.time is None or first.state == "holds" else f"{shown.time:.3g} s"
         why = "" if first.state == "holds" else _shortened(shown.cause, shown.joint)
-        ends_at = (f"{value:.4g}" for value in edges[number : number + 2])
+        ends_at = (f"{value:.{track.digits}g}" for value in edges[number : number + 2])
         lines.append([track.method if number == 0 else "", *ends_at, first.state, time, why])
     return lines
 

@@ -12,6 +12,7 @@ from mbproj.dynamics.equations.forces import LawState, given_components, law_coo
 from mbproj.dynamics.equations.instant import Instant
 from mbproj.dynamics.equations.kinematics import Pose
 from mbproj.functions.program import CHANNELS, COORDINATE, RATE
+from mbproj.functions.program_set import ProgramSet
 from mbproj.functions.series import slope, slopes
 from mbproj.model.forces import Forces
 
@@ -31,12 +32,14 @@ def channel_slopes(instant: Instant) -> tuple[Array, Array]:
     """∂F/∂channel of each law, and then of the three components of each given force, (E + 3G, c), and ∂x'/∂channel of
     each state of elements, (K, c), at one state; what has no slope counts as constant. Of a law's own coordinate, where
     it is no channel, see `law_slopes`."""
-    forces, rates = instant.system.forces, _rates_by_channels(instant)
+    forces, programs, rates = instant.system.forces, instant.system.programs, _rates_by_channels(instant)
     value, rate = law_coordinates(instant)
     of_laws = np.zeros((forces.laws.size, rates.shape[1]))
     for law in np.flatnonzero(forces.laws.program >= 0).tolist():
-        of_laws[law] = _by_channels(instant, int(forces.laws.program[law]), instant.values(value[law], rate[law]))
-    given = [_by_channels(instant, program, instant.values()) for program in forces.on_bodies.program.ravel().tolist()]
+        of_laws[law] = slopes_by_channels(
+            programs, int(forces.laws.program[law]), instant.values(value[law], rate[law])
+        )
+    given = [slopes_by_channels(programs, each, instant.values()) for each in forces.on_bodies.program.ravel().tolist()]
     found = np.concatenate([of_laws, np.array(given).reshape(-1, rates.shape[1])])
     return tuple(np.nan_to_num(part, nan=0.0, posinf=0.0, neginf=0.0) for part in (found, rates))  # type: ignore[return-value]
 
@@ -53,16 +56,15 @@ def state_slopes(instant: Instant) -> Array:
 def _rates_by_channels(instant: Instant) -> Array:
     """∂x'/∂channel, (K, c)."""
     first, at = instant.system.first_rate, instant.values()
-    rows = [_by_channels(instant, first + row, at) for row in range(instant.x.shape[-1])]
+    rows = [slopes_by_channels(instant.system.programs, first + row, at) for row in range(instant.x.shape[-1])]
     return np.array(rows, dtype=float).reshape(len(rows), len(at) - CHANNELS)
 
 
-def _by_channels(instant: Instant, program: int, at: list[Numbers]) -> list[float]:
-    """The slopes of a program by each channel; 0 by those that it does not name."""
-    programs, found = instant.system.programs, np.zeros(len(at) - CHANNELS)
-    named = programs.channels(program)
+def slopes_by_channels(programs: ProgramSet, program: int, at: list[Numbers]) -> Array:
+    """The slopes of a program by each channel, (c,), at values of all variables; 0 by those that it does not name."""
+    found, named = np.zeros(len(at) - CHANNELS), programs.channels(program)
     found[named - CHANNELS] = slopes(programs, program, at, named)
-    return found.tolist()
+    return found
 
 
 def given_rows(forces: Forces, pose: Pose) -> Rows:

@@ -1,7 +1,8 @@
 """Equilibria of mechanisms whose elements have states: x' = 0 beside the balance of forces.
 
-States first come to rest where the bodies are, then bodies go downhill, with the states as they are; and where one
-moves the other, Levenberg's damped steps make what is left of both smaller. States that count, as heat does, go on.
+States first come to rest where the bodies are. Where they go by the pose and push, Newton's steps lead all to rest at
+once. Where that is not nearby, bodies go downhill with the states as they are. Where one then moves the other, damped
+steps make what is left of both smaller. States that count, as heat does, go on.
 """
 
 from __future__ import annotations
@@ -75,8 +76,8 @@ class BalanceWithStates:
 
     @property
     def relative(self) -> float:
-        """The larger of both, beside what there is."""
-        forces = 0.0 if self.at.is_held else self.at.relative
+        """The larger of both, beside what there is, or was where it began: at rest nothing may act at all."""
+        forces = 0.0 if self.at.is_held else float(np.linalg.norm(self.at.residual)) / max(self.at.largest, self.torque)
         return max(forces, float(self.drift.max(initial=0.0)))
 
     @cached_property
@@ -115,6 +116,9 @@ def solve_with_states(problem: Problem, q: Array, expected: Array) -> Solved:
     words."""
     problem = replace(problem, x=at_rest(problem, q, expected))
     at, steps = problem.at(q, expected), 0
+    at_once = _at_once(at)
+    if at_once is not None:
+        return at_once
     try:
         solved = solve(problem, q, expected)
         at, steps = solved.balance, solved.steps  # type: ignore[assignment]
@@ -125,6 +129,32 @@ def solve_with_states(problem: Problem, q: Array, expected: Array) -> Solved:
     if not is_nearly_balanced(found):
         raise drifts(BalanceWithStates.of(at)) if is_nearly_balanced(at) else falls_for_ever(found.at)
     return Solved(found.at, steps + more)
+
+
+def _at_once(at: Balance) -> Solved | None:
+    """The equilibrium by steps that move all, which end nearby where the bodies are held as states follow them. None
+    where that is not so, or no state that pushes goes by the pose."""
+    states, start = at.linear[0].states, BalanceWithStates.of(at)
+    go_by_pose = at.problem.system.states.rests[:, None] * states.by_displacement.dense()
+    if not (states.push.value.any() and go_by_pose.any()) or _followed(start) is None:
+        return None
+    found, steps = by_residual(start)
+    K = _followed(found) if is_nearly_balanced(found) else None
+    if K is None:
+        return None
+    κ = np.linalg.eigvalsh(0.5 * (K + K.T))
+    return Solved(found.at, steps) if np.all(κ >= -THRESHOLDS.linear_round_off * np.abs(κ).max(initial=0.0)) else None
+
+
+def _followed(found: BalanceWithStates) -> Array | None:
+    """K of the bodies with states that follow to their rest, (f, f); None where some have no rest nearby."""
+    K, f = found.stiffness[0], found.space.freedom
+    rests = f + np.flatnonzero(found.at.problem.system.states.rests)
+    own = K[np.ix_(rests, rests)]
+    σ = np.linalg.svd(own, compute_uv=False)
+    if np.any(σ <= THRESHOLDS.linear_round_off * σ.max(initial=0.0)):
+        return None
+    return np.asarray(K[:f, :f] - K[:f, rests] @ np.linalg.solve(own, K[rests, :f]))
 
 
 def at_rest(problem: Problem, q: Array, expected: Array) -> Array:

@@ -42,7 +42,7 @@ def inputs_named(reference: Reference, names: Sequence[str]) -> Inputs:
     return Inputs(
         tuple(names),
         tuple(known[name][0] if name in known else _motion_unit(reference.system, name) for name in names),
-        np.array(columns).reshape(len(names), -1).T,
+        np.array(columns).reshape(len(names), 6 * reference.system.bodies).T,
         np.array([motions.index(name) if name in motions else -1 for name in names], dtype=np.intp),
     )
 

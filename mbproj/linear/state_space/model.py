@@ -84,6 +84,11 @@ def linear_model(reference: Reference, inputs: Sequence[str], outputs: Sequence[
         y = outputs_named(reference, outputs)
     if reference.system.rolls:
         refuse_beside_rolling(reference.system, bool(y.of_multiplier.any()))
+    return assembled(reference, u, y)
+
+
+def assembled(reference: Reference, u: Inputs, y: Outputs) -> LinearModel:
+    """The same, of inputs and outputs that are known; kinks are for the caller."""
     here = projected(reference)
     if np.abs(here.N_dot).max(initial=0.0) > THRESHOLDS.linear_round_off * np.abs(here.space.N).max(initial=1.0):
         said = "the mechanism moves here, so that its linear model changes with time"

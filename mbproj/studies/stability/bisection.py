@@ -17,6 +17,7 @@ from mbproj.integrate.steppers.methods import tableau_of
 from mbproj.integrate.steppers.stability_region import real_axis_limit
 from mbproj.registry import PROJECTIONS, WHERE_STIFF, integrators, with_fixed_steps
 from mbproj.results.views.table import Table, Tabled
+from mbproj.scene.read import SceneText
 from mbproj.scene.records import Scene
 from mbproj.scene.text.suggestions import choose_from
 from mbproj.studies.measure.mechanism import Mechanism
@@ -26,8 +27,10 @@ from mbproj.studies.measure.spans import span as until_of
 from mbproj.studies.parallel.hand_out import Where
 from mbproj.studies.parallel.progress import Tell, silent
 from mbproj.studies.parallel.resumable import resumable
-from mbproj.studies.stability.quantities import QUANTITIES, Span, quantity_named
-from mbproj.studies.stability.subject import Limits, Point, Subject
+from mbproj.studies.stability.quantities import PARAMETER, Quantity, Span, quantity_named
+from mbproj.studies.stability.small_motions import NAME, small_motions
+from mbproj.studies.stability.small_motions import PRECISION as PRECISE
+from mbproj.studies.stability.subject import FAILS, Limits, Point, Subject, cause_of
 from mbproj.studies.store import Kept
 from mbproj.thresholds import THRESHOLDS
 
@@ -55,11 +58,16 @@ class Change:
 @dataclass(frozen=True)
 class Track:
     """What a method did: its name, the points of the grid and of the bisections by increasing value, and where the
-    state changes."""
+    state changes. `digits` of these are known."""
 
     method: str
     points: tuple[Point, ...]
     changes: tuple[Change, ...]
+
+    @property
+    def digits(self) -> int:
+        """Of small motions more: they are looked at more closely."""
+        return 8 if self.method == NAME else 4
 
 
 @dataclass(frozen=True)
@@ -92,7 +100,7 @@ class StabilityMap(Tabled):
     def line(self) -> str:
         """What varies, and the limits of each method."""
         told = [
-            f"{track.method} {', '.join(f'{change.value:.4g}' for change in track.changes) or 'none'}"
+            f"{track.method} {', '.join(f'{change.value:.{track.digits}g}' for change in track.changes) or 'none'}"
             for track in self.tracks
         ]
         return f"{self.title}: {self.vary}{f' ({self.unit})' if self.unit else ''}; limits: {'; '.join(told)}"
@@ -114,11 +122,12 @@ def stability(
     fresh: bool = False,
     tell: Tell = silent,
 ) -> StabilityMap:
-    """Varies `vary` (a name of `QUANTITIES`) from `low` to `high` for each projection method.
+    """Varies `vary` (a name of `QUANTITIES`, or `parameters.NAME`) from `low` to `high` for each projection method.
+    Of a parameter the first track is that of small motions.
 
     Raises InputError where the scene does not have what is to be varied, or a method is not concerned."""
     quantity, mechanism = quantity_named(vary), Mechanism.to_choose_for(scene)
-    names = _methods(vary, projections)
+    names = _methods(quantity, projections)
     subject = Subject(scene, _fixed(mechanism, until_of(scene, until)), until_of(scene, until), limits or Limits())
     found = quantity.span(subject)
     whole = Span(low or found.low, found.own, high or found.high)
@@ -141,6 +150,8 @@ def stability(
     subjects = {name: _with_method(subject, name) for name in names}
     if quantity.of_forces and not integrators()[subject.setting.integrator].implicit:
         subjects |= _implicit(subjects)
+    if quantity.of_motion:
+        subjects = {NAME: replace(subject, is_linear=True), **subjects}
     walked = resumable(_walked, (vary, grid), subjects, kept, processes, "methods", tell)
     tracks = [_track(name, [Point.from_json(each) for each in points]) for name, points in walked.items()]
     analytic = real_axis_limit(tableau_of(subject.setting.integrator)) if quantity.option == "gains" else np.inf
@@ -148,7 +159,7 @@ def stability(
     return StabilityMap(
         title=scene.title,
         vary=vary,
-        unit=quantity.unit,
+        unit=quantity.unit or _unit_of(scene, vary),
         span=whole,
         tracks=tuple(tracks),
         setting=subject.setting,
@@ -157,6 +168,13 @@ def stability(
         analytic=analytic / step if np.isfinite(analytic) else None,
         length=mechanism.system.length,
     )
+
+
+def _unit_of(scene: Scene, vary: str) -> str:
+    """The SI unit of a parameter, "" where nobody knows."""
+    if not vary.startswith(PARAMETER):
+        return ""
+    return SceneText(scene.text, "scene", scene.path).units().get(tuple(vary.split(".", 1)), "")
 
 
 def values(span: Span, points: int) -> list[float]:
@@ -168,9 +186,9 @@ def values(span: Span, points: int) -> list[float]:
     return [float(value) for value in grid]
 
 
-def _methods(vary: str, projections: Sequence[str] | None) -> tuple[str, ...]:
+def _methods(quantity: Quantity, projections: Sequence[str] | None) -> tuple[str, ...]:
     """The methods to try. Raises InputError for one that there is not, or that has not what is varied."""
-    option = QUANTITIES[vary].option
+    option = quantity.option
     able = [name for name, entry in PROJECTIONS.items() if not option or option in entry.options]
     for name in projections or ():
         if name not in PROJECTIONS:
@@ -220,18 +238,23 @@ def _implicit(subjects: Mapping[str, Subject]) -> dict[str, Subject]:
 def _walked(shared: tuple[str, list[float]], subject: Subject) -> list[dict[str, Any]]:
     """The points of a method: the grid, and then halves between neighbours of different states."""
     vary, grid = shared
-    quantity = QUANTITIES[vary]
+    quantity, precision = quantity_named(vary), PRECISE if subject.is_linear else PRECISION
+    judge = small_motions if subject.is_linear else quantity.run
 
     def at(value: float) -> Point:
-        return quantity.run(quantity.changed(subject, value), value)
+        try:
+            changed = quantity.changed(subject, value)
+        except InputError as error:
+            return Point(value, FAILS, np.nan, np.nan, 0.0, None, cause_of(error), ended=False)
+        return judge(changed, value)
 
     found = [at(value) for value in grid]
     for _ in range(CHANGES):
-        wide = [pair for pair in _changes(found) if _gap(*pair) > PRECISION]
+        wide = [pair for pair in _changes(found) if _gap(*pair) > precision]
         if not wide:
             break
         below, above = wide[0]
-        while _gap(below, above) > PRECISION:
+        while _gap(below, above) > precision:
             middle = at(exp(0.5 * (log(below.value) + log(above.value))))
             insort(found, middle, key=lambda point: point.value)
             below, above = (middle, above) if middle.state == below.state else (below, middle)

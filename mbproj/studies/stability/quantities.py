@@ -30,7 +30,8 @@ class Span:
 @dataclass(frozen=True)
 class Quantity:
     """One that can be varied. `option`: what a projection method has to have for it ("gains", "alpha"), or any; `run`
-    judges a subject at a value; `of_forces`: it makes forces stiff, so that an implicit method is tried too."""
+    judges a subject at a value; `of_forces`: it makes forces stiff, so that an implicit method is tried too.
+    `of_motion`: it changes what the mechanism is, so that small motions are looked at too."""
 
     unit: str
     summary: str
@@ -39,6 +40,7 @@ class Quantity:
     option: str = ""
     run: Callable[[Subject, float], Point] = judged
     of_forces: bool = False
+    of_motion: bool = False
 
 
 def _of_scene(change: Callable[[Scene, float], Scene]) -> Callable[[Subject, float], Subject]:
@@ -154,8 +156,36 @@ QUANTITIES: Mapping[str, Quantity] = MappingProxyType(
 )
 
 
+#: A number of the scene's parameters is named so.
+PARAMETER = "parameters."
+
+
+def _of_parameter(name: str) -> Quantity:
+    """A parameter of the scene, from a tenth of it to ten times as much."""
+
+    def span(subject: Subject) -> Span:
+        known = subject.scene.parameters
+        if name not in known:
+            hint = choose_from(name, known, "parameters are") if known else "name a number: `parameters: {T: 20 ms}`"
+            raise InputError(Problem(f"the scene has no parameter '{name}'", hint=hint))
+        own = known[name]
+        if not own > 0.0:
+            said = f"parameter '{name}' is {own:.6g}, and values are varied by their logarithms"
+            raise InputError(Problem(said, hint="let a positive parameter be a factor of it"))
+        return Span(0.1 * own, own, 10.0 * own)
+
+    def changed(subject: Subject, value: float) -> Subject:
+        return replace(subject, scene=subject.scene.with_({name: value}))
+
+    return Quantity("", f"the scene's parameter {name}", span, changed, of_motion=True)
+
+
 def quantity_named(name: str) -> Quantity:
-    """One of `QUANTITIES`. Raises InputError for an unknown name."""
+    """One of `QUANTITIES`, or a parameter of the scene: `parameters.T`. Raises InputError for an unknown name."""
+    if name.startswith(PARAMETER):
+        return _of_parameter(name.removeprefix(PARAMETER))
     if name not in QUANTITIES:
-        raise InputError(Problem(f"unknown quantity '{name}'", hint=choose_from(name, QUANTITIES)))
+        raise InputError(
+            Problem(f"unknown quantity '{name}'", hint=choose_from(name, [*QUANTITIES, f"{PARAMETER}NAME"]))
+        )
     return QUANTITIES[name]

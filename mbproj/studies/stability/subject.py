@@ -29,12 +29,13 @@ class Limits:
 
 @dataclass(frozen=True)
 class Subject:
-    """A scene, run with a setting until a time in s."""
+    """A scene, run with a setting until a time in s; or not run, as its small motions are looked at."""
 
     scene: Scene
     setting: Setting
     until: float
     limits: Limits
+    is_linear: bool = False
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,130 @@
+"""Small motions of a mechanism with sampled controllers: how they change from one round of instants to the next.
+
+Between instants x' = A x, in which what controllers hold stands still. At an instant x⁺ = J x: what is set goes by what
+is read just before. A round is the shortest time after which all instants come again; over it x changes by the product
+of all exp(A Δt) and J (Franklin, Powell and Workman 1998). The motion dies away where all eigenvalues are below 1.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from math import lcm
+
+import numpy as np
+
+from mbproj.arrays import Array, Numbers
+from mbproj.dataclass import dataclass
+from mbproj.dynamics.derivatives.law_derivatives import slopes_by_channels
+from mbproj.dynamics.derivatives.row_derivatives import row_motion
+from mbproj.errors import InputError, Problem
+from mbproj.linear.kinks import refuse_bends
+from mbproj.linear.reference import Reference
+from mbproj.linear.state_space.inputs import inputs_named
+from mbproj.linear.state_space.model import LinearModel, assembled
+from mbproj.linear.state_space.outputs import Outputs
+from mbproj.model.channels import Actions, Kind
+from mbproj.thresholds import THRESHOLDS
+
+
+@dataclass(frozen=True, eq=False)
+class Round:
+    """What a round of instants does: `matrix` (x, x), of the linear model's states by their scales, in `time` s."""
+
+    matrix: Array
+    time: float
+
+    @property
+    def multipliers(self) -> Numbers:
+        """By how much each small motion is multiplied in a round, the largest first."""
+        found = np.linalg.eigvals(self.matrix)
+        return np.asarray(found[np.argsort(-np.abs(found), kind="stable")])
+
+
+def round_of(reference: Reference) -> Round:
+    """Near a mechanism that rests. Raises InputError where it has no controller, or no linear part there; where it has
+    periods without a common one; and where the model of `linearize` does not know it."""
+    system = reference.system
+    if not system.actions.size:
+        raise InputError(Problem("the scene has no controller", hint="`mbproj modes` knows its small motions"))
+    refuse_bends(reference)
+    model = assembled(reference, inputs_named(reference, []), _set_by(reference))
+    first, scale = len(model.A) - system.states.size, np.ones(len(model.A))
+    scale[first:] = system.states.scale
+    A = model.A * scale / scale[:, None]
+    jumps = [
+        _jump(model, system.actions, action, first) * scale / scale[:, None] for action in range(system.actions.size)
+    ]
+    time = _common(system.actions.period)
+    return Round(_product(A, jumps, _instants(system.actions, time), time), time)
+
+
+def _set_by(reference: Reference) -> Outputs:
+    """What each entry of the actions is set to, as outputs of the linear model."""
+    system, motion = reference.system, reference.motion
+    actions, channels, count = system.actions, system.channels, len(reference.system.actions.state)
+    instant, rows = motion.instant(system), row_motion(system.coordinates, motion.carried())
+    slopes = np.array([slopes_by_channels(actions.programs, entry, instant.values()) for entry in range(count)])
+    by = {
+        kind: slopes @ ((channels.kind == kind)[:, None] & (channels.index[:, None] == np.arange(size))).astype(float)
+        for kind, size in (
+            (Kind.COORDINATE, system.coordinates.size),
+            (Kind.RATE, system.coordinates.size),
+            (Kind.STATE, system.states.size),
+        )
+    }
+    G, G_dot = rows.G.dense(), rows.G_dot.dense()
+    return Outputs(
+        tuple(system.names.states[state] for state in actions.state),
+        tuple(system.names.state_units[state] for state in actions.state),
+        by[Kind.COORDINATE] @ G + by[Kind.RATE] @ G_dot,
+        by[Kind.RATE] @ G,
+        np.zeros((count, system.joints.size)),
+        by[Kind.STATE],
+    )
+
+
+def _jump(model: LinearModel, actions: Actions, action: int, first: int) -> Array:
+    """J of an action: it sets all its states at once."""
+    found, entries = np.eye(len(model.A)), list(actions.sets(action))
+    found[first + actions.state[entries]] = model.C[entries]
+    return found
+
+
+def _common(period: Array) -> float:
+    """The shortest time that is a multiple of all periods, s."""
+    shortest = float(period.min())
+    ratios = [Fraction(each / shortest).limit_denominator(THRESHOLDS.largest_ratio) for each in period.tolist()]
+    off = max(abs(float(ratio) * shortest / each - 1.0) for ratio, each in zip(ratios, period.tolist(), strict=True))
+    unit = lcm(*(ratio.denominator for ratio in ratios))
+    times = lcm(*(int(ratio * unit) for ratio in ratios))
+    if off > THRESHOLDS.same_instant or sum(times / float(ratio * unit) for ratio in ratios) > THRESHOLDS.most_of_round:
+        said = f"the periods {', '.join(f'{each:.6g} s' for each in np.unique(period))} have no short common multiple"
+        raise InputError(Problem(said, hint="give periods that are multiples of each other"))
+    return shortest * times / unit
+
+
+def _instants(actions: Actions, time: float) -> list[tuple[float, list[int]]]:
+    """The instants of a round that begins with the last controller's first, each with its actions in their order."""
+    begin, near = float(actions.first.max()), THRESHOLDS.same_instant * float(actions.period.min())
+    found: list[tuple[float, list[int]]] = []
+    for at, own in sorted(actions.instants(begin, begin + time - 2.0 * near, near).items()):
+        if found and at - begin - found[-1][0] <= near:
+            found[-1][1].extend(own)
+        else:
+            found.append((at - begin, [*own]))
+    return [(at, sorted(own)) for at, own in found]
+
+
+def _product(A: Array, jumps: list[Array], instants: list[tuple[float, list[int]]], time: float) -> Array:
+    """The change over a round."""
+    from scipy.linalg import expm
+
+    found, known = np.eye(len(A)), dict[float, Array]()
+    ends = [*(at for at, _ in instants[1:]), time]
+    for (at, actions), end in zip(instants, ends, strict=True):
+        for action in actions:
+            found = jumps[action] @ found
+        gap = float(f"{end - at:.12g}")
+        known[gap] = known[gap] if gap in known else expm(A * gap)
+        found = known[gap] @ found
+    return found
