@@ -13,21 +13,18 @@ from mbproj.scene.expressions.compiled import compiled
 from mbproj.scene.expressions.syntax_tree import parse
 from mbproj.scene.expressions.tokens import ExpressionError
 from mbproj.scene.text.document import compose
-from mbproj.scene.text.nodes import MappingNode, ScalarNode
+from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode
 from mbproj.scene.text.source import read_text
 from mbproj.scene.text.suggestions import choose_from
 
 
 def read_pose(path: Path) -> dict[str, float]:
     """Coordinates by the name of the model's joint. Raises InputError at what is no number."""
-    root, problems = compose(read_text(path), str(path))
-    if not isinstance(root, MappingNode):
-        raise InputError(Problem("a pose is a mapping of joints", root.place, "write lines as in 'hinge: 0.3'"))
+    nodes, problems = _named(path, "a pose is a mapping of joints", "write lines as in 'hinge: 0.3'")
     found: dict[str, float] = {}
-    for name, node in root.values.items():
-        text = node.text if isinstance(node, ScalarNode) else ""
+    for name, node in nodes.items():
         try:
-            found[name] = float(text)
+            found[name] = float(_text(node))
         except ValueError:
             problems.append(Problem(f"'{name}' needs a number", node.place, "give it in rad or m"))
     if problems:
@@ -37,14 +34,21 @@ def read_pose(path: Path) -> dict[str, float]:
 
 def read_signals(path: Path) -> Signals:
     """Signals by name of a YAML mapping. Raises InputError at what is no expression of t."""
+    what = "signals are a mapping of names and expressions of t"
+    nodes, problems = _named(path, what, "write lines as in 'hinge: 0.3 * sin(2*t)'")
+    return _checked({name: Signal(_text(node), node.place) for name, node in nodes.items()}, problems)
+
+
+def _named(path: Path, what: str, hint: str) -> tuple[Mapping[str, Node], list[Problem]]:
+    """The values of a file by name, and what is wrong with it. Raises InputError where it is no mapping."""
     root, problems = compose(read_text(path), str(path))
     if not isinstance(root, MappingNode):
-        hint = "write lines as in 'hinge: 0.3 * sin(2*t)'"
-        raise InputError(Problem("signals are a mapping of names and expressions of t", root.place, hint))
-    found = {}
-    for name, node in root.values.items():
-        found[name] = Signal(node.text if isinstance(node, ScalarNode) else "", node.place)
-    return _checked(found, problems)
+        raise InputError(Problem(what, root.place, hint))
+    return root.values, problems
+
+
+def _text(node: Node) -> str:
+    return node.text if isinstance(node, ScalarNode) else ""
 
 
 def signals_of(given: Mapping[str, str | float] | str | Path, what: str) -> Signals:

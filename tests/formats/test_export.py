@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -44,8 +45,6 @@ def test_a_scene_accelerates_as_before_after_urdf(name, tmp_path):
 
 
 def _at_rest(scene):
-    from dataclasses import replace
-
     bodies = tuple(replace(body, velocity=(0.0,) * 3, angular_velocity=(0.0,) * 3) for body in scene.bodies)
     joints = tuple(replace(joint, speed={}) for joint in scene.joints)
     return replace(scene, bodies=bodies, joints=joints, gravity=(0.0, 0.0, -9.81))
@@ -97,11 +96,52 @@ def test_each_joint_either_way_round_and_all_that_acts_on_it(tmp_path):
     assert difference(accelerations(scene), accelerations(back)) < 1e-12
 
 
+POINTS = """
+mbproj: 1
+gravity: [0, 1, -9.81]
+simulation: {duration: 1 s, step: 1 ms}
+bodies:
+  a: {mass: 1, inertia: [1, 2, 2.5], position: [0, 0, 0], angular_velocity: [0.1, 0.2, 0.3]}
+  b: {mass: 2, inertia: [1, 1, 1], position: [1, 0, 0.2]}
+joints:
+  A: {type: JOINT, bodies: [ENDS], location: [0, 0.1, 0.2], axis: [1, 0, 1], SPEED}
+  B: {type: revolute, bodies: [a, b], location: [1, 0.5, 0.2], axis: [0, 1, 0.5], speed: 0.3}
+forces:
+  F: {type: linear_spring_damper, joint: A, coordinate: COORDINATE, stiffness: 3, damping: 0.2}
+"""
+
+
+@pytest.mark.parametrize("ends", ["ground, a", "a, ground"])
+@pytest.mark.parametrize(
+    ("kind", "coordinate"), [("point_on_line", "displacement"), ("point_in_plane", "displacement_y")]
+)
+def test_a_point_on_a_line_is_a_slide_and_a_ball(kind, coordinate, ends, tmp_path):
+    pytest.importorskip("mujoco")
+    speed = "speed: 0.5" if kind == "point_on_line" else "speed: {displacement_y: 0.5}"
+    text = POINTS.replace("JOINT", kind).replace("ENDS", ends).replace("COORDINATE", coordinate).replace("SPEED", speed)
+    scene = read_scene_text(text)
+    written = as_mjcf(scene, "1")
+    assert not [row for row in written.said if row.same.value == "no"]
+    assert difference(accelerations(scene), accelerations(again(written, tmp_path, "xml"))) < 1e-12
+
+
+def test_pistons_of_four_cylinders_close_no_loops(tmp_path):
+    """Their pins slide, and the rods' hinges are what closes the loops."""
+    pytest.importorskip("mujoco")
+    text = (MECHANISMS / "inline_four.yaml").read_text(encoding="utf-8")
+    scene = replace(read_scene_text(text), motions=())
+    written = as_mjcf(scene, "1")
+    assert not [row for row in written.said if row.same.value == "no"]
+    assert difference(accelerations(scene), accelerations(again(written, tmp_path, "xml"))) < 1e-12
+
+
 def test_what_a_format_lacks_is_said(tmp_path):
     scene = read_scene(MECHANISMS / "drum_brake.yaml")
     said = {row.element: row.same.value for row in as_mjcf(scene, "1").said}
     assert said["friction 'drag'"] == "no"
-    assert said["joint 'pin'"] == "no"
+    assert said["force 'spring'"] == "no"
+    of_cam = {row.element: row.same.value for row in as_mjcf(read_scene(MECHANISMS / "cam.yaml"), "1").said}
+    assert of_cam["joint 'K'"] == "no"
     in_urdf = {row.element: row.same.value for row in as_urdf(read_scene(MECHANISMS / "governor.yaml"), "1").said}
     assert in_urdf["velocities at the start"] == "no"
     assert in_urdf["force 'spring'"] == "no"

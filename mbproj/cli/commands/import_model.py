@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -24,6 +26,11 @@ EXAMPLES = (
 )
 
 
+def from_file(name: str, what: str) -> Callable[[Any], Any]:
+    """An option that names a file of lines by name."""
+    return option(Part.WHAT, name, type=click.Path(path_type=Path), metavar="FILE", help=what)
+
+
 @explained("import", EXAMPLES)
 @click.argument("model", type=click.Path(path_type=Path))
 @option(
@@ -35,36 +42,14 @@ EXAMPLES = (
     help="Write the scene to SCENE instead of stdout.",
 )
 @option(Part.WHAT, "--at", "key", metavar="KEY", help="Begin at this keyframe of the model.")
-@option(
-    Part.WHAT,
-    "--pose",
-    type=click.Path(path_type=Path),
-    metavar="FILE",
-    help="Begin at the joint coordinates in FILE, lines as 'hinge: 0.3' in rad and m.",
-)
-@option(
-    Part.WHAT,
-    "--loops",
-    type=click.Path(path_type=Path),
-    metavar="FILE",
-    help="Of a URDF: the YAML file where its loops stand, unless it is beside it with its name.",
-)
+@from_file("--pose", "Begin at the joint coordinates in FILE, lines as 'hinge: 0.3' in rad and m.")
+@from_file("--loops", "Of a URDF: the YAML file where its loops stand, unless it is beside it with its name.")
 @option(Part.WHAT, "--meet", is_flag=True, help="Of an SDF: let the two frames that a joint names meet.")
 @option(Part.WHAT, "--hold", is_flag=True, help="Let actuators act with their control signal at the start.")
-@option(
-    Part.WHAT,
-    "--controls",
-    type=click.Path(path_type=Path),
-    metavar="FILE",
-    help="Let actuators act with the signals in FILE, lines as 'motor: 0.3*sin(2*t)'; others hold theirs.",
+@from_file(
+    "--controls", "Let actuators act with the signals in FILE, lines as 'motor: 0.3*sin(2*t)'; others hold theirs."
 )
-@option(
-    Part.WHAT,
-    "--motions",
-    type=click.Path(path_type=Path),
-    metavar="FILE",
-    help="Drive joints by the functions of time in FILE, lines as 'hinge: 0.2*t' in rad and m.",
-)
+@from_file("--motions", "Drive joints by the functions of time in FILE, lines as 'hinge: 0.2*t' in rad and m.")
 @option(Part.WHAT, "--contacts", is_flag=True, help="Make stops of spheres and capsules above planes.")
 @option(Part.OUTPUT, "--strict", is_flag=True, help="End with 4 where the scene's motion is not the model's.")
 @option(

@@ -10,15 +10,14 @@ from mbproj.formats.export.acting import Acting, acting_on
 from mbproj.formats.export.couplings import Sum, five, sum_of
 from mbproj.formats.export.markup import Tag, tag
 from mbproj.formats.export.start import start_of
+from mbproj.formats.export.tendons import FAR, Tendons
 from mbproj.formats.export.tree import Branch, Freedom, down, named, tree_of, without_massless
 from mbproj.formats.export.written import Written, say_unwritten
-from mbproj.formats.mechanism import Names, Same
+from mbproj.formats.mechanism import Same
 from mbproj.formats.placed import quaternion
-from mbproj.scene.records import GROUND, Body, Joint, PointForce, Scene
-from mbproj.scene.stops import DistanceStop, Limit, OfBody
+from mbproj.scene.records import GROUND, Body, Joint, Scene
+from mbproj.scene.stops import Limit, OfBody
 
-#: Beyond every coordinate, of a limit with one side.
-FAR = 1e6
 #: What closes a loop in MJCF.
 LOOPS = ("spherical", "fixed", "revolute", "distance")
 
@@ -35,9 +34,8 @@ class _Mjcf:
         self.bodies = {body.name: body for body in scene.bodies}
         self.tree = without_massless(scene, tree_of(scene, self.start), named(scene))
         self.acting = acting_on(scene, self.out.say)
-        self.sites: dict[str, list[Tag]] = {}
-        self.equality, self.tendon = tag("equality"), tag("tendon")
-        self.tendons = Names()
+        self.equality = tag("equality")
+        self.tendons = Tendons(scene, self.start, self.tree, self.acting, self.equality, self.out.say)
 
     def written(self, version: str) -> Written:
         """The whole file."""
@@ -46,16 +44,17 @@ class _Mjcf:
         root.add("option", gravity=self.scene.gravity)
         self._loops()
         self._couplings()
-        self._forces()
+        self.tendons.forces()
         for marker in self.scene.markers:
-            self._site(marker.name, marker.body, self.start.own(OfBody(marker.body, marker.location, marker.local)))
+            at = self.start.own(OfBody(marker.body, marker.location, marker.local))
+            self.tendons.site(marker.name, marker.body, at)
         world = root.add("worldbody")
-        world.children += self.sites.get(GROUND, [])
+        world.children += self.tendons.marks(GROUND)
         for branch in self.tree.carried(GROUND):
             self._body(world, branch)
-        root.children += [each for each in (self.equality, self.tendon) if each.children]
+        root.children += [each for each in (self.equality, self.tendons.section) if each.children]
         self._keyframe(root)
-        lines = {f"{joint.name}.length" for joint in self.tree.loops if joint.type == "telescope"}
+        lines = {f"{joint.name}.length" for joint in self.tree.loops if joint.type in ("telescope", "rope")}
         acting = {name: acts for name, acts in self.acting.items() if name not in lines}
         say_unwritten(self.scene, self.out.say, tree=self.tree, acting=acting)
         head = f"<!-- Written by mbproj {version}. Angles are in rad; joints begin at their 'ref'. -->"
@@ -72,7 +71,7 @@ class _Mjcf:
         for freedom in branch.freedoms:
             self._joint(own, freedom, branch.body)
         own.children.append(self._inertial(body))
-        own.children += self.sites.get(branch.body, [])
+        own.children += self.tendons.marks(branch.body)
         for each in self.tree.carried(branch.body):
             self._body(own, each)
 
@@ -120,52 +119,24 @@ class _Mjcf:
         low, high = (-FAR if limit.low is None else limit.low), (FAR if limit.high is None else limit.high)
         return low, high
 
-    def _site(self, name: str, body: str, at: Array) -> str:
-        self.sites.setdefault(body, []).append(tag("site", name=name, pos=at))
-        return name
-
     def _loops(self) -> None:
         """Each as equalities, which hold where the model starts."""
         for joint in self.tree.loops:
             bodies = [None if body == GROUND else body for body in joint.bodies]
             if bodies[0] is None:
                 bodies.reverse()
-            if joint.type == "telescope":
-                self._telescope(joint)
+            if joint.type in ("telescope", "rope"):
+                self.tendons.measured(joint)
             elif joint.type not in LOOPS:
                 what = f"left out: MJCF has no {joint.type} joint that closes a loop"
                 self.out.say(f"joint '{joint.name}'", what, Same.NO)
             elif joint.type == "distance":
-                path = self._path(joint.name, joint.bodies, self.start.ends(joint.bodies, joint.points))
-                self.tendon.children.append(path)
-                self.equality.add("tendon", name=joint.name, tendon1=path.attributes["name"])
+                path = self.tendons.line(joint.name, joint.bodies, self.start.ends(joint.bodies, joint.points))
+                self.equality.add("tendon", name=joint.name, tendon1=path)
             elif joint.type == "fixed":
                 self.equality.add("weld", name=joint.name, body1=bodies[0], body2=bodies[1])
             else:
                 self._points(joint, bodies)
-
-    def _telescope(self, joint: Joint) -> None:
-        """What acts along the line between two points acts along a tendon; without it a telescope has no say."""
-        acting = self.acting.get(f"{joint.name}.length")
-        if acting is None:
-            what = "left out: nothing acts along it, and it holds nothing"
-            self.out.say(f"joint '{joint.name}'", what, Same.YES)
-            return
-        limit = acting.limit
-        if limit is not None:
-            self.out.say(f"limit of '{joint.name}'", "a soft limit in MuJoCo", Same.UNTIL)
-        path = self._path(
-            joint.name,
-            joint.bodies,
-            self.start.ends(joint.bodies, joint.points),
-            range=None if limit is None else (limit.low or 0.0, FAR if limit.high is None else limit.high),
-            stiffness=acting.stiffness or None,
-            springlength=acting.rest if acting.stiffness else None,
-            damping=acting.damping or None,
-            frictionloss=acting.dry or None,
-            armature=acting.armature or None,
-        )
-        self.tendon.children.append(path)
 
     def _points(self, joint: Joint, bodies: list[str | None]) -> None:
         """A point that two bodies share, and a second one on the axis of a revolute joint."""
@@ -185,14 +156,6 @@ class _Mjcf:
         """A length of the mechanism, in m."""
         places = np.array([pose.position for pose in self.start.poses.values()])
         return float(f"{max(0.01, np.ptp(places, axis=0).max() / 2):.1g}")
-
-    def _path(self, name: str, bodies: tuple[str, str], ends: list[Array], **attributes: object) -> Tag:
-        """A tendon between two points."""
-        sites = [self._site(f"{name}_{side}", body, end) for side, body, end in zip((1, 2), bodies, ends, strict=True)]
-        path = tag("spatial", name=self.tendons.own(name), **attributes)
-        for site in sites:
-            path.add("site", site=site)
-        return path
 
     def _couplings(self) -> None:
         free = self.tree.freedoms
@@ -222,47 +185,10 @@ class _Mjcf:
             second = None if curve is None else free[first].name
             self.equality.add("joint", name=found.name, joint1=free[y].name, joint2=second, polycoef=coefficients)
             return
-        whole = self._fixed(found.name, {free[name].name: weight for name, weight in weights.items()})
-        second = None if curve is None else self._fixed(f"{found.name}_of", {free[first].name: 1.0})
+        whole = self.tendons.fixed(found.name, {free[name].name: weight for name, weight in weights.items()})
+        second = None if curve is None else self.tendons.fixed(f"{found.name}_of", {free[first].name: 1.0})
         coefficients = None if curve is None else five(curve)
         self.equality.add("tendon", name=found.name, tendon1=whole, tendon2=second, polycoef=coefficients)
-
-    def _fixed(self, name: str, weights: dict[str, float]) -> str:
-        own = self.tendon.add("fixed", name=self.tendons.own(name))
-        for joint, weight in weights.items():
-            own.add("joint", joint=joint, coef=weight)
-        return own.attributes["name"]
-
-    def _forces(self) -> None:
-        """Springs and stops between two points are tendons."""
-        for force in self.scene.forces:
-            if isinstance(force, PointForce) and force.element is not None:
-                self.out.say(f"force '{force.name}'", f"left out: no model has the type {force.element.type}", Same.NO)
-            elif isinstance(force, PointForce):
-                if force.law.function is not None:
-                    self.out.say(f"force '{force.name}'", "left out: its law is a function", Same.NO)
-                    continue
-                ends = self.start.ends(force.bodies, force.points)
-                rest = force.law.free if force.law.free is not None else self._given_length(force.bodies, ends)
-                stiffness, damping = force.law.stiffness or None, force.law.damping or None
-                length = rest if force.law.stiffness else None
-                self.tendon.children.append(
-                    self._path(
-                        force.name, force.bodies, ends, stiffness=stiffness, springlength=length, damping=damping
-                    )
-                )
-            elif isinstance(force, DistanceStop):
-                bodies = (force.first.body, force.second.body)
-                ends = [self.start.own(force.first), self.start.own(force.second)]
-                span = (force.limit.low or 0.0, FAR if force.limit.high is None else force.limit.high)
-                self.tendon.children.append(self._path(force.name, bodies, ends, range=span))
-                self.out.say(f"stop '{force.name}'", "a soft limit in MuJoCo", Same.UNTIL)
-
-    def _given_length(self, bodies: tuple[str, str], ends: list[Array]) -> float:
-        """The distance of two points at the pose that the scene gives, where a spring without a length has no force."""
-        places = [self.start.given[body] for body in bodies]
-        first, second = (pose.position + pose.rotation @ end for pose, end in zip(places, ends, strict=True))
-        return float(np.linalg.norm(second - first))
 
     def _keyframe(self, root: Tag) -> None:
         """The velocities of the start, which a model begins without."""

@@ -15,7 +15,10 @@ from mbproj.joints import JOINTS
 from mbproj.scene.records import GROUND, Joint, JointForce, Scene
 
 #: Joints that may stand in a tree, those first that formats of robots cannot write as a loop.
-IN_TREE = ("prismatic", "cylindrical", "planar", "universal", "screw", "fixed", "revolute", "spherical")
+IN_TREE = (
+    *("prismatic", "cylindrical", "planar", "universal", "screw", "point_on_line", "point_in_plane"),
+    *("fixed", "revolute", "spherical"),
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,6 +144,8 @@ def _kinds(joint: Joint, start: Start) -> list[tuple[str, str, Array]]:
         "cylindrical": [("slide", "displacement", z), ("hinge", "angle", z)],
         "screw": [("slide", "displacement", z), ("hinge", "angle", z)],
         "planar": [("slide", "displacement_x", x), ("slide", "displacement_y", y), ("hinge", "angle", z)],
+        "point_on_line": [("slide", "displacement", z), ("ball", "", np.zeros(3))],
+        "point_in_plane": [("slide", "displacement_x", x), ("slide", "displacement_y", y), ("ball", "", np.zeros(3))],
     }[joint.type]
 
 

@@ -1,0 +1,172 @@
+"""What of a scene tendons of MJCF say: ropes, telescopes, springs and stops between two points, sums of coordinates."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import field
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
+from mbproj.formats.export.acting import Acting, Say
+from mbproj.formats.export.markup import Tag, tag
+from mbproj.formats.export.sheaves import Run, run_of
+from mbproj.formats.export.start import Start
+from mbproj.formats.export.tree import Tree
+from mbproj.formats.mechanism import Names, Same
+from mbproj.scene.records import Joint, PointForce, Scene
+from mbproj.scene.stops import DistanceStop, Limit
+
+#: Beyond every coordinate, of a limit with one side.
+FAR = 1e6
+
+
+@dataclass(eq=False)
+class Tendons:
+    """The `section` of tendons, the sites and shapes by body that they run over; `equality` is the section of these."""
+
+    scene: Scene
+    start: Start
+    tree: Tree
+    acting: Mapping[str, Acting]
+    equality: Tag
+    say: Say
+    section: Tag = field(default_factory=lambda: tag("tendon"))
+    on: dict[str, list[Tag]] = field(default_factory=dict)
+    names: Names = field(default_factory=Names)
+
+    def marks(self, body: str) -> list[Tag]:
+        """Sites and shapes of a body."""
+        return self.on.get(body, [])
+
+    def site(self, name: str, body: str, at: Array) -> str:
+        """Adds a site, whose name it is."""
+        self.on.setdefault(body, []).append(tag("site", name=name, pos=at))
+        return name
+
+    def line(self, name: str, bodies: tuple[str, str], ends: list[Array], **attributes: object) -> str:
+        """Adds a tendon between two points, whose name it is."""
+        sites = [self.site(f"{name}_{side}", body, end) for side, body, end in zip((1, 2), bodies, ends, strict=True)]
+        return self._path(name, [("site", {"site": site}) for site in sites], attributes)
+
+    def fixed(self, name: str, weights: Mapping[str, float]) -> str:
+        """Adds a sum of joint coordinates, whose name it is."""
+        own = self.section.add("fixed", name=self.names.own(name))
+        for joint, weight in weights.items():
+            own.add("joint", joint=joint, coef=weight)
+        return str(own.attributes["name"])
+
+    def measured(self, joint: Joint) -> None:
+        """What acts along a telescope or a rope acts along a tendon; without it a telescope has no say."""
+        acting = self.acting.get(f"{joint.name}.length")
+        taut = joint.type == "rope" and joint.parameters["path"].taut
+        if acting is None and not taut:
+            what = "left out: nothing acts along it, and it holds nothing"
+            self.say(f"joint '{joint.name}'", what, Same.YES)
+            return
+        run = run_of(joint, self.start, self.tree) if joint.type == "rope" else None
+        if isinstance(run, str):
+            self.say(f"joint '{joint.name}'", f"left out: {run}", Same.NO)
+            return
+        attributes = self._along(joint, acting or Acting(), round_shapes=bool(run and run.shapes))
+        if run is None:
+            self.line(joint.name, joint.bodies, self.start.ends(joint.bodies, joint.points), **attributes)
+            return
+        name = self._run(joint, run, attributes)
+        if taut:
+            given = joint.parameters.get("length")
+            away = None if given is None else float(given - run.length)
+            coefficients = [away, 0.0, 0.0, 0.0, 0.0] if away is not None and abs(away) > 1e-12 else None
+            self.equality.add("tendon", name=joint.name, tendon1=name, polycoef=coefficients)
+        if run.shapes:
+            what = "a tendon around cylinders, which leaves them where the rope would"
+            self.say(f"joint '{joint.name}'", what, Same.YES)
+
+    def forces(self) -> None:
+        """Springs and stops between two points."""
+        for force in self.scene.forces:
+            if isinstance(force, PointForce) and force.element is not None:
+                self.say(f"force '{force.name}'", f"left out: no model has the type {force.element.type}", Same.NO)
+            elif isinstance(force, PointForce):
+                self._spring(force)
+            elif isinstance(force, DistanceStop):
+                bodies = (force.first.body, force.second.body)
+                ends = [self.start.own(force.first), self.start.own(force.second)]
+                self.line(force.name, bodies, ends, range=_range(force.limit))
+                self.say(f"stop '{force.name}'", "a soft limit in MuJoCo", Same.UNTIL)
+
+    def _spring(self, force: PointForce) -> None:
+        if force.law.function is not None:
+            self.say(f"force '{force.name}'", "left out: its law is a function", Same.NO)
+            return
+        ends = self.start.ends(force.bodies, force.points)
+        rest = force.law.free if force.law.free is not None else self._given_length(force.bodies, ends)
+        stiffness, damping = force.law.stiffness or None, force.law.damping or None
+        length = rest if force.law.stiffness else None
+        self.line(force.name, force.bodies, ends, stiffness=stiffness, springlength=length, damping=damping)
+
+    def _given_length(self, bodies: tuple[str, str], ends: list[Array]) -> float:
+        """The distance of two points at the pose that the scene gives, where a spring without a length has no force."""
+        places = [self.start.given[body] for body in bodies]
+        first, second = (pose.position + pose.rotation @ end for pose, end in zip(places, ends, strict=True))
+        return float(np.linalg.norm(second - first))
+
+    def _along(self, joint: Joint, acting: Acting, *, round_shapes: bool) -> dict[str, object]:
+        """What acts along a coordinate `length`, as a tendon has it."""
+        limit, element = acting.limit, f"joint '{joint.name}'"
+        rest: tuple[float, ...] = (acting.rest,)
+        stiffness, span = acting.stiffness, None
+        if limit is not None and math.isfinite(limit.law.stiffness) and not acting.stiffness and limit.low is None:
+            assert limit.high is not None
+            stiffness, rest = limit.law.stiffness, (0.0, limit.high)
+            if limit.law.damping or limit.law.restitution or limit.law.exponent != 1.0:
+                self.say(element, "the damping of its stretch is left out", Same.NO)
+        elif limit is not None:
+            span = _range(limit)
+            self.say(f"limit of '{joint.name}'", "a soft limit in MuJoCo", Same.UNTIL)
+        if acting.armature and round_shapes:
+            self.say(f"reflected inertia of '{joint.name}'", "left out: MuJoCo has none around shapes", Same.NO)
+        return {
+            "range": span,
+            "stiffness": stiffness or None,
+            "springlength": rest if stiffness else None,
+            "damping": acting.damping or None,
+            "frictionloss": acting.dry or None,
+            "armature": None if round_shapes else acting.armature or None,
+        }
+
+    def _run(self, joint: Joint, run: Run, attributes: dict[str, object]) -> str:
+        """A tendon over the places of a rope."""
+        path: list[tuple[str, dict[str, str]]] = []
+        for number, (body, at) in enumerate(run.points, 1):
+            if number - 1 not in run.shapes:
+                path.append(("site", {"site": self.site(f"{joint.name}_{number}", body, at)}))
+                continue
+            shape = run.shapes[number - 1]
+            name, side = f"{joint.name}_sheave_{number}", self.site(f"{joint.name}_side_{number}", body, shape.side)
+            geom = tag(
+                "geom",
+                name=name,
+                type="cylinder",
+                size=(shape.radius, 0.1 * shape.radius),
+                pos=at,
+                zaxis=shape.normal,
+                contype=0,
+                conaffinity=0,
+            )
+            self.on.setdefault(body, []).append(geom)
+            path.append(("geom", {"geom": name, "sidesite": side}))
+        return self._path(joint.name, path, attributes)
+
+    def _path(self, name: str, over: list[tuple[str, dict[str, str]]], attributes: Mapping[str, object]) -> str:
+        path = tag("spatial", name=self.names.own(name), **attributes)
+        for kind, words in over:
+            path.add(kind, **words)
+        self.section.children.append(path)
+        return str(path.attributes["name"])
+
+
+def _range(limit: Limit) -> tuple[float, float]:
+    return limit.low or 0.0, FAR if limit.high is None else limit.high
