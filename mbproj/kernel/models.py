@@ -18,6 +18,7 @@ from mbproj.kernel.loads import (
     programs,
     space_loads,
 )
+from mbproj.model.couplings import Of
 from mbproj.model.layout import Layout
 from mbproj.model.planar import Plane, channels_in_plane, coordinates_in_plane
 from mbproj.model.system import System
@@ -51,7 +52,7 @@ def space_model(core: ModuleType, system: System, layout: Layout) -> Any:
         motion_start=system.motions.start.tolist(),
         motion_coordinate=system.motions.joint_coordinate.tolist(),
         couplings=_couplings(system, system.couplings.row, system.couplings.coordinate),
-        followers=[(row, program) for program, row in system.following.items()],
+        followers=[(int(kind), at, program) for program, (kind, at) in system.following.items()],
         **_space_flywheels(core, system),
         **_space_stops(core, system),
         **_space_bearings(system),
@@ -197,7 +198,7 @@ def plane_model(core: ModuleType, system: System, plane: Plane, layout: Layout) 
         motion_start=system.motions.start.tolist(),
         motion_coordinate=coordinates_in_plane(plane, system.motions.joint_coordinate).tolist(),
         couplings=_couplings_in_plane(system, plane),
-        followers=[(plane_rows(plane).tolist().index(row), program) for program, row in system.following.items()],
+        followers=_followers_in_plane(system, plane),
         **_plane_flywheels(core, system, plane, coordinates),
         **_plane_stops(core, system, plane, coordinates),
         **_plane_bearings(system, plane),
@@ -220,6 +221,13 @@ def _couplings_in_plane(system: System, plane: Plane) -> list[tuple[Any, ...]]:
     couplings, rows = system.couplings, plane_rows(plane).tolist()
     row = np.array([rows.index(at) for at in couplings.row.tolist()], dtype=np.intp)
     return _couplings(system, row, coordinates_in_plane(plane, couplings.coordinate))
+
+
+def _followers_in_plane(system: System, plane: Plane) -> list[tuple[int, int, int]]:
+    """What follows curves as the kernel takes it, in a plane: where it is, its number there, and its program."""
+    rows = plane_rows(plane).tolist()
+    following = system.following.items()
+    return [(int(kind), rows.index(at) if kind is Of.ROW else at, program) for program, (kind, at) in following]
 
 
 def joint_and_motion_rows(system: System, plane: Plane, joints: Bound, coordinates: Bound) -> Bound:

@@ -20,6 +20,8 @@ from mbproj.model.system import System
 
 #: Added to δ² under the root of its power, so that its derivatives are finite at δ = 0.
 TINY = 1e-60
+#: Before whose a contact is, the name of a row that it holds.
+CONTACT_OF = "contact of "
 
 
 @dataclass(frozen=True)
@@ -155,7 +157,7 @@ def _holding(system: System, held: list[_Row]) -> System:
     seats = [next(slot for slot in row.slots if slot[1] == 2) for row in rows]
     return replace(
         system,
-        names=replace(system.names, joints=(*system.names.joints, *(f"contact of {row.owner}" for row in held))),
+        names=replace(system.names, joints=(*system.names.joints, *(f"{CONTACT_OF}{row.owner}" for row in held))),
         joints=bind([*bindings(system.joints), *rows]),
         reaction_body=np.append(system.reaction_body, [body for body, _, _ in seats]),
         reaction_local=np.vstack([system.reaction_local.reshape(-1, 3), *(local for _, _, local in seats)]),

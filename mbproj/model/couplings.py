@@ -1,9 +1,11 @@
-"""Rows of joints with switches: couplings, known but for whole teeth or threads, and what follows curves."""
+"""What has switches of its own: rows that couple, known but for whole teeth or threads, and what follows curves."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from enum import IntEnum
+from typing import TypeAlias
 
 import numpy as np
 
@@ -13,6 +15,7 @@ from mbproj.constraints.primitive import Primitive
 from mbproj.constraints.profile import FREE, Profile
 from mbproj.dataclass import dataclass
 from mbproj.functions.curve import Curve
+from mbproj.functions.program import Program
 from mbproj.functions.program_set import OF_ROWS, ProgramSet, flatten
 from mbproj.functions.series import constant_series, run
 from mbproj.model.primitive_set import Binding, PrimitiveSet, bind, bindings
@@ -66,35 +69,49 @@ class Couplings:
 
 @dataclass(frozen=True, eq=False)
 class Followers:
-    """k rows of the joints that follow curves: `row` (k,) of the joints' rows; `programs`, of the parameter of the
-    foot, whose switches are the knots of the curves."""
+    """k distances from curves: `of`, their places among the rows of the joints, the coordinates of laws and those of
+    stops; `programs`, of the parameter of the foot, whose switches are the knots of the curves."""
 
-    row: Integers
+    of: tuple[Followed, ...]
     programs: ProgramSet
 
     @property
     def size(self) -> int:
         """k."""
-        return len(self.row)
+        return len(self.of)
 
 
-NO_FOLLOWERS = Followers(np.zeros(0, dtype=np.intp), flatten([]))
+class Of(IntEnum):
+    """Where a distance from a curve is: among the rows of the joints, the laws, or the stops. A stop follows its curve
+    while it touches: the kernel's loop knows that itself, for all others it is a row or a law then."""
+
+    ROW = 0
+    LAW = 1
+    STOP = 2
 
 
-def compile_followers(rows: Sequence[Binding]) -> Followers:
-    """Those among the joints' rows."""
-    row, knots, first = [], [], 0
-    for binding in rows:
-        if isinstance(binding.primitive, Profile):
-            row.append(first)
-            knots.append(binding.primitive.curve.knots)
-        first += binding.primitive.rows
-    return Followers(np.array(row, dtype=np.intp), flatten(knots)) if row else NO_FOLLOWERS  # type: ignore[arg-type]
+#: And its number there.
+Followed: TypeAlias = "tuple[Of, int]"
+
+NO_FOLLOWERS = Followers((), flatten([]))
 
 
-def on_branches(rows: PrimitiveSet, programs: ProgramSet, of: Mapping[int, int], held: Array) -> PrimitiveSet:
-    """Rows of joints with the switches of some on the branches held, one for each instruction of the programs; `of`:
-    the row of each program."""
+def compile_followers(joints: PrimitiveSet, laws: PrimitiveSet, stops: PrimitiveSet | None) -> Followers:
+    """Those among the joints' rows, the laws and the stops."""
+    places, knots = list[Followed](), list[Program]()
+    for kind, bound in ((Of.ROW, joints), (Of.LAW, laws), (Of.STOP, stops)):
+        if bound is None or not any(isinstance(group.primitive, Profile) for group in bound.groups):
+            continue
+        for member in bound.layout.members:
+            if isinstance(member.primitive, Profile):
+                places.append((kind, member.rows[0]))
+                knots.append(member.primitive.curve.knots)  # type: ignore[arg-type]  # what curves of scenes have
+    return Followers(tuple(places), flatten(knots)) if places else NO_FOLLOWERS
+
+
+def rows_on_branches(rows: PrimitiveSet, programs: ProgramSet, of: Mapping[int, int], held: Array) -> PrimitiveSet:
+    """Rows with the switches of some on the branches held, one for each instruction of the programs; `of`: the row of
+    each program."""
     own = bindings(rows)
     for program, row in of.items():
         at = rows.layout.member[row]
@@ -105,8 +122,8 @@ def on_branches(rows: PrimitiveSet, programs: ProgramSet, of: Mapping[int, int],
 def feet(
     rows: PrimitiveSet, programs: ProgramSet, of: Mapping[int, int], held: Array, places: Numbers
 ) -> dict[int, float]:
-    """The parameter of the foot of each row that follows a curve, by its program, on the branches held; `places` are
-    those of the rows' slots, (S, 3)."""
+    """The parameter of the foot of each row that follows a curve, by its program `of` rows, on the branches held;
+    `places` are those of the rows' slots, (S, 3)."""
     found = {}
     for program, row in of.items():
         member = rows.layout.members[rows.layout.member[row]]

@@ -25,7 +25,7 @@ from mbproj.model.channels import (
     Energies,
     Motions,
 )
-from mbproj.model.couplings import NO_FOLLOWERS, Couplings, Followers, compile_couplings, compile_followers, on_branches
+from mbproj.model.couplings import Couplings, Followed, Followers, compile_couplings, compile_followers
 from mbproj.model.forces import NO_FORCES, Forces
 from mbproj.model.frictions import Frictions
 from mbproj.model.layout import Block, Layout, uncontrolled
@@ -98,7 +98,7 @@ class System:
 
     `mass` (n,) in kg, `inertia` (n, 3, 3) in kg m² about the centre of mass in body axes, `gravity` (3,) in m/s².
     `joints`: the constraint rows of all joints; `coordinates`: their free coordinates; `couplings`: rows that couple
-    these; `followers`: rows that follow curves; `alignment`: scalar products of vectors that assembly must not flip,
+    these; `alignment`: scalar products of vectors that assembly must not flip,
     positive in a right pose. `body_carrier` (N,), `body_offset` (N, 3) and `body_turn` (N, 4): where each of the
     scene's N bodies sits on its carrier. `marker_body` (k,), `marker_local` (k, 3). `reaction_body` (nj,),
     `reaction_local` (nj, 3): body 2 of each joint and its point in it. `length` is the size of the mechanism in m: what
@@ -138,7 +138,6 @@ class System:
     channels: Channels = NO_CHANNELS
     signals: ProgramSet = NO_SIGNALS
     adjustments: tuple[Adjustment, ...] = ()
-    followers: Followers = NO_FOLLOWERS
 
     @cached_property
     def layout(self) -> Layout:
@@ -172,14 +171,15 @@ class System:
         return dict(enumerate(self.couplings.curved, self.first_coupled))
 
     @cached_property
-    def following(self) -> dict[int, int]:
-        """The row of the joints that follows a curve, by the number there of its program."""
-        return dict(enumerate(self.followers.row.tolist(), self.first_coupled + self.couplings.programs.size))
+    def followers(self) -> Followers:
+        """Distances from curves."""
+        stops = None if self.stops is None else self.stops.coordinates
+        return compile_followers(self.joints, self.forces.laws.coordinates, stops)
 
-    def on_branches(self, held: Array) -> System:
-        """With what rows switch on these branches, one for each instruction of `programs`."""
-        rows = {program: row for program, (row, _) in self.curved.items()} | self.following
-        return replace(self, joints=on_branches(self.joints, self.programs, rows, held)) if rows else self
+    @cached_property
+    def following(self) -> dict[int, Followed]:
+        """The place of each distance from a curve, by the number there of its program."""
+        return dict(enumerate(self.followers.of, self.first_coupled + self.couplings.programs.size))
 
     @property
     def forces_name_channels(self) -> bool:
@@ -216,8 +216,7 @@ class System:
         if not self.rolls:
             return self
         kept = [each for each in bindings(self.joints) if each.primitive.integrable]
-        couplings, followers = compile_couplings(kept, bindings(self.coordinates)), compile_followers(kept)
-        return replace(self, joints=bind(kept), couplings=couplings, followers=followers)
+        return replace(self, joints=bind(kept), couplings=compile_couplings(kept, bindings(self.coordinates)))
 
     @property
     def constraints(self) -> int:

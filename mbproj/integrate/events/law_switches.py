@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -17,7 +18,8 @@ from mbproj.functions.series import walk
 from mbproj.functions.switches import FREE, JUMPING, all_switches, argument, beyond, interval, natural
 from mbproj.integrate.events.crossing import Bounds
 from mbproj.integrate.events.time_events import Event
-from mbproj.model.couplings import feet
+from mbproj.model.contacts import CONTACT_OF
+from mbproj.model.couplings import Of, feet, rows_on_branches
 from mbproj.model.system import System
 
 
@@ -51,8 +53,7 @@ class LawSwitches:
         value, rate = law_coordinates(instant) if laws else (np.zeros(0), np.zeros(0))
         rows, bound = self.system.curved, self.system.coordinates
         coordinate = bound.value(instant.pose.places(bound)) if rows else np.zeros(0)
-        joints, following = self.system.joints, self.system.following
-        on_curves = feet(joints, programs, following, held, instant.pose.places(joints)) if following else {}
+        on_curves = self._feet(instant, held)
         with np.errstate(all="ignore"):
             for program in dict.fromkeys(self.program):
                 own: tuple[Numbers, ...] = (value[laws[program]], rate[laws[program]]) if program in laws else ()
@@ -64,6 +65,30 @@ class LawSwitches:
                     if at in self.at:
                         found[at] = argument(programs, at, float(held[at]), [each[0] for each in stack[-2:]])
         return np.array([found[at] for at in self.at])
+
+    def _feet(self, instant: Instant, held: Array) -> dict[int, float]:
+        """Of what follows a curve the parameter of the foot; a stop by itself follows none."""
+        system = self.system
+        found = dict.fromkeys(_following(system, Of.STOP), np.nan)
+        for kind, bound in ((Of.ROW, system.joints), (Of.LAW, system.forces.laws.coordinates)):
+            if own := _following(system, kind):
+                found |= feet(bound, self.programs, own, held, instant.pose.places(bound))
+        return found
+
+    @property
+    def of_rows(self) -> LawSwitches | None:
+        """Those of rows, and of what follows curves: steps of one size end at them, too."""
+        return self._only({*self.system.curved, *self.system.following})
+
+    @property
+    def of_laws(self) -> LawSwitches | None:
+        """All others."""
+        own = {*self.system.curved, *self.system.following}
+        return self._only({each for each in self.program if each not in own})
+
+    def _only(self, programs: set[int]) -> LawSwitches | None:
+        pairs = [(program, at) for program, at in zip(self.program, self.at, strict=True) if program in programs]
+        return LawSwitches(self.system, *zip(*pairs, strict=True)) if pairs else None
 
     @cached_property
     def _laws(self) -> dict[int, int]:
@@ -111,10 +136,20 @@ class LawSwitches:
         if program in rows:
             return self.system.row_owner(self.system.bodies + rows[program][0])
         if program in self.system.following:
-            return self.system.row_owner(self.system.bodies + self.system.following[program])
+            return self._follower(*self.system.following[program])
         if program >= self.system.first_rate:
             return f"state '{self.system.names.states[program - self.system.first_rate]}'"
         return f"force '{self.system.forces.program_owners[program]}'"
+
+    def _follower(self, kind: Of, number: int) -> str:
+        system = self.system
+        if kind is Of.STOP:
+            assert system.stops is not None
+            return system.stops.owners[number]
+        if kind is Of.LAW:
+            return f"joint '{system.forces.law_owners[number]}'"
+        name = system.names.joints[system.joints.owner[number]]
+        return name.removeprefix(CONTACT_OF) if name.startswith(CONTACT_OF) else f"joint '{name}'"
 
     def what(self, k: int) -> str:
         """What it is, in the scene's words: "'sign' in '-20*sign(angle_dot)'"."""
@@ -143,3 +178,21 @@ def switches_of(system: System) -> LawSwitches | None:
     """Those of all functions; None where there are none."""
     found = all_switches(system.programs)
     return LawSwitches(system, *zip(*found, strict=True)) if found else None
+
+
+def on_branches(system: System, held: Array) -> System:
+    """A system with what its rows and laws that follow curves switch on these branches, one for each instruction."""
+    rows = {program: row for program, (row, _) in system.curved.items()} | _following(system, Of.ROW)
+    found, laws = system, _following(system, Of.LAW)
+    if rows:
+        found = replace(found, joints=rows_on_branches(system.joints, system.programs, rows, held))
+    if laws:
+        own = system.forces.laws
+        along = rows_on_branches(own.coordinates, system.programs, laws, held)
+        found = replace(found, forces=replace(system.forces, laws=replace(own, coordinates=along)))
+    return found
+
+
+def _following(system: System, kind: Of) -> dict[int, int]:
+    """The number of each distance from a curve among the rows, the laws or the stops, by its program."""
+    return {program: at for program, (own, at) in system.following.items() if own is kind}

@@ -29,7 +29,7 @@ from mbproj.dynamics.rank.row_policy import RowPolicy
 from mbproj.dynamics.rank.row_set import RowSet, in_lengths
 from mbproj.errors import InputError, SimulationError
 from mbproj.integrate.events.breaks import TimeWindow
-from mbproj.integrate.events.law_switches import LawSwitches
+from mbproj.integrate.events.law_switches import LawSwitches, on_branches
 from mbproj.integrate.formulations.balance import Balance
 from mbproj.integrate.formulations.terms import Accelerations, Terms
 from mbproj.integrate.outcome.failures import (
@@ -64,7 +64,7 @@ class FullFormulation:
     bodies: System  # without what its joints' coordinates turn
     window: TimeWindow
     held: Array | None = None
-    on_branches: System | None = None  # the system with its rows on these
+    on_branches: System | None = None  # the system with its rows and laws on these
     balance: Balance | None = None  # where rows hold what the motion keeps
 
     @classmethod
@@ -107,7 +107,7 @@ class FullFormulation:
 
     def holding(self, held: Array) -> FullFormulation:
         """The same with these branches."""
-        return replace(self, held=held, on_branches=self.system.on_branches(held))
+        return replace(self, held=held, on_branches=on_branches(self.system, held))
 
     def arguments(self, switches: LawSwitches, held: Array, t: float, y: Array) -> Array:
         """Of the switches of its laws at a state, (K,)."""
@@ -145,8 +145,8 @@ class FullFormulation:
         """What functions see at y; `expected` (nc,): the joints' coordinates, in place of those that are followed."""
         q, v, followed = self.parts(y)
         pose = pose_of(q)
-        near = followed if expected is None else expected
-        return Instant(self.system, pose, twist_of(pose, v), self.window.seen(t), near, y[self.layout["states"]])
+        near, system = followed if expected is None else expected, self.on_branches or self.system
+        return Instant(system, pose, twist_of(pose, v), self.window.seen(t), near, y[self.layout["states"]])
 
     def accelerations(
         self, t: float, y: Array, expected: Array | None = None, rows: RowSet | None = None

@@ -154,17 +154,16 @@ class ErrorControl:
         method where the step itself gets there. The same step where it ends there already."""
         assert self.events is not None and isinstance(tried, _Attempt)
         whole, end = tried.step.h, t
-        slack, rate = self.events.slack(end, whole), crossing.rate / whole
         at = point.t + crossing.theta * whole
-        for _ in range(THRESHOLDS.most_polishing if end - at > slack else 0):
+        for _ in range(THRESHOLDS.most_polishing if end - at > self.events.slack(end, whole) else 0):
             again = self.attempt(point, at - point.t, at)
             if isinstance(again, SimulationError) or not again.error <= 1.0:
                 return again, at
             tried, t = again, at
-            excess = self.events.excess(crossing, t, again.step.y_new)
-            if not rate * slack < abs(excess) < THRESHOLDS.widest_polishing * rate * whole:
+            next_try = self.events.next_try(crossing, again.step, at, whole, end)
+            if next_try is None:
                 break
-            at = min(at - excess / rate, end)
+            at = next_try
         return tried, t
 
     def way_left(self, t: float) -> float:

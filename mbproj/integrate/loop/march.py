@@ -8,7 +8,8 @@ from functools import partial
 
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.observe.samples import Sample
-from mbproj.integrate.events.law_switches import switches_of
+from mbproj.integrate.events.crossing import Crossing
+from mbproj.integrate.events.law_switches import LawSwitches, switches_of
 from mbproj.integrate.events.leg import Leg
 from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.integrate.loop.carried import attempted
@@ -16,12 +17,14 @@ from mbproj.integrate.loop.error_control import ErrorControl
 from mbproj.integrate.loop.looks import Looks
 from mbproj.integrate.loop.passes import Passes
 from mbproj.integrate.loop.run import Run
+from mbproj.integrate.loop.state_events import StateEvents
 from mbproj.integrate.loop.step_end import first_point
 from mbproj.integrate.loop.stop_watch import StopWatch
 from mbproj.integrate.outcome.failures import halved_in_vain
 from mbproj.integrate.outcome.marks import Mark, Marks, resuming
 from mbproj.integrate.outcome.tally import Tally
 from mbproj.integrate.point import Point
+from mbproj.integrate.steppers.runge_kutta import Step
 from mbproj.integrate.steppers.stages import StagesUnsolved
 from mbproj.thresholds import THRESHOLDS
 
@@ -46,17 +49,21 @@ def march(
         control = ErrorControl(run, formulation.settings.tolerance, switches)
         begin, go_on = control.samples, control.resumed
     else:
-        fixed = FixedSteps(run, None if switches is None else Passes(run, switches))
+        fixed = FixedSteps(run, switches)
         begin, go_on = fixed.samples, fixed.resumed
     yield from go_on(marks.resumed) if marks.resumed else begin(first_point(formulation, state, tally))
 
 
 class FixedSteps:
     """Scratch of a run with steps of one size; the time of step k is t0 + k h, so that it does not drift. The last step
-    may be shorter, and one with a break in it is split. `passes` takes note of what they do not end at."""
+    may be shorter, and one with a break in it, or an event of `events`, is split. `passes` takes note of what they do
+    not end at."""
 
-    def __init__(self, run: Run, passes: Passes | None) -> None:
-        self.run, self.passes = run, passes
+    def __init__(self, run: Run, switches: LawSwitches | None) -> None:
+        of_rows, of_laws = (None, None) if switches is None else (switches.of_rows, switches.of_laws)
+        self.run = run
+        self.events = None if of_rows is None else StateEvents(run, of_rows)
+        self.passes = None if of_laws is None else Passes(run, of_laws)
 
     def samples(self, point: Point) -> Iterator[Sample]:
         """Samples from a point at the start to the end."""
@@ -65,7 +72,7 @@ class FixedSteps:
         yield point.sample(run.exact, run.leg.step, run.tally)
         if self.passes is not None:
             self.passes.watch(point)
-        yield from self.steps(1, run.cross_break(point) if run.breaks.passed else point)
+        yield from self.steps(1, self.cross_break(point) if run.breaks.passed or self.events is not None else point)
 
     def resumed(self, mark: Mark) -> Iterator[Sample]:
         """Samples from a mark on. Raises InputError where it is not of this scene."""
@@ -73,11 +80,20 @@ class FixedSteps:
             point, first = self.run.resume(mark), int(mark["grid"])
             if self.passes is not None:
                 self.passes.restore(mark["told"])
+            if self.events is not None:
+                self.events.restore(mark["events"])
         yield from self.steps(first, point)
 
     def _before_step(self, k: int) -> Mark:
         """What step number k depends on beside the point."""
-        return {"grid": k, **({} if self.passes is None else {"told": self.passes.save()})}
+        told = {} if self.passes is None else {"told": self.passes.save()}
+        return {"grid": k, **told, **({} if self.events is None else {"events": self.events.save()})}
+
+    def cross_break(self, point: Point) -> Point:
+        """The point at a break as it is seen from its other side."""
+        h = self.run.leg.step
+        assert h is not None
+        return self.run.cross_break(point) if self.events is None else self.events.cross_break(point, h)
 
     def steps(self, first: int, point: Point) -> Iterator[Sample]:
         """The samples of this step and all that follow."""
@@ -94,7 +110,30 @@ class FixedSteps:
                 if t == grid and (k % every == 0 or k == steps):
                     yield point.sample(run.exact, made, run.tally)
                 if run.breaks.is_at(t) and t < run.end:
-                    point = run.cross_break(point)
+                    point = self.cross_break(point)
+
+    def attempt(self, point: Point, t: float) -> tuple[Step, float, Crossing | None]:
+        """A step from a point to t, or to the first event of a row before, and when it ends; at a point's own time no
+        step can end, and the event is at once."""
+        step = self._stages(point, t - point.t)
+        crossing = None if self.events is None else self.events.first(step, estimated=False)
+        if self.events is None or crossing is None or crossing.at_once:
+            return step, t, crossing
+        whole, end, at = step.h, t, point.t + crossing.theta * step.h
+        for _ in range(THRESHOLDS.most_polishing if end - at > self.events.slack(end, whole) else 0):
+            self.run.inside.policy.begin()
+            step, t = self._stages(point, at - point.t), at
+            again = self.events.next_try(crossing, step, at, whole, end)
+            if again is None:
+                break
+            at = again
+        return step, t, crossing
+
+    def _stages(self, point: Point, h: float) -> Step:
+        run = self.run
+        step = attempted(run.stepper, run.inside, point, h, watched=True)
+        run.tally.count_evaluations(run.stepper.attempt_cost + step.evaluations)
+        return step
 
     def through(self, point: Point, end: float) -> tuple[Point, float]:
         """From a point to `end`, and the size of the last step. A step whose equations are not solved is made in
@@ -103,11 +142,11 @@ class FixedSteps:
         run, start, part = self.run, point.t, 1
         while True:
             count = 1 << (part.bit_length() - 1)
-            t = end if part + 1 == 2 * count else start + (part - count + 1) / count * (end - start)
-            h = t - point.t
+            goal = end if part + 1 == 2 * count else start + (part - count + 1) / count * (end - start)
             try:
-                step = attempted(run.stepper, run.inside, point, h, watched=True)
+                step, t, crossing = self.attempt(point, goal)
             except StagesUnsolved as unsolved:
+                h = goal - point.t
                 run.tally.count_evaluations(run.stepper.attempt_cost + unsolved.evaluations)
                 if count >= 1 << THRESHOLDS.most_halvings or 0.5 * h < THRESHOLDS.fewest_grains * run.grain(point.t):
                     raise halved_in_vain(unsolved, h) from unsolved
@@ -115,10 +154,17 @@ class FixedSteps:
                 run.inside.policy.begin()
                 part *= 2
                 continue
-            run.tally.count_evaluations(run.stepper.attempt_cost + step.evaluations)
-            point = run.accept(point, t, step)
-            if self.passes is not None:
-                self.passes.watch(point)
+            if crossing is None or not crossing.at_once:
+                point = run.accept(point, t, step)
+                if self.passes is not None:
+                    self.passes.watch(point)
+            if crossing is not None:
+                assert self.events is not None
+                point = self.events.cross(point, crossing, step.h)
+            elif self.events is not None:
+                self.events.tell(point)
+            if point.t != goal:
+                continue
             while part > 1 and part % 2:
                 part //= 2
             if part == 1:

@@ -1,5 +1,5 @@
-"""Events in the state, in a run with error control: where a switch of a law changes its branch within a step, the step
-is made again, so that it ends there."""
+"""Events in the state: where a switch changes its branch within a step, the step is made again, so that it ends there.
+With error control these are all, with fixed steps those of rows."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ from mbproj.integrate.formulations.stage_equations import StageEquations
 from mbproj.integrate.loop.run import Run
 from mbproj.integrate.outcome.failures import pushed_back
 from mbproj.integrate.point import Point
-from mbproj.integrate.steppers.runge_kutta import Step
+from mbproj.integrate.steppers.implicit_runge_kutta import ImplicitRungeKutta
+from mbproj.integrate.steppers.runge_kutta import Step, cubic
 from mbproj.thresholds import THRESHOLDS
 
 #: A switch that changes its branch so often at one time is pushed back from both sides.
@@ -27,7 +28,7 @@ class StateEvents:
     """Scratch of a run: its switches, the branches that are held, and how often each switch has changed its branch at
     one time."""
 
-    def __init__(self, run: Run, switches: LawSwitches, tolerance: float) -> None:
+    def __init__(self, run: Run, switches: LawSwitches, tolerance: float = 0.0) -> None:
         self.run, self.switches, self.held = run, switches, switches.free
         self._tolerance = tolerance
         self._last = np.full(switches.size, -np.inf)
@@ -37,11 +38,16 @@ class StateEvents:
         """How near to an event a step of size h to t ends, s."""
         return max(THRESHOLDS.located * self._tolerance * h, 4.0 * self.run.grain(t))
 
-    def first(self, step: Step) -> Crossing | None:
-        """The first crossing in a step; one that no step can end at is at its start."""
+    def first(self, step: Step, *, estimated: bool = True) -> Crossing | None:
+        """The first crossing in a step; one that no step can end at is at its start. Where no error was `estimated`,
+        the cubic through both ends shows it."""
         run, h = self.run, step.h
-        run.tally.count_evaluations(run.stepper.extend_cost)
-        extension = run.stepper.extend(StageEquations(run.inside), step)
+        if estimated or isinstance(run.stepper, ImplicitRungeKutta):
+            run.tally.count_evaluations(run.stepper.extend_cost)
+            extension = run.stepper.extend(StageEquations(run.inside), step)
+        else:
+            run.tally.count_evaluations(1)
+            extension = cubic(step, run.inside.derivative(step.t + h, step.y_new))
 
         def path(theta: float) -> Array:
             return self._arguments(step.t + theta * h, extension.at(theta))
@@ -60,6 +66,15 @@ class StateEvents:
             self.run.tally.met.append(self.switches.event(point.t, int(k), int(crossing.direction[k])))
         held = self.switches.crossed(self.held, crossing.leaving, crossing.direction)
         return self._passed_to(held, point, h, crossing.leaving * crossing.direction)
+
+    def next_try(self, crossing: Crossing, step: Step, at: float, whole: float, end: float) -> float | None:
+        """When a step over `whole` to `end` is to end, made again to `at`, by Newton's method; None where it is there
+        already, or where that does not lead to it."""
+        rate = crossing.rate / whole
+        excess = self.excess(crossing, at, step.y_new)
+        if not rate * self.slack(end, whole) < abs(excess) < THRESHOLDS.widest_polishing * rate * whole:
+            return None
+        return min(at - excess / rate, end)
 
     def cross_break(self, point: Point, h: float) -> Point:
         """From a break on, functions of time are seen from its other side; arguments that have jumped there are on the

@@ -53,6 +53,12 @@ class Extension:
         return self.step.y + self.step.h * total
 
 
+def cubic(step: Step, last: Array) -> Extension:
+    """The cubic through both ends of a step, with f at the new point."""
+    first, mean = step.k[0], (step.y_new - step.y) / step.h
+    return Extension(step, np.array([first, 3.0 * mean - 2.0 * first - last, first + last - 2.0 * mean]))
+
+
 @dataclass(frozen=True, eq=False)
 class ExplicitRungeKutta:
     """A method by its tableau. `*_cost`: evaluations of f beyond the first, which the step before has left."""

@@ -26,7 +26,7 @@ from mbproj.model.compile.rigid_groups import RigidGroups, rigid_groups
 from mbproj.model.compile.ropes import Wound, wound
 from mbproj.model.compile.stops import compile_stops
 from mbproj.model.compile.tangents import joined, tangential_friction
-from mbproj.model.couplings import compile_couplings, compile_followers
+from mbproj.model.couplings import compile_couplings
 from mbproj.model.primitive_set import Binding, bind
 from mbproj.model.reflected import compile_reflected
 from mbproj.model.system import Names, System
@@ -121,7 +121,6 @@ def _without_elements(scene: Scene) -> System:
         joints=bind(rows),
         coordinates=bind(coordinates),
         couplings=compile_couplings(rows, coordinates),
-        followers=compile_followers(rows),
         alignment=bind(alignment),
         body_carrier=np.array([seat.carrier for seat in bodies], dtype=np.intp),
         body_offset=np.array([seat.offset for seat in bodies]),

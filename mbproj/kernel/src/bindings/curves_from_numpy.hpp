@@ -51,24 +51,33 @@ inline PlaneCurve plane_curve(const Numbers2& pieces, const Numbers2& places, do
     return built;
 }
 
-// Rows that follow curves in planes: their numbers, and the programs whose switches are the knots.
-template <int D> void add_followers(Model<D>& model, const std::vector<std::pair<int, int>>& given) {
-    for (const auto& [row, program] : given) {
-        index_below(row, model.constraints.rows, "followers");
+// What follows curves in planes: where and with which number it is, and the program whose switch is the knots.
+using FollowerNumbers = std::tuple<int, int, int>;
+
+template <int D> void add_followers(Model<D>& model, const std::vector<FollowerNumbers>& given) {
+    auto loads = model.loads ? std::make_shared<Loads<D>>(*model.loads) : nullptr;
+    for (const auto& [kind, number, program] : given) {
+        const Of of = static_cast<Of>(index_below(kind, 3, "followers"));
+        if (of == Of::law && !loads) refuse("followers", "have a law that the model does not");
+        PrimitiveSet<D>& set = of == Of::row   ? model.constraints
+                               : of == Of::law ? loads->coordinates
+                                               : model.stops.coordinates;
+        index_below(number, set.rows, "followers");
         const int at = model.programs.start[index_below(program, model.programs.size(), "followers")];
         if (model.programs.start[program + 1] != at + 2 || model.programs.op[at + 1] != Op::table)
             refuse("followers", "have a program that is no table");
-        for (std::size_t i = 0; i < model.constraints.instances.size(); ++i)
-            if (Instance& p = model.constraints.instances[i]; p.row == row && p.rows == 1) {
+        for (std::size_t i = 0; i < set.instances.size(); ++i)
+            if (Instance& p = set.instances[i]; p.row == number && p.rows == 1) {
                 const int table = static_cast<int>(model.programs.operand[at + 1]);
                 const auto& start = model.programs.table_start;
                 if (p.kind != Kind::profile ||
                     start[table + 1] - start[table] != static_cast<int>(p.line->pieces.size()))
                     refuse("followers", "have another curve");
                 p.follower = static_cast<int>(model.curves.size());
-                model.curves.push_back({static_cast<int>(i), program});
+                model.curves.push_back({static_cast<int>(i), program, of});
             }
     }
+    model.loads = std::move(loads);
 }
 
 }  // namespace mbproj

@@ -49,7 +49,7 @@ template <int D> void add_model(nb::module_& m, const char* primitives, const ch
                const Programs& programs, int first_rate, Integers2 channels, Integers2 switches,
                std::shared_ptr<Loads<D>> loads, std::vector<double> motion_start,
                const std::vector<int>& motion_coordinate, const std::vector<CouplingNumbers>& couplings,
-               const std::vector<std::pair<int, int>>& followers, const PrimitiveSet<D>* flywheel_coordinates,
+               const std::vector<FollowerNumbers>& followers, const PrimitiveSet<D>* flywheel_coordinates,
                std::vector<double> flywheels, const PrimitiveSet<D>* stop_coordinates,
                const std::vector<int>& stop_turns, std::vector<double> stop_bounds,
                const std::vector<BearingNumbers>& bearings, Numbers2 bearing_points, Numbers2 bearing_axes) {
@@ -76,13 +76,13 @@ template <int D> void add_model(nb::module_& m, const char* primitives, const ch
                 check_loads(built, bearings.size());
                 built.bearings = mbproj::bearings(built, bearings, bearing_points, bearing_axes);
                 built.driven = driven_rows(built, motion_start, motion_coordinate);
+                if (stop_coordinates) add_stops(built, *stop_coordinates, stop_turns, std::move(stop_bounds));
                 add_couplings(built, couplings);
                 add_followers(built, followers);
                 set_layout(built, blocks);
                 add_channels(built, channels);
                 add_switches(built, switches);
                 if (flywheel_coordinates) add_flywheels(built, *flywheel_coordinates, flywheels);
-                if (stop_coordinates) add_stops(built, *stop_coordinates, stop_turns, std::move(stop_bounds));
                 new (self) Model<D>(std::move(built));
             },
             nb::kw_only(), nb::arg("thresholds"), nb::arg("mass"), nb::arg("inertia"), nb::arg("gravity"),
@@ -90,11 +90,10 @@ template <int D> void add_model(nb::module_& m, const char* primitives, const ch
             nb::arg("length"), nb::arg("layout"), nb::arg("programs"), nb::arg("first_rate"), nb::arg("channels"),
             nb::arg("switches"), nb::arg("loads").none() = nb::none(), nb::arg("motion_start") = std::vector<double>(),
             nb::arg("motion_coordinate") = std::vector<int>(), nb::arg("couplings") = std::vector<CouplingNumbers>(),
-            nb::arg("followers") = std::vector<std::pair<int, int>>(),
-            nb::arg("flywheel_coordinates").none() = nb::none(), nb::arg("flywheels") = std::vector<double>(),
-            nb::arg("stop_coordinates").none() = nb::none(), nb::arg("stop_turns") = std::vector<int>(),
-            nb::arg("stop_bounds") = std::vector<double>(), nb::arg("bearings"), nb::arg("bearing_points"),
-            nb::arg("bearing_axes"))
+            nb::arg("followers") = std::vector<FollowerNumbers>(), nb::arg("flywheel_coordinates").none() = nb::none(),
+            nb::arg("flywheels") = std::vector<double>(), nb::arg("stop_coordinates").none() = nb::none(),
+            nb::arg("stop_turns") = std::vector<int>(), nb::arg("stop_bounds") = std::vector<double>(),
+            nb::arg("bearings"), nb::arg("bearing_points"), nb::arg("bearing_axes"))
         .def("set_actions", &set_actions<D>)
         .def_prop_ro("bodies", &Model<D>::size)
         .def_prop_rw(

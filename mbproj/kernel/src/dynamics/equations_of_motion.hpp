@@ -208,6 +208,7 @@ public:
     RowPolicy<D>& policy() { return policy_; }
     // Contacts hold these rows from now on, and others slide; after the rows' multipliers comes what each bears.
     void hold_contacts(std::vector<ContactRow> rows, std::vector<SlidingRow> slides = {}) {
+        applied_.touch(rows);
         contacts_.hold(std::move(rows), std::move(slides));
         std::fill(lambda_.begin() + model_.all_rows(), lambda_.end(), 0.0);
     }

@@ -20,10 +20,13 @@ template <int D> struct Coordinate {
             spoke[s] = pose[a.body].rotation * a.local;
             x[s] = a.is_point ? Point<D>(pose[a.body].position + spoke[s]) : spoke[s];
         }
-        gradient<D>(p, x, g);
+        if (p.on_line()) touch_ = on_curve::touch<D>(p, x, p.follower < 0 ? PlaneCurve::free : pose.piece(p.follower));
+        gradient<D>(p, x, g, known());
     }
+    // The parameter of the foot of what follows a curve.
+    double foot() const { return touch_.foot.s; }
     const Attachment<D>& attachment(int s) const { return set.attachments[p.slots[s]]; }
-    double value() const { return mbproj::value<D>(p, x); }
+    double value() const { return mbproj::value<D>(p, x, known()); }
     // Of an angle with the whole turns that bring it next to what is expected of it.
     double value(double expected) const { return p.kind == Kind::angle ? near(value(), expected) : value(); }
     template <class Velocity, class Omega> double rate(const Velocity& velocity, const Omega& omega) const {
@@ -49,8 +52,13 @@ template <int D> struct Coordinate {
             sum += g[s].dot(turned_by(twist.omega, turning_velocity));
             x_dot[s] = a.is_point ? Point<D>(twist.velocity + turning_velocity) : turning_velocity;
         }
-        return sum + curvature<D>(p, x, x_dot);
+        return sum + curvature<D>(p, x, x_dot, known());
     }
+
+private:
+    const Touch* known() const { return p.on_line() ? &touch_ : nullptr; }
+
+    Touch touch_;
 };
 
 }  // namespace mbproj

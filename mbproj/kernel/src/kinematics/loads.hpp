@@ -1,6 +1,8 @@
 // Forces of a scene but gravity, as mbproj.dynamics.equations.forces defines them: laws on coordinates, given forces on bodies.
 #pragma once
 
+#include <set>
+
 #include "kinematics/bushings.hpp"
 #include "kinematics/channels.hpp"
 #include "model/switches.hpp"
@@ -64,6 +66,7 @@ template <int D> struct Applied {
     std::vector<double> given;     // by the programs of laws, before any load
     std::vector<double> part;      // of what they give that counts, of each law, or none: all of it
     std::vector<double> pace;      // by which programs of laws see the rate multiplied, of each law, or none: 1
+    std::set<int> touching;        // the stops whose rows hold
 
     explicit Applied(const Model<D>& model)
         : force(model.loads ? model.size() + 1 : 0), torque(force.size()), carried(model.bearings.size(), 0.0),
@@ -161,7 +164,6 @@ template <int D> struct Applied {
         }
         pull(Coordinate<D>(loads.coordinates, l, pose), 1.0);
     }
-
     // What velocities and angular velocities (n + 1, global axes) make of one of these coordinates: its rate.
     double rate(const Loads<D>& loads, int l, const Pose<D>& pose, const std::vector<Point<D>>& velocity,
                 const std::vector<Turn<D>>& omega) const {
@@ -173,6 +175,10 @@ template <int D> struct Applied {
         return bushing.map.row(of_bushings % 6).dot(Deflection<D>(bushing, pose).rate(velocity_of, omega_of));
     }
 
+    template <class Rows> void touch(const Rows& rows) {  // these rows of stops hold
+        touching.clear();
+        for (const auto& row : rows) touching.insert(row.coordinate);
+    }
     // The arguments of the model's switches at a state, with these branches, or none.
     void look(const Model<D>& model, const Pose<D>& pose, const Motion<D>& motion, Channels<D>& channels,
               const double* branches, std::vector<double>& arguments) const {
@@ -186,7 +192,7 @@ template <int D> struct Applied {
                 variables =
                     channels.variables(value(model.loads->laws[l], along, channels), along.rate(motion) * times);
             }
-            if (curve >= 0) variables = channels.variables(pose.curved(curve));
+            if (curve >= 0) variables = channels.variables(followed(model, curve, pose));
             const std::size_t first = k;
             programs_.walk(program, variables, branches, [&](int at, const Series& x, const Series& y) {
                 if (k == switches.size() || switches[k].at != at) return;
@@ -201,6 +207,14 @@ private:
     const Programs& programs_;
     double least_cosine_;
 
+    // What a curve is a function of; of what follows one while it acts or touches, no number where it does not.
+    double followed(const Model<D>& model, int curve, const Pose<D>& pose) const {
+        const auto [number, _, of] = model.curves[curve];
+        if (of == Of::row) return pose.curved(curve);
+        const bool acts = of == Of::law ? part.empty() || part[number] != 0.0 : touching.count(number) > 0;
+        const PrimitiveSet<D>& set = of == Of::law ? model.loads->coordinates : model.stops.coordinates;
+        return acts ? Coordinate<D>(set, number, pose).foot() : free_branch;
+    }
     static double value(const Law& law, const Coordinate<D>& along, const Channels<D>& channels) {
         return along.p.kind == Kind::angle ? along.value(channels.expected(law.coordinate)) : along.value();
     }

@@ -56,21 +56,29 @@ public:
             spokes_[a] = bodies_[attachment.body].rotation * attachment.local;
         }
         for (std::size_t c = 0; c < curves_.size(); ++c) {
+            if (model_.curves[c].of != Of::row) continue;
             if (const Instance& p = model_.constraints.instances[model_.curves[c].instance]; p.on_line()) {
-                touches_[c] = on_curve::touch<D>(p, Places(*this, p).x, piece(c));
+                touches_[c] = on_curve::touch<D>(p, Places(*this, p).x, piece(static_cast<int>(c)));
                 continue;
             }
             const Series variables[law_variables] = {{}, {curved(c), 1.0, 0.0}, {}};
             curves_[c] = model_.programs.run(model_.curves[c].program, variables, held);
         }
     }
-    // What a curve is a function of.
+    // What a curve is a function of, of a row.
     double curved(std::size_t number) const {
         const Instance& p = model_.constraints.instances[model_.curves[number].instance];
         return p.on_line() ? touches_[number].foot.s : value<D>(p, Places(*this, p).x);
     }
     // Where an instance that follows a curve touches it, if its row is held on pieces.
     const Touch* touch(const Instance& p) const { return p.follower < 0 ? nullptr : &touches_[p.follower]; }
+    // On which piece what follows a curve is held.
+    int piece(int number) const {
+        const int at = model_.programs.start[model_.curves[number].program] + 1;
+        if (!held || std::isnan(held[at])) return PlaneCurve::free;
+        const int table = static_cast<int>(model_.programs.operand[at]);
+        return static_cast<int>(held[at]) - model_.programs.table_start[table];
+    }
     // f, f' and f'' of a curve here.
     const Series& curve(int number) const { return curves_[number]; }
     // By how much a row changes with the value of an instance.
@@ -111,13 +119,6 @@ private:
             for (int s = 0; s < p.slot_count; ++s) x[s] = pose.place(p.slots[s]);
         }
     };
-    // On which piece what follows a curve is held.
-    int piece(std::size_t number) const {
-        const int at = model_.programs.start[model_.curves[number].program] + 1;
-        if (!held || std::isnan(held[at])) return PlaneCurve::free;
-        const int table = static_cast<int>(model_.programs.operand[at]);
-        return static_cast<int>(held[at]) - model_.programs.table_start[table];
-    }
 
     const Model<D>& model_;
     std::vector<Placement<D>> bodies_;

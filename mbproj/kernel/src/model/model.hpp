@@ -95,7 +95,7 @@ struct Instance {
     int curve;  // of the model: what the row is less, a function of this instance's value; or -1
     std::shared_ptr<const PlaneCurve> line;  // of what follows a curve in a plane
     std::shared_ptr<const RopePath> path;    // of a rope, which has as many slots as it needs
-    int follower = -1;  // its number among the curves of the model, of a row that is held on pieces
+    int follower = -1;                       // its number among the curves of the model, of what is held on pieces
 
     bool on_line() const { return kind == Kind::profile || kind == Kind::arc; }
 };
@@ -159,9 +159,12 @@ struct Action {
 };
 
 // A program of the value of an instance of the constraints; of one that follows a curve in a plane, of the parameter of
-// its foot, and the program's switch is the knots of that.
+// its foot, and the program's switch is the knots of that. Such an instance may be the coordinate of a law or a stop, too:
+// it follows while the law acts, or the stop touches.
+enum class Of : int { row, law, stop };
 struct Curve {
     int instance, program;
+    Of of = Of::row;
 };
 
 // Coordinates that stops limit and dry friction resists, one instance each: what they are measured from, and from which of

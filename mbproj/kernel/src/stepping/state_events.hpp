@@ -26,9 +26,11 @@ public:
     using Met = std::tuple<double, int, int>;      // time, switch, direction
     using Passed = std::tuple<int, double, long>;  // switch, first time, how many times
 
-    StateEvents(const Model<D>& model, EquationsOfMotion<D>& equations)
+    // `all`: whether steps end at the switches of laws, too, and not at those of rows alone.
+    StateEvents(const Model<D>& model, EquationsOfMotion<D>& equations, bool all)
         : model_(model), equations_(equations), thresholds_(model.thresholds), count_(model.switches.size()),
           search_(thresholds_), x_(count_), before_(count_), after_(count_) {
+        for (const Switch& each : model.switches) located_.push_back(all || each.curve >= 0);
         if (count_ == 0) return;
         const double never = -std::numeric_limits<double>::infinity();
         const std::vector<double> zeros(count_, 0.0), free(count_, free_branch), last(count_, never);
@@ -50,7 +52,10 @@ public:
 
     // Scenes without switches have nothing to do with this.
     bool any() const { return count_ > 0; }
-    // The laws are on the branches held from now on.
+    // Whether steps end at some of them, and whether they pass over others.
+    bool locates() const { return std::find(located_.begin(), located_.end(), true) != located_.end(); }
+    bool passes() const { return std::find(located_.begin(), located_.end(), false) != located_.end(); }
+    // The laws and the rows are on the branches held from now on.
     void hold() { equations_.hold(state_.held.data()); }
 
     // How near to an event a step of size h ends, s.
@@ -58,11 +63,11 @@ public:
         return std::max(thresholds_.located * tolerance * h, 4.0 * grain);
     }
 
-    // The first crossing of a step that has been extended.
-    std::optional<Crossing> first(const Stepper<D>& stepper, double t, const Vector& y, double h,
-                                  const TimeWindow& window, double slack, double grain) {
+    // The first crossing of a step of size h from t; `state_at(θ, state)` gives the states within.
+    template <class At> std::optional<Crossing> first(const At& state_at, double t, double h, const TimeWindow& window,
+                                                      double slack, double grain) {
         const auto path = [&](double theta, std::vector<double>& x) {
-            stepper.at(y, h, theta, glanced_);
+            state_at(theta, glanced_);
             x.resize(count_);
             look(t + theta * h, glanced_, window, x);
         };
@@ -98,7 +103,7 @@ public:
         look(t, y, window, x_);
         const std::vector<Interval>& held_in = bounds();
         for (std::size_t k = 0; k < count_; ++k)
-            if (held_in[k].excess(x_[k]) > 0.0 && x_[k] != before_[k]) held(k) = free_branch;
+            if ((held_in[k].excess(x_[k]) > 0.0 && x_[k] != before_[k]) || lets_go(k)) held(k) = free_branch;
         settle();
     }
     // Signs that were not told before a step are told where it has moved what they are of.
@@ -109,7 +114,7 @@ public:
     }
     bool any_free() const {
         for (std::size_t k = 0; k < count_; ++k)
-            if (std::isnan(state_.held[model_.switches[k].at])) return true;
+            if (located_[k] && !lets_go(k) && std::isnan(state_.held[model_.switches[k].at])) return true;
         return false;
     }
 
@@ -124,7 +129,7 @@ public:
     void turn() {
         direction_.assign(count_, 0);
         for (std::size_t k = 0; k < count_; ++k) {
-            if (!std::isnan(held(k)) || before_[k] == 0.0 || std::isnan(before_[k])) continue;
+            if (!located_[k] || !std::isnan(held(k)) || before_[k] == 0.0 || std::isnan(before_[k])) continue;
             direction_[k] = before_[k] > 0.0 ? 1 : -1;
             held(k) = direction_[k];
         }
@@ -136,10 +141,12 @@ public:
         return -1;
     }
 
-    // At the end of a fixed step, whose pose and velocities are in place: takes note of what has changed its branch.
+    // At the end of a fixed step, whose pose and velocities are in place: takes note of what has changed its branch, where
+    // no step ends.
     void watch(double t, const Vector& y, const TimeWindow& window) {
         look_here(t, y, window, nullptr, x_);
         for (std::size_t k = 0; k < count_; ++k) {
+            if (located_[k]) continue;
             const double now = natural_branch(model_.programs, model_.switches[k].at, x_[k]);
             if (std::isnan(now)) continue;
             if (!std::isnan(state_.told[k]) && now != state_.told[k] && state_.times[k]++ == 0) state_.first[k] = t;
@@ -162,6 +169,8 @@ public:
 private:
     static constexpr int most_at_once = 3;
 
+    // Whether a switch was seen to be of what follows a curve, but does not touch it.
+    bool lets_go(std::size_t k) const { return model_.switches[k].curve >= 0 && std::isnan(x_[k]); }
     double& held(std::size_t k) { return state_.held[model_.switches[k].at]; }
 
     const std::vector<Interval>& bounds() {
@@ -173,7 +182,8 @@ private:
 
     void settle() {
         for (std::size_t k = 0; k < count_; ++k)
-            if (std::isnan(held(k))) held(k) = natural_branch(model_.programs, model_.switches[k].at, x_[k]);
+            if (located_[k] && std::isnan(held(k)))
+                held(k) = natural_branch(model_.programs, model_.switches[k].at, x_[k]);
     }
 
     void glance(double t, const Vector& y, const Vector& slope, double h, const TimeWindow& window,
@@ -199,6 +209,7 @@ private:
     EquationsOfMotion<D>& equations_;
     const Thresholds& thresholds_;
     const std::size_t count_;
+    std::vector<bool> located_;
     SavedEvents state_;
     std::vector<Interval> bounds_;
     CrossingSearch search_;

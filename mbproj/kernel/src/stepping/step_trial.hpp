@@ -2,6 +2,7 @@
 // switch of a law changes its branch.
 #pragma once
 
+#include "contacts/stop_watch.hpp"
 #include "model/phase_times.hpp"
 #include "stepping/schedule.hpp"
 #include "stepping/state_events.hpp"
@@ -24,16 +25,16 @@ public:
               Stepper<D>& stepper, StepEnd<D>& step_end, Schedule& schedule, Phases& phases)
         : steps_(steps), thresholds_(equations.model().thresholds), now_(now), equations_(equations), stepper_(stepper),
           step_end_(step_end), schedule_(schedule), phases_(phases), doubling_(stepper, equations, projector),
-          control_(stepper.error_order(), thresholds_), events_(equations.model(), equations),
-          locates_(events_.any() && !steps.fixed()), copy_(now.y) {
+          control_(stepper.error_order(), thresholds_), events_(equations.model(), equations, !steps.fixed()),
+          locates_(events_.locates()), copy_(now.y) {
         if (locates_) events_.hold();
     }
 
     StateEvents<D>& events() { return events_; }
     const StateEvents<D>& events() const { return events_; }
-    // Error control locates events in the state, fixed steps pass over them.
+    // Error control locates events in the state; fixed steps locate those of rows, and pass over those of laws.
     bool locates() const { return locates_; }
-    bool passes() const { return events_.any() && !locates_; }
+    bool passes() const { return events_.passes(); }
     StepSizeControl& control() { return control_; }
     const std::vector<Halved>& halvings() const { return halvings_.all(); }
     // Of the last step: the check by halves, null where none was due; where it ends; its error; why none was made.
@@ -87,7 +88,10 @@ private:
         if (steps_.fixed()) {
             const bool made = stages() || (equations_.hold_others() && stages());
             phases_.mark(Phase::evaluation);
-            return made ? !passes_branch() : (halve(), false);
+            if (made && !passes_branch()) return true;
+            crossing_.reset();
+            if (!made) halve();
+            return false;
         }
         equations_.forget_broken_state();
         std::optional<double> error = stages_and_error();
@@ -131,9 +135,16 @@ private:
     // Where a switch changes its branch within the step that was tried, the step is made again, so that it ends there:
     // first where its extension shows it, then by Newton's method where the step itself gets there.
     bool end_at_crossing() {
-        if (!extend()) return false;
-        const double h = now_.to.h, end = now_.to.t, slack = events_.slack(h, steps_.tolerance, schedule_.grain(end));
-        crossing_ = events_.first(stepper_, now_.t, now_.y, h, schedule_.window(), slack, schedule_.grain(end));
+        const bool cubic = steps_.fixed() && !stepper_.carries_slope();
+        if (!(cubic ? see_end() : extend())) return false;
+        const Target whole = now_.to;
+        const double h = whole.h, end = whole.t, tolerance = steps_.fixed() ? 0.0 : steps_.tolerance;
+        const double slack = events_.slack(h, tolerance, schedule_.grain(end));
+        const CubicStep step{h, now_.y, stepper_.first(), now_.y_new, slope_};
+        const auto state_at = [&](double theta, Eigen::VectorXd& found) {
+            cubic ? step.at(theta, found) : stepper_.at(now_.y, h, theta, found);
+        };
+        crossing_ = events_.first(state_at, now_.t, h, schedule_.window(), slack, schedule_.grain(end));
         if (!crossing_) return true;
         if (crossing_->at_once) return false;
         const Crossing found = *crossing_;
@@ -141,6 +152,7 @@ private:
         double t = now_.t + found.theta * h;
         for (int tried = 0; end - t > slack && tried < thresholds_.most_polishing; ++tried) {
             now_.to = schedule_.to(now_.t, t);
+            now_.to.shaped = whole.shaped;
             if (!attempt()) return false;
             const double excess = events_.excess(found.leader, t, now_.y_new, schedule_.window());
             if (!(std::abs(excess) > rate * slack) || !(std::abs(excess) < thresholds_.widest_polishing * rate * h))
@@ -163,6 +175,14 @@ private:
             }
         }
         shortened_ = 0;
+        return true;
+    }
+
+    // The slope at the end of a step whose error is not estimated: the cubic through both ends shows where events are.
+    bool see_end() {
+        ++now_.counters.evaluations;
+        slope_.resize(now_.y_new.size());
+        if (!equations_.derivative(now_.to.t, now_.y_new.data(), slope_.data())) return stop_at(now_.to.t), false;
         return true;
     }
 
@@ -201,7 +221,7 @@ private:
     StateEvents<D> events_;
     Halvings halvings_;
     const bool locates_;
-    Eigen::VectorXd copy_;
+    Eigen::VectorXd copy_, slope_;
     std::optional<Crossing> crossing_;  // at which the step ends
     double error_ = 0.0;                // its norm
     Outcome lost_{};                    // why the last step that was tried overflowed or had no solution
