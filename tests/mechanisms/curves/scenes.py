@@ -27,6 +27,23 @@ motions:
   drive: {joint: A, angle: {constant_speed: 30 rad/s}}
 """
 
+#: The pin of 0.5 kg in a closed slot of a rotor that turns freely.
+SLOT = """
+curves:
+  track:
+    points: [[0.33, 0], [0.26, 0.117], [0.12, 0.19], [0, 0.2], [-0.12, 0.156], [-0.26, 0.083],
+             [-0.33, 0], [-0.26, -0.083], [-0.12, -0.156], [0, -0.2], [0.12, -0.19], [0.26, -0.117]]
+    closed: true
+bodies:
+  rotor: {mass: 2, inertia: [0.05, 0.05, 0.05], position: [0, 0, 0], angular_velocity: [0, -1, 0]}
+  pin: {mass: 0.5, inertia: [1.0e-4, 1.0e-4, 1.0e-4], position: [0.33, 0, 0], velocity: [0, 0, 1.8]}
+joints:
+  A: {type: revolute, bodies: [ground, rotor], location: [0, 0, 0], axis: [0, -1, 0]}
+  K: {type: slot, bodies: [rotor, pin], curve: track, locations: [[0, 0, 0], [0.33, 0, 0]], axis: [0, -1, 0],
+      x_axis: [1, 0, 0]}
+  P: {type: planar, bodies: [ground, pin], location: [0.33, 0, 0], axis: [0, -1, 0], x_axis: [1, 0, 0]}
+"""
+
 
 def scene(body, formulation="auto", duration=0.2, output="10 ms", settings="integrator: dop853, tolerance: 1.0e-11"):
     return HEAD.format(formulation=formulation, duration=duration, output=output, settings=settings) + body
