@@ -6,10 +6,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from mbproj.arrays import Array
 from mbproj.constraints.rope import Rope
-from mbproj.dynamics.equations.kinematics import Pose
+from mbproj.dynamics.equations.kinematics import Pose, attached_velocity, pose_of, slots_of, twist_of
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
+
+#: A complex step along the velocities.
+TINY = 1e-30
 
 
 class OffPath(NamedTuple):
@@ -19,6 +23,29 @@ class OffPath(NamedTuple):
     coordinate: int
     circle: int
     span: int
+
+
+def drawn_in(system: System, q: Array, v: Array, h: float) -> OffPath | None:
+    """A span that is as good as gone where a run cannot go on, at q, v (7n,): it is hardly there, or so fast getting
+    shorter that it would not last for another h s."""
+    bound = system.coordinates
+    if not any(isinstance(group.primitive, Rope) for group in bound.groups):
+        return None
+    pose = pose_of(q)
+    places = pose.places(bound)
+    rates = attached_velocity(twist_of(pose, v), *slots_of(bound))
+    for group in bound.groups:
+        rope = group.primitive
+        if not isinstance(rope, Rope):
+            continue
+        x = places[group.slots] + 1j * TINY * rates[group.slots]
+        for row, moving in zip(group.rows[:, 0].tolist(), x, strict=True):
+            for k in range(len(rope.directions)):
+                left = rope.span(moving, k).λ
+                least = THRESHOLDS.drawn_in * (abs(rope.radii[k]) + abs(rope.radii[k + 1]))
+                if not left.real > max(least, -2.0 * h * left.imag / TINY):
+                    return OffPath(row, -1, k)
+    return None
 
 
 def off_path(system: System, pose: Pose) -> OffPath | None:

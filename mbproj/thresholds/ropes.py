@@ -30,6 +30,13 @@ class Ropes:
     fleet_angle: float = threshold(
         0.0873, "rad", "numpy", "a rope leans out of the plane of its sheaves by no more", "5 deg, as winches allow"
     )
+    drawn_in: float = threshold(
+        0.02,
+        "1",
+        "numpy",
+        "where a run cannot go on, a span shorter than this part of its radii is why",
+        "measured: a bob that is drawn into its wheel ends 1e-6 to 5e-3 radii before",
+    )
     least_span: float = threshold(
         1e-3, "1", "numpy", "a span shorter than this part of the radii is none", "the row bends by 1/λ"
     )

@@ -227,6 +227,24 @@ joints:
         run(scene(thrown, formulation, 0.5, tolerance="1.0e-8"))
 
 
+@pytest.mark.parametrize(
+    ("formulation", "settings"),
+    [
+        ("planar", "integrator: dop853, tolerance: 1.0e-9"),
+        ("planar", "integrator: rk4, step: 1 ms"),
+        ("planar", "integrator: radau5, tolerance: 1.0e-7"),
+        ("full", "integrator: rk4, step: 10 ms"),
+    ],
+)
+def test_a_bob_that_is_drawn_into_its_wheel_ends_the_run(formulation, settings):
+    """By a weight of 9 kg, before 0.15 s have passed; whatever a step meets there."""
+    drawn = ATWOOD.replace("left: {mass: 1,", "left: {mass: 9,").replace("0.6*", "0.15*")
+    text = scene(drawn, formulation, 0.5).replace("integrator: dop853, tolerance: 1.0e-12", settings)
+    with pytest.raises(SimulationError, match="rope 'rope': its part between places 2 and 3 is gone") as caught:
+        run(text)
+    assert 0.05 < caught.value.time < 0.25
+
+
 WRONG = {
     "radius: 0.1": ("radius: 0.6", "places 1 and 2 of this path overlap: no rope runs straight between them"),
     "{sheave: ground, at": ("{sheave: ground, turns: 0.5, at", "is not a whole number of turns"),

@@ -18,7 +18,7 @@ from mbproj.integrate.events.leg import Leg
 from mbproj.integrate.events.time_events import Event
 from mbproj.integrate.formulations.compiled import PHASES, Compiled
 from mbproj.integrate.loop.looks import Looks, Standing
-from mbproj.integrate.outcome.failures import unsolved_owner
+from mbproj.integrate.outcome.failures import of_a_rope, unsolved_owner
 from mbproj.integrate.outcome.marks import START, Mark, Marks, restored_events, resuming, saved_events
 from mbproj.integrate.outcome.tally import Halved, Passed, Peak, RowsKept, Tally, with_another
 from mbproj.model.system import System
@@ -96,7 +96,8 @@ def march(
         raise Halted(_halted_at(compiled, run, inside))
     failure = compiled.failure(run, settings)
     if failure is not None:
-        raise failure
+        at = run.standing
+        raise of_a_rope(compiled.system, compiled.standing(at["t"], at["y"], at["turns"]), at["h"], failure)
 
 
 def _as_known(gap: WatchedGap) -> tuple[Any, ...]:

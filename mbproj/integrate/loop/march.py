@@ -8,6 +8,7 @@ from functools import partial
 
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.observe.samples import Sample
+from mbproj.errors import SimulationError
 from mbproj.integrate.events.crossing import Crossing
 from mbproj.integrate.events.law_switches import LawSwitches, switches_of
 from mbproj.integrate.events.leg import Leg
@@ -51,7 +52,13 @@ def march(
     else:
         fixed = FixedSteps(run, switches)
         begin, go_on = fixed.samples, fixed.resumed
-    yield from go_on(marks.resumed) if marks.resumed else begin(first_point(formulation, state, tally))
+    try:
+        yield from go_on(marks.resumed) if marks.resumed else begin(first_point(formulation, state, tally))
+    except SimulationError as failure:
+        why = run.why(failure)
+        if why is failure:
+            raise
+        raise why from failure
 
 
 class FixedSteps:

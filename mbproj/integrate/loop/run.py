@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.errors import SimulationError
 from mbproj.integrate.events.breaks import BreakCursor
 from mbproj.integrate.events.leg import Leg
 from mbproj.integrate.formulations.full import FullFormulation
@@ -16,6 +17,7 @@ from mbproj.integrate.loop.interruption import look
 from mbproj.integrate.loop.looks import Looks, Standing
 from mbproj.integrate.loop.step_end import accept
 from mbproj.integrate.loop.stop_watch import StopWatch
+from mbproj.integrate.outcome.failures import of_a_rope
 from mbproj.integrate.outcome.marks import START, Mark, Marks, restore_tally, saved_events, saved_tally
 from mbproj.integrate.outcome.tally import RowsKept, Tally
 from mbproj.integrate.point import Point
@@ -45,6 +47,7 @@ class Run:
         self.exact, self.inside = formulation, formulation.seen_within(self.breaks.window)
         #: Whether the run's end has had a say in a step: that of a longer run might be another.
         self.shaped = False
+        self.newest: Point | None = None
         #: A mark that another method has left is no mark of this run.
         self._marks, self._mark, self._looks = marks, START if marks.resumed.get("anew") else marks.resumed, looks
         marks.newest = self._newest
@@ -123,13 +126,21 @@ class Run:
     def accept(self, before: Point, t: float, step: Step) -> Point:
         """The point after a step; what is recorded at a break belongs to that time itself."""
         look()
+        self.newest = before
         at_end = self.exact if self.breaks.is_at(t) else self.inside
         point = accept(self.inside, at_end, self.stepper, self.tally, before, t, step)
         if self.exact.balance is not None:
             self.tally.rows = RowsKept.of(self.exact.balance.kept.save())
         if self.watch is not None:
             self.watch.take(before, point, shaped=self.shaped)
+        self.newest = point
         return point
+
+    def why(self, failure: SimulationError) -> SimulationError:
+        """Why the run cannot go on from its newest point."""
+        if self.newest is None:
+            return failure
+        return of_a_rope(self.exact.system, self.newest.state(self.exact), self.leg.step or 0.0, failure)
 
     def pass_break(self, t: float) -> None:
         """From a break on functions of time are seen from its other side."""

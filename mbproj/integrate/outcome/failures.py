@@ -14,6 +14,7 @@ from mbproj.registry import PROJECTIONS, implicit_integrators
 from mbproj.scene.records import ProjectionSettings
 
 if TYPE_CHECKING:
+    from mbproj.dynamics.assembly.assemble import State
     from mbproj.dynamics.stiff_forces import StiffForces
     from mbproj.integrate.steppers.stages import StagesUnsolved
 
@@ -216,6 +217,22 @@ def off_rope(t: float, system: System, coordinate: int, circle: int, span: int) 
         return SimulationError(t, cause, where=where, hint="end the run before, or give a path without that place")
     cause = f"its places {place} and {place + 1} overlap, or the line between them has turned by half a turn"
     return SimulationError(t, cause, where=where, hint="end the run before, or move the places apart")
+
+
+def drawn_into(t: float, system: System, coordinate: int, span: int) -> SimulationError:
+    """A rope, by its coordinate, has got so short that one of its parts, counted from 0, is gone."""
+    name = system.names.coordinates[coordinate].partition(".")[0]
+    cause = f"its part between places {span + 1} and {span + 2} is gone: what hangs there was drawn in"
+    hint = "end the run before, or keep them apart: by a longer rope, or a stop"
+    return SimulationError(t, cause, where=f"rope '{name}'", hint=hint)
+
+
+def of_a_rope(system: System, state: State, h: float, failure: SimulationError) -> SimulationError:
+    """Why a run cannot go on from a state, with steps of h s: a failure, or the rope that has caused it."""
+    from mbproj.dynamics.off_path import drawn_in
+
+    gone = drawn_in(system, state.q, state.v, max(h, failure.time - state.t))
+    return failure if gone is None else drawn_into(failure.time, system, gone.coordinate, gone.span)
 
 
 def pushed_back(t: float, where: str, what: str, *, jumps: bool) -> SimulationError:
