@@ -28,10 +28,13 @@ from mbproj.scene.settings import settings_to_run
 from mbproj.scene.text.suggestions import choose_from
 
 if TYPE_CHECKING:
+    from mbproj.integrate.outside import Function
     from mbproj.results import Trust
     from mbproj.results.crash_safety.checkpoint import Checkpoint
     from mbproj.studies.parallel.progress import Tell
 
+#: What acts on a run from Python, and its period in s.
+Acting = tuple["Function", "float | None"]
 _NOTHING: Mapping[str, object] = {}
 #: So many earlier samples are copied at once.
 COPIED = 10_000
@@ -69,6 +72,8 @@ def run(
     certify: bool = False,
     limits: Sequence[float] = (),
     from_equilibrium: bool = False,
+    controller: Function | None = None,
+    period: float | None = None,
     output: str | Path | None = None,
     progress: Progress | None = None,
 ) -> Results:
@@ -77,7 +82,9 @@ def run(
     `scene` is a `Scene`, the path of a file, a text of several lines, or a mapping. Settings are those of `mbproj run`:
     numbers in SI units, or text with a unit ("1 ms"). `parameters` changes parameters, or values by their paths, as
     {"bodies.bar1.mass": 2}. `certify` computes a better solution too: `results.trust` says for how long each marker is
-    right to each of `limits` in m. `progress` is called with the time reached in s.
+    right to each of `limits` in m. At the start and each `period` in s after, `controller(t, signals)` gives states of
+    the scene that it sets, by name; such a run cannot be continued from its file. `progress` is called with the time
+    reached in s.
 
     Results go to the file `output`; without, to a temporary file that is removed with the object. Raises InputError
     where the scene is wrong, SimulationError where the run cannot go on; an `output` then keeps what was computed.
@@ -87,10 +94,17 @@ def run(
     with by_arguments():
         if limits and not certify:
             raise InputError(Problem("it needs a certificate", Place("limits"), "add certify=True, or leave it out"))
+        if controller is None and period is not None:
+            raise InputError(
+                Problem("it is that of a controller", Place("period"), "add controller=f, or leave it out")
+            )
+        if controller is not None and certify:
+            raise InputError(Problem("a controller from Python is not certified", Place("certify"), "leave it out"))
+        outside = None if controller is None else (controller, period)
         if from_equilibrium:
             options["start"] = EQUILIBRIUM
         what = scene_of(scene, parameters, options)
-        return kept(what, output, _limits(limits) if certify else None, progress)
+        return kept(what, output, _limits(limits) if certify else None, progress, outside=outside)
 
 
 def start(scene: Given, *, period: float, parameters: Mapping[str, object] = _NOTHING, **settings: object) -> Stepwise:
@@ -126,16 +140,17 @@ def kept(
     limits: Sequence[float] | None,
     progress: Progress | None,
     earlier: Earlier | None = None,
+    outside: Acting | None = None,
 ) -> Results:
     """A run in the file `output`, or in a temporary file that is removed with the results."""
     if output is not None:
-        return _recorded(scene, Path(output), limits, progress, earlier)
+        return _recorded(scene, Path(output), limits, progress, earlier, outside)
     import shutil
     import tempfile
 
     folder = Path(tempfile.mkdtemp(prefix="mbproj-"))
     try:
-        results = _recorded(scene, folder / "results.h5", limits, progress, earlier)
+        results = _recorded(scene, folder / "results.h5", limits, progress, earlier, outside)
     except BaseException:
         shutil.rmtree(folder, ignore_errors=True)
         raise
@@ -151,7 +166,12 @@ def _limits(limits: Sequence[float]) -> tuple[float, ...]:
 
 
 def _recorded(
-    scene: Scene, path: Path, limits: Sequence[float] | None, progress: Progress | None, earlier: Earlier | None
+    scene: Scene,
+    path: Path,
+    limits: Sequence[float] | None,
+    progress: Progress | None,
+    earlier: Earlier | None,
+    outside: Acting | None,
 ) -> Results:
     """The run in a file at `path`, opened."""
     started, system = perf_counter(), compile_system(scene)
@@ -159,7 +179,7 @@ def _recorded(
         state = start_state(scene, system)
         unique = unique_components(system, state)
         with ResultsWriter(path, scene, system.names.as_mapping(), unique, certified=limits) as recorder:
-            report, _ = record(scene, system, state, recorder, progress, limits, earlier=earlier)
+            report, _ = record(scene, system, state, recorder, progress, limits, earlier=earlier, outside=outside)
             seconds = perf_counter() - started
             recorder.attributes(summary(str(scene.path or "scene"), str(path), report, total_seconds=seconds))
     return open_own_results(path)
@@ -175,12 +195,15 @@ def record(
     *,
     tell: Tell | None = None,
     earlier: Earlier | None = None,
+    outside: Acting | None = None,
 ) -> tuple[Report, Trust | None]:
     """Simulates a scene from a state, or goes on with an `earlier` run, into a results file; with its certificate for
     these limits in m, if any, on which `tell` says how far it is."""
     settings, resumed = settings_to_run(scene), {} if earlier is None else earlier.checkpoint.state
     if earlier is not None and earlier.results is not None:
         _copy(earlier.results, recorder, until=float(resumed.get("t", "-inf")))
+    if outside is not None:
+        return simulate(system, state, settings, recorder, progress, controller=outside[0], period=outside[1]), None
     if limits is None:
         return simulate(system, state, settings, recorder, progress, keep=recorder.keep, resumed=resumed), None
     from mbproj.studies.certify.certified import simulate_certified

@@ -46,6 +46,7 @@ from mbproj.scene.records import Settings
 
 if TYPE_CHECKING:
     from mbproj.integrate.automatic.march import Automatic
+    from mbproj.integrate.outside import Function
 
 #: A block is handed on when it is full or this old, in s.
 BLOCK_SECONDS = 0.5
@@ -68,8 +69,8 @@ class EventRecorder(Recorder, Protocol):
 
 #: Called with the simulated time reached, in s: after every block of samples, and now and then where there are none.
 Progress = Callable[[float], None]
-#: Called before blocks, as often as takes a tenth of the time at most, and at the end: with the formulation, the
-#: program's build, and the state from which another run can go on.
+#: Called before blocks, for a tenth of the time at most, and at the end: with the formulation, the program's build, and
+#: the state from which another run can go on.
 Keep = Callable[[str, str, Mark], None]
 
 
@@ -102,10 +103,12 @@ def simulate(
     keep: Keep | None = None,
     resumed: Mark = START,
     accounts: bool = True,
+    controller: Function | None = None,
+    period: float | None = None,
 ) -> Report:
-    """Integrates from `state` over `settings.duration`, and reports. With a mark that `keep` was given before, of the
-    same system, state and settings but for the duration, it goes on from there: with the samples that follow, to the
-    bits of one run. Studies of many runs need no energies in the report: without `accounts` they are NaN there.
+    """Integrates from `state` over `settings.duration`, and reports. From a mark that `keep` was given
+    before it goes on to the bits of one run: of the same system, state and settings but for the duration. Studies need
+    no energies in the report: without `accounts` they are NaN. Each `period` (s), `controller(t, signals)` sets states.
 
     Raises InputError where the settings do not fit the system or its equations have no unique solution. Raises
     SimulationError where the run cannot go on, KeyboardInterrupt after SIGINT or SIGTERM; the last two after everything
@@ -136,7 +139,12 @@ def simulate(
         stiffness.naming(),
         nullcontext() if keeping is None else keeping.to_the_end(),
     ):
-        run = _march(choice, system, state, settings, tally=tally, marks=marks, automatic=automatic)
+        if controller is not None:
+            from mbproj.integrate import outside  # few runs have one
+
+            run = outside.march_with(controller, period, choice, system, state, settings, tally, marks)
+        else:
+            run = _march(choice, system, state, settings, tally=tally, marks=marks, automatic=automatic)
 
         def pause() -> None:
             if progress is not None:
@@ -209,9 +217,9 @@ def _refuse_at_the_start(system: System, state: State, settings: Settings) -> No
 
 
 def _automatic() -> Automatic:
-    from mbproj.integrate.automatic.march import Automatic
+    from mbproj.integrate.automatic import march
 
-    return Automatic()
+    return march.Automatic()
 
 
 def _march(

@@ -71,3 +71,41 @@ def test_what_it_cannot_do_is_said():
     with pytest.raises(InputError, match="give way"):
         limited = CART.replace("speed: 0.5", "speed: 0.5, limits: {displacement: {range: [0, 1], rigid: true}}")
         mbproj.start(limited, period=0.1, tolerance=1e-6)
+
+
+@pytest.mark.parametrize("options", METHODS, ids=str)
+def test_a_controller_from_python_acts_as_one_of_the_scene(options):
+    """The same law, as a function and in the scene: the same run to the bit, and what the matrix exponential says."""
+    asked = []
+
+    def controller(t, seen):
+        asked.append(t)
+        return {"u": -80.0 * seen["x"] - 8.0 * seen["v"]}
+
+    own = mbproj.run(CART, controller=controller, period=0.02, **options)
+    law = "controllers: {pd: {period: 20 ms, hold: {u: -80*rail.displacement - 8*rail.displacement_dot}}}\n"
+    of_scene = CART.replace("states: {u: {derivative: 0, initial: 0 N}}\n", law).replace("force: u", "force: pd.u")
+    other = mbproj.run(of_scene, **options)
+    for path in ("joints/coordinate", "joints/speed", "states/value"):
+        np.testing.assert_array_equal(own[path][:-1], other[path][:-1])
+    assert np.allclose(asked, np.linspace(0.0, 0.98, 50), atol=1e-15)
+    x = np.array([0.1, 0.5, 0.0])
+    for _ in range(50):
+        x[2] = -80.0 * x[0] - 8.0 * x[1]
+        x = STEP @ x
+    assert own["joints/coordinate"][-1, 0] == pytest.approx(x[0], abs=1e-13)
+
+
+def test_a_controller_may_set_nothing_and_its_mistakes_are_told():
+    still = mbproj.run(CART, controller=lambda t, seen: None, period=0.1, tolerance=1e-8)
+    assert still["joints/coordinate"][-1, 0] == pytest.approx(0.6, abs=1e-12)
+    for options, words in (
+        ({"period": None}, "acts each period"),
+        ({"period": 0.1, "certify": True}, "is not certified"),
+        ({"period": 0.1, "formulation": "full"}, "in the kernel"),
+        ({"period": 0.1, "controller": lambda t, seen: {"v": 1.0}}, "'v' is no state of the scene"),
+        ({"period": 0.1, "controller": lambda t, seen: {"u": float("nan")}}, "input 'u' is nan, which is not finite"),
+        ({"period": 0.1, "controller": None}, "add controller=f"),
+    ):
+        with pytest.raises(InputError, match=words):
+            mbproj.run(CART, **{"tolerance": 1e-6, "controller": lambda t, seen: {}, **options})

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from operator import itemgetter
 from typing import Any, Protocol
@@ -26,6 +26,17 @@ from mbproj.scene.records import Settings
 
 #: The kernel comes back for Ctrl-C and for progress at least this often, s.
 RETURN_SECONDS = 0.1
+
+
+class Outside(Protocol):
+    """What acts on a run from Python, each `period` in s."""
+
+    @property
+    def period(self) -> float:
+        """Between two instants, s."""
+
+    def exchange(self, compiled: Compiled, run: Any, leg: Leg) -> Callable[[], None]:
+        """What is done where the run waits."""
 
 
 class Inside(Protocol):
@@ -54,12 +65,14 @@ def march(
     leg: Leg | None = None,
     watched: Watched | None = None,
     inside: Inside | None = None,
+    outside: Outside | None = None,
 ) -> Iterator[Samples | None]:
     """Blocks of samples from the start to the end of a leg, the whole run where none is given, or from a mark on; None
     where the kernel came back without any, so that its caller can look whether the run is still wanted. Raises
     SimulationError where the run cannot go on, and Halted where it has met something that is `watched`, or that the
     contacts `inside` leave over."""
-    leg, marks = leg or Leg.whole(compiled.system, settings, state.t), marks or Marks()
+    asks = None if outside is None else outside.period
+    leg, marks = leg or Leg.whole(compiled.system, settings, state.t, asks), marks or Marks()
     run = compiled.run(state, settings, leg if looks is None or looks.sampled else leg.without_samples)
     if watched is not None:
         run.watch(
@@ -69,6 +82,7 @@ def march(
         inside.begin(run)
     if marks.resumed:
         _resume(run, tally, marks.resumed)
+    act = None if outside is None else outside.exchange(compiled, run, leg)
     run.keeps_marks = marks.wanted
     marks.newest = lambda: _mark(run, tally)
     running, most = compiled.core.Status.running, block_samples(compiled.system.bodies)
@@ -90,6 +104,8 @@ def march(
         else:
             tally.reached = float(run.standing["t"])
             yield None
+        if act is not None and run.waits:
+            act()
         if looks is not None and run.pauses and looks.look(_standing(compiled, run, tally)):
             return
     if run.outcome.status == compiled.core.Status.halted:

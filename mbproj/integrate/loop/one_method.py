@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.observe.samples import Samples, stack
 from mbproj.integrate.formulations.choice import Choice
+from mbproj.integrate.loop.compiled_march import Outside
 from mbproj.integrate.loop.compiled_march import march as march_compiled
 from mbproj.integrate.loop.looks import Looks
 from mbproj.integrate.outcome.marks import Marks
@@ -24,11 +25,12 @@ def march_by_one_method(
     tally: Tally,
     marks: Marks | None = None,
     looks: Looks | None = None,
+    outside: Outside | None = None,
 ) -> Iterator[Samples | None]:
     """Samples in the order of time, in portions as they come; None where there is none, but time has passed."""
     marks = marks or Marks()
     if choice.compiled is not None:
-        yield from march_compiled(choice.compiled, state, settings, tally, marks, looks)
+        yield from march_compiled(choice.compiled, state, settings, tally, marks, looks, outside=outside)
     else:  # what the kernel's runs do not need
         from mbproj.integrate.formulations.full import FullFormulation
         from mbproj.integrate.loop.march import march
