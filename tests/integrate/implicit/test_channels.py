@@ -50,12 +50,15 @@ def off(found, name):
 @both
 @each
 def test_their_orders(formulation, integrator):
+    steps, most, less = ("0.004", "0.002"), 1e-6, 0.3
+    if formulation == "full":  # in NumPy: many seconds
+        steps, most, less = ("0.01", "0.005"), 1e-5, 0.6
     errors = []
-    for step in ("0.005", "0.0025") if formulation == "full" else ("0.004", "0.002"):  # in NumPy: many seconds
+    for step in steps:
         _, found = run(UNSYMMETRIC, formulation=formulation, integrator=integrator, step=step, duration="0.2")
         errors.append(off(found, "UNSYMMETRIC"))
-    assert errors[0] < 1e-6
-    assert np.log2(errors[0] / errors[1]) > integrators()[integrator].order - 0.3
+    assert errors[0] < most
+    assert np.log2(errors[0] / errors[1]) > integrators()[integrator].order - less
 
 
 @both

@@ -64,8 +64,16 @@ def test_a_transient_does_not_hold_the_steps(formulation, integrator):
     assert report.counters["steps"] < 120
 
 
-@both
-@each
+#: In NumPy a run takes seconds: with one method.
+ALL = [
+    (each, method)
+    for each in FORMULATIONS
+    for method in implicit_integrators()
+    if (each, method) != ("full", "esdirk4")
+]
+
+
+@pytest.mark.parametrize(("formulation", "integrator"), ALL)
 def test_van_der_pol(formulation, integrator):
     options = by_error(formulation, integrator, 1e-5)
     report, found, _ = run(options, until=2.0, texts=VAN_DER_POL, start=(2.0, -0.66))
