@@ -128,6 +128,7 @@ FOLDERS = {
         "verify",
         "inverse",
         "design",
+        "synthesis",
     ),
     "formats": ("mjcf", "urdf", "sdf", "export"),
     "analysis": ("kinematics", "contacts", "loads"),

@@ -74,6 +74,12 @@ starts: 1
 """
 
 
+SYNTHESIS = """\
+design: 1
+synthesis: {positions: places.csv}
+"""
+
+
 #: What `import` reads.
 ROBOT = """\
 <mujoco>
@@ -95,6 +101,8 @@ def fill(folder: Path) -> None:
     (folder / "path.yaml").write_text(FIT, encoding="utf-8")
     (folder / "crank.csv").write_text("time (s), angle (rad)\n1, 15\n2, 30\n", encoding="utf-8")
     (folder / "load.yaml").write_text(OPTIMISE, encoding="utf-8")
+    (folder / "carry.yaml").write_text(SYNTHESIS, encoding="utf-8")
+    (folder / "places.csv").write_text("x,z,angle\n0,0,0\n0.5,0.2,0.3\n1,0.1,0.8\n", encoding="utf-8")
     (folder / "robot.xml").write_text(ROBOT, encoding="utf-8")
     (folder / "u.yaml").write_text("servo: 0.2 * sin(3*t)\n", encoding="utf-8")
     shutil.copy(mechanism("inline_four"), folder)

@@ -29,6 +29,7 @@ from mbproj.guide.pages import Page
 from mbproj.scene import read_scene
 from mbproj.studies.design import spec as designs
 from mbproj.studies.sweep import spec as sweeps
+from mbproj.studies.synthesis.wish import is_synthesis, read_wanted
 from tests.cli.commands import mbproj
 from tests.support import ROOT
 
@@ -62,7 +63,10 @@ def fences(page: Page) -> Iterator[Fence]:
 
 
 #: What reads a file of YAML that is no scene, by its first key.
-READERS = {"sweep": sweeps.read_spec, "design": designs.read_spec}
+READERS = {
+    "sweep": sweeps.read_spec,
+    "design": lambda path: read_wanted(path) if is_synthesis(path) else designs.read_spec(path),
+}
 
 
 def run_page(page: Page, folder: Path, *, slow: bool = False) -> None:

@@ -14,7 +14,7 @@ from mbproj.cli import study_options
 from mbproj.cli.completion import Folder, scene_file
 from mbproj.cli.explained import Part, option
 from mbproj.cli.figure_options import look
-from mbproj.errors import ExitCode
+from mbproj.errors import ExitCode, InputError, Place, Problem
 from mbproj.scene.ranges.family import column_of
 
 if TYPE_CHECKING:
@@ -74,7 +74,11 @@ def search(
     from mbproj.studies.design.drawn import drawn
     from mbproj.studies.design.run import find_design
     from mbproj.studies.design.written import DesignFolder
+    from mbproj.studies.synthesis.wish import is_synthesis
 
+    if is_synthesis(spec):
+        hint = f"mbproj optimise {spec.name} --topologies all"
+        raise InputError(Problem("the file asks for a synthesis, which finds mechanisms", Place(str(spec)), hint))
     what, where = spec_of(spec, fits), study_options.where_of(more)
     folder = DesignFolder(output or spec.with_name(f"{spec.stem}-design"), force)
     figure = folder.path / "design.png"

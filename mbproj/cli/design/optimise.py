@@ -5,22 +5,38 @@ from __future__ import annotations
 from typing import Any
 
 from mbproj.cli.design.found import options, search
-from mbproj.cli.explained import explained
+from mbproj.cli.explained import Part, explained, option
+from mbproj.cli.quantity import Names
 
 EXAMPLES = (
     ("Find the smallest bearing load that the constraints allow.", "mbproj optimise load.yaml"),
     ("The same by quadratic programs, whatever the goal.", "mbproj optimise load.yaml --engine slsqp"),
+    ("Find a mechanism that carries a body through places.", "mbproj optimise carry.yaml --topologies all"),
 )
 
 
 @explained("optimise", EXAMPLES)
 @options
-def command(**given: Any) -> int:
+@option(
+    Part.WHAT,
+    "--topologies",
+    type=Names(),
+    metavar="A,B,..",
+    help="Of four_bar, slider_crank, watt, stephenson, spatial_four_bar; or all.",
+)
+def command(topologies: tuple[str, ...] | None, **given: Any) -> int:
     """Finds the numbers of a scene that make a measure smallest or largest.
 
     SPEC is a YAML file: a scene, what varies within which bounds, what is minimised or maximised, and subject to what.
     Writes best.yaml, starts.csv and design.png into DIR.
 
+    With --topologies it finds mechanisms: SPEC says which path a point is to draw, which function of the crank's angle
+    a lever is to have, or which positions a body is to take. Writes best.yaml, topologies.csv and designs.html.
+
     Exit code 0: done; 2: wrong input, or no design runs; 3: no design keeps the constraints.
     """
+    if topologies is not None:
+        from mbproj.cli.design.topologies import synthesise_of
+
+        return synthesise_of(topologies, **given)
     return search(fits=False, **given)

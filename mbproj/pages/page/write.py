@@ -49,24 +49,25 @@ def html(title: str, data: Mapping[str, Any], packer: Packer, watched: int | Non
     pieces = {
         "title": escape(title),
         "policy": POLICY if watched is None else SERVED,
-        "style": _ours("style.css"),
+        "style": ours("style.css"),
         "made": escape(f"Made with mbproj {__version__}, drawn with three.js (MIT licence)."),
         "data": as_json(data if watched is None else {**data, "watched": watched}),
         "motion": packer.text(),
         "three": three_js(),
-        "script": "\n".join(_ours(f"{name}.js") for name in scripts),
+        "script": "\n".join(ours(f"{name}.js") for name in scripts),
     }
-    return _filled("page.html", pieces)
+    return filled("page.html", pieces)
 
 
 def waiting(title: str) -> str:
     """The page that `mbproj watch` serves as long as the scene gives none."""
-    pieces = {"title": escape(title), "policy": SERVED, "style": _ours("style.css"), "script": _ours(f"{WATCH}.js")}
-    return _filled("waiting.html", pieces)
+    pieces = {"title": escape(title), "policy": SERVED, "style": ours("style.css"), "script": ours(f"{WATCH}.js")}
+    return filled("waiting.html", pieces)
 
 
-def _filled(name: str, pieces: Mapping[str, str]) -> str:
-    text = _ours(name)
+def filled(name: str, pieces: Mapping[str, str]) -> str:
+    """The page of this name with its pieces in place."""
+    text = ours(name)
     before, *rest = text.split("{{")
     found = [before]
     for piece in rest:
@@ -81,6 +82,6 @@ def as_json(data: Mapping[str, Any]) -> str:
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
 
-def _ours(name: str) -> str:
+def ours(name: str) -> str:
     """A file of the page's own script and style."""
     return (files("mbproj.pages") / "browser" / name).read_text(encoding="utf-8")

@@ -1,0 +1,79 @@
+"""`mbproj optimise --topologies`: mechanisms that do what is wanted."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from mbproj.cli import study_options
+from mbproj.errors import ExitCode, InputError, Place, Problem
+
+if TYPE_CHECKING:
+    from mbproj.studies.synthesis.synthesise import Synthesis
+
+ALL = "all"
+OTHER = "choose another folder with -o"
+
+
+def synthesise_of(
+    topologies: tuple[str, ...],
+    spec: Path,
+    engine: str | None,
+    output: Path | None,
+    force: bool,
+    as_json: bool,
+    quiet: bool,
+    **more: Any,
+) -> int:
+    """The command: reads, searches, writes, reports."""
+    from mbproj.cli.report.progress import telling
+    from mbproj.outputs import DESIGNED, PAGE, check_replaceable, csv, make_folder, write_csv, write_text
+    from mbproj.pages.page.designs import designs_page
+    from mbproj.studies.design.written import best_scene
+    from mbproj.studies.synthesis.shown import shown
+    from mbproj.studies.synthesis.synthesise import synthesise, table
+    from mbproj.studies.synthesis.wish import read_wanted
+
+    if engine is not None:
+        raise InputError(Problem("topologies are brought down by least squares", Place("--engine"), "leave it out"))
+    wanted, where = read_wanted(spec), study_options.where_of(more)
+    folder = make_folder(output or spec.with_name(f"{spec.stem}-topologies"), OTHER)
+    best, rows, page = (folder / name for name in ("best.yaml", "topologies.csv", "designs.html"))
+    for path, kind in ((best, DESIGNED), (rows, csv(("topology", "rms"))), (page, PAGE)):
+        check_replaceable(path, kind, force=force, hint=OTHER)
+    names = () if topologies == (ALL,) else topologies
+    with telling(hidden=as_json or quiet) as tell:
+        found = synthesise(wanted, names, folder, where, fresh=more["fresh"], force=force, tell=tell)
+    design, listed = found.found[0].design, table(found)
+    assert design is not None
+    written = [
+        write_text(best, best_scene(design), DESIGNED, force=force, hint=OTHER),
+        write_csv(rows, listed.headings, listed.rows, force=force, hint=OTHER),
+        write_text(page, designs_page(f"{wanted.kind} of {spec.name}", shown(found)), PAGE, force=force, hint=OTHER),
+    ]
+    if as_json:
+        given = [dict(zip(listed.headings, row, strict=True)) for row in listed.rows]
+        click.echo(json.dumps({"best": found.found[0].topology, "topologies": given, "files": [*map(str, written)]}))
+    elif not quiet:
+        click.echo("\n".join(report(found)))
+        for path in written:
+            click.echo(path)
+    return int(ExitCode.DONE)
+
+
+def report(found: Synthesis) -> Iterator[str]:
+    """The topologies in a table, and the one that is chosen."""
+    from mbproj.cli.report.table import columns
+
+    unit = "rad" if found.wanted.kind == "function" else "m"
+    yield f"{found.found[0].topology} does it with the fewest bodies of those that are as good as the best"
+    yield ""
+    rows = [
+        [each.topology, str(each.bodies), "-" if each.design is None else f"{each.rms:.3g}", each.cause]
+        for each in found.found
+    ]
+    yield columns(["topology", "bodies", f"off by ({unit}, rms)", ""], rows)

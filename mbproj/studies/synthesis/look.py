@@ -1,0 +1,204 @@
+"""Many designs of one topology at once, brought to what is wanted by damped least squares in closed form."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from itertools import product
+from typing import Any, TypeAlias
+
+import numpy as np
+from scipy.stats import qmc
+
+from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
+from mbproj.studies.synthesis.linkage import Linkage, Numbers
+from mbproj.studies.synthesis.spatial import SpatialFourBar
+from mbproj.studies.synthesis.topologies import FUNCTION, PATH, POSITIONS, TOPOLOGIES, bounds
+from mbproj.studies.synthesis.wish import Wanted
+
+#: Designs that are looked at for each one that is brought to an end, and the steps of that.
+LOOKED_AT, STEPS = 128, 100
+#: Step of differences in parts of a bound's range; where damping begins, and where it gives up.
+STEP, DAMPING, LOST = 1e-6, 1e-3, 1e8
+#: Crank angles at which a curve of free timing is drawn.
+FINE = 60
+#: Steps by which the nearest angle is refined, and how long one may be, in rad.
+REFINED, NEAR = 3, 0.1
+#: How far a second point is from the first of a body whose positions are wanted, in parts of their size.
+ARM = 0.5
+#: Designs that are handed on.
+HANDED_ON = 3
+SPATIAL = "spatial_four_bar"
+#: Residuals (B, m) of designs (B, d).
+Residuals: TypeAlias = "Callable[[Array], Array]"
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """A design of a topology: its numbers by name, with `side`s and the crank's direction `turn`; how far it is from
+    what is wanted, as a root mean square in m or rad."""
+
+    numbers: Mapping[str, float]
+    rms: float
+
+
+def names_for(kind: str) -> tuple[str, ...]:
+    """The topologies that can do this."""
+    found = [name for name, ways in TOPOLOGIES.items() if kind in ways]
+    return (*found, SPATIAL) if kind == FUNCTION else tuple(found)
+
+
+def candidates(wanted: Wanted, name: str) -> list[dict[str, float]]:
+    """The best designs of a topology, the best first: their numbers, and `rms`. A work item."""
+    mechanism = SpatialFourBar() if name == SPATIAL else TOPOLOGIES[name][wanted.kind]
+    found: list[Candidate] = []
+    signs = [1.0, -1.0]
+    directions = signs if wanted.kind == PATH and wanted.times is not None else [1.0]
+    for number, (*sides, turn) in enumerate(product(*[signs] * len(mechanism.sides), directions)):
+        fixed = {**dict(zip(mechanism.sides, sides, strict=True)), "turn": turn}
+        found += _of_one_assembly(wanted, mechanism, fixed, wanted.seed + number)
+    best = sorted(found, key=lambda each: each.rms)[:HANDED_ON]
+    return [{**each.numbers, "rms": each.rms} for each in best]
+
+
+def _of_one_assembly(
+    wanted: Wanted, mechanism: Linkage | SpatialFourBar, fixed: Mapping[str, float], seed: int
+) -> list[Candidate]:
+    box = bounds_of(wanted, mechanism)
+    free = [name for name, (low, high) in box.items() if low < high]
+    low, high = (np.array([box[name][side] for name in free]) for side in (0, 1))
+    still = {name: ends[0] for name, ends in box.items() if name not in free} | dict(fixed)
+
+    def numbers(x: Array) -> Numbers:
+        return {
+            **{name: x[:, k, None] for k, name in enumerate(free)},
+            **{n: np.array([[v]]) for n, v in still.items()},
+        }
+
+    def residuals(x: Array) -> Array:
+        return _off(wanted, mechanism, numbers(x))
+
+    many = int(np.ceil(np.log2(LOOKED_AT * wanted.starts)))
+    x = low + (high - low) * qmc.Sobol(len(free), rng=np.random.default_rng(seed)).random_base2(many)
+    value = np.nan_to_num(np.sum(residuals(x) ** 2, axis=1), nan=np.inf)
+    x = x[np.argsort(value, kind="stable")[: wanted.starts]]
+    x, cost = brought_down(residuals, x[np.isfinite(np.sort(value)[: len(x)])], low, high)
+    rms = np.sqrt(cost / max(residuals(low[None]).shape[1], 1))
+    order = np.argsort(rms, kind="stable")[:HANDED_ON]
+    return [
+        Candidate({**dict(zip(free, x[k].tolist(), strict=True)), **still}, float(rms[k]))
+        for k in order.tolist()
+        if np.isfinite(rms[k])
+    ]
+
+
+def brought_down(residuals: Residuals, x: Array, low: Array, high: Array) -> tuple[Array, Array]:
+    """Designs (B, d) after steps of Levenberg and Marquardt within their bounds, and sums of squares (B,)."""
+    if not len(x):
+        return x, np.zeros(0)
+    r = residuals(x)
+    cost, damping, range_ = np.sum(r * r, axis=1), np.full(len(x), DAMPING), high - low
+    for _ in range(STEPS):
+        going = np.flatnonzero((damping < LOST) & (cost > 0.0))
+        if not len(going):
+            break
+        J = _slopes(residuals, x[going], range_)
+        square = np.swapaxes(J, 1, 2) @ J
+        diagonal = np.einsum("bii->bi", square)
+        diagonal += damping[going, None] * (diagonal + 1e-12 * diagonal.max(axis=1, keepdims=True) + 1e-300)
+        way = np.linalg.solve(square, np.swapaxes(J, 1, 2) @ r[going][..., None])[..., 0]
+        trial = np.clip(x[going] - way * range_, low, high)
+        off = residuals(trial)
+        value = np.sum(off * off, axis=1)
+        better = value < cost[going]
+        x[going[better]], r[going[better]], cost[going[better]] = trial[better], off[better], value[better]
+        damping[going] = np.where(better, 0.2 * damping[going], 5.0 * damping[going])
+    return x, cost
+
+
+def _slopes(residuals: Residuals, x: Array, range_: Array) -> Array:
+    """∂r/∂(x / range), (B, m, d), by differences of all designs at once; 0 where a neighbour does not close."""
+    count, d = x.shape
+    beside = x[:, None, None] + STEP * np.array([1.0, -1.0])[:, None, None] * np.diag(range_)
+    values = residuals(beside.reshape(-1, d)).reshape(count, 2, d, -1)
+    return np.nan_to_num(np.swapaxes((values[:, 0] - values[:, 1]) / (2.0 * STEP), 1, 2))
+
+
+def bounds_of(wanted: Wanted, mechanism: Linkage | SpatialFourBar) -> dict[str, tuple[float, float]]:
+    """Within which bounds each number of a topology is sought; equal ones are fixed."""
+    if isinstance(mechanism, SpatialFourBar):
+        return mechanism.bounds()
+    box = bounds(mechanism, wanted.kind, wanted.centre, wanted.size)
+    if wanted.kind == POSITIONS:
+        box["lean"] = (-np.pi, np.pi)
+        box |= {f"swing_{k}": (-np.pi, np.pi) for k in range(2, len(wanted.values) + 1)}
+    elif wanted.kind == PATH and not wanted.turns and wanted.times is not None:
+        box["angle"] = (0.1, 2.0 * np.pi)
+    return box
+
+
+def _off(wanted: Wanted, mechanism: Linkage | SpatialFourBar, p: Numbers) -> Array:
+    """How far designs (B, 1) are from what is wanted, (B, m), in m or rad."""
+    if wanted.kind == FUNCTION:
+        angle = output_of(mechanism, p, p["start"] + wanted.values[:, 0] - wanted.values[0, 0])
+        return _turned(angle - angle[:, :1] - (wanted.values[:, 1] - wanted.values[0, 1]))
+    assert isinstance(mechanism, Linkage)
+    points = wanted.values[:, 0] + 1j * wanted.values[:, 1]
+    if wanted.kind == POSITIONS:
+        swings = [np.zeros_like(p["start"]), *(p[f"swing_{k}"] for k in range(2, len(points) + 1))]
+        known = mechanism.solved(p, p["start"] + np.concatenate(swings, axis=1))
+        along = (known["C"] - known["B"]) / p["coupler_length"] * np.exp(1j * p["lean"])
+        parts = [known["P"] - points, ARM * wanted.size * (along - np.exp(1j * wanted.values[:, 2]))]
+        return np.concatenate([part for each in parts for part in (each.real, each.imag)], axis=1)
+    if wanted.times is not None:
+        off = mechanism.solved(p, crank_of(wanted, p))["P"] - points
+    else:
+        off = _traced(mechanism, p, _nearest(mechanism, p, points)) - points
+    return np.concatenate([off.real, off.imag], axis=1)
+
+
+def crank_of(wanted: Wanted, p: Numbers) -> Array:
+    """The crank's angles (B, N) at the times of a path."""
+    assert wanted.times is not None
+    span = 2.0 * np.pi / period(wanted) if wanted.turns else p["angle"] / wanted.times[-1]
+    return np.asarray(p["start"] + p["turn"] * span * wanted.times)
+
+
+def period(wanted: Wanted) -> float:
+    """How long a turn of a closed path takes: to its last point, and a step back to the first one."""
+    assert wanted.times is not None
+    return float(wanted.times[-1] * len(wanted.times) / (len(wanted.times) - 1))
+
+
+def output_of(mechanism: Linkage | SpatialFourBar, p: Numbers, crank: Array) -> Array:
+    """The angle of the output (B, N)."""
+    if isinstance(mechanism, SpatialFourBar):
+        return mechanism.angle(p, crank)
+    link, known = mechanism.link(mechanism.output), mechanism.solved(p, crank)
+    return np.angle(known[link.toward] - known[link.origin])
+
+
+def _turned(angle: Array) -> Array:
+    """Angles within [-π, π]."""
+    return np.asarray(angle - 2.0 * np.pi * np.round(angle / (2.0 * np.pi)))
+
+
+def _traced(mechanism: Linkage, p: Numbers, crank: Array) -> Any:
+    return mechanism.solved(p, crank)["P"]
+
+
+def _nearest(mechanism: Linkage, p: Numbers, points: Any) -> Array:
+    """The crank's angles (B, N) at which the curve is nearest to given points (N,): on a polyline, then by Gauss-Newton
+    steps."""
+    angles = np.linspace(0.0, 2.0 * np.pi, FINE + 1)
+    curve = _traced(mechanism, p, p["start"] + angles)
+    start, way = curve[:, None, :-1], np.diff(curve)[:, None]
+    size = np.maximum(np.abs(way) ** 2, 1e-300)
+    share = np.clip(((points[None, :, None] - start) * way.conj()).real / size, 0.0, 1.0)
+    best = np.argmin(np.abs(start + share * way - points[None, :, None]), axis=2)
+    found = p["start"] + angles[best] + np.take_along_axis(share, best[..., None], axis=2)[..., 0] * angles[1]
+    for _ in range(REFINED):
+        off = _traced(mechanism, p, found) - points
+        rate = (_traced(mechanism, p, found + STEP) - _traced(mechanism, p, found - STEP)) / (2.0 * STEP)
+        found = found - np.clip((off * rate.conj()).real / np.maximum(np.abs(rate) ** 2, 1e-300), -NEAR, NEAR)
+    return np.asarray(found)

@@ -1,0 +1,192 @@
+"""synthesise(): the best design of each topology, and the simplest topology that does what is wanted."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
+from mbproj.errors import InputError, Place, Problem
+from mbproj.outputs import DESIGNED, make_folder, write_text
+from mbproj.results.views.table import Table
+from mbproj.scene.ranges.family import column_of
+from mbproj.scene.text.suggestions import choose_from
+from mbproj.studies.design.run import Design, find_design
+from mbproj.studies.design.spec import read_spec
+from mbproj.studies.parallel.hand_out import Where
+from mbproj.studies.parallel.progress import Tell
+from mbproj.studies.parallel.resumable import resumable
+from mbproj.studies.store import Kept
+from mbproj.studies.synthesis.linkage import Linkage
+from mbproj.studies.synthesis.look import ARM, SPATIAL, bounds_of, candidates, names_for
+from mbproj.studies.synthesis.scenes import even_inputs, output_joint, scene_of, unit_of
+from mbproj.studies.synthesis.spatial import SpatialFourBar
+from mbproj.studies.synthesis.topologies import FUNCTION, POSITIONS, TOPOLOGIES
+from mbproj.studies.synthesis.wish import Wanted
+
+#: A topology is as good as the best one where it is off by so many times as much at most, or by this part of the size.
+AS_GOOD, EXACT = 1.5, 1e-9
+OTHER, TRY = "choose another folder with -o", "raise 'starts', or thin out what is wanted"
+#: How the files begin.
+MARK = "# Found by mbproj"
+#: The pivots of a four-bar, and how many positions it can take whatever they are.
+PIVOTS, THREE = ("ax", "az", "dx", "dz"), 3
+
+
+@dataclass(frozen=True, eq=False)
+class Synthesised:
+    """What came of one topology: its best `design`, None where none runs, for which there is a `cause`; how far a run
+    of it is from what is wanted (rms in m or rad), and how many bodies it has. `numbers` are all of it, by name."""
+
+    topology: str
+    bodies: int
+    design: Design | None
+    rms: float
+    numbers: Mapping[str, float]
+    cause: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Synthesis:
+    """The topologies, the chosen one first, the others by how far they are off."""
+
+    wanted: Wanted
+    found: tuple[Synthesised, ...]
+
+
+def synthesise(
+    wanted: Wanted,
+    names: Sequence[str],
+    folder: Path,
+    where: Where = None,
+    *,
+    fresh: bool = False,
+    force: bool = False,
+    tell: Tell = lambda *_: None,
+) -> Synthesis:
+    """Looks for designs of these topologies (all that can do it where none is named); their scenes and searches are
+    files in the folder, which `mbproj fit` takes. Raises InputError for a topology that is not there, or where nothing
+    is found."""
+    able = names_for(wanted.kind)
+    for name in names:
+        if name not in able:
+            message = f"no topology for {wanted.kind} is called '{name}'"
+            raise InputError(Problem(message, Place("--topologies"), choose_from(name, able)))
+    chosen = tuple(dict.fromkeys(names)) or able
+    kept = Kept(["synthesis", wanted.text, wanted.values.tolist(), _listed(wanted.times)], fresh)
+    looked = resumable(candidates, wanted, {name: name for name in chosen}, kept, where, "topologies", tell)
+    found = [_brought_to_an_end(wanted, name, looked[name], folder, where, fresh, force) for name in chosen]
+    if not any(each.design for each in found):
+        raise InputError(
+            Problem(f"no topology does it; {found[0].topology}: {found[0].cause}", Place(str(wanted.path)))
+        )
+    return Synthesis(wanted, tuple(in_order(found, wanted.size)))
+
+
+def _listed(times: Array | None) -> list[float] | None:
+    return None if times is None else times.tolist()
+
+
+def in_order(found: Sequence[Synthesised], size: float) -> Iterator[Synthesised]:
+    """First the one with the fewest bodies of those that are as good as the best."""
+    by_error = sorted(found, key=lambda each: each.rms if each.design else np.inf)
+    enough = max(AS_GOOD * by_error[0].rms, EXACT * size)
+    good = [each for each in found if each.design and each.rms <= enough]
+    first = min(good, key=lambda each: each.bodies)
+    yield first
+    yield from (each for each in by_error if each is not first)
+
+
+def mechanism_of(wanted: Wanted, name: str) -> Linkage | SpatialFourBar:
+    """The topology of a name, as it does what is wanted."""
+    return SpatialFourBar() if name == SPATIAL else TOPOLOGIES[name][wanted.kind]
+
+
+def _brought_to_an_end(
+    wanted: Wanted,
+    name: str,
+    looked: Sequence[Mapping[str, float]],
+    folder: Path,
+    where: Where,
+    fresh: bool,
+    force: bool,
+) -> Synthesised:
+    """The best candidate that runs, after the ordinary search has brought it to its end."""
+    mechanism, cause = mechanism_of(wanted, name), "no design closes at all of its points"
+    bodies = 3 if isinstance(mechanism, SpatialFourBar) else len(mechanism.links) + (name == "slider_crank")
+    for found in looked:
+        numbers = {key: value for key, value in found.items() if key != "rms"}
+        try:
+            design = find_design(read_spec(written(wanted, name, numbers, folder, force)), where, fresh=fresh)
+        except InputError as error:
+            cause = error.problems[0].message
+            continue
+        moved = dict(zip(map(column_of, design.spec.paths), design.x.tolist(), strict=True))
+        rms = float(np.sqrt(np.mean(design.trial.residuals**2)))
+        return Synthesised(name, bodies, design, rms, {**numbers, **moved})
+    return Synthesised(name, bodies, None, np.inf, {}, cause)
+
+
+def written(wanted: Wanted, name: str, numbers: Mapping[str, float], folder: Path, force: bool) -> Path:
+    """The scene, its search, and the tables that it matches, as files in the folder; the search's path."""
+    mechanism = mechanism_of(wanted, name)
+    make_folder(folder, OTHER)
+
+    def write(file: str, text: str) -> Path:
+        return write_text(folder / file, f"{MARK} for '{wanted.path.name}'.\n{text}", DESIGNED, force=force, hint=OTHER)
+
+    write(f"{name}.yaml", scene_of(wanted, mechanism, numbers))
+    lines = [f"design: 1\nscene: {name}.yaml\nvary:\n"]
+    # Three positions leave the pivots in the ground free: those that were found stay.
+    chosen = PIVOTS if wanted.kind == POSITIONS and len(wanted.values) == THREE else ()
+    for key, (low, high) in bounds_of(wanted, mechanism).items():
+        if low < high and key not in chosen:
+            room = 0.01 * (high - low)
+            ends = min(low, numbers[key] - room), max(high, numbers[key] + room)
+            lines.append(f"  parameters.{key}: [{ends[0]!r} {unit_of(key)}, {ends[1]!r} {unit_of(key)}]\n")
+    lines.append("match:\n")
+    for match, table in _matches(wanted, mechanism):
+        write(match["through"], table)
+        inside = ", ".join(f"{key}: {value}" for key, value in match.items() if key != "name")
+        lines.append(f"  {match['name']}: {{{inside}}}\n")
+    return write(f"{name}-search.yaml", "".join(lines) + "starts: 1\n")
+
+
+def _matches(wanted: Wanted, mechanism: Linkage | SpatialFourBar) -> Iterator[tuple[dict[str, str], str]]:
+    """What a scene is to match, and the tables of that."""
+    if wanted.kind == FUNCTION:
+        turned = wanted.values - wanted.values[0]
+        match = {"name": "output", "joint": output_joint(mechanism), "quantity": "angle", "through": "function.csv"}
+        if even_inputs(wanted):
+            yield match, _table("time (s),angle (rad)", np.arange(len(turned)), turned[:, 1])
+        else:
+            more = {"over": "A.angle", "columns": '{A.angle: "input", angle: "output"}'}
+            yield match | more, _table("input (rad),output (rad)", *turned.T)
+    elif wanted.kind == POSITIONS:
+        x, z, angle = wanted.values.T
+        time, arm = np.arange(len(x)), ARM * wanted.size
+        heads = "time (s),position_x (m),position_z (m)"
+        yield {"name": "P", "marker": "P", "through": "positions_p.csv"}, _table(heads, time, x, z)
+        ends = x + arm * np.cos(angle), z + arm * np.sin(angle)
+        yield {"name": "Q", "marker": "Q", "through": "positions_q.csv"}, _table(heads, time, *ends)
+    elif wanted.times is None:
+        match = {"name": "path", "marker": "P", "through": "path.csv", "over": "path"}
+        yield match, _table("position_x (m),position_z (m)", *wanted.values.T)
+    else:
+        match = {"name": "path", "marker": "P", "through": "path.csv"}
+        yield match, _table("time (s),position_x (m),position_z (m)", wanted.times, *wanted.values.T)
+
+
+def _table(headings: str, *columns: Any) -> str:
+    rows = zip(*(np.asarray(column, dtype=float).tolist() for column in columns), strict=True)
+    return "\n".join([headings, *(",".join(map(repr, row)) for row in rows)]) + "\n"
+
+
+def table(found: Synthesis) -> Table:
+    """A row a topology, the chosen one first."""
+    rows = [(each.topology, None if each.design is None else each.rms, each.bodies, each.cause) for each in found.found]
+    return Table(("topology", "rms", "bodies", "cause"), tuple(rows))

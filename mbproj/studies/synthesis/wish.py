@@ -1,0 +1,161 @@
+"""What is to be synthesised: the file that says so, and the points, angles or positions that it names."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
+from mbproj.errors import InputError, Place, Problem
+from mbproj.scene.fields.choices import Choice
+from mbproj.scene.fields.containers import OneOf, Record
+from mbproj.scene.fields.fields import Text
+from mbproj.scene.fields.quantities import Integer
+from mbproj.scene.fields.reading import Reading, in_text_order
+from mbproj.scene.ranges.family import opened
+from mbproj.scene.text.suggestions import choose_from
+from mbproj.studies.inverse.columns import Columns, factor_of, read_columns
+from mbproj.studies.synthesis.topologies import FUNCTION, PATH, POSITIONS
+
+#: The columns of each kind, with their units. A path has times where its timing is given.
+COLUMNS: Mapping[str, tuple[tuple[str, str], ...]] = {
+    PATH: (("x", "m"), ("z", "m")),
+    FUNCTION: (("input", "rad"), ("output", "rad")),
+    POSITIONS: (("x", "m"), ("z", "m"), ("angle", "rad")),
+}
+TIME = ("time", "s")
+GIVEN, FREE = "given", "free"
+#: A path whose ends are not farther apart than so many of its longest steps is closed.
+CLOSED = 2.0
+FEWEST, MOST_POSITIONS = {PATH: 3, FUNCTION: 3, POSITIONS: 3}, 5
+_WANTED: Record[dict[str, Any]] = Record(
+    "what is wanted",
+    {PATH: Text(), FUNCTION: Text(), POSITIONS: Text(), "timing": Choice("timing", lambda: (GIVEN, FREE))},
+    dict,
+    choices=(OneOf((PATH, FUNCTION, POSITIONS), needed=True, hint="one at a time; write another file for the other"),),
+)
+SYNTHESIS: Record[dict[str, Any]] = Record(
+    "a synthesis",
+    {
+        "design": Choice("format version", lambda: ("1",)),
+        "synthesis": _WANTED,
+        "starts": Integer(1),
+        "seed": Integer(0),
+    },
+    dict,
+    required=("design", "synthesis"),
+)
+#: Designs that are brought to an end for each way to assemble a topology.
+STARTS, SEED = 40, 0
+
+
+@dataclass(frozen=True, eq=False)
+class Wanted:
+    """N points (x, z) `values` (N, 2) of a path at `times` (N,), or input and output angles (N, 2), or positions
+    (x, z, angle) (N, 3). `turns`: a path is closed, and the crank turns once; times are shares of a turn then. Without
+    times the timing is free."""
+
+    path: Path
+    text: str
+    kind: str
+    values: Array
+    times: Array | None
+    turns: bool
+    starts: int
+    seed: int
+
+    @property
+    def centre(self) -> complex:
+        """Of the points; a function has none."""
+        if self.kind == FUNCTION:
+            return 0.0
+        middle = 0.5 * (self.values.min(axis=0) + self.values.max(axis=0))
+        return complex(middle[0], middle[1])
+
+    @property
+    def size(self) -> float:
+        """Their extent in m; 1 m of a function."""
+        return 1.0 if self.kind == FUNCTION else float(np.ptp(self.values[:, :2], axis=0).max())
+
+
+def is_synthesis(path: Path) -> bool:
+    """Whether the file asks for a synthesis."""
+    return "synthesis" in opened(path, SYNTHESIS.what, "it begins with 'design: 1'")[1].values
+
+
+def read_wanted(path: Path) -> Wanted:
+    """What the file at `path` asks for. Raises InputError with every problem, at its place there or in its table."""
+    text, root, reading = opened(path, SYNTHESIS.what, "it begins with 'design: 1'")
+    if "synthesis" not in root.values:
+        hint = "add synthesis: {path: FILE.csv}, or leave out --topologies"
+        raise InputError(Problem("the file has no 'synthesis', which --topologies is for", root.place, hint))
+    found = SYNTHESIS.read(root, (), reading)
+    if found is None or reading.problems:
+        raise InputError(in_text_order(reading.problems))
+    wanted = found["synthesis"]
+    kind = next(each for each in COLUMNS if each in wanted)
+    if "timing" in wanted and kind != PATH:
+        place = reading.places[("synthesis", "timing")]
+        raise InputError(Problem(f"'timing' is of a path, not of {kind}", place, "leave it out"))
+    table = read_columns(path.parent / wanted[kind], f"synthesis.{kind}")
+    values = _values(table, COLUMNS[kind], path.parent / wanted[kind])
+    times = _times(table, wanted, path.parent / wanted[kind], reading) if kind == PATH else None
+    _check(kind, values, times, path.parent / wanted[kind])
+    return Wanted(
+        path=path,
+        text=text,
+        kind=kind,
+        values=values,
+        times=None if times is None else times - times[0],
+        turns=kind == PATH and _is_closed(values),
+        starts=found.get("starts", STARTS),
+        seed=found.get("seed", SEED),
+    )
+
+
+def _values(table: Columns, wanted: tuple[tuple[str, str], ...], file: Path) -> Array:
+    names = [name.removeprefix("position_") for name, _ in table.headings]
+    columns, place = [], Place(str(file), table.heading_line)
+    for name, unit in wanted:
+        if name not in names:
+            known = ", ".join(f"'{each}'" for each, _ in table.headings)
+            hint = choose_from(name, names) or f"headings are {known}"
+            raise InputError(Problem(f"there is no column '{name}'", place, hint))
+        at = names.index(name)
+        columns.append(table.rows[:, at] * factor_of(name, table.headings[at][1], unit, place))
+    return np.stack(columns, axis=1)
+
+
+def _times(table: Columns, wanted: Mapping[str, Any], file: Path, reading: Reading) -> Array | None:
+    names = [name for name, _ in table.headings]
+    timing = wanted.get("timing", GIVEN if TIME[0] in names else FREE)
+    if timing == FREE:
+        return None
+    if TIME[0] not in names:
+        place = reading.places[("synthesis", "timing")]
+        raise InputError(Problem(f"'{file.name}' has no column 'time'", place, "add one, or say  timing: free"))
+    return _values(table, (TIME,), file)[:, 0]
+
+
+def _check(kind: str, values: Array, times: Array | None, file: Path) -> None:
+    place = Place(str(file))
+    if len(values) < FEWEST[kind]:
+        raise InputError(Problem(f"it has {len(values)} rows, and a {kind} needs {FEWEST[kind]}", place, "give more"))
+    if kind == POSITIONS and len(values) > MOST_POSITIONS:
+        message = f"it has {len(values)} positions, and a four-bar carries a body through {MOST_POSITIONS} at most"
+        raise InputError(Problem(message, place, "leave some out"))
+    if kind != FUNCTION and not np.ptp(values[:, :2], axis=0).max() > 0.0:
+        raise InputError(Problem("all its points are one", place, "give points that are apart"))
+    monotonic = times if times is not None else values[:, 0] if kind == FUNCTION else None
+    if monotonic is not None and not (np.diff(monotonic) > 0.0).all():
+        what = "times" if times is not None else "inputs"
+        raise InputError(Problem(f"its {what} do not grow from row to row", place, "sort the rows"))
+
+
+def _is_closed(points: Array) -> bool:
+    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    return len(points) > 3 and float(np.linalg.norm(points[-1] - points[0])) <= CLOSED * float(steps.max())
