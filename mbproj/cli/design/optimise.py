@@ -30,8 +30,8 @@ def command(topologies: tuple[str, ...] | None, **given: Any) -> int:
     SPEC is a YAML file: a scene, what varies within which bounds, what is minimised or maximised, and subject to what.
     Writes best.yaml, starts.csv and design.png into DIR.
 
-    With --topologies it finds mechanisms: SPEC says which path a point is to draw, which function of the crank's angle
-    a lever is to have, or which positions a body is to take. Writes best.yaml, topologies.csv and designs.html.
+    With --topologies it finds mechanisms. SPEC names the path of a point, a function of the crank's angle, or positions
+    of a body. Writes best.yaml, topologies.csv and designs.html.
 
     Exit code 0: done; 2: wrong input, or no design runs; 3: no design keeps the constraints.
     """

@@ -32,7 +32,7 @@ def synthesise_of(
     """The command: reads, searches, writes, reports."""
     from mbproj.cli.report.progress import telling
     from mbproj.outputs import DESIGNED, PAGE, check_replaceable, csv, make_folder, write_csv, write_text
-    from mbproj.pages.page.designs import designs_page
+    from mbproj.pages.page.write import designs_page
     from mbproj.studies.design.written import best_scene
     from mbproj.studies.synthesis.shown import shown
     from mbproj.studies.synthesis.synthesise import synthesise, table

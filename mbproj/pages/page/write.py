@@ -65,6 +65,18 @@ def waiting(title: str) -> str:
     return filled("waiting.html", pieces)
 
 
+def designs_page(title: str, data: Mapping[str, Any]) -> str:
+    """The page with this data, as `mbproj.studies.synthesis.shown` has it."""
+    pieces = {
+        "title": escape(title),
+        "policy": POLICY,
+        "made": escape(f"Made with mbproj {__version__}. Orange: what is wanted."),
+        "data": as_json(data),
+        "script": ours("designs.js"),
+    }
+    return filled("designs.html", pieces)
+
+
 def filled(name: str, pieces: Mapping[str, str]) -> str:
     """The page of this name with its pieces in place."""
     text = ours(name)

@@ -34,8 +34,8 @@ class Link:
 
 @dataclass(frozen=True)
 class Dyad:
-    """Two links that meet at the point both lead `toward`; the parameter `side` is 1 where that is to the left of the
-    way from the first one's origin to the second one's, and -1 to the right."""
+    """Two links that meet at the point both lead `toward`. The parameter `side` is 1 where that is to the left of the
+    way from the first origin to the second one, and -1 to the right."""
 
     first: str
     second: str

@@ -55,9 +55,9 @@ STARTS, SEED = 40, 0
 
 @dataclass(frozen=True, eq=False)
 class Wanted:
-    """N points (x, z) `values` (N, 2) of a path at `times` (N,), or input and output angles (N, 2), or positions
-    (x, z, angle) (N, 3). `turns`: a path is closed, and the crank turns once; times are shares of a turn then. Without
-    times the timing is free."""
+    """What N rows say, in `values`: points x, z of a path (N, 2), at `times` (N,); or input and output angles (N, 2).
+    Positions are x, z, angle (N, 3). `turns`: a path is closed, and the crank turns once. Without times the timing is
+    free."""
 
     path: Path
     text: str
