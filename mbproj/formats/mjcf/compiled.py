@@ -15,6 +15,8 @@ from mbproj.formats.xml import Element
 from mbproj.scene.text.suggestions import choose_from
 
 _LINE = re.compile(r"[Ll]ine:? *=? *(\d+)")
+#: What MuJoCo's compiler counts in messages that have no line.
+_COUNTED = re.compile(r"\b(actuator|tendon|equality|sensor) (\d+)\b")
 #: Tags that MuJoCo numbers apart, and what it calls them.
 KINDS = {"body": "body", "joint": "jnt", "freejoint": "jnt", "geom": "geom", "site": "site"}
 #: The numbers of the plugin mujoco.pid, in its order.
@@ -84,11 +86,22 @@ def _model(source: Source) -> Any:
     except ValueError as error:
         words = " ".join(str(error).split())
         line = _LINE.search(words)
-        place = places[int(line[1]) - 1] if line and 0 < int(line[1]) <= len(places) else source.root.place
+        place = _place_of(source, words)
+        if line and 0 < int(line[1]) <= len(places):
+            place = places[int(line[1]) - 1]
         said = _LINE.sub("", words.removeprefix("XML Error: ").removeprefix("Error: ")).strip(" ,")
         raise InputError(Problem(f"MuJoCo refuses the model: {said}", place, "repair it there")) from None
     finally:
         mujoco.set_mju_user_warning(None)
+
+
+def _place_of(source: Source, words: str) -> Place:
+    """Where the element stands that a message counts, as in "actuator 0"; the model where it counts none."""
+    for section, number in _COUNTED.findall(words):
+        elements = [element for each in source.root.all(section) for element in each.children]
+        if int(number) < len(elements):
+            return elements[int(number)].place
+    return source.root.place
 
 
 def _refuse_mass_of_missing(source: Source) -> None:

@@ -126,8 +126,11 @@ def _state(compiled: Compiled, mechanism: Mechanism, number: int, name: str, com
     elif kind != int(kinds.mjDYN_MUSCLE):
         rate = f"({u} - {x})/{shown(time)}"
     else:
-        d = f"(clip({u}, 0, 1) - {x})"
-        up, down = f"{shown(time)}*(0.5 + 1.5*clip({x}, 0, 1))", f"{shown(slower)}/(0.5 + 1.5*clip({x}, 0, 1))"
+        # From within [0, 1] the activation stays there, and needs no bounds, which would have kinks at the start.
+        a = x if 0.0 <= first <= 1.0 else f"clip({x}, 0, 1)"
+        wanted = f"clip({u}, 0, 1)" if command.constant is None else shown(min(max(command.constant, 0.0), 1.0))
+        d = f"({wanted} - {x})"
+        up, down = f"{shown(time)}*(0.5 + 1.5*{a})", f"{shown(slower)}/(0.5 + 1.5*{a})"
         rate = f"max({d}, 0)/({up}) + min({d}, 0)/({down})"
         if width > 0.0:
             s = f"clip({d}/{shown(width)} + 0.5, 0, 1)"

@@ -15,6 +15,8 @@ from mbproj.formats.xml import Element
 
 #: Assets that have no say in the motion, and the attributes that name them.
 SHOWN_ONLY = ("texture", "skin")
+#: What is not negative on the coordinates of these elements.
+POSITIVE, HELD = ("stiffness", "damping", "frictionloss"), ("joint", "freejoint", "tendon", "fixed", "spatial")
 #: Attributes that are names or texts, whatever stands in them.
 NAMING = ("name", "class", "childclass", "file", "model", "data")
 
@@ -49,6 +51,7 @@ def source_of(root: Element, path: Path, files: dict[str, bytes] | None = None, 
     source = Source(root, {} if files is None else files, {}, [], [], [])
     source.root = _included(source, root, folder, above)
     _refuse_infinite(source.root)
+    _refuse_negative(source.root)
     _without_pictures(source.root)
     _without_flexible(source)
     source.files, source.missing, source.stand_ins = take_meshes(source.root, source.meshes, folder)
@@ -99,10 +102,28 @@ def _refuse_infinite(root: Element) -> None:
 
 
 def _is_infinite(text: str) -> bool:
+    number = _number(text)
+    return number is not None and not math.isfinite(number)
+
+
+def _number(text: str) -> float | None:
     try:
-        return not math.isfinite(float(text))
+        return float(text)
     except ValueError:
-        return False
+        return None
+
+
+def _refuse_negative(root: Element) -> None:
+    """Raises InputError at springs, dampers and dry friction that would drive what they hold: MuJoCo lets them pass."""
+    problems = []
+    for element in root.walk():
+        for key in POSITIVE if element.tag in HELD else ():
+            first = _number((element.get(key).split() or [""])[0])
+            if first is not None and first < 0.0:
+                what = f"'{key}' of <{element.tag}> is negative"
+                problems.append(Problem(what, element.place, "give 0 or more"))
+    if problems:
+        raise InputError(problems)
 
 
 def _without_pictures(root: Element) -> None:

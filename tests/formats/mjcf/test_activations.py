@@ -132,3 +132,15 @@ def test_springs_and_dampers_of_tendons_are_mujocos(name, path, tmp_path):
     assert mechanism.forces
     assert "tendon 'own'" not in {row.element for row in mechanism.said}
     assert max(agreement(tmp_path / "model.xml")) < 1e-12
+
+
+def test_a_smoothed_muscle_is_linear_at_the_start_and_where_it_rests(tmp_path):
+    """At an activation of 0 as of 0.2: the bounds of MuJoCo's are left out, which its state never passes."""
+    path, _ = written(tmp_path, "muscle that is smoothed")
+    text = path.read_text(encoding="utf-8")
+    for act in ("0", "0.4"):
+        path.write_text(text.replace('act="0.6"', f'act="{act}"'), encoding="utf-8")
+        found = mbproj.import_model(path, at="home", controls={"u": "0.4"})
+        linear = mbproj.linearize(found.scene, inputs=["slide.displacement"], outputs=["turn.angle"])
+        assert np.isfinite(linear.A).all()
+        assert linear.A.shape == (5, 5)

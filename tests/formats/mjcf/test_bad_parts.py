@@ -1,0 +1,81 @@
+"""Tendons, muscles, controllers and signals that are wrong: a message at the file's line; names mean nothing."""
+
+from __future__ import annotations
+
+import pytest
+
+import mbproj
+from mbproj.errors import InputError
+from mbproj.formats import Wishes, read_model
+from mbproj.formats.signals import read_signals
+
+mujoco = pytest.importorskip("mujoco")
+
+MODEL = """<mujoco><worldbody><site name="w" pos="0 0 1"/><geom name="box" type="box" size=".1 .1 .1" pos="3 0 0"/>
+<body name="a"><joint name="j" axis="0 1 0"/><geom size=".1" pos=".3 0 0" contype="0"/><site name="s" pos=".3 0 .2"/>
+</body></worldbody>
+{}
+</mujoco>"""
+LINE = '<site site="w"/><site site="s"/>'
+
+
+def tendon(own, path=LINE):
+    return f'<tendon><spatial name="t" {own}>{path}</spatial></tendon>'
+
+
+WRONG = {
+    tendon("", '<site site="w"/><site site="nix"/>'): "site 'nix' not found",
+    tendon("", f'{LINE}<pulley divisor="-2"/>{LINE}'): "pulley divisor must be positive",
+    tendon("", '<site site="w"/><geom geom="box"/><site site="s"/>'): "is not sphere or cylinder",
+    tendon('stiffness="nan"'): "'stiffness' of <spatial> is not finite",
+    tendon('stiffness="-5"'): "'stiffness' of <spatial> is negative; give 0 or more",
+    tendon('frictionloss="-5"'): "'frictionloss' of <spatial> is negative; give 0 or more",
+    tendon('damping="-5 0 0"'): "'damping' of <spatial> is negative; give 0 or more",
+    '<default><joint damping="-1"/></default>': "'damping' of <joint> is negative; give 0 or more",
+    '<actuator><muscle name="m" joint="j" range="1 1" lengthrange="0 1"/></actuator>': "range",
+    '<actuator><muscle name="m" joint="j" lengthrange="2 1"/></actuator>': "Lengthrange computation did not converge",
+    '<extension><plugin plugin="mujoco.nix"/></extension>': "plugin mujoco.nix not found",
+}
+
+
+@pytest.mark.parametrize("part", WRONG)
+def test_a_part_that_is_wrong_is_said_at_its_line(part, tmp_path):
+    (tmp_path / "model.xml").write_text(MODEL.format(part), encoding="utf-8")
+    with pytest.raises(InputError) as raised:
+        read_model(tmp_path / "model.xml", Wishes())
+    message = str(raised.value)
+    assert "model.xml:4: error: " in message
+    assert WRONG[part] in message
+
+
+@pytest.mark.parametrize("name", ["yes", "1e3", "$(touch run)`id`: # \u202e"])
+def test_names_of_tendons_mean_nothing(name, tmp_path):
+    """Of one that is a rope, a spring, a limit and dry friction."""
+    own = 'stiffness="3" springlength="0 9" range="0 9" frictionloss="1"'
+    part = tendon(own, f'{LINE}<site site="w"/>').replace('"t"', f'"{name}"')
+    (tmp_path / "model.xml").write_text(MODEL.format(part), encoding="utf-8")
+    found = mbproj.import_model(tmp_path / "model.xml")
+    assert found.scene.joints
+    assert not [row for row in found.mechanism.said if row.same.value == "no"]
+    assert not (tmp_path / "run").exists()
+
+
+SIGNALS = {
+    "m: &a [1, 1]\nn: *a\n": "the expression ends too early",
+    "m: " + "(" * 600 + "t" + ")" * 600: "at most 1000 are allowed",
+    "m: 9**9**9**9": "the result is too large",
+    "m: [1,": "not valid YAML",
+    "m: 1\nm: 2": "duplicate key 'm'",
+    "m: .nan": "m",
+    'm: __import__("os")': "unexpected",
+    "- 1": "signals are a mapping of names and expressions of t",
+}
+
+
+@pytest.mark.parametrize("text", SIGNALS)
+def test_signals_that_are_wrong_are_said_at_their_line(text, tmp_path):
+    (tmp_path / "u.yaml").write_text(text, encoding="utf-8")
+    with pytest.raises(InputError) as raised:
+        read_signals(tmp_path / "u.yaml")
+    assert "u.yaml:" in str(raised.value)
+    assert SIGNALS[text] in str(raised.value)
