@@ -8,16 +8,20 @@ from pathlib import Path
 import click
 
 from mbproj.cli import study_options
-from mbproj.cli.completion import scene_file
+from mbproj.cli.completion import File, scene_file
 from mbproj.cli.explained import Part, explained, option
+from mbproj.cli.figure_options import look
 from mbproj.cli.quantity import Names
+from mbproj.errors import InputError, Place, Problem
 
 EXAMPLES = (
     (
         "See which parameters matter for what the scene expects.",
         "mbproj sensitivity planar_four_bar.yaml --to crank,coupler",
     ),
+    ("The same as bars.", "mbproj sensitivity planar_four_bar.yaml --to crank,coupler --plot bars.png"),
 )
+PICTURES = (".png", ".svg", ".pdf")
 
 
 @explained("sensitivity", EXAMPLES)
@@ -33,6 +37,8 @@ EXAMPLES = (
 @study_options.changes
 @study_options.workplace
 @study_options.write_table
+@option(Part.OUTPUT, "--plot", "picture_path", type=File(*PICTURES, path_type=Path), help="Bars, .png, .svg or .pdf.")
+@look
 @study_options.force
 @option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of the table.")
 def command(
@@ -44,6 +50,7 @@ def command(
     scheduler: str | None,
     scheduler_file: Path | None,
     table_file: Path | None,
+    picture_path: Path | None,
     force: bool,
     as_json: bool,
 ) -> None:
@@ -54,24 +61,36 @@ def command(
     """
     from mbproj.cli.report.table import columns
     from mbproj.cli.scene_options import parameters
+    from mbproj.outputs import check_replaceable, picture
     from mbproj.outputs.written_table import check_table, write_table
     from mbproj.scene import read_scene
     from mbproj.studies.design.sensitivity import sensitivities
     from mbproj.studies.parallel.client import workplace
 
     check_table(table_file, ("measure", "number"), force=force)
+    if picture_path is not None:
+        if picture_path.suffix not in PICTURES:
+            message = f"'{picture_path}' has no ending of a picture"
+            raise InputError(Problem(message, Place("--plot"), f"end it in {', '.join(PICTURES)}"))
+        check_replaceable(picture_path, picture(picture_path.suffix[1:]), force=force)
     what, where = read_scene(scene, parameters(changes)), workplace(jobs, scheduler, scheduler_file)
     table = sensitivities(what, of or (), to or (), where).table
     if table_file is not None:
         write_table(table_file, table.headings, table.rows, force=force)
+    if picture_path is not None:
+        from mbproj.figures.pages.sensitivity import draw_sensitivities
+        from mbproj.figures.save import save
+
+        save(draw_sensitivities(table), picture_path, force=force)
     if as_json:
         rows = [dict(zip(table.headings, row, strict=True)) for row in table.rows]
         click.echo(json.dumps([{key: None if each != each else each for key, each in row.items()} for row in rows]))
         return
     headings = ["measure", "number", "value", "slope", "±", "elasticity", "unit of the slope"]
     click.echo(columns(headings, [_cells(row) for row in table.rows]))
-    if table_file is not None:
-        click.echo(table_file)
+    for path in (table_file, picture_path):
+        if path is not None:
+            click.echo(path)
 
 
 def _cells(row: tuple[str, str, float, float, float, float, str]) -> list[str]:

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import mbproj
+from mbproj.figures.pages.sensitivity import draw_sensitivities
+from tests.cli.commands import mbproj as command
 from tests.studies.design.scenes import BALL
 
 DROPPED = """\
@@ -90,3 +92,17 @@ def test_a_run_beside_that_fails_is_said():
     text = BALL.replace("mass: 1 kg", "mass: 1.0e-30*(idle - 1.9999999)")
     with pytest.raises(mbproj.InputError, match="a run with another 'idle' fails"):
         mbproj.sensitivity(text, to="idle")
+
+
+def test_bars_show_the_elasticities_and_what_has_none(tmp_path):
+    """x = v cos α: of v it is 1, of α -α tan α. Straight up x is 0 and has none."""
+    axes = draw_sensitivities(mbproj.sensitivity(BALL, of=["far"], to=["speed", "angle"]).table).axes
+    widths = {t.get_text(): bar.get_width() for t, bar in zip(axes[0].get_yticklabels(), axes[0].patches, strict=True)}
+    assert widths == pytest.approx({"angle": -np.tan(1.0), "speed": 1.0}, rel=1e-9)
+    still = BALL.replace("position: [0, 0, 0], velocity: [speed*cos(angle)", "position: [0, 0, 0], velocity: [0 m/s")
+    axes = draw_sensitivities(mbproj.sensitivity(still, of=["far"], to=["speed"]).table).axes
+    assert axes[0].texts[0].get_text() == "its value is 0: no elasticity"
+    (tmp_path / "ball.yaml").write_text(BALL, encoding="utf-8")
+    done = command("sensitivity", "ball.yaml", "--to", "speed", "--plot", "bars.png", "-j", "1", folder=tmp_path)
+    assert (done.returncode, done.stdout.splitlines()[-1]) == (0, "bars.png")
+    assert (tmp_path / "bars.png").read_bytes().startswith(b"\x89PNG")
