@@ -15,6 +15,7 @@ from mbproj.analysis.reactions import REACTIONS, shared_at_contacts
 from mbproj.arrays import Array
 from mbproj.results import Results
 from mbproj.results.layout import ALL_NAMES
+from mbproj.scene.blocks.observables import TENSION
 from mbproj.scene.blocks.passages import VELOCITY_RATIO, output_of
 from mbproj.scene.records import Expectation, Passage
 
@@ -85,9 +86,10 @@ def is_unique(expectation: Expectation, results: Results) -> bool:
     """Whether the constraints and the contacts determine it; True where the results do not say."""
     if expectation.quantity in SHARED and f"{expectation.of} '{expectation.item}'" in shared_at_contacts(results):
         return False
-    if f"joints/{expectation.quantity}" not in REACTIONS:
+    of_rope = expectation.quantity.startswith(TENSION)
+    if not of_rope and f"joints/{expectation.quantity}" not in REACTIONS:
         return True
-    marks = results.constant(f"joints/{expectation.quantity}_unique")
+    marks = results.constant(f"{REACTIONS[0] if of_rope else f'joints/{expectation.quantity}'}_unique")
     if marks is None:
         return True
     return unique_in(expectation, marks[results.names("joints").index(expectation.item)])
@@ -101,6 +103,8 @@ def unique_in(expectation: Expectation, marks: npt.NDArray[np.bool_]) -> bool:
 def _place(expectation: Expectation, coordinates: Sequence[str]) -> tuple[str, str, str]:
     """The path of the dataset, and the kind and the name of the column."""
     item, quantity = expectation.item, expectation.quantity
+    if quantity.startswith(TENSION):
+        return "ropes/tension", "tensions", f"{item}.{quantity}"
     if expectation.of == "joint":
         for name in coordinates:
             if f"{item}.{quantity}" in (name, f"{name}_speed"):

@@ -166,6 +166,10 @@ def _coordinates(results: Results, joint: str) -> Iterator[Quantity]:
         if owner == joint:
             yield coordinate, units[column], "joints/coordinate", column
             yield f"{coordinate}_speed", f"{units[column]}/s", "joints/speed", column
+    for column, name in enumerate(results.names("tensions")):
+        owner, _, tension = name.rpartition(".")
+        if owner == joint:
+            yield tension, "N", "ropes/tension", column
 
 
 def own_unit(either: str, unit: str) -> str:

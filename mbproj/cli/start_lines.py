@@ -1,11 +1,13 @@
-"""What `check` says of the stops and the dry frictions of a start."""
+"""What `check` says of the stops, the dry frictions and the ropes of a start."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import degrees
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from mbproj.calls.check.ropes import RopeAtStart
     from mbproj.integrate.stops.resting import RubsAtStart
     from mbproj.integrate.stops.start import AtStart
 
@@ -29,6 +31,15 @@ def frictions(found: Mapping[str, RubsAtStart], where: str = "") -> list[str]:
     said = f"sticking{where}: {', '.join([*sticking[:NAMED], *more])}" if sticking else f"none sticks{where}"
     count = "1 dry friction" if len(found) == 1 else f"{len(found)} dry frictions"
     return [f"  {count}, {said}"]
+
+
+def ropes(found: Mapping[str, RopeAtStart]) -> list[str]:
+    """How long each rope is, and how far it is wrapped around what it runs over."""
+    lines = []
+    for name, rope in list(found.items())[:NAMED]:
+        around = ", ".join(f"{degrees(wrap['angle']):.4g} deg around '{wrap['body']}'" for wrap in rope["wraps"])
+        lines.append(f"  rope '{name}': {rope['length']:.6g} m{f', wrapped {around}' if around else ''}")
+    return [*lines, f"  and {len(found) - NAMED} ropes more"] if len(found) > NAMED else lines
 
 
 def _borne(entry: RubsAtStart) -> str:

@@ -41,9 +41,8 @@ class Names:
     and dry friction resists, m or rad. `forces` end with the reflected inertias, "joint.coordinate.inertia"; `stops`
     are "joint.coordinate.low" and "...high", or the name of a force; `frictions` that, or "force.coordinate".
     `applied` are the forces and torques of given components on bodies: of unit m a force, of rad a torque. `states` and
-    `signals` have any unit. `carriers` are what moves: the bodies, but for those that fixed joints have merged, which
-    are called by their first.
-    """
+    `signals` have any unit. `tensions` are those of ropes, "rope.tension_1". `carriers` are what moves: the bodies, but
+    for those that fixed joints have merged, which are called by their first."""
 
     bodies: tuple[str, ...]
     carriers: tuple[str, ...]
@@ -65,6 +64,7 @@ class Names:
     state_units: tuple[str, ...] = ()
     signals: tuple[str, ...] = ()
     signal_units: tuple[str, ...] = ()
+    tensions: tuple[str, ...] = ()
 
     def as_mapping(self) -> dict[str, tuple[str, ...]]:
         """The names by kind, as a results file stores them."""

@@ -22,6 +22,7 @@ KINDS = {
     "frictions": "dry friction",
     "states": "state",
     "signals": "signal",
+    "tensions": "portion of a rope",
 }
 
 

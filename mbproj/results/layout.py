@@ -85,6 +85,7 @@ LATER_NAMES = {
     "state_units": NameList("nx", "states/units", "unit of each state"),
     "signals": NameList("nu", "signals/names", "names of the signals"),
     "signal_units": NameList("nu", "signals/units", "unit of each signal"),
+    "tensions": NameList("nt", "ropes/names", "names of the portions of ropes, rope.tension_1"),
 }
 ALL_NAMES = {**NAMES, **LATER_NAMES}
 
@@ -176,8 +177,10 @@ OF_APPLIED: tuple[Dataset, ...] = (
 OF_STATES = (Dataset("states/value", ("nx",), "any", "state; unit per column in states/units"),)
 #: What a file has only where the scene calls expressions by names.
 OF_SIGNALS = (Dataset("signals/value", ("nu",), "any", "signal; unit per column in signals/units"),)
+#: What a file has only where there are ropes whose length is held or limited.
+OF_ROPES = (Dataset("ropes/tension", ("nt",), "N", "tension of the portion, positive where it pulls"),)
 #: What a file has only where the scene has some.
-LATER: tuple[Dataset, ...] = (*OF_STOPS, *OF_FRICTIONS, *OF_APPLIED, *OF_STATES, *OF_SIGNALS)
+LATER: tuple[Dataset, ...] = (*OF_STOPS, *OF_FRICTIONS, *OF_APPLIED, *OF_STATES, *OF_SIGNALS, *OF_ROPES)
 
 
 def datasets_for(sizes: Mapping[str, int]) -> tuple[Dataset, ...]:

@@ -33,7 +33,7 @@ def test_plot_writes_all_kinds_and_prints_their_paths(tmp_path, path):
     expected = [
         tmp_path / "new" / "pictures" / f"run-{kind}.png"
         for kind in KINDS
-        if kind not in ("trust", "mechanism", "loads", "stops", "friction", "ratios", "transmission")
+        if kind not in ("trust", "mechanism", "loads", "stops", "ropes", "friction", "ratios", "transmission")
     ]
     assert (code, out.split(), err) == (0, [str(picture) for picture in expected], "")
     assert all(picture.read_bytes().startswith(b"\x89PNG") for picture in expected)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from mbproj.calls.check import fast_forces
 from mbproj.calls.check.diagnosis import Diagnosis, diagnose
+from mbproj.calls.check.ropes import ropes_at_start
 from mbproj.calls.given import Given, by_arguments, scene_of
 from mbproj.calls.settings import RunSettings, options_of, with_settings
 from mbproj.dataclass import dataclass
@@ -103,6 +104,7 @@ class SceneCheck(Tabled):
             "coordinates_at_start": self.coordinates,
             "stops_at_start": gaps_at_start(system, state),
             "frictions_at_start": self.frictions,
+            "ropes_at_start": ropes_at_start(self.scene, system, state),
             **self.diagnosis.facts(),
             **fast_forces.facts(self.fast, stable_steps(self.fast)),
             "expectations": [each.name for each in self.scene.expectations],

@@ -176,7 +176,7 @@ def _expectations(scene: Scene) -> list[str]:
 def _start(scene: Scene, facts: dict[str, Any]) -> list[str]:
     from mbproj.cli.report.summary import step_words
     from mbproj.cli.rows_kept import projection_words
-    from mbproj.cli.start_lines import frictions, stops
+    from mbproj.cli.start_lines import frictions, ropes, stops
 
     settings = scene.settings
     duration = "no duration" if settings.duration is None else f"{settings.duration:g} s"
@@ -195,6 +195,7 @@ def _start(scene: Scene, facts: dict[str, Any]) -> list[str]:
         *_shortened(rows),
         *stops(facts["stops_at_start"]),
         *frictions(facts["frictions_at_start"], " at the start"),
+        *ropes(facts["ropes_at_start"]),
         *_formulation(scene, facts),
         f"  {projection_words(settings.projection)}, {settings.integrator}, {step}, {duration}",
         *_expectations(scene),

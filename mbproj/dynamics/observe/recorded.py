@@ -40,6 +40,7 @@ from mbproj.dynamics.equations.reflected import inertial_reaction
 from mbproj.dynamics.equations.teeth import Teeth
 from mbproj.dynamics.observe.reactions import applied_seen, reactions
 from mbproj.dynamics.observe.samples import Samples, join, keep_freed_memory
+from mbproj.dynamics.observe.tensions import tensions
 from mbproj.dynamics.observe.total_energy import AtStart, account, potential
 from mbproj.model.euler_parameters import product, rotation_matrix
 from mbproj.model.system import System
@@ -173,9 +174,12 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
 
     @cached_property
     def given(self) -> Mapping[str, Numbers]:
-        """Forces and torques of given components, and signals, by dataset, where there are some."""
-        applied = applied_seen(self.instant) if self.system.forces.on_bodies.size else {}
-        return {**applied, "signals/value": of_signals(self.instant)} if self.system.signals.size else applied
+        """Forces and torques of given components, signals, and tensions, by dataset, where there are some."""
+        found = {**applied_seen(self.instant)} if self.system.forces.on_bodies.size else {}
+        found |= {"signals/value": of_signals(self.instant)} if self.system.signals.size else {}
+        if self.system.names.tensions:
+            found["ropes/tension"] = tensions(self.system, self._seen, lambda: self.contacts["stops/force"])
+        return found
 
     @cached_property
     def reactions(self) -> tuple[Numbers, Numbers]:

@@ -64,6 +64,7 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
             over=True,
         ),
         "stops": Kind("driven", "gap and force of each stop", "stops", usual=False, function="draw_stops", over=True),
+        "ropes": Kind("loads.ropes", "length and tensions of each rope", "tensions", usual=False, over=True),
         "friction": Kind(
             "driven",
             "rate, force and lost energy of each dry friction",
@@ -116,6 +117,7 @@ NEEDED = {
     "motions": "motions",
     "stops": "stops",
     "frictions": "dry friction that can stick",
+    "tensions": "ropes whose length is held or limited",
 }
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from importlib import import_module
 
 import numpy as np
@@ -113,6 +113,7 @@ def _without_elements(scene: Scene) -> System:
             stops=stop_names,
             stop_units=() if stops is None else stops.coordinates.units,
             frictions=(*dry.names, *tangent_names),
+            tensions=tuple(_tensions(scene, groups.joints, ropes)),
             friction_units=() if frictions is None else frictions.coordinates.units,
         ),
         mass=np.array([carrier.mass for carrier in groups.carriers]),
@@ -139,6 +140,16 @@ def _without_elements(scene: Scene) -> System:
         frictions=frictions,
         bearings=dry.bearings,
     )
+
+
+def _tensions(scene: Scene, joints: Sequence[Joint], ropes: Mapping[str, Wound]) -> Iterator[str]:
+    """One of each portion of a rope, where its length is held or limited."""
+    driven = {motion.joint for motion in scene.motions}
+    for joint in joints:
+        if joint.name in ropes:
+            held = joint.limits or joint.name in driven
+            count = len(ropes[joint.name].rows) or (1 if held else 0)
+            yield from (f"{joint.name}.tension_{number}" for number in range(1, count + 1))
 
 
 def _motions(scene: Scene, coordinates: Mapping[str, Binding], groups: RigidGroups) -> tuple[Motions, tuple[str, ...]]:

@@ -78,6 +78,8 @@ def _of_columns(results: Results) -> Iterator[Group]:
     forces, lengths = results.names("forces"), results.names("force_units")
     yield Group("coordinate", "forces", forces, ("",), lengths, "forces/coordinate")
     yield Group("force", "forces", forces, ("",), _works(lengths), "forces/force")
+    ropes = results.names("tensions")
+    yield Group("tension", "tensions", ropes, ("",), ("N",) * len(ropes), "ropes/tension")
     motions = results.names("motions")
     yield Group("force", "motions", motions, ("",), _works(results.names("motion_units")), "motions/force")
     for kind, of in (("states", "state"), ("signals", "signal")):

@@ -26,6 +26,7 @@ AXES = {
     "nr": ("frictions", "friction"),
     "nx": ("states", "state"),
     "nu": ("signals", "signal"),
+    "nt": ("tensions", "tension"),
 }
 #: Components by their number: the dimension and their names.
 COMPONENTS = {3: ("axis", ("x", "y", "z")), 4: ("euler_parameter", ("0", "1", "2", "3"))}

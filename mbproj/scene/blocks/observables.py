@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from mbproj.scene.blocks.coordinates import COORDINATES
 from mbproj.scene.blocks.passages import RATIOS, TRANSMISSION_ANGLE
+from mbproj.scene.blocks.ropes.path import MOST_WHEELS
 
 
 class Observable(NamedTuple):
@@ -22,6 +23,8 @@ class Observable(NamedTuple):
         return length if length and coordinate == "m" else angle
 
 
+#: Of the portions of a rope, from 1 on.
+TENSION = "tension_"
 _OF_JOINT_COORDINATES = {
     **{name: Observable(unit) for name, unit in COORDINATES.items()},
     **{f"{name}_speed": Observable(f"{unit}/s") for name, unit in COORDINATES.items()},
@@ -46,6 +49,7 @@ OBSERVABLES: Mapping[str, Mapping[str, Observable]] = MappingProxyType(
         },
         "joint": {
             **_OF_JOINT_COORDINATES,
+            **{f"{TENSION}{number}": Observable("N") for number in range(1, MOST_WHEELS + 2)},
             "reaction_force": Observable("N", 3),
             "reaction_torque": Observable("N*m", 3),
             "violation": Observable(""),

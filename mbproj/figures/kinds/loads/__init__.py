@@ -1,1 +1,1 @@
-"""Loads over the cycle: the polar diagrams of bearings, and driving forces over the angle."""
+"""Loads over the cycle: polar diagrams of bearings, driving forces over the angle, and the tensions of ropes."""

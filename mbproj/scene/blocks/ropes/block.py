@@ -29,8 +29,8 @@ from mbproj.scene.records import GROUND, Body, Joint, Motion, Pair, Vector
 from mbproj.scene.stops import Limit, OfBody, StopLaw
 
 LENGTH = Number("m", above=0.0)
-#: The most places that a path has; and wheels, each of which adds a row.
-MOST_NODES, MOST_WHEELS = 14, 5
+#: The most places that a path has.
+MOST_NODES = 14
 CENTRE: Vector = (0.0, 0.0, 0.0)
 
 

@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 
-from mbproj.scene.blocks.ropes.block import MOST_WHEELS, connected
-from mbproj.scene.blocks.ropes.path import Path, along, axes
+from mbproj.scene.blocks.ropes.block import connected
+from mbproj.scene.blocks.ropes.path import MOST_WHEELS, Path, along, axes
 from mbproj.scene.fields.containers import Check, Complaint
 from mbproj.scene.records import GROUND, Body, Joint, KeyPath, Motion
 from mbproj.thresholds import THRESHOLDS

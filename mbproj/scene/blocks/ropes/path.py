@@ -14,6 +14,8 @@ from mbproj.scene.stops import OfBody
 
 #: What a rope runs over: points, sheaves over which it slides, wheels and drums that turn with it.
 KINDS = ("point", "sheave", "wheel", "drum")
+#: Wheels that a rope turns, at most: the kernel holds so many.
+MOST_WHEELS = 5
 
 
 @dataclass(frozen=True)
@@ -43,6 +45,11 @@ class Path:
     normal: Vector
     frame: str = GROUND
     taut: bool = True
+
+    @property
+    def portions(self) -> int:
+        """How many tensions it has: one more than the wheels that it turns."""
+        return 1 + sum(node.kind == "wheel" for node in self.nodes)
 
     def changed(self, place: Callable[[OfBody], OfBody], normal: Callable[[Vector], Vector], size: float = 1.0) -> Path:
         """The same with its places and its normal changed, and its radii by a factor."""

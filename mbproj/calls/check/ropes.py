@@ -1,0 +1,39 @@
+"""Ropes at the start: how long they are, and how far they are wrapped around their sheaves, wheels and drums."""
+
+from __future__ import annotations
+
+from typing import TypedDict
+
+from mbproj.dynamics.assembly.assemble import State
+from mbproj.dynamics.equations.kinematics import pose_of
+from mbproj.dynamics.observe.tensions import length_and_wraps
+from mbproj.model.system import System
+from mbproj.scene.records import Scene
+
+
+class Wrap(TypedDict):
+    """A circle between the ends of a rope: the number of its place from 1, its body, and the angle on it in rad."""
+
+    place: int
+    body: str
+    angle: float
+
+
+class RopeAtStart(TypedDict):
+    """Its length in m, without what is wound on drums at its ends, and its wraps."""
+
+    length: float
+    wraps: list[Wrap]
+
+
+def ropes_at_start(scene: Scene, system: System, state: State) -> dict[str, RopeAtStart]:
+    """Those of a scene, by name."""
+    found, pose = dict[str, RopeAtStart](), pose_of(state.q)
+    for joint in scene.joints:
+        if "path" not in joint.parameters:
+            continue
+        length, angles = length_and_wraps(system, pose, joint.name)
+        circles = [(k, node.body) for k, node in enumerate(joint.parameters["path"].nodes[1:-1], 2) if node.radius]
+        wraps = [Wrap(place=k, body=body, angle=angle) for (k, body), angle in zip(circles, angles, strict=True)]
+        found[joint.name] = RopeAtStart(length=length, wraps=wraps)
+    return found

@@ -1,0 +1,74 @@
+"""Ropes: the tension of each portion, of which there are two on the sides of a wheel that turns; length and wraps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from mbproj.arrays import Flags, Numbers
+from mbproj.constraints.rope import Rope
+from mbproj.dynamics.equations.kinematics import Pose
+from mbproj.dynamics.observe.samples import Samples
+from mbproj.model.system import System
+
+
+class Portion(NamedTuple):
+    """Whose force the tension is: a row of the joints, a motion, or a stop, by its number; -1 of the others."""
+
+    row: int = -1
+    motion: int = -1
+    stop: int = -1
+
+
+@lru_cache(maxsize=64)
+def portions(system: System) -> tuple[Portion, ...]:
+    """Those of all ropes, in the order of `names.tensions`."""
+    found, names = list[Portion](), system.names
+    for name in names.tensions:
+        rope, _, number = name.rpartition(".tension_")
+        rows = np.flatnonzero(system.joints.owner == names.joints.index(rope))
+        length = names.coordinates.index(f"{rope}.length")
+        driven = np.flatnonzero(system.motions.joint_coordinate == length)
+        if len(rows):
+            found.append(Portion(row=int(rows[int(number) - 1])))
+        elif len(driven):
+            found.append(Portion(motion=int(driven[0])))
+        else:
+            assert system.stops is not None
+            found.append(Portion(stop=int(np.flatnonzero(_ends(system, length))[0])))
+    return tuple(found)
+
+
+def _ends(system: System, length: int) -> Flags:
+    """Which stops keep a length from growing, else from getting shorter."""
+    stops = system.stops
+    assert stops is not None
+    own = stops.joint_coordinate == length
+    return own & (stops.side < 0.0) if np.any(own & (stops.side < 0.0)) else own
+
+
+def tensions(system: System, samples: Samples, pushes: Callable[[], Numbers]) -> Numbers:
+    """Of all portions, (T, k), in N: positive where they pull. `pushes` gives how hard the stops push, (T, S)."""
+    multipliers = samples.multipliers
+    first = multipliers.shape[-1] - system.driven
+    columns = []
+    for row, motion, stop in portions(system):
+        if stop >= 0:
+            side = -1.0 if system.stops is None else float(system.stops.side[stop])
+            columns.append(-side * pushes()[..., stop])
+        else:
+            columns.append(multipliers[..., row if row >= 0 else first + motion])
+    return np.stack(columns, axis=-1)
+
+
+def length_and_wraps(system: System, pose: Pose, name: str) -> tuple[float, list[float]]:
+    """In m, without what is wound on drums at its ends; and in rad on each circle between them."""
+    bound = system.coordinates
+    member = bound.layout.members[bound.layout.member[system.names.coordinates.index(f"{name}.length")]]
+    rope = member.primitive
+    assert isinstance(rope, Rope)
+    x = pose.places(bound)[list(member.slots)]
+    return float(rope.value(x)[0]), np.asarray(rope.wraps(x)).tolist()

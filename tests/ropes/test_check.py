@@ -1,0 +1,26 @@
+"""What `mbproj check` says of ropes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import mbproj
+from mbproj.mechanisms_folder import mechanism
+
+
+def test_check_says_how_long_ropes_are_and_how_far_they_wrap():
+    """Of a hoist two strands of 3 m and half a turn; of Atwood's machine what its angle leaves of half a turn."""
+    radius, length, angle = 0.12, 3.0, 1.0
+    hoist = mbproj.check(mechanism("hoist")).facts["ropes_at_start"]["rope"]
+    assert hoist["length"] == pytest.approx(2.0 * length + np.pi * radius, abs=1e-12)
+    assert hoist["wraps"] == [{"place": 2, "body": "block", "angle": pytest.approx(np.pi)}]
+    atwood = mbproj.check(mechanism("swinging_atwood")).facts["ropes_at_start"]["rope"]
+    (wrap,) = atwood["wraps"]
+    assert (wrap["place"], wrap["body"]) == (2, "wheel")
+    assert wrap["angle"] == pytest.approx(np.pi - angle, abs=1e-12)
+    assert atwood["length"] == pytest.approx(1.0 + 0.1 * (np.pi - angle) + 0.6, abs=1e-12)
+
+
+def test_a_scene_without_ropes_says_nothing_of_them():
+    assert mbproj.check(mechanism("five_bar")).facts["ropes_at_start"] == {}

@@ -1,0 +1,76 @@
+"""The tension of each portion of a rope, as a run records it."""
+
+from __future__ import annotations
+
+import h5py
+import numpy as np
+import pytest
+
+import mbproj
+from mbproj import InputError, read_scene_text
+from mbproj.analysis.tables import tables
+from mbproj.figures import kinds
+from mbproj.mechanisms_folder import mechanism
+from tests.kernel.scenes import needs_kernel
+from tests.ropes.scenes import ATWOOD, LOAD, G, scene, swinging
+from tests.stops.runs import run
+
+pytestmark = needs_kernel
+LENGTH = "    length: 2.0 m + 0.1*pi\n"
+
+
+@pytest.mark.parametrize("formulation", ["planar", "reduced"])
+def test_the_tensions_on_both_sides_of_a_wheel(formulation):
+    """Against the machine's own equations."""
+    _, recorded = run(scene(ATWOOD, formulation, 1))
+    *_, first, second = swinging(recorded["time"])
+    np.testing.assert_allclose(recorded["ropes/tension"].T, [first, second], atol=1e-9)
+
+
+def test_a_rope_that_becomes_taut_bears_the_load():
+    """Nothing while it is slack."""
+    _, recorded = run(scene(LOAD + "    slack: true\n" + LENGTH, duration=0.6))
+    (taut, *_) = recorded.of("impact", "touch", "contact")
+    expected = np.where(recorded["time"] > taut.time, 2.0 * G, 0.0)
+    np.testing.assert_allclose(recorded["ropes/tension"][:, 0], expected, atol=1e-9)
+
+
+def test_an_elastic_rope_bears_what_its_stiffness_says():
+    _, recorded = run(scene(LOAD + "    stiffness: 1000 N/m\n" + LENGTH, duration=0.5))
+    longer = recorded["joints/coordinate"][:, 1] - 2.0 - 0.1 * np.pi
+    np.testing.assert_allclose(recorded["ropes/tension"][:, 0], 1000.0 * np.maximum(longer, 0.0), atol=1e-9)
+    assert longer.max() > 0.05
+
+
+def test_what_winds_a_rope_pulls():
+    motion = "motions:\n  wind: {joint: rope, length: {expression: 1.5 m + 0.1*pi - 0.2*t**2}}\n"
+    _, recorded = run(scene(LOAD + motion, duration=0.2))
+    np.testing.assert_allclose(recorded["ropes/tension"][:, 0], 2.0 * (G + 0.4), rtol=1e-12)
+
+
+def test_a_file_its_tables_and_its_picture_have_them(tmp_path):
+    path = tmp_path / "results.h5"
+    results = mbproj.run(mechanism("swinging_atwood"), duration=0.1, output=path)
+    with h5py.File(path) as file:
+        assert [name.decode() for name in file["ropes/names"]] == ["rope.tension_1", "rope.tension_2"]
+        stored = file["ropes/tension"][:]
+    with mbproj.open_results(path) as found:
+        (table,) = [table for table in tables(found) if table.name == "joint-rope"]
+        own = [table.headings.index(f"tension_{number} (N)") for number in (1, 2)]
+        np.testing.assert_array_equal(table.read()[:, own], stored)
+        figure = kinds.draw("ropes", [found], ["run"])
+    labels = [axis.get_ylabel() for axis in figure.axes]
+    assert any("tension" in label for label in labels) and any("rope: length" in label for label in labels)
+    assert stored.shape == (len(results.time), 2)
+
+
+def test_a_free_rope_has_none():
+    _, recorded = run(scene(LOAD + "    free: true\n", duration=0.02))
+    assert "ropes/tension" not in recorded.blocks[0]
+
+
+@pytest.mark.parametrize(("item", "quantity"), [("rope", "tension_2"), ("guide", "tension_1")])
+def test_what_has_no_such_tension_says_so(item, quantity):
+    pull = f"{{joint: {item}, quantity: {quantity}, at: end, value: 1 N, relative: 1, source: none}}"
+    with pytest.raises(InputError, match=f"has no '{quantity}'"):
+        read_scene_text(scene(LOAD + f"expect:\n  pull: {pull}\n"))
