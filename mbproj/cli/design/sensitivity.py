@@ -26,7 +26,7 @@ PICTURES = (".png", ".svg", ".pdf")
 
 @explained("sensitivity", EXAMPLES)
 @click.argument("scene", type=scene_file())
-@option(Part.WHAT, "--of", type=Names(), metavar="A,B,..", help="Expectations by name [default: all].")
+@option(Part.WHAT, "--of", type=Names(), metavar="A,B,..", help="Expectations by name [default: all but diagnostics].")
 @option(
     Part.WHAT,
     "--to",

@@ -48,3 +48,5 @@ def _bars(axis: Axes, name: str, rows: list[tuple[Any, ...]]) -> None:
     axis.axvline(0.0, color="#444444", linewidth=0.6)
     axis.set_yticks(range(len(seen)), [fitted(row[1], NAME, 8.0) for row in seen])
     axis.invert_yaxis()
+    axis.margins(x=0.05)
+    axis.grid(visible=False, axis="y")

@@ -79,7 +79,8 @@ class _Work:
 
 
 def sensitivities(scene: Scene, of: Sequence[str], to: Sequence[str], where: Where = None) -> Sensitivities:
-    """Of what the scene expects, `of` these names, to numbers by path or parameters by name; all where none is named.
+    """Of what the scene expects, `of` these names, to numbers by path or parameters by name; all where none is named,
+    but for diagnostics.
     Raises InputError for a name that is not there, a number that cannot be told, or a run beside the scene's own that
     fails."""
     text = SceneText(scene.text, str(scene.path or "scene"), scene.path)
@@ -148,7 +149,8 @@ def _measures(scene: Scene, of: Sequence[str]) -> tuple[Expectation, ...]:
     for name in of:
         if name not in known:
             raise InputError(Problem(f"no expectation is called '{name}'", Place("--of"), choose_from(name, known)))
-    chosen = [known[name] for name in of] if of else list(known.values())
+    physical = [each for each in known.values() if each.of != "diagnostic"]  # the others are round-off, or a tolerance
+    chosen = [known[name] for name in of] if of else physical or list(known.values())
     scalar = [each for each in chosen if each.value is None or len(each.value) == 1]
     if not scalar or (of and len(scalar) < len(chosen)):
         hint = "give it a component: x, y, z or norm"
