@@ -70,12 +70,15 @@ def parameter(name: str, given: Parameter) -> float | tuple[float, ...] | Track:
 
 
 def on_track(
-    track: Track, point: tuple[float, ...], z: np.ndarray, across: np.ndarray, rng: np.random.Generator
+    track: Track, point: tuple[float, ...], z: np.ndarray, across: np.ndarray, rng: np.random.Generator, radius: float
 ) -> Pair:
-    """A point, the origin of a curve in the plane normal to z with its x nearest to `across`, and one on the curve."""
+    """A point, the origin of a curve in the plane normal to z with its x nearest to `across`, and the centre of a
+    roller on the curve, outside."""
     x = unit(across - (across @ z) * z)
     at = rng.uniform(track.line.start, track.line.end, 1)
-    (u,), (w,) = track.line.derivatives(at, track.line.at(at))[0]
+    (u,), (w,) = (place := track.line.derivatives(at, track.line.at(at)))[0]
+    aside = track.distance(None, radius) * unit(place[1, :, 0])
+    u, w = u - aside[1], w + aside[0]
     there = np.array(point) + u * x + w * np.cross(z, x)
     return Pair(point, tuple(float(each) for each in there))
 
@@ -106,7 +109,7 @@ def random_joint(rng: np.random.Generator, name: str, kind: str, bodies: tuple[s
         across = vector(rng)
     x_axis = across and Pair(across, across)
     if "curve" in own:
-        points = on_track(parameters["curve"], point, first, np.array(across), rng)
+        points = on_track(parameters["curve"], point, first, np.array(across), rng, parameters.get("roller", 0.0))
     return Joint(name, kind, bodies, points, axes, parameters=parameters, reaction=True, x_axis=x_axis)
 
 

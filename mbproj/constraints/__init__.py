@@ -11,7 +11,7 @@ from mbproj.constraints.distance import Distance
 from mbproj.constraints.ellipsoid import EllipsoidHeight, EllipsoidSlip
 from mbproj.constraints.perpendicular import Perpendicular
 from mbproj.constraints.primitive import Primitive
-from mbproj.constraints.profile import Arc, Profile
+from mbproj.constraints.profile import Arc, Lap, Profile
 from mbproj.constraints.rope import Rope
 from mbproj.constraints.slip import BallSlip, EdgeSlip, WheelSlipAcross, WheelSlipAlong
 from mbproj.constraints.wheel_height import WheelHeight
@@ -33,6 +33,7 @@ PRIMITIVES: Mapping[str, type[Primitive]] = MappingProxyType(
         "ellipsoid_slip": EllipsoidSlip,
         "profile": Profile,
         "arc": Arc,
+        "lap": Lap,
         "rope": Rope,
     }
 )

@@ -36,7 +36,7 @@ COORDINATES: Mapping[str, Primitive] = MappingProxyType({"angle": Angle(), "alon
 class Coupling(Primitive):
     """C = Σ kᵢ sᵢ - f(s₀) of coordinates sᵢ, less the nearest multiple of `period`: one tooth, or one thread; 0: none.
 
-    `coordinates` are names in COORDINATES, or "rope", which stands for the `rope`; `weights` are the kᵢ. The row and
+    `coordinates` are names in COORDINATES, or one more, which stands for the `other`; `weights` are the kᵢ. The row and
     its period are in metres where one of them is a length. The slots are those of the first coordinate, then those of
     the next. Who counts the turns of angles knows which multiple it is: so a turn of an angle s₀ must change f by none
     or by whole periods.
@@ -46,7 +46,7 @@ class Coupling(Primitive):
     weights: tuple[float, ...]
     period: float
     function: Function | None = None
-    rope: Primitive | None = None
+    other: Primitive | None = None
 
     rows = 1
 
@@ -57,8 +57,13 @@ class Coupling(Primitive):
 
     @property
     def unit(self) -> Literal["m", "rad"]:
-        """m where a coordinate is a length."""
+        """m where a coordinate is a length, or stands for one."""
         return "rad" if {*self.coordinates} <= {"angle"} else "m"
+
+    @property
+    def rolls(self) -> bool:
+        """Whether it is a roller on a curve: a lap, which is the period, and a turn have no common measure then."""
+        return self.coordinates[0] == "lap"
 
     @property
     def growth(self) -> float:
@@ -69,7 +74,8 @@ class Coupling(Primitive):
         return float(self.period * np.round((last - first) / self.period)) if self.period else 0.0
 
     def _own(self) -> list[Primitive]:
-        return [COORDINATES[name] if self.rope is None or name != "rope" else self.rope for name in self.coordinates]
+        found = [COORDINATES.get(name, self.other) for name in self.coordinates]
+        return [each for each in found if each is not None]
 
     def parts(self) -> Iterator[tuple[Primitive, float, slice]]:
         """Each coordinate, its weight, and its slots."""

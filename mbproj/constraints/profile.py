@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from types import MappingProxyType
-from typing import NamedTuple, Protocol, TypeVar, final
+from typing import ClassVar, Literal, NamedTuple, Protocol, TypeVar, final
 
 import numpy as np
 
@@ -31,6 +31,10 @@ class PlaneCurve(Protocol):
     def contacts(self) -> dict[tuple[object, ...], Contact]:
         """Those of the last points."""
 
+    @property
+    def closed(self) -> bool:
+        """Whether it begins again at its end."""
+
     def foot(self, d: Numbers, held: int = FREE) -> tuple[Numbers, Integers]:
         """The parameters of the places nearest to points d (..., 2), complex too, and their pieces."""
 
@@ -39,6 +43,9 @@ class PlaneCurve(Protocol):
 
     def length_at(self, s: Numbers, piece: Integers) -> Numbers:
         """The arc length from the beginning."""
+
+    def angle_at(self, s: Numbers, piece: Integers) -> Numbers:
+        """By how much the tangent has turned from the beginning."""
 
 
 class Contact(NamedTuple):
@@ -71,7 +78,7 @@ class OnCurve(Primitive):
 
     slots = ("vector", "vector", "point", "point")
     rows = 1
-    unit = "m"
+    unit: ClassVar[Literal["m", "rad"]] = "m"
 
     def on_piece(self: Own, piece: int) -> Own:
         """The same with this piece held."""
@@ -123,6 +130,14 @@ class OnCurve(Primitive):
         bias = [2.0 * dot(x_dot[..., k, :], line_dot) for k in axes]
         return (rates[0], rates[1]), (bias[0], bias[1])
 
+    def _changes(self, x: Numbers, x_dot: Numbers) -> tuple[Numbers, Numbers]:
+        """σ', and what of σ'' holds no second derivatives of x, of the arc length σ."""
+        at, (rate, bias) = self.contact(x), self._rates(x, x_dot)
+        stretch = 1.0 - at.κ * at.φ
+        σ_dot, φ_dot = _product(at.t, rate) / stretch, _product(at.n, rate)
+        own = _product(at.t, bias) + (2.0 * at.κ * φ_dot + at.κ_σ * at.φ * σ_dot) * σ_dot
+        return σ_dot, own / stretch
+
 
 @final
 @dataclass(frozen=True)
@@ -161,11 +176,40 @@ class Arc(OnCurve):
         return self._along(x, at.t, 1.0 / (1.0 - at.κ * at.φ))
 
     def curvature(self, x: Numbers, x_dot: Numbers) -> Numbers:
-        at, (rate, bias) = self.contact(x), self._rates(x, x_dot)
-        stretch = 1.0 - at.κ * at.φ
-        σ_dot, φ_dot = _product(at.t, rate) / stretch, _product(at.n, rate)
-        own = _product(at.t, bias) + (2.0 * at.κ * φ_dot + at.κ_σ * at.φ * σ_dot) * σ_dot
-        return (own / stretch)[..., None]
+        return self._changes(x, x_dot)[1][..., None]
+
+
+@final
+@dataclass(frozen=True)
+class Lap(OnCurve):
+    """How far the foot has gone round, in rad: scale (σ - offset θ), with arc length σ and the turn θ of the tangent.
+
+    That is `scale` times the way of what is `offset` to the left of the curve. On a closed one a lap is 2π, and whole
+    ones are left out, as turns of an angle.
+
+    A roller of radius r, whose centre goes that way on the side ±1, turns by φ: without slip (lap/scale) ± r φ stays.
+    """
+
+    offset: float = 0.0
+    scale: float = 1.0
+
+    unit = "rad"
+    parameters = MappingProxyType({"offset": "m", "scale": ""})
+
+    def value(self, x: Numbers) -> Numbers:
+        at = self.contact(x)
+        way = self.curve.length_at(at.s, at.piece) - self.offset * self.curve.angle_at(at.s, at.piece)
+        lap = self.scale * way
+        return (lap - 2.0 * np.pi * np.round(lap.real / (2.0 * np.pi)) if self.curve.closed else lap)[..., None]
+
+    def gradient(self, x: Numbers) -> Numbers:
+        at = self.contact(x)
+        return self._along(x, at.t, self.scale * (1.0 - self.offset * at.κ) / (1.0 - at.κ * at.φ))
+
+    def curvature(self, x: Numbers, x_dot: Numbers) -> Numbers:
+        at = self.contact(x)
+        σ_dot, σ_bias = self._changes(x, x_dot)
+        return (self.scale * ((1.0 - self.offset * at.κ) * σ_bias - self.offset * at.κ_σ * σ_dot**2))[..., None]
 
 
 def _product(e: tuple[Numbers, Numbers], d: tuple[Numbers, Numbers]) -> Numbers:

@@ -42,7 +42,7 @@ Row = tuple[str, ...]
 
 #: Unit of a coordinate by the primitive that measures it.
 COORDINATE_UNITS = MappingProxyType(
-    {"angle": "rad", "along": "m", "distance": "m", "arc": "m", "profile": "m", "rope": "m"}
+    {"angle": "rad", "along": "m", "distance": "m", "arc": "m", "profile": "m", "rope": "m", "lap": "rad"}
 )
 #: Unit of the inertia of a coordinate by that of the coordinate.
 INERTIA_UNITS = MappingProxyType({"rad": "kg*m^2", "m": "kg"})
@@ -126,7 +126,20 @@ CURVE = Parameter("", "curve")
 FOLLOWS: Mapping[str, Parameter] = MappingProxyType(
     {"curve": CURVE, "roller": LENGTH._replace(optional=True), "side": Parameter("", "side", optional=True)}
 )
+PROFILE: Row = ("profile", *ON_CURVE)
+ARC: Row = ("arc", *ON_CURVE)
 ONE_AXIS, ONE_TRIAD = (("z1", "z2"),), (("z1", "z2"), ("x1", "x2"))
+
+
+def _following(
+    rows: tuple[Row, ...],
+    coordinates: Mapping[str, Row],
+    parameters: Mapping[str, Parameter] = FOLLOWS,
+    kept: Mapping[int, str | None] = MappingProxyType({}),
+) -> JointType:
+    """A joint whose body 2 follows a curve of body 1."""
+    return JointType("normal", rows, coordinates, (), True, kept, parameters, x_axis="required", sketch="track")
+
 
 JOINTS: Mapping[str, JointType] = MappingProxyType(
     {
@@ -181,33 +194,9 @@ JOINTS: Mapping[str, JointType] = MappingProxyType(
         ),
         "point_in_plane": JointType("normal", (SLIDE,), IN_PLANE, x_axis="optional"),
         "point_on_line": JointType("normal", (SLIDE_X, SLIDE_Y), {"displacement": SLIDE}, sketch="on_line"),
-        "cam": JointType(
-            "normal",
-            (("profile", *ON_CURVE),),
-            {"displacement": ("arc", *ON_CURVE)},
-            separate=True,
-            parameters=FOLLOWS,
-            x_axis="required",
-            sketch="track",
-        ),
-        "cam_contact": JointType(
-            "normal",
-            (),
-            {"gap": ("profile", *ON_CURVE)},
-            separate=True,
-            parameters=FOLLOWS,
-            x_axis="required",
-            sketch="track",
-        ),
-        "slot": JointType(
-            "normal",
-            (("profile", *ON_CURVE), SLIDE),
-            {"displacement": ("arc", *ON_CURVE)},
-            separate=True,
-            parameters={"curve": CURVE},
-            x_axis="required",
-            sketch="track",
-        ),
+        "cam": _following((PROFILE,), {"displacement": ARC}),
+        "cam_contact": _following((), {"gap": PROFILE}),
+        "slot": _following((PROFILE, SLIDE), {"displacement": ARC}, {"curve": CURVE}),
         "screw": JointType(
             "axis",
             (SLIDE_X, SLIDE_Y, *AXES_PARALLEL, ("coupling", *SLIDE[1:], *TURN[1:])),
@@ -265,6 +254,12 @@ JOINTS: Mapping[str, JointType] = MappingProxyType(
             coupling=tread,
             has_axis=True,
             sketch="wheel",
+        ),
+        "rolling_on_curve": _following(
+            (PROFILE, ("coupling", *ON_CURVE, *TURN[1:])),
+            {"displacement": ARC, "lap": ("lap", *ON_CURVE), "angle": TURN},
+            {**FOLLOWS, "roller": LENGTH},
+            kept={1: None},
         ),
         "knife_edge": JointType("axis", (("edge_slip", *TRIADS),), sketch="blade"),
         "rope": JointType("path", (), {"length": ("rope",)}, sketch="two_balls"),

@@ -213,7 +213,7 @@ def _line(curve: PlaneCurve) -> Any:
         pieces=np.column_stack(
             [arrays.start, arrays.origin, arrays.form, arrays.numbers.reshape(len(arrays.start), -1)]
         ),
-        places=np.column_stack([places.s, places.piece, places.point, places.length]),
+        places=np.column_stack([places.s, places.piece, places.point, places.length, places.angle]),
         end=curve.end,
         closed=curve.closed,
         passes=THRESHOLDS.foot_passes,

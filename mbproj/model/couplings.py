@@ -8,11 +8,12 @@ from enum import IntEnum
 from typing import TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
 from mbproj.arrays import Array, Integers, Numbers
 from mbproj.constraints.coupling import Coupling
 from mbproj.constraints.primitive import Primitive
-from mbproj.constraints.profile import FREE, Profile
+from mbproj.constraints.profile import FREE, Lap, Profile
 from mbproj.dataclass import dataclass
 from mbproj.functions.curve import Curve
 from mbproj.functions.program import Program
@@ -29,6 +30,7 @@ class Couplings:
     `row` (k,) of the joints' rows; `period` (k,) one tooth in rad, or one thread in m; 0 for none. `first` (k,): where
     the entries of each begin, which are `coordinate` (e,), numbers of the system's coordinates, and `weight` (e,).
     `program` (k,): the number of the function in `programs`, -1 for none; `growth` (k,): what a turn adds to it.
+    `rolls` (k,): whether it is a roller on a curve, whose lap, the period, and turn have no common measure.
     """
 
     row: Integers
@@ -39,6 +41,7 @@ class Couplings:
     program: Integers
     growth: Array
     programs: ProgramSet
+    rolls: npt.NDArray[np.bool_]
 
     @property
     def size(self) -> int:
@@ -65,6 +68,17 @@ class Couplings:
         """The multiples of the periods that are nearest to (..., k)."""
         period = np.where(self.period > 0.0, self.period, 1.0)
         return np.asarray(np.where(self.period > 0.0, period * np.round(rows / period), 0.0))
+
+    def rolled(self, raw: Numbers, expected: Array, apart: Numbers) -> npt.NDArray[np.longdouble]:
+        """The laps and turns of rollers on curves, (..., k), in metres. `raw` are coordinates (..., nc) as the pose has
+        them; `apart` (..., k): by how much the sums with those `expected` are more than the rows."""
+        second = np.where(self.rolls, self.first + 1, self.first)
+        roller, weight = self.coordinate[second], self.weight[second]
+        turns = np.round((expected[..., roller] - raw[..., roller].real) / (2.0 * np.pi))
+        turned = np.longdouble(2.0 * np.pi) * weight * turns
+        period = np.where(self.period > 0.0, self.period, 1.0)
+        laps = np.where(self.period > 0.0, np.round((apart.real - turned.astype(float)) / period), 0.0)
+        return np.where(self.rolls, turned + np.longdouble(1.0) * period * laps, np.longdouble(0.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,8 +128,12 @@ def rows_on_branches(rows: PrimitiveSet, programs: ProgramSet, of: Mapping[int, 
     each program."""
     own = bindings(rows)
     for program, row in of.items():
-        at = rows.layout.member[row]
-        own[at] = replace(own[at], primitive=_on_branch(own[at].primitive, programs.branches(program, held)))
+        at, branches = rows.layout.member[row], programs.branches(program, held)
+        own[at] = replace(own[at], primitive=_on_branch(own[at].primitive, branches))
+        if not isinstance(own[at].primitive, Coupling):
+            for number, each in enumerate(own):
+                if each.owner == own[at].owner and isinstance(each.primitive, Coupling):
+                    own[number] = replace(each, primitive=_on_branch(each.primitive, branches))
     return bind(own)
 
 
@@ -135,16 +153,20 @@ def feet(
 
 def _on_branch(primitive: Primitive, branches: tuple[float, ...]) -> Primitive:
     """A row with its switches on these branches, one for each instruction of its function."""
+    piece = FREE if np.isnan(branches[-1]) else int(branches[-1])
     if isinstance(primitive, Coupling):
+        along = primitive.other
+        if isinstance(along, Lap):
+            return replace(primitive, other=along.on_piece(piece))
         return primitive.on_branches(branches)
     assert isinstance(primitive, Profile)
-    return primitive.on_piece(FREE if np.isnan(branches[-1]) else int(branches[-1]))
+    return primitive.on_piece(piece)
 
 
 def compile_couplings(rows: Sequence[Binding], coordinates: Sequence[Binding]) -> Couplings:
     """Those among the joints' rows, which share their slots with the coordinates that they couple."""
     first = np.cumsum([0, *(binding.primitive.rows for binding in rows)])
-    row, period, growth, length, coordinate = [], [], [], [], []
+    row, period, growth, length, coordinate, rolls = [], [], [], [], [], []
     functions: list[Curve | None] = []
     weight: list[float] = []
     for at, binding in zip(first.tolist(), rows, strict=False):
@@ -153,10 +175,13 @@ def compile_couplings(rows: Sequence[Binding], coordinates: Sequence[Binding]) -
         row.append(at)
         period.append(binding.primitive.period)
         growth.append(binding.primitive.growth)
+        rolls.append(binding.primitive.rolls)
         functions.append(binding.primitive.function)  # type: ignore[arg-type]  # what `Element` rows have
         length.append(len(binding.primitive.weights))
         weight += binding.primitive.weights
-        coordinate += [_coordinate(binding.slots[slots], coordinates) for *_, slots in binding.primitive.parts()]
+        coordinate += [
+            _coordinate(part, binding.slots[slots], coordinates) for part, _, slots in binding.primitive.parts()
+        ]
     curved = np.array([each is not None for each in functions], dtype=bool)
     return Couplings(
         row=np.array(row, dtype=np.intp),
@@ -167,15 +192,15 @@ def compile_couplings(rows: Sequence[Binding], coordinates: Sequence[Binding]) -
         program=np.where(curved, np.cumsum(curved) - 1, -1),
         growth=np.array(growth, dtype=float),
         programs=flatten([each.program for each in functions if each is not None], OF_ROWS),
+        rolls=np.array(rolls, dtype=bool),
     )
 
 
-def _coordinate(slots: Sequence[tuple[int, int, Array]], coordinates: Sequence[Binding]) -> int:
-    """The number of the joint coordinate on these points and vectors."""
+def _coordinate(part: Primitive, slots: Sequence[tuple[int, int, Array]], coordinates: Sequence[Binding]) -> int:
+    """The number of the joint coordinate that is this part of a row, on these points and vectors."""
     for number, binding in enumerate(coordinates):
         pairs = list(zip(slots, binding.slots, strict=False))
-        if len(slots) == len(binding.slots) and all(
-            one[0] == other[0] and np.array_equal(one[2], other[2]) for one, other in pairs
-        ):
+        same = type(binding.primitive) is type(part) and len(slots) == len(binding.slots)
+        if same and all(one[0] == other[0] and np.array_equal(one[2], other[2]) for one, other in pairs):
             return number
     raise AssertionError("a row couples what is no joint coordinate")

@@ -111,7 +111,8 @@ class Motion(Part):
     displacement_y: a number in m or an expression of t or {constant_speed, harmonic, polynomial, smooth_step, table, expression}, optional
     length: a number in m or an expression of t or {constant_speed, harmonic, polynomial, smooth_step, table, expression}, optional
     gap: a number in m or an expression of t or {constant_speed, harmonic, polynomial, smooth_step, table, expression}, optional
-    one of angle, angle_1, angle_2, displacement, displacement_x, displacement_y, length, gap
+    lap: a number in rad or an expression of t or {constant_speed, harmonic, polynomial, smooth_step, table, expression}, optional
+    one of angle, angle_1, angle_2, displacement, displacement_x, displacement_y, length, gap, lap
     """
 
     def __init__(
@@ -126,6 +127,7 @@ class Motion(Part):
         displacement_y: Quantity | Mapping[str, Any] | None = ...,
         length: Quantity | Mapping[str, Any] | None = ...,
         gap: Quantity | Mapping[str, Any] | None = ...,
+        lap: Quantity | Mapping[str, Any] | None = ...,
     ) -> None: ...
 
 class Expectation(Part):
@@ -141,7 +143,7 @@ class Expectation(Part):
     state: text, optional
     signal: text, optional
     diagnostic: position_violation, velocity_violation, acceleration_violation, kinetic_energy, potential_energy, total_energy, work, dissipation, energy_balance, energy_drift, energy_drift_relative, step_size, steps, rejected_steps, evaluations, projections, projection_iterations, velocity_iterations, projection_failures, projection_fallbacks or factorisations, optional
-    quantity: position, velocity, acceleration, transmission_angle, orientation, angular_velocity, angular_acceleration, angle, angle_1, angle_2, displacement, displacement_x, displacement_y, length, gap, angle_speed, angle_1_speed, angle_2_speed, displacement_speed, displacement_x_speed, displacement_y_speed, length_speed, gap_speed, angle_velocity_ratio, angle_1_velocity_ratio, angle_2_velocity_ratio, displacement_velocity_ratio, displacement_x_velocity_ratio, displacement_y_velocity_ratio, length_velocity_ratio, gap_velocity_ratio, angle_mechanical_advantage, angle_1_mechanical_advantage, angle_2_mechanical_advantage, displacement_mechanical_advantage, displacement_x_mechanical_advantage, displacement_y_mechanical_advantage, length_mechanical_advantage, gap_mechanical_advantage, reaction_force, reaction_torque, violation, violation_length, violation_angle, coordinate, rate, force, value, state, dissipation, translation, rotation, translation_rate, rotation_rate or torque, optional
+    quantity: position, velocity, acceleration, transmission_angle, orientation, angular_velocity, angular_acceleration, angle, angle_1, angle_2, displacement, displacement_x, displacement_y, length, gap, lap, angle_speed, angle_1_speed, angle_2_speed, displacement_speed, displacement_x_speed, displacement_y_speed, length_speed, gap_speed, lap_speed, angle_velocity_ratio, angle_1_velocity_ratio, angle_2_velocity_ratio, displacement_velocity_ratio, displacement_x_velocity_ratio, displacement_y_velocity_ratio, length_velocity_ratio, gap_velocity_ratio, lap_velocity_ratio, angle_mechanical_advantage, angle_1_mechanical_advantage, angle_2_mechanical_advantage, displacement_mechanical_advantage, displacement_x_mechanical_advantage, displacement_y_mechanical_advantage, length_mechanical_advantage, gap_mechanical_advantage, lap_mechanical_advantage, reaction_force, reaction_torque, violation, violation_length, violation_angle, coordinate, rate, force, value, state, dissipation, translation, rotation, translation_rate, rotation_rate or torque, optional
     component: x, y, z or norm, optional
     over: text, optional
     between: 2 markers, optional
@@ -731,6 +733,42 @@ class RollingOnLine(Part):
         angle: Quantity | None = ...,
     ) -> None: ...
 
+class RollingOnCurve(Part):
+    """A rolling_on_curve joint of a scene. Arguments are its keys:
+
+    bodies: 2 names of bodies
+    locations: 2 points or a mapping {name: 3 numbers}
+    axis: 3 numbers or a mapping {name: 3 numbers}
+    x_axis: 3 numbers or a mapping {name: 3 numbers}
+    curve: the name of a curve
+    roller: a number in m
+    side: outside, inside, left or right, optional
+    speed: {displacement, lap, angle}, optional
+    reflected_inertia: {displacement, lap, angle}, optional
+    limits: {displacement, lap, angle}, optional
+    displacement: a number in m, optional
+    lap: a number in rad, optional
+    angle: a number in rad, optional
+    """
+
+    def __init__(
+        self,
+        *,
+        bodies: Sequence[str],
+        locations: Sequence[Vector] | Mapping[str, Any],
+        axis: Vector | str | Mapping[str, Any],
+        x_axis: Vector | str | Mapping[str, Any],
+        curve: str,
+        roller: Quantity,
+        side: str | None = ...,
+        speed: Mapping[str, Any] | None = ...,
+        reflected_inertia: Mapping[str, Any] | None = ...,
+        limits: Mapping[str, Any] | None = ...,
+        displacement: Quantity | None = ...,
+        lap: Quantity | None = ...,
+        angle: Quantity | None = ...,
+    ) -> None: ...
+
 class KnifeEdge(Part):
     """A knife_edge joint of a scene. Arguments are its keys:
 
@@ -889,7 +927,7 @@ class TorsionSpringDamper(Part):
     """A torsion_spring_damper of a scene. Arguments are its keys:
 
     joint: the name of a joint
-    coordinate: angle, angle_1 or angle_2, optional
+    coordinate: angle, angle_1, angle_2 or lap, optional
     stiffness: a number in N*m/rad, optional
     damping: a number in N*m*s/rad, optional
     free_angle: a number in rad, optional
@@ -1059,7 +1097,7 @@ class Friction(Part):
     """A friction of a scene. Arguments are its keys:
 
     joint: the name of a joint
-    coefficient: a number or {angle, angle_1, angle_2, displacement, displacement_x, displacement_y, length, gap}, optional
+    coefficient: a number or {angle, angle_1, angle_2, displacement, displacement_x, displacement_y, length, gap, lap}, optional
     coulomb: {torque, force or coefficient, ...} or {angle, displacement}, optional
     """
 
@@ -1075,7 +1113,7 @@ class DcMotor(Part):
     """A dc_motor of a scene. Arguments are its keys:
 
     joint: the name of a joint
-    coordinate: angle, angle_1 or angle_2, optional
+    coordinate: angle, angle_1, angle_2 or lap, optional
     voltage: a number in V or an expression of t
     resistance: a number in ohm
     inductance: a number in H
@@ -1179,7 +1217,7 @@ class TorsionMaxwell(Part):
     """A torsion_maxwell of a scene. Arguments are its keys:
 
     joint: the name of a joint
-    coordinate: angle, angle_1 or angle_2, optional
+    coordinate: angle, angle_1, angle_2 or lap, optional
     stiffness: a number in N*m/rad
     damping: a number in N*m*s/rad
     """
@@ -1234,7 +1272,7 @@ class Servo(Part):
     """A servo of a scene. Arguments are its keys:
 
     joint: the name of a joint
-    coordinate: angle, angle_1 or angle_2, optional
+    coordinate: angle, angle_1, angle_2 or lap, optional
     position: a number in rad or an expression of t, optional
     speed: a number in rad/s or an expression of t, optional
     stiffness: a number in N*m/rad, optional
@@ -1303,7 +1341,7 @@ class SpeedTorque(Part):
     """A speed_torque of a scene. Arguments are its keys:
 
     joint: the name of a joint
-    coordinate: angle, angle_1 or angle_2, optional
+    coordinate: angle, angle_1, angle_2 or lap, optional
     torque: a number in N*m or an expression of t, speed
     command: a number or an expression of t, optional
     gear: a number, optional

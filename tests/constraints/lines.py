@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import pi
 
 from mbproj.constraints.primitive import Primitive
-from mbproj.constraints.profile import Arc, Profile
+from mbproj.constraints.profile import Arc, Lap, Profile
 from mbproj.functions.curves.laws import Rise
 from mbproj.functions.curves.shapes import Followed, ellipse, of_law, polar, polyline, through
 
@@ -41,5 +41,7 @@ ON_CURVES = {
     "inside": Profile(LINES["ellipse"], side=1.0),
     "held": Profile(LINES["ellipse"], piece=0, side=-1.0, reach=0.2),
     "arc": Arc(LINES["roller"]),
+    "lap": Lap(LINES["spline"], offset=-0.1, scale=0.8),
+    "lap on a piece": Lap(LINES["ellipse"], piece=0, offset=0.1, scale=1.3),
     "arc of an open one": Arc(LINES["open polyline"]),
 }

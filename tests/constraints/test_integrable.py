@@ -11,7 +11,7 @@ from mbproj import assemble, compile_system, initial_guess, read_scene_text, set
 from mbproj.constraints import PRIMITIVES
 from mbproj.constraints.coupling import Coupling
 from mbproj.constraints.primitive import Primitive
-from mbproj.constraints.profile import Arc, Profile
+from mbproj.constraints.profile import Arc, Lap, Profile
 from mbproj.constraints.rope import Rope
 from mbproj.dynamics.derivatives.row_derivatives import second_derivatives, third_derivatives
 from mbproj.joints.ratios import thread
@@ -41,7 +41,7 @@ class KnifeEdge(Primitive):
         return np.sum(x_dot[..., 0, :] * x_dot[..., 1, :], axis=-1)[..., None]
 
 
-OTHERS = (Coupling, Profile, Arc, Rope)
+OTHERS = (Coupling, Profile, Arc, Lap, Rope)
 EACH = {name: made(kind) for name, kind in PRIMITIVES.items() if kind not in OTHERS}
 EACH |= {"coupling": Coupling(("along", "angle"), *thread(0.7)), "knife_edge": KnifeEdge(), **ON_CURVES}
 

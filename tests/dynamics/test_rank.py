@@ -42,6 +42,7 @@ FREEDOM = {
     "rolling_ball": 12,
     "rolling_ellipsoid": 12,
     "rolling_on_line": 4,
+    "rolling_on_curve": 16,
     "knife_edge": 20,
     "cam": 20,
     "slot": 16,

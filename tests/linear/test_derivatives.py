@@ -10,7 +10,7 @@ import pytest
 
 from mbproj.constraints import PRIMITIVES
 from mbproj.constraints.coupling import Coupling
-from mbproj.constraints.profile import Arc, Profile
+from mbproj.constraints.profile import Arc, Lap, Profile
 from mbproj.constraints.rope import Rope
 from mbproj.dynamics.assembly.assemble import coordinate_values
 from mbproj.dynamics.derivatives.linear_equations import Motion, linear_equations, tangent_force
@@ -41,12 +41,13 @@ def romberg(f, levels: int = 6, h: float = 0.08):
     return rows[0]
 
 
-OTHERS = (Coupling, Profile, Arc, Rope)
+OTHERS = (Coupling, Profile, Arc, Lap, Rope)
 EACH = {
     **{name: made(kind) for name, kind in PRIMITIVES.items() if kind not in OTHERS},
     "rope": Rope((0.0, 0.05, -0.08), (0.3, 1.0)),
     "profile": Profile(LINES["ellipse"], side=-1.0, reach=0.1),
     "arc": Arc(LINES["ellipse"]),
+    "lap": Lap(LINES["ellipse"], offset=-0.1, scale=1.7),
     "screw": Coupling(("along", "angle"), *thread(PARAMETERS["pitch"])),
 }
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import mbproj
 from tests.rolling import scenes
@@ -130,3 +131,27 @@ def test_a_run_that_is_continued_has_the_bits_of_one(text, tmp_path):
     more = mbproj.continue_run(part, until=0.4)
     for name in ("bodies/position", "bodies/velocity", "joints/reaction_force"):
         np.testing.assert_array_equal(more[name][-1], whole[name][-1])
+
+
+def test_a_tricycle_goes_where_its_front_wheel_leads_it():
+    """Pedalled at 4 t rad/s and steered by δ: its rear axle goes v cos δ ahead and turns at v sin δ a metre."""
+    bodies, joints = "  frame: {mass: 20, inertia: [1, 2, 2], position: [0.4, 0, 0.4]}\n", ""
+    bodies += "  fork: {mass: 2, inertia: [0.05, 0.05, 0.02], position: [1, 0, 0.5]}\n"
+    joints += "  head: {type: revolute, bodies: [frame, fork], location: [1, 0, 0.6], axis: [0, 0, 1]}\n"
+    places = {"front": ("fork", "[1, 0, 0.25]"), "left": ("frame", "[0, 0.35, 0.25]")}
+    places["right"] = ("frame", "[0, -0.35, 0.25]")
+    for name, (holder, at) in places.items():
+        bodies += f"  {name}: {{mass: 1, inertia: [0.015, 0.03, 0.015], position: {at}}}\n"
+        joints += f"  {name}_hub: {{type: revolute, bodies: [{holder}, {name}], location: {at}, axis: [0, 1, 0]}}\n"
+        joints += f"{scenes.wheel(name, at, '[0, 1, 0]', 0.25)}\n"
+    motions = "motions:\n  turn: {joint: head, angle: 0.25 * (1 - cos(2 * t))}\n"
+    motions += "  pedal: {joint: front_hub, angle: 2 * t**2}\n"
+    motions += "markers:\n  tail: {body: frame, location: [0, 0, 0.25]}\n"
+    r = run(scenes.scene(bodies, joints, motions, duration="2 s"))
+
+    def rates(t, y):
+        v, δ = 0.25 * 4.0 * t, 0.25 * (1.0 - np.cos(2.0 * t))
+        return [v * np.cos(δ) * np.cos(y[2]), v * np.cos(δ) * np.sin(y[2]), v * np.sin(δ)]
+
+    way = solve_ivp(rates, (0.0, 2.0), [0.0, 0.0, 0.0], "DOP853", r.time, rtol=1e-12, atol=1e-13).y
+    np.testing.assert_allclose(r["markers/position"][:, 0, :2], way[:2].T, atol=1e-8)

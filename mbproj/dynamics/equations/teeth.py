@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from mbproj.arrays import Array, Numbers
 from mbproj.dataclass import dataclass
@@ -22,8 +23,20 @@ class Teeth:
 def sums_at_start(system: System, pose: Pose, coordinate: Array) -> Array:
     """The whole teeth and threads of each gear and screw, (k,), at the pose where a run begins, in the rows' units;
     `coordinate` (nc,) are the joints', turns counted. They stay what they are however far the wheels turn."""
-    rows = system.joints.value(attached(pose, *slots_of(system.joints)))[system.couplings.row]
-    return np.asarray(system.couplings.sums(coordinate) - rows, dtype=float)
+    couplings = system.couplings
+    rows = system.joints.value(attached(pose, *slots_of(system.joints)))[couplings.row]
+    counted = couplings.sums(coordinate) - rows
+    if couplings.rolls.any():
+        value = system.coordinates.value(attached(pose, *slots_of(system.coordinates)))
+        counted[couplings.rolls] = _rolled(system, value, coordinate, rows)[couplings.rolls]
+    return np.asarray(counted, dtype=float)
+
+
+def _rolled(system: System, value: Numbers, expected: Array, rows: Numbers) -> npt.NDArray[np.longdouble]:
+    """The laps and turns (..., k) of what rolls on curves; `value` are the coordinates as the pose has them."""
+    couplings = system.couplings
+    apart = couplings.sums(near(system, value, expected)) - system.joints.offset[couplings.row] - rows
+    return couplings.rolled(value, expected, apart)
 
 
 def to_the_tooth(system: System, pose: Pose, teeth: Teeth, rows: Numbers) -> Numbers:
@@ -34,6 +47,9 @@ def to_the_tooth(system: System, pose: Pose, teeth: Teeth, rows: Numbers) -> Num
     found = rows.copy()
     nearest = rows[..., couplings.row]
     found[..., couplings.row] = nearest + couplings.whole(counted - nearest)
+    if couplings.rolls.any():
+        rolled, rolls = _rolled(system, value, teeth.expected, nearest), couplings.rolls
+        found[..., couplings.row[rolls]] = nearest[..., rolls] + (rolled - teeth.start)[..., rolls].astype(float)
     return found
 
 

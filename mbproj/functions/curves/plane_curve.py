@@ -26,13 +26,14 @@ FREE = -1
 
 
 class Places(NamedTuple):
-    """Points (m, 2) along a curve: their parameters, pieces and arc lengths from its beginning, (m,). Each piece has
-    its own, from end to end."""
+    """Points (m, 2) along a curve: their parameters, pieces, arc lengths from its beginning and the angles of their
+    tangents, which grow past a turn, (m,). Each piece has its own, from end to end."""
 
     s: Array
     piece: Integers
     point: Array
     length: Array
+    angle: Array
 
 
 @dataclass(frozen=True)
@@ -76,6 +77,11 @@ class PlaneCurve:
         """From its beginning to its end, in m."""
         return float(self.places.length[-1])
 
+    @property
+    def turn(self) -> float:
+        """By how much its tangent turns from its beginning to its end, in rad."""
+        return float(self.places.angle[-1] - self.places.angle[0])
+
     @cached_property
     def turns_left(self) -> bool:
         """Whether a closed one goes around its inside counterclockwise."""
@@ -96,8 +102,9 @@ class PlaneCurve:
         s, piece = (np.concatenate(part) for part in zip(*found, strict=True))
         steps = self._lengths(s[:-1], s[1:], piece[:-1])
         steps[piece[1:] != piece[:-1]] = 0.0
-        point = np.moveaxis(self.arrays.derivatives(s, piece)[0], 0, -1)
-        return Places(s, piece, np.ascontiguousarray(point), np.concatenate([[0.0], np.cumsum(steps)]))
+        (x, y), (x1, y1), *_ = self.arrays.derivatives(s, piece)
+        point, length = np.column_stack([x, y]), np.concatenate([[0.0], np.cumsum(steps)])
+        return Places(s, piece, point, length, np.unwrap(np.arctan2(y1, x1)))
 
     def _turn_of(self, start: float, end: float, piece: int) -> int:
         """Into how many parts a piece is taken so that none turns by more than `place_turn`."""
@@ -192,8 +199,20 @@ class PlaneCurve:
     def length_at(self, s: Numbers, piece: Integers) -> Numbers:
         """The arc length from the beginning to parameters (...) of these pieces, which may be complex; beyond the ends
         of an open curve it goes on."""
+        before = self._before(s, piece)
+        return self.places.length[before] + self._lengths(self.places.s[before], s, piece)
+
+    def angle_at(self, s: Numbers, piece: Integers) -> Numbers:
+        """By how much the tangent has turned until there from the beginning, likewise: a turn with each round."""
+        before = self._before(s, piece)
+        slope = self.arrays.derivatives(s, piece)[1]
+        cosine, sine = np.cos(self.places.angle[before]), np.sin(self.places.angle[before])
+        across, along = cosine * slope[1] - sine * slope[0], cosine * slope[0] + sine * slope[1]
+        return self.places.angle[before] - self.places.angle[0] + np.arctan(across / along)
+
+    def _before(self, s: Numbers, piece: Integers) -> Integers:
+        """The places before parameters (...) on these pieces."""
         places = self.places
         first = np.searchsorted(places.piece, piece)
         last = np.searchsorted(places.piece, piece, side="right") - 2
-        before = np.clip(np.searchsorted(places.s, s.real, side="right") - 1, first, last)
-        return places.length[before] + self._lengths(places.s[before], s, piece)
+        return np.clip(np.searchsorted(places.s, s.real, side="right") - 1, first, last)

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from mbproj.constraints.coupling import COORDINATES, Coupling
-from mbproj.constraints.profile import Arc, OnCurve, Profile
+from mbproj.constraints.profile import Arc, Lap, OnCurve, Profile
 from mbproj.errors import InputError, Problem
 from mbproj.functions.curve import Curve
 from mbproj.functions.curves.track import Track
@@ -95,8 +95,26 @@ def on_curve(kind: type[OnCurve], joint: Joint) -> OnCurve:
     track: Track = joint.parameters["curve"]
     if kind is Arc:
         return Arc(track.line)
+    if kind is Lap:
+        return _lap(joint)
     if joint.type == "slot":
         return Profile(track.line)
     side, radius = joint.parameters.get("side"), joint.parameters.get("roller", track.roller)
     left = 1.0 if track.is_left(side) else -1.0
     return Profile(track.line, side=left, reach=left * track.distance(side, radius))
+
+
+def rolling(joint: Joint) -> Coupling:
+    """The row by which a roller does not slip: a lap of its centre, as a length, and its own turn, in metres."""
+    lap, track = _lap(joint), joint.parameters["curve"]
+    side = 1.0 if track.is_left(joint.parameters.get("side")) else -1.0
+    period = 2.0 * np.pi / lap.scale if track.line.closed else 0.0
+    return Coupling(("lap", "angle"), (1.0 / lap.scale, side * joint.parameters["roller"]), period, other=lap)
+
+
+def _lap(joint: Joint) -> Lap:
+    """How far the centre of a joint's roller has gone round, or along an open curve: a quarter turn to its end."""
+    track: Track = joint.parameters["curve"]
+    offset = track.distance(joint.parameters.get("side"), joint.parameters["roller"])
+    length = track.line.length - offset * track.line.turn
+    return Lap(track.line, offset=offset, scale=(2.0 if track.line.closed else 0.5) * np.pi / length)

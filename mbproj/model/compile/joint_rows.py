@@ -15,7 +15,7 @@ from mbproj.constraints.rope import Rope
 from mbproj.errors import InputError, Place, Problem, placed_at
 from mbproj.joints import JOINTS
 from mbproj.joints.table import Row
-from mbproj.model.compile.coupled import bound, on_curve
+from mbproj.model.compile.coupled import bound, on_curve, rolling
 from mbproj.model.compile.rigid_groups import RigidGroups
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.model.primitive_set import Binding
@@ -63,6 +63,8 @@ def primitive_of(row: Row, joint: Joint) -> Primitive:
     kind, coupling = PRIMITIVES[row[0]], JOINTS[joint.type].coupling
     if issubclass(kind, OnCurve):
         return on_curve(kind, joint)
+    if kind is Coupling and "curve" in joint.parameters:
+        return rolling(joint)
     if kind is Coupling and coupling is not None:
         weights, period = coupling(**joint.parameters)
         return Coupling(JOINTS[joint.type].couples, weights, period or 0.0)

@@ -108,7 +108,7 @@ def _rows(
         weights = tuple(weight for _, weight in angles)
         period = 2.0 * np.pi * measure
         names = ("rope", *["angle" for _ in angles])
-        primitive = Coupling(names, (1.0, *weights), period, rope=portion.primitive)
+        primitive = Coupling(names, (1.0, *weights), period, other=portion.primitive)
         slots = (*portion.slots, *[slot for angle, _ in angles for slot in angle.slots])
         yield Binding(primitive, portion.owner, slots, own - period * np.round(own / period))
 

@@ -31,6 +31,7 @@ _CAUSES = {
     "distance": "keeps a distance between points at different depths",
     "angle": "holds an angle that is not in the plane",
     "profile": "follows a curve that is not in the plane",
+    "lap": "counts along a curve that is not in the plane",
     "arc": "counts along a curve that is not in the plane",
     "rope": "runs over sheaves at different depths, or out of the plane",
     "coupling": "couples coordinates that are not in the plane",
@@ -134,7 +135,7 @@ def sides(bound: PrimitiveSet, seen: Seen) -> Integers:
             found = np.where(inside, INSIDE, np.where(upright[..., along], BESIDE, STRANGE))
             rolls = kind != "ellipsoid_slip" or _is_axis_across(level[..., 5:], upright[..., 5:])
             side[..., row] = np.where(rolls, found, STRANGE)
-        elif kind in ("angle", "profile", "arc"):
+        elif kind in ("angle", "profile", "arc", "lap"):
             side[..., row] = np.where(_is_coordinate_inside(level, group.primitive), INSIDE, STRANGE)
     return side
 

@@ -86,12 +86,13 @@ def outline_of(joint: Joint) -> Outline | None:
     track = joint.parameters.get("curve")
     if not isinstance(track, Track):
         return None
-    points = np.array(drawn(track.line, track.roller if joint.type == "cam" else 0.0))
+    is_cam = joint.type in ("cam", "rolling_on_curve")
+    points = np.array(drawn(track.line, track.roller if is_cam else 0.0))
     apart = np.linalg.norm(np.diff(points, axis=0), axis=1)
     points = points[np.append(True, apart > DISTINCT * apart.max())]
     closed = track.line.closed
-    solid = joint.type == "cam" and closed and joint.parameters.get("side", "outside") == "outside" and _is_star(points)
-    roller = joint.parameters.get("roller", track.roller) if joint.type == "cam" else 0.0
+    solid = is_cam and closed and joint.parameters.get("side", "outside") == "outside" and _is_star(points)
+    roller = joint.parameters.get("roller", track.roller) if is_cam else 0.0
     return Outline(points[:-1] if closed else points, closed, solid, roller)
 
 

@@ -5,12 +5,12 @@
 
 namespace mbproj {
 
-// Pieces (start, origin, form, and the numbers of two functions), places (s, piece, x, y, length).
+// Pieces (start, origin, form, and the numbers of two functions), places (s, piece, x, y, length, angle).
 inline PlaneCurve plane_curve(const Numbers2& pieces, const Numbers2& places, double end, bool closed, int passes,
                               double settled, double reach) {
     constexpr int numbers = PlaneCurve::numbers, terms = PlaneCurve::terms;
     require(pieces, {pieces.shape(0), 3 + 2 * numbers}, "pieces");
-    require(places, {places.shape(0), 5}, "places");
+    require(places, {places.shape(0), 6}, "places");
     if (pieces.shape(0) == 0 || places.shape(0) < 2 || passes < 1) refuse("pieces", "are none");
     PlaneCurve built{{}, {}, end, closed, passes, settled, reach, 0.0};
     const auto count = [](const double* c) {
@@ -34,12 +34,12 @@ inline PlaneCurve plane_curve(const Numbers2& pieces, const Numbers2& places, do
     }
     if (!(end > built.pieces.back().start)) refuse("end", "comes before the last piece");
     for (std::size_t i = 0; i < places.shape(0); ++i) {
-        const double* row = places.data() + 5 * i;
+        const double* row = places.data() + 6 * i;
         const int number = index_below(static_cast<int64_t>(row[1]), built.pieces.size(), "places");
         PlaneCurve::Piece& piece = built.pieces[number];
         if (piece.first < 0) piece.first = static_cast<int>(i);
         piece.last = static_cast<int>(i);
-        const PlaneCurve::Place place{row[0], row[2], row[3], row[4], number};
+        const PlaneCurve::Place place{row[0], row[2], row[3], row[4], row[5], number};
         if (i > 0) {
             const PlaneCurve::Place& before = built.places.back();
             built.stride = std::max(built.stride, std::hypot(place.x - before.x, place.y - before.y));
@@ -74,6 +74,9 @@ template <int D> void add_followers(Model<D>& model, const std::vector<FollowerN
                     start[table + 1] - start[table] != static_cast<int>(p.line->pieces.size()))
                     refuse("followers", "have another curve");
                 p.follower = static_cast<int>(model.curves.size());
+                for (Instance& other : set.instances)  // what counts along the curve there, in the row beside it
+                    if (of == Of::row && other.kind == Kind::lap && std::equal(p.slots, p.slots + 4, other.slots))
+                        other.follower = p.follower;
                 model.curves.push_back({static_cast<int>(i), program, of});
             }
     }

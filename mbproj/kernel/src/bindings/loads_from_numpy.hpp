@@ -98,7 +98,7 @@ template <int D> Loads<D> loads(std::size_t bodies, const PrimitiveSet<D>& coord
     for (std::size_t l = 0; l < laws; ++l) {
         const double* numbers = law.data() + 3 * l;
         const int coordinate = optional_index(joint_coordinate.data()[l], 1u << 30, "joint_coordinate");
-        if (coordinate < 0 && coordinates.instances[l].kind == Kind::angle)
+        if (coordinate < 0 && is_angle(coordinates.instances[l].kind))
             refuse("joint_coordinate", "leaves an angle out");
         const int function = optional_index(law_program.data()[l], count, "law_program");
         const int bearing = optional_index(law_bearing.data()[l], 1u << 30, "law_bearing");
@@ -243,7 +243,7 @@ template <int D> std::vector<DrivenRow> driven_rows(const Model<D>& model, const
         if (!std::isfinite(start[k])) refuse("motion_start", "holds a number that is not finite");
         const int program = static_cast<int>(programs - count + k);
         if (model.programs.names(program, 1)) refuse("programs", "have a motion that is no function of the time");
-        rows.push_back({p.row, p.kind == Kind::angle, start[k],
+        rows.push_back({p.row, is_angle(p.kind), start[k],
                         index_below(coordinate[k], model.coordinates.instances.size(), "motion_coordinate"), program});
     }
     return rows;
@@ -253,7 +253,7 @@ template <int D> std::vector<DrivenRow> driven_rows(const Model<D>& model, const
 template <int D> bool has_angles(const Loads<D>* loads) {
     if (!loads) return false;
     const auto& instances = loads->coordinates.instances;
-    return std::any_of(instances.begin(), instances.end(), [](const Instance& p) { return p.kind == Kind::angle; });
+    return std::any_of(instances.begin(), instances.end(), [](const Instance& p) { return is_angle(p.kind); });
 }
 
 // Of a row that couples coordinates: its number, its period, the coordinates, their weights, its program, or -1, and what a turn
@@ -269,7 +269,10 @@ template <int D> void add_couplings(Model<D>& model, const std::vector<CouplingN
         if (!(period >= 0.0)) refuse("couplings", "have a period that is negative");
         if (!std::isfinite(growth)) refuse("couplings", "hold a number that is not finite");
         model.couplings.push_back(
-            {index_below(row, model.constraints.rows, "couplings"), period, own, weights, growth, -1});
+            {index_below(row, model.constraints.rows, "couplings"), period, own, weights, growth, -1, false});
+        for (const int coordinate : own)
+            if (model.coordinates.instances[coordinate].kind == Kind::lap) model.couplings.back().rolls = true;
+        if (model.couplings.back().rolls && own.size() != 2) refuse("couplings", "roll without a roller");
         if (program == -1) continue;
         model.couplings.back().curve = static_cast<int>(model.curves.size());
         if (model.programs.names(index_below(program, model.programs.size(), "couplings"), 2))

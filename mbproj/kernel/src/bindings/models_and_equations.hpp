@@ -63,7 +63,7 @@ template <int D> void add_model(nb::module_& m, const char* primitives, const ch
                 built.coordinates = coordinates;
                 built.joints = joints(constraints, built.size(), joint_begin);
                 built.row_scale = numbers(row_scale, "row_scale");
-                for (const Instance& p : coordinates.instances) built.counts_turns.push_back(p.kind == Kind::angle);
+                for (const Instance& p : coordinates.instances) built.counts_turns.push_back(is_angle(p.kind));
                 for (const Attachment<D>& a : coordinates.attachments)
                     if (a.body > built.size()) refuse("coordinates", "have a body that the model does not");
                 for (const double scale : built.row_scale)

@@ -241,7 +241,7 @@ private:
             if (!stuck[k]) continue;
             const int coordinate = model_.stops.joint_coordinate[stops_ + k];
             const Coordinate<D> along(model_.stops.coordinates, stops_ + k, equations_.pose());
-            const bool turned = coordinate >= 0 && along.p.kind == Kind::angle;
+            const bool turned = coordinate >= 0 && is_angle(along.p.kind);
             const double whole = turned ? 2.0 * M_PI * static_cast<double>(turns[coordinate]) : 0.0;
             next.stuck.emplace_back(k, touching_[k].empty() ? value(before, k, along.value() + whole)
                                                             : touching_[k].front().at);

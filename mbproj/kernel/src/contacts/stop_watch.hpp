@@ -190,7 +190,7 @@ private:
                 closes_inside(step, turns, found, to, middle, x_to, halves - 1));
     }
 
-    bool is_angle(int stop) const { return stops_.coordinates.instances[stop].kind == Kind::angle; }
+    bool is_angle(int stop) const { return mbproj::is_angle(stops_.coordinates.instances[stop].kind); }
 
     void look(const Pose<D>& pose, const Motion<D>& motion, const std::vector<long>& turns,
               std::vector<Look>& found) const {

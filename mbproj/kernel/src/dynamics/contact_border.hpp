@@ -241,7 +241,7 @@ private:
                 reach = std::max(reach, pose[a.body].position.largest() + a.size);
         return grains * std::numeric_limits<double>::epsilon() * reach;
     }
-    bool is_angle(std::size_t k) const { return along_[k].p.kind == Kind::angle; }
+    bool is_angle(std::size_t k) const { return mbproj::is_angle(along_[k].p.kind); }
 
     const Model<D>& model_;
     const std::vector<double> none_;

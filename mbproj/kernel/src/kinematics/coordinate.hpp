@@ -28,7 +28,7 @@ template <int D> struct Coordinate {
     const Attachment<D>& attachment(int s) const { return set.attachments[p.slots[s]]; }
     double value() const { return mbproj::value<D>(p, x, known()); }
     // Of an angle with the whole turns that bring it next to what is expected of it.
-    double value(double expected) const { return p.kind == Kind::angle ? near(value(), expected) : value(); }
+    double value(double expected) const { return is_angle(p.kind) ? near(value(), expected) : value(); }
     template <class Velocity, class Omega> double rate(const Velocity& velocity, const Omega& omega) const {
         double sum = 0.0;
         for (int s = 0; s < p.slot_count; ++s) {

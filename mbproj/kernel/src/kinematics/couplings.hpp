@@ -15,7 +15,8 @@ public:
     void start(const Pose<D>& pose, const std::vector<double>& expected, const double* C) {
         start_.clear();
         for (const Coupling& coupling : model_.couplings)
-            start_.push_back(sum(coupling, pose, expected) - C[coupling.row]);
+            start_.push_back(coupling.rolls ? static_cast<double>(whole(coupling, pose, expected, C[coupling.row]))
+                                            : sum(coupling, pose, expected) - C[coupling.row]);
     }
 
     // From the sums of what the pose shows to the tooth in mesh; to the nearest before the start.
@@ -23,6 +24,10 @@ public:
         for (std::size_t c = 0; c < model_.couplings.size(); ++c) {
             const Coupling& coupling = model_.couplings[c];
             double& row = C[coupling.row];
+            if (coupling.rolls && !start_.empty()) {
+                row = static_cast<double>(row + (whole(coupling, pose, expected, row) - start_[c]));
+                continue;
+            }
             if (coupling.period == 0.0) continue;
             row -= coupling.period * std::nearbyint(row / coupling.period);
             if (start_.empty()) continue;
@@ -32,6 +37,24 @@ public:
     }
 
 private:
+    // The laps and turns of a roller that bring a row next to what is expected of it: without a common measure, both count.
+    long double whole(const Coupling& coupling, const Pose<D>& pose, const std::vector<double>& expected,
+                      double row) const {
+        const int roller = coupling.coordinates[1];
+        const double angle = Coordinate<D>(model_.coordinates, roller, pose).value();
+        const double turns = std::nearbyint((expected[roller] - angle) / (2.0 * M_PI));
+        const long double turned = static_cast<long double>(2.0 * M_PI) * coupling.weights[1] * turns;
+        if (coupling.period == 0.0) return turned;
+        const double apart = sum(coupling, pose, expected) - offset(coupling.row) - row - static_cast<double>(turned);
+        return turned + static_cast<long double>(coupling.period) * std::nearbyint(apart / coupling.period);
+    }
+
+    double offset(int row) const {
+        for (const Instance& p : model_.constraints.instances)
+            if (p.row == row && p.rows == 1) return p.offset;
+        return 0.0;
+    }
+
     // What the coordinates come to, turns counted.
     double sum(const Coupling& coupling, const Pose<D>& pose, const std::vector<double>& expected) const {
         double total = 0.0;

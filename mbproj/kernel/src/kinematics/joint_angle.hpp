@@ -1,7 +1,7 @@
 // An angle of a joint, as the direction in which its vector stands, and how fast it turns.
 #pragma once
 
-#include "kinematics/pose.hpp"
+#include "kinematics/coordinate.hpp"
 
 namespace mbproj {
 
@@ -14,6 +14,10 @@ struct JointAngle {
 template <int D>
 JointAngle joint_angle(const Model<D>& model, const Pose<D>& pose, const Motion<D>& motion, int coordinate) {
     const Instance& p = model.coordinates.instances[coordinate];
+    if (p.kind == Kind::lap) {
+        const Coordinate<D> lap(model.coordinates, coordinate, pose);
+        return {std::cos(lap.value()), std::sin(lap.value()), lap.rate(motion)};
+    }
     Point<D> x[3], x_dot[3];
     for (int s = 0; s < 3; ++s) {
         const Attachment<D>& a = model.coordinates.attachments[p.slots[s]];

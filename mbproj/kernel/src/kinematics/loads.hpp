@@ -216,7 +216,7 @@ private:
         return acts ? Coordinate<D>(set, number, pose).foot() : free_branch;
     }
     static double value(const Law& law, const Coordinate<D>& along, const Channels<D>& channels) {
-        return along.p.kind == Kind::angle ? along.value(channels.expected(law.coordinate)) : along.value();
+        return is_angle(along.p.kind) ? along.value(channels.expected(law.coordinate)) : along.value();
     }
 
     // What a law's program depends on: its coordinate and the speed along it; and the part of what it gives that is along the

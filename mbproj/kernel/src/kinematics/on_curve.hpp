@@ -43,14 +43,25 @@ template <int D> void gradient_along(const Point<D>* x, double first, double sec
 }
 
 template <int D> double value(const Instance& p, const Touch& at) {
-    return p.kind == Kind::profile ? p.parameters[0] * at.phi - p.parameters[1] : p.line->length_at(at.foot);
+    if (p.kind == Kind::profile) return p.parameters[0] * at.phi - p.parameters[1];
+    const double length = p.line->length_at(at.foot);
+    if (p.kind == Kind::arc) return length;
+    const double lap = p.parameters[1] * (length - p.parameters[0] * p.line->angle_at(at.foot, at.t));
+    return p.line->closed ? lap - 2.0 * M_PI * std::nearbyint(lap / (2.0 * M_PI)) : lap;
+}
+
+// By how much the value of what counts along the curve grows with the arc length.
+inline double way_factor(const Instance& p, const Touch& at) {
+    return p.kind == Kind::arc ? 1.0 : p.parameters[1] * (1.0 - p.parameters[0] * at.kappa);
 }
 
 template <int D> void gradient(const Instance& p, const Point<D>* x, const Touch& at, Point<D>* g) {
     if (p.kind == Kind::profile)
         gradient_along<D>(x, -p.parameters[0] * at.t[1], p.parameters[0] * at.t[0], g);
-    else
-        gradient_along<D>(x, at.t[0] / at.stretch(), at.t[1] / at.stretch(), g);
+    else {
+        const double factor = way_factor(p, at) / at.stretch();
+        gradient_along<D>(x, factor * at.t[0], factor * at.t[1], g);
+    }
 }
 
 template <int D> double curvature(const Instance& p, const Point<D>* x, const Point<D>* x_dot, const Touch& at) {
@@ -67,7 +78,9 @@ template <int D> double curvature(const Instance& p, const Point<D>* x, const Po
     }
     const double sigma = along / at.stretch();
     const double own = (2.0 * at.kappa * across + at.kappa_sigma * at.phi * sigma) * sigma;
-    return (at.t[0] * bias[0] + at.t[1] * bias[1] + own) / at.stretch();
+    const double bent = (at.t[0] * bias[0] + at.t[1] * bias[1] + own) / at.stretch();
+    if (p.kind == Kind::arc) return bent;
+    return way_factor(p, at) * bent - p.parameters[1] * p.parameters[0] * at.kappa_sigma * sigma * sigma;
 }
 
 }  // namespace on_curve

@@ -58,7 +58,8 @@ template <int D> double value(const Instance& p, const Point<D>* x, const Touch*
         case Kind::distance: return (x[1] - x[0]).norm();
         case Kind::angle: return angle::value<D>(x);
         case Kind::profile:
-        case Kind::arc: return on_curve::value<D>(p, touched<D>(p, x, known));
+        case Kind::arc:
+        case Kind::lap: return on_curve::value<D>(p, touched<D>(p, x, known));
         case Kind::rope: return on_rope::value<D>(p, x);
         case Kind::coincident: return 0.0;
         default: return rolling::value<D>(p, x);
@@ -79,7 +80,8 @@ template <int D> void gradient(const Instance& p, const Point<D>* x, Point<D>* g
             break;
         case Kind::angle: angle::gradient<D>(x, g); break;
         case Kind::profile:
-        case Kind::arc: on_curve::gradient<D>(p, x, touched<D>(p, x, known), g); break;
+        case Kind::arc:
+        case Kind::lap: on_curve::gradient<D>(p, x, touched<D>(p, x, known), g); break;
         case Kind::rope: on_rope::gradient<D>(p, x, g); break;
         case Kind::coincident: break;
         default: rolling::gradient<D>(p, x, g);
@@ -99,7 +101,8 @@ double curvature(const Instance& p, const Point<D>* x, const Point<D>* x_dot, co
         }
         case Kind::angle: return angle::curvature<D>(x, x_dot);
         case Kind::profile:
-        case Kind::arc: return on_curve::curvature<D>(p, x, x_dot, touched<D>(p, x, known));
+        case Kind::arc:
+        case Kind::lap: return on_curve::curvature<D>(p, x, x_dot, touched<D>(p, x, known));
         case Kind::rope: return on_rope::curvature<D>(p, x, x_dot);
         case Kind::coincident: return 0.0;
         default: return rolling::curvature<D>(p, x, x_dot);

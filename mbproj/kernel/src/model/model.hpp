@@ -29,6 +29,7 @@ enum class Kind : int {
     ellipsoid_height,
     profile,
     arc,
+    lap,
     rope,
     wheel_slip_along,
     wheel_slip_across,
@@ -49,6 +50,7 @@ constexpr Form forms[] = {{"coincident", 2, 0},
                           {"ellipsoid_height", 6, 3},
                           {"profile", 4, 2},
                           {"arc", 4, 0},
+                          {"lap", 4, 2},
                           {"rope", most_rope_slots, 0},
                           {"wheel_slip_along", 8, 1},
                           {"wheel_slip_across", 8, 1},
@@ -64,6 +66,8 @@ constexpr int most(int Form::*of) {
 constexpr int most_slots = most(&Form::slots), most_parameters = most(&Form::parameters);
 // Whether its row is at velocity level: its gradient is that of no function, and its value is 0.
 constexpr bool is_slip(Kind kind) { return kind >= Kind::wheel_slip_along; }
+// Whether its value is known but for whole turns, which are counted.
+constexpr bool is_angle(Kind kind) { return kind == Kind::angle || kind == Kind::lap; }
 
 template <int D> struct Body {
     double mass;
@@ -97,7 +101,7 @@ struct Instance {
     std::shared_ptr<const RopePath> path;    // of a rope, which has as many slots as it needs
     int follower = -1;                       // its number among the curves of the model, of what is held on pieces
 
-    bool on_line() const { return kind == Kind::profile || kind == Kind::arc; }
+    bool on_line() const { return kind == Kind::profile || kind == Kind::arc || kind == Kind::lap; }
 };
 
 template <int D> struct PrimitiveSet {
@@ -143,7 +147,8 @@ struct Switch {
 };
 
 // A row that couples coordinates: their weighed sum, less a curve of the first, or none (-1), and less a multiple of a period
-// (one tooth, one thread; 0: none). A turn of the first adds the `growth` to the curve.
+// (one tooth, one thread; 0: none). A turn of the first adds the `growth` to the curve. What `rolls` on a curve couples a lap, the
+// period, and the turn of a roller.
 struct Coupling {
     int row;
     double period;
@@ -151,6 +156,7 @@ struct Coupling {
     std::vector<double> weights;
     double growth;
     int curve;
+    bool rolls;
 };
 
 // What a controller does at an instant: it sets states of elements to what programs are there, all at once.

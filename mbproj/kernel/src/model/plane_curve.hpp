@@ -30,9 +30,10 @@ struct PlaneCurve {
         int f_terms, g_terms;
         int first, last;  // its places
     };
-    // Points along the curve, from end to end of each piece, and their arc lengths from its beginning.
+    // Points along the curve, from end to end of each piece, their arc lengths from its beginning, and the angles of their
+    // tangents, which grow past a turn.
     struct Place {
-        double s, x, y, length;
+        double s, x, y, length, angle;
         int piece;
     };
 
@@ -103,9 +104,7 @@ struct PlaneCurve {
 
     // The arc length from the beginning to a foot.
     double length_at(const Foot& foot) const {
-        const Piece& piece = pieces[foot.piece];
-        int before = piece.first;
-        while (before + 1 < piece.last && places[before + 1].s <= foot.s) ++before;
+        const int before = place_before(foot);
         static constexpr double nodes[] = {0.1834346424956498, 0.5255324099163290, 0.7966664774136267,
                                            0.9602898564975363};
         static constexpr double weights[] = {0.3626837833783620, 0.3137066458778873, 0.2223810344533745,
@@ -120,7 +119,19 @@ struct PlaneCurve {
         return places[before].length + half * sum;
     }
 
+    // By how much the tangent has turned from the beginning to a foot, where it is t.
+    double angle_at(const Foot& foot, const double* t) const {
+        const double angle = places[place_before(foot)].angle, cosine = std::cos(angle), sine = std::sin(angle);
+        return angle - places.front().angle + std::atan((cosine * t[1] - sine * t[0]) / (cosine * t[0] + sine * t[1]));
+    }
+
 private:
+    int place_before(const Foot& foot) const {
+        const Piece& piece = pieces[foot.piece];
+        int before = piece.first;
+        while (before + 1 < piece.last && places[before + 1].s <= foot.s) ++before;
+        return before;
+    }
     // A function and its derivatives.
     static void evaluate(const double* c, int count, double u, double* found) {
         std::fill_n(found, orders, 0.0);

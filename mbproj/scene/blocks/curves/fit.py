@@ -90,9 +90,15 @@ def _round_and_round(joint: Joint, forces: Mapping[str, Any], motions: Mapping[s
             yield Complaint(("joints", joint.name, what), said, hint)
     for block, items in (("forces", forces), ("motions", motions)):
         for item in items.values():
-            if getattr(item, "joint", None) == joint.name:
+            if getattr(item, "joint", None) == joint.name and not _turns(item):
                 said = f"'{item.name}' acts along a closed curve, whose displacement begins anew with each round"
                 yield Complaint((block, item.name), said, hint)
+
+
+def _turns(item: Any) -> bool:
+    """Whether a force or motion acts on what counts laps or turns alone."""
+    names = {getattr(item, "coordinate", None), *getattr(item, "laws", ()), *getattr(item, "coulomb", ())} - {None}
+    return bool(names) and names <= {"lap", "angle"}
 
 
 CURVE_CHECK = Check(("curves", "joints"), fit_curves, besides=("forces", "motions"))
