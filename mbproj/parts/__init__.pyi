@@ -143,7 +143,7 @@ class Expectation(Part):
     state: text, optional
     signal: text, optional
     diagnostic: position_violation, velocity_violation, acceleration_violation, kinetic_energy, potential_energy, total_energy, work, dissipation, energy_balance, energy_drift, energy_drift_relative, step_size, steps, rejected_steps, evaluations, projections, projection_iterations, velocity_iterations, projection_failures, projection_fallbacks or factorisations, optional
-    quantity: position, velocity, acceleration, transmission_angle, orientation, angular_velocity, angular_acceleration, angle, angle_1, angle_2, displacement, displacement_x, displacement_y, length, gap, lap, angle_speed, angle_1_speed, angle_2_speed, displacement_speed, displacement_x_speed, displacement_y_speed, length_speed, gap_speed, lap_speed, angle_velocity_ratio, angle_1_velocity_ratio, angle_2_velocity_ratio, displacement_velocity_ratio, displacement_x_velocity_ratio, displacement_y_velocity_ratio, length_velocity_ratio, gap_velocity_ratio, lap_velocity_ratio, angle_mechanical_advantage, angle_1_mechanical_advantage, angle_2_mechanical_advantage, displacement_mechanical_advantage, displacement_x_mechanical_advantage, displacement_y_mechanical_advantage, length_mechanical_advantage, gap_mechanical_advantage, lap_mechanical_advantage, reaction_force, reaction_torque, violation, violation_length, violation_angle, coordinate, rate, force, value, state, dissipation, translation, rotation, translation_rate, rotation_rate or torque, optional
+    quantity: position, velocity, acceleration, transmission_angle, orientation, angular_velocity, angular_acceleration, angle, angle_1, angle_2, displacement, displacement_x, displacement_y, length, gap, lap, angle_speed, angle_1_speed, angle_2_speed, displacement_speed, displacement_x_speed, displacement_y_speed, length_speed, gap_speed, lap_speed, angle_velocity_ratio, angle_1_velocity_ratio, angle_2_velocity_ratio, displacement_velocity_ratio, displacement_x_velocity_ratio, displacement_y_velocity_ratio, length_velocity_ratio, gap_velocity_ratio, lap_velocity_ratio, angle_mechanical_advantage, angle_1_mechanical_advantage, angle_2_mechanical_advantage, displacement_mechanical_advantage, displacement_x_mechanical_advantage, displacement_y_mechanical_advantage, length_mechanical_advantage, gap_mechanical_advantage, lap_mechanical_advantage, tension_1, tension_2, tension_3, tension_4, tension_5, tension_6, reaction_force, reaction_torque, violation, violation_length, violation_angle, coordinate, rate, force, value, state, dissipation, translation, rotation, translation_rate, rotation_rate or torque, optional
     component: x, y, z or norm, optional
     over: text, optional
     between: 2 markers, optional
@@ -796,10 +796,15 @@ class Rope(Part):
     normal: 3 numbers
     frame: the name of a body, optional
     slack: true or false, optional
+    free: true or false, optional
     restitution: a number, optional
     stiffness: a number in N/m, optional
     damping: a number in s/m, optional
     at most one of slack, stiffness
+    at most one of free, length
+    at most one of free, slack
+    at most one of free, stiffness
+    at most one of free, limits
     at most one of slack, limits
     at most one of stiffness, limits
     at most one of length, limits
@@ -816,6 +821,7 @@ class Rope(Part):
         length: Quantity | None = ...,
         frame: str | None = ...,
         slack: bool | None = ...,
+        free: bool | None = ...,
         restitution: Quantity | None = ...,
         stiffness: Quantity | None = ...,
         damping: Quantity | None = ...,
