@@ -135,7 +135,9 @@ ITEMS = {"marker": "tip", "body": "bob", "joint": "A", "force": "spring", "motio
 @pytest.mark.parametrize("of", [of for of in OBSERVABLES if of not in ("stop", "friction", "state", "signal")])
 def test_every_observable_has_a_series(results: Results, of: str) -> None:
     for quantity, observable in OBSERVABLES[of].items():
-        if of == "joint" and quantity.startswith(("angle_1", "angle_2", "displacement", "length", "gap", "lap", "tension")):
+        if of == "joint" and quantity.startswith(
+            ("angle_1", "angle_2", "displacement", "length", "gap", "lap", "tension")
+        ):
             continue  # the pendulum's joint has an angle only
         if quantity == TRANSMISSION_ANGLE or quantity.endswith((VELOCITY_RATIO, MECHANICAL_ADVANTAGE)):
             continue  # these are of other markers or of an input, too: see test_over_coordinates.py
