@@ -124,5 +124,7 @@ class Rope(Primitive):
     def _slopes(self, span: Span, number: int) -> tuple[Numbers, Numbers]:
         """∂(w θ)/∂X and ∂(w θ)/∂Y."""
         w = self._w(number)
-        out, around = -w * w / (span.D2 * span.h) if w else 0.0 * span.D2, w / span.D2
+        if not w:  # straight from point to point, whatever the plane: D may be 0
+            return 0.0 * span.X, 0.0 * span.Y
+        out, around = -w * w / (span.D2 * span.h), w / span.D2
         return out * span.X - around * span.Y, out * span.Y + around * span.X

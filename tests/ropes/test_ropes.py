@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from mbproj import InputError, SimulationError, modes, read_scene_text
+from mbproj.constraints.rope import Rope
 from tests.kernel.scenes import needs_kernel
 from tests.ropes.scenes import ATWOOD, LOAD, G, R, scene, swinging
 from tests.stops.runs import run
@@ -129,6 +130,15 @@ def test_a_force_acts_along_a_free_rope():
     force = "forces:\n  muscle: {type: linear_spring_damper, joint: rope, coordinate: length, force: -24 N}\n"
     _, recorded = run(scene(LOAD + "    free: true\n" + force, duration=0.1))
     np.testing.assert_allclose(recorded["bodies/acceleration"][:, 0, 2], 12.0 - G, rtol=1e-12)
+
+
+def test_a_rope_between_points_may_be_normal_to_its_plane():
+    """Its length and gradient are those of the straight line, which no plane changes."""
+    x = np.array([[1.0, 0, 0], [0, 1, 0], [0, 0, 0], [0, 0, 2]])
+    rope = Rope((0.0, 0.0), (0.0,))
+    with np.errstate(all="raise"):
+        assert rope.value(x) == [2.0]
+        np.testing.assert_array_equal(rope.gradient(x)[0, 2:], [[0, 0, -1], [0, 0, 1]])
 
 
 def test_a_motion_winds_a_rope():

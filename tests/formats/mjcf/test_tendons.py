@@ -8,6 +8,8 @@ import pytest
 import mbproj
 from mbproj.formats import Wishes, read_model
 from mbproj.formats.signals import signals_of
+from mbproj.model import compile_system, initial_guess
+from mbproj.model.planar import NotPlanar, planar_reduction
 from tests.formats.agreement import agreement
 
 mujoco = pytest.importorskip("mujoco")
@@ -173,6 +175,19 @@ def test_a_tendon_follows_another_one(polynomial, tmp_path):
     y, x = (lengths(motion, model, data) - model.tendon_length0).T
     np.testing.assert_allclose(y, np.polynomial.Polynomial(np.fromstring(polynomial, sep=" "))(x), atol=1e-10)
     assert np.ptp(x) > 1e-3
+
+
+def test_a_path_over_points_lies_in_the_plane_of_the_turns(tmp_path):
+    """Where its parts are in the plane of others, too: the scene is planar as the model."""
+    path = '<site site="below"/><site site="knee"/><site site="foot"/>'
+    file = written(tmp_path, path, 'stiffness="3"')
+    text = file.read_text().replace('<site name="post"', '<site name="below" pos="0.1 0.1 -2"/><site name="post"')
+    file.write_text(text, encoding="utf-8")
+    found = mbproj.import_model(file)
+    np.testing.assert_allclose(found.mechanism.joints["t"].keys["normal"], [0, 1, 0], atol=1e-12)
+    system = compile_system(found.scene)
+    plane = planar_reduction(system, initial_guess(found.scene, system).q)
+    assert not isinstance(plane, NotPlanar), plane
 
 
 OTHERWISE = {

@@ -4,6 +4,7 @@ They are made when something acts along the tendon, and once."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import field, replace
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -13,12 +14,12 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.errors import Place
-from mbproj.formats.chains import Coordinates
+from mbproj.formats.chains import EXACT, Coordinates
 from mbproj.formats.mechanism import Connection, Mechanism, Names, Part, Quantity
 from mbproj.formats.mjcf.compiled import Compiled
-from mbproj.formats.mjcf.joints import joint_name
+from mbproj.formats.mjcf.joints import HINGE, joint_name
 from mbproj.formats.mjcf.parts import Called
-from mbproj.formats.mjcf.tendons.paths import Branch, Spot, branches_of, is_path
+from mbproj.formats.mjcf.tendons.paths import Branch, Spot, above, branches_of, is_path
 from mbproj.scene.blocks.ropes.block import MOST_NODES
 from mbproj.scene.records import GROUND
 
@@ -136,7 +137,7 @@ class Tendons:
             return self.made["rope", number, at]
         branch = self.branches(number)[at]
         name = self.made["rope", number, at] = self._own(number, at, "rope")
-        normal = _across(branch) if branch.normal is None else branch.normal
+        normal = _across(branch, self._turns(branch)) if branch.normal is None else branch.normal
         keys: dict[str, Any] = {"path": [self._spot(spot) for spot in branch.spots], "normal": normal}
         if self.called[branch.carrier] != GROUND:
             keys["frame"] = self.called[branch.carrier]
@@ -238,6 +239,12 @@ class Tendons:
             found.append((self.made[key], float(np.linalg.norm(end.point - start.point))))
         return found
 
+    def _turns(self, branch: Branch) -> list[Array]:
+        """The axes about which bodies of a branch turn."""
+        model, data = self.compiled.model, self.compiled.data
+        joints = sorted({joint for spot in branch.spots for joint in above(model, spot.number)})
+        return [np.array(data.xaxis[joint]) for joint in joints if int(model.jnt_type[joint]) == HINGE]
+
     def _in_plane(self, number: int) -> Array:
         """The direction of a slide: along the first part of a path, or across the first turn, as in its plane."""
         for branch in self.branches(number):
@@ -266,8 +273,12 @@ class Tendons:
         return self.names.own(name if what == "rope" else f"{name}_{what}")
 
 
-def _across(branch: Branch) -> Array:
-    """A normal for a path without circles, which may be any but along a part of it."""
+def _across(branch: Branch, turns: Sequence[Array]) -> Array:
+    """A normal for a path without circles, which may be any but along a part of it: the axis of what turns is one in
+    which the mechanism may be planar."""
     ways = np.array([end.point - start.point for start, end in pairwise(branch.spots)])
-    flat = [np.linalg.norm(np.delete(ways, axis, axis=1), axis=1).min() for axis in range(3)]
-    return np.eye(3)[int(np.argmax(flat))]
+    ways /= np.linalg.norm(ways, axis=1)[:, None]
+    able = [*turns, *np.eye(3)]
+    along = [float(np.abs(ways @ normal).max()) for normal in able]
+    best = next((at for at, size in enumerate(along) if size < EXACT), int(np.argmin(along)))
+    return np.asarray(able[best])

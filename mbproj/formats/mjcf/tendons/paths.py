@@ -197,7 +197,7 @@ def _is_cylinder(compiled: Compiled, item: _Item) -> bool:
 
 def _stays(model: Any, data: Any, one: int, other: int, normal: Array) -> bool:
     """Whether two bodies move against each other in one plane: by turns about its normal and slides across it."""
-    for joint in _above(model, one) ^ _above(model, other):
+    for joint in above(model, one) ^ above(model, other):
         kind, axis = int(model.jnt_type[joint]), data.xaxis[joint]
         if kind not in (HINGE, SLIDE):
             return False
@@ -206,7 +206,7 @@ def _stays(model: Any, data: Any, one: int, other: int, normal: Array) -> bool:
     return True
 
 
-def _above(model: Any, number: int) -> set[int]:
+def above(model: Any, number: int) -> set[int]:
     """The joints between a body and the ground."""
     found: set[int] = set()
     while number:
