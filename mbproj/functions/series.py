@@ -6,7 +6,8 @@ rules are the product, quotient and chain rules (Griewank & Walther 2008, ch. 13
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from typing import final, overload
 
 import numpy as np
 
@@ -28,6 +29,29 @@ def constant_series(x: Numbers) -> Series:
     x = np.asarray(x, dtype=float)
     zero = np.zeros(x.shape)
     return x, zero, zero
+
+
+@final
+class Variables(Sequence[Series]):
+    """Variables of a program at these `values`: constants, but for those that have a series of their `own`. Each is
+    made where somebody asks, as a program names few of many."""
+
+    def __init__(self, values: Sequence[Numbers], own: Mapping[int, Series]) -> None:
+        self._values, self._own = values, own
+
+    def __len__(self) -> int:
+        return len(self._values)
+
+    @overload
+    def __getitem__(self, index: int) -> Series: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> list[Series]: ...
+
+    def __getitem__(self, index: int | slice) -> Series | list[Series]:
+        if isinstance(index, slice):
+            return [self[k] for k in range(*index.indices(len(self)))]
+        return self._own[index] if index in self._own else constant_series(self._values[index])
 
 
 def run(programs: ProgramSet, index: int, variables: Sequence[Series], held: Array | None = None) -> Series:
@@ -56,18 +80,14 @@ def walk(
 def slope(programs: ProgramSet, index: int, at: Sequence[Numbers], variable: int) -> Numbers:
     """The partial derivative of program `index` by variable number `variable` at values of the variables; what is not
     defined comes out as NaN or infinite."""
-    series = [constant_series(x) for x in at]
-    series[variable] = time_series(at[variable])
-    return run(programs, index, series)[1]
+    return run(programs, index, Variables(at, {variable: time_series(at[variable])}))[1]
 
 
 def slopes(programs: ProgramSet, index: int, at: Sequence[Numbers], variables: Integers) -> Array:
     """The partial derivatives by each of these variables, (k,), at one point."""
-    series = [constant_series(x) for x in at]
-    none = np.zeros(len(variables))
-    for variable, row in zip(variables.tolist(), np.eye(len(variables)), strict=True):
-        series[variable] = np.full(len(row), at[variable]), row, none
-    return np.broadcast_to(run(programs, index, series)[1], none.shape)
+    none, rows = np.zeros(len(variables)), np.eye(len(variables))
+    own = {k: (np.full(len(row), at[k]), row, none) for k, row in zip(variables.tolist(), rows, strict=True)}
+    return np.broadcast_to(run(programs, index, Variables(at, own))[1], none.shape)
 
 
 def failure(programs: ProgramSet, index: int, variables: Sequence[Series]) -> str:

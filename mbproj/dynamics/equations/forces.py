@@ -7,6 +7,8 @@ functions of a scene give is work done.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from mbproj.arrays import Array, Flags, Integers, Numbers, cross, total
@@ -17,7 +19,7 @@ from mbproj.dynamics.equations.instant import Instant
 from mbproj.dynamics.equations.kinematics import Pose, attached, body_rates, slots_of
 from mbproj.errors import SimulationError
 from mbproj.functions.program_set import ProgramSet
-from mbproj.functions.series import constant_series, failure, run
+from mbproj.functions.series import failure, run
 from mbproj.functions.taylor import Series
 from mbproj.model.forces import Forces, Laws
 from mbproj.thresholds import THRESHOLDS
@@ -65,9 +67,10 @@ def law_state(instant: Instant, held: Array | None = None, carried: Numbers | No
     value, rate = law_coordinates(instant)
     given, damper = np.zeros_like(value), -laws.damping * rate
     for law in np.flatnonzero(laws.program >= 0):
-        variables = instant.variables(value[..., law], rate[..., law])
+        speed = rate[..., law]
         if laws.partner[law] >= 0:
-            variables[2] = constant_series(np.hypot(rate[..., law], rate[..., laws.partner[law]]))
+            speed = np.hypot(speed, rate[..., laws.partner[law]])
+        variables = instant.variables(value[..., law], speed)
         found = run(forces.programs, int(laws.program[law]), variables, held)[0]
         if laws.partner[law] >= 0:
             found = found * _along_sliding(laws, rate, int(law))
@@ -277,7 +280,7 @@ def _program_fails(instant: Instant, index: int, value: float, rate: float) -> S
 
 
 def program_fails(
-    instant: Instant, index: int, where: str, variables: list[Series], programs: ProgramSet | None = None
+    instant: Instant, index: int, where: str, variables: Sequence[Series], programs: ProgramSet | None = None
 ) -> SimulationError:
     """Program `index` of these, else of the system, has no finite value for these variables."""
     programs = programs or instant.system.programs

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import field
 from functools import cached_property
 
@@ -12,7 +13,8 @@ from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.constraint_equations import set_velocity
 from mbproj.dynamics.equations.kinematics import Pose, Twist
 from mbproj.dynamics.equations.teeth import near
-from mbproj.functions.series import constant_series, run, time_series
+from mbproj.functions.program import TIME
+from mbproj.functions.series import Variables, run, time_series
 from mbproj.functions.taylor import Series
 from mbproj.model.channels import Kind
 from mbproj.model.system import System
@@ -58,9 +60,14 @@ class Instant:
     def values(self, s: Numbers | float = 0.0, rate: Numbers | float = 0.0) -> list[Numbers]:
         """The variables of a program that acts along a coordinate s with this rate, (...) each."""
         own = (np.broadcast_to(np.asarray(each, dtype=float), self.channels.shape[:-1]) for each in (self.t, s, rate))
-        return [*own, *np.moveaxis(self.channels, -1, 0)]
+        return [*own, *self._each]
 
-    def variables(self, s: Numbers | float = 0.0, rate: Numbers | float = 0.0) -> list[Series]:
+    @cached_property
+    def _each(self) -> list[Numbers]:
+        """The channels one by one, (...) each."""
+        return list(np.moveaxis(self.channels, -1, 0))
+
+    def variables(self, s: Numbers | float = 0.0, rate: Numbers | float = 0.0) -> Sequence[Series]:
         """The same; all but the time are taken as constant."""
-        time, *others = self.values(s, rate)
-        return [time_series(time), *map(constant_series, others)]
+        values = self.values(s, rate)
+        return Variables(values, {TIME: time_series(values[TIME])})
