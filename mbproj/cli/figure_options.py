@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, TypeVar
 
 import click
 
+from mbproj.cli.completion import File
 from mbproj.cli.explained import Part, option
 from mbproj.cli.quantity import Millimetres
+from mbproj.errors import InputError, Place, Problem
 
 Command = TypeVar("Command", bound=Callable[..., Any])
+FORMATS = (".png", ".svg", ".pdf")
 
 
 def _looks(**asked: Any) -> None:
@@ -46,3 +50,21 @@ def look(command: Command) -> Command:
     command = option(Part.OUTPUT, "--size", metavar="W[,H]", help=text, **own, **own_size)(command)
     text = "Style sheet of Matplotlib: FILE.mplstyle, or the name of one of its own; repeatable."
     return option(Part.OUTPUT, "--style", multiple=True, metavar="SHEET", help=text, callback=_sheets, **own)(command)
+
+
+def drawn(command: Command) -> Command:
+    """The option --plot of a command that draws one picture, `picture_path`, and its look."""
+    own: dict[str, Any] = {"type": File(*FORMATS, path_type=Path), "help": "Picture, .png, .svg or .pdf."}
+    return option(Part.OUTPUT, "--plot", "picture_path", **own)(look(command))
+
+
+def check_picture(path: Path | None, *, force: bool) -> None:
+    """Raises InputError where `--plot` names what is no picture, or what may not be replaced."""
+    from mbproj.outputs import check_replaceable, picture
+
+    if path is None:
+        return
+    if path.suffix not in FORMATS:
+        message = f"'{path}' has no ending of a picture"
+        raise InputError(Problem(message, Place("--plot"), f"end it in {', '.join(FORMATS)}"))
+    check_replaceable(path, picture(path.suffix[1:]), force=force)

@@ -12,11 +12,10 @@ import click
 
 from mbproj.cli.completion import File, scene_file
 from mbproj.cli.explained import Part, explained, option
-from mbproj.cli.figure_options import look
+from mbproj.cli.figure_options import check_picture, drawn
 from mbproj.cli.report.table import table
 from mbproj.cli.scene_options import parameters
 from mbproj.cli.study_options import force as force_option
-from mbproj.errors import InputError, Place, Problem
 
 if TYPE_CHECKING:
     from mbproj.scene.blocks.curves.sheet import Sheet
@@ -25,7 +24,6 @@ EXAMPLES = (
     ("The cam's pressure angle, curvature and largest roller.", "mbproj curve cam.yaml lift"),
     ("The profile for the workshop, and a picture of it.", "mbproj curve cam.yaml lift -o lift.csv --plot lift.png"),
 )
-PICTURES = (".png", ".svg", ".pdf")
 
 
 @explained("curve", EXAMPLES)
@@ -40,10 +38,7 @@ PICTURES = (".png", ".svg", ".pdf")
     help="Rows of the table, from the beginning of the curve to its end [default: 361].",
 )
 @option(Part.OUTPUT, "-o", "--output", type=File(".csv", path_type=Path), help="CSV table of the profile.")
-@option(
-    Part.OUTPUT, "--plot", "picture_path", type=File(*PICTURES, path_type=Path), help="Picture, .png, .svg or .pdf."
-)
-@look
+@drawn
 @option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object with all rows.")
 @option(Part.OUTPUT, "-q", "--quiet", is_flag=True, help="Print nothing but errors.")
 @force_option
@@ -63,7 +58,7 @@ def command(
     NAME is that of the curve; a scene with a single one needs none. The pressure angle is that of a follower that moves
     on a line through the origin of the curve. Lengths of the table are in m, angles in rad.
     """
-    from mbproj.outputs import check_replaceable, csv, picture, write_csv
+    from mbproj.outputs import check_replaceable, csv, write_csv
     from mbproj.scene.blocks.curves.sheet import sheet_of
     from mbproj.scene.read import read_scene
 
@@ -72,11 +67,7 @@ def command(
     kind = csv(list(columns)[:1])
     if output is not None:
         check_replaceable(output, kind, force=force)
-    if picture_path is not None:
-        if picture_path.suffix not in PICTURES:
-            message = f"'{picture_path}' has no ending of a picture"
-            raise InputError(Problem(message, Place("--plot"), f"end it in {', '.join(PICTURES)}"))
-        check_replaceable(picture_path, picture(picture_path.suffix[1:]), force=force)
+    check_picture(picture_path, force=force)
     if as_json:
         click.echo(json.dumps(facts(found)))
     elif not quiet:

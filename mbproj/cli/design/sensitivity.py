@@ -8,11 +8,10 @@ from pathlib import Path
 import click
 
 from mbproj.cli import study_options
-from mbproj.cli.completion import File, scene_file
+from mbproj.cli.completion import scene_file
 from mbproj.cli.explained import Part, explained, option
-from mbproj.cli.figure_options import look
+from mbproj.cli.figure_options import check_picture, drawn
 from mbproj.cli.quantity import Names
-from mbproj.errors import InputError, Place, Problem
 
 EXAMPLES = (
     (
@@ -21,7 +20,6 @@ EXAMPLES = (
     ),
     ("The same as bars.", "mbproj sensitivity planar_four_bar.yaml --to crank,coupler --plot bars.png"),
 )
-PICTURES = (".png", ".svg", ".pdf")
 
 
 @explained("sensitivity", EXAMPLES)
@@ -37,8 +35,7 @@ PICTURES = (".png", ".svg", ".pdf")
 @study_options.changes
 @study_options.workplace
 @study_options.write_table
-@option(Part.OUTPUT, "--plot", "picture_path", type=File(*PICTURES, path_type=Path), help="Bars, .png, .svg or .pdf.")
-@look
+@drawn
 @study_options.force
 @option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of the table.")
 def command(
@@ -61,18 +58,13 @@ def command(
     """
     from mbproj.cli.report.table import columns
     from mbproj.cli.scene_options import parameters
-    from mbproj.outputs import check_replaceable, picture
     from mbproj.outputs.written_table import check_table, write_table
     from mbproj.scene import read_scene
     from mbproj.studies.design.sensitivity import sensitivities
     from mbproj.studies.parallel.client import workplace
 
     check_table(table_file, ("measure", "number"), force=force)
-    if picture_path is not None:
-        if picture_path.suffix not in PICTURES:
-            message = f"'{picture_path}' has no ending of a picture"
-            raise InputError(Problem(message, Place("--plot"), f"end it in {', '.join(PICTURES)}"))
-        check_replaceable(picture_path, picture(picture_path.suffix[1:]), force=force)
+    check_picture(picture_path, force=force)
     what, where = read_scene(scene, parameters(changes)), workplace(jobs, scheduler, scheduler_file)
     table = sensitivities(what, of or (), to or (), where).table
     if table_file is not None:

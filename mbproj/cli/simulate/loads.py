@@ -10,7 +10,7 @@ import click
 
 from mbproj.cli.completion import File
 from mbproj.cli.explained import Part, explained, option
-from mbproj.cli.figure_options import look
+from mbproj.cli.figure_options import check_picture, drawn
 from mbproj.cli.scene_options import parameters
 from mbproj.cli.study_options import force as force_option
 from mbproj.errors import InputError, Place, Problem
@@ -22,7 +22,6 @@ EXAMPLES = (
     ("The torque at a joint along a recorded motion.", "mbproj loads results.h5 --actuator A.angle -o torque.csv"),
     ("What the drive takes along a measured motion.", "mbproj loads inline_four.yaml --given measured.csv"),
 )
-PICTURES = (".png", ".svg", ".pdf")
 
 
 @explained("loads", EXAMPLES)
@@ -63,10 +62,7 @@ PICTURES = (".png", ".svg", ".pdf")
     "all samples [default: estimated].",
 )
 @option(Part.OUTPUT, "-o", "--output", type=File(".csv", path_type=Path), help="CSV table of all samples.")
-@option(
-    Part.OUTPUT, "--plot", "picture_path", type=File(*PICTURES, path_type=Path), help="Picture, .png, .svg or .pdf."
-)
-@look
+@drawn
 @option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object with all samples.")
 @option(Part.OUTPUT, "-q", "--quiet", is_flag=True, help="Print nothing but errors.")
 @force_option
@@ -92,17 +88,13 @@ def command(
     """
     from mbproj.calls.loads import loads_of
     from mbproj.cli.simulate.actuator_loads import facts, lines, table
-    from mbproj.outputs import check_replaceable, csv, picture, write_csv
+    from mbproj.outputs import check_replaceable, csv, write_csv
 
     if smooth and given is None:
         raise click.UsageError("--smooth is for a motion that is given; add --given, or leave it out")
     if output is not None:
         check_replaceable(output, csv(["time (s)"]), force=force)
-    if picture_path is not None:
-        if picture_path.suffix not in PICTURES:
-            message = f"'{picture_path}' has no ending of a picture"
-            raise InputError(Problem(message, Place("--plot"), f"end it in {', '.join(PICTURES)}"))
-        check_replaceable(picture_path, picture(picture_path.suffix[1:]), force=force)
+    check_picture(picture_path, force=force)
     found = loads_of(
         source,
         given,
