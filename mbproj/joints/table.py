@@ -136,9 +136,12 @@ def _following(
     coordinates: Mapping[str, Row],
     parameters: Mapping[str, Parameter] = FOLLOWS,
     kept: Mapping[int, str | None] = MappingProxyType({}),
+    *,
+    dry: bool = False,
 ) -> JointType:
     """A joint whose body 2 follows a curve of body 1."""
-    return JointType("normal", rows, coordinates, (), True, kept, parameters, x_axis="required", sketch="track")
+    own = (True, kept, parameters)
+    return JointType("normal", rows, coordinates, (), *own, x_axis="required", dry=dry, sketch="track")
 
 
 JOINTS: Mapping[str, JointType] = MappingProxyType(
@@ -194,9 +197,9 @@ JOINTS: Mapping[str, JointType] = MappingProxyType(
         ),
         "point_in_plane": JointType("normal", (SLIDE,), IN_PLANE, x_axis="optional"),
         "point_on_line": JointType("normal", (SLIDE_X, SLIDE_Y), {"displacement": SLIDE}, sketch="on_line"),
-        "cam": _following((PROFILE,), {"displacement": ARC}),
+        "cam": _following((PROFILE,), {"displacement": ARC}, dry=True),
         "cam_contact": _following((), {"gap": PROFILE}),
-        "slot": _following((PROFILE, SLIDE), {"displacement": ARC}, {"curve": CURVE}),
+        "slot": _following((PROFILE, SLIDE), {"displacement": ARC}, {"curve": CURVE}, dry=True),
         "screw": JointType(
             "axis",
             (SLIDE_X, SLIDE_Y, *AXES_PARALLEL, ("coupling", *SLIDE[1:], *TURN[1:])),
