@@ -111,19 +111,35 @@ def test_the_limit_of_its_period_is_that_of_the_discrete_equations():
     assert brentq(lambda T: radius(T) - 1.0, 0.15, 0.25, xtol=1e-9) == pytest.approx(0.2, abs=1e-6)
 
 
-@pytest.mark.parametrize("formulation", FORMULATIONS)
+BLOCKS = SLOW_COMPUTER.replace(
+    "forces:\n",
+    """signals:
+  seen: {delay: {of: rail.displacement, time: 60 ms, period: 20 ms}}
+  smooth: {filter: {of: rail.displacement_dot, time: 10 ms, order: 2}}
+  lead: {transfer_function: {of: seen, num: [0.1, 1], den: [0.01, 1]}}
+  most: {rate_limit: {of: -5*lead - smooth, rate: 40, time: 5 ms}}
+forces:
+  other: {type: linear_spring_damper, joint: rail, force: most}
+""",
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "formulation"),
+    [*((SLOW_COMPUTER, each) for each in FORMULATIONS), (BLOCKS, "planar"), (BLOCKS, "reduced")],
+)
 @pytest.mark.parametrize(
     "options", [{}, {"tolerance": None, "step": 0.003, "output_step": 0.03}], ids=["error", "fixed"]
 )
-def test_a_run_goes_on_to_the_bit(formulation, options):
-    scene = read_scene_text(SLOW_COMPUTER, "<text>", {}, {"formulation": formulation, **options})
+def test_a_run_goes_on_to_the_bit(text, formulation, options):
+    scene = read_scene_text(text, "<text>", {}, {"formulation": formulation, **options})
     system = compile_system(scene)
     state = assemble(system, initial_guess(scene, system))
 
     def part(duration, resumed=None):
         found, marks = Recorder(), []
         settings = settings_to_run(
-            read_scene_text(SLOW_COMPUTER, "<text>", {}, {"formulation": formulation, "duration": duration, **options})
+            read_scene_text(text, "<text>", {}, {"formulation": formulation, "duration": duration, **options})
         )
         simulate(system, state, settings, found, keep=lambda *mark: marks.append(mark[-1]), resumed=resumed or {})
         return found, marks[-1]
