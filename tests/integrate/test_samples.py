@@ -89,3 +89,26 @@ def test_records_are_at_samples_alone() -> None:
     assert leg.times is not None
     times = np.array([*leg.times, 0.15, 0.3 + 1e-15, 1.2])
     assert leg.records_at(times).tolist() == [True] * 5 + [False] * 3
+
+
+TURNS = """
+mbproj: 1
+gravity: [0, 0, 0]
+simulation: {duration: 1.5, integrator: rk4, step: 0.01, output_step: OUTPUT, kinematic: false}
+bodies: {b: {mass: 1, inertia: [0.1, 0.1, 0.1], position: [1, 0.3, 0.1]}}
+joints: {A: {type: revolute, bodies: [ground, b], location: [0, 0, 0], axis: AXIS}}
+motions: {drive: {joint: A, angle: "2*pi*t"}}
+"""
+
+
+@needs_kernel
+@pytest.mark.parametrize("output_step", ["0.05", "0.0625"])
+def test_at_half_a_turn_an_angle_has_the_turns_of_the_pose_that_is_recorded(output_step):
+    """There round-off tells on which side of ±π the kernel has it, and on which side the pose that is recorded."""
+    rng = np.random.default_rng(0)
+    for axis in rng.normal(size=(20, 3)).tolist():
+        text = TURNS.replace("AXIS", str(axis)).replace("OUTPUT", output_step)
+        scene = read_scene_text(text, "f", {}, {"formulation": "reduced", "step": float(output_step) / 5.0})
+        system, recorder = compile_system(scene), Recorder()
+        simulate(system, assemble(system, initial_guess(scene, system)), settings_to_run(scene), recorder)
+        np.testing.assert_allclose(recorder["joints/coordinate"][:, 0], 2.0 * np.pi * recorder["time"], atol=1e-12)

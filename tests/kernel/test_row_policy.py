@@ -119,7 +119,7 @@ def from_sample(compiled: Compiled, block, at: int, step: float, steps: int):
         compiled.projection(ProjectionSettings()),
         compiled.core.Steps.fixed(float(block["t"][at]), steps * step, step, steps, 1),
         np.ascontiguousarray(block["y"][at]),
-        np.ascontiguousarray(block["turns"][at]),
+        np.rint(block["angles"][at] / (2.0 * np.pi)).astype(np.int64),
     )
 
 
@@ -141,7 +141,7 @@ def test_a_run_goes_on_from_a_mark_with_the_bits_of_the_long_run(name, closure):
     resumed.resume(mark)
     again = resumed.advance(steps + 1, FOREVER)
     assert len(again["t"]) == steps - part
-    for key in ("t", "y", "acceleration", "multipliers", "turns"):
+    for key in ("t", "y", "acceleration", "multipliers", "angles"):
         np.testing.assert_array_equal(again[key], after[key])
     assert resumed.left_out == run.left_out
 

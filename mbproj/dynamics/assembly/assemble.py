@@ -110,6 +110,12 @@ def coordinates(system: System, q: Array, v: Array) -> tuple[Array, Array]:
     return coordinate_values(system, pose), set_velocity(system.coordinates, pose, twist_of(pose, v))
 
 
+def turns_of(system: System, q: Array, counted: Array) -> Array:
+    """The whole turns (T, nc) of coordinates with turns (T, nc) at poses q (T, 7n). At half a turn round-off tells on
+    which side of ±π an angle is; so the turns go with the angle that this pose has here."""
+    return np.rint((counted - coordinate_values(system, pose_of(q))) / (2.0 * np.pi)) * is_angle(system)
+
+
 def moved_by(before: Array, after: Array) -> tuple[float, float]:
     """The largest shift in m and the largest turn in rad of a body between two coordinate vectors (7n,)."""
     old, new = before.reshape(-1, 7), after.reshape(-1, 7)

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from mbproj.arrays import Array, Integers, may_overflow
-from mbproj.dynamics.assembly.assemble import State
+from mbproj.dynamics.assembly.assemble import State, turns_of
 from mbproj.dynamics.equations.forces import require_values
 from mbproj.dynamics.equations.motions import drive_at
 from mbproj.dynamics.observe.samples import Samples
@@ -75,7 +75,7 @@ class Compiled(ABC):
         q, v, acceleration = self.motion(self._by_body(y), block["acceleration"])
         return Samples(
             t=block["t"],
-            y=self._states(y, q, v, self.all_turns(block["turns"])),
+            y=self._states(y, q, v, turns_of(self.system, q, self.of_all(block["angles"]))),
             layout=self.system.layout,
             acceleration=acceleration,
             carried=block["multipliers"],
@@ -99,13 +99,13 @@ class Compiled(ABC):
         """Whole turns of the kernel's coordinates from those of the system's (nc,)."""
 
     @abstractmethod
-    def all_turns(self, turns: Integers) -> Integers:
-        """Whole turns of the system's coordinates (nc,) from those of the kernel's."""
+    def of_all(self, kept: Array) -> Array:
+        """Angles or whole turns of the system's coordinates (.., nc) from those of the kernel's."""
 
     def standing(self, t: float, y: Array, turns: Sequence[int]) -> State:
         """The state of a mark of the kernel."""
         q, v = self.coordinates(self._by_body(y))
-        return State(t, self._states(y, q, v, self.all_turns(np.array(turns, dtype=np.intp))), self.system.layout)
+        return State(t, self._states(y, q, v, self.of_all(np.array(turns, dtype=float))), self.system.layout)
 
     def _by_body(self, y: Array) -> Array:
         """The bodies' states (..., n, 13 or 6) at the kernel's y (..., its size)."""
@@ -116,7 +116,7 @@ class Compiled(ABC):
         q, v, _ = self.motion(bodies[None], np.zeros((1, len(bodies), bodies.shape[1] // 2)))
         return q[0], v[0]
 
-    def _states(self, y: Array, q: Array, v: Array, turns: Integers) -> Array:
+    def _states(self, y: Array, q: Array, v: Array, turns: Array) -> Array:
         """Those of the system (..., N) at the kernel's (..., its size), with the positions and velocities there."""
         beside = self.layout.shared(y, self.system.layout)
         return self.system.layout.joined({"positions": q, "velocities": v, "turns": turns, **beside})

@@ -57,9 +57,9 @@ class InPlane(Compiled):
     def turns(self, turns: Integers) -> Integers:
         return turns[self.plane.coordinates.source.source]
 
-    def all_turns(self, turns: Integers) -> Integers:
-        found = np.zeros((*turns.shape[:-1], self.system.coordinates.size), dtype=np.intp)
-        found[..., self.plane.coordinates.source.source] = turns
+    def of_all(self, kept: Array) -> Array:
+        found = np.zeros((*kept.shape[:-1], self.system.coordinates.size))
+        found[..., self.plane.coordinates.source.source] = kept
         return found
 
     def joint(self, number: int) -> int:

@@ -56,8 +56,8 @@ class Reduced(Compiled):
     def turns(self, turns: Integers) -> Integers:
         return turns
 
-    def all_turns(self, turns: Integers) -> Integers:
-        return turns
+    def of_all(self, kept: Array) -> Array:
+        return kept
 
     def joint(self, number: int) -> int:
         return number

@@ -23,7 +23,7 @@ template <int D> nb::dict samples(TimeLoop<D>& run) {
     found["acceleration"] = array_of(block.acceleration, count, bodies, Size<D>::freedoms);
     found["multipliers"] = array_of(block.multipliers, count, run.model().constraints.rows);
     found["step_size"] = array_of(block.step_size, count);
-    found["turns"] = array_of(block.turns, count, run.model().coordinates.instances.size());
+    found["angles"] = array_of(block.angles, count, run.model().coordinates.instances.size());
     found["counters"] = array_of(block.counters, count, Counters::count);
     if (!run.stops().inside()) return found;
     const std::size_t stops = run.model().stops.bound.size();

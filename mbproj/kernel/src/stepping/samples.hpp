@@ -78,19 +78,19 @@ struct Peaks {
     }
 };
 
-// Samples one after another, row-major: y, accelerations (global r'', ω' in body axes), multipliers, turns; where contacts are
+// Samples one after another, row-major: y, accelerations (global r'', ω' in body axes), multipliers, angles with turns; where contacts are
 // the loop's, the push of each stop, whether it holds, and the work and the loss in no time.
 struct SampleBlock {
-    std::vector<double> t, y, acceleration, multipliers, step_size, pushes, jumps;
-    std::vector<long> turns, counters, held;
+    std::vector<double> t, y, acceleration, multipliers, angles, step_size, pushes, jumps;
+    std::vector<long> counters, held;
     void clear() {
-        for (auto* numbers : {&t, &y, &acceleration, &multipliers, &step_size, &pushes, &jumps}) numbers->clear();
-        for (auto* numbers : {&turns, &counters, &held}) numbers->clear();
+        for (auto* numbers : {&t, &y, &acceleration, &multipliers, &angles, &step_size, &pushes, &jumps}) numbers->clear();
+        for (auto* numbers : {&counters, &held}) numbers->clear();
     }
 
     // y and its slope, and λ of C's rows, the first of `lambda`.
     template <int D> void add(double time, const Eigen::VectorXd& state, const Eigen::VectorXd& slope, int bodies,
-                              const std::vector<double>& lambda, int rows, double h, const std::vector<long>& turned,
+                              const std::vector<double>& lambda, int rows, double h, const std::vector<double>& turned,
                               const Counters& counted) {
         using S = Size<D>;
         t.push_back(time);
@@ -101,7 +101,7 @@ struct SampleBlock {
         }
         multipliers.insert(multipliers.end(), lambda.begin(), lambda.begin() + rows);
         step_size.push_back(h);
-        turns.insert(turns.end(), turned.begin(), turned.end());
+        angles.insert(angles.end(), turned.begin(), turned.end());
         const auto counts = counted.list();
         counters.insert(counters.end(), counts.begin(), counts.end());
     }

@@ -85,7 +85,7 @@ private:
         stepper_.first() = slope_, begin_balance();
         now_.h = steps_.fixed() ? steps_.step : steps_.first;
         if (!(now_.h > 0.0) && !choose_step(schedule_.left(now_.t))) return;
-        sample(now_.t, now_.y, slope_, lambda_, now_.h, counted_.turns);
+        sample(now_.t, now_.y, slope_, lambda_, now_.h, counted_);
         equations_.see(schedule_.window());
         if (trial_.passes()) events().watch(now_.t, now_.y, schedule_.window());
         if (schedule_.is_after_break() || trial_.locates()) cross_break();
@@ -205,7 +205,7 @@ private:
         now_.y.swap(now_.y_new);
         stepper_.first().swap(slope_);
         now_.t = now_.to.t;
-        if (now_.to.due) sample(now_.t, now_.y, stepper_.first(), lambda_, now_.to.h, counted_.turns);
+        if (now_.to.due) sample(now_.t, now_.y, stepper_.first(), lambda_, now_.to.h, counted_);
         schedule_.reach(now_.to);
         if (trial_.passes()) events().watch(now_.t, now_.y, schedule_.window());
         if (stops_.meeting() && !meet_stop()) return;
@@ -279,9 +279,9 @@ private:
     }
 
     void sample(double t, const Vector& y, const Vector& slope, const std::vector<double>& lambda, double h,
-                const std::vector<long>& turned) {
+                const typename TurnCounter<D>::Counted& turned) {
         count_factorisations();
-        block.add<D>(t, y, slope, model_.size(), lambda, model_.constraints.rows, h, turned, now_.counters);
+        block.add<D>(t, y, slope, model_.size(), lambda, model_.constraints.rows, h, turned.values(), now_.counters);
         if (stops_.inside()) stops_.record(block, lambda);
     }
 

@@ -23,6 +23,11 @@ public:
         std::vector<Angle> angles;
         std::vector<long> turns;
         double value(int i) const { return angles[i].value() + 2.0 * M_PI * static_cast<double>(turns[i]); }
+        std::vector<double> values() const {
+            std::vector<double> found(angles.size());
+            for (std::size_t i = 0; i < found.size(); ++i) found[i] = value(static_cast<int>(i));
+            return found;
+        }
     };
 
     TurnCounter(const Model<D>& model, EquationsOfMotion<D>& equations, const Stepper<D>& stepper)
@@ -89,9 +94,9 @@ public:
     }
 
     // At a time within a step whose ends are counted, for the state y in place: along the cubics through both ends.
-    std::vector<long> inside(const Counted& before, double t, const Counted& after, double t_new, double time,
+    Counted inside(const Counted& before, double t, const Counted& after, double t_new, double time,
                              const Vector& y) const {
-        std::vector<long> found = before.turns;
+        Counted found = before;
         const double h = t_new - t, s = (time - t) / h, rest = 1.0 - s;
         for (const Counting& each : counting_) {
             const int i = each.coordinate;
@@ -102,7 +107,8 @@ public:
             else if (followed_.size)
                 expected = y[followed_.first + i];
             double off;
-            found[i] = turns(expected, look(each).value(), off);
+            found.angles[i] = look(each);
+            found.turns[i] = turns(expected, found.angles[i].value(), off);
         }
         return found;
     }
