@@ -191,7 +191,7 @@ def test_all_multipliers_of_a_sample_balance_the_forces(case):
         "acceleration": acceleration[None],
         "multipliers": carried[None],
         "step_size": np.zeros(1),
-        "turns": np.zeros((1, plane.coordinates.size), dtype=int),
+        "angles": np.zeros((1, plane.coordinates.size)),
     }
     sample = flat.samples(block, {})
     pose = pose_of(sample.q[0])
