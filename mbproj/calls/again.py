@@ -31,6 +31,7 @@ def rerun(
     to the last bit.
     """
     with by_arguments(), opened(results) as before:
+        require_whole(before)
         scene, _ = stored_scene(before)
         if output is not None:
             require_another(str(output), before.path, "to repeat")
@@ -84,6 +85,13 @@ def stored_scene(results: Results) -> tuple[Scene, str]:
     return replace(scene, path=results.scene_path, settings=results.settings), name
 
 
+def require_whole(results: Results) -> None:
+    """Raises InputError where a function in Python acted on the run, which the file does not have."""
+    if "controller_period" in results.attributes:
+        message = f"'{results.path}': a function in Python acted on the run, and is not in the file"
+        raise InputError(Problem(message, hint="run it again in Python, with controller=f"))
+
+
 def _require_all(scene: Scene, results: Results) -> None:
     """Raises InputError where the run had joints, forces or states that its scene does not have."""
     own = compile_system(scene).names
@@ -103,6 +111,7 @@ def require_another(output: str, source: Path, what: str) -> None:
 
 def checkpoint_of(before: Results) -> Checkpoint:
     """The state to go on from. Raises InputError where there is none, or the run still goes on, or has failed."""
+    require_whole(before)
     if is_locked(before.path):
         raise InputError(Problem(f"the run that writes '{before.path}' still goes on", hint="wait for it, or stop it"))
     if before.status.startswith("failed"):

@@ -203,6 +203,7 @@ def record(
     if earlier is not None and earlier.results is not None:
         _copy(earlier.results, recorder, until=float(resumed.get("t", "-inf")))
     if outside is not None:
+        recorder.attributes({"controller_period": outside[1]})
         return simulate(system, state, settings, recorder, progress, controller=outside[0], period=outside[1]), None
     if limits is None:
         return simulate(system, state, settings, recorder, progress, keep=recorder.keep, resumed=resumed), None

@@ -99,6 +99,9 @@ def test_a_controller_from_python_acts_as_one_of_the_scene(options):
 def test_a_controller_may_set_nothing_and_its_mistakes_are_told():
     still = mbproj.run(CART, controller=lambda t, seen: None, period=0.1, tolerance=1e-8)
     assert still["joints/coordinate"][-1, 0] == pytest.approx(0.6, abs=1e-12)
+    for again in (mbproj.rerun, mbproj.continue_run):
+        with pytest.raises(InputError, match="a function in Python acted on the run"):
+            again(still)
     for options, words in (
         ({"period": None}, "acts each period"),
         ({"period": 0.1, "certify": True}, "is not certified"),

@@ -24,11 +24,12 @@ def command(results: Path, output: str, as_json: bool, quiet: bool) -> None:
 
     On the same build and machine the numbers are the same to the last bit.
     """
-    from mbproj.calls.again import require_another, stored_scene
+    from mbproj.calls.again import require_another, require_whole, stored_scene
     from mbproj.cli.simulate.execute import execute
     from mbproj.results import open_results
 
     with open_results(results) as before:
+        require_whole(before)
         scene, name = stored_scene(before)
         require_another(output, before.path, "to repeat")
         certified = before.certified
