@@ -129,6 +129,7 @@ def with_all(kind: str, element: str, method: str, integrator: str) -> str:
 
 
 @needs_kernel
+@pytest.mark.filterwarnings("error::RuntimeWarning")
 @pytest.mark.parametrize(("kind", "element", "method", "integrator"), CASES, ids=["-".join(case) for case in CASES])
 def test_each_entry_goes_through_the_commands(kind, element, method, integrator, call):
     text, in_kernel = with_all(kind, element, method, integrator), PROJECTIONS[method].compiled

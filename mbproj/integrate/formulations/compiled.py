@@ -264,19 +264,19 @@ class Compiled(ABC):
             unsolved = unsolved_stage(t, self.system, body, force, is_near=bool(outcome.near_singular))
             return unsolved if settings.step is None else halved_in_vain(unsolved, float(run.standing["h"]))
         if outcome.status == status.broken:
-            return self._broken(self.standing(t, run.broken_state, run.standing["turns"]))
+            return self._broken(t, run)
         where = self.system.row_owner(self.row(outcome.row))
         by, passes, failed = outcome.open_by, outcome.passes, bool(outcome.projection_failed)
         return left_open(t, where, by, passes, projection=settings.projection, failed=failed)
 
-    def _broken(self, state: State) -> SimulationError:
+    def _broken(self, t: float, run: Any) -> SimulationError:
         """What the functions of the scene say at a state where one has no value."""
         try:
             with may_overflow():
-                self.require_functions(state)
+                self.require_functions(self.standing(t, run.broken_state, run.standing["turns"]))
         except SimulationError as error:
             return error
-        return not_finite(state.t)
+        return not_finite(t)
 
 
 def _tableau(core: ModuleType, tableau: Tableau | ImplicitTableau, *, kinematic: bool) -> Any:
