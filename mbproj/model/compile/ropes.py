@@ -37,7 +37,8 @@ class Wound(NamedTuple):
 
 def wound(joint: Joint, owner: int, seats: Mapping[str, Seat], poses: Mapping[str, Pose], place: Place | None) -> Wound:
     """The coordinates `length`, of the whole path; `length_1`, `length_2` ... of the portions between wheels; and
-    `angle_1`, `angle_2` ... of wheels and drums. Raises InputError where the angles of a portion have no measure."""
+    `angle_1`, `angle_2` ... of wheels and drums. Raises InputError where the angles of a portion have no measure, or
+    fixed joints keep a wheel from turning."""
     path: Path = joint.parameters["path"]
     second = seats[joint.bodies[1]].carrier
     frame = seats[path.frame]
@@ -46,6 +47,9 @@ def wound(joint: Joint, owner: int, seats: Mapping[str, Seat], poses: Mapping[st
     vectors: list[Slot] = [(frame.carrier, 1, vector) for vector in plane]
     centres: list[Slot] = []
     for node in path.nodes:
+        if node.kind == "wheel" and seats[node.body].carrier == frame.carrier:
+            what = f"the wheel '{node.body}' of the rope '{joint.name}' does not turn: a fixed joint holds it"
+            raise InputError(Problem(what, place, "let it turn, or write 'sheave'"))
         carrier, local = seated(node.at, local_point(node.at, poses), seats)
         centres.append((carrier, 2 if carrier == second else 1, local))
     turning = {
