@@ -80,7 +80,9 @@ def test_the_start_of_every_shipped_mechanism_lies_in_its_picture(mechanism):
     assert np.allclose(axes.T @ axes, np.eye(2), atol=1e-12)
     figure = draw_start(look, view, motion)
     shapes, *rods = outlines(figure)
-    assert len(rods) == sum(JOINTS[joint.type].is_rod for joint in scene.joints)
+    ropes = [joint.parameters["path"] for joint in scene.joints if "path" in joint.parameters]
+    parts = sum(len(path.nodes) - 1 for path in ropes)
+    assert len(rods) == parts + sum(JOINTS[joint.type].is_rod for joint in scene.joints)
     low, high = np.array([figure.axes[0].get_xlim(), figure.axes[0].get_ylim()]).T
     for point in projected(motion.position[0], view):
         assert (low <= point).all() and (point <= high).all()
