@@ -70,7 +70,7 @@ def block(time: npt.NDArray[np.float64], names: Mapping[str, Sequence[str]] = NA
     count = np.arange(len(time)) if len(time) == 0 else np.round(time / 0.01).astype(np.int64)
     kinds = ("bodies", "markers", "joints", "coordinates", "forces", "motions")
     n, k, nj, nc, nf, nm = (len(names[kind]) for kind in kinds)
-    ns, nr = len(names.get("stops", ())), len(names.get("frictions", ()))
+    ns, nr, nt = (len(names.get(kind, ())) for kind in ("stops", "frictions", "tensions"))
     force = -pull[:, None] * tip / LENGTH
 
     def each(values: npt.NDArray[Any], columns: int) -> npt.NDArray[Any]:
@@ -122,6 +122,7 @@ def block(time: npt.NDArray[np.float64], names: Mapping[str, Sequence[str]] = NA
         "diagnostics/velocity_violation": 4 * violation,
         "diagnostics/acceleration_violation": 9 * violation,
         "diagnostics/kinetic_energy": kinetic,
+        **({"ropes/tension": each(pull, nt)} if nt else {}),
         "diagnostics/potential_energy": potential,
         "diagnostics/total_energy": kinetic + potential,
         "diagnostics/energy_balance": drift * time,

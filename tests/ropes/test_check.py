@@ -48,4 +48,7 @@ def test_a_wheel_that_a_fixed_joint_holds_is_no_sheave():
     """The rope does not slide over a wheel: over one that does not turn it would not move at all."""
     with pytest.raises(InputError, match=r"11:3: error: the wheel 'wheel' of the rope 'R' does not turn.*'sheave'"):
         mbproj.check(mbproj.read_scene_text(FIXED_WHEEL))
-    assert mbproj.check(mbproj.read_scene_text(FIXED_WHEEL.replace("{wheel: wheel", "{sheave: wheel"))).degrees_of_freedom == 0
+    assert (
+        mbproj.check(mbproj.read_scene_text(FIXED_WHEEL.replace("{wheel: wheel", "{sheave: wheel"))).degrees_of_freedom
+        == 0
+    )

@@ -22,35 +22,38 @@ public:
         for (const auto& [state, value] : *given_) y[model_.layout.states.first + state] = value;
         given_.reset();
     }
-    // What a controller does at y at t. False where a program has no finite value: the equations say so.
-    bool act(int number, double t, double* y) {
+    // What controllers see at y at t, before the first of them acts there.
+    void look(double t, const double* y) {
+        equations_.set_pose(t, y);
+        equations_.set_velocities(y, false);
+        seen_ = &equations_.seen(t, y);
+    }
+    // What a controller does at y, which has been looked at. False where a program has no finite value: the equations say so.
+    bool act(int number, double* y) {
         const Action& action = model_.actions[number];
-        const Series* variables = seen(t, y);
+        const Series* variables = seen_->variables();
         found_.clear();
         for (const int program : action.programs) {
             found_.push_back(model_.action_programs.value(program, variables, nullptr));
             if (!std::isfinite(found_.back())) return equations_.broken(y);
         }
         for (std::size_t k = 0; k < found_.size(); ++k) y[model_.layout.states.first + action.states[k]] = found_[k];
+        seen_->set_states(y);
         return true;
     }
     // Programs of the time and channels at y at t.
     std::vector<double> values(const Programs& programs, double t, const double* y) {
-        const Series* variables = seen(t, y);
+        look(t, y);
+        const Series* variables = seen_->variables();
         std::vector<double> found;
         for (int k = 0; k < programs.size(); ++k) found.push_back(programs.value(k, variables, nullptr));
         return found;
     }
 
 private:
-    const Series* seen(double t, const double* y) {
-        equations_.set_pose(t, y);
-        equations_.set_velocities(y, false);
-        return equations_.seen(t, y).variables();
-    }
-
     const Model<D>& model_;
     EquationsOfMotion<D>& equations_;
+    Channels<D>* seen_ = nullptr;
     std::optional<Given> given_;
     std::vector<double> found_;  // what an action sets
 };

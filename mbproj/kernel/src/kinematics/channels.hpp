@@ -8,7 +8,10 @@ namespace mbproj {
 
 template <int D> class Channels final {
 public:
-    explicit Channels(const Model<D>& model) : model_(model), variables_(law_variables + model.channels.size()) {}
+    explicit Channels(const Model<D>& model) : model_(model), variables_(law_variables + model.channels.size()) {
+        for (std::size_t c = 0; c < model.channels.size(); ++c)
+            if (model.channels[c].kind == ChannelKind::state) states_.push_back(c);
+    }
 
     // At y at t, of which the pose and the motion are in place. y stays where it is as long as these are asked for.
     Channels& set(double t, const double* y, const Pose<D>& pose, const Motion<D>& motion) {
@@ -17,6 +20,11 @@ public:
         for (std::size_t c = 0; c < model_.channels.size(); ++c)
             variables_[law_variables + c].x = at(model_.channels[c], y, pose, motion);
         return *this;
+    }
+    // The same where only states are others than when all was set.
+    void set_states(const double* y) {
+        for (const std::size_t c : states_)
+            variables_[law_variables + c].x = y[model_.layout.states.first + model_.channels[c].index];
     }
     // Of a program that acts along a coordinate with this value and rate.
     Series* variables(double value = 0.0, double rate = 0.0) {
@@ -51,6 +59,7 @@ private:
 
     const Model<D>& model_;
     std::vector<Series> variables_;
+    std::vector<std::size_t> states_;  // which channels are states
     const double* expected_ = nullptr;
 };
 

@@ -37,7 +37,11 @@ protected:
     // What happens to states at the breaks that are passed.
     void act() {
         instants_.take_given(now_.y.data());
-        acted_ = schedule_.act([this](int action) { return instants_.act(action, now_.t, now_.y.data()); });
+        bool looked = false;
+        acted_ = schedule_.act([&](int action) {
+            if (!std::exchange(looked, true)) instants_.look(now_.t, now_.y.data());
+            return instants_.act(action, now_.y.data());
+        });
     }
     double after_event() const { return model_.thresholds.part_after_break; }
     void go_on(double part) {
