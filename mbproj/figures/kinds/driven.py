@@ -20,6 +20,7 @@ from mbproj.figures.rows import Group, Quantity, Row
 from mbproj.figures.style import styled
 from mbproj.figures.units import Unit, units_of
 from mbproj.results import Results
+from mbproj.results.layout import ALL_NAMES
 from mbproj.results.members import Friction
 
 #: What acts along a coordinate in this unit, and its own unit.
@@ -31,7 +32,7 @@ STICKS, OPAQUE = "#56B4E9", 0.22
 
 @dataclass(frozen=True)
 class Columns:
-    """Reads the columns `names` (T, k) of a dataset; None where a result lacks one of them."""
+    """Reads the columns `names` (T, k) of a dataset of their group; None where a result lacks one of them."""
 
     kind: str
     names: tuple[str, ...]
@@ -42,7 +43,7 @@ class Columns:
         if not set(self.names) <= set(present):
             return None
         columns = [present.index(name) for name in self.names]
-        values: Array = result[f"{self.kind}/{self.dataset}"][:, columns]
+        values: Array = result[f"{ALL_NAMES[self.kind].group}/{self.dataset}"][:, columns]
         return values
 
 

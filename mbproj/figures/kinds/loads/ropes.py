@@ -7,32 +7,15 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from mbproj.arrays import Array
-from mbproj.dataclass import dataclass
 from mbproj.figures import rows, shown
 from mbproj.figures.differences import SIGN
+from mbproj.figures.kinds.driven import Columns
 from mbproj.figures.rows import Group, Quantity, Row
 from mbproj.figures.style import styled
 from mbproj.figures.units import Unit, units_of
 from mbproj.results import Results
 
 TENSION = Unit("N", "N")
-
-
-@dataclass(frozen=True)
-class Columns:
-    """Reads the columns `names` (T, k) of a dataset; None where a result lacks one of them."""
-
-    kind: str
-    names: tuple[str, ...]
-    dataset: str
-
-    def __call__(self, result: Results) -> Array | None:
-        present = result.names(self.kind)
-        if not set(self.names) <= set(present):
-            return None
-        values: Array = result[self.dataset][:, [present.index(name) for name in self.names]]
-        return values
 
 
 @styled
@@ -46,14 +29,14 @@ def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
 
 
 def _of(results: Sequence[Results], rope: str, names: tuple[str, ...]) -> Group:
-    read = Columns("coordinates", (f"{rope}.length",), "joints/coordinate")
-    pulls = Columns("tensions", names, "ropes/tension")
+    read = Columns("coordinates", (f"{rope}.length",), "coordinate")
+    pulls = Columns("tensions", names, "tension")
     unit = units_of("m", [np.asarray(values) for result in results if (values := read(result)) is not None]).value
     length = Quantity(f"{rope}: length", unit, read)
     if len(names) == 1 or len(results) == 1:
         lines = tuple((name, number) for number, name in enumerate(names)) if len(names) > 1 else ()
         listed: list[Row] = [(length, Quantity("tension", TENSION, pulls, lines))]
     else:
-        each = [Quantity(name, TENSION, Columns("tensions", (name,), "ropes/tension")) for name in names]
+        each = [Quantity(name, TENSION, Columns("tensions", (name,), "tension")) for name in names]
         listed = [(length, each[0]), *((None, other) for other in each[1:])]
     return Group(tuple(listed), (Quantity(SIGN, unit, read), Quantity(SIGN, TENSION, pulls)))
