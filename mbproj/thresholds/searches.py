@@ -62,6 +62,16 @@ class Searches:
         "vectors are parallel or normal, and depths equal, up to this",
         "typed numbers have 15 digits",
     )
+    far_apart: float = threshold(
+        0.1, "1", "numpy", "directions with a larger sine are far from dependent, at any length", "√0.01, chosen"
+    )
+    far_arm: float = threshold(
+        1e3,
+        "length",
+        "numpy",
+        "with larger arms, the rank of a joint's rows is looked at",
+        "leaves 6 digits to dependent",
+    )
     dense_bodies: int = threshold(
         50,
         "bodies",

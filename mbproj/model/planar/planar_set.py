@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 import numpy.typing as npt
 
@@ -9,7 +11,7 @@ from mbproj.arrays import Array, Integers
 from mbproj.constraints import Primitive
 from mbproj.dataclass import dataclass
 from mbproj.model.planar.rows import RowMap, Seen, kind_of
-from mbproj.model.primitive_set import Member, PrimitiveSet
+from mbproj.model.primitive_set import LAYOUTS, Layout, Member, PrimitiveSet
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,23 +49,54 @@ class PlanarSet:
 
 def planar_set(bound: PrimitiveSet, seen: Seen, inside: npt.NDArray[np.bool_], axes: Array) -> PlanarSet:
     """The primitives of `bound` whose rows are `inside` (m,), coincident ones along axes (3, 3)'s e1, e2 and n."""
-    acts = inside.tolist()
-    members = [(each, rows) for each in bound.layout.members if (rows := [row for row in each.rows if acts[row]])]
-    slots = np.array([slot for each, _ in members for slot in each.slots], dtype=np.intp)
-    kept = [row for _, rows in members for row in rows]
-    source = _source(members, axes)
+    kept = _kept_layout(bound.layout, inside.tobytes(), axes.tobytes())
+    slots, source = kept.slots, kept.source
     whole, flat = bound.value(np.array([seen.x, seen.x * [1.0, 1.0, 0.0]]))
     return PlanarSet(
-        primitives=tuple(each.primitive for each, _ in members),
-        first_slot=_starts([len(each.slots) for each, _ in members]),
-        row=_starts([len(rows) for _, rows in members]),
-        owner=bound.owner[[each.rows[0] for each, _ in members]],
+        primitives=kept.primitives,
+        first_slot=kept.first_slot,
+        row=kept.row,
+        owner=kept.owner,
         body=bound.body[slots],
         local=seen.arm[slots, :2],
         is_point=bound.is_point[slots],
-        offset=source.rows(bound.offset) - (whole - flat)[kept],
+        offset=source.rows(bound.offset) - (whole - flat)[kept.rows],
         source=source,
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _Kept:
+    """What a planar set has whatever its numbers are: as there, with the attachments (S,) and rows (m,) of the spatial
+    set."""
+
+    primitives: tuple[Primitive, ...]
+    first_slot: Integers
+    row: Integers
+    owner: Integers
+    slots: Integers
+    rows: Integers
+    source: RowMap
+
+
+@lru_cache(LAYOUTS)
+def _kept_layout(layout: Layout, inside: bytes, axes: bytes) -> _Kept:
+    """Shared by all sets that have it: nobody may write to it."""
+    acts = np.frombuffer(inside, dtype=bool).tolist()
+    members = [(each, rows) for each in layout.members if (rows := [row for row in each.rows if acts[row]])]
+    kept = _Kept(
+        primitives=tuple(each.primitive for each, _ in members),
+        first_slot=_starts([len(each.slots) for each, _ in members]),
+        row=_starts([len(rows) for _, rows in members]),
+        owner=layout.owner[[each.rows[0] for each, _ in members]],
+        slots=np.array([slot for each, _ in members for slot in each.slots], dtype=np.intp),
+        rows=np.array([row for _, rows in members for row in rows], dtype=np.intp),
+        source=_source(members, np.frombuffer(axes).reshape(3, 3)),
+    )
+    for part in (*vars(kept).values(), *vars(kept.source).values()):
+        if isinstance(part, np.ndarray):
+            part.flags.writeable = False
+    return kept
 
 
 def _source(members: list[tuple[Member, list[int]]], axes: Array) -> RowMap:

@@ -9,6 +9,7 @@ from mbproj.arrays import Array, Integers, cross
 from mbproj.constraints import PRIMITIVES
 from mbproj.dataclass import dataclass
 from mbproj.model.euler_parameters import rotation_matrix
+from mbproj.model.planar.certain import certain_plane
 from mbproj.model.planar.normals import candidate_normals, plane_axes
 from mbproj.model.planar.planar_set import planar_set
 from mbproj.model.planar.plane import Plane
@@ -45,6 +46,12 @@ def planar_reduction(system: System, q: Array) -> Plane | NotPlanar:
     rows = np.concatenate([q.reshape(-1, 7), [[0.0, 0, 0, 1, 0, 0, 0]]])
     orientation = rows[:, 3:] / np.linalg.norm(rows[:, 3:], axis=1, keepdims=True)
     pose = _Pose(rows[:, :3], orientation, rotation_matrix(orientation))
+    known = certain_plane(system.joints, pose.position, pose.rotation, system.length)
+    if known is not None:
+        find = _plane if known.is_held else _reduction
+        plane = find(system, pose, known.axes, known.seen, known.side)
+        if isinstance(plane, Plane):
+            return plane
     refusals = []
     for axes, joints, side in _candidates(system, pose):
         found = _reduction(system, pose, axes, joints, side)
@@ -73,13 +80,18 @@ def _candidates(system: System, pose: _Pose) -> list[tuple[Array, Seen, Integers
 
 def _reduction(system: System, pose: _Pose, axes: Array, joints: Seen, side: Integers) -> Plane | NotPlanar:
     """The plane with these axes, or what is against it."""
-    n = system.bodies
     parts = split(system.joints, joints, side)
     if isinstance(parts, Refusal):
         return _not_planar(f"joint '{system.names.joints[parts.joint]}' {parts.cause}, seen in the plane", axes)
     loose = escape(system.joints, joints, parts.outside, system.names.carriers, system.length)
     if loose is not None:
         return _not_planar(loose, axes)
+    return _plane(system, pose, axes, joints, np.where(parts.inside, INSIDE, OUTSIDE))
+
+
+def _plane(system: System, pose: _Pose, axes: Array, joints: Seen, side: Integers) -> Plane | NotPlanar:
+    """The plane with these axes, which the joints hold the bodies in, or the angle that is against it."""
+    n, inside = system.bodies, side == INSIDE
     coordinates = _seen(system.coordinates, pose, axes, system.length)
     changing = _changing(system.coordinates, coordinates)
     if not changing.all():
@@ -95,7 +107,7 @@ def _reduction(system: System, pose: _Pose, axes: Array, joints: Seen, side: Int
         mass=system.mass,
         inertia=np.einsum("ni,nij,nj->n", normal, system.inertia, normal),
         gravity=system.gravity @ axes[:, :2],
-        joints=planar_set(system.joints, joints, parts.inside, axes),
+        joints=planar_set(system.joints, joints, inside, axes),
         coordinates=planar_set(system.coordinates, coordinates, changing, axes),
         constant=np.flatnonzero(~changing),
         constant_value=system.coordinates.value(coordinates.x)[~changing],

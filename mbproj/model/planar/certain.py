@@ -1,0 +1,171 @@
+"""Where the verdict on a plane cannot be another one with other numbers of the same topology: a search, or a sweep,
+then makes it once.
+
+Let n be a global axis, and let every vector of the joints lie across n or along n, every row be inside or outside, none
+tilted. Then `planar_reduction` takes n, whatever lengths and masses are:
+
+- Candidates for the normal are directions of vectors and normals of two. Each is n or lies across n, but for round-off.
+- Seen along another candidate e, rows outside are those of coincident points, and those of a vector along e. Of the
+  vectors across n that one joint has in one body, only parallel ones do so together. Where this bound of the rows
+  outside is below their number along n, n is the first candidate.
+- A joint that locks a shift along n, and turns about two directions across n that are fixed in one body, holds two
+  bodies in one plane at any length. Where such joints connect all bodies to the ground, the rank is full.
+
+All that this rests on is compared with what it was before: the sides of rows, which vectors lie along n, and which of
+one joint in one body are parallel.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from functools import lru_cache
+from itertools import combinations
+
+import numpy as np
+
+from mbproj.arrays import Array, Flags, Integers, cross
+from mbproj.dataclass import dataclass
+from mbproj.model.planar.normals import DIRECTIONS
+from mbproj.model.planar.rows import BESIDE, INSIDE, OUTSIDE, Seen, kind_of, see, sides
+from mbproj.model.primitive_set import Layout, PrimitiveSet
+from mbproj.thresholds import THRESHOLDS
+
+#: Verdicts that are kept.
+KEPT = 64
+
+
+@dataclass(frozen=True, eq=False)
+class CertainPlane:
+    """The plane's `axes` (3, 3), the joints as `seen` along them, and the `side` of each row (m,). Where the joints are
+    not certain to hold all bodies in it, `is_held` is False."""
+
+    axes: Array
+    seen: Seen
+    side: Integers
+    is_held: bool
+
+
+def certain_plane(joints: PrimitiveSet, position: Array, rotation: Array, length: float) -> CertainPlane | None:
+    """The plane of a mechanism at a pose, the ground last, where the topology alone tells it; else None."""
+    bodies = len(position) - 1
+    axis = _axis(joints, rotation) if 0 < bodies <= THRESHOLDS.dense_bodies else None
+    if axis is None:
+        return None
+    axes = np.roll(np.eye(3), 2 - axis, axis=1)
+    seen = see(joints, position, rotation, axes[None], length)
+    side = sides(joints, seen)[0]
+    seen = seen.along(0)
+    along = (seen.x[:, :2] == 0.0).all(axis=1)
+    if not (along | (seen.x[:, 2] == 0.0))[joints.is_point == 0.0].all():
+        return None
+    if np.abs(seen.arm).max(initial=0.0) > THRESHOLDS.far_arm * length:
+        return None
+    first, second = _pairs(joints.layout)
+    parallel = _sine(joints.local[first], joints.local[second]) < THRESHOLDS.far_apart
+    found = _verdict(joints.layout, bodies, side.tobytes(), along.tobytes(), parallel.tobytes())
+    return CertainPlane(axes, seen, side, found.is_held) if found.is_first else None
+
+
+def _axis(joints: PrimitiveSet, rotation: Array) -> int | None:
+    """The global axis that most of the first vectors lie along; None where none does. `candidate_normals` has it."""
+    first = np.flatnonzero(joints.is_point == 0.0)[:DIRECTIONS]
+    vectors = (rotation[joints.body[first]] @ joints.local[first, :, None])[..., 0]
+    found = np.zeros(3, dtype=np.intp)
+    for vector in vectors.tolist():
+        largest = max(range(3), key=lambda k: abs(vector[k]))
+        size, off = abs(vector[largest]), math.hypot(vector[largest - 1], vector[largest - 2])
+        if 0.5 * THRESHOLDS.in_plane * size < off <= 2.0 * THRESHOLDS.one_direction * size:
+            return None  # nearly along it: another candidate
+        found[largest] += off <= 0.5 * THRESHOLDS.in_plane * size > 0.0
+    return int(np.argmax(found)) if found.any() else None
+
+
+@lru_cache(KEPT)
+def _pairs(layout: Layout) -> tuple[Integers, Integers]:
+    """The pairs of vectors that one joint has in one body, each with itself, too."""
+    joint = np.zeros(len(layout.body), dtype=np.intp)
+    joint[layout.entry_slot] = layout.owner[layout.entry_row]
+    is_vector = layout.is_point == 0.0
+    same = (joint[:, None] == joint) & (layout.body[:, None] == layout.body) & is_vector[:, None] & is_vector
+    first, second = np.nonzero(same)
+    return first, second
+
+
+@dataclass(frozen=True)
+class _Verdict:
+    """Whether n is the first candidate, and whether the joints hold all bodies in the plane."""
+
+    is_first: bool
+    is_held: bool
+
+
+@lru_cache(KEPT)
+def _verdict(layout: Layout, bodies: int, side: bytes, along: bytes, parallel: bytes) -> _Verdict:
+    """Whether what the first lines say holds, by the sides of rows (m,), by which attachments lie along n (S,), and by
+    which of the pairs are parallel."""
+    sides_of, is_along = np.frombuffer(side, dtype=np.intp), np.frombuffer(along, dtype=bool)
+    are_parallel = np.zeros((len(layout.body),) * 2, dtype=bool)
+    are_parallel[_pairs(layout)] = np.frombuffer(parallel, dtype=bool)
+    if not np.isin(sides_of, (INSIDE, OUTSIDE, BESIDE)).all():
+        return _Verdict(is_first=False, is_held=False)
+    rows = [_Row(layout, row, is_along) for row in range(len(sides_of))]
+    outside = [row for row, own in zip(rows, sides_of, strict=True) if own == OUTSIDE]
+    return _Verdict(_most_elsewhere(rows, are_parallel) < len(outside), _all_held(outside, are_parallel, bodies))
+
+
+class _Row:
+    """A row by its joint, its kind, its bodies, and the slots of the vectors across n that it binds."""
+
+    def __init__(self, layout: Layout, row: int, along: Flags) -> None:
+        member = layout.members[layout.member[row]]
+        self.joint, self.kind = int(layout.owner[row]), kind_of(member.primitive)
+        self.is_third = row == member.rows[-1]
+        self.bodies = frozenset(int(layout.body[slot]) for slot in member.slots)
+        self.across = [slot for slot in member.slots if layout.is_point[slot] == 0.0 and not along[slot]]
+        self.body_of = {slot: int(layout.body[slot]) for slot in self.across}
+
+
+def _most_elsewhere(rows: list[_Row], parallel: Flags) -> int:
+    """How many rows can be outside along a direction across n, or one that is neither, at most."""
+    most = sum(row.kind == "coincident" and row.is_third for row in rows)
+    groups: dict[tuple[int, int], list[tuple[int, int]]] = {}
+    for number, row in enumerate(rows):
+        if row.kind in ("perpendicular", "along"):
+            for slot in row.across:
+                groups.setdefault((row.joint, row.body_of[slot]), []).append((number, slot))
+    for group in groups.values():
+        most += max(len({k for k, other in group if parallel[slot, other]}) for _, slot in group)
+    return most
+
+
+def _all_held(outside: list[_Row], parallel: Flags, bodies: int) -> bool:
+    """Whether joints that hold two bodies in one plane connect all bodies to the ground."""
+    held, links = {bodies}, [*_links(outside, parallel)]
+    while True:
+        reached = {body for link in links if link & held for body in link} - held
+        if not reached:
+            return len(held) == bodies + 1
+        held |= reached
+
+
+def _links(outside: list[_Row], parallel: Flags) -> Iterator[frozenset[int]]:
+    """The pairs of bodies that one joint holds in one plane."""
+    by_joint: dict[tuple[int, frozenset[int]], list[_Row]] = {}
+    for row in outside:
+        by_joint.setdefault((row.joint, row.bodies), []).append(row)
+    for (_, pair), rows in by_joint.items():
+        turns = [row for row in rows if row.kind == "perpendicular" and len(row.across) == 1]
+        apart = any(
+            a.body_of[i] == b.body_of[j] and not parallel[i, j]
+            for a, b in combinations(turns, 2)
+            for i, j in [(*a.across, *b.across)]
+        )
+        if apart and len(pair) == 2 and any(row.kind in ("coincident", "along") for row in rows):
+            yield pair
+
+
+def _sine(first: Array, second: Array) -> Array:
+    """The sines of the angles between vectors (..., 3); 0 of those without a length."""
+    size = np.linalg.norm(first, axis=-1) * np.linalg.norm(second, axis=-1)
+    return np.asarray(np.linalg.norm(cross(first, second), axis=-1) / np.where(size > 0.0, size, 1.0))
