@@ -61,14 +61,16 @@ def compare(
     jobs: int | Cluster | None = None,
     scheduler: str | None = None,
     scheduler_file: Path | None = None,
+    fresh: bool = False,
     parameters: Mapping[str, object] = _NOTHING,
     progress: Tell = silent,
 ) -> Comparison:
     """Runs every projection with every integrator and every step (s) or tolerance over `until` s, without or with the
     row of the energy, as `energy_rows` say.
 
-    What is not given is the scene's. `jobs` processes work, or the Dask cluster whose `scheduler` is named. Raises
-    InputError for what cannot be run at all; a setting that fails is a row.
+    What is not given is the scene's. `jobs` processes work, or the Dask cluster whose `scheduler` is named. Runs that
+    were made before are not made again, unless `fresh`. Raises InputError for what cannot be run at all; a setting that
+    fails is a row.
     """
     with by_arguments():
         return comparison.compare(
@@ -82,6 +84,7 @@ def compare(
             until=_time(until),
             repetitions=count_of(repeat, "repeat", least=1),
             processes=workplace(jobs, scheduler, scheduler_file),
+            fresh=fresh,
             tell=progress,
         )
 
@@ -96,19 +99,20 @@ def recommend(
     progress: Tell = silent,
     *,
     output_step: Quantity | None = None,
+    fresh: bool = False,
     parameters: Mapping[str, object] = _NOTHING,
 ) -> Recommendation:
     """The cheapest setting whose `error` at every sample up to `until` (s; the scene's duration) is at most so many m,
     at the markers `at` (all; the bodies' centres where there are none).
 
     `found.settings` are those to run with. Without `timed` the fewest evaluations decide. A search that was interrupted
-    resumes. Raises InputError for a name or duration that is not there, and
+    resumes, unless it is to begin `fresh`. Raises InputError for a name or duration that is not there, and
     `mbproj.studies.recommend.recommendation.Unreachable` where no setting keeps the error at all.
     """
     with by_arguments():
         what = scene_of(scene, parameters, {"output_step": output_step})
         goal = amount(error, "error", "m", above=0.0)
-        return recommendation.recommend(what, goal, names_of(at), _time(until), timed, progress)
+        return recommendation.recommend(what, goal, names_of(at), _time(until), timed, fresh, progress)
 
 
 @earlier(repetitions="repeat", processes="jobs", tell="progress")

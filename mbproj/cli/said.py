@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from mbproj.cli.report.json_text import json_text
+
 if TYPE_CHECKING:
     from mbproj.errors import Place
     from mbproj.formats.mechanism import Said, Same
@@ -32,10 +34,8 @@ def _place(place: Place) -> str:
 
 def table_json(said: Sequence[Said], **facts: Any) -> str:
     """The table as one JSON object, after these facts."""
-    import json
-
     rows: list[dict[str, Any]] = [
         {"element": row.element, "place": str(row.place or ""), "what": row.what, "same_motion": row.same.value}
         for row in said
     ]
-    return json.dumps(facts | {"said": rows})
+    return json_text(facts | {"said": rows})

@@ -124,9 +124,13 @@ write_table = option(
 force = option(Part.OUTPUT, "--force", is_flag=True, help="Replace files that mbproj did not write, too.")
 
 
-def files(command: Command) -> Command:
-    """The options -o (`output`), --format (`ending`) and --force, which replaces files that mbproj did not write."""
-    command = look(force(command))
+as_json = option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of the report.")
+
+
+def outputs(command: Command) -> Command:
+    """The options of what a study writes and prints, which `StudyFiles` takes: -o, --format, the look of the figure,
+    --force, --write-table, --json."""
+    command = look(force(write_table(as_json(command))))
     formats = click.Choice(["png", "svg", "pdf"])
     command = option(Part.OUTPUT, "--format", "ending", default="png", type=formats, help="Format [default: png].")(
         command

@@ -10,8 +10,23 @@ from mbproj.outputs import kinds
 from mbproj.outputs.escapes import escaped
 from mbproj.outputs.replace import ELSEWHERE, replacing
 
-#: What stands for a character that LaTeX takes for more than itself.
+GREEK = "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi o pi rho varsigma sigma tau "
+GREEK += "upsilon phi chi psi omega"
+#: What stands for a character that LaTeX takes for more than itself, or that its fonts for text do not have.
 COMMANDS = {
+    **{chr(ord("α") + k): f"$\\{name}$" for k, name in enumerate(GREEK.split())},
+    "Δ": r"$\Delta$",
+    "Λ": r"$\Lambda$",
+    "Ω": r"$\Omega$",
+    "Σ": r"$\Sigma$",
+    "Φ": r"$\Phi$",
+    "≤": r"$\le$",
+    "≥": r"$\ge$",
+    "∞": r"$\infty$",
+    "ᵀ": "$^T$",
+    "−": "$-$",
+    "→": r"$\to$",
+    "∫": r"$\int$",
     "\\": r"\textbackslash{}",
     "~": r"\textasciitilde{}",
     "^": r"\textasciicircum{}",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +11,7 @@ from mbproj.cli.completion import File
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.figure_options import look
 from mbproj.cli.linear.options import scene_argument
+from mbproj.cli.report.json_text import json_text
 from mbproj.cli.scene_options import parameters
 from mbproj.errors import ExitCode
 
@@ -97,7 +97,7 @@ def command(
         _draw(what, system, found, picture, force=force)
     if as_json:
         drawn = None if picture is None else str(picture)
-        click.echo(json.dumps({"scene": scene, **_facts(system, found), "written": written, "picture": drawn}))
+        click.echo(json_text({"scene": scene, **_facts(system, found), "written": written, "picture": drawn}))
     else:
         click.echo("\n".join(_lines(what.title or scene, system, found)))
         for path in [*written, *([] if picture is None else [str(picture)])]:

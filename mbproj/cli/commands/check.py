@@ -11,6 +11,7 @@ import click
 from mbproj.cli.completion import File
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.figure_options import look
+from mbproj.cli.report.json_text import json_text
 from mbproj.cli.scene_options import overrides, parameters, scene_options
 from mbproj.errors import ExitCode
 from mbproj.joints import COORDINATE_UNITS, INERTIA_UNITS, JOINTS
@@ -44,8 +45,6 @@ def command(scene: str, settings: tuple[str, ...], picture: Path | None, as_json
 
     Exit code 0: it can run; 2: the input is wrong or does not close; 4: its equations have no unique solution.
     """
-    import json
-
     from mbproj.calls.check import fast_forces
     from mbproj.calls.check.checked import assembled, checked
     from mbproj.cli.report.notes import show_notes
@@ -60,7 +59,7 @@ def command(scene: str, settings: tuple[str, ...], picture: Path | None, as_json
     found = checked(what, system, state)
     facts = {"scene": scene, **found.facts}
     if as_json:
-        click.echo(json.dumps(facts))
+        click.echo(json_text(facts))
     else:
         *start, verdict = _start(what, facts)
         stiff = fast_forces.lines(found.fast, stable_steps(found.fast))

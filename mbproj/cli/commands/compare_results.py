@@ -10,6 +10,7 @@ import click
 
 from mbproj.cli.completion import results_file
 from mbproj.cli.explained import Part, explained, option
+from mbproj.cli.report.json_text import json_text
 
 if TYPE_CHECKING:
     from mbproj.analysis.same_motion import MotionComparison, Parting, QuantityComparison
@@ -47,8 +48,6 @@ def command(first: Path, second: Path, tolerance: str, absolute: tuple[str, ...]
 
     Exit code 0: the same motion; 4: they differ, or one goes on for longer; 2: they cannot be compared.
     """
-    import json
-
     from mbproj.analysis.same_motion import compare_motions
     from mbproj.errors import ExitCode
     from mbproj.results import open_results
@@ -60,7 +59,7 @@ def command(first: Path, second: Path, tolerance: str, absolute: tuple[str, ...]
     with open_results(first) as one, open_results(second) as other:
         found = compare_motions(one, other, part, limits)
     if as_json:
-        click.echo(json.dumps({"first": str(first), "second": str(second), **_record(found)}))
+        click.echo(json_text({"first": str(first), "second": str(second), **_record(found)}))
     else:
         for line in _lines(found, first, second):
             click.echo(line)
@@ -132,7 +131,7 @@ def _record(found: MotionComparison) -> dict[str, Any]:
             {
                 "quantity": each.quantity,
                 "unit": each.unit,
-                "allowed": _finite(each.allowed),
+                "allowed": each.allowed,
                 "same": each.first is None,
                 "largest": _parting(each.largest),
                 "first": None if each.first is None else _parting(each.first),
@@ -144,11 +143,5 @@ def _record(found: MotionComparison) -> dict[str, Any]:
 
 def _parting(parting: Parting | None) -> dict[str, Any]:
     return (
-        {}
-        if parting is None
-        else {"difference": _finite(parting.difference), "of": parting.name or None, "time": parting.time}
+        {} if parting is None else {"difference": parting.difference, "of": parting.name or None, "time": parting.time}
     )
-
-
-def _finite(number: float) -> float | None:
-    return number if abs(number) < float("inf") else None

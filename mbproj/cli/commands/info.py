@@ -10,6 +10,7 @@ import click
 
 from mbproj.cli.completion import results_file
 from mbproj.cli.explained import Part, explained, option
+from mbproj.cli.report.json_text import json_text
 from mbproj.cli.report.table import table
 from mbproj.cli.report.trust import as_numbers, lines_on
 from mbproj.cli.report.verification import as_json as verification_as_json
@@ -171,19 +172,7 @@ def _contents(results: Results) -> dict[str, Any]:
 
 
 def _json(contents: Mapping[str, Any]) -> str:
-    import json
-
-    return json.dumps(_finite(contents), indent=2, ensure_ascii=False)
-
-
-def _finite(value: Any) -> Any:
-    """`value` with None in place of infinity and NaN, which JSON does not have."""
-    if isinstance(value, Mapping):
-        return {key: _finite(part) for key, part in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(part) for part in value]
-    is_finite = not isinstance(value, float) or abs(value) < float("inf")
-    return value if is_finite else None
+    return json_text(contents, indent=2)
 
 
 def _lines(results: Results) -> Iterator[str]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from math import degrees, inf
 from pathlib import Path
@@ -13,6 +12,7 @@ import click
 from mbproj.cli.completion import File, scene_file
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.figure_options import check_picture, drawn
+from mbproj.cli.report.json_text import json_text
 from mbproj.cli.report.table import table
 from mbproj.cli.scene_options import parameters
 from mbproj.cli.study_options import force as force_option
@@ -69,7 +69,7 @@ def command(
         check_replaceable(output, kind, force=force)
     check_picture(picture_path, force=force)
     if as_json:
-        click.echo(json.dumps(facts(found)))
+        click.echo(json_text(facts(found)))
     elif not quiet:
         click.echo("\n".join(lines(found)))
     if output is not None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -14,6 +13,7 @@ from mbproj.cli import study_options
 from mbproj.cli.completion import Folder, scene_file
 from mbproj.cli.explained import Part, option
 from mbproj.cli.figure_options import look
+from mbproj.cli.report.json_text import json_text
 from mbproj.errors import ExitCode, InputError, Place, Problem
 from mbproj.scene.ranges.family import column_of
 
@@ -87,7 +87,7 @@ def search(
         found = find_design(what, where, engine=engine, fresh=more["fresh"], tell=tell)
     written = [*folder.write(found), save(whole_page(drawn(found)), figure, force=force)]
     if as_json:
-        click.echo(json.dumps({**numbers(found), "files": [str(path) for path in written]}))
+        click.echo(json_text({**numbers(found), "files": written}))
     elif not quiet:
         click.echo("\n".join(report(found)))
         for note in found.notes:
@@ -113,7 +113,7 @@ def numbers(found: Design) -> dict[str, Any]:
         "front": [(by * each.goals).tolist() for each in found.searches if each.goals.size],
         "rms": rms(found) if found.spec.targets else None,
         "numbers": {
-            path: {"value": value, "unit": unit, "deviation": None if spread != spread else spread}
+            path: {"value": value, "unit": unit, "deviation": spread}
             for path, value, unit, spread in zip(
                 found.spec.paths, found.x.tolist(), found.spec.units, deviation.tolist(), strict=True
             )

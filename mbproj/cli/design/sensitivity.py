@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import click
@@ -12,6 +11,7 @@ from mbproj.cli.completion import scene_file
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.figure_options import check_picture, drawn
 from mbproj.cli.quantity import Names
+from mbproj.cli.report.json_text import json_text
 
 EXAMPLES = (
     (
@@ -75,8 +75,7 @@ def command(
 
         save(draw_sensitivities(table), picture_path, force=force)
     if as_json:
-        rows = [dict(zip(table.headings, row, strict=True)) for row in table.rows]
-        click.echo(json.dumps([{key: None if each != each else each for key, each in row.items()} for row in rows]))
+        click.echo(json_text([dict(zip(table.headings, row, strict=True)) for row in table.rows]))
         return
     headings = ["measure", "number", "value", "slope", "±", "elasticity", "unit of the slope"]
     click.echo(columns(headings, [_cells(row) for row in table.rows]))

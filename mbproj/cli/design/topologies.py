@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from mbproj.cli import study_options
+from mbproj.cli.report.json_text import json_text
 from mbproj.errors import ExitCode, InputError, Place, Problem
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def synthesise_of(
     ]
     if as_json:
         given = [dict(zip(listed.headings, row, strict=True)) for row in listed.rows]
-        click.echo(json.dumps({"best": found.found[0].topology, "topologies": given, "files": [*map(str, written)]}))
+        click.echo(json_text({"best": found.found[0].topology, "topologies": given, "files": written}))
     elif not quiet:
         click.echo("\n".join(report(found)))
         for path in written:

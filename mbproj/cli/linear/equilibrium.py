@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +11,7 @@ from mbproj.cli.completion import results_file
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.linear.options import scene_argument
 from mbproj.cli.quantity import NotNegative
+from mbproj.cli.report.json_text import json_text
 from mbproj.cli.scene_options import parameters
 from mbproj.errors import InputError, Place, Problem, placed_at
 
@@ -100,7 +100,7 @@ def command(
         if as_json:
             relative = error.balance.relative
             click.echo(
-                json.dumps({"scene": scene, "converged": False, "residual": {"relative": relative}, "why": str(error)})
+                json_text({"scene": scene, "converged": False, "residual": {"relative": relative}, "why": str(error)})
             )
         raise
     facts = numbers(found, more, scene, output)
@@ -108,7 +108,7 @@ def command(
         write_results(output, what, found, {"converged": True, "residual_relative": found.reference.imbalance.relative})
     written = str(write_pose(what, found)) if write else None
     if as_json:
-        click.echo(json.dumps({**facts, "written": written}))
+        click.echo(json_text({**facts, "written": written}))
     elif not quiet:
         click.echo(report(found, more, what.title or scene))
         click.echo(output)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +11,7 @@ from mbproj.cli.completion import results_file
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.linear.options import at_options, scene_argument
 from mbproj.cli.quantity import Names
+from mbproj.cli.report.json_text import json_text
 from mbproj.cli.scene_options import parameters
 from mbproj.cli.study_options import force as force_option
 from mbproj.errors import InputError, Place, Problem, placed_at
@@ -102,7 +102,7 @@ def command(
         found = linear_model(reference, inputs, outputs)
     write_model(output, stored(found, what.title), what, force=force)
     if as_json:
-        click.echo(json.dumps(numbers(found, scene, str(output))))
+        click.echo(json_text(numbers(found, scene, str(output))))
     elif not quiet:
         click.echo(report(found, what.title or scene))
         click.echo(output)

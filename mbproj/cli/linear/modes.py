@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +10,7 @@ import click
 from mbproj.cli.completion import results_file
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.linear.options import at_options, scene_argument
+from mbproj.cli.report.json_text import json_text
 from mbproj.cli.scene_options import parameters
 from mbproj.cli.study_options import force as force_option
 from mbproj.cli.study_options import write_table as write_table_option
@@ -87,7 +87,7 @@ def command(
         write_table(table_file, found.table.headings, found.table.rows, force=force)
     write_modes(output, stored(found, what.title, trace), what, force=force)
     if as_json:
-        click.echo(json.dumps(numbers(found, scene, str(output), trace)))
+        click.echo(json_text(numbers(found, scene, str(output), trace)))
     elif not quiet:
         click.echo(report(found, what.title or scene, trace))
         click.echo(output)
@@ -170,14 +170,11 @@ def numbers(found: Modes, scene: str, output: str, trace: Trace | None) -> dict[
 
 
 def _trace_numbers(trace: Trace) -> dict[str, Any]:
-    def plain(values: Any) -> list[list[float | None]]:
-        return [[None if value != value else value for value in row] for row in values.tolist()]
-
     return {
         "parameter": trace.name,
         "values": trace.values.tolist(),
-        "growth_rates": plain(trace.eigenvalues.real),
-        "angular_frequencies": plain(trace.eigenvalues.imag),
+        "growth_rates": trace.eigenvalues.real,
+        "angular_frequencies": trace.eigenvalues.imag,
     }
 
 

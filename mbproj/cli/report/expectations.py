@@ -68,7 +68,7 @@ def summary_lines(outcomes: Sequence[Outcome]) -> Iterator[str]:
 
 
 def record(outcome: Outcome) -> dict[str, Any]:
-    """The outcome for a program; None for numbers that are not finite."""
+    """The outcome for a program."""
     expected = outcome.expectation
     return {
         "name": expected.name,
@@ -83,7 +83,7 @@ def record(outcome: Outcome) -> dict[str, Any]:
         "time": outcome.time,
         "measured": _shortest(outcome.measured),
         "value": _shortest(expected.value),
-        "error": _finite(outcome.error),
+        "error": outcome.error,
         "tolerance": expected.tolerance,
         "below": expected.below,
         "above": expected.above,
@@ -103,9 +103,4 @@ def _shortest(values: Sequence[float] | None) -> Any:
     """One number for a list of one."""
     if values is None:
         return None
-    finite = [_finite(value) for value in values]
-    return finite[0] if len(finite) == 1 else finite
-
-
-def _finite(value: float | None) -> float | None:
-    return value if value is not None and abs(value) < float("inf") else None
+    return values[0] if len(values) == 1 else values

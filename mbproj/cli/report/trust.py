@@ -15,20 +15,20 @@ MAX_LIMITS, MAX_POINTS = 8, 8
 
 
 def as_numbers(trust: Trust) -> dict[str, Any]:
-    """One object for --json; None for a time that does not come, and for a growth that is unknown."""
+    """One object for --json; a time that does not come is infinite, and a growth that is unknown NaN."""
     times = ("horizon", "horizon_low", "horizon_high")
     points = {
         name: {
-            **{key: [_finite(t) for t in getattr(trust, key)[k].tolist()] for key in times},
-            **{key: _finite(getattr(trust, key)[k]) for key in ("growth_rate", "growth_power")},
+            **{key: getattr(trust, key)[k] for key in times},
+            **{key: getattr(trust, key)[k] for key in ("growth_rate", "growth_power")},
             "growth_law": trust.growth_law[k] or None,
-            "largest_error": _finite(_largest(trust.error[:, k])),
-            "largest_uncertainty": _finite(_largest(trust.uncertainty[:, k])),
+            "largest_error": _largest(trust.error[:, k]),
+            "largest_uncertainty": _largest(trust.uncertainty[:, k]),
         }
         for k, name in enumerate(trust.names)
     }
     words = {"solution": trust.solution, "remark": trust.remark or None}
-    return {**words, "limits": list(map(float, trust.limits)), "points": points}
+    return {**words, "limits": trust.limits, "points": points}
 
 
 def lines_on(trust: Trust) -> Iterator[str]:
@@ -80,7 +80,3 @@ def _growth(trust: Trust, k: int) -> str:
 def _largest(values: Array) -> float:
     """The largest that is known."""
     return max((value for value in values.tolist() if isfinite(value)), default=0.0)
-
-
-def _finite(value: float) -> float | None:
-    return float(value) if isfinite(value) else None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from mbproj.cli.report.json_text import json_text
 from mbproj.errors import Place, SimulationError, placed_at
 
 if TYPE_CHECKING:
@@ -78,7 +78,7 @@ def execute(
     if as_json:
         certificate = {} if trust is None else {"trust": as_numbers(trust)}
         judged = [expectations.record(outcome) for outcome in found]
-        click.echo(json.dumps({**numbers, **certificate, **rubbed, "expectations": judged}))
+        click.echo(json_text({**numbers, **certificate, **rubbed, "expectations": judged}))
     elif not quiet:
         print_summary(scene.title or name, system, report, numbers, trust, found, frictions)
 
@@ -130,7 +130,7 @@ def _what_is_kept(name: str, output: str, *, as_json: bool, quiet: bool) -> Iter
         if as_json:
             status = f"failed: {error}" if isinstance(error, SimulationError) else "interrupted"
             numbers = {"scene": name, "output": output, "status": status}
-            click.echo(json.dumps(numbers if trust is None else {**numbers, "trust": as_numbers(trust)}))
+            click.echo(json_text(numbers if trust is None else {**numbers, "trust": as_numbers(trust)}))
         elif trust is not None and not quiet:
             click.echo("\n".join(lines_on(trust)))
         raise

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,6 +10,7 @@ import click
 from mbproj.cli.completion import File
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.figure_options import check_picture, drawn
+from mbproj.cli.report.json_text import json_text
 from mbproj.cli.scene_options import parameters
 from mbproj.cli.study_options import force as force_option
 from mbproj.errors import InputError, Place, Problem
@@ -106,7 +106,7 @@ def command(
     if over is not None:
         found.cycle(over)
     if as_json:
-        click.echo(json.dumps(facts(found, str(source), over)))
+        click.echo(json_text(facts(found, str(source), over)))
     elif not quiet:
         click.echo("\n".join(lines(found, str(source), over)))
     if output is not None:

@@ -10,6 +10,7 @@ import click
 from mbproj.cli import study_options
 from mbproj.cli.completion import Folder, scene_file
 from mbproj.cli.explained import Part, explained, option
+from mbproj.cli.report.json_text import json_text
 
 if TYPE_CHECKING:
     from mbproj.studies.batch import SceneResult
@@ -32,7 +33,8 @@ EXAMPLES = (
 @option(Part.OUTPUT, "--junit", "xml", type=click.Path(path_type=Path), metavar="FILE", help="Write JUnit XML.")
 @option(Part.OUTPUT, "--keep", type=Folder(path_type=Path), metavar="DIR", help="Keep the results files in DIR.")
 @study_options.force
-@option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of the table.")
+@study_options.write_table
+@study_options.as_json
 def command(
     paths: tuple[Path, ...],
     jobs: int | None,
@@ -42,6 +44,7 @@ def command(
     xml: Path | None,
     keep: Path | None,
     force: bool,
+    table_file: Path | None,
     as_json: bool,
 ) -> int:
     """Runs many scenes and checks their `expect` blocks.
@@ -54,14 +57,13 @@ def command(
     Exit code 0: all expectations hold; 3: a scene could not run (wrong input, a failure, the timeout); 4: all scenes
     ran, and an expectation does not hold; 2: wrong options, or no scenes.
     """
-    import json
-
-    from mbproj.calls.batch import handed_out
+    from mbproj.calls.batch import Batch, handed_out
     from mbproj.cli.report import batch_table as table
     from mbproj.cli.report.junit import junit
     from mbproj.cli.report.progress import telling
     from mbproj.errors import ExitCode
     from mbproj.outputs import JUNIT, write_text
+    from mbproj.outputs.written_table import check_table, write_table
     from mbproj.scene.fields.given import given_number
     from mbproj.scene.fields.quantities import Number
     from mbproj.studies.batch import exit_code, run_batch, scene_paths
@@ -70,6 +72,7 @@ def command(
     seconds = given_number(timeout, "--timeout", Number("s", above=0.0, maximum=LONGEST))
     scenes = scene_paths(paths)
     where = workplace(jobs, scheduler, scheduler_file)
+    check_table(table_file, ("scene", "result"), force=force)
     if xml is not None:
         write_text(xml, junit([]), JUNIT, force=force, hint=OTHER_REPORT)  # before the work: whether it can be written
     results: dict[int, SceneResult] = {}
@@ -92,8 +95,11 @@ def command(
     if xml is not None:
         left = [scene for number, scene in enumerate(scenes) if number not in results]
         write_text(xml, junit(ended, left), JUNIT, force=force, hint=OTHER_REPORT)
+    if table_file is not None:
+        found = Batch(tuple(ended)).table
+        click.echo(write_table(table_file, found.headings, found.rows, force=force), err=True)
     if as_json:
-        click.echo(json.dumps(table.record(ended, [str(scene) for scene in scenes], code)))
+        click.echo(json_text(table.record(ended, [str(scene) for scene in scenes], code)))
     else:
         rows.finish(results)
     for message in table.messages(ended):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -72,19 +71,9 @@ EXAMPLES = (
 @study_options.changes
 @study_options.repeat
 @study_options.workplace
-@study_options.files
-@study_options.write_table
-@option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print the table as JSON.")
-def command(
-    scene: str,
-    changes: tuple[str, ...],
-    output: Path,
-    ending: str,
-    force: bool,
-    table_file: Path | None,
-    as_json: bool,
-    **options: Any,
-) -> None:
+@study_options.outputs
+@study_options.fresh
+def command(scene: str, changes: tuple[str, ...], **options: Any) -> None:
     """Compares projection methods, integrators and steps on SCENE.
 
     Prints a table: violations, the error of the motion against a reference by another method, the energy drift of
@@ -93,13 +82,11 @@ def command(
     from mbproj.cli.report.progress import telling
     from mbproj.cli.scene_options import parameters
     from mbproj.cli.studies.shared import StudyFiles
-    from mbproj.outputs.written_table import check_table, write_table
     from mbproj.scene import read_scene
     from mbproj.studies.compare.comparison import PROJECTIONS_COMPARED, compare
 
     what = read_scene(scene, parameters(changes))
-    files = StudyFiles(output, f"{Path(scene).stem}-compare", ending, ("label", "setting"), force)
-    check_table(table_file, ("label", "setting"), force=force)
+    files = StudyFiles(options, f"{Path(scene).stem}-compare", ("label", "setting"))
     where = study_options.where_of(options)
     with telling(hidden=False) as tell:
         found = compare(
@@ -112,17 +99,8 @@ def command(
             **options,
         )
     rows = [{"label": entry.label, **entry.numbers} for entry in found.entries]
-    written = [files.table(found.table), files.figure(_page(found, what.title))]
-    if table_file is not None:
-        written.append(write_table(table_file, found.table.headings, found.table.rows, force=force))
-    if as_json:
-        click.echo(json.dumps({"until": float(found.reference.times[-1]), "entries": rows, "notes": found.notes}))
-        return
-    click.echo(_table(found, rows))
-    for note in found.notes:
-        click.echo(f"note: {note}", err=True)
-    for path in written:
-        click.echo(path)
+    numbers = {"until": float(found.reference.times[-1]), "entries": rows}
+    files.hand_over(found, _page(found, what.title), lambda: _table(found, rows), lambda: numbers, found.notes)
 
 
 def _switches(names: Sequence[str] | None) -> tuple[bool, ...] | None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,6 +12,7 @@ from mbproj.cli import study_options
 from mbproj.cli.completion import scene_file
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.quantity import Positive
+from mbproj.cli.report.json_text import json_text
 from mbproj.errors import ExitCode, InputError, Place, Problem
 
 if TYPE_CHECKING:
@@ -53,8 +53,9 @@ EXAMPLES = (
     help="Write the setting into the scene's simulation block; the rest of the file stays as it is.",
 )
 @study_options.write_table
-@option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object.")
+@study_options.as_json
 @option(Part.OUTPUT, "-q", "--quiet", is_flag=True, help="Print only the command line.")
+@study_options.fresh
 def command(
     scene: str,
     goal: float,
@@ -66,12 +67,14 @@ def command(
     table_file: Path | None,
     as_json: bool,
     quiet: bool,
+    fresh: bool,
 ) -> int:
     """Finds the cheapest integrator and step that keep the error below E.
 
     Of integrators with error control it finds the tolerance. The error is measured against a reference that two
-    other methods agree on, and once more in a final run. Prints the command line first. Exit code 4: no setting
-    keeps the error to the end; the one printed does up to the time it says.
+    other methods agree on, and once more in a final run. Prints the command line first. An interrupted search
+    resumes where it stopped. Exit code 4: no setting keeps the error to the end; the one printed does up to the time
+    it says.
     """
     from mbproj.cli.report.progress import telling
     from mbproj.cli.scene_options import parameters
@@ -86,10 +89,10 @@ def command(
     check_table(table_file, ("kind", "setting"))
     what = read_scene(scene, parameters(changes), {"output_step": output_step})
     with telling(hidden=quiet) as tell:
-        found = recommend(what, goal, at or (), until, tell=tell)
+        found = recommend(what, goal, at or (), until, fresh=fresh, tell=tell)
     line = _command_line(what, scene, changes, output_step, found)
     if as_json:
-        click.echo(json.dumps({"command": line, **_numbers(found)}))
+        click.echo(json_text({"command": line, **_numbers(found)}))
     else:
         click.echo("\n".join([line] if quiet else [line, *_lines(found)]))
     if not found.reached:
@@ -139,14 +142,10 @@ def _numbers(found: Recommendation) -> dict[str, Any]:
 
 
 def _measured(best: Measurement) -> dict[str, Any]:
-    from math import isfinite
-
     point = best.worst()
     cost = {"evaluations": best.evaluations, "seconds": best.seconds}
-    numbers = {"error": best.error[point], "time": best.when[point], **cost}
-    finite = {name: value if isfinite(value) else None for name, value in numbers.items()}
     setting = {name: value for name, value in vars(best.setting).items() if value is not None}
-    return {"setting": setting, "point": point, **finite}
+    return {"setting": setting, "point": point, "error": best.error[point], "time": best.when[point], **cost}
 
 
 def _lines(found: Recommendation) -> list[str]:

@@ -1,17 +1,22 @@
-"""What the commands that run many simulations share: tables, files."""
+"""What the commands that run many simulations share: cells of tables, files, the report."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import click
 
 from mbproj import outputs
+from mbproj.cli.report.json_text import json_text
 from mbproj.outputs import check_replaceable, make_folder
+from mbproj.outputs.written_table import check_table, write_table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from mbproj.results.views.table import Table
+    from mbproj.results.views.table import Tabled
 
 OTHER_FOLDER = "choose another folder with -o"
 
@@ -28,23 +33,44 @@ def milliseconds(seconds: float) -> str:
 
 
 class StudyFiles:
-    """The table DIR/<stem>.csv and the figure DIR/<stem>.<ending> of a study; `first` are the first columns of the
-    table. Raises InputError before the work begins if they cannot be written."""
+    """What a study writes: the table DIR/<stem>.csv, the figure DIR/<stem>.<ending>, and the table for a paper; and
+    whether it prints JSON. `options` are those of `study_options.outputs`, which it takes out of a command's; `first`
+    are the first columns of the table. Raises InputError before the work begins where a file cannot be written."""
 
-    def __init__(self, folder: Path, stem: str, ending: str, first: tuple[str, str], force: bool) -> None:
-        self.stem = make_folder(folder, OTHER_FOLDER) / stem
-        self.force = force
-        self._figure = Path(f"{self.stem}.{ending}")
-        self._table = Path(f"{self.stem}.csv")
-        check_replaceable(self._table, outputs.csv(first), force=force, hint=OTHER_FOLDER)
-        check_replaceable(self._figure, outputs.picture(ending), force=force, hint=OTHER_FOLDER)
+    def __init__(self, options: dict[str, Any], stem: str, first: tuple[str, str]) -> None:
+        self.stem = make_folder(options.pop("output"), OTHER_FOLDER) / stem
+        self.force: bool = options.pop("force")
+        ending = options.pop("ending")
+        self._figure, self._table = Path(f"{self.stem}.{ending}"), Path(f"{self.stem}.csv")
+        self._for_paper: Path | None = options.pop("table_file")
+        self._as_json: bool = options.pop("as_json")
+        check_replaceable(self._table, outputs.csv(first), force=self.force, hint=OTHER_FOLDER)
+        check_replaceable(self._figure, outputs.picture(ending), force=self.force, hint=OTHER_FOLDER)
+        check_table(self._for_paper, first, force=self.force)
 
-    def table(self, rows: Table) -> Path:
-        """Writes the rows."""
-        return outputs.write_csv(self._table, rows.headings, rows.rows, force=self.force, hint=OTHER_FOLDER)
-
-    def figure(self, drawn: Figure) -> Path:
-        """Writes the figure."""
+    def hand_over(
+        self,
+        found: Tabled,
+        page: Figure,
+        text: Callable[[], str],
+        numbers: Callable[[], dict[str, Any]],
+        notes: Sequence[str] = (),
+        beside: Sequence[Path] = (),
+    ) -> None:
+        """Writes table and figure, and prints `text` with the names of all files, those `beside` the two as well; or
+        with --json one object: `numbers`, notes, files."""
         from mbproj.figures.save import save
 
-        return save(drawn, self._figure, force=self.force)
+        headings, rows = found.table.headings, found.table.rows
+        table = outputs.write_csv(self._table, headings, rows, force=self.force, hint=OTHER_FOLDER)
+        written = [table, *beside, save(page, self._figure, force=self.force)]
+        if self._for_paper is not None:
+            written.append(write_table(self._for_paper, headings, rows, force=self.force))
+        if self._as_json:
+            click.echo(json_text({**numbers(), "notes": notes, "files": written}))
+            return
+        click.echo(text())
+        for note in notes:
+            click.echo(f"note: {note}", err=True)
+        for path in written:
+            click.echo(path)

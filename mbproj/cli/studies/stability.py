@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Collection
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -73,8 +72,7 @@ EXAMPLES = (
     help="Largest relative energy error of a run that holds [default: 0.01].",
 )
 @study_options.workplace
-@study_options.files
-@option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of the table.")
+@study_options.outputs
 @study_options.fresh
 def command(
     scene: str,
@@ -87,10 +85,6 @@ def command(
     points: int,
     closed: float | None,
     energy: float | None,
-    output: Path,
-    ending: str,
-    force: bool,
-    as_json: bool,
     fresh: bool,
     **options: Any,
 ) -> None:
@@ -113,7 +107,7 @@ def command(
         quantity_named(vary)
     if single is not None and projections is not None:
         raise InputError(Problem("--projection and --projections say the same", hint="give --projections alone"))
-    files = StudyFiles(output, f"{Path(scene).stem}-stability-{vary}", ending, ("projection", vary), force)
+    files = StudyFiles(options, f"{Path(scene).stem}-stability-{vary}", ("projection", vary))
     where = study_options.where_of(options)
     given = {name: value for name, value in (("closed", closed), ("energy", energy)) if value is not None}
     with telling(hidden=False) as tell, placed_at(Place("--vary")):
@@ -129,13 +123,7 @@ def command(
             fresh=fresh,
             tell=tell,
         )
-    written = [files.table(found.table), files.figure(_page(found))]
-    if as_json:
-        click.echo(json.dumps(_numbers(found)))
-        return
-    click.echo(_report(found))
-    for path in written:
-        click.echo(path)
+    files.hand_over(found, _page(found), lambda: _report(found), lambda: _numbers(found))
 
 
 def _numbers(found: StabilityMap) -> dict[str, Any]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,6 +12,7 @@ from mbproj.cli import study_options
 from mbproj.cli.completion import Folder, scene_file
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.quantity import Positive
+from mbproj.cli.report.json_text import json_text
 
 if TYPE_CHECKING:
     from mbproj.studies.sweep.run import Progress
@@ -55,7 +55,8 @@ EXAMPLES = (
 )
 @option(Part.OUTPUT, "--junit", "xml", type=click.Path(path_type=Path), metavar="FILE", help="Write JUnit XML.")
 @study_options.force
-@option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of the report.")
+@study_options.write_table
+@study_options.as_json
 @option(Part.OUTPUT, "-q", "--quiet", is_flag=True, help="Print nothing but errors.")
 def command(
     spec: Path,
@@ -71,6 +72,7 @@ def command(
     output: Path | None,
     xml: Path | None,
     force: bool,
+    table_file: Path | None,
     as_json: bool,
     quiet: bool,
 ) -> int:
@@ -86,6 +88,8 @@ def command(
     from mbproj.cli.report import sweep as report
     from mbproj.errors import ExitCode
     from mbproj.outputs import JUNIT, check_replaceable, write_text
+    from mbproj.outputs.written_table import check_table
+    from mbproj.outputs.written_table import write_table as write_for_paper
     from mbproj.studies.parallel.client import workplace
     from mbproj.studies.sweep import arrays, summary
     from mbproj.studies.sweep.folder import Folder as SweepFolder
@@ -104,6 +108,7 @@ def command(
     with folder.store:
         for path, kind in ((folder.table, summary.KIND), (folder.arrays, arrays.KIND)):  # before the work
             check_replaceable(path, kind, force=force, hint=OTHER)
+        check_table(table_file, ("case",), force=force)
         if xml is not None:
             write_text(xml, report.junit(what, []), JUNIT, force=force, hint=OTHER_REPORT)
         with report.showing(hidden=as_json or quiet) as tell:
@@ -123,12 +128,15 @@ def command(
         if reached is None:  # it has not begun
             raise KeyboardInterrupt
         written = [summary.write_table(what, folder, force), arrays.write_arrays(what, folder, force)]
+        if table_file is not None:
+            rows = summary.cells(what, folder)
+            written.append(write_for_paper(table_file, summary.headings(what), rows, force=force))
         if xml is not None:
             write_text(xml, report.junit(what, entries(what, folder)), JUNIT, force=force, hint=OTHER_REPORT)
         failures = report.failures(entries(what, folder))
     numbers = _numbers(reached, written)
     if as_json:
-        click.echo(json.dumps({**numbers, "failures": failures}))
+        click.echo(json_text({**numbers, "failures": failures}))
     elif not quiet:
         click.echo(report.said(reached, failures))
         for path in written:

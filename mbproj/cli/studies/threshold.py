@@ -5,8 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import click
-
 from mbproj.cli import study_options
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.quantity import PositiveList
@@ -35,7 +33,7 @@ EXAMPLES = (
 @study_options.at
 @study_options.repeat
 @study_options.workplace
-@study_options.files
+@study_options.outputs
 @study_options.fresh
 def command(
     scene: str,
@@ -43,9 +41,6 @@ def command(
     thresholds: tuple[float, ...] | None,
     at: tuple[str, ...] | None,
     repeat: int,
-    output: Path,
-    ending: str,
-    force: bool,
     fresh: bool,
     **options: Any,
 ) -> None:
@@ -64,16 +59,13 @@ def command(
     chosen = overrides(options)
     chosen.pop("threshold", None)
     what = read_scene(scene, parameters(settings), chosen)
-    files = StudyFiles(output, f"{Path(scene).stem}-threshold", ending, ("threshold", "projection"), force)
+    files = StudyFiles(options, f"{Path(scene).stem}-threshold", ("threshold", "projection"))
     with telling(hidden=False) as tell:
         found = threshold_study(
             what, thresholds=thresholds, at=at or (), repetitions=repeat, processes=where, fresh=fresh, tell=tell
         )
-    click.echo(_report(found))
-    for note in found.notes:
-        click.echo(f"note: {note}", err=True)
-    click.echo(files.table(found.table))
-    click.echo(files.figure(_page(found)))
+    numbers = {"recommended": found.recommended, "until": float(found.reference.times[-1]), "trials": found.rows}
+    files.hand_over(found, _page(found), lambda: _report(found), lambda: numbers, found.notes)
 
 
 def _report(found: ThresholdStudy) -> str:

@@ -52,19 +52,9 @@ EXAMPLES = (
 )
 @study_options.repeat
 @study_options.workplace
-@study_options.files
-@study_options.write_table
+@study_options.outputs
 @study_options.fresh
-def command(
-    scene: str,
-    changes: tuple[str, ...],
-    output: Path,
-    ending: str,
-    force: bool,
-    table_file: Path | None,
-    fresh: bool,
-    **options: Any,
-) -> None:
+def command(scene: str, changes: tuple[str, ...], fresh: bool, **options: Any) -> None:
     """Measures accuracy against cost on SCENE over a grid of settings.
 
     The grid has projections, integrators, steps, tolerances and schedules. Prints the cheapest setting for each
@@ -75,17 +65,15 @@ def command(
     from mbproj.cli.scene_options import parameters
     from mbproj.cli.studies.shared import OTHER_FOLDER, StudyFiles
     from mbproj.outputs import check_replaceable
-    from mbproj.outputs.written_table import check_table, write_table
     from mbproj.scene import read_scene
     from mbproj.studies.tradeoff.front import PROJECTIONS_TRIED, tradeoff
     from mbproj.studies.tradeoff.table import KIND, write_hdf5
 
     what = read_scene(scene, parameters(changes))
-    files = StudyFiles(output, f"{Path(scene).stem}-tradeoff", ending, ("setting", "projection"), force)
-    check_table(table_file, ("setting", "projection"), force=force)
+    files = StudyFiles(options, f"{Path(scene).stem}-tradeoff", ("setting", "projection"))
     where = study_options.where_of(options)
     whole = Path(f"{files.stem}.h5")
-    check_replaceable(whole, KIND, force=force, hint=OTHER_FOLDER)
+    check_replaceable(whole, KIND, force=files.force, hint=OTHER_FOLDER)
     with telling(hidden=False) as tell:
         found = tradeoff(
             what,
@@ -100,15 +88,23 @@ def command(
             fresh=fresh,
             tell=tell,
         )
-    for line in _report(found):
-        click.echo(line)
-    for note in found.notes:
-        click.echo(f"note: {note}", err=True)
-    click.echo(files.table(found.table))
-    click.echo(write_hdf5(whole, found, force=force))
-    click.echo(files.figure(_page(found)))
-    if table_file is not None:
-        click.echo(write_table(table_file, found.table.headings, found.table.rows, force=force))
+    beside = [write_hdf5(whole, found, force=files.force)]
+    files.hand_over(
+        found, _page(found), lambda: "\n".join(_report(found)), lambda: _numbers(found), found.notes, beside
+    )
+
+
+def _numbers(found: Tradeoff) -> dict[str, Any]:
+    """One object: the trials are the rows of the table; the front, the compared and the scene's own by number."""
+    return {
+        "points": found.points,
+        "until": float(found.reference.times[-1]),
+        "uncertain": found.floor,
+        "own": found.own,
+        "front": found.front,
+        "compared": found.compared,
+        "trials": [dict(zip(found.table.headings, row, strict=True)) for row in found.table.rows],
+    }
 
 
 def _report(found: Tradeoff) -> Iterator[str]:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 import click
 
+from mbproj.cli import study_options
 from mbproj.cli.completion import results_file
 from mbproj.cli.explained import Part, explained, option
+from mbproj.cli.report.json_text import json_text
 from mbproj.cli.scene_options import overrides, parameters, scene_options
 from mbproj.errors import ExitCode, Place, placed_at
 
@@ -28,8 +29,18 @@ EXAMPLES = (
     metavar="RESULTS",
     help="Store the findings in a results file of this scene.",
 )
-@option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object.")
-def command(scene: str, settings: tuple[str, ...], store: Path | None, as_json: bool, **options: Any) -> int:
+@study_options.write_table
+@study_options.force
+@study_options.as_json
+def command(
+    scene: str,
+    settings: tuple[str, ...],
+    store: Path | None,
+    table_file: Path | None,
+    force: bool,
+    as_json: bool,
+    **options: Any,
+) -> int:
     """Checks the paper's mathematics on SCENE, against its round-off.
 
     The checks are Eqs. 75, 78 and 80-81, projectors, balances, invariance, and the integrator's order. Each
@@ -39,6 +50,7 @@ def command(scene: str, settings: tuple[str, ...], store: Path | None, as_json: 
     from mbproj.cli.report.progress import telling
     from mbproj.cli.report.verification import as_json as numbers
     from mbproj.cli.report.verification import lines
+    from mbproj.outputs.written_table import check_table, write_table
     from mbproj.results.verification import check_store
     from mbproj.results.verification import store as keep
     from mbproj.scene import read_scene
@@ -48,12 +60,15 @@ def command(scene: str, settings: tuple[str, ...], store: Path | None, as_json: 
     with placed_at(Place("--store")):
         if store is not None:
             check_store(store, what)
+    check_table(table_file, ("name", "claim"), force=force)
     with telling(hidden=False) as tell:
         found = verify(what, tell)
     if as_json:
-        click.echo(json.dumps({"scene": scene, **numbers(found)}))
+        click.echo(json_text({"scene": scene, **numbers(found)}))
     else:
         click.echo("\n".join([what.title or Path(scene).stem, *lines(found)]))
+    if table_file is not None:
+        click.echo(write_table(table_file, found.table.headings, found.table.rows, force=force), err=True)
     if store is not None:
         with placed_at(Place("--store")):
             keep(store, what, found)

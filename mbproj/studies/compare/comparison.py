@@ -122,10 +122,11 @@ def compare(
     until: float | None = None,
     repetitions: int = REPETITIONS,
     processes: Where = None,
+    fresh: bool = False,
     tell: Tell = silent,
 ) -> Comparison:
     """Runs every projection with every integrator and every step (s) or tolerance over `until` s, without or with the
-    row of the energy.
+    row of the energy. Runs that were made before are not made again, unless `fresh`.
 
     What is not given is the scene's. Raises InputError for what cannot be run at all; a setting that fails is an entry.
     """
@@ -136,7 +137,7 @@ def compare(
     truth = reference(mechanism, times, {each.integrator for each in settings})
     found: dict[int, tuple[Solution, EnergySplit | None]] = {}
     tell("runs", 0, len(settings))
-    for number, result in in_parallel(_run, (scene, times), settings, processes):
+    for number, result in in_parallel(_run, (scene, times, fresh), settings, processes):
         found[number] = result
         tell("runs", len(found), len(settings))
     taken = {s.report.formulation for s, _ in found.values() if s.report is not None}
@@ -154,12 +155,12 @@ def _entry(label: str, solution: Solution, split: EnergySplit | None, truth: Ref
     return Entry(label, measured(solution, truth), solution, error(solution, truth), split, timing)
 
 
-def _run(shared: tuple[Scene, Array], setting: Setting) -> tuple[Solution, EnergySplit | None]:
+def _run(shared: tuple[Scene, Array, bool], setting: Setting) -> tuple[Solution, EnergySplit | None]:
     """One entry's solution and energy split, from the cache where they are there; runs in a process of its own."""
-    scene, times = shared
+    scene, times, fresh = shared
     mechanism = Mechanism.to_choose_for(scene)
     what = ["compare", mechanism.identity, times.tolist(), asdict(setting)]
-    return cached(what, lambda: _solved(mechanism, setting, times), (EnergySplit, *SOLUTION_RECORDS))
+    return cached(what, lambda: _solved(mechanism, setting, times), (EnergySplit, *SOLUTION_RECORDS), fresh)
 
 
 def _solved(mechanism: Mechanism, setting: Setting, times: Array) -> tuple[Solution, EnergySplit | None]:

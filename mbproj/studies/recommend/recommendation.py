@@ -119,11 +119,12 @@ def recommend(
     at: Sequence[str] = (),
     until: float | None = None,
     timed: bool = True,
+    fresh: bool = False,
     tell: Tell = silent,
 ) -> Recommendation:
     """The cheapest setting of `scene` whose error at every sample up to `until` (s; the scene's duration) is at most
     `error` (m) at the markers `at` (all; the bodies' centres where there are none). Without `timed` the fewest
-    evaluations decide. What was tried is kept in the store: a search that was interrupted resumes.
+    evaluations decide. What was tried is kept in the store: a search that was interrupted resumes, unless `fresh`.
 
     Raises InputError for a name or duration that is not there, Unreachable where no setting keeps the error at all.
     """
@@ -132,7 +133,7 @@ def recommend(
     times = sampled(scene, until)
     tell("reference", 0, 1)
     truth = reference(mechanism, times)
-    kept = Kept(["recommend", mechanism.identity, times.tolist(), error, columns])
+    kept = Kept(["recommend", mechanism.identity, times.tolist(), error, columns], fresh)
     bench = Bench(mechanism, truth, error, columns, kept)
     base = closing(Setting.of(scene.settings))
     own = Setting.of(scene.settings) if scene.settings.step or scene.settings.tolerance else None

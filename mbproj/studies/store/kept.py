@@ -19,11 +19,11 @@ from mbproj.studies.store.encoding import decoded, encoded
 Value = TypeVar("Value")
 
 
-def cached(what: Any, compute: Callable[[], Value], records: Sequence[type]) -> Value:
-    """The value that `compute` gives for `what` (anything JSON can hold), from the store where it is there. `records`:
-    the classes of the records that it consists of."""
+def cached(what: Any, compute: Callable[[], Value], records: Sequence[type], fresh: bool = False) -> Value:
+    """The value that `compute` gives for `what` (anything JSON can hold), from the store where it is there, unless
+    `fresh`. `records`: the classes of the records that it consists of."""
     study = _study(what)
-    for data in database.read(study).values():
+    for data in () if fresh else database.read(study).values():
         try:
             kept: Value = decoded(data, records)
         except ValueError:  # written by a version with other fields, or damaged

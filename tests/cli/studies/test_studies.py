@@ -10,10 +10,12 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from tests.cli.commands import SLIDER_CRANK, kept, mbproj
+from tests.cli.examples import named
 from tests.support import ROOT
 
 PENDULUM = str(ROOT / "mechanisms" / "physical_pendulum.yaml")
@@ -44,7 +46,26 @@ def test_compare(tmp_path):
     assert float(rows[1]["position_violation"]) <= 1e-13
     assert (tmp_path / lines[4]).stat().st_size > 50_000
     as_json = mbproj("compare", PENDULUM, "--until", "0.1", "--repeat", "1", "--json", folder=tmp_path)
-    assert [entry["label"] for entry in json.loads(as_json.stdout)["entries"]] == ["none", "baumgarte", "gopm", "gpopm"]
+    assert [entry["label"] for entry in _strict(as_json.stdout)["entries"]] == ["none", "baumgarte", "gopm", "gpopm"]
+
+
+def test_json_of_a_comparison_with_runs_that_fail_is_json(tmp_path):
+    """A failed run has no error and no drift: null, since JSON knows neither NaN nor infinity."""
+    options = ("--projections", "none", "--steps", "0.01,1", "--until", "2", "--repeat", "1", "--json")
+    done = mbproj("compare", SLIDER_CRANK, *options, "--write-table", "t.tex", folder=tmp_path)
+    found = _strict(done.stdout)
+    (failed,) = (entry for entry in found["entries"] if entry["failure"])
+    assert failed["error"] is failed["energy_drift"] is None
+    assert found["files"][-1] == "t.tex"
+    (tmp_path / "t.tex").read_text(encoding="utf-8").encode("latin-1")  # what LaTeX's fonts for text have
+
+
+@pytest.mark.parametrize("study", ["compare", "tradeoff", "threshold", "stability", "recommend", "sweep", "batch"])
+def test_every_study_resumes_or_is_quick_and_writes_json_and_tables_for_a_paper(study):
+    command, _ = named(study)
+    known = {name for option in command.params for name in option.opts}
+    assert {"--json", "--write-table"} <= known
+    assert study == "batch" or "--fresh" in known
 
 
 def test_tradeoff_again_is_the_same(tmp_path):
@@ -53,6 +74,9 @@ def test_tradeoff_again_is_the_same(tmp_path):
     assert first.stdout == again.stdout
     assert "the cheapest setting for an error:" in first.stdout
     assert first.stdout.splitlines()[-3:] == [f"physical_pendulum-tradeoff.{ending}" for ending in ("csv", "h5", "png")]
+    found = _strict(mbproj("tradeoff", PENDULUM, *SMALL, "--json", "--write-table", "t.md", folder=tmp_path).stdout)
+    assert [found["trials"][index]["on_front"] for index in found["front"]] == [True] * len(found["front"])
+    assert (tmp_path / "t.md").read_text(encoding="utf-8").count("\n") == len(found["trials"]) + 4
     fresh = mbproj("tradeoff", PENDULUM, *SMALL, "--fresh", folder=tmp_path)
     assert fresh.returncode == 0, fresh.stderr
     assert fresh.stdout != first.stdout  # its times are new
@@ -80,6 +104,9 @@ def test_threshold(tmp_path):
     assert done.returncode == 0, done.stderr
     assert "* recommended: --threshold " in done.stdout
     assert (tmp_path / "spatial_slider_crank-threshold.png").exists()
+    again = mbproj("threshold", SLIDER_CRANK, "--duration", "1", "--repeat", "1", "--json", folder=tmp_path)
+    found = _strict(again.stdout)
+    assert [row["recommended"] for row in found["trials"]].index(True) == found["recommended"]
 
 
 @pytest.mark.parametrize(
@@ -119,6 +146,11 @@ def test_an_interrupted_study_leaves_no_process_and_resumes(tmp_path):
     assert children
     assert not any(_parent(pid) is not None for pid in children)
     assert any(name.startswith("sweep") for name in kept(tmp_path / "cache"))
+
+
+def _strict(text: str) -> dict[str, Any]:
+    """An object of JSON without NaN and infinity."""
+    return json.loads(text, parse_constant=lambda name: pytest.fail(name))
 
 
 def _processes() -> list[int]:
