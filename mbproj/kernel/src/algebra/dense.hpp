@@ -6,16 +6,28 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <type_traits>
 #include <utility>
+
+#include "algebra/scalar.hpp"
 
 namespace mbproj {
 
-template <int Rows, int Columns> class Matrix;
-template <int Rows> using Column = Matrix<Rows, 1>;
+template <int Rows, int Columns, class Scalar = double> class Matrix;
+template <int Rows, class Scalar = double> using Column = Matrix<Rows, 1, Scalar>;
 template <class Number, int Rows, int Columns, int RowStep, int ColumnStep> class View;
 
+// What the numbers of a matrix, or of a part of one, are.
+template <class Derived> struct NumbersOf;
+template <int Rows, int Columns, class Scalar> struct NumbersOf<Matrix<Rows, Columns, Scalar>> { using Type = Scalar; };
+template <class Number, int Rows, int Columns, int RowStep, int ColumnStep>
+struct NumbersOf<View<Number, Rows, Columns, RowStep, ColumnStep>> {
+    using Type = std::remove_const_t<Number>;
+};
+template <class Derived> using ScalarOf = typename NumbersOf<Derived>::Type;
+
 // p0 + p1 + ..., by halves: the sums are independent, and their round-off grows with the logarithm of their number.
-template <int Count> [[gnu::always_inline]] inline double sum_by_halves(const double* p) {
+template <int Count, class Scalar> [[gnu::always_inline]] inline Scalar sum_by_halves(const Scalar* p) {
     if constexpr (Count == 1)
         return p[0];
     else
@@ -38,19 +50,20 @@ template <class Derived, int Rows, int Columns, int RowStep, int ColumnStep> cla
 public:
     static constexpr int count = Rows * Columns;
     using Indices = std::make_integer_sequence<int, count>;
-    using Value = Matrix<Rows, Columns>;
+    using Scalar = ScalarOf<Derived>;
+    using Value = Matrix<Rows, Columns, Scalar>;
 
     // The number i, column by column.
     [[gnu::always_inline]] static constexpr int place(int i) { return i % Rows * RowStep + i / Rows * ColumnStep; }
     [[gnu::always_inline]] decltype(auto) operator[](int i) { return own().data()[place(i)]; }
-    [[gnu::always_inline]] double operator[](int i) const { return own().data()[place(i)]; }
+    [[gnu::always_inline]] Scalar operator[](int i) const { return own().data()[place(i)]; }
     [[gnu::always_inline]] decltype(auto) operator()(int r, int c) {
         return own().data()[r * RowStep + c * ColumnStep];
     }
-    [[gnu::always_inline]] double operator()(int r, int c) const { return own().data()[r * RowStep + c * ColumnStep]; }
-    double x() const { return (*this)[0]; }
-    double y() const { return (*this)[1]; }
-    double z() const { return (*this)[2]; }
+    [[gnu::always_inline]] Scalar operator()(int r, int c) const { return own().data()[r * RowStep + c * ColumnStep]; }
+    Scalar x() const { return (*this)[0]; }
+    Scalar y() const { return (*this)[1]; }
+    Scalar z() const { return (*this)[2]; }
     static constexpr int size() { return count; }
     static constexpr int rows() { return Rows; }
     static constexpr int cols() { return Columns; }
@@ -80,10 +93,10 @@ public:
     [[gnu::always_inline]] auto transpose() const { return transposed(own().data()); }
 
     Value eval() const { return *this; }
-    [[gnu::always_inline]] double sum() const { return sum_of(Indices()); }
-    [[gnu::always_inline]] double trace() const { return diagonal().sum(); }
+    [[gnu::always_inline]] Scalar sum() const { return sum_of(Indices()); }
+    [[gnu::always_inline]] Scalar trace() const { return diagonal().sum(); }
     template <class Other, int R, int C, int S, int T>
-    [[gnu::always_inline]] double dot(const Dense<Other, R, C, S, T>& other) const {
+    [[gnu::always_inline]] Scalar dot(const Dense<Other, R, C, S, T>& other) const {
         static_assert((Rows == 1 || Columns == 1) && (R == 1 || C == 1) && R * C == count);
         return dot_with(other, Indices());
     }
@@ -91,21 +104,21 @@ public:
         const Dense& a = *this;
         return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
     }
-    [[gnu::always_inline]] double squaredNorm() const { return square(Indices()); }
-    double norm() const { return std::sqrt(squaredNorm()); }
+    [[gnu::always_inline]] Scalar squaredNorm() const { return square(Indices()); }
+    Scalar norm() const { return sqrt(squaredNorm()); }
     [[gnu::always_inline]] Value normalized() const {
-        const double square = squaredNorm();
-        return square > 0.0 ? Value(own() / std::sqrt(square)) : eval();
+        const Scalar square = squaredNorm();
+        return square > 0.0 ? Value(own() / sqrt(square)) : eval();
     }
     // The largest size of a number.
-    double largest() const {
-        double most = std::abs((*this)[0]);
-        for (int i = 1; i < count; ++i) most = std::max(most, std::abs((*this)[i]));
+    Scalar largest() const {
+        Scalar most = abs((*this)[0]);
+        for (int i = 1; i < count; ++i) most = max(most, abs((*this)[i]));
         return most;
     }
     bool allFinite() const {
         for (int i = 0; i < count; ++i)
-            if (!std::isfinite((*this)[i])) return false;
+            if (!isfinite((*this)[i])) return false;
         return true;
     }
 
@@ -122,17 +135,17 @@ private:
     template <class Number> static auto transposed(Number* at) {
         return View<Number, Columns, Rows, ColumnStep, RowStep>(at);
     }
-    template <int... I> [[gnu::always_inline]] double sum_of(std::integer_sequence<int, I...>) const {
-        const double terms[] = {(*this)[I]...};
+    template <int... I> [[gnu::always_inline]] Scalar sum_of(std::integer_sequence<int, I...>) const {
+        const Scalar terms[] = {(*this)[I]...};
         return sum_by_halves<count>(terms);
     }
-    template <int... I> [[gnu::always_inline]] double square(std::integer_sequence<int, I...>) const {
-        const double terms[] = {(*this)[I] * (*this)[I]...};
+    template <int... I> [[gnu::always_inline]] Scalar square(std::integer_sequence<int, I...>) const {
+        const Scalar terms[] = {(*this)[I] * (*this)[I]...};
         return sum_by_halves<count>(terms);
     }
     template <class Other, int... I>
-    [[gnu::always_inline]] double dot_with(const Other& other, std::integer_sequence<int, I...>) const {
-        const double terms[] = {(*this)[I] * other[I]...};
+    [[gnu::always_inline]] Scalar dot_with(const Other& other, std::integer_sequence<int, I...>) const {
+        const Scalar terms[] = {(*this)[I] * other[I]...};
         return sum_by_halves<count>(terms);
     }
 };

@@ -9,7 +9,7 @@ namespace mbproj {
 template <class Filled> class Filling {
 public:
     explicit Filling(Filled& filled) : filled_(filled) {}
-    [[gnu::always_inline]] Filling& operator,(double next) {
+    [[gnu::always_inline]] Filling& operator,(const ScalarOf<Filled>& next) {
         const int at = at_++;
         filled_(at / Filled::cols(), at % Filled::cols()) = next;
         return *this;
@@ -32,6 +32,7 @@ template <class Derived, int Rows, int Columns, int RowStep, int ColumnStep> cla
 public:
     using Base = Dense<Derived, Rows, Columns, RowStep, ColumnStep>;
     using typename Base::Indices;
+    using typename Base::Scalar;
 
     template <class Other, int S, int T>
     [[gnu::always_inline]] Derived& operator+=(const Dense<Other, Rows, Columns, S, T>& other) {
@@ -41,17 +42,17 @@ public:
     [[gnu::always_inline]] Derived& operator-=(const Dense<Other, Rows, Columns, S, T>& other) {
         return subtract(other, Indices());
     }
-    [[gnu::always_inline]] Derived& operator+=(double number) {
-        return each([=](double& own) { own += number; });
+    [[gnu::always_inline]] Derived& operator+=(Scalar number) {
+        return each([=](Scalar& own) { own += number; });
     }
-    [[gnu::always_inline]] Derived& operator*=(double factor) {
-        return each([=](double& own) { own *= factor; });
+    [[gnu::always_inline]] Derived& operator*=(Scalar factor) {
+        return each([=](Scalar& own) { own *= factor; });
     }
-    [[gnu::always_inline]] Derived& operator/=(double by) {
-        return each([=](double& own) { own /= by; });
+    [[gnu::always_inline]] Derived& operator/=(Scalar by) {
+        return each([=](Scalar& own) { own /= by; });
     }
-    [[gnu::always_inline]] void setConstant(double number) {
-        each([=](double& own) { own = number; });
+    [[gnu::always_inline]] void setConstant(Scalar number) {
+        each([=](Scalar& own) { own = number; });
     }
     [[gnu::always_inline]] void setZero() { setConstant(0.0); }
     [[gnu::always_inline]] void setIdentity() {
@@ -115,23 +116,24 @@ private:
     Number* at_;
 };
 
-template <int Rows, int Columns> class Matrix : public Writable<Matrix<Rows, Columns>, Rows, Columns, 1, Rows> {
+template <int Rows, int Columns, class Scalar> class Matrix
+    : public Writable<Matrix<Rows, Columns, Scalar>, Rows, Columns, 1, Rows> {
 public:
     using Base = Writable<Matrix, Rows, Columns, 1, Rows>;
     Matrix() = default;
     // A vector by its numbers.
-    explicit Matrix(double only) : own_{only} { static_assert(Base::count == 1); }
-    Matrix(double x, double y) : own_{x, y} { static_assert(Base::count == 2); }
-    Matrix(double x, double y, double z) : own_{x, y, z} { static_assert(Base::count == 3); }
+    explicit Matrix(Scalar only) : own_{only} { static_assert(Base::count == 1); }
+    Matrix(Scalar x, Scalar y) : own_{x, y} { static_assert(Base::count == 2); }
+    Matrix(Scalar x, Scalar y, Scalar z) : own_{x, y, z} { static_assert(Base::count == 3); }
     template <class Other, int S, int T> [[gnu::always_inline]] Matrix(const Dense<Other, Rows, Columns, S, T>& other) {
         this->copy(other, typename Base::Indices());
     }
-    [[gnu::always_inline]] double* data() { return own_; }
-    [[gnu::always_inline]] const double* data() const { return own_; }
-    double* begin() { return own_; }
-    double* end() { return own_ + Base::count; }
-    const double* begin() const { return own_; }
-    const double* end() const { return own_ + Base::count; }
+    [[gnu::always_inline]] Scalar* data() { return own_; }
+    [[gnu::always_inline]] const Scalar* data() const { return own_; }
+    Scalar* begin() { return own_; }
+    Scalar* end() { return own_ + Base::count; }
+    const Scalar* begin() const { return own_; }
+    const Scalar* end() const { return own_ + Base::count; }
 
     static Matrix Zero() {
         Matrix found;
@@ -155,18 +157,15 @@ public:
     }
 
 private:
-    double own_[Base::count];
+    Scalar own_[Base::count];
 };
 
 // The matrix that begins at a number, stored column by column as one of these, or row by row.
-template <int Rows, int Columns = 1> [[gnu::always_inline]] inline auto matrix_at(double* at) {
-    return View<double, Rows, Columns, 1, Rows>(at);
+template <int Rows, int Columns = 1, class Number> [[gnu::always_inline]] inline auto matrix_at(Number* at) {
+    return View<Number, Rows, Columns, 1, Rows>(at);
 }
-template <int Rows, int Columns = 1> [[gnu::always_inline]] inline auto matrix_at(const double* at) {
-    return View<const double, Rows, Columns, 1, Rows>(at);
-}
-template <int Rows, int Columns> auto matrix_by_rows(const double* at) {
-    return View<const double, Rows, Columns, Columns, 1>(at);
+template <int Rows, int Columns, class Number> auto matrix_by_rows(const Number* at) {
+    return View<const Number, Rows, Columns, Columns, 1>(at);
 }
 
 }  // namespace mbproj

@@ -8,7 +8,7 @@ namespace mbproj {
 // Pairs (state, program of this set) of each action.
 using ActionNumbers = std::vector<std::vector<std::pair<int, int>>>;
 
-template <int D> void set_actions(Model<D>& model, const ActionNumbers& given, const Programs& programs) {
+template <class D> void set_actions(Model<D>& model, const ActionNumbers& given, const Programs& programs) {
     require_variables(programs, law_variables + static_cast<int>(model.channels.size()), "programs of actions");
     model.actions.clear();
     for (const auto& pairs : given) {

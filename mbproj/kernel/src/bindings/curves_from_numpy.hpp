@@ -54,7 +54,7 @@ inline PlaneCurve plane_curve(const Numbers2& pieces, const Numbers2& places, do
 // What follows curves in planes: where and with which number it is, and the program whose switch is the knots.
 using FollowerNumbers = std::tuple<int, int, int>;
 
-template <int D> void add_followers(Model<D>& model, const std::vector<FollowerNumbers>& given) {
+template <class D> void add_followers(Model<D>& model, const std::vector<FollowerNumbers>& given) {
     auto loads = model.loads ? std::make_shared<Loads<D>>(*model.loads) : nullptr;
     for (const auto& [kind, number, program] : given) {
         const Of of = static_cast<Of>(index_below(kind, 3, "followers"));
@@ -67,14 +67,14 @@ template <int D> void add_followers(Model<D>& model, const std::vector<FollowerN
         if (model.programs.start[program + 1] != at + 2 || model.programs.op[at + 1] != Op::table)
             refuse("followers", "have a program that is no table");
         for (std::size_t i = 0; i < set.instances.size(); ++i)
-            if (Instance& p = set.instances[i]; p.row == number && p.rows == 1) {
+            if (Instance<D>& p = set.instances[i]; p.row == number && p.rows == 1) {
                 const int table = static_cast<int>(model.programs.operand[at + 1]);
                 const auto& start = model.programs.table_start;
                 if (p.kind != Kind::profile ||
                     start[table + 1] - start[table] != static_cast<int>(p.line->pieces.size()))
                     refuse("followers", "have another curve");
                 p.follower = static_cast<int>(model.curves.size());
-                for (Instance& other : set.instances)  // what counts along the curve there, in the row beside it
+                for (Instance<D>& other : set.instances)  // what counts along the curve there, in the row beside it
                     if (of == Of::row && other.kind == Kind::lap && std::equal(p.slots, p.slots + 4, other.slots))
                         other.follower = p.follower;
                 model.curves.push_back({static_cast<int>(i), program, of});

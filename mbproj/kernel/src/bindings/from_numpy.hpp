@@ -140,14 +140,14 @@ inline std::shared_ptr<const RopePath> rope_path(const std::vector<double>& numb
 
 // Attachments (body, is_point, local), instances (kind, slots, parameters, offset, weight); rows follow one another, but an instance that
 // `joins` is of the row before.
-template <int D> PrimitiveSet<D> primitive_set(std::size_t bodies, const Integers1& body, const Integers1& is_point,
-                                               const Numbers2& local, const Integers1& kind, const Integers2& slots,
-                                               const Numbers2& parameters, const Numbers1& offset,
-                                               const Numbers1& weight, const Integers1& joins, const Integers1& line,
-                                               const Lines& lines, const Integers1& path, const Paths& paths) {
+template <class D> PrimitiveSet<D> primitive_set(std::size_t bodies, const Integers1& body, const Integers1& is_point,
+                                                 const Numbers2& local, const Integers1& kind, const Integers2& slots,
+                                                 const Numbers2& parameters, const Numbers1& offset,
+                                                 const Numbers1& weight, const Integers1& joins, const Integers1& line,
+                                                 const Lines& lines, const Integers1& path, const Paths& paths) {
     const std::size_t attachments = body.shape(0), instances = kind.shape(0);
     require(is_point, {attachments}, "is_point");
-    require(local, {attachments, D}, "local");
+    require(local, {attachments, D::axes}, "local");
     require(slots, {instances, most_slots}, "slots");
     require(parameters, {instances, most_parameters}, "parameters");
     require(offset, {instances}, "offset");
@@ -157,13 +157,13 @@ template <int D> PrimitiveSet<D> primitive_set(std::size_t bodies, const Integer
     require(path, {instances}, "path");
     PrimitiveSet<D> set;
     for (std::size_t a = 0; a < attachments; ++a) {
-        const Point<D> at = matrix_at<D>(local.data() + D * a);
+        const Point<D> at = matrix_at<D::axes>(local.data() + D::axes * a);
         const bool point = is_point.data()[a] != 0;
         set.attachments.push_back(
             {index_below(body.data()[a], bodies + 1, "body"), point, at, point ? at.largest() : 0.0});
     }
     for (std::size_t i = 0; i < instances; ++i) {
-        Instance p{};
+        Instance<D> p{};
         p.kind = static_cast<Kind>(index_below(kind.data()[i], std::size(forms), "kind"));
         p.slot_count = form_of(p.kind).slots;
         if ((p.kind == Kind::rope) != (path.data()[i] >= 0)) refuse("path", "is of what is no rope, or lacks");
@@ -179,7 +179,7 @@ template <int D> PrimitiveSet<D> primitive_set(std::size_t bodies, const Integer
                 refuse("parameters", "has more than its kind takes");
         }
         p.coupled = joins.data()[i] != 0;
-        p.rows = p.coupled ? 0 : p.kind == Kind::coincident ? D : 1;
+        p.rows = p.coupled ? 0 : p.kind == Kind::coincident ? D::axes : 1;
         set.rows += p.rows;
         p.row = set.rows - std::max(p.rows, 1);
         p.offset = offset.data()[i];
@@ -199,10 +199,10 @@ template <int D> PrimitiveSet<D> primitive_set(std::size_t bodies, const Integer
 }
 
 // A joint that is a run of instances.
-template <int D> Joint joint_of(const PrimitiveSet<D>& set, int bodies, int begin, int end) {
+template <class D> Joint joint_of(const PrimitiveSet<D>& set, int bodies, int begin, int end) {
     Joint joint{begin, end, set.instances[begin].row, 0, {}};
     for (int i = begin; i < end; ++i) {
-        const Instance& p = set.instances[i];
+        const Instance<D>& p = set.instances[i];
         joint.rows += p.rows;
         for (int s = 0; s < p.slot_count; ++s) {
             const int body = set.attachments[p.slots[s]].body;
@@ -217,7 +217,7 @@ template <int D> Joint joint_of(const PrimitiveSet<D>& set, int bodies, int begi
 }
 
 // The joints as runs of instances: joint j has those from begin[j] to begin[j + 1].
-template <int D> std::vector<Joint> joints(const PrimitiveSet<D>& set, int bodies, const Integers1& begin) {
+template <class D> std::vector<Joint> joints(const PrimitiveSet<D>& set, int bodies, const Integers1& begin) {
     std::vector<Joint> found;
     const auto count = static_cast<int64_t>(set.instances.size());
     if (begin.size() == 0 || begin.data()[0] != 0 || begin.data()[begin.size() - 1] != count)
@@ -231,7 +231,7 @@ template <int D> std::vector<Joint> joints(const PrimitiveSet<D>& set, int bodie
     return found;
 }
 
-template <int D> std::vector<Body<D>> bodies(const Numbers1& mass, const Numbers3& inertia, const Thresholds& below) {
+template <class D> std::vector<Body<D>> bodies(const Numbers1& mass, const Numbers3& inertia, const Thresholds& below) {
     constexpr int W = Size<D>::turns;
     require(mass, {mass.shape(0)}, "mass");
     require(inertia, {mass.shape(0), W, W}, "inertia");

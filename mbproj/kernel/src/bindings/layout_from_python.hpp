@@ -42,14 +42,14 @@ inline Layout layout_of(const std::vector<BlockNumbers>& blocks) {
 }
 
 // Once all else of the model is there.
-template <int D> void set_layout(Model<D>& model, const std::vector<BlockNumbers>& blocks) {
+template <class D> void set_layout(Model<D>& model, const std::vector<BlockNumbers>& blocks) {
     const Layout layout = layout_of(blocks);
     const auto expect = [](const Block& block, std::size_t size) {
         if (static_cast<std::size_t>(block.size) != size) refuse("layout", "has a block of a wrong size");
     };
     int apart = 0;
     if (model.loads)
-        for (const Law& law : model.loads->laws) apart = std::max(apart, law.apart + 1);
+        for (const Law<D>& law : model.loads->laws) apart = std::max(apart, law.apart + 1);
     const bool asked = layout.followed.size > 0;
     if (!asked && (!model.couplings.empty() || has_angles(model.loads.get())))
         refuse("layout", "does not follow the angles");

@@ -70,13 +70,13 @@ inline void require_variables(const Programs& programs, int variables, const cha
     if (programs.variables > variables) refuse(name, "have variables that are not there");
 }
 
-template <int D> Loads<D> loads(std::size_t bodies, const PrimitiveSet<D>& coordinates,
-                                const Integers1& joint_coordinate, const Numbers2& law, const Integers1& law_program,
-                                const Integers1& law_loses, const Integers1& law_bearing, const Integers1& law_apart,
-                                const Integers1& law_partner, const Numbers2& law_sliding, const Integers1& body,
-                                const Numbers2& point, const Integers1& is_torque, const Integers1& in_body,
-                                const Numbers3& force_map, const Numbers3& torque_map, const Integers2& program,
-                                const Bushings<D>& bushings) {
+template <class D> Loads<D> loads(std::size_t bodies, const PrimitiveSet<D>& coordinates,
+                                  const Integers1& joint_coordinate, const Numbers2& law, const Integers1& law_program,
+                                  const Integers1& law_loses, const Integers1& law_bearing, const Integers1& law_apart,
+                                  const Integers1& law_partner, const Numbers2& law_sliding, const Integers1& body,
+                                  const Numbers2& point, const Integers1& is_torque, const Integers1& in_body,
+                                  const Numbers3& force_map, const Numbers3& torque_map, const Integers2& program,
+                                  const Bushings<D>& bushings) {
     constexpr int W = Size<D>::turns;
     const std::size_t laws = coordinates.instances.size(), given = body.size(), count = 1u << 30;
     require(joint_coordinate, {laws}, "joint_coordinate");
@@ -87,10 +87,10 @@ template <int D> Loads<D> loads(std::size_t bodies, const PrimitiveSet<D>& coord
     require(law_apart, {laws}, "law_apart");
     require(law_partner, {laws}, "law_partner");
     require(law_sliding, {laws, 2}, "law_sliding");
-    require(point, {given, D}, "point");
+    require(point, {given, D::axes}, "point");
     require(is_torque, {given}, "is_torque");
     require(in_body, {given}, "in_body");
-    require(force_map, {given, D, 3}, "force_map");
+    require(force_map, {given, D::axes, 3}, "force_map");
     require(torque_map, {given, W, 3}, "torque_map");
     require(program, {given, 3}, "program");
     Loads<D> built{coordinates, {}, {}, bushings.each};
@@ -110,10 +110,10 @@ template <int D> Loads<D> loads(std::size_t bodies, const PrimitiveSet<D>& coord
     for (std::size_t f = 0; f < given; ++f) {
         BodyForce<D> force;
         force.body = index_below(body.data()[f], bodies + 1, "body");
-        force.point = matrix_at<D>(point.data() + D * f);
+        force.point = matrix_at<D::axes>(point.data() + D::axes * f);
         force.is_torque = is_torque.data()[f] != 0;
         force.in_body = in_body.data()[f] != 0;
-        force.force_map = matrix_by_rows<D, 3>(force_map.data() + 3 * D * f);
+        force.force_map = matrix_by_rows<D::axes, 3>(force_map.data() + 3 * D::axes * f);
         force.torque_map = matrix_by_rows<W, 3>(torque_map.data() + 3 * W * f);
         for (int k = 0; k < 3; ++k) force.programs[k] = index_below(program.data()[3 * f + k], count, "program");
         built.on_bodies.push_back(force);
@@ -122,7 +122,7 @@ template <int D> Loads<D> loads(std::size_t bodies, const PrimitiveSet<D>& coord
 }
 
 // Loads must be of the model's bodies, joint coordinates and programs, which are those before the rates of states.
-template <int D> void check_loads(const Model<D>& model, std::size_t bearings) {
+template <class D> void check_loads(const Model<D>& model, std::size_t bearings) {
     const Loads<D>* loads = model.loads.get();
     const int bodies = model.size(), coordinates = static_cast<int>(model.coordinates.instances.size());
     if (!loads) return;
@@ -136,7 +136,7 @@ template <int D> void check_loads(const Model<D>& model, std::size_t bearings) {
     for (const Bushing<D>& bushing : loads->bushings)
         for (const int body : bushing.body)
             if (body > bodies) refuse("loads", "have a body that the model does not");
-    for (const Law& law : loads->laws) {
+    for (const Law<D>& law : loads->laws) {
         if (law.coordinate >= coordinates) refuse("loads", "have a coordinate that the model does not");
         if (law.program >= model.first_rate) refuse("loads", "have a program that the model does not");
         if (law.bearing >= static_cast<int>(bearings)) refuse("loads", "have a bearing that the model does not");
@@ -144,7 +144,7 @@ template <int D> void check_loads(const Model<D>& model, std::size_t bearings) {
 }
 
 // What programs name: of each channel its kind and its number.
-template <int D> void add_channels(Model<D>& model, const Integers2& channels) {
+template <class D> void add_channels(Model<D>& model, const Integers2& channels) {
     require(channels, {channels.shape(0), 2}, "channels");
     for (std::size_t c = 0; c < channels.shape(0); ++c) {
         const int kind = index_below(channels.data()[2 * c], 3, "channels");
@@ -156,7 +156,7 @@ template <int D> void add_channels(Model<D>& model, const Integers2& channels) {
 }
 
 // Switches (program, instruction), program after program in the order of their instructions.
-template <int D> void add_switches(Model<D>& model, const Integers2& given) {
+template <class D> void add_switches(Model<D>& model, const Integers2& given) {
     require(given, {given.shape(0), 2}, "switches");
     const Programs& programs = model.programs;
     for (std::size_t k = 0; k < given.shape(0); ++k) {
@@ -175,14 +175,14 @@ template <int D> void add_switches(Model<D>& model, const Integers2& given) {
 }
 
 // Flywheels that coordinates turn: their rows follow those of C, and each is a joint of its own.
-template <int D>
+template <class D>
 void add_flywheels(Model<D>& model, const PrimitiveSet<D>& coordinates, const std::vector<double>& inertia) {
     PrimitiveSet<D>& set = model.constraints;
     const int slots = static_cast<int>(set.attachments.size()), rows = set.rows;
     if (coordinates.instances.size() != inertia.size() || coordinates.rows != static_cast<int>(inertia.size()))
         refuse("flywheels", "does not fit its coordinates");
     set.attachments.insert(set.attachments.end(), coordinates.attachments.begin(), coordinates.attachments.end());
-    for (Instance p : coordinates.instances) {
+    for (Instance<D> p : coordinates.instances) {
         for (int s = 0; s < p.slot_count; ++s) p.slots[s] += slots;
         p.row += rows;
         set.instances.push_back(p);
@@ -198,26 +198,26 @@ void add_flywheels(Model<D>& model, const PrimitiveSet<D>& coordinates, const st
 using BearingNumbers = std::tuple<int, int, double, double, double, double, std::vector<std::pair<int, double>>>;
 
 // What joints carry; points and axes in the axes of the bodies.
-template <int D> std::vector<Bearing<D>> bearings(const Model<D>& model, const std::vector<BearingNumbers>& given,
-                                                  const Numbers2& points, const Numbers2& axes) {
-    require(points, {given.size(), D}, "bearing_points");
-    require(axes, {given.size(), D}, "bearing_axes");
+template <class D> std::vector<Bearing<D>> bearings(const Model<D>& model, const std::vector<BearingNumbers>& given,
+                                                    const Numbers2& points, const Numbers2& axes) {
+    require(points, {given.size(), D::axes}, "bearing_points");
+    require(axes, {given.size(), D::axes}, "bearing_axes");
     std::vector<Bearing<D>> found;
     for (const auto& [joint, body, radial, axial, length, preload, parts] : given) {
-        const std::size_t at = D * found.size();
+        const std::size_t at = D::axes * found.size();
         for (const auto& [number, part] : parts)
             if (model.joints[index_below(number, model.joints.size(), "bearings")].rows != 1)
                 refuse("bearings", "have a push of a joint that is not one row");
         found.push_back({index_below(joint, model.joints.size(), "bearings"),
-                         index_below(body, model.bodies.size() + 1, "bearings"), matrix_at<D>(points.data() + at),
-                         matrix_at<D>(axes.data() + at), radial, axial, length, preload, parts});
+                         index_below(body, model.bodies.size() + 1, "bearings"), matrix_at<D::axes>(points.data() + at),
+                         matrix_at<D::axes>(axes.data() + at), radial, axial, length, preload, parts});
     }
     return found;
 }
 
 // What stops limit: one instance each.
-template <int D> void add_stops(Model<D>& model, const PrimitiveSet<D>& coordinates, const std::vector<int>& turns,
-                                std::vector<double> bounds) {
+template <class D> void add_stops(Model<D>& model, const PrimitiveSet<D>& coordinates, const std::vector<int>& turns,
+                                  std::vector<double> bounds) {
     const std::size_t count = coordinates.instances.size();
     if (turns.size() != count || bounds.size() != count) refuse("stop_coordinates", "do not fit their bounds");
     for (const int number : turns)
@@ -230,15 +230,15 @@ template <int D> void add_stops(Model<D>& model, const PrimitiveSet<D>& coordina
 }
 
 // The last rows of the constraints, one for each function of time: the last programs.
-template <int D> std::vector<DrivenRow> driven_rows(const Model<D>& model, const std::vector<double>& start,
-                                                    const std::vector<int>& coordinate) {
-    std::vector<DrivenRow> rows;
+template <class D> std::vector<DrivenRow<D>> driven_rows(const Model<D>& model, const std::vector<double>& start,
+                                                         const std::vector<int>& coordinate) {
+    std::vector<DrivenRow<D>> rows;
     const PrimitiveSet<D>& set = model.constraints;
     const std::size_t count = start.size(), instances = set.instances.size(), programs = model.programs.size();
     if (count > instances || count > programs) refuse("motion_start", "does not fit the motions");
     if (coordinate.size() != count) refuse("motion_coordinate", "does not fit the motions");
     for (std::size_t k = 0; k < count; ++k) {
-        const Instance& p = set.instances[instances - count + k];
+        const Instance<D>& p = set.instances[instances - count + k];
         if (p.rows != 1) refuse("constraints", "has a driven row that is not one");
         if (!std::isfinite(start[k])) refuse("motion_start", "holds a number that is not finite");
         const int program = static_cast<int>(programs - count + k);
@@ -250,17 +250,17 @@ template <int D> std::vector<DrivenRow> driven_rows(const Model<D>& model, const
 }
 
 // Whether a law acts on an angle.
-template <int D> bool has_angles(const Loads<D>* loads) {
+template <class D> bool has_angles(const Loads<D>* loads) {
     if (!loads) return false;
     const auto& instances = loads->coordinates.instances;
-    return std::any_of(instances.begin(), instances.end(), [](const Instance& p) { return is_angle(p.kind); });
+    return std::any_of(instances.begin(), instances.end(), [](const Instance<D>& p) { return is_angle(p.kind); });
 }
 
 // Of a row that couples coordinates: its number, its period, the coordinates, their weights, its program, or -1, and what a turn
 // adds to that.
 using CouplingNumbers = std::tuple<int, double, std::vector<int>, std::vector<double>, int, double>;
 
-template <int D> void add_couplings(Model<D>& model, const std::vector<CouplingNumbers>& given) {
+template <class D> void add_couplings(Model<D>& model, const std::vector<CouplingNumbers>& given) {
     for (const auto& [row, period, own, weights, program, growth] : given) {
         if (own.size() != weights.size() || own.empty()) refuse("couplings", "do not fit their weights");
         for (const int coordinate : own) index_below(coordinate, model.coordinates.instances.size(), "couplings");
@@ -278,7 +278,7 @@ template <int D> void add_couplings(Model<D>& model, const std::vector<CouplingN
         if (model.programs.names(index_below(program, model.programs.size(), "couplings"), 2))
             refuse("programs", "have a coupling that is no function of its first coordinate");
         for (std::size_t i = 0; i < model.constraints.instances.size(); ++i)
-            if (Instance& p = model.constraints.instances[i]; p.row == row && p.rows == 1) {
+            if (Instance<D>& p = model.constraints.instances[i]; p.row == row && p.rows == 1) {
                 p.curve = model.couplings.back().curve;
                 model.curves.push_back({static_cast<int>(i), program});
             }

@@ -17,7 +17,7 @@
 namespace mbproj {
 
 // Rows of a model that may be left out.
-template <int D>
+template <class D>
 std::optional<std::vector<int>> rows_from(const Model<D>& model, std::optional<std::vector<int>> rows) {
     if (!rows) return rows;
     for (std::size_t i = 0; i < rows->size(); ++i)
@@ -26,7 +26,7 @@ std::optional<std::vector<int>> rows_from(const Model<D>& model, std::optional<s
     return rows;
 }
 
-template <int D> void add_model(nb::module_& m, const char* primitives, const char* model) {
+template <class D> void add_model(nb::module_& m, const char* primitives, const char* model) {
     nb::class_<PrimitiveSet<D>>(m, primitives)
         .def(
             "__init__",
@@ -53,17 +53,17 @@ template <int D> void add_model(nb::module_& m, const char* primitives, const ch
                std::vector<double> flywheels, const PrimitiveSet<D>* stop_coordinates,
                const std::vector<int>& stop_turns, std::vector<double> stop_bounds,
                const std::vector<BearingNumbers>& bearings, Numbers2 bearing_points, Numbers2 bearing_axes) {
-                require(gravity, {D}, "gravity");
+                require(gravity, {D::axes}, "gravity");
                 require(row_scale, {static_cast<std::size_t>(constraints.rows)}, "row_scale");
                 Model<D> built;
                 built.thresholds = thresholds;
                 built.bodies = bodies<D>(mass, inertia, thresholds);
-                built.gravity = matrix_at<D>(gravity.data());
+                built.gravity = matrix_at<D::axes>(gravity.data());
                 built.constraints = constraints;
                 built.coordinates = coordinates;
                 built.joints = joints(constraints, built.size(), joint_begin);
                 built.row_scale = numbers(row_scale, "row_scale");
-                for (const Instance& p : coordinates.instances) built.counts_turns.push_back(is_angle(p.kind));
+                for (const Instance<D>& p : coordinates.instances) built.counts_turns.push_back(is_angle(p.kind));
                 for (const Attachment<D>& a : coordinates.attachments)
                     if (a.body > built.size()) refuse("coordinates", "have a body that the model does not");
                 for (const double scale : built.row_scale)
@@ -104,7 +104,7 @@ template <int D> void add_model(nb::module_& m, const char* primitives, const ch
             });
 }
 
-template <int D> void add_loads(nb::module_& m, const char* bushings, const char* name) {
+template <class D> void add_loads(nb::module_& m, const char* bushings, const char* name) {
     nb::class_<Bushings<D>>(m, bushings)
         .def(
             "__init__",
@@ -131,7 +131,7 @@ template <int D> void add_loads(nb::module_& m, const char* bushings, const char
         nb::arg("in_body"), nb::arg("force_map"), nb::arg("torque_map"), nb::arg("program"), nb::arg("bushings"));
 }
 
-template <int D> void add_equations(nb::module_& m, const char* name) {
+template <class D> void add_equations(nb::module_& m, const char* name) {
     using E = SingleState<D>;
     const auto checked = [](const E& self, const Numbers2& y) {
         require(y, {static_cast<std::size_t>(self.model().size()), Size<D>::state}, "y");
@@ -288,7 +288,7 @@ template <int D> void add_equations(nb::module_& m, const char* name) {
 }
 
 // Everything of a dimension; the classes are called name + "Model" and so on.
-template <int D> void bind_dimension(nb::module_& m, const std::string& name) {
+template <class D> void bind_dimension(nb::module_& m, const std::string& name) {
     add_model<D>(m, (name + "Primitives").c_str(), (name + "Model").c_str());
     add_loads<D>(m, (name + "Bushings").c_str(), (name + "Loads").c_str());
     add_equations<D>(m, (name + "Equations").c_str());

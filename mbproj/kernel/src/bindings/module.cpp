@@ -87,8 +87,8 @@ void add_settings(nb::module_& m) {
         .def("run", [](const Programs& self, int program, double t, double s, double s_dot) {
             if (program < 0 || program + 1 >= static_cast<int>(self.start.size())) refuse("program", "is out of range");
             require_variables(self, law_variables, "program");
-            const Series variables[law_variables] = {{t, 1.0, 0.0}, {s, 0.0, 0.0}, {s_dot, 0.0, 0.0}};
-            const Series found = self.run(program, variables);
+            const Series<double> variables[law_variables] = {{t, 1.0, 0.0}, {s, 0.0, 0.0}, {s_dot, 0.0, 0.0}};
+            const Series<double> found = self.run(program, variables);
             return std::make_tuple(found.x, found.d, found.dd);
         });
     nb::class_<PlaneCurve>(m, "PlaneCurve")

@@ -3,6 +3,6 @@
 
 namespace mbproj {
 
-void bind_plane(nb::module_& m) { bind_dimension<2>(m, "Plane"); }
+void bind_plane(nb::module_& m) { bind_dimension<Plane<double>>(m, "Plane"); }
 
 }  // namespace mbproj

@@ -13,7 +13,7 @@
 
 namespace mbproj {
 
-template <int D> nb::dict samples(TimeLoop<D>& run) {
+template <class D> nb::dict samples(TimeLoop<D>& run) {
     const SampleBlock block = std::move(run.block);
     run.block = SampleBlock{};
     const std::size_t count = block.t.size(), bodies = run.model().size();
@@ -37,7 +37,7 @@ template <int D> nb::dict samples(TimeLoop<D>& run) {
 using WatchedGaps = std::vector<std::tuple<int, double, double, bool, int, double, double>>;
 using WatchedRows = std::vector<std::tuple<int, double, double, double, double, int, int>>;
 
-template <int D> void watch(TimeLoop<D>& run, const WatchedGaps& gaps, const WatchedRows& rows, double spacing) {
+template <class D> void watch(TimeLoop<D>& run, const WatchedGaps& gaps, const WatchedRows& rows, double spacing) {
     const Model<D>& model = run.model();
     std::vector<WatchedGap> own_gaps;
     for (const auto& [stop, sign, slack, of_rate, other, other_sign, rests_over] : gaps)
@@ -52,20 +52,20 @@ template <int D> void watch(TimeLoop<D>& run, const WatchedGaps& gaps, const Wat
     run.stops().watch().watch(std::move(own_gaps), std::move(own_rows), spacing);
 }
 
-// Rigid motions (k, D + turns): the shift, then the turn.
-template <int D> void keep(TimeLoop<D>& run, bool energy, const Numbers2& fields, double tolerance) {
+// Rigid motions (k, axes + turns): the shift, then the turn.
+template <class D> void keep(TimeLoop<D>& run, bool energy, const Numbers2& fields, double tolerance) {
     constexpr std::size_t freedoms = Size<D>::freedoms;
     require(fields, {fields.shape(0), freedoms}, "fields");
     std::vector<RigidField<D>> found(fields.shape(0));
     for (std::size_t k = 0; k < found.size(); ++k) {
         const double* from = fields.data() + freedoms * k;
-        for (int i = 0; i < D; ++i) found[k].shift[i] = from[i];
-        for (int i = 0; i < Size<D>::turns; ++i) found[k].turn[i] = from[D + i];
+        for (int i = 0; i < D::axes; ++i) found[k].shift[i] = from[i];
+        for (int i = 0; i < Size<D>::turns; ++i) found[k].turn[i] = from[D::axes + i];
     }
     run.projector().keep(energy, std::move(found), tolerance);
 }
 
-template <int D> void add_run(nb::module_& m, const char* name) {
+template <class D> void add_run(nb::module_& m, const char* name) {
     nb::class_<TimeLoop<D>>(m, name)
         .def("__init__",
              [](TimeLoop<D>* self, const Model<D>& model, const Tableau& tableau, const ProjectionSettings& projection,

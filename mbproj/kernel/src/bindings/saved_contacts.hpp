@@ -58,9 +58,10 @@ using StopLaws = std::vector<std::tuple<double, double, double, double, int, dou
 
 // The loop itself does what happens at stops and frictions with these laws; of each friction law, bearing, static, sliding, Stribeck
 // speed and size.
-template <int D> void begin_contacts(TimeLoop<D>& run, const StopLaws& stops,
-                                     const std::vector<std::tuple<int, int, double, double, double, double>>& frictions,
-                                     const nb::dict& state, double spacing, int impact_law) {
+template <class D>
+void begin_contacts(TimeLoop<D>& run, const StopLaws& stops,
+                    const std::vector<std::tuple<int, int, double, double, double, double>>& frictions,
+                    const nb::dict& state, double spacing, int impact_law) {
     const Model<D>& model = run.model();
     if (stops.size() + frictions.size() != model.stops.bound.size()) refuse("laws", "do not fit the stops");
     std::vector<StopLaw> of_stops;
@@ -80,7 +81,7 @@ template <int D> void begin_contacts(TimeLoop<D>& run, const StopLaws& stops,
 }
 
 // What was recorded of contacts since the last call.
-template <int D> auto take_contact_events(TimeLoop<D>& run) {
+template <class D> auto take_contact_events(TimeLoop<D>& run) {
     constexpr const char* names[] = {
         "impact", "push of an impact", "rest", "contact", "release", "slip", "stick", "turn", "shared"};
     std::vector<std::tuple<double, int, std::string, int, double, double>> found;

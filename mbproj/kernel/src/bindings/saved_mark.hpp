@@ -51,7 +51,7 @@ inline HalvedSteps as_tuples(const std::vector<Halved>& halved) {
     return found;
 }
 
-template <int D> std::vector<Halved> halved_from(const HalvedSteps& given, const Model<D>& model) {
+template <class D> std::vector<Halved> halved_from(const HalvedSteps& given, const Model<D>& model) {
     const std::size_t forces = model.loads ? model.loads->laws.size() + 6 * model.loads->bushings.size() : 0;
     std::vector<Halved> found;
     for (const auto& [body, force, first, times] : given)
@@ -81,7 +81,7 @@ inline Kept kept_from(const nb::dict& given) {
     return kept;
 }
 
-template <int D> nb::dict saved_mark(const Mark<D>& mark) {
+template <class D> nb::dict saved_mark(const Mark<D>& mark) {
     std::vector<double> angles;
     for (const auto& angle : mark.counted.angles)
         angles.insert(angles.end(), {angle.cosine, angle.sine, angle.speed, angle.prescribed});
@@ -117,7 +117,7 @@ inline Eigen::VectorXd finite_numbers(const nb::dict& given, const char* name, s
     return Eigen::Map<const Eigen::VectorXd>(found.data(), static_cast<Eigen::Index>(total));
 }
 
-template <int D> Mark<D> mark_from(const nb::dict& given, const Model<D>& model, bool with_slope) {
+template <class D> Mark<D> mark_from(const nb::dict& given, const Model<D>& model, bool with_slope) {
     const auto finite = [&given](const char* name) {
         const auto value = nb::cast<double>(given[name]);
         if (!std::isfinite(value)) refuse(name, "is not finite");

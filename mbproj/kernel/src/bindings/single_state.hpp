@@ -13,7 +13,7 @@ struct EliminationFacts {
     std::size_t leaves, loop_bodies, loop_joints, stored, filled;
 };
 
-template <int D> class SingleState final {
+template <class D> class SingleState final {
 public:
     using S = Size<D>;
     using Numbers = std::vector<double>;

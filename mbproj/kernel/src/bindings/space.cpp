@@ -3,6 +3,6 @@
 
 namespace mbproj {
 
-void bind_space(nb::module_& m) { bind_dimension<3>(m, "Space"); }
+void bind_space(nb::module_& m) { bind_dimension<Space<double>>(m, "Space"); }
 
 }  // namespace mbproj

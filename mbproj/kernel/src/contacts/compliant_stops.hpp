@@ -8,7 +8,7 @@
 
 namespace mbproj {
 
-template <int D> class CompliantStops final {
+template <class D> class CompliantStops final {
 public:
     using Vector = Eigen::VectorXd;
 

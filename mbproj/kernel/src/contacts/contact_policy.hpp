@@ -8,7 +8,7 @@
 
 namespace mbproj {
 
-template <int D> class ContactPolicy final {
+template <class D> class ContactPolicy final {
 public:
     using Vector = Eigen::VectorXd;
 

@@ -11,7 +11,7 @@
 
 namespace mbproj {
 
-template <int D> class JointFriction final {
+template <class D> class JointFriction final {
 public:
     using Vector = Eigen::VectorXd;
 

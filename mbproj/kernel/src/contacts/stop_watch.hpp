@@ -45,7 +45,7 @@ struct CubicStep {
     }
 };
 
-template <int D> class StopWatch {
+template <class D> class StopWatch {
 public:
     explicit StopWatch(const Model<D>& model)
         : model_(model), stops_(model.stops), inside_(model.layout.size()), pose_(model), motion_(model) {}

@@ -8,7 +8,7 @@
 
 namespace mbproj {
 
-template <int D> class TouchingStops final {
+template <class D> class TouchingStops final {
 public:
     using Vector = Eigen::VectorXd;
     using Flags = std::vector<bool>;

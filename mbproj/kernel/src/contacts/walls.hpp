@@ -8,7 +8,7 @@
 
 namespace mbproj {
 
-template <int D> class Walls final {
+template <class D> class Walls final {
 public:
     explicit Walls(const EquationsOfMotion<D>& equations) : equations_(equations), model_(equations.model()) {}
 

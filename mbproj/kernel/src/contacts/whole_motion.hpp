@@ -6,17 +6,17 @@
 namespace mbproj {
 
 // How fast the fastest part moves, in lengths of the mechanism and rad per s.
-template <int D> double fastest_part(const Model<D>& model, const Eigen::VectorXd& y) {
+template <class D> double fastest_part(const Model<D>& model, const Eigen::VectorXd& y) {
     double shift = 0.0, turn = 0.0;
     for (int b = 0; b < model.size(); ++b) {
         const Part<D> part(y.data(), b);
-        for (int i = 0; i < D; ++i) shift = std::max(shift, std::abs(part.velocity()[i]));
+        for (int i = 0; i < D::axes; ++i) shift = std::max(shift, std::abs(part.velocity()[i]));
         for (int i = 0; i < Size<D>::turns; ++i) turn = std::max(turn, std::abs(part.omega()[i]));
     }
     return shift / model.length + turn;
 }
 
-template <int D> double kinetic_energy(const Model<D>& model, const Eigen::VectorXd& y) {
+template <class D> double kinetic_energy(const Model<D>& model, const Eigen::VectorXd& y) {
     double sum = 0.0;
     for (int b = 0; b < model.size(); ++b) {
         const Part<D> part(y.data(), b);
@@ -27,7 +27,7 @@ template <int D> double kinetic_energy(const Model<D>& model, const Eigen::Vecto
 }
 
 // How far a stop on this side is open, with whole turns of the joints' coordinates.
-template <int D>
+template <class D>
 double stop_gap(const Model<D>& model, const Pose<D>& pose, const std::vector<long>& turns, int stop, double side) {
     const int coordinate = model.stops.joint_coordinate[stop];
     const double whole = coordinate < 0 ? 0.0 : 2.0 * M_PI * static_cast<double>(turns[coordinate]);
@@ -35,7 +35,7 @@ double stop_gap(const Model<D>& model, const Pose<D>& pose, const std::vector<lo
 }
 
 // The velocities with those that the solver has found for impulses.
-template <int D> void add_velocities(const EquationsOfMotion<D>& equations, Eigen::VectorXd& y) {
+template <class D> void add_velocities(const EquationsOfMotion<D>& equations, Eigen::VectorXd& y) {
     for (int b = 0; b < equations.model().size(); ++b) {
         WritablePart<D> part(y.data(), b);
         part.velocity() += equations.solver().shift(b);

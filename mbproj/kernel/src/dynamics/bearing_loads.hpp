@@ -9,7 +9,7 @@
 
 namespace mbproj {
 
-template <int D> class BearingLoads final {
+template <class D> class BearingLoads final {
 public:
     explicit BearingLoads(const Model<D>& model) : model_(model), none_(model.all_rows(), 0.0), lambda_(none_) {
         if (!model.loads) return;

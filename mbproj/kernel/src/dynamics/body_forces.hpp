@@ -7,14 +7,14 @@
 namespace mbproj {
 
 // The solver's forces, with loads as they were applied last.
-template <int D> void set_forces(const Model<D>& model, const Pose<D>& pose, const double* y, const Applied<D>& applied,
-                                 KktSolver<D>& solver) {
+template <class D> void set_forces(const Model<D>& model, const Pose<D>& pose, const double* y,
+                                   const Applied<D>& applied, KktSolver<D>& solver) {
     for (int b = 0; b < model.size(); ++b) {
         Point<D> force = model.bodies[b].mass * model.gravity;
         Turn<D> torque = Turn<D>::Zero();
-        if constexpr (D == 3) {
-            const Turn<3> omega = Part<3>(y, b).omega();
-            const Turn<3> momentum = model.bodies[b].inertia * omega;
+        if constexpr (D::axes == 3) {
+            const Turn<D> omega = Part<D>(y, b).omega();
+            const Turn<D> momentum = model.bodies[b].inertia * omega;
             torque = pose[b].rotation * momentum.cross(omega);
         }
         if (model.loads) {

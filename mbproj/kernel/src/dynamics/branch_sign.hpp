@@ -13,7 +13,7 @@
 
 namespace mbproj {
 
-template <int D> class BranchSign final {
+template <class D> class BranchSign final {
 public:
     using S = Size<D>;
     using Signs = std::vector<int>;  // of the blocks, 0 where one is singular

@@ -20,7 +20,7 @@ struct SlidingRow {
     int coordinate, law;
 };
 
-template <int D> class ContactBorder final {
+template <class D> class ContactBorder final {
 public:
     using Vector = Eigen::VectorXd;
 

@@ -7,24 +7,24 @@
 
 namespace mbproj {
 
-template <int D> class Drive final {
+template <class D> class Drive final {
 public:
     explicit Drive(const Model<D>& model) : model_(model), found_(model.driven.size()) {}
 
     std::size_t size() const { return found_.size(); }
     bool empty() const { return found_.empty(); }
-    const Series& operator[](std::size_t k) const { return found_[k]; }
+    const Series<Scalar<D>>& operator[](std::size_t k) const { return found_[k]; }
     // Where motion k puts its coordinate.
     double prescribed(std::size_t k) const { return model_.driven[k].start + found_[k].x; }
 
     bool is_at_rest() const {
-        return std::all_of(found_.begin(), found_.end(), [](const Series& each) { return each.d == 0.0; });
+        return std::all_of(found_.begin(), found_.end(), [](const Series<Scalar<D>>& each) { return each.d == 0.0; });
     }
 
     // The driven rows of C, less what the motions prescribe.
     void close(double* C) const {
         for (std::size_t k = 0; k < found_.size(); ++k) {
-            const DrivenRow& driven = model_.driven[k];
+            const DrivenRow<D>& driven = model_.driven[k];
             const double wanted = prescribed(k);
             C[driven.row] =
                 driven.is_angle ? nearest(C[driven.row] - std::remainder(wanted, 2.0 * M_PI)) : C[driven.row] - wanted;
@@ -51,18 +51,18 @@ public:
     }
 
 private:
-    Series at(std::size_t k, double t) const {
-        const Series time[3] = {{t, 1.0, 0.0}, {}, {}};
+    Series<Scalar<D>> at(std::size_t k, double t) const {
+        const Series<Scalar<D>> time[3] = {{t, 1.0, 0.0}, {}, {}};
         return model_.programs.run(model_.driven[k].program, time);
     }
 
     const Model<D>& model_;
-    std::vector<Series> found_;
+    std::vector<Series<Scalar<D>>> found_;
 };
 
 // The rates of the quadratures in a slope: the power put in, what is dissipated, and what is lost apart.
-template <int D> void set_work(const Block& work, const Applied<D>& applied, const Drive<D>& drive,
-                               const double* lambda, double* slope) {
+template <class D> void set_work(const Block& work, const Applied<D>& applied, const Drive<D>& drive,
+                                 const double* lambda, double* slope) {
     if (!work.size) return;
     slope[work.first] = applied.power + drive.power(lambda);
     slope[work.first + 1] = applied.dissipation;

@@ -16,7 +16,7 @@
 namespace mbproj {
 
 // Everything that is known at one state; scratch that evaluations overwrite.
-template <int D> class EquationsOfMotion final {
+template <class D> class EquationsOfMotion final {
 public:
     using S = Size<D>;
 
@@ -177,7 +177,7 @@ public:
     // Gears and screws count on from the teeth in mesh now.
     void start_teeth() { couplings_.start(pose_, expected_, constraint()), known_ = false; }
     // A coordinate that is an angle, in the state in place.
-    JointAngle angle(int coordinate) const { return joint_angle(model_, pose_, motion_, coordinate); }
+    JointAngle<D> angle(int coordinate) const { return joint_angle(model_, pose_, motion_, coordinate); }
     // What motions prescribe at the time in place.
     const Drive<D>& drive() const { return drive_; }
     // The state, at `time`, at which a function of the scene had no finite value; empty where none failed.

@@ -9,7 +9,7 @@
 
 namespace mbproj {
 
-template <int D> class ImplicitStage final {
+template <class D> class ImplicitStage final {
 public:
     using S = Size<D>;
 

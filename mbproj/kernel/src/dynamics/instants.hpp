@@ -9,7 +9,7 @@
 
 namespace mbproj {
 
-template <int D> class Instants final {
+template <class D> class Instants final {
 public:
     using Given = std::vector<std::pair<int, double>>;  // states by their numbers, and what they are from here on
 
@@ -31,7 +31,7 @@ public:
     // What a controller does at y, which has been looked at. False where a program has no finite value: the equations say so.
     bool act(int number, double* y) {
         const Action& action = model_.actions[number];
-        const Series* variables = seen_->variables();
+        const Series<Scalar<D>>* variables = seen_->variables();
         found_.clear();
         for (const int program : action.programs) {
             found_.push_back(model_.action_programs.value(program, variables, nullptr));
@@ -44,7 +44,7 @@ public:
     // Programs of the time and channels at y at t.
     std::vector<double> values(const Programs& programs, double t, const double* y) {
         look(t, y);
-        const Series* variables = seen_->variables();
+        const Series<Scalar<D>>* variables = seen_->variables();
         std::vector<double> found;
         for (int k = 0; k < programs.size(); ++k) found.push_back(programs.value(k, variables, nullptr));
         return found;

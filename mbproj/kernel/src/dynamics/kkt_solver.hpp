@@ -11,7 +11,7 @@
 
 namespace mbproj {
 
-template <int D> class KktSolver final {
+template <class D> class KktSolver final {
 public:
     using S = Size<D>;
     static constexpr int F = S::freedoms;
@@ -113,13 +113,13 @@ public:
 
     // Forces on a body before `solve`: a force at its centre of mass and a moment, global axes.
     void set_force(int body, const Point<D>& force, const Turn<D>& torque) {
-        force_[body].template head<D>() = force;
+        force_[body].template head<D::axes>() = force;
         // The centre of mass is at -reference from the reference point.
         force_[body].template tail<S::turns>() = torque - moment(reference_[body], force);
     }
     // Another force on a body that has one.
     void add_force(int body, const Point<D>& force, const Turn<D>& torque) {
-        force_[body].template head<D>() += force;
+        force_[body].template head<D::axes>() += force;
         force_[body].template tail<S::turns>() += torque - moment(reference_[body], force);
     }
     void clear_forces() { std::fill(force_.begin(), force_.end(), Wrench::Zero()); }
@@ -153,7 +153,9 @@ public:
 
     // (δr, δθ) or accelerations of a body, of its centre of mass, global axes.
     Turn<D> turn(int body) const { return delta_[body].template tail<S::turns>(); }
-    Point<D> shift(int body) const { return delta_[body].template head<D>() - turned_by(turn(body), reference_[body]); }
+    Point<D> shift(int body) const {
+        return delta_[body].template head<D::axes>() - turned_by(turn(body), reference_[body]);
+    }
 
     // What the compliant rows are in the metric `stiff`.
     Compliance<D>& compliance() { return compliance_; }

@@ -23,7 +23,7 @@ struct Passed {
     }
 };
 
-template <int D> class RowPolicy final {
+template <class D> class RowPolicy final {
 public:
     RowPolicy(const Model<D>& model, KktSolver<D>& solver) : model_(model), solver_(solver) {
         hold_all_but(model_.rows.left_out);

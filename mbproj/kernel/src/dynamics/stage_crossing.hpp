@@ -9,7 +9,7 @@
 
 namespace mbproj {
 
-template <int D> class StageCrossing final {
+template <class D> class StageCrossing final {
 public:
     using S = Size<D>;
     using Vector = Eigen::VectorXd;
@@ -138,7 +138,7 @@ private:
             const double* a = found[r].data();
             for (int b = 0; b < model_.size(); ++b) {
                 WritablePart<D> part(slope, b);
-                for (int i = 0; i < D; ++i) part.velocity()[i] += phi[r] * *a++;
+                for (int i = 0; i < D::axes; ++i) part.velocity()[i] += phi[r] * *a++;
                 for (int i = 0; i < S::turns; ++i) part.omega()[i] += phi[r] * *a++;
             }
             for (std::size_t i = 0; lambda && i < none_.size(); ++i) lambda[i] += phi[r] * multipliers[r][i];

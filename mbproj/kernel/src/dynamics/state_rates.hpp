@@ -7,7 +7,7 @@
 
 namespace mbproj {
 
-template <int D> class StateRates final {
+template <class D> class StateRates final {
 public:
     const double* held = nullptr;  // the branches of programs, or none
 

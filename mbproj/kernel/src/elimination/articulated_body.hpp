@@ -8,27 +8,27 @@
 namespace mbproj {
 
 // A symmetric inertia [A B; Bᵀ C] in (v, ω) at a reference point.
-template <int D> struct Inertia {
+template <class D> struct Inertia {
     using S = Size<D>;
-    Matrix<D, D> A;
-    Matrix<D, S::turns> B;
+    Matrix<D::axes, D::axes> A;
+    Matrix<D::axes, S::turns> B;
     Matrix<S::turns, S::turns> C;
 
     // m and J of a body whose centre of mass is at -s from the reference point.
     [[gnu::always_inline]] void set(double mass, const Matrix<S::turns, S::turns>& J, const Point<D>& s) {
-        A = mass * Matrix<D, D>::Identity();
-        for (int i = 0; i < D; ++i) B.row(i) = moment(s, Point<D>(-mass * Point<D>::Unit(i))).transpose();
+        A = mass * Matrix<D::axes, D::axes>::Identity();
+        for (int i = 0; i < D::axes; ++i) B.row(i) = moment(s, Point<D>(-mass * Point<D>::Unit(i))).transpose();
         C = J;
         for (int i = 0; i < S::turns; ++i) C.col(i) -= moment(s, Point<D>(B.col(i)));
     }
     // Taken to another reference point: `arm` leads from the new one to the old one, v_old = v_new + ω × arm.
     [[gnu::always_inline]] void move(const Point<D>& arm) {
         for (int i = 0; i < S::turns; ++i) C.row(i) += moment(arm, Point<D>(B.col(i))).transpose();
-        for (int i = 0; i < D; ++i) B.row(i) += moment(arm, Point<D>(A.col(i))).transpose();
+        for (int i = 0; i < D::axes; ++i) B.row(i) += moment(arm, Point<D>(A.col(i))).transpose();
         for (int i = 0; i < S::turns; ++i) C.col(i) += moment(arm, Point<D>(B.col(i)));
     }
     void lend(const Column<S::freedoms>& diagonal) {
-        A.diagonal() += diagonal.template head<D>();
+        A.diagonal() += diagonal.template head<D::axes>();
         C.diagonal() += diagonal.template tail<S::turns>();
     }
     void add(const Inertia& other) {
@@ -38,23 +38,23 @@ template <int D> struct Inertia {
     }
     Column<S::freedoms> operator*(const Column<S::freedoms>& u) const {
         Column<S::freedoms> product;
-        const auto v = u.template head<D>();
+        const auto v = u.template head<D::axes>();
         const auto w = u.template tail<S::turns>();
-        product.template head<D>() = A * v + B * w;
+        product.template head<D::axes>() = A * v + B * w;
         product.template tail<S::turns>() = B.transpose() * v + C * w;
         return product;
     }
 };
 
 // One free motion of a hinge, a translation or a rotation along n, and what its elimination leaves behind.
-template <int D> struct FreeMotion {
+template <class D> struct FreeMotion {
     Column<Size<D>::freedoms> U;  // M n
     double reciprocal;            // 1 / nᵀ M n
 };
 
 // The elimination of one hinge, and what solving with it needs. The free motions go one after another, the translations
 // first, as if massless bodies with one freedom each stood between child and parent.
-template <int D> struct HingeFactor {
+template <class D> struct HingeFactor {
     using S = Size<D>;
     static constexpr int F = S::freedoms;
     HingeFrame<D> frame;
@@ -70,15 +70,15 @@ template <int D> struct HingeFactor {
         FreeMotion<D>* motion = motions;
         for (int k = 0; k < hinge.free_translations(); ++k, ++motion) {
             const auto n = frame.N_t.col(k);
-            motion->U.template head<D>() = left.A * n;
+            motion->U.template head<D::axes>() = left.A * n;
             motion->U.template tail<S::turns>() = left.B.transpose() * n;
-            double pivot = n.dot(motion->U.template head<D>());
+            double pivot = n.dot(motion->U.template head<D::axes>());
             if constexpr (turns) pivot += *added++;
             if (!remove(*motion, pivot, left)) return false;
         }
         for (int k = 0; k < hinge.free_rotations(); ++k, ++motion) {
             const auto n = frame.N_r.col(k);
-            motion->U.template head<D>() = left.B * n;
+            motion->U.template head<D::axes>() = left.B * n;
             motion->U.template tail<S::turns>() = left.C * n;
             double pivot = n.dot(motion->U.template tail<S::turns>());
             if constexpr (turns) pivot += *added++;
@@ -92,7 +92,7 @@ template <int D> struct HingeFactor {
     [[gnu::always_inline]] void upward(const Hinge<D>& hinge, double* h, Column<F>& g, const double* pushed) const {
         const FreeMotion<D>* motion = motions;
         for (int k = 0; k < hinge.free_translations(); ++k, ++motion, ++h) {
-            double along = frame.N_t.col(k).dot(g.template head<D>());
+            double along = frame.N_t.col(k).dot(g.template head<D::axes>());
             if constexpr (turns) along += *pushed++;
             *h = along * motion->reciprocal;
             g -= *h * motion->U;
@@ -112,7 +112,8 @@ template <int D> struct HingeFactor {
             u.template tail<S::turns>() +=
                 (h[last] - motions[last].reciprocal * motions[last].U.dot(u)) * frame.N_r.col(k);
         for (int k = hinge.free_translations() - 1; k >= 0; --k, --last)
-            u.template head<D>() += (h[last] - motions[last].reciprocal * motions[last].U.dot(u)) * frame.N_t.col(k);
+            u.template head<D::axes>() +=
+                (h[last] - motions[last].reciprocal * motions[last].U.dot(u)) * frame.N_t.col(k);
     }
 
 private:
@@ -120,10 +121,10 @@ private:
         if (!(pivot > 0.0)) return false;
         motion.reciprocal = 1.0 / pivot;
         const Column<F> V = motion.reciprocal * motion.U;
-        for (int i = 0; i < D; ++i) left.A.col(i) -= motion.U[i] * V.template head<D>();
+        for (int i = 0; i < D::axes; ++i) left.A.col(i) -= motion.U[i] * V.template head<D::axes>();
         for (int i = 0; i < S::turns; ++i) {
-            left.B.col(i) -= motion.U[D + i] * V.template head<D>();
-            left.C.col(i) -= motion.U[D + i] * V.template tail<S::turns>();
+            left.B.col(i) -= motion.U[D::axes + i] * V.template head<D::axes>();
+            left.C.col(i) -= motion.U[D::axes + i] * V.template tail<S::turns>();
         }
         return true;
     }

@@ -8,7 +8,7 @@
 
 namespace mbproj {
 
-template <int D> class ChoiceOfHinges final {
+template <class D> class ChoiceOfHinges final {
 public:
     ChoiceOfHinges(const Model<D>& model, const std::vector<int>& loop_bodies, InertiaCancellation<D>& cancellation)
         : model_(model), loop_bodies_(loop_bodies), cancellation_(cancellation), joints_of_(model.size()),

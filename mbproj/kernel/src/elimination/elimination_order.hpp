@@ -10,14 +10,14 @@
 
 namespace mbproj {
 
-template <int D> struct Leaf {
+template <class D> struct Leaf {
     int joint;
     Hinge<D> hinge;
     std::vector<int>
         flywheels;  // joints that hold those which its free motions turn, and compliant ones of its coordinates
 };
 
-template <int D> struct EliminationOrder {
+template <class D> struct EliminationOrder {
     std::vector<Leaf<D>> leaves;   // in the order of their elimination: children before their parents
     std::vector<int> loop_bodies;  // roots of floating trees among them
     std::vector<int> loop_joints;

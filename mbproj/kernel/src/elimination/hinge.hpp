@@ -11,27 +11,27 @@ namespace mbproj {
 // A joint whose rows act on the relative translation at one point (coincident; along; distance) and on the relative
 // rotation (perpendicular), not on both at once. With a coincident primitive each body's arm ends in its own point, so
 // that open joints are treated exactly; otherwise both arms end in p2.
-template <int D> struct Hinge {
+template <class D> struct Hinge {
     int child, parent;  // the parent may be the ground
     double sign;        // +1 where p2 is on the child, -1 where it is on the parent
     int p1, p2;
     bool coincident;
-    int translations[D], rotations[Size<D>::turns];  // instances
-    int translation_count = 0, rotation_count = 0;   // rows
-    int free_translations() const { return D - translation_count; }
+    int translations[D::axes], rotations[Size<D>::turns];  // instances
+    int translation_count = 0, rotation_count = 0;         // rows
+    int free_translations() const { return D::axes - translation_count; }
     int free_rotations() const { return Size<D>::turns - rotation_count; }
     int taken() const { return translation_count + rotation_count; }
 };
 
 // The hinge that a joint is with this child, where it is one.
-template <int D> std::optional<Hinge<D>> as_hinge(const Model<D>& model, const Joint& joint, int child) {
+template <class D> std::optional<Hinge<D>> as_hinge(const Model<D>& model, const Joint& joint, int child) {
     Hinge<D> hinge{};
     hinge.child = child;
     hinge.p1 = hinge.p2 = -1;
     int seen = 0;
     const auto body_of = [&](int attachment) { return model.constraints.attachments[attachment].body; };
     for (int i = joint.begin; i < joint.end; ++i) {
-        const Instance& p = model.constraints.instances[i];
+        const Instance<D>& p = model.constraints.instances[i];
         if (p.coupled) return std::nullopt;
         if (p.kind == Kind::perpendicular) {
             if (hinge.rotation_count == Size<D>::turns) return std::nullopt;
@@ -42,7 +42,7 @@ template <int D> std::optional<Hinge<D>> as_hinge(const Model<D>& model, const J
         const bool known = p.kind == Kind::coincident || p.kind == Kind::distance ||
                            (p.kind == Kind::along && body_of(p.slots[0]) == body_of(p.slots[1]));
         const bool one_point = seen == 0 || (p.slots[first] == hinge.p1 && p.slots[first + 1] == hinge.p2);
-        if (!known || !one_point || hinge.translation_count + p.rows > D) return std::nullopt;
+        if (!known || !one_point || hinge.translation_count + p.rows > D::axes) return std::nullopt;
         hinge.p1 = p.slots[first];
         hinge.p2 = p.slots[first + 1];
         hinge.coincident = p.kind == Kind::coincident;
@@ -114,10 +114,10 @@ inline bool complement(const Column<3>* rows, int count, Matrix<3, 3>& basis, Ma
 }
 
 // A hinge at a pose: arms from the two centres of mass, the allowed translations and rotations, and the particular ones.
-template <int D> struct HingeFrame {
+template <class D> struct HingeFrame {
     using S = Size<D>;
     Point<D> child_arm, parent_arm;
-    Matrix<D, D> N_t, P_t;  // of a coincident joint none, and the identity, which is not written down
+    Matrix<D::axes, D::axes> N_t, P_t;  // of a coincident joint none, and the identity, which is not written down
     Matrix<S::turns, S::turns> N_r, P_r;
 
     [[gnu::always_inline]] bool update(const Model<D>& model, const Hinge<D>& hinge, const Pose<D>& pose) {
@@ -132,10 +132,10 @@ template <int D> struct HingeFrame {
                 parent_arm = at - pose[hinge.parent].position;
             else
                 child_arm = at - pose[hinge.child].position;
-            Point<D> rows[D];
+            Point<D> rows[D::axes];
             for (Point<D>& row : rows) row.setZero();
             for (int k = 0; k < hinge.translation_count; ++k) {
-                const Instance& p = model.constraints.instances[hinge.translations[k]];
+                const Instance<D>& p = model.constraints.instances[hinge.translations[k]];
                 rows[k] =
                     p.kind == Kind::along ? pose.place(p.slots[0]) : Point<D>((at - pose.place(hinge.p1)).normalized());
             }
@@ -144,7 +144,7 @@ template <int D> struct HingeFrame {
         Turn<D> rows[S::turns];
         for (Turn<D>& row : rows) row.setZero();
         for (int k = 0; k < hinge.rotation_count; ++k) {
-            const Instance& p = model.constraints.instances[hinge.rotations[k]];
+            const Instance<D>& p = model.constraints.instances[hinge.rotations[k]];
             const int on_child = model.constraints.attachments[p.slots[0]].body == hinge.child ? 0 : 1;
             // The relative rotation counts from body 1 to body 2, as the translation does.
             rows[k] = hinge.sign * moment(pose.place(p.slots[on_child]), pose.place(p.slots[1 - on_child]));

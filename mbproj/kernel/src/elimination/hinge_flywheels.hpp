@@ -7,7 +7,7 @@
 
 namespace mbproj {
 
-template <int D> class HingeFlywheels final {
+template <class D> class HingeFlywheels final {
 public:
     using S = Size<D>;
     static constexpr int F = S::freedoms;
@@ -21,7 +21,7 @@ public:
     static bool fits(const Model<D>& model, const Hinge<D>& hinge, const Joint& flywheel) {
         if (flywheel.bushing >= 0) return false;
         const auto& attachments = model.constraints.attachments;
-        const Instance& p = model.constraints.instances[flywheel.begin];
+        const Instance<D>& p = model.constraints.instances[flywheel.begin];
         for (int s = 0; s < p.slot_count; ++s)
             if (const int body = attachments[p.slots[s]].body; body != hinge.child && body != hinge.parent)
                 return false;
@@ -62,13 +62,15 @@ public:
             else
                 turned.inertia = compliance ? compliance->weight(joints_[k]) : 0.0;
             turned.rate = G.row(0).transpose();
-            turned.rate.template tail<S::turns>() -= moment(frame.child_arm, Point<D>(turned.rate.template head<D>()));
+            turned.rate.template tail<S::turns>() -=
+                moment(frame.child_arm, Point<D>(turned.rate.template head<D::axes>()));
             const bool is_angle = model.constraints.instances[joint.begin].kind == Kind::angle;
             (is_angle ? angles[angle_count++] : shifts[shift_count++]) = &turned;
         }
         std::fill(added_, added_ + F, 0.0);
-        return align<D, 0>(frame.N_t, hinge_.free_translations(), shifts, shift_count, 0) &&
-               align<S::turns, D>(frame.N_r, hinge_.free_rotations(), angles, angle_count, hinge_.free_translations());
+        return align<D::axes, 0>(frame.N_t, hinge_.free_translations(), shifts, shift_count, 0) &&
+               align<S::turns, D::axes>(frame.N_r, hinge_.free_rotations(), angles, angle_count,
+                                        hinge_.free_translations());
     }
 
     // What adds to nᵀ M n of each free motion.
@@ -87,7 +89,7 @@ public:
         const int shifts = hinge_.free_translations();
         for (const Turned& t : turned_) {
             const double along = t.motion < shifts
-                                     ? frame.N_t.col(t.motion).dot(wrench.template head<D>())
+                                     ? frame.N_t.col(t.motion).dot(wrench.template head<D::axes>())
                                      : frame.N_r.col(t.motion - shifts).dot(wrench.template tail<S::turns>());
             const double mu = -along / t.ratio;
             if (t.is_flywheel) energy += mu * mu / t.inertia;

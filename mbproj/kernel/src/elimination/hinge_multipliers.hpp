@@ -6,16 +6,16 @@
 namespace mbproj {
 
 // The smallest motion at the joint's point that meets the rows' right-hand sides.
-template <int D> [[gnu::always_inline]] inline Column<Size<D>::freedoms>
+template <class D> [[gnu::always_inline]] inline Column<Size<D>::freedoms>
 particular(const Model<D>& model, const Hinge<D>& hinge, const HingeFrame<D>& frame, const double* c) {
     constexpr int F = Size<D>::freedoms, W = Size<D>::turns;
     const auto& instances = model.constraints.instances;
     Column<F> p = Column<F>::Zero();
     if (hinge.coincident) {
-        p.template head<D>() = matrix_at<D>(c + instances[hinge.translations[0]].row);
+        p.template head<D::axes>() = matrix_at<D::axes>(c + instances[hinge.translations[0]].row);
     } else {
         for (int k = 0; k < hinge.translation_count; ++k)
-            p.template head<D>() += frame.P_t.col(k) * c[instances[hinge.translations[k]].row];
+            p.template head<D::axes>() += frame.P_t.col(k) * c[instances[hinge.translations[k]].row];
     }
     for (int k = 0; k < hinge.rotation_count; ++k)
         p.template tail<W>() += frame.P_r.col(k) * c[instances[hinge.rotations[k]].row];
@@ -23,16 +23,17 @@ particular(const Model<D>& model, const Hinge<D>& hinge, const HingeFrame<D>& fr
 }
 
 // λ of a hinge's rows from the wrench that the joint exerts on the child, -Gᵀλ.
-template <int D> void hinge_multipliers(const Model<D>& model, const Hinge<D>& hinge, const HingeFrame<D>& frame,
-                                        const Column<Size<D>::freedoms>& wrench, double* lambda) {
+template <class D> void hinge_multipliers(const Model<D>& model, const Hinge<D>& hinge, const HingeFrame<D>& frame,
+                                          const Column<Size<D>::freedoms>& wrench, double* lambda) {
     constexpr int W = Size<D>::turns;
     const auto& instances = model.constraints.instances;
     if (hinge.coincident) {
-        matrix_at<D>(lambda + instances[hinge.translations[0]].row) = -hinge.sign * wrench.template head<D>();
+        matrix_at<D::axes>(lambda + instances[hinge.translations[0]].row) =
+            -hinge.sign * wrench.template head<D::axes>();
     } else {
         for (int k = 0; k < hinge.translation_count; ++k)
             lambda[instances[hinge.translations[k]].row] =
-                -hinge.sign * frame.P_t.col(k).dot(wrench.template head<D>());
+                -hinge.sign * frame.P_t.col(k).dot(wrench.template head<D::axes>());
     }
     for (int k = 0; k < hinge.rotation_count; ++k)
         lambda[instances[hinge.rotations[k]].row] = -hinge.sign * frame.P_r.col(k).dot(wrench.template tail<W>());

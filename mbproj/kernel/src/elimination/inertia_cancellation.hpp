@@ -7,7 +7,7 @@
 
 namespace mbproj {
 
-template <int D> class InertiaCancellation final {
+template <class D> class InertiaCancellation final {
 public:
     using S = Size<D>;
     using Turning = Matrix<S::turns, S::turns>;
@@ -46,19 +46,19 @@ private:
     double left_to_parent(const Hinge<D>& hinge) const {
         const int point = hinge.sign > 0.0 ? hinge.p1 : hinge.p2;
         const Turning M = moments(hinge.parent, carried_[hinge.child], point);
-        if constexpr (D == 3)
+        if constexpr (D::axes == 3)
             if (hinge.rotation_count == 2) {
-                const Point<3> axis = free_axis(hinge);
+                const Point<D> axis = free_axis(hinge);
                 return axis.dot(M * axis);
             }
         return 1.0 / norm_of_inverse(M);
     }
     // Of a revolute, in the parent's axes: its own vector of both rows, or what is normal to its two.
-    Point<3> free_axis(const Hinge<3>& hinge) const {
-        Point<3> vectors[2];
+    Point<D> free_axis(const Hinge<D>& hinge) const {
+        Point<D> vectors[2];
         int slots[2];
         for (int k = 0; k < 2; ++k) {
-            const Instance& row = model_.constraints.instances[hinge.rotations[k]];
+            const Instance<D>& row = model_.constraints.instances[hinge.rotations[k]];
             slots[k] = row.slots[model_.constraints.attachments[row.slots[0]].body == hinge.parent ? 0 : 1];
             vectors[k] = model_.constraints.attachments[slots[k]].local;
         }

@@ -8,7 +8,7 @@ namespace mbproj {
 
 // W⁻¹ = Z Zᵀ of a body of the loops: of a bare one from the constant root of its inertia, of an articulated one by
 // factorisation; of one that moves by a hinge N (NᵀWN)⁻¹ Nᵀ, with a column of Z for each of its free motions N.
-template <int D> class InverseRoot final {
+template <class D> class InverseRoot final {
 public:
     using S = Size<D>;
     static constexpr int F = S::freedoms;
@@ -16,7 +16,7 @@ public:
     void bare(double mass, const Rotation<D>& A, const Matrix<S::turns, S::turns>& inverse_root) {
         kind_ = Kind::bare;
         translation_ = 1.0 / std::sqrt(mass);
-        if constexpr (D == 3)
+        if constexpr (D::axes == 3)
             rotation_ = inverse_root * A.transpose();
         else
             rotation_ = inverse_root;
@@ -24,10 +24,10 @@ public:
     bool articulated(const Inertia<D>& M) {
         kind_ = Kind::articulated;
         Matrix<F, F> full;
-        full.template block<D, D>(0, 0) = M.A;
-        full.template block<D, S::turns>(0, D) = M.B;
-        full.template block<S::turns, D>(D, 0) = M.B.transpose();
-        full.template block<S::turns, S::turns>(D, D) = M.C;
+        full.template block<D::axes, D::axes>(0, 0) = M.A;
+        full.template block<D::axes, S::turns>(0, D::axes) = M.B;
+        full.template block<S::turns, D::axes>(D::axes, 0) = M.B.transpose();
+        full.template block<S::turns, S::turns>(D::axes, D::axes) = M.C;
         return factor_.factor(full);
     }
     // By Gram and Schmidt, in the inertia M. False where a free motion moves no mass.
@@ -44,7 +44,7 @@ public:
             motions_[k] = scale * z;
             momenta_[k] *= scale;
         }
-        free_ = {D / M.A.trace(), S::turns / M.C.trace()};
+        free_ = {D::axes / M.A.trace(), S::turns / M.C.trace()};
         return true;
     }
 
@@ -52,7 +52,7 @@ public:
     int width() const { return kind_ == Kind::hinged ? width_ : F; }
     // About |Zᵀx|² if the hinge let the body go.
     double free_square(const Column<F>& x) const {
-        return free_.translation * x.template head<D>().squaredNorm() +
+        return free_.translation * x.template head<D::axes>().squaredNorm() +
                free_.rotation * x.template tail<S::turns>().squaredNorm();
     }
     // Zᵀ x, of which the entries beyond `width` are 0 and need not be asked for.
@@ -63,7 +63,7 @@ public:
             x.setZero();
             for (int k = 0; k < width_; ++k) x[k] = entry(k, given);
         } else if (kind_ == Kind::bare) {
-            x.template head<D>() *= translation_;
+            x.template head<D::axes>() *= translation_;
             x.template tail<S::turns>() = rotation_ * x.template tail<S::turns>().eval();
         } else {
             factor_.forward(x);
@@ -75,9 +75,9 @@ public:
     }
     void remove(Inertia<D>& W) const {
         for (int k = 0; k < width_; ++k) {
-            const Column<D> linear = momenta_[k].template head<D>();
+            const Column<D::axes> linear = momenta_[k].template head<D::axes>();
             const Column<S::turns> angular = momenta_[k].template tail<S::turns>();
-            for (int i = 0; i < D; ++i) W.A.col(i) -= linear[i] * linear;
+            for (int i = 0; i < D::axes; ++i) W.A.col(i) -= linear[i] * linear;
             for (int i = 0; i < S::turns; ++i) {
                 W.B.col(i) -= angular[i] * linear;
                 W.C.col(i) -= angular[i] * angular;
@@ -101,7 +101,7 @@ public:
             x.setZero();
             for (int k = 0; k < width_; ++k) x += given[k] * motions_[k];
         } else if (kind_ == Kind::bare) {
-            x.template head<D>() *= translation_;
+            x.template head<D::axes>() *= translation_;
             x.template tail<S::turns>() = rotation_.transpose() * x.template tail<S::turns>().eval();
         } else {
             factor_.backward(x);

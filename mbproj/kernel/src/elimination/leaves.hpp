@@ -6,7 +6,7 @@
 
 namespace mbproj {
 
-template <int D> class Leaves final {
+template <class D> class Leaves final {
 public:
     using S = Size<D>;
     static constexpr int F = S::freedoms;
@@ -111,14 +111,14 @@ private:
         if constexpr (turns)
             if (const auto* flywheels = flywheels_of(s)) flywheels->push(c, s.p, pushed);
         f.template upward<turns>(hinge, s.h, rest, pushed);
-        rest.template tail<S::turns>() += moment(f.link, Point<D>(rest.template head<D>()));
+        rest.template tail<S::turns>() += moment(f.link, Point<D>(rest.template head<D::axes>()));
         force[hinge.parent] += rest;
     }
 
     template <bool turns> void down(const Hinge<D>& hinge, const HingeFactor<D>& f, const Scratch& s,
                                     std::vector<Wrench>& delta, double* lambda) {
         Wrench u = delta[hinge.parent];
-        u.template head<D>() += turned_by(Turn<D>(u.template tail<S::turns>()), f.link);
+        u.template head<D::axes>() += turned_by(Turn<D>(u.template tail<S::turns>()), f.link);
         f.downward(hinge, s.h, u);
         if (lambda || turns) {
             Wrench wrench = f.M * u - s.g;

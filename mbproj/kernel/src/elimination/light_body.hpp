@@ -8,7 +8,7 @@
 
 namespace mbproj {
 
-template <int D> struct Light {
+template <class D> struct Light {
     using Twist = Column<Size<D>::freedoms>;
     int body;                      // of the loops
     Twist lent = Twist::Zero();    // T, diagonal
@@ -16,7 +16,7 @@ template <int D> struct Light {
     Twist change = Twist::Zero();  // and by how much it differs from the one before
 };
 
-template <int D> Column<Size<D>::freedoms> lent_mass(const Model<D>& model) {
+template <class D> Column<Size<D>::freedoms> lent_mass(const Model<D>& model) {
     double mass = 0.0;
     int heavy = 0;
     for (const Body<D>& body : model.bodies)
@@ -26,7 +26,7 @@ template <int D> Column<Size<D>::freedoms> lent_mass(const Model<D>& model) {
         }
     const double mean = heavy ? mass / heavy : 1.0, lent_part = model.thresholds.lent_part;
     Column<Size<D>::freedoms> lent;
-    lent.template head<D>().setConstant(lent_part * mean);
+    lent.template head<D::axes>().setConstant(lent_part * mean);
     lent.template tail<Size<D>::turns>().setConstant(lent_part * mean * model.length * model.length);
     return lent;
 }

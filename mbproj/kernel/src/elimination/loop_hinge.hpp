@@ -7,7 +7,7 @@
 
 namespace mbproj {
 
-template <int D> class LoopHinge final {
+template <class D> class LoopHinge final {
 public:
     using S = Size<D>;
     static constexpr int F = S::freedoms;
@@ -30,7 +30,7 @@ public:
     Twist motion(int k) const {
         Twist n = Twist::Zero();
         if (k < hinge_.free_translations())
-            n.template head<D>() = frame_.N_t.col(k);
+            n.template head<D::axes>() = frame_.N_t.col(k);
         else
             n.template tail<S::turns>() = frame_.N_r.col(k - hinge_.free_translations());
         return at_centre(n);
@@ -41,12 +41,12 @@ public:
     }
     // X δ: the child goes with its parent.
     Twist carried(Twist parent) const {
-        parent.template head<D>() += turned_by(Turn<D>(parent.template tail<S::turns>()), link());
+        parent.template head<D::axes>() += turned_by(Turn<D>(parent.template tail<S::turns>()), link());
         return parent;
     }
     // Xᵀ f, and Xᵀ M X.
     Twist felt(Twist force) const {
-        force.template tail<S::turns>() += moment(link(), Point<D>(force.template head<D>()));
+        force.template tail<S::turns>() += moment(link(), Point<D>(force.template head<D::axes>()));
         return force;
     }
     Inertia<D> felt(Inertia<D> M) const {
@@ -55,7 +55,7 @@ public:
     }
     // λ of the joint's rows from the wrench that it exerts on the body, -Gᵀλ.
     void multipliers(const Model<D>& model, Twist wrench, double* lambda) const {
-        wrench.template tail<S::turns>() -= moment(frame_.child_arm, Point<D>(wrench.template head<D>()));
+        wrench.template tail<S::turns>() -= moment(frame_.child_arm, Point<D>(wrench.template head<D::axes>()));
         hinge_multipliers<D>(model, hinge_, frame_, wrench, lambda);
     }
 
@@ -63,7 +63,7 @@ private:
     // From the parent's centre to the child's, as if the joint were closed.
     Point<D> link() const { return frame_.parent_arm - frame_.child_arm; }
     Twist at_centre(Twist at_joint) const {
-        at_joint.template head<D>() -= turned_by(Turn<D>(at_joint.template tail<S::turns>()), frame_.child_arm);
+        at_joint.template head<D::axes>() -= turned_by(Turn<D>(at_joint.template tail<S::turns>()), frame_.child_arm);
         return at_joint;
     }
 

@@ -6,47 +6,47 @@
 namespace mbproj {
 
 // The forces on the two supports of a bearing, and that along its axis, or the push of a contact; linear in the multipliers.
-template <int D> struct Supports {
+template <class D> struct Supports {
     Point<D> first = Point<D>::Zero(), second = Point<D>::Zero();
-    double along = 0.0;
+    Scalar<D> along = 0.0;
 
     Supports() = default;
-    Supports(const Model<D>& model, const Pose<D>& pose, const Bearing<D>& bearing, const double* lambda) {
+    Supports(const Model<D>& model, const Pose<D>& pose, const Bearing<D>& bearing, const Scalar<D>* lambda) {
         for (const auto& [number, part] : bearing.parts) along += part * lambda[model.joints[number].row];
         if (bearing.is_push()) return;
         const Joint& joint = model.joints[bearing.joint];
-        Matrix<6, Size<D>::freedoms> G;
+        Matrix<6, Size<D>::freedoms, Scalar<D>> G;
         jacobian<D>(model, pose, joint, bearing.body, G);
-        Column<Size<D>::freedoms> wrench = Column<Size<D>::freedoms>::Zero();
+        Column<Size<D>::freedoms, Scalar<D>> wrench = Column<Size<D>::freedoms, Scalar<D>>::Zero();
         for (int r = 0; r < joint.rows; ++r) wrench -= lambda[joint.row + r] * G.row(r).transpose();
-        const Point<D> force = wrench.template head<D>();
+        const Point<D> force = wrench.template head<D::axes>();
         first = second = 0.5 * force;
-        if constexpr (D == 3) {
-            const Rotation<3>& A = pose[bearing.body].rotation;
-            const Point<3> arm = A * bearing.point, z = A * bearing.axis;
-            const Point<3> torque = wrench.template tail<3>() - arm.cross(force);
+        if constexpr (D::axes == 3) {
+            const Rotation<D>& A = pose[bearing.body].rotation;
+            const Point<D> arm = A * bearing.point, z = A * bearing.axis;
+            const Point<D> torque = wrench.template tail<3>() - arm.cross(force);
             along = force.dot(z);
-            const Point<3> radial = 0.5 * (force - along * z), couple = torque.cross(z) / bearing.length;
+            const Point<D> radial = 0.5 * (force - along * z), couple = torque.cross(z) / bearing.length;
             first = radial + couple;
             second = radial - couple;
         }
     }
 
-    void add(const Supports& other, double part) {
+    void add(const Supports& other, Scalar<D> part) {
         first += part * other.first;
         second += part * other.second;
         along += part * other.along;
     }
     // Without the preload.
-    double load(const Bearing<D>& bearing) const {
+    Scalar<D> load(const Bearing<D>& bearing) const {
         if (bearing.is_push()) return along;
-        return bearing.radial * (first.norm() + second.norm()) + bearing.axial * std::abs(along);
+        return bearing.radial * (first.norm() + second.norm()) + bearing.axial * abs(along);
     }
     // How the load changes where these change by `change`.
-    double slope(const Bearing<D>& bearing, const Supports& change) const {
+    Scalar<D> slope(const Bearing<D>& bearing, const Supports& change) const {
         if (bearing.is_push()) return change.along;
         const auto part = [](const Point<D>& f, const Point<D>& by) {
-            const double size = f.norm();
+            const Scalar<D> size = f.norm();
             return size > 0.0 ? f.dot(by) / size : by.norm();
         };
         return bearing.radial * (part(first, change.first) + part(second, change.second)) +
@@ -55,7 +55,7 @@ template <int D> struct Supports {
 };
 
 // The load of a bearing with these multipliers.
-template <int D> double load(const Model<D>& model, const Pose<D>& pose, int bearing, const double* lambda) {
+template <class D> Scalar<D> load(const Model<D>& model, const Pose<D>& pose, int bearing, const Scalar<D>* lambda) {
     const Bearing<D>& own = model.bearings[bearing];
     return own.preload + Supports<D>(model, pose, own, lambda).load(own);
 }

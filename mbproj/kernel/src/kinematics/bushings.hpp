@@ -9,73 +9,73 @@ namespace mbproj {
 // F = preload - stiffness s - c s' along the translation and the rotation vector from frame 1 to frame 2, where c is `damping`,
 // whose part of rotation acts on the relative angular velocity. In the plane these are two components and an angle; `map` takes
 // them to the coordinates in space, of which the others do not change.
-template <int D> struct Bushing {
+template <class D> struct Bushing {
     static constexpr int coordinates = Size<D>::freedoms;
     int body[2];
     Point<D> origin[2];   // of the frames, in the axes of their bodies
     Rotation<D> turn[2];  // from the frames to their bodies
-    Matrix<coordinates, coordinates> stiffness, damping;
-    Column<coordinates> preload;
-    Matrix<6, coordinates> map;
+    Matrix<coordinates, coordinates, Scalar<D>> stiffness, damping;
+    Column<coordinates, Scalar<D>> preload;
+    Matrix<6, coordinates, Scalar<D>> map;
     bool turns_freely;  // what it exerts does not depend on how far
     bool sees_pose;     // its damping along the coordinates does
 };
 
 // The frame that half of the rotation from one frame to another leads to. `rotation` vector φ; φ' = H (ω2 - ω1), `turning` is
 // H⁻¹; the midway frame turns with ½ (ω1 + ω2) - ½ lead × (ω2 - ω1), all in its axes; `cosine` of half the angle.
-template <int D> struct Midway {
+template <class D> struct Midway {
     Rotation<D> axes;
     Turn<D> rotation, lead;
-    Matrix<Size<D>::turns, Size<D>::turns> H, turning;
-    double cosine;
+    Matrix<Size<D>::turns, Size<D>::turns, Scalar<D>> H, turning;
+    Scalar<D> cosine;
 };
 
-inline Midway<3> midway(const Rotation<3>& first, const Rotation<3>& second) {
-    const Rotation<3> R = first.transpose() * second;
-    const Column<3> skew(R(2, 1) - R(1, 2), R(0, 2) - R(2, 0), R(1, 0) - R(0, 1));
-    const double trace = R.trace();
-    double cosine = 0.5 * std::sqrt(std::max(1.0 + trace, 0.0));
-    Column<3> sines = skew / (4.0 * std::max(cosine, 0.5));
+template <class S> inline Midway<Space<S>> midway(const Matrix<3, 3, S>& first, const Matrix<3, 3, S>& second) {
+    const Matrix<3, 3, S> R = first.transpose() * second;
+    const Column<3, S> skew(R(2, 1) - R(1, 2), R(0, 2) - R(2, 0), R(1, 0) - R(0, 1));
+    const S trace = R.trace();
+    S cosine = 0.5 * sqrt(max(1.0 + trace, 0.0));
+    Column<3, S> sines = skew / (4.0 * max(cosine, 0.5));
     if (cosine < 0.5) {  // by the largest of them: the cosine may vanish
         const int i = R(0, 0) > R(1, 1) ? (R(0, 0) > R(2, 2) ? 0 : 2) : (R(1, 1) > R(2, 2) ? 1 : 2);
-        const double size = (skew[i] < 0.0 ? -2.0 : 2.0) * std::sqrt(1.0 + 2.0 * R(i, i) - trace);
+        const S size = (skew[i] < 0.0 ? -2.0 : 2.0) * sqrt(1.0 + 2.0 * R(i, i) - trace);
         cosine = skew[i] / size;
         for (int k = 0; k < 3; ++k) sines[k] = (R(i, k) + R(k, i) + (k == i ? 1.0 - trace : 0.0)) / size;
     }
-    const double square = sines.squaredNorm(), sine = std::sqrt(square);
-    const double longer = square > 0.0 ? std::atan2(sine, cosine) / sine : 1.0;
-    const double along = square > 0.0 ? (1.0 - longer) / square : 0.0;
-    Column<4> half;
+    const S square = sines.squaredNorm(), sine = sqrt(square);
+    const S longer = square > 0.0 ? atan2(sine, cosine) / sine : 1.0;
+    const S along = square > 0.0 ? (1.0 - longer) / square : 0.0;
+    Column<4, S> half;
     half << 1.0 + cosine, sines;
-    Midway<3> found;
+    Midway<Space<S>> found;
     found.axes = first * mbproj::rotation(half);
     found.rotation = 2.0 * longer * sines;
     found.lead = sines / (1.0 + cosine);
-    const Matrix<3, 3> square_part = along * (sines * sines.transpose());
-    found.H = longer * Matrix<3, 3>::Identity() + square_part;
-    found.turning = (Matrix<3, 3>::Identity() - square_part) / longer;
+    const Matrix<3, 3, S> square_part = along * (sines * sines.transpose());
+    found.H = longer * Matrix<3, 3, S>::Identity() + square_part;
+    found.turning = (Matrix<3, 3, S>::Identity() - square_part) / longer;
     found.cosine = cosine;
     return found;
 }
 
-inline Midway<2> midway(const Rotation<2>& first, const Rotation<2>& second) {
-    const Rotation<2> R = first.transpose() * second;
-    const double angle = std::atan2(R(1, 0), R(0, 0));
-    return {Rotation<2>(first * mbproj::rotation(Column<1>(0.5 * angle))),
-            Turn<2>(angle),
-            Turn<2>(0.0),
-            Matrix<1, 1>(1.0),
-            Matrix<1, 1>(1.0),
-            std::cos(0.5 * angle)};
+template <class S> inline Midway<Plane<S>> midway(const Matrix<2, 2, S>& first, const Matrix<2, 2, S>& second) {
+    const Matrix<2, 2, S> R = first.transpose() * second;
+    const S angle = atan2(R(1, 0), R(0, 0));
+    return {Rotation<Plane<S>>(first * mbproj::rotation(Column<1, S>(0.5 * angle))),
+            Turn<Plane<S>>(angle),
+            Turn<Plane<S>>(0.0),
+            Matrix<1, 1, S>(1.0),
+            Matrix<1, 1, S>(1.0),
+            cos(0.5 * angle)};
 }
 
-inline Column<3> across(const Column<3>& a, const Column<3>& b) { return a.cross(b); }
-inline Column<1> across(const Column<1>&, const Column<1>&) { return Column<1>(0.0); }
+template <class S> inline Column<3, S> across(const Column<3, S>& a, const Column<3, S>& b) { return a.cross(b); }
+template <class S> inline Column<1, S> across(const Column<1, S>&, const Column<1, S>&) { return Column<1, S>(0.0); }
 
 // The coordinates of a bushing at a pose.
-template <int D> class Deflection {
+template <class D> class Deflection {
 public:
-    using Coordinates = Column<Bushing<D>::coordinates>;
+    using Coordinates = Column<Bushing<D>::coordinates, Scalar<D>>;
 
     Deflection(const Bushing<D>& bushing, const Pose<D>& pose)
         : bushing_(bushing), arm_{pose[bushing.body[0]].rotation * bushing.origin[0],
@@ -86,14 +86,14 @@ public:
         x_ = midway_.axes.transpose() * between;
     }
 
-    double cosine() const { return midway_.cosine; }
+    Scalar<D> cosine() const { return midway_.cosine; }
 
     // c: H⁻¹ c_r H⁻¹ along φ is c_r on the relative angular velocity.
-    Matrix<Bushing<D>::coordinates, Bushing<D>::coordinates> damping() const {
+    Matrix<Bushing<D>::coordinates, Bushing<D>::coordinates, Scalar<D>> damping() const {
         constexpr int turns = Size<D>::turns;
-        Matrix<Bushing<D>::coordinates, Bushing<D>::coordinates> found = bushing_.damping;
-        const Matrix<turns, turns> own = found.template block<turns, turns>(D, D);
-        found.template block<turns, turns>(D, D) = midway_.turning * own * midway_.turning;
+        Matrix<Bushing<D>::coordinates, Bushing<D>::coordinates, Scalar<D>> found = bushing_.damping;
+        const Matrix<turns, turns, Scalar<D>> own = found.template block<turns, turns>(D::axes, D::axes);
+        found.template block<turns, turns>(D::axes, D::axes) = midway_.turning * own * midway_.turning;
         return found;
     }
 
@@ -121,14 +121,14 @@ public:
     }
 
     // ∂s'/∂(r', ω) of one body, global axes: a column for each freedom.
-    Matrix<Bushing<D>::coordinates, Size<D>::freedoms> gradient(int body) const {
-        Matrix<Bushing<D>::coordinates, Size<D>::freedoms> found;
+    Matrix<Bushing<D>::coordinates, Size<D>::freedoms, Scalar<D>> gradient(int body) const {
+        Matrix<Bushing<D>::coordinates, Size<D>::freedoms, Scalar<D>> found;
         for (int c = 0; c < Size<D>::freedoms; ++c) {
             const auto velocity = [&](int b) {
-                return b == body && c < D ? Point<D>(Point<D>::Unit(c)) : Point<D>(Point<D>::Zero());
+                return b == body && c < D::axes ? Point<D>(Point<D>::Unit(c)) : Point<D>(Point<D>::Zero());
             };
             const auto omega = [&](int b) {
-                return b == body && c >= D ? Turn<D>(Turn<D>::Unit(c - D)) : Turn<D>(Turn<D>::Zero());
+                return b == body && c >= D::axes ? Turn<D>(Turn<D>::Unit(c - D::axes)) : Turn<D>(Turn<D>::Zero());
             };
             found.col(c) = rate(velocity, omega);
         }
@@ -137,11 +137,11 @@ public:
 
     // Adds what forces along the coordinates do to both bodies, about their centres of mass, global axes.
     void pull(const Coordinates& along, std::vector<Point<D>>& force, std::vector<Turn<D>>& torque) const {
-        const Point<D> local = along.template head<D>(), push = midway_.axes * local;
+        const Point<D> local = along.template head<D::axes>(), push = midway_.axes * local;
         const Turn<D> shared = -moment(x_, local);
         const Turn<D> relative = midway_.H * along.template tail<Size<D>::turns>() - 0.5 * across(shared, midway_.lead);
         for (int side = 0; side < 2; ++side) {
-            const double sign = side == 0 ? -1.0 : 1.0;
+            const Scalar<D> sign = side == 0 ? -1.0 : 1.0;
             const int body = bushing_.body[side];
             force[body] += sign * push;
             torque[body] += to_global(midway_.axes, Turn<D>(0.5 * shared + sign * relative)) +

@@ -6,7 +6,7 @@
 
 namespace mbproj {
 
-template <int D> class Channels final {
+template <class D> class Channels final {
 public:
     explicit Channels(const Model<D>& model) : model_(model), variables_(law_variables + model.channels.size()) {
         for (std::size_t c = 0; c < model.channels.size(); ++c)
@@ -14,7 +14,7 @@ public:
     }
 
     // At y at t, of which the pose and the motion are in place. y stays where it is as long as these are asked for.
-    Channels& set(double t, const double* y, const Pose<D>& pose, const Motion<D>& motion) {
+    Channels& set(Scalar<D> t, const Scalar<D>* y, const Pose<D>& pose, const Motion<D>& motion) {
         expected_ = y + model_.layout.followed.first;
         variables_[0] = {t, 1.0, 0.0};
         for (std::size_t c = 0; c < model_.channels.size(); ++c)
@@ -22,22 +22,22 @@ public:
         return *this;
     }
     // The same where only states are others than when all was set.
-    void set_states(const double* y) {
+    void set_states(const Scalar<D>* y) {
         for (const std::size_t c : states_)
             variables_[law_variables + c].x = y[model_.layout.states.first + model_.channels[c].index];
     }
     // Of a program that acts along a coordinate with this value and rate.
-    Series* variables(double value = 0.0, double rate = 0.0) {
+    Series<Scalar<D>>* variables(Scalar<D> value = 0.0, Scalar<D> rate = 0.0) {
         variables_[1].x = value;
         variables_[2].x = rate;
         return variables_.data();
     }
     // What is known of a joint's coordinate, to less than half a turn.
-    double expected(int coordinate) const { return expected_[coordinate]; }
+    Scalar<D> expected(int coordinate) const { return expected_[coordinate]; }
 
     // The slope of a program by each of these variables, with all in place, on the branches `held`.
     void slopes(const Programs& programs, int program, const double* held, std::size_t first, std::size_t end,
-                double* found) {
+                Scalar<D>* found) {
         variables_[0].d = 0.0;
         for (std::size_t v = first; v < end; ++v) {
             variables_[v].d = 1.0;
@@ -49,7 +49,7 @@ public:
     std::size_t size() const { return model_.channels.size(); }
 
 private:
-    double at(const Channel& channel, const double* y, const Pose<D>& pose, const Motion<D>& motion) const {
+    Scalar<D> at(const Channel& channel, const Scalar<D>* y, const Pose<D>& pose, const Motion<D>& motion) const {
         if (channel.kind == ChannelKind::state) return y[model_.layout.states.first + channel.index];
         const Coordinate<D> coordinate(model_.coordinates, channel.index, pose);
         return channel.kind == ChannelKind::rate    ? coordinate.rate(motion)
@@ -58,9 +58,9 @@ private:
     }
 
     const Model<D>& model_;
-    std::vector<Series> variables_;
+    std::vector<Series<Scalar<D>>> variables_;
     std::vector<std::size_t> states_;  // which channels are states
-    const double* expected_ = nullptr;
+    const Scalar<D>* expected_ = nullptr;
 };
 
 }  // namespace mbproj

@@ -11,7 +11,7 @@
 namespace mbproj {
 
 // The model with a joint for each force of the state. Explicit steps have no use for them.
-template <int D> Model<D> with_compliant_rows(Model<D> model) {
+template <class D> Model<D> with_compliant_rows(Model<D> model) {
     if (!model.loads) return model;
     const Loads<D>& loads = *model.loads;
     PrimitiveSet<D>& set = model.constraints;
@@ -30,7 +30,7 @@ template <int D> Model<D> with_compliant_rows(Model<D> model) {
                            loads.coordinates.attachments.end());
     for (std::size_t l = 0; l < loads.laws.size(); ++l) {
         if (!depends_on_state(model.programs, loads.laws[l])) continue;
-        Instance p = loads.coordinates.instances[l];
+        Instance<D> p = loads.coordinates.instances[l];
         for (int s = 0; s < p.slot_count; ++s) p.slots[s] += slots;
         p.row = model.all_rows();
         const int at = static_cast<int>(set.instances.size());
@@ -55,10 +55,10 @@ struct Pass {
 };
 
 // How the forces of the compliant rows change with the accelerations of a stage.
-template <int D> class Compliance final {
+template <class D> class Compliance final {
 public:
     static constexpr int F = Size<D>::freedoms;
-    using Root = Matrix<F, F>;
+    using Root = Matrix<F, F, Scalar<D>>;
 
     explicit Compliance(const Model<D>& model)
         : model_(model), weights_(model.stiff.size(), 0.0), slopes_(weights_),
@@ -74,37 +74,37 @@ public:
     // D and ∂(-F)/∂s at a state, in a pass of Newton's method on a stage. A slope that would give energy is none. A function
     // that bends within the last change counts with its secant, or Newton's method would jump to and fro over a steep part
     // between two flat ones; after some passes nothing becomes less stiff, which leaves it no way to cycle.
-    void set(const Applied<D>& applied, const Pose<D>& pose, const Motion<D>& motion, Channels<D>& channels, double g,
-             Pass pass) {
+    void set(const Applied<D>& applied, const Pose<D>& pose, const Motion<D>& motion, Channels<D>& channels,
+             Scalar<D> g, Pass pass) {
         for (std::size_t f = 0; f < weights_.size(); ++f) {
             if (model_.stiff[f].law < 0) continue;
-            const LawSlopes found = applied.slopes(*model_.loads, model_.stiff[f].law, pose, motion, channels);
-            double weight = std::max(g * g * found.of_value + g * found.of_rate, 0.0);
+            const LawSlopes<D> found = applied.slopes(*model_.loads, model_.stiff[f].law, pose, motion, channels);
+            Scalar<D> weight = max(g * g * found.of_value + g * found.of_rate, 0.0);
             const std::size_t seen = pass.stage * weights_.size() + f;
-            if (pass.number > 0 && std::isfinite(found.given))
-                weight = std::max(weight, secant(model_.loads->laws[model_.stiff[f].law], before_[seen], found, g));
-            if (pass.number > model_.thresholds.free_passes) weight = std::max(weight, most_[seen]);
+            if (pass.number > 0 && isfinite(found.given))
+                weight = max(weight, secant(model_.loads->laws[model_.stiff[f].law], before_[seen], found, g));
+            if (pass.number > model_.thresholds.free_passes) weight = max(weight, most_[seen]);
             weights_[f] = most_[seen] = weight;
             before_[seen] = found;
-            slopes_[f] = std::max(found.of_value, 0.0);
-            roots_[f](0, 0) = std::sqrt(weights_[f]);
+            slopes_[f] = max(found.of_value, 0.0);
+            roots_[f](0, 0) = sqrt(weights_[f]);
         }
         set_bushings(pose, g);
     }
 
     // D of the stage, of so many, at which each law was least stiff, for an error that was made over all of them. False where
     // the last one's is much the same.
-    bool soften(int stages, double g) {
+    bool soften(int stages, Scalar<D> g) {
         bool changed = false;
         for (std::size_t f = 0; f < weights_.size(); ++f) {
             if (model_.stiff[f].law < 0) continue;
             for (int stage = 0; stage < stages; ++stage) {
-                const LawSlopes& seen = before_[stage * weights_.size() + f];
-                const double weight = std::max(g * g * seen.of_value + g * seen.of_rate, 0.0);
+                const LawSlopes<D>& seen = before_[stage * weights_.size() + f];
+                const Scalar<D> weight = max(g * g * seen.of_value + g * seen.of_rate, 0.0);
                 if (!(weight < model_.thresholds.softened * weights_[f])) continue;
                 weights_[f] = weight;
-                slopes_[f] = std::max(seen.of_value, 0.0);
-                roots_[f](0, 0) = std::sqrt(weight);
+                slopes_[f] = max(seen.of_value, 0.0);
+                roots_[f](0, 0) = sqrt(weight);
                 changed = true;
             }
         }
@@ -112,63 +112,62 @@ public:
     }
 
     // D of a law, by its joint.
-    double weight(int joint) const { return weights_[joint - model_.first_stiff()]; }
+    Scalar<D> weight(int joint) const { return weights_[joint - model_.first_stiff()]; }
     // R of a joint, with D = RᵀR.
     const Root& root(int joint) const { return roots_[joint - model_.first_stiff()]; }
     // R x of a joint with so many rows, in place of x.
-    void turn(int joint, int rows, double* x) const {
+    void turn(int joint, int rows, Scalar<D>* x) const {
         const Root& R = root(joint);
-        Column<F> found = Column<F>::Zero();
+        Column<F, Scalar<D>> found = Column<F, Scalar<D>>::Zero();
         for (int r = 0; r < rows; ++r)
             for (int c = 0; c < rows; ++c) found[r] += R(r, c) * x[c];
         std::copy(found.begin(), found.begin() + rows, x);
     }
     // The same of the rows' gradients, given as columns.
-    void turn(int joint, int rows, Matrix<F, F>& gradients) const {
+    void turn(int joint, int rows, Matrix<F, F, Scalar<D>>& gradients) const {
         for (int c = 0; c < F; ++c) {
-            Column<F> x = gradients.row(c).transpose();
+            Column<F, Scalar<D>> x = gradients.row(c).transpose();
             turn(joint, rows, x.data());
             gradients.row(c) = x.transpose();
         }
     }
     // Of the number f among the stiff forces, a law.
-    double slope(std::size_t f) const { return slopes_[f]; }
+    Scalar<D> slope(std::size_t f) const { return slopes_[f]; }
 
 private:
     // D of the line through the last two states, without what other stages have moved the coordinate by.
-    double secant(const Law& law, const LawSlopes& before, const LawSlopes& now, double g) const {
-        const double change = now.rate - before.rate;
-        if (!(std::abs(change) > model_.thresholds.secant_change * std::max(std::abs(now.rate), std::abs(before.rate))))
-            return 0.0;
-        const double moved = now.value - before.value - g * change;
-        const double given = now.given - before.given + (now.of_value - law.stiffness) * moved;
+    Scalar<D> secant(const Law<D>& law, const LawSlopes<D>& before, const LawSlopes<D>& now, Scalar<D> g) const {
+        const Scalar<D> change = now.rate - before.rate;
+        if (!(abs(change) > model_.thresholds.secant_change * max(abs(now.rate), abs(before.rate)))) return 0.0;
+        const Scalar<D> moved = now.value - before.value - g * change;
+        const Scalar<D> given = now.given - before.given + (now.of_value - law.stiffness) * moved;
         return g * g * law.stiffness + g * law.damping - g * given / change;
     }
 
     // Nothing couples translations with the rotation. Dampers of rotation see the pose, the others g alone.
-    void set_bushings(const Pose<D>& pose, double g) {
+    void set_bushings(const Pose<D>& pose, Scalar<D> g) {
         for (std::size_t f = 0; f < roots_.size(); ++f) {
             if (model_.stiff[f].bushing < 0) continue;
             const Bushing<D>& bushing = model_.loads->bushings[model_.stiff[f].bushing];
             if (g == g_ && !bushing.sees_pose) continue;
             const Root weight = g * g * bushing.stiffness + g * Deflection<D>(bushing, pose).damping();
-            if (g != g_) set_root<D>(weight, 0, roots_[f]);
-            set_root<Size<D>::turns>(weight, D, roots_[f]);
+            if (g != g_) set_root<D::axes>(weight, 0, roots_[f]);
+            set_root<Size<D>::turns>(weight, D::axes, roots_[f]);
         }
         g_ = g;
     }
     // Of the rows and columns from `at`.
     template <int N> static void set_root(const Root& weight, int at, Root& root) {
-        const Matrix<N, N> own = weight.template block<N, N>(at, at);
+        const Matrix<N, N, Scalar<D>> own = weight.template block<N, N>(at, at);
         root.template block<N, N>(at, at) = mbproj::root<N>(0.5 * (own + own.transpose()));
     }
 
     const Model<D>& model_;
-    std::vector<double> weights_, slopes_;
-    std::vector<LawSlopes> before_;  // of each force at each stage
-    std::vector<double> most_;       // D, likewise
+    std::vector<Scalar<D>> weights_, slopes_;
+    std::vector<LawSlopes<D>> before_;  // of each force at each stage
+    std::vector<Scalar<D>> most_;       // D, likewise
     std::vector<Root> roots_;
-    double g_ = 0.0;  // of the bushings' roots
+    Scalar<D> g_ = 0.0;  // of the bushings' roots
 };
 
 }  // namespace mbproj

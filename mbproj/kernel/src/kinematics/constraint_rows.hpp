@@ -8,9 +8,9 @@
 namespace mbproj {
 
 // An instance's points and vectors in global axes.
-template <int D> struct Slots {
+template <class D> struct Slots {
     Point<D> x[most_slots];
-    Slots(const Instance& p, const Pose<D>& pose) {
+    Slots(const Instance<D>& p, const Pose<D>& pose) {
         x[3].setZero();  // which few instances have
         for (int s = 0; s < p.slot_count; ++s) x[s] = pose.place(p.slots[s]);
     }
@@ -18,7 +18,7 @@ template <int D> struct Slots {
 
 // How an attachment moves: its velocity, and the part ω × (ω × s) of its acceleration that holds no body's acceleration.
 // Not kept: in trees each is asked for once.
-template <int D> struct Moving {
+template <class D> struct Moving {
     Point<D> x_dot, bias;
     [[gnu::always_inline]] Moving(const Model<D>& model, const Pose<D>& pose, const Motion<D>& motion, int attachment) {
         const Attachment<D>& a = model.constraints.attachments[attachment];
@@ -30,10 +30,10 @@ template <int D> struct Moving {
 };
 
 // Of a row that couples coordinates, their sum with angles as the pose has them: see `Couplings`.
-template <int D> void constraint(const Model<D>& model, const Pose<D>& pose, double* C) {
-    for (const Instance& p : model.constraints.instances) {
+template <class D> void constraint(const Model<D>& model, const Pose<D>& pose, Scalar<D>* C) {
+    for (const Instance<D>& p : model.constraints.instances) {
         if (p.kind == Kind::coincident)
-            matrix_at<D>(C + p.row) = pose.place(p.slots[1]) - pose.place(p.slots[0]);
+            matrix_at<D::axes>(C + p.row) = pose.place(p.slots[1]) - pose.place(p.slots[0]);
         else if (p.kind == Kind::perpendicular)
             C[p.row] = pose.spoke(p.slots[0]).dot(pose.spoke(p.slots[1])) - p.offset;
         else
@@ -43,12 +43,10 @@ template <int D> void constraint(const Model<D>& model, const Pose<D>& pose, dou
 }
 
 // C' and γ of one instance, with C'' = G a - γ.
-struct RowRates {
-    double C_dot, gamma;
-};
+template <class D> struct RowRates { Scalar<D> C_dot, gamma; };
 
-template <int D>
-RowRates row_rates(const Model<D>& model, const Instance& p, const Pose<D>& pose, const Motion<D>& motion) {
+template <class D>
+RowRates<D> row_rates(const Model<D>& model, const Instance<D>& p, const Pose<D>& pose, const Motion<D>& motion) {
     if (p.kind == Kind::perpendicular) {  // the general case below, written out: most rows are of this kind
         const Moving<D> first(model, pose, motion, p.slots[0]), second(model, pose, motion, p.slots[1]);
         const Point<D>&a = pose.spoke(p.slots[0]), &b = pose.spoke(p.slots[1]);
@@ -58,7 +56,7 @@ RowRates row_rates(const Model<D>& model, const Instance& p, const Pose<D>& pose
     const Slots<D> slots(p, pose);
     Point<D> g[most_slots], x_dot[most_slots];
     gradient<D>(p, slots.x, g, pose.touch(p));
-    RowRates found{0.0, 0.0};
+    RowRates<D> found{0.0, 0.0};
     for (int s = 0; s < p.slot_count; ++s) {
         const Moving<D> moving(model, pose, motion, p.slots[s]);
         x_dot[s] = moving.x_dot;
@@ -66,21 +64,21 @@ RowRates row_rates(const Model<D>& model, const Instance& p, const Pose<D>& pose
         found.gamma -= g[s].dot(moving.bias);
     }
     found.gamma -= curvature<D>(p, slots.x, x_dot, pose.touch(p));
-    const double weight = pose.weight(p), bend = p.curve < 0 ? 0.0 : pose.curve(p.curve).dd;
+    const Scalar<D> weight = pose.weight(p), bend = p.curve < 0 ? 0.0 : pose.curve(p.curve).dd;
     return {weight * found.C_dot, weight * found.gamma + bend * found.C_dot * found.C_dot};
 }
 
 // C' and γ of all rows; either may be left out.
-template <int D>
-void moving_rows(const Model<D>& model, const Pose<D>& pose, const Motion<D>& motion, double* C_dot, double* gamma) {
-    for (const Instance& p : model.constraints.instances) {
+template <class D> void moving_rows(const Model<D>& model, const Pose<D>& pose, const Motion<D>& motion,
+                                    Scalar<D>* C_dot, Scalar<D>* gamma) {
+    for (const Instance<D>& p : model.constraints.instances) {
         if (p.kind == Kind::coincident) {
             const Moving<D> first(model, pose, motion, p.slots[0]), second(model, pose, motion, p.slots[1]);
-            if (C_dot) matrix_at<D>(C_dot + p.row) = second.x_dot - first.x_dot;
-            if (gamma) matrix_at<D>(gamma + p.row) = first.bias - second.bias;
+            if (C_dot) matrix_at<D::axes>(C_dot + p.row) = second.x_dot - first.x_dot;
+            if (gamma) matrix_at<D::axes>(gamma + p.row) = first.bias - second.bias;
             continue;
         }
-        const RowRates rates = row_rates(model, p, pose, motion);
+        const RowRates<D> rates = row_rates(model, p, pose, motion);
         if (C_dot) C_dot[p.row] = rates.C_dot + (p.rows ? 0.0 : C_dot[p.row]);
         if (gamma) gamma[p.row] = rates.gamma + (p.rows ? 0.0 : gamma[p.row]);
     }
@@ -88,7 +86,7 @@ void moving_rows(const Model<D>& model, const Pose<D>& pose, const Motion<D>& mo
 
 // A joint's rows of G in the columns (δr, δθ global) of one body: for each row the force and the moment about the
 // centre of mass that a unit multiplier takes from the body. `G` has at least joint.rows rows.
-template <int D, class Rows>
+template <class D, class Rows>
 void jacobian(const Model<D>& model, const Pose<D>& pose, const Joint& joint, int body, Rows&& G) {
     if (joint.bushing >= 0) {
         const auto gradient = Deflection<D>(model.loads->bushings[joint.bushing], pose).gradient(body);
@@ -100,22 +98,22 @@ void jacobian(const Model<D>& model, const Pose<D>& pose, const Joint& joint, in
         for (int c = 0; c < G.cols(); ++c) G(r, c) = 0.0;
     const auto body_of = [&](int attachment) { return model.constraints.attachments[attachment].body; };
     for (int i = joint.begin; i < joint.end; ++i) {
-        const Instance& p = model.constraints.instances[i];
+        const Instance<D>& p = model.constraints.instances[i];
         const int row = p.row - joint.row;
         if (p.kind == Kind::coincident) {
             for (int s = 0; s < 2; ++s)
                 if (body_of(p.slots[s]) == body) {
-                    const double sign = s == 1 ? 1.0 : -1.0;
-                    for (int k = 0; k < D; ++k) {
+                    const Scalar<D> sign = s == 1 ? 1.0 : -1.0;
+                    for (int k = 0; k < D::axes; ++k) {
                         G(row + k, k) += sign;
-                        G.template block<1, Size<D>::turns>(row + k, D) +=
+                        G.template block<1, Size<D>::turns>(row + k, D::axes) +=
                             sign * moment(pose.spoke(p.slots[s]), Point<D>::Unit(k)).transpose();
                     }
                 }
         } else if (p.kind == Kind::perpendicular) {
             for (int s = 0; s < 2; ++s)
                 if (body_of(p.slots[s]) == body)
-                    G.template block<1, Size<D>::turns>(row, D) +=
+                    G.template block<1, Size<D>::turns>(row, D::axes) +=
                         moment(pose.spoke(p.slots[s]), pose.spoke(p.slots[1 - s])).transpose();
         } else {
             Point<D> g[most_slots];
@@ -124,8 +122,8 @@ void jacobian(const Model<D>& model, const Pose<D>& pose, const Joint& joint, in
                 if (body_of(p.slots[s]) != body) continue;
                 g[s] *= pose.weight(p);
                 if (model.constraints.attachments[p.slots[s]].is_point)
-                    G.template block<1, D>(row, 0) += g[s].transpose();
-                G.template block<1, Size<D>::turns>(row, D) += moment(pose.spoke(p.slots[s]), g[s]).transpose();
+                    G.template block<1, D::axes>(row, 0) += g[s].transpose();
+                G.template block<1, Size<D>::turns>(row, D::axes) += moment(pose.spoke(p.slots[s]), g[s]).transpose();
             }
         }
     }

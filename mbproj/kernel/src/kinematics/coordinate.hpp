@@ -7,9 +7,9 @@
 namespace mbproj {
 
 // One of a set at a pose, with its gradient at each attachment.
-template <int D> struct Coordinate {
+template <class D> struct Coordinate {
     const PrimitiveSet<D>& set;
-    const Instance& p;
+    const Instance<D>& p;
     Point<D> x[most_slots], spoke[most_slots], g[most_slots];
 
     Coordinate(const PrimitiveSet<D>& coordinates, int number, const Pose<D>& pose)
@@ -24,13 +24,13 @@ template <int D> struct Coordinate {
         gradient<D>(p, x, g, known());
     }
     // The parameter of the foot of what follows a curve.
-    double foot() const { return touch_.foot.s; }
+    Scalar<D> foot() const { return touch_.foot.s; }
     const Attachment<D>& attachment(int s) const { return set.attachments[p.slots[s]]; }
-    double value() const { return mbproj::value<D>(p, x, known()); }
+    Scalar<D> value() const { return mbproj::value<D>(p, x, known()); }
     // Of an angle with the whole turns that bring it next to what is expected of it.
-    double value(double expected) const { return is_angle(p.kind) ? near(value(), expected) : value(); }
-    template <class Velocity, class Omega> double rate(const Velocity& velocity, const Omega& omega) const {
-        double sum = 0.0;
+    Scalar<D> value(Scalar<D> expected) const { return is_angle(p.kind) ? near(value(), expected) : value(); }
+    template <class Velocity, class Omega> Scalar<D> rate(const Velocity& velocity, const Omega& omega) const {
+        Scalar<D> sum = 0.0;
         for (int s = 0; s < p.slot_count; ++s) {
             const Attachment<D>& a = attachment(s);
             const Point<D> turning_velocity = turned_by(omega(a.body), spoke[s]);
@@ -38,13 +38,13 @@ template <int D> struct Coordinate {
         }
         return sum;
     }
-    double rate(const Motion<D>& motion) const {
+    Scalar<D> rate(const Motion<D>& motion) const {
         return rate([&](int b) { return motion[b].velocity; }, [&](int b) { return motion[b].omega; });
     }
     // The part of its second derivative that holds no accelerations of bodies.
-    double bend(const Motion<D>& motion) const {
+    Scalar<D> bend(const Motion<D>& motion) const {
         Point<D> x_dot[most_slots];
-        double sum = 0.0;
+        Scalar<D> sum = 0.0;
         for (int s = 0; s < p.slot_count; ++s) {
             const Attachment<D>& a = attachment(s);
             const Twist<D>& twist = motion[a.body];

@@ -6,62 +6,63 @@
 
 namespace mbproj {
 
-template <int D> class Couplings final {
+template <class D> class Couplings final {
 public:
     explicit Couplings(const Model<D>& model) : model_(model) {}
 
     // Notes what the sums count from, where a run begins: `expected` are the joints' coordinates, turns counted, and `C` is to
     // the nearest tooth.
-    void start(const Pose<D>& pose, const std::vector<double>& expected, const double* C) {
+    void start(const Pose<D>& pose, const std::vector<Scalar<D>>& expected, const Scalar<D>* C) {
         start_.clear();
         for (const Coupling& coupling : model_.couplings)
-            start_.push_back(coupling.rolls ? static_cast<double>(whole(coupling, pose, expected, C[coupling.row]))
+            start_.push_back(coupling.rolls ? static_cast<Scalar<D>>(whole(coupling, pose, expected, C[coupling.row]))
                                             : sum(coupling, pose, expected) - C[coupling.row]);
     }
 
     // From the sums of what the pose shows to the tooth in mesh; to the nearest before the start.
-    void count(const Pose<D>& pose, const std::vector<double>& expected, double* C) const {
+    void count(const Pose<D>& pose, const std::vector<Scalar<D>>& expected, Scalar<D>* C) const {
         for (std::size_t c = 0; c < model_.couplings.size(); ++c) {
             const Coupling& coupling = model_.couplings[c];
-            double& row = C[coupling.row];
+            Scalar<D>& row = C[coupling.row];
             if (coupling.rolls && !start_.empty()) {
-                row = static_cast<double>(row + (whole(coupling, pose, expected, row) - start_[c]));
+                row = static_cast<Scalar<D>>(row + (whole(coupling, pose, expected, row) - start_[c]));
                 continue;
             }
             if (coupling.period == 0.0) continue;
-            row -= coupling.period * std::nearbyint(row / coupling.period);
+            row -= coupling.period * nearbyint(row / coupling.period);
             if (start_.empty()) continue;
-            const double apart = sum(coupling, pose, expected) - start_[c] - row;
-            row += coupling.period * std::nearbyint(apart / coupling.period);
+            const Scalar<D> apart = sum(coupling, pose, expected) - start_[c] - row;
+            row += coupling.period * nearbyint(apart / coupling.period);
         }
     }
 
 private:
     // The laps and turns of a roller that bring a row next to what is expected of it: without a common measure, both count.
-    long double whole(const Coupling& coupling, const Pose<D>& pose, const std::vector<double>& expected,
-                      double row) const {
+    long double whole(const Coupling& coupling, const Pose<D>& pose, const std::vector<Scalar<D>>& expected,
+                      Scalar<D> row) const {
         const int roller = coupling.coordinates[1];
-        const double angle = Coordinate<D>(model_.coordinates, roller, pose).value();
-        const double turns = std::nearbyint((expected[roller] - angle) / (2.0 * M_PI));
+        const Scalar<D> angle = Coordinate<D>(model_.coordinates, roller, pose).value();
+        const Scalar<D> turns = nearbyint((expected[roller] - angle) / (2.0 * M_PI));
         const long double turned = static_cast<long double>(2.0 * M_PI) * coupling.weights[1] * turns;
         if (coupling.period == 0.0) return turned;
-        const double apart = sum(coupling, pose, expected) - offset(coupling.row) - row - static_cast<double>(turned);
-        return turned + static_cast<long double>(coupling.period) * std::nearbyint(apart / coupling.period);
+        const Scalar<D> apart =
+            sum(coupling, pose, expected) - offset(coupling.row) - row - static_cast<Scalar<D>>(turned);
+        return turned + static_cast<long double>(coupling.period) * nearbyint(apart / coupling.period);
     }
 
-    double offset(int row) const {
-        for (const Instance& p : model_.constraints.instances)
+    Scalar<D> offset(int row) const {
+        for (const Instance<D>& p : model_.constraints.instances)
             if (p.row == row && p.rows == 1) return p.offset;
         return 0.0;
     }
 
     // What the coordinates come to, turns counted.
-    double sum(const Coupling& coupling, const Pose<D>& pose, const std::vector<double>& expected) const {
-        double total = 0.0;
+    Scalar<D> sum(const Coupling& coupling, const Pose<D>& pose, const std::vector<Scalar<D>>& expected) const {
+        Scalar<D> total = 0.0;
         if (coupling.curve >= 0) {
             const int first = coupling.coordinates.front();
-            const double counted = Coordinate<D>(model_.coordinates, first, pose).value(expected[first]);
-            const double turns = std::nearbyint((counted - pose.curved(coupling.curve)) / (2.0 * M_PI));
+            const Scalar<D> counted = Coordinate<D>(model_.coordinates, first, pose).value(expected[first]);
+            const Scalar<D> turns = nearbyint((counted - pose.curved(coupling.curve)) / (2.0 * M_PI));
             total = -pose.curve(coupling.curve).x - coupling.growth * (coupling.growth == 0.0 ? 0.0 : turns);
         }
         for (std::size_t k = 0; k < coupling.coordinates.size(); ++k) {
@@ -72,7 +73,7 @@ private:
     }
 
     const Model<D>& model_;
-    std::vector<double> start_;
+    std::vector<Scalar<D>> start_;
 };
 
 }  // namespace mbproj

@@ -5,18 +5,18 @@
 
 namespace mbproj {
 
-struct JointAngle {
-    double cosine = 1.0, sine = 0.0, speed = 0.0;
-    double value() const { return std::atan2(sine, cosine); }
+template <class D> struct JointAngle {
+    Scalar<D> cosine = 1.0, sine = 0.0, speed = 0.0;
+    Scalar<D> value() const { return atan2(sine, cosine); }
 };
 
 // Of a coordinate that is an angle.
-template <int D>
-JointAngle joint_angle(const Model<D>& model, const Pose<D>& pose, const Motion<D>& motion, int coordinate) {
-    const Instance& p = model.coordinates.instances[coordinate];
+template <class D>
+JointAngle<D> joint_angle(const Model<D>& model, const Pose<D>& pose, const Motion<D>& motion, int coordinate) {
+    const Instance<D>& p = model.coordinates.instances[coordinate];
     if (p.kind == Kind::lap) {
         const Coordinate<D> lap(model.coordinates, coordinate, pose);
-        return {std::cos(lap.value()), std::sin(lap.value()), lap.rate(motion)};
+        return {cos(lap.value()), sin(lap.value()), lap.rate(motion)};
     }
     Point<D> x[3], x_dot[3];
     for (int s = 0; s < 3; ++s) {
@@ -24,9 +24,9 @@ JointAngle joint_angle(const Model<D>& model, const Pose<D>& pose, const Motion<
         x[s] = pose[a.body].rotation * a.local;
         x_dot[s] = turned_by(motion[a.body].omega, x[s]);
     }
-    const double cosine = x[2].dot(x[0]), sine = x[2].dot(x[1]);
-    const double cosine_dot = x_dot[2].dot(x[0]) + x[2].dot(x_dot[0]);
-    const double sine_dot = x_dot[2].dot(x[1]) + x[2].dot(x_dot[1]);
+    const Scalar<D> cosine = x[2].dot(x[0]), sine = x[2].dot(x[1]);
+    const Scalar<D> cosine_dot = x_dot[2].dot(x[0]) + x[2].dot(x_dot[0]);
+    const Scalar<D> sine_dot = x_dot[2].dot(x[1]) + x[2].dot(x_dot[1]);
     return {cosine, sine, (cosine * sine_dot - sine * cosine_dot) / (cosine * cosine + sine * sine)};
 }
 

@@ -11,9 +11,9 @@ namespace mbproj {
 
 // F = -stiffness (s - free) - damping s' + program(t, s, s', channels) on a coordinate s, which takes its turns from one of the
 // joints' coordinates where it is an angle.
-struct Law {
+template <class D> struct Law {
     int coordinate;  // of the joints, or -1
-    double stiffness, damping, free;
+    Scalar<D> stiffness, damping, free;
     int program;  // or -1
     bool loses;   // what the program gives is energy lost, as a damper's
     int bearing;  // whose load what the program gives is multiplied by, or -1
@@ -21,22 +21,22 @@ struct Law {
     // Of friction in a plane, the law along the other tangent, or -1, and the direction of sliding along both: what the
     // program gives of the speed v is along v, as long as that has not turned round.
     int partner;
-    double own, other;
+    Scalar<D> own, other;
 };
 
 // A force at a point, or a torque: `map` takes the three programs' values to the body's axes or to the global ones.
-template <int D> struct BodyForce {
+template <class D> struct BodyForce {
     int body;
     Point<D> point;
     bool is_torque, in_body;
-    Matrix<D, 3> force_map;
-    Matrix<Size<D>::turns, 3> torque_map;
+    Matrix<D::axes, 3, Scalar<D>> force_map;
+    Matrix<Size<D>::turns, 3, Scalar<D>> torque_map;
     int programs[3];
 };
 
-template <int D> struct Loads {
+template <class D> struct Loads {
     PrimitiveSet<D> coordinates;  // of the laws, one each
-    std::vector<Law> laws;
+    std::vector<Law<D>> laws;
     std::vector<BodyForce<D>> on_bodies;
     std::vector<Bushing<D>> bushings;
 
@@ -45,34 +45,31 @@ template <int D> struct Loads {
 };
 
 // A law at a state: ∂(-F)/∂s and ∂(-F)/∂s', the value s, the rate s', and the part of F that a function gives.
-struct LawSlopes {
-    double of_value, of_rate, value, rate, given;
-};
+template <class D> struct LawSlopes { Scalar<D> of_value, of_rate, value, rate, given; };
 
 // Whether a law's force changes with the state, not with time alone.
-inline bool depends_on_state(const Programs& programs, const Law& law) {
+template <class D> bool depends_on_state(const Programs& programs, const Law<D>& law) {
     return law.stiffness != 0.0 || law.damping != 0.0 || (law.program >= 0 && programs.names(law.program, 1));
 }
 
 // What the loads do at a state: force and torque about the centre of mass of each body and the ground, global axes, the
 // power of what functions give, and what dampers lose.
-template <int D> struct Applied {
+template <class D> struct Applied {
     std::vector<Point<D>> force;
     std::vector<Turn<D>> torque;
-    double power = 0.0, dissipation = 0.0;
-    const double* held = nullptr;  // the branches of programs, or none
-    std::vector<double> carried;   // the loads of the bearings
-    std::vector<double> lost;      // of laws whose losses are integrated apart, W
-    std::vector<double> given;     // by the programs of laws, before any load
-    std::vector<double> part;      // of what they give that counts, of each law, or none: all of it
-    std::vector<double> pace;      // by which programs of laws see the rate multiplied, of each law, or none: 1
-    std::set<int> touching;        // the stops whose rows hold
+    Scalar<D> power = 0.0, dissipation = 0.0;
+    const double* held = nullptr;    // the branches of programs, or none
+    std::vector<Scalar<D>> carried;  // the loads of the bearings
+    std::vector<Scalar<D>> lost;     // of laws whose losses are integrated apart, W
+    std::vector<Scalar<D>> given;    // by the programs of laws, before any load
+    std::vector<Scalar<D>> part;     // of what they give that counts, of each law, or none: all of it
+    std::vector<Scalar<D>> pace;     // by which programs of laws see the rate multiplied, of each law, or none: 1
+    std::set<int> touching;          // the stops whose rows hold
 
     explicit Applied(const Model<D>& model)
         : force(model.loads ? model.size() + 1 : 0), torque(force.size()), carried(model.bearings.size(), 0.0),
-          lost(std::max(0, model.layout.quadratures.size - 2), 0.0),
-          given(model.loads ? model.loads->laws.size() : 0, 0.0), programs_(model.programs),
-          least_cosine_(std::cos(0.5 * model.thresholds.most_turned)) {}
+          lost(max(0, model.layout.quadratures.size - 2), 0.0), given(model.loads ? model.loads->laws.size() : 0, 0.0),
+          programs_(model.programs), least_cosine_(cos(0.5 * model.thresholds.most_turned)) {}
 
     // False where a function has no finite value, or a bushing has turned too far.
     bool update(const Loads<D>& loads, const Pose<D>& pose, const Motion<D>& motion, Channels<D>& channels) {
@@ -89,23 +86,23 @@ template <int D> struct Applied {
 
     // How the force of a law changes with its coordinate and rate, on the branches that are held.
     // With room for ∂F/∂channel of each in `by_channels`, also with these.
-    LawSlopes slopes(const Loads<D>& loads, int l, const Pose<D>& pose, const Motion<D>& motion, Channels<D>& channels,
-                     double* by_channels = nullptr) const {
-        const Law& law = loads.laws[l];
-        LawSlopes found{law.stiffness, law.damping, 0.0, 0.0, 0.0};
+    LawSlopes<D> slopes(const Loads<D>& loads, int l, const Pose<D>& pose, const Motion<D>& motion,
+                        Channels<D>& channels, Scalar<D>* by_channels = nullptr) const {
+        const Law<D>& law = loads.laws[l];
+        LawSlopes<D> found{law.stiffness, law.damping, 0.0, 0.0, 0.0};
         if (by_channels) std::fill_n(by_channels, channels.size(), 0.0);
         if (law.program < 0) return found;
         const Seen now(loads, law, Coordinate<D>(loads.coordinates, l, pose), pose, motion, channels);
-        const double load = load_of(law) * now.part * (part.empty() ? 1.0 : part[l]);
-        const double times = pace.empty() ? 1.0 : pace[l];
-        const Series* variables = channels.variables(now.at, now.speed * times);
+        const Scalar<D> load = load_of(law) * now.part * (part.empty() ? 1.0 : part[l]);
+        const Scalar<D> times = pace.empty() ? 1.0 : pace[l];
+        const Series<Scalar<D>>* variables = channels.variables(now.at, now.speed * times);
         found.value = now.at;
         found.rate = now.rate;
         found.given = load * programs_.value(law.program, variables, held);
-        double own[2];
+        Scalar<D> own[2];
         channels.slopes(programs_, law.program, held, 1, 3, own);
         own[1] *= times;
-        for (double& slope : own) slope = std::isfinite(load * slope) ? load * slope : 0.0;
+        for (Scalar<D>& slope : own) slope = isfinite(load * slope) ? load * slope : 0.0;
         found.of_value -= own[0];
         found.of_rate -= own[1];
         if (!by_channels) return found;
@@ -115,7 +112,7 @@ template <int D> struct Applied {
     }
 
     // ∂F/∂channel of a component of a force on a body.
-    void slopes(const BodyForce<D>& given, int component, Channels<D>& channels, double* by_channels) const {
+    void slopes(const BodyForce<D>& given, int component, Channels<D>& channels, Scalar<D>* by_channels) const {
         channels.variables();
         channels.slopes(programs_, given.programs[component], held, law_variables, law_variables + channels.size(),
                         by_channels);
@@ -127,12 +124,12 @@ template <int D> struct Applied {
         for (auto& f : torque) f.setZero();
     }
     // V of springs, with the preloads of bushings.
-    double stored(const Loads<D>& loads, const Pose<D>& pose, const Channels<D>& channels) const {
-        double sum = 0.0;
+    Scalar<D> stored(const Loads<D>& loads, const Pose<D>& pose, const Channels<D>& channels) const {
+        Scalar<D> sum = 0.0;
         for (std::size_t l = 0; l < loads.laws.size(); ++l) {
-            const Law& law = loads.laws[l];
+            const Law<D>& law = loads.laws[l];
             if (law.stiffness == 0.0) continue;
-            const double longer =
+            const Scalar<D> longer =
                 value(law, Coordinate<D>(loads.coordinates, static_cast<int>(l), pose), channels) - law.free;
             sum += 0.5 * law.stiffness * longer * longer;
         }
@@ -142,12 +139,12 @@ template <int D> struct Applied {
         }
         return sum;
     }
-    double load_of(const Law& law) const { return law.bearing < 0 ? 1.0 : carried[law.bearing]; }
-    void add(const Loads<D>& loads, int law, const Pose<D>& pose, double size) {
+    Scalar<D> load_of(const Law<D>& law) const { return law.bearing < 0 ? 1.0 : carried[law.bearing]; }
+    void add(const Loads<D>& loads, int law, const Pose<D>& pose, Scalar<D> size) {
         pull(Coordinate<D>(loads.coordinates, law, pose), size);
     }
     void add(const BodyForce<D>& given, int component, const Pose<D>& pose) {
-        Column<3> unit = Column<3>::Zero();
+        Column<3, Scalar<D>> unit = Column<3, Scalar<D>>::Zero();
         unit[component] = 1.0;
         const auto [push, twist] = wrench(given, unit, pose);
         force[given.body] += push;
@@ -165,8 +162,8 @@ template <int D> struct Applied {
         pull(Coordinate<D>(loads.coordinates, l, pose), 1.0);
     }
     // What velocities and angular velocities (n + 1, global axes) make of one of these coordinates: its rate.
-    double rate(const Loads<D>& loads, int l, const Pose<D>& pose, const std::vector<Point<D>>& velocity,
-                const std::vector<Turn<D>>& omega) const {
+    Scalar<D> rate(const Loads<D>& loads, int l, const Pose<D>& pose, const std::vector<Point<D>>& velocity,
+                   const std::vector<Turn<D>>& omega) const {
         const auto velocity_of = [&](int b) { return velocity[b]; };
         const auto omega_of = [&](int b) { return omega[b]; };
         const int of_bushings = l - static_cast<int>(loads.laws.size());
@@ -181,60 +178,62 @@ template <int D> struct Applied {
     }
     // The arguments of the model's switches at a state, with these branches, or none.
     void look(const Model<D>& model, const Pose<D>& pose, const Motion<D>& motion, Channels<D>& channels,
-              const double* branches, std::vector<double>& arguments) const {
+              const double* branches, std::vector<Scalar<D>>& arguments) const {
         const std::vector<Switch>& switches = model.switches;
         for (std::size_t k = 0; k < switches.size();) {
             const auto [program, _, l, curve] = switches[k];
-            const Series* variables = channels.variables();
+            const Series<Scalar<D>>* variables = channels.variables();
             if (l >= 0) {
                 const Coordinate<D> along(model.loads->coordinates, l, pose);
-                const double times = pace.empty() ? 1.0 : pace[l];
+                const Scalar<D> times = pace.empty() ? 1.0 : pace[l];
                 variables =
                     channels.variables(value(model.loads->laws[l], along, channels), along.rate(motion) * times);
             }
             if (curve >= 0) variables = channels.variables(followed(model, curve, pose));
             const std::size_t first = k;
-            programs_.walk(program, variables, branches, [&](int at, const Series& x, const Series& y) {
-                if (k == switches.size() || switches[k].at != at) return;
-                const bool acts = l < 0 || part.empty() || part[l] != 0.0;
-                arguments[k++] = acts ? programs_.argument(at, branches ? branches[at] : free_branch, x.x, y.x) : 1.0;
-            });
+            programs_.walk(program, variables, branches,
+                           [&](int at, const Series<Scalar<D>>& x, const Series<Scalar<D>>& y) {
+                               if (k == switches.size() || switches[k].at != at) return;
+                               const bool acts = l < 0 || part.empty() || part[l] != 0.0;
+                               arguments[k++] =
+                                   acts ? programs_.argument(at, branches ? branches[at] : free_branch, x.x, y.x) : 1.0;
+                           });
             if (k == first) return;
         }
     }
 
 private:
     const Programs& programs_;
-    double least_cosine_;
+    Scalar<D> least_cosine_;
 
     // What a curve is a function of; of what follows one while it acts or touches, no number where it does not.
-    double followed(const Model<D>& model, int curve, const Pose<D>& pose) const {
+    Scalar<D> followed(const Model<D>& model, int curve, const Pose<D>& pose) const {
         const auto [number, _, of] = model.curves[curve];
         if (of == Of::row) return pose.curved(curve);
         const bool acts = of == Of::law ? part.empty() || part[number] != 0.0 : touching.count(number) > 0;
         const PrimitiveSet<D>& set = of == Of::law ? model.loads->coordinates : model.stops.coordinates;
         return acts ? Coordinate<D>(set, number, pose).foot() : free_branch;
     }
-    static double value(const Law& law, const Coordinate<D>& along, const Channels<D>& channels) {
+    static Scalar<D> value(const Law<D>& law, const Coordinate<D>& along, const Channels<D>& channels) {
         return is_angle(along.p.kind) ? along.value(channels.expected(law.coordinate)) : along.value();
     }
 
     // What a law's program depends on: its coordinate and the speed along it; and the part of what it gives that is along the
     // law's tangent, 1 but of friction in a plane, whose program sees the speed there.
     struct Seen {
-        double at, rate, speed, part = 1.0;
+        Scalar<D> at, rate, speed, part = 1.0;
 
-        Seen(const Loads<D>& loads, const Law& law, const Coordinate<D>& along, const Pose<D>& pose,
+        Seen(const Loads<D>& loads, const Law<D>& law, const Coordinate<D>& along, const Pose<D>& pose,
              const Motion<D>& motion, const Channels<D>& channels)
             : at(value(law, along, channels)), rate(along.rate(motion)), speed(rate) {
             if (law.partner < 0) return;
-            const double across = Coordinate<D>(loads.coordinates, law.partner, pose).rate(motion);
-            speed = std::hypot(rate, across);
+            const Scalar<D> across = Coordinate<D>(loads.coordinates, law.partner, pose).rate(motion);
+            speed = hypot(rate, across);
             part = !(speed > 0.0) ? law.own : law.own * rate + law.other * across < 0.0 ? -rate / speed : rate / speed;
         }
     };
 
-    void pull(const Coordinate<D>& along, double size) {
+    void pull(const Coordinate<D>& along, Scalar<D> size) {
         for (int s = 0; s < along.p.slot_count; ++s) {
             const Attachment<D>& a = along.attachment(s);
             if (a.is_point) force[a.body] += size * along.g[s];
@@ -243,20 +242,20 @@ private:
     }
 
     bool apply(const Loads<D>& loads, int l, const Pose<D>& pose, const Motion<D>& motion, Channels<D>& channels) {
-        const Law& law = loads.laws[l];
+        const Law<D>& law = loads.laws[l];
         const Coordinate<D> along(loads.coordinates, l, pose);
         const Seen now(loads, law, along, pose, motion, channels);
-        const double times = pace.empty() ? 1.0 : pace[l];
+        const Scalar<D> times = pace.empty() ? 1.0 : pace[l];
         given[l] = law.program < 0
                        ? 0.0
                        : now.part * programs_.value(law.program, channels.variables(now.at, now.speed * times), held);
         if (!part.empty()) given[l] *= part[l];
-        const double pushed = given[l] * load_of(law);
-        const double size = pushed - law.stiffness * (now.at - law.free) - law.damping * now.rate;
+        const Scalar<D> pushed = given[l] * load_of(law);
+        const Scalar<D> size = pushed - law.stiffness * (now.at - law.free) - law.damping * now.rate;
         (law.loses ? dissipation : power) += (law.loses ? -pushed : pushed) * now.rate;
         dissipation += law.damping * now.rate * now.rate;
         if (law.apart >= 0) lost[law.apart] = -pushed * now.rate;
-        if (!std::isfinite(size)) return false;
+        if (!isfinite(size)) return false;
         pull(along, size);
         return true;
     }
@@ -272,7 +271,7 @@ private:
     }
 
     // A given force or torque with these components: a force at the centre of mass and a moment, global axes.
-    static std::pair<Point<D>, Turn<D>> wrench(const BodyForce<D>& given, const Column<3>& components,
+    static std::pair<Point<D>, Turn<D>> wrench(const BodyForce<D>& given, const Column<3, Scalar<D>>& components,
                                                const Pose<D>& pose) {
         const Rotation<D>& A = pose[given.body].rotation;
         if (given.is_torque) {
@@ -286,7 +285,7 @@ private:
     }
 
     bool apply(const BodyForce<D>& given, const Pose<D>& pose, const Motion<D>& motion, Channels<D>& channels) {
-        Column<3> components;
+        Column<3, Scalar<D>> components;
         for (int k = 0; k < 3; ++k) components[k] = programs_.value(given.programs[k], channels.variables(), held);
         if (!components.allFinite()) return false;
         const auto [push, twist] = wrench(given, components, pose);

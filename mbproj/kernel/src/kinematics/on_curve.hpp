@@ -16,7 +16,7 @@ struct Touch {
 
 namespace on_curve {
 
-template <int D> Touch touch(const Instance& p, const Point<D>* x, int held = PlaneCurve::free) {
+template <class D> Touch touch(const Instance<D>& p, const Point<D>* x, int held = PlaneCurve::free) {
     const PlaneCurve& curve = *p.line;
     const Point<D> line = x[3] - x[2];
     const double d[2] = {x[0].dot(line), x[1].dot(line)};
@@ -34,7 +34,7 @@ template <int D> Touch touch(const Instance& p, const Point<D>* x, int held = Pl
 }
 
 // The gradient of e·d with e fixed.
-template <int D> void gradient_along(const Point<D>* x, double first, double second, Point<D>* g) {
+template <class D> void gradient_along(const Point<D>* x, double first, double second, Point<D>* g) {
     const Point<D> line = x[3] - x[2];
     g[0] = first * line;
     g[1] = second * line;
@@ -42,7 +42,7 @@ template <int D> void gradient_along(const Point<D>* x, double first, double sec
     g[2] = -g[3];
 }
 
-template <int D> double value(const Instance& p, const Touch& at) {
+template <class D> double value(const Instance<D>& p, const Touch& at) {
     if (p.kind == Kind::profile) return p.parameters[0] * at.phi - p.parameters[1];
     const double length = p.line->length_at(at.foot);
     if (p.kind == Kind::arc) return length;
@@ -51,11 +51,11 @@ template <int D> double value(const Instance& p, const Touch& at) {
 }
 
 // By how much the value of what counts along the curve grows with the arc length.
-inline double way_factor(const Instance& p, const Touch& at) {
+template <class D> double way_factor(const Instance<D>& p, const Touch& at) {
     return p.kind == Kind::arc ? 1.0 : p.parameters[1] * (1.0 - p.parameters[0] * at.kappa);
 }
 
-template <int D> void gradient(const Instance& p, const Point<D>* x, const Touch& at, Point<D>* g) {
+template <class D> void gradient(const Instance<D>& p, const Point<D>* x, const Touch& at, Point<D>* g) {
     if (p.kind == Kind::profile)
         gradient_along<D>(x, -p.parameters[0] * at.t[1], p.parameters[0] * at.t[0], g);
     else {
@@ -64,7 +64,7 @@ template <int D> void gradient(const Instance& p, const Point<D>* x, const Touch
     }
 }
 
-template <int D> double curvature(const Instance& p, const Point<D>* x, const Point<D>* x_dot, const Touch& at) {
+template <class D> double curvature(const Instance<D>& p, const Point<D>* x, const Point<D>* x_dot, const Touch& at) {
     const Point<D> line = x[3] - x[2], line_dot = x_dot[3] - x_dot[2];
     double rate[2], bias[2];
     for (int k = 0; k < 2; ++k) {

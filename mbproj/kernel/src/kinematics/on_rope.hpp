@@ -11,30 +11,30 @@ namespace on_rope {
 
 // A straight part of the rope: the line between two centres, its components in the plane, D², λ and h; and the slopes of w θ
 // by the components.
-template <int D> struct Span {
+template <class D> struct Span {
     Point<D> line;
-    double w, X, Y, D2, lambda, h, by_X, by_Y;
+    Scalar<D> w, X, Y, D2, lambda, h, by_X, by_Y;
 
     Span(const RopePath& path, const Point<D>* x, int number)
         : line(x[3 + number] - x[2 + number]), w(path.w(number)), X(x[0].dot(line)), Y(x[1].dot(line)),
-          D2(X * X + Y * Y), lambda(std::sqrt(line.squaredNorm() - w * w)), h(std::sqrt(D2 - w * w)) {
-        const double out = w == 0.0 ? 0.0 : -w * w / (D2 * h), around = w == 0.0 ? 0.0 : w / D2;
+          D2(X * X + Y * Y), lambda(sqrt(line.squaredNorm() - w * w)), h(sqrt(D2 - w * w)) {
+        const Scalar<D> out = w == 0.0 ? 0.0 : -w * w / (D2 * h), around = w == 0.0 ? 0.0 : w / D2;
         by_X = out * X - around * Y;
         by_Y = out * Y + around * X;
     }
     // How far the line has turned since the scene's pose, within (-π, π].
-    double turned(const RopePath& path, int number) const {
-        const double c = path.cosine[number], s = path.sine[number];
-        return std::atan2(c * Y - s * X, c * X + s * Y);
+    Scalar<D> turned(const RopePath& path, int number) const {
+        const Scalar<D> c = path.cosine[number], s = path.sine[number];
+        return atan2(c * Y - s * X, c * X + s * Y);
     }
     // θ, the direction of the rope.
-    double direction(const RopePath& path, int number) const {
-        return path.directions[number] + turned(path, number) + std::atan(w / h);
+    Scalar<D> direction(const RopePath& path, int number) const {
+        return path.directions[number] + turned(path, number) + atan(w / h);
     }
 };
 
-template <int D> double value(const Instance& p, const Point<D>* x) {
-    double total = -p.path->wound;
+template <class D> Scalar<D> value(const Instance<D>& p, const Point<D>* x) {
+    Scalar<D> total = -p.path->wound;
     for (int s = 0; s < p.path->spans(); ++s) {
         const Span<D> span(*p.path, x, s);
         total += span.lambda;
@@ -43,7 +43,7 @@ template <int D> double value(const Instance& p, const Point<D>* x) {
     return total;
 }
 
-template <int D> void gradient(const Instance& p, const Point<D>* x, Point<D>* g) {
+template <class D> void gradient(const Instance<D>& p, const Point<D>* x, Point<D>* g) {
     for (int s = 0; s < p.slot_count; ++s) g[s].setZero();
     for (int s = 0; s < p.path->spans(); ++s) {
         const Span<D> span(*p.path, x, s);
@@ -55,18 +55,18 @@ template <int D> void gradient(const Instance& p, const Point<D>* x, Point<D>* g
     }
 }
 
-template <int D> double curvature(const Instance& p, const Point<D>* x, const Point<D>* v) {
-    double total = 0.0;
+template <class D> Scalar<D> curvature(const Instance<D>& p, const Point<D>* x, const Point<D>* v) {
+    Scalar<D> total = 0.0;
     for (int s = 0; s < p.path->spans(); ++s) {
         const Span<D> span(*p.path, x, s);
         const Point<D> rate = v[3 + s] - v[2 + s];
-        const double stretch = span.line.dot(rate) / span.lambda;
+        const Scalar<D> stretch = span.line.dot(rate) / span.lambda;
         total += (rate.squaredNorm() - stretch * stretch) / span.lambda;
         if (span.w == 0.0) continue;
         total += 2.0 * (span.by_X * v[0].dot(rate) + span.by_Y * v[1].dot(rate));
-        const double X_dot = v[0].dot(span.line) + x[0].dot(rate), Y_dot = v[1].dot(span.line) + x[1].dot(rate);
-        const double out = span.X * X_dot + span.Y * Y_dot, around = span.X * Y_dot - span.Y * X_dot;
-        const double part = span.w * span.w / (span.D2 * span.h);
+        const Scalar<D> X_dot = v[0].dot(span.line) + x[0].dot(rate), Y_dot = v[1].dot(span.line) + x[1].dot(rate);
+        const Scalar<D> out = span.X * X_dot + span.Y * Y_dot, around = span.X * Y_dot - span.Y * X_dot;
+        const Scalar<D> part = span.w * span.w / (span.D2 * span.h);
         total += part * ((2.0 / span.D2 + 1.0 / (span.h * span.h)) * out * out - X_dot * X_dot - Y_dot * Y_dot);
         total -= 2.0 * span.w * around * out / (span.D2 * span.D2);
     }
@@ -74,14 +74,14 @@ template <int D> double curvature(const Instance& p, const Point<D>* x, const Po
 }
 
 // Whether the rope lies on its circles.
-template <int D> RopeTrouble trouble(const Instance& p, const Point<D>* x, const Thresholds& thresholds) {
-    double before = 0.0;
+template <class D> RopeTrouble trouble(const Instance<D>& p, const Point<D>* x, const Thresholds& thresholds) {
+    Scalar<D> before = 0.0;
     for (int s = 0; s < p.path->spans(); ++s) {
         const Span<D> span(*p.path, x, s);
         const bool turns = p.path->radii[s] != 0.0 || p.path->radii[s + 1] != 0.0;
-        if (turns && !(span.h > 0.0 && std::abs(span.turned(*p.path, s)) <= thresholds.rope_turned)) return {s, -1};
-        const double direction = span.direction(*p.path, s), radius = p.path->radii[s];
-        if (s > 0 && radius != 0.0 && !((direction - before) * std::copysign(1.0, radius) >= -thresholds.off_sheave))
+        if (turns && !(span.h > 0.0 && abs(span.turned(*p.path, s)) <= thresholds.rope_turned)) return {s, -1};
+        const Scalar<D> direction = span.direction(*p.path, s), radius = p.path->radii[s];
+        if (s > 0 && radius != 0.0 && !((direction - before) * copysign(1.0, radius) >= -thresholds.off_sheave))
             return {-1, s};
         before = direction;
     }

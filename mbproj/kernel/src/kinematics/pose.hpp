@@ -6,38 +6,38 @@
 namespace mbproj {
 
 // A view of one body's part of a state vector.
-template <int D> struct Part {
+template <class D> struct Part {
     using S = Size<D>;
-    const double* at;
-    Part(const double* y, int body) : at(y + S::state * body) {}
-    auto position() const { return matrix_at<D>(at); }
-    auto orientation() const { return matrix_at<S::orientation>(at + D); }
-    auto velocity() const { return matrix_at<D>(at + S::pose); }
-    auto omega() const { return matrix_at<S::turns>(at + S::pose + D); }
+    const Scalar<D>* at;
+    Part(const Scalar<D>* y, int body) : at(y + S::state * body) {}
+    auto position() const { return matrix_at<D::axes>(at); }
+    auto orientation() const { return matrix_at<S::orientation>(at + D::axes); }
+    auto velocity() const { return matrix_at<D::axes>(at + S::pose); }
+    auto omega() const { return matrix_at<S::turns>(at + S::pose + D::axes); }
 };
 
-template <int D> struct WritablePart {
+template <class D> struct WritablePart {
     using S = Size<D>;
-    double* at;
-    WritablePart(double* y, int body) : at(y + S::state * body) {}
-    auto position() const { return matrix_at<D>(at); }
-    auto orientation() const { return matrix_at<S::orientation>(at + D); }
-    auto velocity() const { return matrix_at<D>(at + S::pose); }
-    auto omega() const { return matrix_at<S::turns>(at + S::pose + D); }
+    Scalar<D>* at;
+    WritablePart(Scalar<D>* y, int body) : at(y + S::state * body) {}
+    auto position() const { return matrix_at<D::axes>(at); }
+    auto orientation() const { return matrix_at<S::orientation>(at + D::axes); }
+    auto velocity() const { return matrix_at<D::axes>(at + S::pose); }
+    auto omega() const { return matrix_at<S::turns>(at + S::pose + D::axes); }
 };
 
-template <int D> struct Placement {
+template <class D> struct Placement {
     Point<D> position;
     Rotation<D> rotation;
 };
 
-template <int D> struct Twist {
+template <class D> struct Twist {
     Point<D> velocity;
     Turn<D> omega;  // global axes
 };
 
 // Every body's pose, the ground's last, and the constraints' attachments in global axes.
-template <int D> class Pose final {
+template <class D> class Pose final {
 public:
     const double* held = nullptr;  // the branches of curves, or none
 
@@ -46,10 +46,10 @@ public:
           curves_(model.curves.size()), touches_(model.curves.size()) {
         bodies_.back() = {Point<D>::Zero(), Rotation<D>::Identity()};
     }
-    void update(const double* y) {
+    void update(const Scalar<D>* y) {
         for (int b = 0; b < model_.size(); ++b) {
             const Part<D> part(y, b);
-            bodies_[b] = {part.position(), rotation(Column<Size<D>::orientation>(part.orientation()))};
+            bodies_[b] = {part.position(), rotation(Orientation<D>(part.orientation()))};
         }
         for (std::size_t a = 0; a < spokes_.size(); ++a) {
             const Attachment<D>& attachment = model_.constraints.attachments[a];
@@ -57,32 +57,32 @@ public:
         }
         for (std::size_t c = 0; c < curves_.size(); ++c) {
             if (model_.curves[c].of != Of::row) continue;
-            if (const Instance& p = model_.constraints.instances[model_.curves[c].instance]; p.on_line()) {
+            if (const Instance<D>& p = model_.constraints.instances[model_.curves[c].instance]; p.on_line()) {
                 touches_[c] = on_curve::touch<D>(p, Places(*this, p).x, piece(static_cast<int>(c)));
                 continue;
             }
-            const Series variables[law_variables] = {{}, {curved(c), 1.0, 0.0}, {}};
+            const Series<Scalar<D>> variables[law_variables] = {{}, {curved(c), 1.0, 0.0}, {}};
             curves_[c] = model_.programs.run(model_.curves[c].program, variables, held);
         }
     }
     // What a curve is a function of, of a row.
-    double curved(std::size_t number) const {
-        const Instance& p = model_.constraints.instances[model_.curves[number].instance];
+    Scalar<D> curved(std::size_t number) const {
+        const Instance<D>& p = model_.constraints.instances[model_.curves[number].instance];
         return p.on_line() ? touches_[number].foot.s : value<D>(p, Places(*this, p).x);
     }
     // Where an instance that follows a curve touches it, if its row is held on pieces.
-    const Touch* touch(const Instance& p) const { return p.follower < 0 ? nullptr : &touches_[p.follower]; }
+    const Touch* touch(const Instance<D>& p) const { return p.follower < 0 ? nullptr : &touches_[p.follower]; }
     // On which piece what follows a curve is held.
     int piece(int number) const {
         const int at = model_.programs.start[model_.curves[number].program] + 1;
-        if (!held || std::isnan(held[at])) return PlaneCurve::free;
+        if (!held || isnan(held[at])) return PlaneCurve::free;
         const int table = static_cast<int>(model_.programs.operand[at]);
         return static_cast<int>(held[at]) - model_.programs.table_start[table];
     }
     // f, f' and f'' of a curve here.
-    const Series& curve(int number) const { return curves_[number]; }
+    const Series<Scalar<D>>& curve(int number) const { return curves_[number]; }
     // By how much a row changes with the value of an instance.
-    double weight(const Instance& p) const { return p.curve < 0 ? p.weight : p.weight - curves_[p.curve].d; }
+    Scalar<D> weight(const Instance<D>& p) const { return p.curve < 0 ? p.weight : p.weight - curves_[p.curve].d; }
     const Placement<D>& operator[](int body) const { return bodies_[body]; }
     // Whether it has not overflowed.
     bool finite() const {
@@ -100,13 +100,13 @@ public:
 
     // ε × the largest coordinate that enters a row of an instance, and of those that it couples; of vectors, and of the row's
     // own scale, 1 at most.
-    double grain(const Instance& first, int row) const {
-        double reach = std::min(1.0, model_.row_scale[row]);
-        const Instance* const end = model_.constraints.instances.data() + model_.constraints.instances.size();
-        for (const Instance* p = &first; p == &first || (p != end && p->rows == 0); ++p)
+    Scalar<D> grain(const Instance<D>& first, int row) const {
+        Scalar<D> reach = min(1.0, model_.row_scale[row]);
+        const Instance<D>* const end = model_.constraints.instances.data() + model_.constraints.instances.size();
+        for (const Instance<D>* p = &first; p == &first || (p != end && p->rows == 0); ++p)
             for (int s = 0; s < p->slot_count; ++s) {
                 const Attachment<D>& a = model_.constraints.attachments[p->slots[s]];
-                if (a.is_point) reach = std::max(reach, bodies_[a.body].position.largest() + a.size);
+                if (a.is_point) reach = max(reach, bodies_[a.body].position.largest() + a.size);
             }
         return std::numeric_limits<double>::epsilon() * reach;
     }
@@ -115,7 +115,7 @@ private:
     // The points and vectors of an instance.
     struct Places {
         Point<D> x[most_slots];
-        Places(const Pose& pose, const Instance& p) {
+        Places(const Pose& pose, const Instance<D>& p) {
             for (int s = 0; s < p.slot_count; ++s) x[s] = pose.place(p.slots[s]);
         }
     };
@@ -123,17 +123,17 @@ private:
     const Model<D>& model_;
     std::vector<Placement<D>> bodies_;
     std::vector<Point<D>> spokes_;
-    std::vector<Series> curves_;
+    std::vector<Series<Scalar<D>>> curves_;
     std::vector<Touch> touches_;
 };
 
 // Every body's velocities at a pose, the ground's last.
-template <int D> class Motion final {
+template <class D> class Motion final {
 public:
     explicit Motion(const Model<D>& model) : bodies_(model.size() + 1) {
         bodies_.back() = {Point<D>::Zero(), Turn<D>::Zero()};
     }
-    void update(const double* y, const Pose<D>& pose) {
+    void update(const Scalar<D>* y, const Pose<D>& pose) {
         for (std::size_t b = 0; b + 1 < bodies_.size(); ++b) {
             const Part<D> part(y, static_cast<int>(b));
             bodies_[b] = {part.velocity(), to_global(pose[static_cast<int>(b)].rotation, Turn<D>(part.omega()))};
@@ -147,12 +147,12 @@ private:
 
 // Over which a violation of the velocities counts as one of the positions: the time in which the mechanism moves by its own
 // length or 1 rad. At rest, less than any.
-template <int D> double time_scale(const Model<D>& model, const double* y) {
-    const double rest = model.thresholds.rest_rate;
-    double speed = 0.0;
+template <class D> Scalar<D> time_scale(const Model<D>& model, const Scalar<D>* y) {
+    const Scalar<D> rest = model.thresholds.rest_rate;
+    Scalar<D> speed = 0.0;
     for (int b = 0; b < model.size(); ++b) {
         const Part<D> part(y, b);
-        speed = std::max({speed, part.velocity().norm() / model.length, part.omega().norm()});
+        speed = max({speed, part.velocity().norm() / model.length, part.omega().norm()});
     }
     return speed / (speed * speed + rest * rest);
 }

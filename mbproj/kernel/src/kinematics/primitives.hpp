@@ -12,46 +12,46 @@
 namespace mbproj {
 
 namespace along {
-template <int D> double value(const Point<D>* x) { return x[0].dot(x[2] - x[1]); }
-template <int D> void gradient(const Point<D>* x, Point<D>* g) {
+template <class D> Scalar<D> value(const Point<D>* x) { return x[0].dot(x[2] - x[1]); }
+template <class D> void gradient(const Point<D>* x, Point<D>* g) {
     g[0] = x[2] - x[1];
     g[1] = -x[0];
     g[2] = x[0];
 }
-template <int D> double curvature(const Point<D>* x_dot) { return 2.0 * value<D>(x_dot); }
+template <class D> Scalar<D> curvature(const Point<D>* x_dot) { return 2.0 * value<D>(x_dot); }
 }  // namespace along
 
 namespace angle {
-template <int D> double value(const Point<D>* x) { return std::atan2(x[2].dot(x[1]), x[2].dot(x[0])); }
-template <int D> void gradient(const Point<D>* x, Point<D>* g) {
-    const double cosine = x[2].dot(x[0]), sine = x[2].dot(x[1]);
-    const double radius2 = cosine * cosine + sine * sine;
-    const double s = sine / radius2, c = cosine / radius2;
+template <class D> Scalar<D> value(const Point<D>* x) { return atan2(x[2].dot(x[1]), x[2].dot(x[0])); }
+template <class D> void gradient(const Point<D>* x, Point<D>* g) {
+    const Scalar<D> cosine = x[2].dot(x[0]), sine = x[2].dot(x[1]);
+    const Scalar<D> radius2 = cosine * cosine + sine * sine;
+    const Scalar<D> s = sine / radius2, c = cosine / radius2;
     g[0] = -s * x[2];
     g[1] = c * x[2];
     g[2] = c * x[1] - s * x[0];
 }
-template <int D> double curvature(const Point<D>* x, const Point<D>* v) {
-    const double cosine = x[2].dot(x[0]), sine = x[2].dot(x[1]);
-    const double radius2 = cosine * cosine + sine * sine;
-    const double cosine_dot = v[2].dot(x[0]) + x[2].dot(v[0]), sine_dot = v[2].dot(x[1]) + x[2].dot(v[1]);
-    const double bend = 2.0 * (cosine * v[2].dot(v[1]) - sine * v[2].dot(v[0])) / radius2;
-    const double rate = (cosine * sine_dot - sine * cosine_dot) / radius2;
-    const double stretch = (cosine * cosine_dot + sine * sine_dot) / radius2;
+template <class D> Scalar<D> curvature(const Point<D>* x, const Point<D>* v) {
+    const Scalar<D> cosine = x[2].dot(x[0]), sine = x[2].dot(x[1]);
+    const Scalar<D> radius2 = cosine * cosine + sine * sine;
+    const Scalar<D> cosine_dot = v[2].dot(x[0]) + x[2].dot(v[0]), sine_dot = v[2].dot(x[1]) + x[2].dot(v[1]);
+    const Scalar<D> bend = 2.0 * (cosine * v[2].dot(v[1]) - sine * v[2].dot(v[0])) / radius2;
+    const Scalar<D> rate = (cosine * sine_dot - sine * cosine_dot) / radius2;
+    const Scalar<D> stretch = (cosine * cosine_dot + sine * sine_dot) / radius2;
     return bend - 2.0 * rate * stretch;
 }
 }  // namespace angle
 
 // The angle less its whole turns, within [-π, π].
-inline double nearest(double angle) { return angle - 2.0 * M_PI * std::nearbyint(angle / (2.0 * M_PI)); }
+template <class S> inline S nearest(const S& angle) { return angle - 2.0 * M_PI * nearbyint(angle / (2.0 * M_PI)); }
 
 // Where an instance touches its curve: what is known of that, or what follows from x.
-template <int D> Touch touched(const Instance& p, const Point<D>* x, const Touch* known) {
+template <class D> Touch touched(const Instance<D>& p, const Point<D>* x, const Touch* known) {
     return known ? *known : on_curve::touch<D>(p, x);
 }
 
 // The value of a primitive of one row, before its offset; `known`: where it touches its curve.
-template <int D> double value(const Instance& p, const Point<D>* x, const Touch* known = nullptr) {
+template <class D> Scalar<D> value(const Instance<D>& p, const Point<D>* x, const Touch* known = nullptr) {
     switch (p.kind) {
         case Kind::perpendicular: return x[0].dot(x[1]);
         case Kind::along: return along::value<D>(x);
@@ -67,7 +67,7 @@ template <int D> double value(const Instance& p, const Point<D>* x, const Touch*
 }
 
 // Its gradient, a vector for each slot.
-template <int D> void gradient(const Instance& p, const Point<D>* x, Point<D>* g, const Touch* known = nullptr) {
+template <class D> void gradient(const Instance<D>& p, const Point<D>* x, Point<D>* g, const Touch* known = nullptr) {
     switch (p.kind) {
         case Kind::perpendicular:
             g[0] = x[1];
@@ -89,14 +89,14 @@ template <int D> void gradient(const Instance& p, const Point<D>* x, Point<D>* g
 }
 
 // x'ᵀ C_xx x'.
-template <int D>
-double curvature(const Instance& p, const Point<D>* x, const Point<D>* x_dot, const Touch* known = nullptr) {
+template <class D>
+Scalar<D> curvature(const Instance<D>& p, const Point<D>* x, const Point<D>* x_dot, const Touch* known = nullptr) {
     switch (p.kind) {
         case Kind::perpendicular: return 2.0 * x_dot[0].dot(x_dot[1]);
         case Kind::along: return along::curvature<D>(x_dot);
         case Kind::distance: {
             const Point<D> line = x[1] - x[0], rate = x_dot[1] - x_dot[0];
-            const double length = line.norm(), stretch = line.dot(rate) / length;
+            const Scalar<D> length = line.norm(), stretch = line.dot(rate) / length;
             return (rate.squaredNorm() - stretch * stretch) / length;
         }
         case Kind::angle: return angle::curvature<D>(x, x_dot);

@@ -10,20 +10,20 @@ namespace mbproj {
 
 // An ellipsoid with the axes b[0..2] on a plane with the normal n: its lowest point is at -below from its centre, and
 // `reach` lower than that.
-template <int D> struct Ellipsoid {
-    double along[3], square[3], reach = 0.0;
+template <class D> struct Ellipsoid {
+    Scalar<D> along[3], square[3], reach = 0.0;
     Point<D> below = Point<D>::Zero();
 
-    Ellipsoid(const Instance& p, const Point<D>& n, const Point<D>* b) {
+    Ellipsoid(const Instance<D>& p, const Point<D>& n, const Point<D>* b) {
         for (int k = 0; k < 3; ++k) {
             square[k] = p.parameters[k] * p.parameters[k];
             along[k] = n.dot(b[k]);
             reach += square[k] * along[k] * along[k];
         }
-        reach = std::sqrt(reach);
+        reach = sqrt(reach);
         for (int k = 0; k < 3; ++k) below += square[k] * along[k] / reach * b[k];
     }
-    double share(int k) const { return square[k] * along[k] / reach; }
+    Scalar<D> share(int k) const { return square[k] * along[k] / reach; }
 };
 
 namespace slip {
@@ -31,32 +31,36 @@ namespace slip {
 enum : int { p1, x1, y1, z1, p2, x2, y2, z2 };
 
 // Where the bodies touch, from p2, and the direction e of the row; and how both change.
-template <int D> struct Contact { Point<D> arm, e, arm_dot = Point<D>::Zero(), e_dot = Point<D>::Zero(); };
+template <class D> struct Contact { Point<D> arm, e, arm_dot = Point<D>::Zero(), e_dot = Point<D>::Zero(); };
 
 // Along a × n, in which a wheel rolls that turns about its axis a on a plane with the normal n. In a plane the axis is normal to it,
 // on the side of x × y.
-inline Point<3> rolls_along(const Point<3>* x) { return x[z2].cross(x[z1]); }
-inline Point<2> rolls_along(const Point<2>* x) { return turned_by(moment(x[x2], x[y2]), x[z1]); }
-inline Point<3> rolls_along_dot(const Point<3>* x, const Point<3>* v) {
+template <class S> inline Column<3, S> rolls_along(const Column<3, S>* x) { return x[z2].cross(x[z1]); }
+template <class S> inline Column<2, S> rolls_along(const Column<2, S>* x) {
+    return turned_by(moment(x[x2], x[y2]), x[z1]);
+}
+template <class S> inline Column<3, S> rolls_along_dot(const Column<3, S>* x, const Column<3, S>* v) {
     return v[z2].cross(x[z1]) + x[z2].cross(v[z1]);
 }
-inline Point<2> rolls_along_dot(const Point<2>* x, const Point<2>* v) { return turned_by(moment(x[x2], x[y2]), v[z1]); }
+template <class S> inline Column<2, S> rolls_along_dot(const Column<2, S>* x, const Column<2, S>* v) {
+    return turned_by(moment(x[x2], x[y2]), v[z1]);
+}
 
 // The lowest point of a wheel, and the direction in which it rolls.
-template <int D> Contact<D> wheel_contact(const Instance& p, const Point<D>* x, const Point<D>* v) {
-    const double R = p.parameters[0];
+template <class D> Contact<D> wheel_contact(const Instance<D>& p, const Point<D>* x, const Point<D>* v) {
+    const Scalar<D> R = p.parameters[0];
     Contact<D> at;
     const Point<D> along = rolls_along(x);
-    const double length = along.norm();
+    const Scalar<D> length = along.norm();
     at.e = along / length;
-    if constexpr (D == 3)
+    if constexpr (D::axes == 3)
         at.arm = R * x[z2].cross(at.e);
     else
         at.arm = -R * x[z1];
     if (!v) return at;
     const Point<D> rate = rolls_along_dot(x, v);
     at.e_dot = (rate - at.e * at.e.dot(rate)) / length;
-    if constexpr (D == 3)
+    if constexpr (D::axes == 3)
         at.arm_dot = R * (v[z2].cross(at.e) + x[z2].cross(at.e_dot));
     else
         at.arm_dot = -R * v[z1];
@@ -64,12 +68,12 @@ template <int D> Contact<D> wheel_contact(const Instance& p, const Point<D>* x, 
 }
 
 // Of an instance at slots x, whose velocities are v, or without rates where there are none.
-template <int D> Contact<D> contact(const Instance& p, const Point<D>* x, const Point<D>* v) {
+template <class D> Contact<D> contact(const Instance<D>& p, const Point<D>* x, const Point<D>* v) {
     Contact<D> at{Point<D>::Zero(), Point<D>::Zero()};
     switch (p.kind) {
         case Kind::wheel_slip_along: return wheel_contact<D>(p, x, v);
         case Kind::wheel_slip_across:
-            if constexpr (D == 3) {
+            if constexpr (D::axes == 3) {
                 at = wheel_contact<D>(p, x, v);
                 if (v) at.e_dot = v[z1].cross(at.e) + x[z1].cross(at.e_dot);
                 at.e = x[z1].cross(at.e);
@@ -86,7 +90,7 @@ template <int D> Contact<D> contact(const Instance& p, const Point<D>* x, const 
             at.e = x[x1];
             if (!v) break;
             at.e_dot = v[x1];
-            double rate[3], stretch = 0.0;
+            Scalar<D> rate[3], stretch = 0.0;
             for (int k = 0; k < 3; ++k) {
                 rate[k] = v[z1].dot(x[x2 + k]) + x[z1].dot(v[x2 + k]);
                 stretch += own.share(k) * rate[k];
@@ -103,7 +107,7 @@ template <int D> Contact<D> contact(const Instance& p, const Point<D>* x, const 
     return at;
 }
 
-template <int D> void gradient(const Instance& p, const Point<D>* x, Point<D>* g) {
+template <class D> void gradient(const Instance<D>& p, const Point<D>* x, Point<D>* g) {
     const Contact<D> at = contact<D>(p, x, nullptr);
     const Point<D> away = x[p2] + at.arm - x[p1];
     g[p1] = -at.e;
@@ -114,7 +118,7 @@ template <int D> void gradient(const Instance& p, const Point<D>* x, Point<D>* g
     }
 }
 
-template <int D> double curvature(const Instance& p, const Point<D>* x, const Point<D>* v) {
+template <class D> Scalar<D> curvature(const Instance<D>& p, const Point<D>* x, const Point<D>* v) {
     const Contact<D> at = contact<D>(p, x, v);
     const Point<D> away = x[p2] + at.arm - x[p1], away_dot = v[p2] + at.arm_dot - v[p1];
     Point<D> passing = v[p2] - v[p1], bend = Point<D>::Zero();
@@ -130,32 +134,32 @@ template <int D> double curvature(const Instance& p, const Point<D>* x, const Po
 // Slots: a point and the normal of the plane, the wheel's centre and axis. In a plane the wheel stands upright: what its radius takes
 // from the height is constant there.
 namespace wheel_height {
-inline Point<3> across(const Point<3>* x) { return x[1].cross(x[3]); }
+template <class S> inline Column<3, S> across(const Column<3, S>* x) { return x[1].cross(x[3]); }
 
-template <int D> double value(const Instance& p, const Point<D>* x) {
-    const double height = x[1].dot(x[2] - x[0]);
-    if constexpr (D == 3)
+template <class D> Scalar<D> value(const Instance<D>& p, const Point<D>* x) {
+    const Scalar<D> height = x[1].dot(x[2] - x[0]);
+    if constexpr (D::axes == 3)
         return height - p.parameters[0] * across(x).norm();
     else
         return height;
 }
-template <int D> void gradient(const Instance& p, const Point<D>* x, Point<D>* g) {
+template <class D> void gradient(const Instance<D>& p, const Point<D>* x, Point<D>* g) {
     g[0] = -x[1];
     g[1] = x[2] - x[0];
     g[2] = x[1];
     g[3].setZero();
-    if constexpr (D == 3) {
+    if constexpr (D::axes == 3) {
         const Point<D> unit = p.parameters[0] * across(x).normalized();
         g[1] -= x[3].cross(unit);
         g[3] = -unit.cross(x[1]);
     }
 }
-template <int D> double curvature(const Instance& p, const Point<D>* x, const Point<D>* v) {
-    const double moved = 2.0 * v[1].dot(v[2] - v[0]);
-    if constexpr (D == 3) {
+template <class D> Scalar<D> curvature(const Instance<D>& p, const Point<D>* x, const Point<D>* v) {
+    const Scalar<D> moved = 2.0 * v[1].dot(v[2] - v[0]);
+    if constexpr (D::axes == 3) {
         const Point<D> c = across(x), rate = v[1].cross(x[3]) + x[1].cross(v[3]);
-        const double length = c.norm(), stretch = c.dot(rate) / length;
-        const double bend = rate.squaredNorm() + 2.0 * c.dot(v[1].cross(v[3])) - stretch * stretch;
+        const Scalar<D> length = c.norm(), stretch = c.dot(rate) / length;
+        const Scalar<D> bend = rate.squaredNorm() + 2.0 * c.dot(v[1].cross(v[3])) - stretch * stretch;
         return moved - p.parameters[0] * bend / length;
     } else {
         return moved;
@@ -165,21 +169,21 @@ template <int D> double curvature(const Instance& p, const Point<D>* x, const Po
 
 // Slots: a point and the normal of the plane, the ellipsoid's centre and axes.
 namespace ellipsoid_height {
-template <int D> double value(const Instance& p, const Point<D>* x) {
+template <class D> Scalar<D> value(const Instance<D>& p, const Point<D>* x) {
     return x[1].dot(x[2] - x[0]) - Ellipsoid<D>(p, x[1], x + 3).reach;
 }
-template <int D> void gradient(const Instance& p, const Point<D>* x, Point<D>* g) {
+template <class D> void gradient(const Instance<D>& p, const Point<D>* x, Point<D>* g) {
     const Ellipsoid<D> own(p, x[1], x + 3);
     g[0] = -x[1];
     g[1] = x[2] - x[0] - own.below;
     g[2] = x[1];
     for (int k = 0; k < 3; ++k) g[3 + k] = -own.share(k) * x[1];
 }
-template <int D> double curvature(const Instance& p, const Point<D>* x, const Point<D>* v) {
+template <class D> Scalar<D> curvature(const Instance<D>& p, const Point<D>* x, const Point<D>* v) {
     const Ellipsoid<D> own(p, x[1], x + 3);
-    double bend = 0.0, stretch = 0.0;
+    Scalar<D> bend = 0.0, stretch = 0.0;
     for (int k = 0; k < 3; ++k) {
-        const double rate = v[1].dot(x[3 + k]) + x[1].dot(v[3 + k]);
+        const Scalar<D> rate = v[1].dot(x[3 + k]) + x[1].dot(v[3 + k]);
         bend += own.square[k] * (rate * rate + 2.0 * own.along[k] * v[1].dot(v[3 + k]));
         stretch += own.share(k) * rate;
     }
@@ -189,16 +193,16 @@ template <int D> double curvature(const Instance& p, const Point<D>* x, const Po
 
 // Of each kind, out of line: most mechanisms do not roll, and pay for their own rows alone.
 namespace rolling {
-template <int D> [[gnu::noinline, gnu::cold]] double value(const Instance& p, const Point<D>* x) {
+template <class D> [[gnu::noinline, gnu::cold]] Scalar<D> value(const Instance<D>& p, const Point<D>* x) {
     if (is_slip(p.kind)) return 0.0;
     return p.kind == Kind::wheel_height ? wheel_height::value<D>(p, x) : ellipsoid_height::value<D>(p, x);
 }
-template <int D> [[gnu::noinline, gnu::cold]] void gradient(const Instance& p, const Point<D>* x, Point<D>* g) {
+template <class D> [[gnu::noinline, gnu::cold]] void gradient(const Instance<D>& p, const Point<D>* x, Point<D>* g) {
     if (is_slip(p.kind)) return slip::gradient<D>(p, x, g);
     p.kind == Kind::wheel_height ? wheel_height::gradient<D>(p, x, g) : ellipsoid_height::gradient<D>(p, x, g);
 }
-template <int D>
-[[gnu::noinline, gnu::cold]] double curvature(const Instance& p, const Point<D>* x, const Point<D>* v) {
+template <class D>
+[[gnu::noinline, gnu::cold]] Scalar<D> curvature(const Instance<D>& p, const Point<D>* x, const Point<D>* v) {
     if (is_slip(p.kind)) return slip::curvature<D>(p, x, v);
     return p.kind == Kind::wheel_height ? wheel_height::curvature<D>(p, x, v) : ellipsoid_height::curvature<D>(p, x, v);
 }

@@ -10,7 +10,7 @@
 
 namespace mbproj {
 
-template <int D> class DelassusMatrix final {
+template <class D> class DelassusMatrix final {
 public:
     using S = Size<D>;
     static constexpr int F = S::freedoms;

@@ -12,7 +12,7 @@ namespace mbproj {
 // Rows at velocity level, the `slips` by row, come after all others: one at position level that is left out for them would open. Of
 // each level the row that is furthest from those taken goes first, or the first of equals. Dense, as that order has no say in the
 // fill.
-template <class Delassus, int D> std::vector<int>
+template <class Delassus, class D> std::vector<int>
 dependent_by_level(const Delassus& from, const std::vector<char>& slips, const Model<D>& model, double smallest) {
     constexpr int F = Delassus::F;
     std::vector<int> of_model(from.count()), left;

@@ -6,7 +6,7 @@
 
 namespace mbproj {
 
-template <int D> class HingedBodies final {
+template <class D> class HingedBodies final {
 public:
     static constexpr int F = Size<D>::freedoms;
 

@@ -11,7 +11,7 @@
 
 namespace mbproj {
 
-template <int D> class LoopSolver final {
+template <class D> class LoopSolver final {
 public:
     static constexpr int F = Size<D>::freedoms;
 

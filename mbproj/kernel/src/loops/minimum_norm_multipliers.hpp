@@ -11,7 +11,7 @@
 
 namespace mbproj {
 
-template <int D> class MinimumNormMultipliers final {
+template <class D> class MinimumNormMultipliers final {
 public:
     static constexpr int F = Size<D>::freedoms;
 
@@ -80,7 +80,7 @@ private:
         jacobian<D>(model_, pose, joint, order_.loop_bodies[at.body], at.G.transpose());
         for (int r = 0; r < joint.rows; ++r) {
             const double scale = 1.0 / model_.row_scale[joint.row + r];
-            for (int k = 0; k < F; ++k) at.G(k, r) *= k < D ? scale * model_.length : scale;
+            for (int k = 0; k < F; ++k) at.G(k, r) *= k < D::axes ? scale * model_.length : scale;
         }
     }
 

@@ -21,7 +21,7 @@ enum class LoopRows {
     all,           // these too, in the order of the model's joints
 };
 
-template <int D> class RowLayout final {
+template <class D> class RowLayout final {
 public:
     static constexpr int F = Size<D>::freedoms;
 

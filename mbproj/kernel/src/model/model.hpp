@@ -69,32 +69,32 @@ constexpr bool is_slip(Kind kind) { return kind >= Kind::wheel_slip_along; }
 // Whether its value is known but for whole turns, which are counted.
 constexpr bool is_angle(Kind kind) { return kind == Kind::angle || kind == Kind::lap; }
 
-template <int D> struct Body {
-    double mass;
-    Matrix<Size<D>::turns, Size<D>::turns> inertia;       // about the centre of mass, body axes
-    Matrix<Size<D>::turns, Size<D>::turns> inverse_root;  // K⁻¹ with J = K Kᵀ; of a light body, not in use
-    bool is_light;                                        // no mass, or no inertia about some axis
+template <class D> struct Body {
+    Scalar<D> mass;
+    TurnMatrix<D> inertia;       // about the centre of mass, body axes
+    TurnMatrix<D> inverse_root;  // K⁻¹ with J = K Kᵀ; of a light body, not in use
+    bool is_light;               // no mass, or no inertia about some axis
 };
 
 // A point or vector fixed in a body, in its axes; body n is the ground.
-template <int D> struct Attachment {
+template <class D> struct Attachment {
     int body;
     bool is_point;
     Point<D> local;
-    double size;  // largest coordinate of `local`, 0 for a vector
+    Scalar<D> size;  // largest coordinate of `local`, 0 for a vector
 };
 
 // One primitive: the attachments it binds, its first row, and what its value counts from. A row that couples coordinates is a
 // sum of several, one after another: each with its weight, and all but the first without a row of their own.
-struct Instance {
+template <class D> struct Instance {
     Kind kind;
     int slots[most_slots];
     int slot_count;
-    double parameters[most_parameters];
+    Scalar<D> parameters[most_parameters];
     int row;
     int rows;
-    double offset;
-    double weight;
+    Scalar<D> offset;
+    Scalar<D> weight;
     bool coupled;
     int curve;  // of the model: what the row is less, a function of this instance's value; or -1
     std::shared_ptr<const PlaneCurve> line;  // of what follows a curve in a plane
@@ -104,9 +104,9 @@ struct Instance {
     bool on_line() const { return kind == Kind::profile || kind == Kind::arc || kind == Kind::lap; }
 };
 
-template <int D> struct PrimitiveSet {
+template <class D> struct PrimitiveSet {
     std::vector<Attachment<D>> attachments;
-    std::vector<Instance> instances;
+    std::vector<Instance<D>> instances;
     int rows = 0;
 };
 
@@ -126,10 +126,10 @@ struct StiffForce {
 
 // Rows at the end of the constraints that functions of time drive: s(q) - start - f(t), with s one of the coordinates and f
 // one of the programs.
-struct DrivenRow {
+template <class D> struct DrivenRow {
     int row;
     bool is_angle;
-    double start;
+    Scalar<D> start;
     int coordinate, program;
 };
 
@@ -175,7 +175,7 @@ struct Curve {
 
 // Coordinates that stops limit and dry friction resists, one instance each: what they are measured from, and from which of
 // the joints' coordinates an angle takes its turns, or -1.
-template <int D> struct Stops {
+template <class D> struct Stops {
     PrimitiveSet<D> coordinates;
     std::vector<int> joint_coordinate;
     std::vector<double> bound;
@@ -184,18 +184,18 @@ template <int D> struct Stops {
 // What a joint carries, by which dry friction goes: with the force F and the moment T on body 2 at `point`, along `axis` z (both
 // in its axes), preload + radial (|f₁| + |f₂|) + axial |F·z| with f₁, f₂ = ½ (F - (F·z) z) ± (T × z)/length. In a plane the axis
 // is normal to it. The push of a contact is the sum of these `parts` of multipliers, each of the row of a joint.
-template <int D> struct Bearing {
+template <class D> struct Bearing {
     int joint, body;
     Point<D> point, axis;
-    double radial, axial, length, preload;
+    Scalar<D> radial, axial, length, preload;
     std::vector<std::pair<int, double>> parts;
 
     bool is_push() const { return !parts.empty(); }
 };
 
 // An angle with the whole turns that bring it next to what is expected of it.
-inline double near(double angle, double expected) {
-    return angle + 2.0 * M_PI * std::nearbyint((expected - angle) / (2.0 * M_PI));
+template <class S> inline S near(const S& angle, const S& expected) {
+    return angle + 2.0 * M_PI * nearbyint((expected - angle) / (2.0 * M_PI));
 }
 
 // What is known of the constraint rows before a run: what it learned of the poses passed would be a history of its derivative.
@@ -209,9 +209,9 @@ struct UsualRows {
     double even = 1.0;
 };
 
-template <int D> struct Loads;
+template <class D> struct Loads;
 
-template <int D> struct Model {
+template <class D> struct Model {
     std::vector<Body<D>> bodies;
     Point<D> gravity;
     PrimitiveSet<D> constraints;
@@ -222,7 +222,7 @@ template <int D> struct Model {
     double length;                   // the size of the mechanism
     UsualRows rows;
     std::shared_ptr<const Loads<D>> loads;  // none, or the forces but gravity
-    std::vector<DrivenRow> driven;
+    std::vector<DrivenRow<D>> driven;
     std::vector<Coupling> couplings;
     std::vector<Curve> curves;
     Programs programs;   // the functions of forces, the rates of states, then those of couplings, of driven rows
@@ -232,7 +232,7 @@ template <int D> struct Model {
     Layout layout;                  // of y
     // I of flywheels that coordinates turn, ½ I s'². Each is a joint after all others, with a row after those of C, which
     // holds the flywheel's own rate: s'(bodies) - s'(flywheel) = 0.
-    std::vector<double> flywheels;
+    std::vector<Scalar<D>> flywheels;
     // Forces that implicit steps linearise (kinematics/compliant_rows.hpp); none where steps are explicit. Each is a joint
     // after those of the flywheels.
     std::vector<StiffForce> stiff;
@@ -249,10 +249,10 @@ template <int D> struct Model {
         return found;
     }
     // The row that is furthest open, where that is by more than a part of its own scale; else -1.
-    int open_by_more(const double* C, double limit) const {
+    int open_by_more(const Scalar<D>* C, Scalar<D> limit) const {
         int worst = -1;
         for (int r = 0; r < constraints.rows; ++r)
-            if (const double part = std::abs(C[r]) / row_scale[r]; !(part <= limit)) {
+            if (const Scalar<D> part = abs(C[r]) / row_scale[r]; !(part <= limit)) {
                 limit = part;
                 worst = r;
             }
@@ -262,7 +262,7 @@ template <int D> struct Model {
     // Which rows are at velocity level; none where there are none.
     std::vector<char> slips() const {
         std::vector<char> found;
-        for (const Instance& p : constraints.instances)
+        for (const Instance<D>& p : constraints.instances)
             if (is_slip(p.kind)) found.resize(constraints.rows), found[p.row] = 1;
         return found;
     }

@@ -58,9 +58,9 @@ struct Programs {
     std::vector<double> operand;
     std::vector<int> table_start;
     std::vector<double> knot, origin;
-    std::vector<double> piece;  // four a row
-    std::vector<bool> kinked;   // pieces that begin with a kink, and the first of each table
-    std::vector<double> period; // of each table, 0 for one that does not repeat
+    std::vector<double> piece;   // four a row
+    std::vector<bool> kinked;    // pieces that begin with a kink, and the first of each table
+    std::vector<double> period;  // of each table, 0 for one that does not repeat
     int variables = law_variables;
 
     int size() const { return static_cast<int>(start.size()) - 1; }
@@ -72,39 +72,40 @@ struct Programs {
     }
 
     // Value and derivatives of a program. Its variables are the time, the coordinate and the rate of a law, and channels.
-    Series run(int program, const Series* variables) const {
-        return walk(program, variables, nullptr, [](int, const Series&, const Series&) {});
+    template <class S> Series<S> run(int program, const Series<S>* variables) const {
+        return walk(program, variables, nullptr, [](int, const Series<S>&, const Series<S>&) {});
     }
 
     // The same with the branches `held`, one for each instruction, if any (see model/switches.hpp); not where a branch has no
     // value beyond its end, as the root of a negative number.
-    Series run(int program, const Series* variables, const double* held) const {
-        const Series found = walk(program, variables, held, [](int, const Series&, const Series&) {});
-        return held && !std::isfinite(found.x) ? run(program, variables) : found;
+    template <class S> Series<S> run(int program, const Series<S>* variables, const double* held) const {
+        const Series<S> found = walk(program, variables, held, [](int, const Series<S>&, const Series<S>&) {});
+        return held && !isfinite(found.x) ? run(program, variables) : found;
     }
-    double value(int program, const Series* variables, const double* held) const {
+    template <class S> S value(int program, const Series<S>* variables, const double* held) const {
         return run(program, variables, held).x;
     }
     // The derivative along the variables' own.
-    double slope(int program, const Series* variables, const double* held) const {
+    template <class S> S slope(int program, const Series<S>* variables, const double* held) const {
         return run(program, variables, held).d;
     }
 
     // Calls see(instruction, x, y) with the arguments of each instruction that takes some; y is without meaning where it
     // takes one.
-    template <class See> Series walk(int program, const Series* variables, const double* held, See&& see) const {
-        Series stack[deepest_stack];
+    template <class S, class See>
+    Series<S> walk(int program, const Series<S>* variables, const double* held, See&& see) const {
+        Series<S> stack[deepest_stack];
         int top = -1;
         for (int at = start[program]; at < start[program + 1]; ++at) {
             const int taken = arguments(op[at]);
             if (taken == 0) {
-                stack[++top] =
-                    op[at] == Op::constant ? Series{operand[at], 0.0, 0.0} : variables[static_cast<int>(operand[at])];
+                stack[++top] = op[at] == Op::constant ? Series<S>{operand[at], 0.0, 0.0}
+                                                      : variables[static_cast<int>(operand[at])];
                 continue;
             }
             top -= taken - 1;
             see(at, stack[top], stack[top + 1]);
-            if (held && !std::isnan(held[at]))
+            if (held && !isnan(held[at]))
                 stack[top] = on_branch(at, held[at], stack[top], stack[top + 1]);
             else
                 stack[top] = taken == 1 ? unary(at, stack[top]) : binary(op[at], stack[top], stack[top + 1]);
@@ -125,44 +126,44 @@ struct Programs {
         return period[table] > 0.0 ? knot[start] + period[table] : std::numeric_limits<double>::infinity();
     }
     // x less the periods that bring it nearest to a branch of a table, or into the first where that is free.
-    double lifted(int table, double x, double branch = std::numeric_limits<double>::quiet_NaN()) const {
+    template <class S> S lifted(int table, const S& x, double branch = std::numeric_limits<double>::quiet_NaN()) const {
         const double whole = period[table];
         if (!(whole > 0.0)) return x;
-        if (std::isnan(branch)) return x - whole * std::floor((x - knot[table_start[table]]) / whole);
+        if (isnan(branch)) return x - whole * floor((x - knot[table_start[table]]) / whole);
         const int first = static_cast<int>(branch);
-        return x - whole * std::nearbyint((x - 0.5 * (knot[first] + end(table, first))) / whole);
+        return x - whole * nearbyint((x - 0.5 * (knot[first] + end(table, first))) / whole);
     }
     // What tells the branch of a switch that is on one of them, from its arguments.
-    double argument(int at, double branch, double x, double y) const {
+    template <class S> S argument(int at, double branch, const S& x, const S& y) const {
         if (op[at] == Op::table) return lifted(static_cast<int>(operand[at]), x, branch);
         return op[at] == Op::min || op[at] == Op::max ? x - y : x;
     }
     // The piece of a table that x is in, which is one of a period.
-    int piece_at(int table, double x) const {
+    template <class S> int piece_at(int table, const S& x) const {
         const auto first = knot.begin() + table_start[table], last = knot.begin() + table_start[table + 1];
-        const auto at = std::upper_bound(first, last, x) - first - 1;
+        const auto at = std::upper_bound(first, last, value_of(x)) - first - 1;
         return table_start[table] + static_cast<int>(std::max<std::ptrdiff_t>(0, at));
     }
 
 private:
     // What a switch makes of its arguments on one of its branches.
-    Series on_branch(int at, double branch, const Series& x, const Series& y) const {
+    template <class S> Series<S> on_branch(int at, double branch, const Series<S>& x, const Series<S>& y) const {
         switch (op[at]) {
             case Op::max: return branch > 0.0 ? x : y;
             case Op::min: return branch > 0.0 ? y : x;
             case Op::abs: return {branch * x.x, branch * x.d, branch * x.dd};
             case Op::table: {
                 const int table = static_cast<int>(operand[at]), first = static_cast<int>(branch);
-                const Series near{lifted(table, x.x, branch), x.d, x.dd};
-                return on_piece(std::min(std::max(piece_at(table, near.x), first), last_piece(table, first)), near);
+                const Series<S> near{lifted(table, x.x, branch), x.d, x.dd};
+                return on_piece(min(max(piece_at(table, near.x), first), last_piece(table, first)), near);
             }
-            default: return flat(branch);
+            default: return flat(S(branch));
         }
     }
 
-    static Series flat(double value) { return {value, 0.0, 0.0}; }
+    template <class S> static Series<S> flat(const S& value) { return {value, 0.0, 0.0}; }
 
-    Series binary(Op op, const Series& a, const Series& b) const {
+    template <class S> Series<S> binary(Op op, const Series<S>& a, const Series<S>& b) const {
         switch (op) {
             case Op::add: return a + b;
             case Op::subtract: return a - b;
@@ -176,60 +177,60 @@ private:
         }
     }
 
-    Series unary(int at, const Series& s) const {
-        const double x = s.x;
+    template <class S> Series<S> unary(int at, const Series<S>& s) const {
+        const S x = s.x;
         switch (op[at]) {
             case Op::table: return look_up(static_cast<int>(operand[at]), s);
             case Op::power: return power(s, operand[at]);
             case Op::negate: return {-s.x, -s.d, -s.dd};
-            case Op::sin: return chain(std::sin(x), std::cos(x), -std::sin(x), s);
-            case Op::cos: return chain(std::cos(x), -std::sin(x), -std::cos(x), s);
+            case Op::sin: return chain(sin(x), cos(x), -sin(x), s);
+            case Op::cos: return chain(cos(x), -sin(x), -cos(x), s);
             case Op::tan: {
-                const double value = std::tan(x), rate = 1.0 + value * value;
+                const S value = tan(x), rate = 1.0 + value * value;
                 return chain(value, rate, 2.0 * value * rate, s);
             }
             case Op::asin:
             case Op::acos: {
-                const double rate = 1.0 / std::sqrt(1.0 - x * x), bend = x * rate * rate * rate;
-                return op[at] == Op::asin ? chain(std::asin(x), rate, bend, s) : chain(std::acos(x), -rate, -bend, s);
+                const S rate = 1.0 / sqrt(1.0 - x * x), bend = x * rate * rate * rate;
+                return op[at] == Op::asin ? chain(asin(x), rate, bend, s) : chain(acos(x), -rate, -bend, s);
             }
             case Op::atan: {
-                const double rate = 1.0 / (1.0 + x * x);
-                return chain(std::atan(x), rate, -2.0 * x * rate * rate, s);
+                const S rate = 1.0 / (1.0 + x * x);
+                return chain(atan(x), rate, -2.0 * x * rate * rate, s);
             }
-            case Op::sinh: return chain(std::sinh(x), std::cosh(x), std::sinh(x), s);
-            case Op::cosh: return chain(std::cosh(x), std::sinh(x), std::cosh(x), s);
+            case Op::sinh: return chain(sinh(x), cosh(x), sinh(x), s);
+            case Op::cosh: return chain(cosh(x), sinh(x), cosh(x), s);
             case Op::tanh: {
-                const double value = std::tanh(x), rate = 1.0 - value * value;
+                const S value = tanh(x), rate = 1.0 - value * value;
                 return chain(value, rate, -2.0 * value * rate, s);
             }
             case Op::exp: return exponential(s);
             case Op::log: return logarithm(s);
             case Op::log10: {
-                const Series found = logarithm(s);
-                const double scale = 1.0 / std::log(10.0);
+                const Series<S> found = logarithm(s);
+                const double scale = 1.0 / log(10.0);
                 return {scale * found.x, scale * found.d, scale * found.dd};
             }
             case Op::sqrt: {
-                const double root = std::sqrt(x);
+                const S root = sqrt(x);
                 return chain(root, 0.5 / root, -0.25 / (root * root * root), s);
             }
-            case Op::abs: return chain(std::abs(x), x > 0.0 ? 1.0 : x < 0.0 ? -1.0 : 0.0, 0.0, s);
-            case Op::sign: return flat(x > 0.0 ? 1.0 : x < 0.0 ? -1.0 : x);
-            case Op::floor: return flat(std::floor(x));
-            case Op::ceil: return flat(std::ceil(x));
+            case Op::abs: return chain(abs(x), S(x > 0.0 ? 1.0 : x < 0.0 ? -1.0 : 0.0), S(0.0), s);
+            case Op::sign: return flat(x > 0.0 ? S(1.0) : x < 0.0 ? S(-1.0) : x);
+            case Op::floor: return flat(floor(x));
+            case Op::ceil: return flat(ceil(x));
             default: return smooth_step(s);
         }
     }
 
-    Series look_up(int table, const Series& s) const {
-        const Series first{lifted(table, s.x), s.d, s.dd};
+    template <class S> Series<S> look_up(int table, const Series<S>& s) const {
+        const Series<S> first{lifted(table, s.x), s.d, s.dd};
         return on_piece(piece_at(table, first.x), first);
     }
 
-    Series on_piece(int at, const Series& s) const {
+    template <class S> Series<S> on_piece(int at, const Series<S>& s) const {
         const double* c = piece.data() + 4 * static_cast<std::ptrdiff_t>(at);
-        const double u = s.x - origin[static_cast<std::size_t>(at)];
+        const S u = s.x - origin[static_cast<std::size_t>(at)];
         return chain(c[0] + u * (c[1] + u * (c[2] + u * c[3])), c[1] + u * (2.0 * c[2] + 3.0 * u * c[3]),
                      2.0 * c[2] + 6.0 * u * c[3], s);
     }

@@ -9,7 +9,7 @@
 namespace mbproj {
 
 // A rigid motion of all bodies: shift + turn × r at r.
-template <int D> struct RigidField {
+template <class D> struct RigidField {
     Point<D> shift;
     Turn<D> turn;
 };
@@ -24,15 +24,14 @@ struct Kept {
     double given = 0.0, moved = 0.0, furthest = 0.0, largest = 0.0;
 };
 
-template <int D> class Invariants final {
+template <class D> class Invariants final {
 public:
     // `tolerance`: of the steps' own errors; 0 where these are not known.
     Invariants(EquationsOfMotion<D>& equations, TrustRegion<D>& trust_region, Metric metric, bool energy,
                std::vector<RigidField<D>> fields, double tolerance)
         : equations_(equations), trust_region_(trust_region), model_(equations.model()), metric_(metric),
           energy_(energy), fields_(std::move(fields)), motion_(model_), raw_(model_.all_rows()),
-          beyond_(model_.all_rows()), own_(equations.layout().bodies.size),
-          now_(model_.size()) {
+          beyond_(model_.all_rows()), own_(equations.layout().bodies.size), now_(model_.size()) {
         const Thresholds& thresholds = model_.thresholds;
         tolerated_ = std::max(thresholds.row_grain, thresholds.row_tolerated * tolerance);
         scale_ = speed(equations_.layout().scale.data());
@@ -210,8 +209,7 @@ private:
         const auto add = [&](double term) { sum += term, terms_ += std::abs(term); };
         for (int b = 0; b < model_.size(); ++b)
             add(-model_.bodies[b].mass * model_.gravity.dot(Point<D>(equations_.pose()[b].position)));
-        if (model_.loads)
-            add(equations_.applied().stored(*model_.loads, equations_.pose(), equations_.seen(t, y)));
+        if (model_.loads) add(equations_.applied().stored(*model_.loads, equations_.pose(), equations_.seen(t, y)));
         const Block& work = equations_.layout().quadratures;
         worked_ = work.size ? std::abs(y[work.first]) + std::abs(y[work.first + 1]) : 0.0;
         if (work.size) add(-y[work.first]), add(y[work.first + 1]);

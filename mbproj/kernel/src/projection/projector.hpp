@@ -29,7 +29,7 @@ struct Projected {
     }
 };
 
-template <int D> class Projector final {
+template <class D> class Projector final {
 public:
     using S = Size<D>;
 
@@ -261,7 +261,7 @@ private:
 
     // Whether each row is at most `grains` ε of the largest coordinate that enters it, or `least`.
     bool within(const double* C, double grains, double least = 0.0) const {
-        for (const Instance& p : model_.constraints.instances)
+        for (const Instance<D>& p : model_.constraints.instances)
             for (int r = p.row; r < p.row + p.rows; ++r) {
                 const double smallest = least * std::min(1.0, model_.row_scale[r]);
                 if (!(std::abs(C[r]) <= std::max(smallest, grains * equations_.pose().grain(p, r)))) return false;

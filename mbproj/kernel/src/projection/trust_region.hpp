@@ -11,13 +11,13 @@
 
 namespace mbproj {
 
-template <int D> class TrustRegion final {
+template <class D> class TrustRegion final {
 public:
     explicit TrustRegion(EquationsOfMotion<D>& equations)
         : equations_(equations), contacts_(equations.contacts()), model_(equations.model()),
           thresholds_(model_.thresholds), rhs_(model_.all_rows()), before_(equations.layout().bodies.size),
           added_(model_.size()) {
-        for (const Instance& p : model_.constraints.instances) owner_.insert(owner_.end(), p.rows, &p);
+        for (const Instance<D>& p : model_.constraints.instances) owner_.insert(owner_.end(), p.rows, &p);
         double sum = 0.0;
         for (const Body<D>& body : model_.bodies) {
             moment_.push_back(body.inertia.trace() / Size<D>::turns);
@@ -159,7 +159,7 @@ private:
     ContactBorder<D>& contacts_;
     const Model<D>& model_;
     const Thresholds& thresholds_;
-    std::vector<const Instance*> owner_;  // of each row
+    std::vector<const Instance<D>*> owner_;  // of each row
     std::vector<double> rhs_, before_, moment_, added_;
 };
 

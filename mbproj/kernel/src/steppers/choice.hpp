@@ -7,9 +7,8 @@
 
 namespace mbproj {
 
-template <int D>
-std::unique_ptr<Stepper<D>> stepper_of(const Tableau& tableau, EquationsOfMotion<D>& equations, Projector<D>& projector,
-                                       double tolerance) {
+template <class D> std::unique_ptr<Stepper<D>> stepper_of(const Tableau& tableau, EquationsOfMotion<D>& equations,
+                                                          Projector<D>& projector, double tolerance) {
     if (tableau.kinematic) return std::make_unique<KinematicSteps<D>>(tableau, equations, projector);
     if (tableau.is_implicit()) return std::make_unique<ImplicitRungeKutta<D>>(tableau, equations, tolerance);
     return std::make_unique<ExplicitRungeKutta<D>>(tableau, equations);

@@ -5,7 +5,7 @@
 
 namespace mbproj {
 
-template <int D> class ExplicitRungeKutta final : public ExplicitStages<D> {
+template <class D> class ExplicitRungeKutta final : public ExplicitStages<D> {
 public:
     using Base = ExplicitStages<D>;
     using typename Base::Vector;

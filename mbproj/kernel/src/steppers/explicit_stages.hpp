@@ -5,7 +5,7 @@
 
 namespace mbproj {
 
-template <int D> class ExplicitStages : public Stepper<D> {
+template <class D> class ExplicitStages : public Stepper<D> {
 public:
     using Base = Stepper<D>;
     using typename Base::Vector;

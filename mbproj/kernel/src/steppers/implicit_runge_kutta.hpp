@@ -11,7 +11,7 @@
 
 namespace mbproj {
 
-template <int D> class ImplicitRungeKutta final : public Stepper<D> {
+template <class D> class ImplicitRungeKutta final : public Stepper<D> {
 public:
     using Base = Stepper<D>;
     using S = Size<D>;

@@ -12,7 +12,7 @@
 
 namespace mbproj {
 
-template <int D> class KinematicSteps final : public ExplicitStages<D> {
+template <class D> class KinematicSteps final : public ExplicitStages<D> {
 public:
     using Base = ExplicitStages<D>;
     using S = Size<D>;

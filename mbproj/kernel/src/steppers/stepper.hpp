@@ -28,7 +28,7 @@ struct Unsolved {
     int body, force;
 };
 
-template <int D> class Stepper {
+template <class D> class Stepper {
 public:
     using Vector = Eigen::VectorXd;
     using Visit = std::function<void(double, double, const Vector&)>;

@@ -8,7 +8,7 @@
 
 namespace mbproj {
 
-template <int D> class LoopParts {
+template <class D> class LoopParts {
 public:
     LoopParts(const LoopParts&) = delete;
     LoopParts& operator=(const LoopParts&) = delete;

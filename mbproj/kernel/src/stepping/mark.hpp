@@ -11,7 +11,7 @@
 
 namespace mbproj {
 
-template <int D> struct Mark {
+template <class D> struct Mark {
     double t = 0.0;
     double h = 0.0;       // of the next step
     long grid = 0;        // fixed steps made

@@ -84,14 +84,15 @@ struct SampleBlock {
     std::vector<double> t, y, acceleration, multipliers, angles, step_size, pushes, jumps;
     std::vector<long> counters, held;
     void clear() {
-        for (auto* numbers : {&t, &y, &acceleration, &multipliers, &angles, &step_size, &pushes, &jumps}) numbers->clear();
+        for (auto* numbers : {&t, &y, &acceleration, &multipliers, &angles, &step_size, &pushes, &jumps})
+            numbers->clear();
         for (auto* numbers : {&counters, &held}) numbers->clear();
     }
 
     // y and its slope, and λ of C's rows, the first of `lambda`.
-    template <int D> void add(double time, const Eigen::VectorXd& state, const Eigen::VectorXd& slope, int bodies,
-                              const std::vector<double>& lambda, int rows, double h, const std::vector<double>& turned,
-                              const Counters& counted) {
+    template <class D> void add(double time, const Eigen::VectorXd& state, const Eigen::VectorXd& slope, int bodies,
+                                const std::vector<double>& lambda, int rows, double h,
+                                const std::vector<double>& turned, const Counters& counted) {
         using S = Size<D>;
         t.push_back(time);
         y.insert(y.end(), state.begin(), state.end());

@@ -20,7 +20,7 @@ struct SavedEvents {
     std::vector<double> told;
 };
 
-template <int D> class StateEvents {
+template <class D> class StateEvents {
 public:
     using Vector = Eigen::VectorXd;
     using Met = std::tuple<double, int, int>;      // time, switch, direction

@@ -9,7 +9,7 @@
 
 namespace mbproj {
 
-template <int D> class StepDoubling {
+template <class D> class StepDoubling {
 public:
     using S = Size<D>;
     using Vector = Eigen::VectorXd;

@@ -8,7 +8,7 @@
 
 namespace mbproj {
 
-template <int D> class StepEnd {
+template <class D> class StepEnd {
 public:
     using Vector = Eigen::VectorXd;
     using Counted = typename TurnCounter<D>::Counted;

@@ -19,7 +19,7 @@ struct Standing {
     Outcome outcome{};
 };
 
-template <int D> class StepTrial {
+template <class D> class StepTrial {
 public:
     StepTrial(const Steps& steps, Standing& now, EquationsOfMotion<D>& equations, Projector<D>& projector,
               Stepper<D>& stepper, StepEnd<D>& step_end, Schedule& schedule, Phases& phases)

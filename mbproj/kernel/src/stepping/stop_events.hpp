@@ -7,7 +7,7 @@
 
 namespace mbproj {
 
-template <int D> class StopEvents {
+template <class D> class StopEvents {
 public:
     using Vector = Eigen::VectorXd;
     using Counted = typename TurnCounter<D>::Counted;

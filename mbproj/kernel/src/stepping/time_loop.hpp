@@ -7,7 +7,7 @@
 
 namespace mbproj {
 
-template <int D> class TimeLoop : LoopParts<D> {
+template <class D> class TimeLoop : LoopParts<D> {
 public:
     using Parts = LoopParts<D>;
     using Vector = Eigen::VectorXd;

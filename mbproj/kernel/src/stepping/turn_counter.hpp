@@ -11,12 +11,12 @@
 
 namespace mbproj {
 
-template <int D> class TurnCounter {
+template <class D> class TurnCounter {
 public:
     using Vector = Eigen::VectorXd;
     // What is known of the angles at one point of the motion: where each stands, how fast it turns, what a motion
     // prescribes for it; and its turns.
-    struct Angle : JointAngle {
+    struct Angle : JointAngle<D> {
         double prescribed = 0.0;
     };
     struct Counted {
@@ -95,7 +95,7 @@ public:
 
     // At a time within a step whose ends are counted, for the state y in place: along the cubics through both ends.
     Counted inside(const Counted& before, double t, const Counted& after, double t_new, double time,
-                             const Vector& y) const {
+                   const Vector& y) const {
         Counted found = before;
         const double h = t_new - t, s = (time - t) / h, rest = 1.0 - s;
         for (const Counting& each : counting_) {
