@@ -62,6 +62,8 @@ def parameter(name: str, given: Parameter) -> float | tuple[float, ...] | Track:
     """A value of a parameter of the joint table."""
     if given.may_be == "curve":
         return Track("spline", LINES["spline"])
+    if given.may_be == "convex":
+        return Track("flat", LINES["flat"], flat=True)
     if given.many is None:
         return PARAMETERS.get(name, 0.3)
     larger = 100.0 if given.may_be == "teeth" else 1.0
@@ -81,6 +83,23 @@ def on_track(
     u, w = u - aside[1], w + aside[0]
     there = np.array(point) + u * x + w * np.cross(z, x)
     return Pair(point, tuple(float(each) for each in there))
+
+
+def under_face(
+    track: Track,
+    point: tuple[float, ...],
+    z: np.ndarray,
+    across: np.ndarray,
+    normal: np.ndarray,
+    rng: np.random.Generator,
+) -> tuple[float, ...]:
+    """A point of a face with this normal that touches a curve in the plane normal to z, its x nearest to `across`."""
+    x = unit(across - (across @ z) * z)
+    frame = np.array([x, np.cross(z, x)])
+    s, piece = track.line.facing((frame @ normal)[None, :])
+    (u,), (w,) = track.line.derivatives(s, piece)[0]
+    aside = rng.normal() * np.cross(z, normal) + rng.normal() * z
+    return tuple(map(float, np.array(point) + u * frame[0] + w * frame[1] + aside))
 
 
 def random_joint(rng: np.random.Generator, name: str, kind: str, bodies: tuple[str, str]) -> Joint:
@@ -108,7 +127,11 @@ def random_joint(rng: np.random.Generator, name: str, kind: str, bodies: tuple[s
     if across is None and JOINTS[kind].x_axis == "required":
         across = vector(rng)
     x_axis = across and Pair(across, across)
-    if "curve" in own:
+    if JOINTS[kind].frame == "face":
+        normal = tuple(map(float, unit(np.cross(first, rng.normal(size=3)))))
+        axes = Pair(axes.first, normal)
+        points = Pair(point, under_face(parameters["curve"], point, first, np.array(across), np.array(normal), rng))
+    elif "curve" in own:
         points = on_track(parameters["curve"], point, first, np.array(across), rng, parameters.get("roller", 0.0))
     return Joint(name, kind, bodies, points, axes, parameters=parameters, reaction=True, x_axis=x_axis)
 

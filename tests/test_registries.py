@@ -12,7 +12,8 @@ from click.testing import CliRunner, Result
 
 from mbproj.cli.main import mbproj
 from mbproj.joints import JOINTS
-from mbproj.joints.table import TWO_ANGLES, JointType
+from mbproj.joints.joint_type import JointType
+from mbproj.joints.table import TWO_ANGLES
 from mbproj.kernel import core
 from mbproj.registry import PROJECTIONS, integrator_choices, is_embedded
 from mbproj.scene.blocks.elements import ELEMENTS
@@ -30,6 +31,7 @@ FRAMES = {
     "point": "",
     "axis": ", axis: [0, 1, 0]",
     "normal": ", axis: [0, 1, 0]",
+    "face": ", axis: [0, 1, 0], normal: [0.2, 0, -1]",
     "axes": ", axes: [[1, 0, 0], [0, 1, 0]]",
 }
 #: A command each, with what comes behind its name; results.h5 is that of the run.
@@ -56,7 +58,8 @@ def place_of(joint: JointType) -> str:
     place = "locations: [[0, 0, 1], [0.3, 0, 0.3]]" if joint.separate else "location: [0, 0, 0]"
     given = {name: joint.parameters[name] for name in joint.required_parameters}
     own = "".join(
-        f", {name}: {'oval' if each.may_be == 'curve' else parameter(name, each)}" for name, each in given.items()
+        f", {name}: {'oval' if each.may_be in ('curve', 'convex') else parameter(name, each)}"
+        for name, each in given.items()
     )
     own += ", x_axis: [1, 0, 0]" if joint.x_axis == "required" else ""
     own += ", limits: {gap: {range: [0, null], rigid: true}}" if "gap" in joint.coordinates else ""

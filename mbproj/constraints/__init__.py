@@ -9,6 +9,7 @@ from mbproj.constraints.coincident import Coincident
 from mbproj.constraints.coupling import Coupling
 from mbproj.constraints.distance import Distance
 from mbproj.constraints.ellipsoid import EllipsoidHeight, EllipsoidSlip
+from mbproj.constraints.face import Face, FacePlace
 from mbproj.constraints.perpendicular import Perpendicular
 from mbproj.constraints.primitive import Primitive
 from mbproj.constraints.profile import Arc, Lap, Profile
@@ -34,6 +35,8 @@ PRIMITIVES: Mapping[str, type[Primitive]] = MappingProxyType(
         "profile": Profile,
         "arc": Arc,
         "lap": Lap,
+        "face": Face,
+        "face_place": FacePlace,
         "rope": Rope,
     }
 )

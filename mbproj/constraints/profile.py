@@ -38,6 +38,9 @@ class PlaneCurve(Protocol):
     def foot(self, d: Numbers, held: int = FREE) -> tuple[Numbers, Integers]:
         """The parameters of the places nearest to points d (..., 2), complex too, and their pieces."""
 
+    def facing(self, m: Numbers, held: int = FREE) -> tuple[Numbers, Integers]:
+        """Those of the places whose outward normals point along m (..., 2)."""
+
     def derivatives(self, s: Numbers, piece: Integers) -> Numbers:
         """The point and its first three derivatives by the parameter, (4, 2, ...)."""
 
@@ -49,11 +52,12 @@ class PlaneCurve(Protocol):
 
 
 class Contact(NamedTuple):
-    """At the foot s of d: the unit tangent t, the distance φ to the left along n, curvature κ and its change κ_σ by the
-    arc length σ."""
+    """At the foot s of d: the curve's point c, the unit tangent t, the distance φ to the left along n, curvature κ and
+    its change κ_σ by the arc length σ."""
 
     s: Numbers
     piece: Integers
+    c: tuple[Numbers, Numbers]
     t: tuple[Numbers, Numbers]
     φ: Numbers
     κ: Numbers
@@ -79,6 +83,8 @@ class OnCurve(Primitive):
     slots = ("vector", "vector", "point", "point")
     rows = 1
     unit: ClassVar[Literal["m", "rad"]] = "m"
+    #: What touches the curve: one remembers the contacts of each.
+    meets: ClassVar[str] = "point"
 
     def on_piece(self: Own, piece: int) -> Own:
         """The same with this piece held."""
@@ -95,7 +101,7 @@ class OnCurve(Primitive):
     def contact(self, x: Numbers) -> Contact:
         """Where it touches: the row, its gradient and its curvature at one pose ask for the same."""
         d = self._place(x)
-        key, seen = (self.piece, d.dtype.char, d.shape, d.tobytes()), self.curve.contacts
+        key, seen = (self.meets, self.piece, d.dtype.char, d.shape, d.tobytes()), self.curve.contacts
         if d.size > MOST_KEPT:
             return self._contact(d)
         if key not in seen:
@@ -104,15 +110,18 @@ class OnCurve(Primitive):
             seen[key] = self._contact(d)
         return seen[key]
 
+    def _foot(self, d: Numbers) -> tuple[Numbers, Integers]:
+        return self.curve.foot(d, self.piece)
+
     def _contact(self, d: Numbers) -> Contact:
-        s, piece = self.curve.foot(d, self.piece)
+        s, piece = self._foot(d)
         (c0, c1), (x1, y1), (x2, y2), (x3, y3) = self.curve.derivatives(s, piece)
         speed = np.sqrt(x1 * x1 + y1 * y1)
         t = x1 / speed, y1 / speed
         turn, turn_s = x1 * y2 - y1 * x2, x1 * y3 - y1 * x3
         κ_s = (turn_s - 3.0 * turn * (x1 * x2 + y1 * y2) / speed**2) / speed**3
         φ = t[0] * (d[..., 1] - c1) - t[1] * (d[..., 0] - c0)
-        return Contact(s, piece, t, φ, turn / speed**3, κ_s / speed)
+        return Contact(s, piece, (c0, c1), t, φ, turn / speed**3, κ_s / speed)
 
     @staticmethod
     def _along(x: Numbers, e: tuple[Numbers, Numbers], factor: Numbers | float) -> Numbers:

@@ -8,6 +8,7 @@ p1 to p2 has no component along a vector) and `distance` in m, `perpendicular` i
     frame "point"    no axis (the triads are the global axes at the pose of the scene)
           "axis"     z1 = z2 = the axis, x1 = x2 normal to it
           "normal"   the axis is fixed in body 1 alone
+          "face"     the same of body 1; z2 is the normal of a face of body 2
           "axes"     z1 fixed in body 1, z2 in body 2; x1 is z2 and x2 is z1, made normal to their own z
           "plane"    z1 is the normal of a plane of body 1 through p1, z2 an axis of body 2 through p2
           "line"     the same, with the axis in the plane: x1 along it, x2 along the normal; -y1 is where it rolls to
@@ -29,80 +30,22 @@ frame.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import field
+from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Literal, NamedTuple
 
-from mbproj.dataclass import dataclass
-from mbproj.joints.ratios import Ratio, halve, mesh, pinion, thread, tread, wrap
-
-#: A primitive's name and the points and vectors it takes, e.g. ("perpendicular", "x1", "z2").
-Row = tuple[str, ...]
+from mbproj.joints.joint_type import JointType, Parameter, Row
+from mbproj.joints.ratios import halve, mesh, pinion, thread, tread, wrap
 
 #: Unit of a coordinate by the primitive that measures it.
 COORDINATE_UNITS = MappingProxyType(
-    {"angle": "rad", "along": "m", "distance": "m", "arc": "m", "profile": "m", "rope": "m", "lap": "rad"}
+    {
+        "angle": "rad",
+        "lap": "rad",
+        **dict.fromkeys(("along", "distance", "arc", "profile", "face", "face_place", "rope"), "m"),
+    }
 )
 #: Unit of the inertia of a coordinate by that of the coordinate.
 INERTIA_UNITS = MappingProxyType({"rad": "kg*m^2", "m": "kg"})
-
-
-class Parameter(NamedTuple):
-    """Numbers that a joint takes, in an SI unit ("": none): one, or so `many`, which messages call by `words`; or a
-    name, of a curve or of a side. `optional`: whether it may be left out."""
-
-    unit: str
-    may_be: Literal["any", "positive", "nonzero", "teeth", "curve", "side"] = "any"
-    many: int | None = None
-    words: str = "numbers"
-    optional: bool = False
-
-
-@dataclass(frozen=True)
-class JointType:
-    """One kind of joint; `separate` points in the two bodies are given where it does not bring them together."""
-
-    frame: str
-    rows: tuple[Row, ...]
-    coordinates: Mapping[str, Row] = field(default_factory=dict)
-    aligned: tuple[tuple[str, str], ...] = ()
-    separate: bool = False
-    kept: Mapping[int, str | None] = field(default_factory=dict)
-    parameters: Mapping[str, Parameter] = field(default_factory=dict)
-    couples: tuple[str, ...] = ()
-    coupling: Callable[..., Ratio] | None = None
-    merges: bool = False
-    x_axis: Literal["none", "optional", "required"] = "none"
-    has_axis: bool = False
-    dry: bool = False
-    sketch: str = ""
-
-    @property
-    def required_parameters(self) -> tuple[str, ...]:
-        """The parameters that have no value of their own at the scene's pose, or that count for more."""
-        able = {} if self.is_on_plane else {*self.kept.values()}
-        return tuple(name for name, each in self.parameters.items() if not (each.optional or name in able))
-
-    @property
-    def is_on_plane(self) -> bool:
-        """Whether body 2 is on a plane of body 1."""
-        return self.frame in ("plane", "line")
-
-    @property
-    def turns(self) -> bool:
-        """Whether it turns about an axis of both bodies."""
-        return "angle" in self.coordinates
-
-    @property
-    def is_threaded(self) -> bool:
-        """Whether a row couples its own coordinates."""
-        return bool(self.couples) and self.frame != "joints"
-
-    @property
-    def is_rod(self) -> bool:
-        """Whether a rod joins its two points, of constant length or not."""
-        return any(row[0] == "distance" for row in (*self.rows, *self.coordinates.values()))
 
 
 TURN: Row = ("angle", "x1", "y1", "x2")
@@ -126,7 +69,9 @@ CURVE = Parameter("", "curve")
 FOLLOWS: Mapping[str, Parameter] = MappingProxyType(
     {"curve": CURVE, "roller": LENGTH._replace(optional=True), "side": Parameter("", "side", optional=True)}
 )
+CONVEX: Mapping[str, Parameter] = MappingProxyType({"curve": Parameter("", "convex")})
 PROFILE: Row = ("profile", *ON_CURVE)
+FACE: Row = ("face", "x1", "y1", "z2", "p1", "p2")
 ARC: Row = ("arc", *ON_CURVE)
 ONE_AXIS, ONE_TRIAD = (("z1", "z2"),), (("z1", "z2"), ("x1", "x2"))
 
@@ -138,10 +83,12 @@ def _following(
     kept: Mapping[int, str | None] = MappingProxyType({}),
     *,
     dry: bool = False,
+    frame: str = "normal",
+    sketch: str = "track",
 ) -> JointType:
     """A joint whose body 2 follows a curve of body 1."""
     own = (True, kept, parameters)
-    return JointType("normal", rows, coordinates, (), *own, x_axis="required", dry=dry, sketch="track")
+    return JointType(frame, rows, coordinates, (), *own, x_axis="required", dry=dry, sketch=sketch)
 
 
 JOINTS: Mapping[str, JointType] = MappingProxyType(
@@ -199,6 +146,10 @@ JOINTS: Mapping[str, JointType] = MappingProxyType(
         "point_on_line": JointType("normal", (SLIDE_X, SLIDE_Y), {"displacement": SLIDE}, sketch="on_line"),
         "cam": _following((PROFILE,), {"displacement": ARC}, dry=True),
         "cam_contact": _following((), {"gap": PROFILE}),
+        "flat_follower": _following(
+            (FACE,), {"displacement": ("face_place", *FACE[1:])}, CONVEX, frame="face", sketch="tappet"
+        ),
+        "flat_contact": _following((), {"gap": FACE}, CONVEX, frame="face", sketch="tappet"),
         "slot": _following((PROFILE, SLIDE), {"displacement": ARC}, {"curve": CURVE}, dry=True),
         "screw": JointType(
             "axis",

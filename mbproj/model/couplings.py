@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from mbproj.arrays import Array, Integers, Numbers
 from mbproj.constraints.coupling import Coupling
+from mbproj.constraints.face import Face
 from mbproj.constraints.primitive import Primitive
 from mbproj.constraints.profile import FREE, Lap, Profile
 from mbproj.dataclass import dataclass
@@ -20,6 +21,9 @@ from mbproj.functions.program import Program
 from mbproj.functions.program_set import OF_ROWS, ProgramSet, flatten
 from mbproj.functions.series import constant_series, run
 from mbproj.model.primitive_set import Binding, PrimitiveSet, bind, bindings
+
+#: The primitives that are held on pieces of their curves.
+DISTANCES = (Profile, Face)
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,10 +118,10 @@ def compile_followers(joints: PrimitiveSet, laws: PrimitiveSet, stops: Primitive
     """Those among the joints' rows, the laws and the stops."""
     places, knots = list[Followed](), list[Program]()
     for kind, bound in ((Of.ROW, joints), (Of.LAW, laws), (Of.STOP, stops)):
-        if bound is None or not any(isinstance(group.primitive, Profile) for group in bound.groups):
+        if bound is None or not any(isinstance(group.primitive, DISTANCES) for group in bound.groups):
             continue
         for member in bound.layout.members:
-            if isinstance(member.primitive, Profile):
+            if isinstance(member.primitive, DISTANCES):
                 places.append((kind, member.rows[0]))
                 knots.append(member.primitive.curve.knots)  # type: ignore[arg-type]  # what curves of scenes have
     return Followers(tuple(places), flatten(knots)) if places else NO_FOLLOWERS
@@ -146,7 +150,7 @@ def feet(
     for program, row in of.items():
         member = rows.layout.members[rows.layout.member[row]]
         own = _on_branch(member.primitive, programs.branches(program, held))
-        assert isinstance(own, Profile)
+        assert isinstance(own, DISTANCES)
         found[program] = float(own.foot(places[None, list(member.slots)])[0])
     return found
 
@@ -159,7 +163,7 @@ def _on_branch(primitive: Primitive, branches: tuple[float, ...]) -> Primitive:
         if isinstance(along, Lap):
             return replace(primitive, other=along.on_piece(piece))
         return primitive.on_branches(branches)
-    assert isinstance(primitive, Profile)
+    assert isinstance(primitive, DISTANCES)
     return primitive.on_piece(piece)
 
 

@@ -557,6 +557,66 @@ class CamContact(Part):
         gap: Quantity | None = ...,
     ) -> None: ...
 
+class FlatFollower(Part):
+    """A flat_follower joint of a scene. Arguments are its keys:
+
+    bodies: 2 names of bodies
+    locations: 2 points or a mapping {name: 3 numbers}
+    axis: 3 numbers or a mapping {name: 3 numbers}
+    x_axis: 3 numbers or a mapping {name: 3 numbers}
+    curve: the name of a curve
+    speed: a number in m/s, optional
+    reflected_inertia: a number in kg, optional
+    limits: {displacement}, optional
+    displacement: a number in m, optional
+    normal: 3 numbers or a mapping {name: 3 numbers}
+    """
+
+    def __init__(
+        self,
+        *,
+        bodies: Sequence[str],
+        locations: Sequence[Vector] | Mapping[str, Any],
+        axis: Vector | str | Mapping[str, Any],
+        x_axis: Vector | str | Mapping[str, Any],
+        normal: Vector | str | Mapping[str, Any],
+        curve: str,
+        speed: Quantity | None = ...,
+        reflected_inertia: Quantity | None = ...,
+        limits: Mapping[str, Any] | None = ...,
+        displacement: Quantity | None = ...,
+    ) -> None: ...
+
+class FlatContact(Part):
+    """A flat_contact joint of a scene. Arguments are its keys:
+
+    bodies: 2 names of bodies
+    locations: 2 points or a mapping {name: 3 numbers}
+    axis: 3 numbers or a mapping {name: 3 numbers}
+    x_axis: 3 numbers or a mapping {name: 3 numbers}
+    curve: the name of a curve
+    speed: a number in m/s, optional
+    reflected_inertia: a number in kg, optional
+    limits: {gap}, optional
+    gap: a number in m, optional
+    normal: 3 numbers or a mapping {name: 3 numbers}
+    """
+
+    def __init__(
+        self,
+        *,
+        bodies: Sequence[str],
+        locations: Sequence[Vector] | Mapping[str, Any],
+        axis: Vector | str | Mapping[str, Any],
+        x_axis: Vector | str | Mapping[str, Any],
+        normal: Vector | str | Mapping[str, Any],
+        curve: str,
+        speed: Quantity | None = ...,
+        reflected_inertia: Quantity | None = ...,
+        limits: Mapping[str, Any] | None = ...,
+        gap: Quantity | None = ...,
+    ) -> None: ...
+
 class Slot(Part):
     """A slot joint of a scene. Arguments are its keys:
 

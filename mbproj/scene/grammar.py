@@ -53,8 +53,10 @@ from mbproj.scene.fields.placing import (
     PLANE,
     TWO_BODIES,
     TWO_POINTS,
+    face_normal,
     of_side,
     on_plane,
+    with_face,
 )
 from mbproj.scene.fields.quantities import Number, position_in
 from mbproj.scene.fields.vectors import vector
@@ -65,6 +67,7 @@ FRAME_KEYS: Mapping[str, Mapping[str, Field[Placed]]] = {
     "point": {},
     "axis": {"axis": AXIS},
     "normal": {"axis": AXIS},
+    "face": {"axis": AXIS},
     "axes": {"axes": AXES},
 }
 #: The rules on parameters of joints, by the words in the joint table.
@@ -92,7 +95,7 @@ COUPLER: Mapping[str, Field[Any]] = {
 
 def _parameter(given: Parameter) -> Field[Any]:
     """What a parameter of the joint table is written as."""
-    if given.may_be == "curve":
+    if given.may_be in ("curve", "convex"):
         return Reference("curve", "curves")
     if given.may_be == "side":
         return Choice("side", lambda: SIDES)
@@ -125,12 +128,16 @@ def _joint_variant(type_name: str, kind: JointType) -> Record[Joint]:
     keys |= _of_coordinates(type_name, units)
     (point,) = place
     checks = [Check(("bodies", point), of_these_bodies(point))]
-    checks += [Check(("bodies", key), of_these_bodies(key, alone=kind.frame == "normal")) for key in frame]
+    checks += [Check(("bodies", key), of_these_bodies(key, alone=kind.frame in ("normal", "face"))) for key in frame]
     checks += [Check((point, key), same_kind(point, key)) for key in frame]
     checks += [Check(("axis", "x_axis"), not_along("x_axis"))] if kind.x_axis != "none" else []
+    if kind.frame == "face":
+        keys["normal"] = BODY_DIRECTION
+        checks += [Check(("bodies", "normal"), of_side("normal", 1)), Check(("axis", "normal"), face_normal)]
     if kind.merges:
         checks += [Check(("bodies", "axes"), of_these_bodies("axes")), Check((point, "axes"), same_kind(point, "axes"))]
     wanted = [key for key in frame if key != "x_axis" or kind.x_axis == "required"]
+    wanted += ["normal"] if kind.frame == "face" else []
     needed = ("type", "bodies", point, *wanted, *kind.required_parameters)
     return Record(f"a {type_name} joint", keys, _joint, needed, tuple(checks), named=True)
 
@@ -188,6 +195,7 @@ def _joint(
     else:
         points, axes = pair("location", "locations"), None if kind.merges else pair("axis", "axes")
         across = pair("x_axis")
+        axes = axes and with_face(axes, bodies, given["normal"]) if kind.frame == "face" else axes
     assert points is not None
     frames = None
     if kind.merges and "axes" in given:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from math import pi
 
+from mbproj.constraints.face import Face, FacePlace
 from mbproj.constraints.primitive import Primitive
 from mbproj.constraints.profile import Arc, Lap, Profile
 from mbproj.functions.curves.laws import Rise
@@ -35,6 +36,7 @@ LINES = {
     "roller": of_law(0.6, RISES, Followed("roller", 0.1), clockwise=False),
     "clockwise": of_law(0.6, RISES, Followed("point"), clockwise=True),
     "flat": of_law(0.9, RISES, Followed("flat"), clockwise=False),
+    "flat, clockwise": through([(1.0, 0.0), (0.1, -0.9), (-0.8, 0.1), (0.0, 0.8)], closed=True),
 }
 ON_CURVES = {
     "outside": Profile(LINES["spline"], side=-1.0, reach=0.1),
@@ -43,5 +45,10 @@ ON_CURVES = {
     "arc": Arc(LINES["roller"]),
     "lap": Lap(LINES["spline"], offset=-0.1, scale=0.8),
     "lap on a piece": Lap(LINES["ellipse"], piece=0, offset=0.1, scale=1.3),
+    "face": Face(LINES["flat"]),
+    "face of an ellipse": Face(LINES["ellipse"]),
+    "place on a face": FacePlace(LINES["flat"]),
+    "place on a face, clockwise": FacePlace(LINES["flat, clockwise"]),
+    "face on a piece": Face(LINES["ellipse"], piece=0),
     "arc of an open one": Arc(LINES["open polyline"]),
 }

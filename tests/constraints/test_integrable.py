@@ -10,6 +10,7 @@ import pytest
 from mbproj import assemble, compile_system, initial_guess, read_scene_text, settings_to_run, simulate
 from mbproj.constraints import PRIMITIVES
 from mbproj.constraints.coupling import Coupling
+from mbproj.constraints.face import Face, FacePlace
 from mbproj.constraints.primitive import Primitive
 from mbproj.constraints.profile import Arc, Lap, Profile
 from mbproj.constraints.rope import Rope
@@ -41,7 +42,7 @@ class KnifeEdge(Primitive):
         return np.sum(x_dot[..., 0, :] * x_dot[..., 1, :], axis=-1)[..., None]
 
 
-OTHERS = (Coupling, Profile, Arc, Lap, Rope)
+OTHERS = (Coupling, Profile, Arc, Lap, Face, FacePlace, Rope)
 EACH = {name: made(kind) for name, kind in PRIMITIVES.items() if kind not in OTHERS}
 EACH |= {"coupling": Coupling(("along", "angle"), *thread(0.7)), "knife_edge": KnifeEdge(), **ON_CURVES}
 

@@ -7,6 +7,7 @@ import pytest
 
 from mbproj.constraints import PRIMITIVES
 from mbproj.constraints.coupling import Coupling
+from mbproj.constraints.face import Face, FacePlace
 from mbproj.constraints.profile import Arc, Lap, Profile
 from mbproj.constraints.rope import Rope
 from mbproj.joints.ratios import mesh, thread
@@ -20,7 +21,7 @@ COUPLINGS = {
     "gear": Coupling(("angle", "angle"), *mesh((20.0, -35.0))),
     "three": Coupling(("angle", "along", "angle"), (0.3, -1.0, 0.2), 0.1),
 }
-OTHERS = (Coupling, Profile, Arc, Lap, Rope)
+OTHERS = (Coupling, Profile, Arc, Lap, Face, FacePlace, Rope)
 #: Over a point, two sheaves and a drum; and with the angle of a drum.
 ROPE = Rope((0.0, 0.005, -0.008, 0.01), (0.3, 1.0, -2.0), 0.02)
 ROPES = {"rope": ROPE, "wound rope": Coupling(("rope", "angle"), (1.0, 0.1), 0.2, other=ROPE)}

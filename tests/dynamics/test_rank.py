@@ -38,6 +38,8 @@ FREEDOM = {
     "coupler": 1,
     "telescope": 24,
     "cam_contact": 24,
+    "flat_contact": 24,
+    "flat_follower": 20,
     "rolling_wheel": 12,
     "rolling_ball": 12,
     "rolling_ellipsoid": 12,

@@ -10,6 +10,7 @@ import pytest
 
 from mbproj.constraints import PRIMITIVES
 from mbproj.constraints.coupling import Coupling
+from mbproj.constraints.face import Face, FacePlace
 from mbproj.constraints.profile import Arc, Lap, Profile
 from mbproj.constraints.rope import Rope
 from mbproj.dynamics.assembly.assemble import coordinate_values
@@ -41,13 +42,15 @@ def romberg(f, levels: int = 6, h: float = 0.08):
     return rows[0]
 
 
-OTHERS = (Coupling, Profile, Arc, Lap, Rope)
+OTHERS = (Coupling, Profile, Arc, Lap, Face, FacePlace, Rope)
 EACH = {
     **{name: made(kind) for name, kind in PRIMITIVES.items() if kind not in OTHERS},
     "rope": Rope((0.0, 0.05, -0.08), (0.3, 1.0)),
     "profile": Profile(LINES["ellipse"], side=-1.0, reach=0.1),
     "arc": Arc(LINES["ellipse"]),
     "lap": Lap(LINES["ellipse"], offset=-0.1, scale=1.7),
+    "face": Face(LINES["ellipse"]),
+    "face_place": FacePlace(LINES["ellipse"]),
     "screw": Coupling(("along", "angle"), *thread(PARAMETERS["pitch"])),
 }
 

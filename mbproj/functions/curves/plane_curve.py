@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -21,6 +22,9 @@ from mbproj.thresholds import THRESHOLDS
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(8)
 #: Of the largest parameter; Newton squares it.
 SETTLED = 1e-9
+#: From points (k, 2) and the piece held to parameters and pieces near the feet; a step of Newton's method from there.
+Start: TypeAlias = "Callable[[Array, int], tuple[Array, Integers]]"
+Step: TypeAlias = "Callable[[Numbers, Numbers, Integers], Numbers]"
 #: No piece is held: the foot is looked for on all of them.
 FREE = -1
 
@@ -145,12 +149,20 @@ class PlaneCurve:
     def foot(self, d: Numbers, held: int = FREE) -> tuple[Numbers, Integers]:
         """The parameters of the places nearest to points d (..., 2), and their pieces: of one piece where that is
         `held`, beyond its ends too. What a point's foot is depends on no other point."""
+        return self._settled(d, self._nearest, self._newton, held)
+
+    def facing(self, m: Numbers, held: int = FREE) -> tuple[Numbers, Integers]:
+        """The same of the places whose outward normals point along m (..., 2); of a closed curve that is convex."""
+        return self._settled(m, self._turned, self._newton_facing, held)
+
+    def _settled(self, d: Numbers, near: Start, newton: Step, held: int) -> tuple[Numbers, Integers]:
+        """The parameters at which Newton's method ends for each of d (..., 2), and their pieces."""
         flat = d.reshape(-1, 2)
-        s, piece = self._nearest(flat.real, held)
+        s, piece = near(flat.real, held)
         active, reach = np.arange(len(flat)), self.reach
         for _ in range(THRESHOLDS.foot_passes):
             point = flat[active].real
-            step = np.clip(self._newton(point, s[active], piece[active]), -reach, reach)
+            step = np.clip(newton(point, s[active], piece[active]), -reach, reach)
             s[active], piece[active] = self._moved(s[active] + step, piece[active], held)
             active = active[np.abs(step) > self.settled]  # the step after would be round-off
             if not len(active):
@@ -158,7 +170,7 @@ class PlaneCurve:
         found: Numbers = s
         if np.iscomplexobj(d):
             for _ in range(2):  # the first brings the derivative, the second what the first has rounded
-                found = found + self._newton(flat, found, piece)
+                found = found + newton(flat, found, piece)
         return found.reshape(d.shape[:-1]), piece.reshape(d.shape[:-1])
 
     def _nearest(self, point: Array, held: int) -> tuple[Array, Integers]:
@@ -170,6 +182,13 @@ class PlaneCurve:
             line = point[block : block + 256, None, :] - places.point[own]
             apart[block : block + 256] = np.argmin((line * line).sum(axis=-1), axis=-1)
         return places.s[own[apart]].copy(), places.piece[own[apart]].copy()
+
+    def _turned(self, m: Array, held: int) -> tuple[Array, Integers]:
+        """The places whose outward normals are nearest to directions (k, 2)."""
+        own = np.arange(len(self.places.s)) if held == FREE else np.flatnonzero(self.places.piece == held)
+        angle = self.places.angle[own] - (0.5 if self.turns_left else -0.5) * np.pi
+        at = np.argmax(m[:, :1] * np.cos(angle) + m[:, 1:] * np.sin(angle), axis=-1)
+        return self.places.s[own[at]].copy(), self.places.piece[own[at]].copy()
 
     def _moved(self, s: Array, piece: Integers, held: int) -> tuple[Array, Integers]:
         """Parameters and the pieces that they are on."""
@@ -185,6 +204,12 @@ class PlaneCurve:
         u, w, speed2 = d[..., 0] - x, d[..., 1] - y, x1 * x1 + y1 * y1
         slope = u * x2 + w * y2 - speed2
         return -(u * x1 + w * y1) / np.where(slope.real < 0.0, slope, -speed2)
+
+    def _newton_facing(self, m: Numbers, s: Numbers, piece: Integers) -> Numbers:
+        """The step to m·c' = 0, where m·c'' < 0."""
+        _, (x1, y1), (x2, y2), _ = self.arrays.derivatives(s, piece)
+        slope = m[..., 0] * x2 + m[..., 1] * y2
+        return -(m[..., 0] * x1 + m[..., 1] * y1) / np.where(slope.real < 0.0, slope, -(x1 * x1 + y1 * y1))
 
     @cached_property
     def reach(self) -> float:

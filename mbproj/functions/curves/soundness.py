@@ -71,6 +71,13 @@ def curvature(curve: PlaneCurve) -> Array:
     return np.asarray((x1 * y2 - y1 * x2) / (x1 * x1 + y1 * y1) ** 1.5)
 
 
+def least_bent(curve: PlaneCurve) -> At:
+    """Where a closed curve bulges outward least, and its curvature there times its size; negative: hollow."""
+    outward = curvature(curve) * (1.0 if curve.turns_left else -1.0)
+    worst = int(np.argmin(outward))
+    return _at(curve.places.point[worst], outward[worst] * float(np.ptp(curve.places.point, axis=0).max()))
+
+
 def undercut(curve: PlaneCurve, distance: float) -> At | None:
     """Where 1 - κφ is smallest at a distance φ to the left of the curve, if it is below `least_undercut` there."""
     left = 1.0 - curvature(curve) * distance

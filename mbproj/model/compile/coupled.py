@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from mbproj.constraints.coupling import COORDINATES, Coupling
+from mbproj.constraints.face import OnFace
 from mbproj.constraints.profile import Arc, Lap, OnCurve, Profile
 from mbproj.errors import InputError, Problem
 from mbproj.functions.curve import Curve
@@ -97,6 +98,8 @@ def on_curve(kind: type[OnCurve], joint: Joint) -> OnCurve:
         return Arc(track.line)
     if kind is Lap:
         return _lap(joint)
+    if issubclass(kind, OnFace):
+        return kind(track.line)
     if joint.type == "slot":
         return Profile(track.line)
     side, radius = joint.parameters.get("side"), joint.parameters.get("roller", track.roller)

@@ -51,6 +51,7 @@ def local_frames(joints: Sequence[Joint], poses: Mapping[str, Pose]) -> Array:
         chosen = [joint.x_axis for joint in joints if joint.x_axis is not None]
         direction = _global(chosen, np.zeros_like(position[given]), rotation[given])
         direction[frame[given] == "normal", 1] = direction[frame[given] == "normal", 0]
+        direction[frame[given] == "face", 1] = z[given][frame[given] == "face", 0]
         x[given] = _normal_part(direction, z[given])
     own = (frame == "axes") | (frame == "line")
     if own.any():

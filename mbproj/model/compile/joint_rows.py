@@ -14,7 +14,7 @@ from mbproj.constraints.profile import OnCurve
 from mbproj.constraints.rope import Rope
 from mbproj.errors import InputError, Place, Problem, placed_at
 from mbproj.joints import JOINTS
-from mbproj.joints.table import Row
+from mbproj.joints.joint_type import Row
 from mbproj.model.compile.coupled import bound, on_curve, rolling
 from mbproj.model.compile.rigid_groups import RigidGroups
 from mbproj.model.euler_parameters import rotation_matrix

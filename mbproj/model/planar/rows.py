@@ -32,6 +32,8 @@ _CAUSES = {
     "angle": "holds an angle that is not in the plane",
     "profile": "follows a curve that is not in the plane",
     "lap": "counts along a curve that is not in the plane",
+    "face": "follows a curve that is not in the plane",
+    "face_place": "counts along a face that is not in the plane",
     "arc": "counts along a curve that is not in the plane",
     "rope": "runs over sheaves at different depths, or out of the plane",
     "coupling": "couples coordinates that are not in the plane",
@@ -135,7 +137,7 @@ def sides(bound: PrimitiveSet, seen: Seen) -> Integers:
             found = np.where(inside, INSIDE, np.where(upright[..., along], BESIDE, STRANGE))
             rolls = kind != "ellipsoid_slip" or _is_axis_across(level[..., 5:], upright[..., 5:])
             side[..., row] = np.where(rolls, found, STRANGE)
-        elif kind in ("angle", "profile", "arc", "lap"):
+        elif kind in ("angle", "profile", "arc", "lap", "face", "face_place"):
             side[..., row] = np.where(_is_coordinate_inside(level, group.primitive), INSIDE, STRANGE)
     return side
 

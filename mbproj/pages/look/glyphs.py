@@ -174,6 +174,15 @@ def _track(frame: Frame) -> Iterator[tuple[int, Part]]:
     yield 2, cylinder(frame.outline.roller or 0.8 * frame.r, 2.4 * frame.r, frame.points[1], frame.z[1])
 
 
+def _tappet(frame: Frame) -> Iterator[tuple[int, Part]]:
+    """The disc of body 1, and the face of body 2, as wide as the disc asks for, with a stem behind."""
+    assert frame.outline is not None
+    yield 1, track(frame.outline, frame.points[0], frame.triad(1), frame.r)
+    edges = [2.4 * frame.r, 2.0 * (frame.outline.face + frame.r), 0.8 * frame.r]
+    yield 2, box(edges, frame.points[1] + 0.4 * frame.r * frame.z[1], frame.triad(2))
+    yield 2, cylinder(0.8 * frame.r, 4.0 * frame.r, frame.points[1] + 2.4 * frame.r * frame.z[1], frame.z[1])
+
+
 def _two_balls(frame: Frame) -> Iterator[tuple[int, Part]]:
     yield 1, sphere(1.4 * frame.r, frame.points[0])
     yield 2, sphere(1.4 * frame.r, frame.points[1])
@@ -199,6 +208,7 @@ GLYPHS: Mapping[str, Glyph] = MappingProxyType(
         "ellipsoid": _ellipsoid,
         "blade": _blade,
         "track": _track,
+        "tappet": _tappet,
     }
 )
 #: Of joints that name none, by their frame.

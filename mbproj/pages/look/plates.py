@@ -11,6 +11,7 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.functions.curves.shapes import drawn
 from mbproj.functions.curves.track import Track
+from mbproj.joints import JOINTS
 from mbproj.pages.look.parts import UPRIGHT, Mesh, Part
 from mbproj.scene.records import Joint
 
@@ -72,13 +73,14 @@ def _prism(outline: Array, axes: Array, thickness: float) -> Mesh:
 
 
 class Outline(NamedTuple):
-    """The points (k, 2) of a profile in its own axes, in m, whether it is closed, and whether it is that of a disc; and
-    the `roller` that touches it, 0 of a point."""
+    """The points (k, 2) of a profile in its own axes, in m, whether it is closed, and whether it is that of a disc; the
+    `roller` that touches it, 0 of a point; and how far beside the axis a `face` is touched, 0 of none."""
 
     points: Array
     closed: bool
     solid: bool
     roller: float
+    face: float
 
 
 def outline_of(joint: Joint) -> Outline | None:
@@ -86,14 +88,18 @@ def outline_of(joint: Joint) -> Outline | None:
     track = joint.parameters.get("curve")
     if not isinstance(track, Track):
         return None
-    is_cam = joint.type in ("cam", "rolling_on_curve")
+    is_flat = JOINTS[joint.type].frame == "face"
+    is_cam = is_flat or joint.type in ("cam", "cam_contact", "rolling_on_curve")
     points = np.array(drawn(track.line, track.roller if is_cam else 0.0))
+    angle = track.line.places.angle
+    beside = (track.line.places.point * np.column_stack([np.cos(angle), np.sin(angle)])).sum(axis=1)
     apart = np.linalg.norm(np.diff(points, axis=0), axis=1)
     points = points[np.append(True, apart > DISTINCT * apart.max())]
     closed = track.line.closed
     solid = is_cam and closed and joint.parameters.get("side", "outside") == "outside" and _is_star(points)
     roller = joint.parameters.get("roller", track.roller) if is_cam else 0.0
-    return Outline(points[:-1] if closed else points, closed, solid, roller)
+    face = float(np.abs(beside).max()) if is_flat else 0.0
+    return Outline(points[:-1] if closed else points, closed, solid, roller, face)
 
 
 def _is_star(points: Array) -> bool:

@@ -54,6 +54,8 @@ class Weights(Field[dict[str, tuple[float, str]]]):
 NOT_COUPLED: Mapping[str, str] = {
     "arc": "a length along a curve",
     "profile": "a distance from a curve",
+    "face": "a distance from a curve",
+    "face_place": "a place on a face",
     "rope": "the length of a rope",
 }
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
@@ -54,6 +55,8 @@ PLANE = Record(
     lambda location, normal: (location, normal),
     ("location", "normal"),
 )
+#: The sine up to which a face is upright on the plane of its curve.
+UPRIGHT = 1e-6
 #: A direction that says nothing: any is taken.
 ANY = (0.0, 0.0, 0.0)
 
@@ -74,6 +77,22 @@ def on_plane(bodies: tuple[str, str], plane: Any, centre: Any, axis: Any, x: Any
     first, second = bodies
     along = Pair(normal[first], (0.0, 0.0, 1.0) if axis is None else axis[second], local=True)
     return Pair(location[first], centre[second], local=True), along, x and Pair(ANY, x[second], local=True)
+
+
+def face_normal(axis: Placed, normal: Any) -> Iterator[Complaint]:
+    """A check that the normal of a face is given as the axis of its joint is, and in the plane of the curve."""
+    if isinstance(normal, Mapping) != isinstance(axis, Mapping):
+        yield Complaint(("normal",), "the normal is not given as the axis is", "give both as lists, or both by body")
+    elif isinstance(axis, Pair):
+        lean = abs(sum(one * other for one, other in zip(axis.first, normal, strict=True)))
+        if lean > UPRIGHT:
+            said = f"the face leans by {math.degrees(math.asin(min(1.0, lean))):.3g} deg out of the plane of the curve"
+            yield Complaint(("normal",), said, "give a normal across the axis")
+
+
+def with_face(axes: Pair, bodies: tuple[str, str], normal: Any) -> Pair:
+    """The axis of the first body, and the normal of a face of the second."""
+    return Pair(axes.first, normal[bodies[1]] if isinstance(normal, Mapping) else normal, local=axes.local)
 
 
 def of_side(key: str, side: int) -> Callable[[tuple[str, str], Any], Iterator[Complaint]]:

@@ -12,7 +12,7 @@ inline PlaneCurve plane_curve(const Numbers2& pieces, const Numbers2& places, do
     require(pieces, {pieces.shape(0), 3 + 2 * numbers}, "pieces");
     require(places, {places.shape(0), 6}, "places");
     if (pieces.shape(0) == 0 || places.shape(0) < 2 || passes < 1) refuse("pieces", "are none");
-    PlaneCurve built{{}, {}, end, closed, passes, settled, reach, 0.0};
+    PlaneCurve built{{}, {}, end, closed, passes, settled, reach, 0.0, 0.0};
     const auto count = [](const double* c) {
         int found = terms;
         while (found > 0 && c[found - 1] == 0.0) --found;
@@ -48,6 +48,7 @@ inline PlaneCurve plane_curve(const Numbers2& pieces, const Numbers2& places, do
     }
     for (const PlaneCurve::Piece& piece : built.pieces)
         if (piece.first < 0 || piece.last <= piece.first) refuse("places", "leave a piece out");
+    built.side = built.places.back().angle < built.places.front().angle ? -1.0 : 1.0;
     return built;
 }
 
@@ -70,8 +71,7 @@ template <class D> void add_followers(Model<D>& model, const std::vector<Followe
             if (Instance<D>& p = set.instances[i]; p.row == number && p.rows == 1) {
                 const int table = static_cast<int>(model.programs.operand[at + 1]);
                 const auto& start = model.programs.table_start;
-                if (p.kind != Kind::profile ||
-                    start[table + 1] - start[table] != static_cast<int>(p.line->pieces.size()))
+                if (!is_held(p.kind) || start[table + 1] - start[table] != static_cast<int>(p.line->pieces.size()))
                     refuse("followers", "have another curve");
                 p.follower = static_cast<int>(model.curves.size());
                 for (Instance<D>& other : set.instances)  // what counts along the curve there, in the row beside it

@@ -2,27 +2,22 @@
 // of mbproj.constraints.profile, where each is explained.
 #pragma once
 
-#include "model/model.hpp"
+#include "kinematics/on_face.hpp"
 
 namespace mbproj {
-
-// At the foot of a point: the unit tangent t, the distance φ to the left, the curvature κ, and its change by the arc length.
-struct Touch {
-    Foot foot;
-    double t[2], phi, kappa, kappa_sigma;
-
-    double stretch() const { return 1.0 - kappa * phi; }
-};
 
 namespace on_curve {
 
 template <class D> Touch touch(const Instance<D>& p, const Point<D>* x, int held = PlaneCurve::free) {
     const PlaneCurve& curve = *p.line;
-    const Point<D> line = x[3] - x[2];
+    const bool faces = is_on_face(p.kind);
+    const Point<D> line = faces ? x[2] : Point<D>(x[3] - x[2]);
     const double d[2] = {x[0].dot(line), x[1].dot(line)};
-    Touch found{curve.foot(d[0], d[1], held), {}, 0.0, 0.0, 0.0};
+    Touch found{faces ? curve.facing(d[0], d[1], held) : curve.foot(d[0], d[1], held), {}, {}, 0.0, 0.0, 0.0};
     const OnPiece c = curve.derivatives(found.foot.s, found.foot.piece);
     const double speed2 = c.x[1] * c.x[1] + c.y[1] * c.y[1], speed = std::sqrt(speed2);
+    found.c[0] = c.x[0];
+    found.c[1] = c.y[0];
     found.t[0] = c.x[1] / speed;
     found.t[1] = c.y[1] / speed;
     const double turn = c.x[1] * c.y[2] - c.y[1] * c.x[2], turn_s = c.x[1] * c.y[3] - c.y[1] * c.x[3];
@@ -42,7 +37,8 @@ template <class D> void gradient_along(const Point<D>* x, double first, double s
     g[2] = -g[3];
 }
 
-template <class D> double value(const Instance<D>& p, const Touch& at) {
+template <class D> double value(const Instance<D>& p, const Point<D>* x, const Touch& at) {
+    if (is_on_face(p.kind)) return on_face::value<D>(p, x, at);
     if (p.kind == Kind::profile) return p.parameters[0] * at.phi - p.parameters[1];
     const double length = p.line->length_at(at.foot);
     if (p.kind == Kind::arc) return length;
@@ -56,7 +52,9 @@ template <class D> double way_factor(const Instance<D>& p, const Touch& at) {
 }
 
 template <class D> void gradient(const Instance<D>& p, const Point<D>* x, const Touch& at, Point<D>* g) {
-    if (p.kind == Kind::profile)
+    if (is_on_face(p.kind))
+        on_face::gradient<D>(p, x, at, g);
+    else if (p.kind == Kind::profile)
         gradient_along<D>(x, -p.parameters[0] * at.t[1], p.parameters[0] * at.t[0], g);
     else {
         const double factor = way_factor(p, at) / at.stretch();
@@ -65,6 +63,7 @@ template <class D> void gradient(const Instance<D>& p, const Point<D>* x, const 
 }
 
 template <class D> double curvature(const Instance<D>& p, const Point<D>* x, const Point<D>* x_dot, const Touch& at) {
+    if (is_on_face(p.kind)) return on_face::curvature<D>(p, x, x_dot, at);
     const Point<D> line = x[3] - x[2], line_dot = x_dot[3] - x_dot[2];
     double rate[2], bias[2];
     for (int k = 0; k < 2; ++k) {

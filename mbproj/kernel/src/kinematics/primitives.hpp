@@ -59,7 +59,9 @@ template <class D> Scalar<D> value(const Instance<D>& p, const Point<D>* x, cons
         case Kind::angle: return angle::value<D>(x);
         case Kind::profile:
         case Kind::arc:
-        case Kind::lap: return on_curve::value<D>(p, touched<D>(p, x, known));
+        case Kind::lap:
+        case Kind::face:
+        case Kind::face_place: return on_curve::value<D>(p, x, touched<D>(p, x, known));
         case Kind::rope: return on_rope::value<D>(p, x);
         case Kind::coincident: return 0.0;
         default: return rolling::value<D>(p, x);
@@ -81,7 +83,9 @@ template <class D> void gradient(const Instance<D>& p, const Point<D>* x, Point<
         case Kind::angle: angle::gradient<D>(x, g); break;
         case Kind::profile:
         case Kind::arc:
-        case Kind::lap: on_curve::gradient<D>(p, x, touched<D>(p, x, known), g); break;
+        case Kind::lap:
+        case Kind::face:
+        case Kind::face_place: on_curve::gradient<D>(p, x, touched<D>(p, x, known), g); break;
         case Kind::rope: on_rope::gradient<D>(p, x, g); break;
         case Kind::coincident: break;
         default: rolling::gradient<D>(p, x, g);
@@ -102,7 +106,9 @@ Scalar<D> curvature(const Instance<D>& p, const Point<D>* x, const Point<D>* x_d
         case Kind::angle: return angle::curvature<D>(x, x_dot);
         case Kind::profile:
         case Kind::arc:
-        case Kind::lap: return on_curve::curvature<D>(p, x, x_dot, touched<D>(p, x, known));
+        case Kind::lap:
+        case Kind::face:
+        case Kind::face_place: return on_curve::curvature<D>(p, x, x_dot, touched<D>(p, x, known));
         case Kind::rope: return on_rope::curvature<D>(p, x, x_dot);
         case Kind::coincident: return 0.0;
         default: return rolling::curvature<D>(p, x, x_dot);

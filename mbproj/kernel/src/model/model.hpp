@@ -30,6 +30,8 @@ enum class Kind : int {
     profile,
     arc,
     lap,
+    face,
+    face_place,
     rope,
     wheel_slip_along,
     wheel_slip_across,
@@ -51,6 +53,8 @@ constexpr Form forms[] = {{"coincident", 2, 0},
                           {"profile", 4, 2},
                           {"arc", 4, 0},
                           {"lap", 4, 2},
+                          {"face", 5, 0},
+                          {"face_place", 5, 0},
                           {"rope", most_rope_slots, 0},
                           {"wheel_slip_along", 8, 1},
                           {"wheel_slip_across", 8, 1},
@@ -68,6 +72,8 @@ constexpr int most_slots = most(&Form::slots), most_parameters = most(&Form::par
 constexpr bool is_slip(Kind kind) { return kind >= Kind::wheel_slip_along; }
 // Whether its value is known but for whole turns, which are counted.
 constexpr bool is_angle(Kind kind) { return kind == Kind::angle || kind == Kind::lap; }
+// Whether it is a distance from a curve, which is held on pieces of that.
+constexpr bool is_held(Kind kind) { return kind == Kind::profile || kind == Kind::face; }
 
 template <class D> struct Body {
     Scalar<D> mass;
@@ -101,7 +107,7 @@ template <class D> struct Instance {
     std::shared_ptr<const RopePath> path;    // of a rope, which has as many slots as it needs
     int follower = -1;                       // its number among the curves of the model, of what is held on pieces
 
-    bool on_line() const { return kind == Kind::profile || kind == Kind::arc || kind == Kind::lap; }
+    bool on_line() const { return kind >= Kind::profile && kind <= Kind::face_place; }
 };
 
 template <class D> struct PrimitiveSet {

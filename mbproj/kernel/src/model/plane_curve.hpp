@@ -45,6 +45,7 @@ struct PlaneCurve {
     double settled;  // a step that is smaller is the last
     double reach;    // how far a step may go
     double stride;   // the largest distance from one place to the next
+    double side;     // 1 of a closed one that goes around its inside counterclockwise, else -1
 
     double start() const { return pieces.front().start; }
 
@@ -84,22 +85,18 @@ struct PlaneCurve {
 
     // The place nearest to a point: of the piece that is held, beyond its ends too, or of all.
     Foot foot(double x, double y, int held) const {
-        const Place& nearest = places[nearest_place(x, y, held)];
-        Foot found{nearest.s, nearest.piece};
-        for (int pass = 0; pass < passes; ++pass) {
-            const OnPiece c = derivatives(found.s, found.piece);
+        return settled_from(nearest_place(x, y, held), held, [x, y](const OnPiece& c) {
             const double dx = x - c.x[0], dy = y - c.y[0], speed2 = c.x[1] * c.x[1] + c.y[1] * c.y[1];
             const double slope = dx * c.x[2] + dy * c.y[2] - speed2;
-            const double whole = -(dx * c.x[1] + dy * c.y[1]) / (slope < 0.0 ? slope : -speed2);
-            const double step = std::clamp(whole, -reach, reach);
-            found.s += step;
-            if (held == free) {
-                if (closed) found.s -= (end - start()) * std::floor((found.s - start()) / (end - start()));
-                found.piece = piece_at(found.s);
-            }
-            if (!(std::abs(step) > settled)) break;
-        }
-        return found;
+            return -(dx * c.x[1] + dy * c.y[1]) / (slope < 0.0 ? slope : -speed2);
+        });
+    }
+    // The same of the place whose outward normal points along (a, b); of a closed curve that is convex.
+    Foot facing(double a, double b, int held) const {
+        return settled_from(turned_place(a, b, held), held, [a, b](const OnPiece& c) {
+            const double slope = a * c.x[2] + b * c.y[2];
+            return -(a * c.x[1] + b * c.y[1]) / (slope < 0.0 ? slope : -(c.x[1] * c.x[1] + c.y[1] * c.y[1]));
+        });
     }
 
     // The arc length from the beginning to a foot.
@@ -126,6 +123,37 @@ struct PlaneCurve {
     }
 
 private:
+    // Where Newton's method ends from a place, with its whole step at a point of a piece.
+    template <class Step> Foot settled_from(int place, int held, const Step& whole) const {
+        Foot found{places[place].s, places[place].piece};
+        for (int pass = 0; pass < passes; ++pass) {
+            const double step = std::clamp(whole(derivatives(found.s, found.piece)), -reach, reach);
+            found.s += step;
+            if (held == free) {
+                if (closed) found.s -= (end - start()) * std::floor((found.s - start()) / (end - start()));
+                found.piece = piece_at(found.s);
+            }
+            if (!(std::abs(step) > settled)) break;
+        }
+        return found;
+    }
+    // The number of the place whose tangent is nearest to a direction a quarter turn from (a, b). Of a convex curve the
+    // angles of the places go one way.
+    int turned_place(double a, double b, int held) const {
+        const int first = held == free ? 0 : pieces[held].first;
+        const int last = held == free ? static_cast<int>(places.size()) - 1 : pieces[held].last;
+        const double middle = 0.5 * (places[first].angle + places[last].angle);
+        double wanted = std::atan2(side * a, -side * b);
+        wanted += 2.0 * M_PI * std::nearbyint((middle - wanted) / (2.0 * M_PI));
+        const auto begin = places.begin() + first, end_of = places.begin() + last + 1;
+        const auto after = std::lower_bound(begin, end_of, wanted, [this](const Place& place, double angle) {
+            return side * place.angle < side * angle;
+        });
+        if (after == begin) return first;
+        const int next = static_cast<int>(after - places.begin());
+        if (after == end_of) return last;
+        return side * (places[next].angle - wanted) < side * (wanted - places[next - 1].angle) ? next : next - 1;
+    }
     int place_before(const Foot& foot) const {
         const Piece& piece = pieces[foot.piece];
         int before = piece.first;

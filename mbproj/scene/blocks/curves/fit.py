@@ -5,11 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
+from mbproj.joints import JOINTS
 from mbproj.scene.fields.containers import Check, Complaint
 from mbproj.scene.records import Joint, KeyPath
 
 if TYPE_CHECKING:
     from mbproj.functions.curves.track import Track
+
+#: The joint that holds both ways what another type lets lift off.
+HOLDS = {"cam_contact": "cam", "flat_contact": "flat_follower"}
+#: What is less bent is straight: the size of a curve over its largest radius of curvature.
+STRAIGHT = 1e-6
 
 
 def fit_curves(
@@ -19,8 +25,11 @@ def fit_curves(
     for joint in joints.values():
         track = curves.get(str(joint.parameters.get("curve")))
         if track is not None:
-            lifts = joint.type == "cam_contact"
+            lifts = "gap" in JOINTS[joint.type].coordinates
             yield from _lifts(track, joint, forces, motions) if lifts else ()
+            if JOINTS[joint.type].frame == "face":
+                yield from _under_face(track, joint)
+                continue
             yield from _on_curve(track, joint)
             if track.line.closed and not lifts:
                 yield from _round_and_round(joint, forces, motions)
@@ -50,6 +59,23 @@ def _on_curve(curve: Track, joint: Joint) -> Iterator[Complaint]:
         yield from _fits(curve, joint, distance, radius)
 
 
+def _under_face(curve: Track, joint: Joint) -> Iterator[Complaint]:
+    """A flat face goes round what is closed, and convex everywhere: it lies on what is straight."""
+    from mbproj.functions.curves.soundness import least_bent
+    from mbproj.scene.blocks.curves.made import place
+
+    path: KeyPath = ("joints", joint.name, "curve")
+    if not curve.line.closed:
+        hint = "close it, or use a joint of type 'cam'"
+        yield Complaint(path, f"curve '{curve.name}' is open: a flat face may pass its end", hint)
+    elif curve.roller:
+        hint = "leave its 'roller' out, or give flat: true"
+        yield Complaint(path, f"curve '{curve.name}' was made for a roller, not for a flat face", hint)
+    elif (found := least_bent(curve.line)).found <= STRAIGHT:
+        said = f"curve '{curve.name}' is not convex at {place(found)}: a flat face does not touch it there alone"
+        yield Complaint(path, said, "make it for the face: flat: true with a 'lift', or use a roller")
+
+
 def _lifts(curve: Track, joint: Joint, forces: Mapping[str, Any], motions: Mapping[str, Any]) -> Iterator[Complaint]:
     """What may lift off has a limit that keeps it out of the profile, and nothing else acts along its gap."""
     path: KeyPath = ("joints", joint.name)
@@ -63,7 +89,7 @@ def _lifts(curve: Track, joint: Joint, forces: Mapping[str, Any], motions: Mappi
     for block, items in (("forces", forces), ("motions", motions)):
         for item in items.values():
             if getattr(item, "joint", None) == joint.name:
-                hint = "a joint of type 'cam' holds both ways; a stiffness of the limit is a spring"
+                hint = f"a joint of type '{HOLDS[joint.type]}' holds both ways; a stiffness of the limit is a spring"
                 said = f"'{item.name}' acts along a gap, which its limits alone keep"
                 yield Complaint((block, item.name), said, hint)
 

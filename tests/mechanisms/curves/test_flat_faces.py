@@ -1,0 +1,132 @@
+"""Flat faces on cams: the law comes back, its torque, lift-off and landing, and what is refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mbproj import InputError, read_scene_text
+from tests.kernel.scenes import needs_kernel
+from tests.mechanisms.curves.scenes import scene
+from tests.stops.runs import run
+
+pytestmark = needs_kernel
+BASE, LIFT, RISE, DWELL = 0.05, 0.02, np.radians(120.0), np.radians(60.0)
+#: A follower of 0.5 kg under a spring of 2000 N/m and 10 N, which meets the cam 13 mm beside its axis and 10 mm below.
+FLAT = """
+curves:
+  lift: {lift: {base: 50 mm, rises: [[120 deg, 20 mm, LAW], [60 deg, 20 mm, dwell],
+                                     [120 deg, 0 mm, LAW], [60 deg, 0 mm, dwell]]}, flat: true, clockwise: true}
+bodies:
+  shaft: {mass: 2, inertia: [0.01, 0.01, 0.01], position: [0, 0, 0]}
+  valve: {mass: 0.5, inertia: [0.001, 0.001, 0.001], position: [0, 0, 0.06]}
+joints:
+  A: {type: revolute, bodies: [ground, shaft], location: [0, 0, 0], axis: [0, -1, 0]}
+  P: {type: prismatic, bodies: [ground, valve], location: [0, 0, 0.05], axis: [0, 0, 1]}
+  K: {type: flat_follower, bodies: [shaft, valve], curve: lift, axis: [0, -1, 0], x_axis: [0, 0, 1],
+      locations: [[0, 0, 0], [0.013, 0, 0.05]], normal: [0, 0, 1]}
+forces:
+  spring: {type: spring_damper, points: {ground: [0, 0, 0.5], valve: [0, 0, 0.06]}, stiffness: 2000 N/m,
+           free_length: 0.445 m}
+motions:
+  drive: {joint: A, angle: {constant_speed: SPEED rad/s}}
+"""
+
+
+def law(angle, of="cycloidal"):
+    """s, s' and s'' by the angle; the cam turns by the law from its beginning."""
+    angle = np.mod(angle, 2.0 * np.pi)
+    falls = angle >= RISE + DWELL
+    u = np.where(falls, angle - RISE - DWELL, angle) / RISE
+    if of == "cycloidal":
+        y = [u - np.sin(2 * np.pi * u) / (2 * np.pi), 1 - np.cos(2 * np.pi * u), 2 * np.pi * np.sin(2 * np.pi * u)]
+    else:
+        y = [
+            10 * u**3 - 15 * u**4 + 6 * u**5,
+            30 * u**2 - 60 * u**3 + 30 * u**4,
+            60 * u - 180 * u**2 + 120 * u**3,
+        ]
+    moves = u <= 1.0
+    s = np.where(moves, y[0], 1.0)
+    s = LIFT * np.where(falls, 1.0 - s, s)
+    sign = np.where(falls, -1.0, 1.0)
+    return s, np.where(moves, sign * LIFT * y[1] / RISE, 0.0), np.where(moves, sign * LIFT * y[2] / RISE**2, 0.0)
+
+
+@pytest.mark.parametrize("formulation", ["planar", "reduced", "full"])
+@pytest.mark.parametrize("of", ["cycloidal", "polynomial_345"])
+def test_a_flat_follower_moves_by_its_law_and_takes_its_torque(of, formulation):
+    """The profile is that of the law: so s, its force and the torque F s' are those of the law; and the face is touched
+    s' beside the axis."""
+    time = (0.02, "5 ms") if formulation == "full" else (0.2, "4 ms")
+    text = scene(FLAT.replace("LAW", of).replace("SPEED", "30"), formulation, *time)
+    _, found = run(text)
+    s, slope, bend = law(30.0 * found["time"], of)
+    lift, place = found["joints/coordinate"][:, 1], found["joints/coordinate"][:, 2]
+    np.testing.assert_allclose(lift, s, atol=1e-14)
+    np.testing.assert_allclose(place, 0.013 - slope, atol=1e-13)
+    force = 0.5 * (bend * 900.0 + 9.81) + 2000.0 * (s + 0.005)
+    np.testing.assert_allclose(found["joints/reaction_force"][:, 2, 2], force, rtol=1e-11)
+    torque = found["motions/force"][:, 0]
+    np.testing.assert_allclose(torque, force * slope, atol=1e-12 * np.abs(force * slope).max())
+
+
+LIFTS = FLAT.replace("flat_follower,", "flat_contact, limits: {gap: {range: [0, null], rigid: true, restitution: 0}},")
+
+
+@pytest.mark.parametrize("formulation", ["planar", "reduced"])
+def test_a_face_lifts_off_and_lands(formulation):
+    """It leaves where the force of the held one changes its sign, flies on its spring, and lands on its law."""
+    fast, ω = 110.0, np.sqrt(2000.0 / 0.5)
+    text = scene(LIFTS.replace("LAW", "cycloidal").replace("SPEED", f"{fast}"), formulation, 0.1, "1 ms")
+    _, found = run(text)
+    release = found.of("release")[0].time
+    angle = fast * release
+    s, slope, bend = law(angle)
+    assert abs(0.5 * (bend * fast**2 + 9.81) + 2000.0 * (s + 0.005)) <= 1e-8 * 0.5 * abs(bend) * fast**2
+    touch = next(event.time for event in found.of("contact") if event.time > release)
+    rest = -0.005 - 9.81 / ω**2
+    flown = rest + (s - rest) * np.cos(ω * (touch - release)) + slope * fast / ω * np.sin(ω * (touch - release))
+    assert abs(flown - law(fast * touch)[0]) <= 1e-12
+    gap = found["stops/gap"][:, 0]
+    in_flight = (found["time"] > release) & (found["time"] < touch)
+    assert gap[in_flight].min() > 0.0
+    assert np.abs(gap[found["time"] < release]).max() <= 1e-14
+
+
+def test_a_face_on_an_ellipse_is_as_high_as_its_support():
+    """h = √(a² cos² + b² sin²), and the contact is h' beside the axis."""
+    text = (
+        FLAT.partition("curves:")[0]
+        + "curves: {lift: {ellipse: [50 mm, 30 mm]}}\nbodies:"
+        + FLAT.partition("bodies:")[2]
+    )
+    _, found = run(scene(text.replace("SPEED", "30"), "planar", 0.2, "10 ms"))
+    angle = -30.0 * found["time"]
+    h = np.sqrt((0.05 * np.cos(angle)) ** 2 + (0.03 * np.sin(angle)) ** 2)
+    np.testing.assert_allclose(found["joints/coordinate"][:, 1], h - 0.05, atol=1e-15)
+    slope = (0.03**2 - 0.05**2) * np.cos(angle) * np.sin(angle) / h
+    place = found["joints/coordinate"][:, 2]
+    np.testing.assert_allclose(place - place[0], slope, atol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("base: 50 mm", "base: 5 mm", "is undercut at"),
+        ("flat: true", "roller: 8 mm", "curve 'lift' was made for a roller, not for a flat face"),
+        ("curve: lift,", "curve: bean,", "curve 'bean' is not convex at"),
+        ("curve: lift,", "curve: open,", "curve 'open' is open: a flat face may pass its end"),
+        ("normal: [0, 0, 1]", "normal: [0, 0.1, 1]", "the face leans by 5.71 deg out of the plane of the curve"),
+        ("normal: [0, 0, 1]", "normal: {valve: [0, 0, 1]}", "the normal is not given as the axis is"),
+        (", normal: [0, 0, 1]", "", "missing key 'normal'"),
+        ("drive: {joint: A, angle: {constant_speed: SPEED rad/s}", "drive: {joint: K, gap: 1 mm", "acts along a gap"),
+    ],
+)
+def test_what_is_refused(old, new, message):
+    text = LIFTS.replace("LAW", "cycloidal").replace(old, new).replace("SPEED", "30")
+    bean = "bean: {points: [[0.05, 0], [0, 0.05], [-0.05, 0], [0, -0.01]], closed: true}"
+    text = text.replace("curves:\n", f"curves:\n  {bean}\n  open: {{points: [[0, 0.05], [0.1, 0.06], [0.2, 0.05]]}}\n")
+    with pytest.raises(InputError) as caught:
+        read_scene_text(scene(text))
+    assert message in str(caught.value)
