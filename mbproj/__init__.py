@@ -18,6 +18,7 @@ import gc
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from mbproj.homes import HOMES
 from mbproj.version import __version__
 
 if TYPE_CHECKING:
@@ -110,43 +111,6 @@ if TYPE_CHECKING:
     from mbproj.studies.threshold.violation import ThresholdStudy, threshold_study
     from mbproj.studies.tradeoff.front import Tradeoff
 
-#: Where names come from that are no parts of a scene.
-_HOMES = {
-    "mbproj.calls.again": ("continue_run", "rerun"),
-    "mbproj.calls.batch": ("Batch", "batch"),
-    "mbproj.calls.check.assemblies": ("branches",),
-    "mbproj.calls.check.checked": ("SceneCheck", "check"),
-    "mbproj.calls.files": ("compare_results", "export", "largest_loads"),
-    "mbproj.calls.linear": ("equilibria", "equilibrium", "linearize", "modes", "traces"),
-    "mbproj.calls.loads": ("loads",),
-    "mbproj.calls.models": ("Exported", "Imported", "export_model", "import_model", "new", "schema"),
-    "mbproj.calls.paper": ("paper",),
-    "mbproj.calls.run": ("run", "start"),
-    "mbproj.calls.studies": ("compare", "recommend", "stability", "threshold", "tradeoff", "verify"),
-    "mbproj.calls.sweep": ("SweepTable", "fit", "optimise", "sensitivity", "sweep"),
-    "mbproj.dynamics": ("State", "assemble", "mobility", "unique_components"),
-    "mbproj.errors": ("InputError", "SimulationError"),
-    "mbproj.figures.style": ("figure_style",),
-    "mbproj.integrate": ("Report", "simulate"),
-    "mbproj.integrate.steppers.plugin": ("register_integrator",),
-    "mbproj.model": ("System", "compile_system", "initial_guess"),
-    "mbproj.projection": ("Projection",),
-    "mbproj.projection.plugin": ("register_projection",),
-    "mbproj.results": ("Results", "ResultsWriter", "Trust", "Verification", "open_results"),
-    "mbproj.results.views.table": ("Table",),
-    "mbproj.scene": ("Scene", "read_scene", "read_scene_text", "settings_to_run"),
-    "mbproj.scene.blocks.forces.plugin": ("register_element", "register_force"),
-    "mbproj.studies.certify.certified": ("simulate_certified",),
-    "mbproj.studies.compare.comparison": ("Comparison",),
-    "mbproj.studies.measure.mechanism": ("Mechanism",),
-    "mbproj.studies.measure.reference": ("Reference", "reference"),
-    "mbproj.studies.measure.setting": ("Setting",),
-    "mbproj.studies.measure.solve": ("Solution", "sample_times", "solve"),
-    "mbproj.studies.recommend.recommendation": ("Recommendation",),
-    "mbproj.studies.stability": ("StabilityMap",),
-    "mbproj.studies.threshold.violation": ("ThresholdStudy", "threshold_study"),
-    "mbproj.studies.tradeoff.front": ("Tradeoff",),
-}
 __all__ = [
     "Batch",
     "Belt",
@@ -279,10 +243,10 @@ __all__ = [
     "unique_components",
     "verify",
 ]
-_HOME_OF = dict.fromkeys(__all__, "mbproj.parts") | {name: home for home, names in _HOMES.items() for name in names}
+_HOME_OF = dict.fromkeys(__all__, "mbproj.parts") | {name: home for home, names in HOMES.items() for name in names}
 
 #: What has no other home is a part.
-_HOME_OF = dict.fromkeys(__all__, "mbproj.parts") | {name: home for home, names in _HOMES.items() for name in names}
+_HOME_OF = dict.fromkeys(__all__, "mbproj.parts") | {name: home for home, names in HOMES.items() for name in names}
 
 
 def __getattr__(name: str) -> Any:
