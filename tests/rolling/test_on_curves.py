@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.special import ellipeinc, ellipj, ellipk
 
 import mbproj
 from mbproj.errors import InputError
+from mbproj.integrate import simulate
+from mbproj.studies.measure.mechanism import Mechanism
 from tests.rolling import scenes
 
 FORMULATIONS = ["full", "reduced", "planar"]
@@ -121,3 +125,17 @@ def test_mistakes_are_told(old, new, message):
     text = roller("{ellipse: [0.3, 0.3]}", (0.2, 0.0), own=", side: inside")
     with pytest.raises(InputError, match=message):
         mbproj.read_scene_text(text.replace(old, new), "f.yaml")
+
+
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+@pytest.mark.parametrize("radius", [0.1, 0.05])
+def test_a_run_from_any_state_knows_how_far_the_roller_has_come(formulation, radius):
+    """After half a turn the pose alone has another angle: once the row was off by a turn of the roller, 2 π r."""
+    start, few = (0.7 + radius, 0.0), {"duration": "0.7 s", "output_step": "0.1 s", "tolerance": 1e-9}
+    text = roller("{ellipse: [0.7, 0.6]}", start, **few).replace("roller: 0.1", f"roller: {radius}")
+    ready = Mechanism.of(mbproj.read_scene_text(text))
+    whole = replace(ready.scene.settings, formulation=formulation)
+    states = [simulate(ready.system, ready.state, replace(whole, duration=end)).state for end in (0.6, 0.7)]
+    assert abs(states[0].turns).max() == 1
+    again = simulate(ready.system, states[0], replace(whole, duration=0.1)).state
+    np.testing.assert_allclose(again.q, states[1].q, atol=1e-8)

@@ -9,6 +9,7 @@ from mbproj.arrays import Array, Numbers
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.kinematics import Pose, attached, slots_of
 from mbproj.model.system import System
+from mbproj.thresholds import THRESHOLDS
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +29,11 @@ def sums_at_start(system: System, pose: Pose, coordinate: Array) -> Array:
     counted = couplings.sums(coordinate) - rows
     if couplings.rolls.any():
         value = system.coordinates.value(attached(pose, *slots_of(system.coordinates)))
-        counted[couplings.rolls] = _rolled(system, value, coordinate, rows)[couplings.rolls]
+        rolled = (_rolled(system, value, coordinate, rows) + rows).astype(
+            float
+        )  # 0, where it has rolled since the pose
+        open_by = THRESHOLDS.open_limit * system.row_scale[system.bodies + couplings.row]
+        counted[couplings.rolls] = np.where(np.abs(rolled) <= open_by, 0.0, rolled)[couplings.rolls]
     return np.asarray(counted, dtype=float)
 
 

@@ -15,7 +15,7 @@ public:
     void start(const Pose<D>& pose, const std::vector<Scalar<D>>& expected, const Scalar<D>* C) {
         start_.clear();
         for (const Coupling& coupling : model_.couplings)
-            start_.push_back(coupling.rolls ? static_cast<Scalar<D>>(whole(coupling, pose, expected, C[coupling.row]))
+            start_.push_back(coupling.rolls ? rolled(coupling, pose, expected, C[coupling.row])
                                             : sum(coupling, pose, expected) - C[coupling.row]);
     }
 
@@ -37,6 +37,13 @@ public:
     }
 
 private:
+    // What the laps and turns of a roller bring its row to: 0, but for round-off, where it has rolled since the scene's pose.
+    Scalar<D> rolled(const Coupling& coupling, const Pose<D>& pose, const std::vector<Scalar<D>>& expected,
+                     Scalar<D> row) const {
+        const Scalar<D> found = static_cast<Scalar<D>>(whole(coupling, pose, expected, row) + row);
+        return abs(found) <= model_.thresholds.open_limit * model_.row_scale[coupling.row] ? Scalar<D>(0.0) : found;
+    }
+
     // The laps and turns of a roller that bring a row next to what is expected of it: without a common measure, both count.
     long double whole(const Coupling& coupling, const Pose<D>& pose, const std::vector<Scalar<D>>& expected,
                       Scalar<D> row) const {
