@@ -137,15 +137,23 @@ def test_an_edge_that_jumps_in_time_is_seen(formulation):
 
 
 @pytest.mark.parametrize("formulation", FORMULATIONS)
-def test_fixed_steps_say_what_they_pass_over(formulation):
-    log, report = run(DOOR, formulation=formulation, integrator="rk4", step="0.01", duration="1.5")
-    assert report.events == 0 and log.met == []
-    law = "-5000*max(0, angle - 0.5) - 0.2*sign(angle)"
-    assert report.passed == (
-        f"force 'stop': 'max' in '{law}', twice, first before t = 0.51 s; "
-        f"force 'stop': 'sign' in '{law}', once, first before t = 1.11 s"
-    )
-    assert run(DOOR, formulation=formulation, integrator="rk4", step="0.01", duration="0.5")[1].passed == ""
+def test_fixed_steps_end_at_edges_too_and_return_to_their_grid(formulation):
+    log, report = run(DOOR, formulation=formulation, integrator="dop853", step="0.01", duration="1.2")
+    np.testing.assert_allclose([event.time for event in log.met], door_times(), atol=1e-10)
+    np.testing.assert_allclose(log["time"], 0.1 * np.arange(13), atol=1e-15)
+    assert report.passed == ""
+
+
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+def test_fixed_steps_pass_over_an_edge_that_pushes_back_and_say_so(formulation):
+    """ω = 0 at t = 1.2, where the brake of 2 N m would hold the load of -1 N m. Other edges are located still."""
+    law = "-2*sign(angle_dot) + 5*(1 - t) + 0*max(0, angle - 0.1)"
+    log, report = run(rotor(law), formulation=formulation, integrator="rk4", step="0.01", duration="1.3")
+    assert [event.kind for event in log.met] == ["kink of max", "jump of sign"]
+    what, _, times = report.passed.partition("', ")
+    assert what == f"force 'push': 'sign' in '{law}"
+    assert times.endswith("first before t = 1.2 s")
+    assert abs(log["joints/speed"][-1, 0]) < 0.03 / INERTIA
 
 
 def test_samples_and_a_break_at_an_event_change_no_step():

@@ -79,8 +79,8 @@ def warnings(report: Report) -> list[str]:
     found = [report.stiffness] if report.stiffness else []
     if report.passed:
         found.append(
-            f"fixed steps passed over edges of laws ({report.passed}); they do not end there, and no method keeps its "
-            "order: with error control (--tolerance) steps end at them"
+            f"fixed steps passed over edges of laws, from which the motion is pushed back ({report.passed}): no method "
+            "keeps its order there; 'coulomb' of a friction on the joint sticks"
         )
     if report.shared:
         found.append(

@@ -75,21 +75,6 @@ class LawSwitches:
                 found |= feet(bound, self.programs, own, held, instant.pose.places(bound))
         return found
 
-    @property
-    def of_rows(self) -> LawSwitches | None:
-        """Those of rows, and of what follows curves: steps of one size end at them, too."""
-        return self._only({*self.system.curved, *self.system.following})
-
-    @property
-    def of_laws(self) -> LawSwitches | None:
-        """All others."""
-        own = {*self.system.curved, *self.system.following}
-        return self._only({each for each in self.program if each not in own})
-
-    def _only(self, programs: set[int]) -> LawSwitches | None:
-        pairs = [(program, at) for program, at in zip(self.program, self.at, strict=True) if program in programs]
-        return LawSwitches(self.system, *zip(*pairs, strict=True)) if pairs else None
-
     @cached_property
     def _laws(self) -> dict[int, int]:
         """The laws by their programs."""
@@ -120,9 +105,10 @@ class LawSwitches:
             found[at] = beyond(self.programs, at, float(held[at]), int(direction[k]))
         return found
 
-    def is_free(self, held: Array) -> Array:
+    def is_free(self, held: Array) -> npt.NDArray[np.bool_]:
         """Which are, (K,): those of a sign that is not told yet."""
-        return np.isnan(held[list(self.at)])
+        free: npt.NDArray[np.bool_] = np.isnan(held[list(self.at)])
+        return free
 
     def turned_to(self, held: Array, which: npt.NDArray[np.bool_], direction: Array) -> Array:
         """With the branches of these signs."""

@@ -67,18 +67,15 @@ class FixedSteps:
     not end at."""
 
     def __init__(self, run: Run, switches: LawSwitches | None) -> None:
-        of_rows, of_laws = (None, None) if switches is None else (switches.of_rows, switches.of_laws)
         self.run = run
-        self.events = None if of_rows is None else StateEvents(run, of_rows)
-        self.passes = None if of_laws is None else Passes(run, of_laws)
+        self.passes = None if switches is None else Passes(run, switches)
+        self.events = None if switches is None else StateEvents(run, switches, passes=self.passes)
 
     def samples(self, point: Point) -> Iterator[Sample]:
         """Samples from a point at the start to the end."""
         run = self.run
         assert run.leg.step is not None
         yield point.sample(run.exact, run.leg.step, run.tally)
-        if self.passes is not None:
-            self.passes.watch(point)
         yield from self.steps(1, self.cross_break(point) if run.breaks.passed or self.events is not None else point)
 
     def resumed(self, mark: Mark) -> Iterator[Sample]:
@@ -120,7 +117,7 @@ class FixedSteps:
                     point = self.cross_break(point)
 
     def attempt(self, point: Point, t: float) -> tuple[Step, float, Crossing | None]:
-        """A step from a point to t, or to the first event of a row before, and when it ends; at a point's own time no
+        """A step from a point to t, or to the first event before, and when it ends; at a point's own time no
         step can end, and the event is at once."""
         step = self._stages(point, t - point.t)
         crossing = None if self.events is None else self.events.first(step, estimated=False)

@@ -1,4 +1,4 @@
-"""What fixed steps pass over: switches of laws that change their branch between two steps, not at the end of one."""
+"""What fixed steps pass over: switches from which the motion is pushed back, at which no step can end."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import astuple, replace
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from mbproj.integrate.events.law_switches import LawSwitches
 from mbproj.integrate.loop.run import Run
@@ -15,21 +16,33 @@ from mbproj.integrate.point import Point
 
 
 class Passes:
-    """Scratch of a run: the branches at the last step's end, as far as they are told, and what was passed over."""
+    """Scratch of a run: the switches that are passed over, and their branches at the last step's end, as far as they
+    are told."""
 
     def __init__(self, run: Run, switches: LawSwitches) -> None:
         self._run, self._switches = run, switches
         self._branches = switches.free
         self._passed: dict[int, Passed] = {}
 
+    @property
+    def which(self) -> npt.NDArray[np.bool_]:
+        """The switches that are passed over, (K,)."""
+        return np.isin(np.arange(self._switches.size), list(self._passed))
+
+    def give_up(self, k: int, t: float) -> None:
+        """From a time on a switch is passed over."""
+        self._passed[k] = Passed(self._switches.owner(k), self._switches.what(k), t, 1)
+        self._run.tally.passed = list(self._passed.values())
+
     def watch(self, point: Point) -> None:
         """Takes note of the branches at a point."""
+        if not self._passed:
+            return
         switches, free = self._switches, self._switches.free
         now = switches.settled(free, self._run.inside.arguments(switches, free, point.t, point.y))
-        for k, at in enumerate(switches.at):
-            before, after = self._branches[at], now[at]
+        for k, found in self._passed.items():
+            before, after = self._branches[switches.at[k]], now[switches.at[k]]
             if before != after and not np.isnan(before) and not np.isnan(after):
-                found = self._passed.get(k, Passed(switches.owner(k), switches.what(k), point.t, 0))
                 self._passed[k] = replace(found, times=found.times + 1)
         self._branches = np.where(np.isnan(now), self._branches, now)
         self._run.tally.passed = list(self._passed.values())

@@ -1,5 +1,5 @@
 """Events in the state: where a switch changes its branch within a step, the step is made again, so that it ends there.
-With error control these are all, with fixed steps those of rows."""
+Fixed steps pass over a switch from which the motion is pushed back."""
 
 from __future__ import annotations
 
@@ -7,12 +7,14 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from mbproj.arrays import Array, Integers
 from mbproj.errors import SimulationError
 from mbproj.integrate.events.crossing import Crossing, first_crossing
 from mbproj.integrate.events.law_switches import LawSwitches
 from mbproj.integrate.formulations.stage_equations import StageEquations
+from mbproj.integrate.loop.passes import Passes
 from mbproj.integrate.loop.run import Run
 from mbproj.integrate.outcome.failures import pushed_back
 from mbproj.integrate.point import Point
@@ -28,9 +30,9 @@ class StateEvents:
     """Scratch of a run: its switches, the branches that are held, and how often each switch has changed its branch at
     one time."""
 
-    def __init__(self, run: Run, switches: LawSwitches, tolerance: float = 0.0) -> None:
+    def __init__(self, run: Run, switches: LawSwitches, tolerance: float = 0.0, passes: Passes | None = None) -> None:
         self.run, self.switches, self.held = run, switches, switches.free
-        self._tolerance = tolerance
+        self._tolerance, self._passes = tolerance, passes
         self._last = np.full(switches.size, -np.inf)
         self._at_once, self._in_a_row = np.zeros((2, switches.size), dtype=int)
 
@@ -62,7 +64,8 @@ class StateEvents:
     def cross(self, point: Point, crossing: Crossing, h: float) -> Point:
         """From a crossing on, the branches beyond are held. Raises SimulationError where these lead back."""
         for k in np.flatnonzero(crossing.leaving):
-            self._count(point.t, int(k))
+            if self._gives_up(point.t, int(k)):
+                continue
             self.run.tally.met.append(self.switches.event(point.t, int(k), int(crossing.direction[k])))
         held = self.switches.crossed(self.held, crossing.leaving, crossing.direction)
         return self._passed_to(held, point, h, crossing.leaving * crossing.direction)
@@ -84,13 +87,13 @@ class StateEvents:
         was, point = point, self.run.acted(point)
         after = self._arguments(point.t, point.y)
         outside = self.switches.bounds(self.held).excess(after) > 0.0
-        self._hold(self.switches.settled(self.switches.freed(self.held, outside & (after != before)), after))
+        self._hold(self._settled(self.switches.freed(self.held, outside & (after != before)), after))
         return self._turned(self.run.renewed(point, seen, was), h)
 
     def tell(self, point: Point) -> None:
         """Signs that were not told before a step, of what has not moved, are told where it has moved now."""
-        if self.switches.is_free(self.held).any():
-            self._hold(self.switches.settled(self.held, self._arguments(point.t, point.y)))
+        if self._untold().any():
+            self._hold(self._settled(self.held, self._arguments(point.t, point.y)))
 
     def save(self) -> dict[str, Any]:
         """All that the next step depends on, as plain data."""
@@ -105,30 +108,53 @@ class StateEvents:
 
     def _turned(self, point: Point, h: float) -> Point:
         """On the edge of two signs, that is held which the motion turns to."""
-        free = self.switches.is_free(self.held)
+        free = self._untold()
         if not free.any():
             return point
-        direction = free * np.sign(self._moves(point, h))
+        direction = np.where(free, np.sign(self._moves(point, h)), 0.0)
         return self._passed_to(self.switches.turned_to(self.held, direction != 0.0, direction), point, h, direction)
 
     def _passed_to(self, held: Array, point: Point, h: float, direction: Integers | Array) -> Point:
         """A point with other branches. Raises SimulationError where a switch that moves in a direction before is pushed
         back after."""
         before, seen = self._moves(point, h), self.run.inside
-        self._hold(held)
-        point = self.run.renewed(point, seen)
-        after = self._moves(point, h)
-        for k in np.flatnonzero((direction * before > 0.0) & (direction * after < 0.0)):
-            raise self._pushed_back(point.t, int(k))
-        return point
+        while True:
+            direction = direction * ~self._given_up
+            self._hold(self.switches.freed(held, self._given_up))
+            found = self.run.renewed(point, seen)
+            back = np.flatnonzero((direction * before > 0.0) & (direction * self._moves(found, h) < 0.0))
+            if not len(back):
+                return found
+            if self._passes is None:
+                raise self._pushed_back(point.t, int(back[0]))
+            self._passes.give_up(int(back[0]), point.t)
 
-    def _count(self, t: float, k: int) -> None:
+    def _gives_up(self, t: float, k: int) -> bool:
+        """Counts how often a switch changes its branch; whether it is passed over from now on, where that is too often.
+        Raises SimulationError where none can be passed over."""
         since, run = t - self._last[k], self.run
         self._at_once[k] = self._at_once[k] + 1 if since <= 4.0 * run.grain(t) else 1
         self._in_a_row[k] = self._in_a_row[k] + 1 if since <= THRESHOLDS.chatter * run.interval else 1
         self._last[k] = t
-        if self._at_once[k] >= MOST_AT_ONCE or self._in_a_row[k] >= THRESHOLDS.most_chatter:
+        if self._at_once[k] < MOST_AT_ONCE and self._in_a_row[k] < THRESHOLDS.most_chatter:
+            return False
+        if self._passes is None:
             raise self._pushed_back(t, k)
+        self._passes.give_up(k, t)
+        return True
+
+    @property
+    def _given_up(self) -> npt.NDArray[np.bool_]:
+        return np.zeros(self.switches.size, dtype=bool) if self._passes is None else self._passes.which
+
+    def _untold(self) -> npt.NDArray[np.bool_]:
+        """Which have no branch yet, but will have one."""
+        found: npt.NDArray[np.bool_] = self.switches.is_free(self.held) & ~self._given_up
+        return found
+
+    def _settled(self, held: Array, x: Array) -> Array:
+        """With the branches at x for those that are free, and not passed over."""
+        return self.switches.freed(self.switches.settled(held, x), self._given_up)
 
     def _moves(self, point: Point, h: float) -> Array:
         """How the arguments change along the slope of a point, over a small part of a step, (K,)."""

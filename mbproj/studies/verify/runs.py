@@ -29,6 +29,8 @@ LEVEL = 0.1
 #: Runs from which an order is taken, and from which a line may bend; runs so many times coarser than the finest can be
 #: measured against that.
 FITTED, BENT, COARSER = 6, 5, 4
+#: A run tells of the order where it has more steps than so many times its events.
+CROWDED = 2
 
 
 @dataclass(frozen=True)
@@ -95,11 +97,11 @@ class Halved:
 
     def order(self, values: Array) -> Order | None:
         """The power of the step with which values, one for each of the first runs, fall: a line through the last of
-        them above round-off, logarithms over logarithms. Runs tell nothing whose steps are events' more than their own:
-        these do not become shorter. None where fewer than three are left."""
+        them above round-off, logarithms over logarithms. Runs tell nothing whose steps end at events more than on their
+        own: those do not become shorter. None where fewer than three are left."""
         low = np.flatnonzero(~(values > ABOVE * self.floor))
         above = values[: low[0]] if len(low) else values
-        own = self.steps[: len(above)] > self.events[: len(above)]
+        own = self.steps[: len(above)] > CROWDED * self.events[: len(above)]
         return order_of(self.steps[: len(above)][own][-FITTED:], above[own][-FITTED:])
 
 

@@ -10,8 +10,8 @@
 namespace mbproj {
 
 // What the next step depends on: a branch for each instruction of the loads' programs, when each switch has changed its
-// branch, how often at that time and with hardly any time between; of fixed steps, when each was passed over first, how
-// many times, and on which branch it is.
+// branch, how often at that time and with hardly any time between; of those that fixed steps pass over, when first, how
+// many times, and on which branch each is.
 struct SavedEvents {
     std::vector<double> held, last;
     std::vector<int> at_once, in_a_row;
@@ -26,11 +26,10 @@ public:
     using Met = std::tuple<double, int, int>;      // time, switch, direction
     using Passed = std::tuple<int, double, long>;  // switch, first time, how many times
 
-    // `all`: whether steps end at the switches of laws, too, and not at those of rows alone.
-    StateEvents(const Model<D>& model, EquationsOfMotion<D>& equations, bool all)
-        : model_(model), equations_(equations), thresholds_(model.thresholds), count_(model.switches.size()),
-          search_(thresholds_), x_(count_), before_(count_), after_(count_) {
-        for (const Switch& each : model.switches) located_.push_back(all || each.curve >= 0);
+    // `fixed`: steps of one size pass over a switch from which the motion is pushed back, from then on.
+    StateEvents(const Model<D>& model, EquationsOfMotion<D>& equations, bool fixed)
+        : model_(model), equations_(equations), thresholds_(model.thresholds), fixed_(fixed),
+          count_(model.switches.size()), search_(thresholds_), x_(count_), before_(count_), after_(count_) {
         if (count_ == 0) return;
         const double never = -std::numeric_limits<double>::infinity();
         const std::vector<double> zeros(count_, 0.0), free(count_, free_branch), last(count_, never);
@@ -52,9 +51,10 @@ public:
 
     // Scenes without switches have nothing to do with this.
     bool any() const { return count_ > 0; }
-    // Whether steps end at some of them, and whether they pass over others.
-    bool locates() const { return std::find(located_.begin(), located_.end(), true) != located_.end(); }
-    bool passes() const { return std::find(located_.begin(), located_.end(), false) != located_.end(); }
+    // Whether steps pass over some of them.
+    bool passes() const {
+        return std::any_of(state_.times.begin(), state_.times.end(), [](long times) { return times > 0; });
+    }
     // The laws and the rows are on the branches held from now on.
     void hold() { equations_.hold(state_.held.data()); }
 
@@ -80,20 +80,33 @@ public:
         return bounds()[k].excess(x_[k]);
     }
 
-    // From a crossing on, the branches beyond are held. A switch that changes its branch too often at one time, or -1.
+    // From a crossing on, the branches beyond are held. A switch that changes its branch too often at one time, or -1:
+    // fixed steps pass over it from here on.
     int cross(const Crossing& crossing, double t, double grain, double duration) {
         for (std::size_t k = 0; k < count_; ++k) {
             if (!crossing.leaving[k]) continue;
             state_.at_once[k] = t - state_.last[k] <= 4.0 * grain ? state_.at_once[k] + 1 : 1;
             state_.in_a_row[k] = t - state_.last[k] <= thresholds_.chatter * duration ? state_.in_a_row[k] + 1 : 1;
             state_.last[k] = t;
-            if (state_.at_once[k] >= most_at_once || state_.in_a_row[k] >= thresholds_.most_chatter)
-                return static_cast<int>(k);
+            if (state_.at_once[k] >= most_at_once || state_.in_a_row[k] >= thresholds_.most_chatter) {
+                if (!gives_up(static_cast<int>(k), t)) return static_cast<int>(k);
+                continue;
+            }
             met_.emplace_back(t, static_cast<int>(k), crossing.leaving[k]);
             held(k) = branch_beyond(model_.programs, model_.switches[k].at, held(k), crossing.leaving[k]);
         }
         direction_ = crossing.leaving;
+        for (std::size_t k = 0; k < count_; ++k)
+            if (!located(k)) direction_[k] = 0;
         return -1;
+    }
+    // Whether steps pass over a switch from now on, from which the motion is pushed back: with error control they do not.
+    bool gives_up(int k, double t) {
+        if (!fixed_) return false;
+        held(k) = free_branch;
+        state_.first[k] = t, state_.times[k] = 1;
+        if (!direction_.empty()) direction_[k] = 0;
+        return true;
     }
 
     // Before a jump in time, and after: arguments that have jumped out of their intervals are on the branch that they have
@@ -114,7 +127,7 @@ public:
     }
     bool any_free() const {
         for (std::size_t k = 0; k < count_; ++k)
-            if (located_[k] && !lets_go(k) && std::isnan(state_.held[model_.switches[k].at])) return true;
+            if (located(k) && !lets_go(k) && std::isnan(state_.held[model_.switches[k].at])) return true;
         return false;
     }
 
@@ -129,7 +142,7 @@ public:
     void turn() {
         direction_.assign(count_, 0);
         for (std::size_t k = 0; k < count_; ++k) {
-            if (!located_[k] || !std::isnan(held(k)) || before_[k] == 0.0 || std::isnan(before_[k])) continue;
+            if (!located(k) || !std::isnan(held(k)) || before_[k] == 0.0 || std::isnan(before_[k])) continue;
             direction_[k] = before_[k] > 0.0 ? 1 : -1;
             held(k) = direction_[k];
         }
@@ -141,15 +154,15 @@ public:
         return -1;
     }
 
-    // At the end of a fixed step, whose pose and velocities are in place: takes note of what has changed its branch, where
-    // no step ends.
+    // At the end of a fixed step, whose pose and velocities are in place: takes note of what is passed over and has changed its
+    // branch.
     void watch(double t, const Vector& y, const TimeWindow& window) {
         look_here(t, y, window, nullptr, x_);
         for (std::size_t k = 0; k < count_; ++k) {
-            if (located_[k]) continue;
+            if (located(k)) continue;
             const double now = natural_branch(model_.programs, model_.switches[k].at, x_[k]);
             if (std::isnan(now)) continue;
-            if (!std::isnan(state_.told[k]) && now != state_.told[k] && state_.times[k]++ == 0) state_.first[k] = t;
+            if (!std::isnan(state_.told[k]) && now != state_.told[k]) ++state_.times[k];
             state_.told[k] = now;
         }
     }
@@ -171,6 +184,7 @@ private:
 
     // Whether a switch was seen to be of what follows a curve, but does not touch it.
     bool lets_go(std::size_t k) const { return model_.switches[k].curve >= 0 && std::isnan(x_[k]); }
+    bool located(std::size_t k) const { return state_.times[k] == 0; }
     double& held(std::size_t k) { return state_.held[model_.switches[k].at]; }
 
     const std::vector<Interval>& bounds() {
@@ -182,7 +196,7 @@ private:
 
     void settle() {
         for (std::size_t k = 0; k < count_; ++k)
-            if (located_[k] && std::isnan(held(k)))
+            if (located(k) && std::isnan(held(k)))
                 held(k) = natural_branch(model_.programs, model_.switches[k].at, x_[k]);
     }
 
@@ -208,8 +222,8 @@ private:
     const Model<D>& model_;
     EquationsOfMotion<D>& equations_;
     const Thresholds& thresholds_;
+    const bool fixed_;
     const std::size_t count_;
-    std::vector<bool> located_;
     SavedEvents state_;
     std::vector<Interval> bounds_;
     CrossingSearch search_;

@@ -25,14 +25,14 @@ public:
               Stepper<D>& stepper, StepEnd<D>& step_end, Schedule& schedule, Phases& phases)
         : steps_(steps), thresholds_(equations.model().thresholds), now_(now), equations_(equations), stepper_(stepper),
           step_end_(step_end), schedule_(schedule), phases_(phases), doubling_(stepper, equations, projector),
-          control_(stepper.error_order(), thresholds_), events_(equations.model(), equations, !steps.fixed()),
-          locates_(events_.locates()), copy_(now.y) {
+          control_(stepper.error_order(), thresholds_), events_(equations.model(), equations, steps.fixed()),
+          locates_(events_.any()), copy_(now.y) {
         if (locates_) events_.hold();
     }
 
     StateEvents<D>& events() { return events_; }
     const StateEvents<D>& events() const { return events_; }
-    // Error control locates events in the state; fixed steps locate those of rows, and pass over those of laws.
+    // Steps end at events in the state; fixed ones pass over those from which the motion is pushed back.
     bool locates() const { return locates_; }
     bool passes() const { return events_.passes(); }
     StepSizeControl& control() { return control_; }

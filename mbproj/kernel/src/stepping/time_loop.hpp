@@ -256,10 +256,13 @@ private:
         if (!stepper_.before_jump(now_.t, now_.y)) return stop_at(now_.t), false;
         change();
         if (!renew()) return false;
-        events().glance_after(now_.t, now_.y, stepper_.first(), now_.h, schedule_.window());
-        const int back = events().pushed_back();
-        if (back >= 0) return stop(Outcome::pushed_back(now_.t, back)), false;
-        return true;
+        while (true) {
+            events().glance_after(now_.t, now_.y, stepper_.first(), now_.h, schedule_.window());
+            const int back = events().pushed_back();
+            if (back < 0) return true;
+            if (!events().gives_up(back, now_.t)) return stop(Outcome::pushed_back(now_.t, back)), false;
+            if (!renew()) return false;
+        }
     }
 
     bool renew() {  // the slope at the state, and a new balance
