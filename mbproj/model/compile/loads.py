@@ -21,7 +21,7 @@ from mbproj.model.compile.friction import SmoothFriction
 from mbproj.model.compile.rigid_groups import Seat
 from mbproj.model.forces import BodyForces, Forces, Laws
 from mbproj.model.primitive_set import Binding, bind
-from mbproj.scene.blocks.elements import ELEMENTS
+from mbproj.scene.blocks.elements import SPRINGS, element_type
 from mbproj.scene.records import GROUND, BodyForce, Bushing, JointForce, Law, PointForce, Scene
 from mbproj.thresholds import THRESHOLDS
 
@@ -157,21 +157,34 @@ def local_ends(force: PointForce, poses: Mapping[str, Pose]) -> list[Array]:
     return found
 
 
+def _distance(force: PointForce, poses: Mapping[str, Pose]) -> float:
+    """Of the two points of a force at the scene's pose, m."""
+    first, second = (
+        position + rotation @ local
+        for (position, rotation), local in zip(
+            (poses[name] for name in force.bodies), local_ends(force, poses), strict=True
+        )
+    )
+    return float(np.linalg.norm(second - first))
+
+
 def elements_of(scene: Scene, poses: Mapping[str, Pose]) -> list[Element]:
     """The forces that are elements, each acting along its coordinate."""
     found = []
     for force in scene.forces:
         if not isinstance(force, PointForce | JointForce) or force.element is None:
             continue
-        lengths, make = {}, ELEMENTS[force.element.type].make
+        lengths, make, values = {}, element_type(force.element.type).make, dict(force.element.values)
         if isinstance(force, PointForce):
             ends = zip(force.bodies, local_ends(force, poses), strict=True)
             first, second = (_end(body, point) for body, point in ends)
             lengths, along = {"length": (first, second)}, f"{force.name}.length"
+            if force.element.type in SPRINGS and "free_length" not in values:
+                values["free_length"] = _distance(force, poses)
         else:
             (coordinate,) = force.laws
             along = f"{force.joint}.{coordinate}"
-        made = make(force.name, along, **force.element.values)
+        made = make(force.name, along, **values)
         forces = tuple(replace(each, name=force.name) if each.along == along else each for each in made.forces)
         found.append(replace(made, lengths={**lengths, **made.lengths}, forces=forces))
     return found

@@ -7,7 +7,7 @@ from typing import Any
 
 from mbproj.joints import JOINTS
 from mbproj.scene.blocks.coordinates import COORDINATES, coordinates_in, with_coordinates
-from mbproj.scene.blocks.elements import ELEMENTS
+from mbproj.scene.blocks.elements import element_type
 from mbproj.scene.blocks.expectation_fit import fits
 from mbproj.scene.blocks.expectations import Given, expectation, subject
 from mbproj.scene.blocks.forces.dry_joints import friction_units
@@ -153,7 +153,7 @@ def state_units(found: Mapping[str, Any]) -> dict[str, str]:
         f"{name}.{state.name}": state.unit
         for name, force in found.get("forces", {}).items()
         if isinstance(force, PointForce | JointForce) and force.element is not None
-        for state in ELEMENTS[force.element.type].make(name, "s", **force.element.values).states
+        for state in element_type(force.element.type).make(name, "s", **force.element.values).states
     }
     for controller in found.get("controllers", {}).values():
         of_elements |= {f"{controller.name}.{each.name}": each.unit for each in (*controller.hold, *controller.states)}

@@ -48,7 +48,7 @@ class Function(Field[Program]):
         tree = reading.parse(node)
         variables = dict(zip(self.variables, self.operands, strict=False))
         reads = channels_in(tree, variables, reading) if self.names_channels and tree is not None else ()
-        if self.names_channels and tree is not None and _is_misspelt(tree, {*variables, *reads}, node, reading):
+        if self.names_channels and tree is not None and is_misspelt(tree, {*variables, *reads}, node, reading):
             return None
         found = reading.program(node, tree, variables | {name: CHANNELS + at for at, name in enumerate(reads)})
         if found is None:
@@ -84,7 +84,7 @@ def _blocks(reading: Reading) -> tuple[Collection[str], ...]:
     return (reading.inner, *(reading.items.get(block, ()) for block in ("signals", "states")))
 
 
-def _is_misspelt(tree: Expression, known: Set[str], node: ScalarNode, reading: Reading) -> bool:
+def is_misspelt(tree: Expression, known: Set[str], node: ScalarNode, reading: Reading) -> bool:
     """Whether a name is unknown and like that of a signal or a state, which is reported."""
     able = [name for block in _blocks(reading) for name in block]
     for each, _ in walk(tree):

@@ -8,7 +8,7 @@ from dataclasses import replace
 from mbproj.elements import Kind
 from mbproj.errors import InputError, Problem
 from mbproj.functions.program import TIME
-from mbproj.scene.blocks.elements import ELEMENTS
+from mbproj.scene.blocks.elements import element_type
 from mbproj.scene.expressions.units import DAMPING, STIFFNESS, TORSION_DAMPING, TORSION_STIFFNESS
 from mbproj.scene.fields.quantities import dimension_of
 from mbproj.scene.records import BodyForce, Bushing, Force, JointForce, Law, Motion, Scene, Vector
@@ -114,8 +114,12 @@ def _gives(law: StopLaw, of: str) -> bool:
 def _in_units(kind: Kind, of: str) -> list[str]:
     """The numbers of an element that are a stiffness, or a damping, by their units; the torsional ones too."""
     able = (STIFFNESS, TORSION_STIFFNESS) if of == "stiffness" else (DAMPING, TORSION_DAMPING)
-    units = ELEMENTS[kind.type].units
-    return [name for name, value in kind.values.items() if dimension_of(units[name]) in able and value]
+    units = element_type(kind.type).units
+    return [
+        name
+        for name, value in kind.values.items()
+        if isinstance(value, float) and dimension_of(units[name]) in able and value
+    ]
 
 
 def _has(force: Force, of: str) -> bool:

@@ -16,7 +16,7 @@ from mbproj.functions.curves.track import Track
 from mbproj.functions.program import COORDINATE, RATE, Program
 from mbproj.joints import COORDINATE_UNITS, JOINTS
 from mbproj.scene.blocks.control.named import names_channels
-from mbproj.scene.blocks.elements import ELEMENTS
+from mbproj.scene.blocks.elements import element_type
 from mbproj.scene.blocks.ropes.path import Path
 from mbproj.scene.coupled import Coupled
 from mbproj.scene.fields.quantities import dimension_of
@@ -152,7 +152,7 @@ class _Larger:
         """The same with each value in its unit of length."""
         if kind is None:
             return None
-        units = ELEMENTS[kind.type].units
+        units = element_type(kind.type).units
         return replace(
             kind, values={name: self._in(units.get(name, "m"), value) for name, value in kind.values.items()}
         )

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from mbproj.dataclass import dataclass
 from mbproj.elements.controlled import Controller, Signal
-from mbproj.elements.element import Element, called
+from mbproj.elements.element import Element, Force, called
 from mbproj.errors import InputError, Problem
 from mbproj.functions.program import CHANNELS, COORDINATE, RATE, TIME, Code, Op, Program, apply, number, replaced
 from mbproj.functions.program_set import flatten, joined
@@ -48,7 +49,7 @@ def with_elements(
     system = replace(system, names=names)
     system = with_measured(system, elements, [*_read(system, elements, signals), *read_by(controllers)])
     others = measurable(system, elements)
-    channels = Named(system, {signal.name: signal.program for signal in signals}, [*others])
+    channels = Named(system, {each.name: each.program for each in signals}, [*others], dict(_pushes(elements)))
     named = {element.name: _Naming(element, channels, channels.of_element(element)) for element in elements}
     forces = replace(
         system.forces, programs=channels.resolved_set(system.forces.programs, system.forces.program_owners)
@@ -89,6 +90,18 @@ def _read(system: System, elements: Sequence[Element], signals: Sequence[Signal]
     rates = [state.rate for element in elements for state in element.states]
     for program in (*(signal.program for signal in signals), *rates):
         yield from program.reads if isinstance(program, Program) else ()
+
+
+def _pushes(elements: Sequence[Element]) -> Iterator[tuple[str, tuple[str, Callable[[Named], Program]]]]:
+    """What forces that have a name of their own give, once what their elements read has its channels."""
+
+    def push(channels: Named, element: Element, force: Force) -> Program:
+        return _Naming(element, channels, channels.of_element(element))(force.push)
+
+    for element in elements:
+        for force in element.forces:
+            if force.name:
+                yield force.name, (force.along, partial(push, element=element, force=force))
 
 
 def _lost(elements: Sequence[Element], named: Mapping[str, _Naming]) -> Iterator[Program]:

@@ -6,8 +6,9 @@ exact derivatives wherever functions have some. What depends on itself is an alg
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 
 from mbproj.elements.element import Element
 from mbproj.errors import InputError, Problem
@@ -30,11 +31,19 @@ def in_expressions(name: str) -> str:
 
 class Named:
     """The names of a system that has its states and its measured coordinates; `signals` by name. `others` may be named
-    once somebody measures them: they are for messages alone."""
+    once somebody measures them: they are for messages alone. `pushes`: what forces of elements give, by the names of
+    these forces, with the coordinates that they act along."""
 
-    def __init__(self, system: System, signals: Mapping[str, Program], others: Sequence[str] = ()) -> None:
+    def __init__(
+        self,
+        system: System,
+        signals: Mapping[str, Program],
+        others: Sequence[str] = (),
+        pushes: Mapping[str, tuple[str, Callable[[Named], Program]]] = MappingProxyType({}),
+    ) -> None:
         names, known = system.names, system.channels
         self._system, self._signals, self._others = system, signals, others
+        self._pushes = {f"{in_expressions(name)}.force": push for name, push in pushes.items()}
         self._able = {name: (Kind.STATE, at) for at, name in enumerate(names.states)}
         self._able |= {name: (Kind.COORDINATE, at) for at, name in enumerate(names.coordinates)}
         self._able |= {f"{name}_dot": (Kind.RATE, at) for at, name in enumerate(names.coordinates)}
@@ -73,7 +82,11 @@ class Named:
             return self.resolved(self._signals[name], f"signal '{name}'").code
         if name in self._laws:
             return self._force(self._laws[name])
-        hint = choose_from(name, [*self._signals, *self._able, *self._laws, *self._others])
+        if name in self._pushes:
+            along, push = self._pushes[name]
+            s, rate = (self.code(each, reader) for each in (along, f"{along}_dot"))
+            return replaced(push(self).code, {COORDINATE: s, RATE: rate})
+        hint = choose_from(name, [*self._signals, *self._able, *self._laws, *self._pushes, *self._others])
         raise InputError(Problem(f"{reader} reads '{name}', which there is not", hint=hint))
 
     def resolved(self, program: Program, reader: str) -> Program:

@@ -9,7 +9,7 @@ from mbproj.functions.program import Program
 from mbproj.joints import JOINTS
 from mbproj.scene.blocks.control.expanded import where
 from mbproj.scene.blocks.coordinates import with_coordinates
-from mbproj.scene.blocks.elements import ELEMENTS
+from mbproj.scene.blocks.elements import element_type
 from mbproj.scene.fields.reading import Reading
 from mbproj.scene.records import BodyForce, Force, JointForce, KeyPath, PointForce, Scene
 from mbproj.scene.text.suggestions import choose_from
@@ -103,8 +103,9 @@ def _parts_of(force: Force, joints: Mapping[str, Any]) -> Iterator[str]:
     if not isinstance(force, PointForce | JointForce):
         return
     if force.element is not None:
-        made = ELEMENTS[force.element.type].make(force.name, "s", **force.element.values)
+        made = element_type(force.element.type).make(force.name, "s", **force.element.values)
         yield from (f"{force.name}.{state.name}" for state in made.states)
+        yield f"{force.name}.force"
     elif isinstance(force, PointForce):
         yield f"{force.name}.force"
     else:

@@ -12,8 +12,9 @@ from pkgutil import iter_modules
 
 from mbproj.plugins import Registry
 from mbproj.scene.blocks.elements.element_type import ElementType
+from mbproj.scene.blocks.elements.varying_spring import SPRINGS
 
-__all__ = ["ELEMENTS", "ElementType"]
+__all__ = ["ELEMENTS", "SPRINGS", "ElementType", "element_type"]
 
 
 def _found() -> Iterator[tuple[str, ElementType]]:
@@ -22,3 +23,8 @@ def _found() -> Iterator[tuple[str, ElementType]]:
 
 
 ELEMENTS: Registry[ElementType] = Registry("force type", dict(_found()))
+
+
+def element_type(name: str) -> ElementType:
+    """The type of an element by the type of its force: a spring's where its numbers change in a run."""
+    return SPRINGS[name] if name in SPRINGS else ELEMENTS[name]

@@ -23,6 +23,7 @@ from mbproj.scene.fields.functions import Function, table
 from mbproj.scene.fields.placing import BODY_POINT, POINTS_OF, TWO_BODIES, TWO_POINTS, two_ends
 from mbproj.scene.fields.quantities import Number, position_in
 from mbproj.scene.fields.reading import Unfit
+from mbproj.scene.fields.varying import Varying
 from mbproj.scene.records import BodyForce, Force, JointForce, Law, PointForce
 
 
@@ -32,9 +33,9 @@ def _law_keys(force: str, coordinate: str, unit: str, free: str) -> dict[str, Fi
     per_unit = "N*m/rad" if unit == "rad" else "N/m"
     per_rate = "N*m*s/rad" if unit == "rad" else "N*s/m"
     return {
-        "stiffness": Number(per_unit, minimum=0.0),
-        "damping": Number(per_rate, minimum=0.0),
-        free: Number(unit, minimum=0.0) if free == "free_length" else position_in(unit),
+        "stiffness": Varying(Number(per_unit, minimum=0.0)),
+        "damping": Varying(Number(per_rate, minimum=0.0)),
+        free: Varying(Number(unit, minimum=0.0) if free == "free_length" else position_in(unit)),
         force: Function(value, ("t", coordinate, f"{coordinate}_dot"), names_channels=True),
         "table": table(unit, value, ("natural", "clamped", "linear")),
     }
@@ -61,16 +62,28 @@ def _law(given: Mapping[str, Any], force: str, free: str, default: float | None)
     return Law(given.get("stiffness", 0.0), given.get("damping", 0.0), given.get(free, default), function)
 
 
+def _varying(type: str, law: Mapping[str, Any], free: str) -> Kind | None:
+    """The element that a spring is where a number of its law changes in a run."""
+    if not any(isinstance(law.get(key), Program) for key in ("stiffness", "damping", free)):
+        return None
+    values = dict(law)
+    if "table" in law:
+        values["table"] = Program(tabulated(law["table"], variable(COORDINATE)))
+    return Kind(type, values)
+
+
 def _spring(
     name: str, type: str, points: Any = None, bodies: Any = None, locations: Any = None, **law: Any
 ) -> PointForce:
     bodies, pair = two_ends(points, bodies, locations)
-    return PointForce(name, bodies, pair, _law(law, "force", "free_length", None))
+    own, varies = _law(law, "force", "free_length", None), _varying(type, law, "free_length")
+    return PointForce(name, bodies, pair, Law() if varies else own, varies)
 
 
 def _joint_spring(force: str, free: str, unit: str) -> Any:
     def make(name: str, type: str, joint: str, coordinate: str = "", **law: Any) -> JointForce:
-        return JointForce(name, joint, {coordinate: _law(law, force, free, 0.0)}, unit)
+        own, varies = _law(law, force, free, 0.0), _varying(type, law, free)
+        return JointForce(name, joint, {coordinate: Law() if varies else own}, unit, element=varies)
 
     return make
 

@@ -1,0 +1,56 @@
+"""Springs and dampers whose numbers change in a run: as `spring_damper` and its kin are where a number of theirs names
+the time, a signal or a coordinate.
+
+type: torsion_spring_damper, joint: pin, stiffness: 40*(1 + grip), damping: 0.5
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial
+from typing import Literal
+
+from mbproj.elements import Element, Force, State
+from mbproj.functions.program import Program
+from mbproj.functions.sums import reading
+from mbproj.scene.blocks.elements.element_type import ElementType
+from mbproj.scene.expressions.formula import formula
+from mbproj.scene.fields.functions import Function
+from mbproj.scene.fields.quantities import Number
+
+Given = float | Program
+
+
+def _spring(
+    name: str, s: str, free: str, stiffness: Given = 0.0, damping: Given = 0.0, table: Given = 0.0, **at: Given
+) -> Element:
+    """F = table(s) - k (s - free) - c s'. It keeps k (s - free)²/2: what changes k or the free length does work. What c
+    takes is heat."""
+    place, rate, rest = reading(s), reading(f"{s}_dot"), at.get(free, 0.0)
+    push, stores, heat = formula("T", T=table), None, tuple[State, ...]()
+    if stiffness != 0.0:
+        push = formula("T - k*(s - s0)", T=push, k=stiffness, s=place, s0=rest)
+        stores = formula("k*(s - s0)**2/2", k=stiffness, s=place, s0=rest)
+    if damping != 0.0:
+        push = formula("T - c*rate", T=push, c=damping, rate=rate)
+        heat = (State("heat", formula("c*rate**2", c=damping, rate=rate), unit="J", counts=True),)
+    lost = reading(f"{name}.heat") if heat else None
+    return Element(name, reads=(s, f"{s}_dot"), states=heat, forces=(Force(s, push),), stores=stores, lost=lost)
+
+
+def _type(along: Literal["m", "rad"], force: str, free: str) -> ElementType:
+    keys: dict[str, Number | Function] = {
+        "stiffness": Number(f"{force}/{along}"),
+        "damping": Number(f"{force}*s/{along}"),
+        free: Number(along),
+        "table": Function(force, ("s",)),
+    }
+    return ElementType(along, keys, partial(_spring, free=free))
+
+
+#: By the types of force that they are written as.
+SPRINGS: Mapping[str, ElementType] = {
+    "spring_damper": _type("m", "N", "free_length"),
+    "linear_spring_damper": _type("m", "N", "free_displacement"),
+    "torsion_spring_damper": _type("rad", "N*m", "free_angle"),
+}
