@@ -12,7 +12,7 @@ from mbproj.dataclass import dataclass
 from mbproj.functions.program import CHANNELS, COORDINATE, RATE, TIME, Program
 from mbproj.functions.table import Table, periodic, polygon, spline
 from mbproj.scene.expressions.evaluate import CONSTANTS
-from mbproj.scene.expressions.syntax_tree import Expression, Name, walk
+from mbproj.scene.expressions.syntax_tree import Expression, Name, names, walk
 from mbproj.scene.expressions.units import SYMBOLS, describe
 from mbproj.scene.fields.alternatives import Alternatives
 from mbproj.scene.fields.choices import Choice
@@ -65,6 +65,33 @@ class Function(Field[Program]):
 
     def schema(self) -> Schema:
         return {"description": self.expects, "type": ["number", "string"], "pattern": r"\S"}
+
+
+@dataclass(frozen=True)
+class Varying(Field[float | Program]):
+    """A `number`, or an expression in its unit that names t, signals, states or coordinates; bounds are of numbers."""
+
+    number: Number
+
+    @property
+    def expects(self) -> str:
+        return f"{self.number.expects} or an expression of t and signals"
+
+    @property
+    def unit(self) -> str | None:
+        """The SI unit it is in, as `Number` has it."""
+        return self.number.unit
+
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> float | Program | None:
+        tree = reading.parse(node) if isinstance(node, ScalarNode) and node.text.strip() else None
+        if isinstance(node, ScalarNode) and tree is not None:
+            changes = "t" in names(tree) or channels_in(tree, {}, reading)
+            if changes or is_misspelt(tree, reading.names.keys(), node, reading):
+                return Function(self.unit, names_channels=True).read(node, path, reading) if changes else None
+        return self.number.read(node, path, reading)
+
+    def schema(self) -> Schema:
+        return self.number.schema()
 
 
 def channels_in(tree: Expression, variables: Mapping[str, int], reading: Reading) -> tuple[str, ...]:

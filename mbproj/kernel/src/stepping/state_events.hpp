@@ -154,6 +154,12 @@ public:
         return -1;
     }
 
+    // Whether steps pass over the switch from which the motion leads back, from now on.
+    bool passes_over_back(double t) {
+        const int back = pushed_back();
+        return back >= 0 && gives_up(back, t);
+    }
+
     // At the end of a fixed step, whose pose and velocities are in place: takes note of what is passed over and has changed its
     // branch.
     void watch(double t, const Vector& y, const TimeWindow& window) {

@@ -255,14 +255,12 @@ private:
         events().glance_before(now_.t, now_.y, stepper_.first(), now_.h, schedule_.window());
         if (!stepper_.before_jump(now_.t, now_.y)) return stop_at(now_.t), false;
         change();
-        if (!renew()) return false;
-        while (true) {
-            events().glance_after(now_.t, now_.y, stepper_.first(), now_.h, schedule_.window());
-            const int back = events().pushed_back();
-            if (back < 0) return true;
-            if (!events().gives_up(back, now_.t)) return stop(Outcome::pushed_back(now_.t, back)), false;
+        do {
             if (!renew()) return false;
-        }
+            events().glance_after(now_.t, now_.y, stepper_.first(), now_.h, schedule_.window());
+        } while (events().passes_over_back(now_.t));
+        const int back = events().pushed_back();
+        return back < 0 || (stop(Outcome::pushed_back(now_.t, back)), false);
     }
 
     bool renew() {  // the slope at the state, and a new balance

@@ -19,11 +19,10 @@ from mbproj.scene.fields.checks import of_these_bodies
 from mbproj.scene.fields.choices import Choice, Reference
 from mbproj.scene.fields.containers import Check, OneOf, Record
 from mbproj.scene.fields.fields import Field, List
-from mbproj.scene.fields.functions import Function, table
+from mbproj.scene.fields.functions import Function, Varying, table
 from mbproj.scene.fields.placing import BODY_POINT, POINTS_OF, TWO_BODIES, TWO_POINTS, two_ends
 from mbproj.scene.fields.quantities import Number, position_in
 from mbproj.scene.fields.reading import Unfit
-from mbproj.scene.fields.varying import Varying
 from mbproj.scene.records import BodyForce, Force, JointForce, Law, PointForce
 
 
