@@ -259,8 +259,7 @@ private:
             if (!renew()) return false;
             events().glance_after(now_.t, now_.y, stepper_.first(), now_.h, schedule_.window());
         } while (events().passes_over_back(now_.t));
-        const int back = events().pushed_back();
-        return back < 0 || (stop(Outcome::pushed_back(now_.t, back)), false);
+        return events().pushed_back() < 0 || (stop(Outcome::pushed_back(now_.t, events().pushed_back())), false);
     }
 
     bool renew() {  // the slope at the state, and a new balance
