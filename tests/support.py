@@ -11,6 +11,7 @@ import numpy as np
 
 from mbproj.functions.curves.track import Track
 from mbproj.joints import JOINTS, Parameter
+from mbproj.joints.ratios import Ratio
 from mbproj.joints.table import TWO_ANGLES
 from mbproj.scene.blocks.ropes.path import Node
 from mbproj.scene.blocks.ropes.path import Path as RopePath
@@ -55,7 +56,7 @@ def random_body(rng: np.random.Generator, name: str) -> Body:
     )
 
 
-PARAMETERS = {"pitch": 0.4, "length": 1.3}
+PARAMETERS = {"pitch": 0.4, "length": 1.3, "slots": 5.0}
 
 
 def parameter(name: str, given: Parameter) -> float | tuple[float, ...] | Track:
@@ -167,10 +168,10 @@ def random_coupling(name: str, kind: str, couples: tuple[str, ...], bodies: tupl
     """A joint of this type on the coordinates of others; a coupler on sums of angles."""
     nowhere = Pair((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     parameters = {name: parameter(name, own) for name, own in JOINTS[kind].parameters.items()}
-    weights, period = (JOINTS[kind].coupling or (lambda: ((2.0, -3.0), None)))(**parameters)
+    weights, period, function = (JOINTS[kind].coupling or (lambda: Ratio((2.0, -3.0), None)))(**parameters)
     names = {"angle": "angle", "along": "displacement"}
     of = zip(couples, JOINTS[kind].couples or TWO_ANGLES, weights, strict=True)
-    coupled = Coupled({f"{joint}.{names[each]}": weight for joint, each, weight in of}, period=period)
+    coupled = Coupled({f"{joint}.{names[each]}": weight for joint, each, weight in of}, function, period=period)
     return Joint(name, kind, bodies, nowhere, parameters=parameters, couples=coupled)
 
 

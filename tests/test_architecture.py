@@ -34,7 +34,7 @@ MAY_IMPORT = {
     "outputs": set(),
     "thresholds": set(),
     "kernel": {"constraints", "functions", "model"},
-    "joints": {"constraints"},
+    "joints": {"constraints", "functions"},
     "functions": set(),
     "elements": {"functions"},
     "scene": {"functions", "elements", "joints"},

@@ -45,15 +45,24 @@ def _power_of(a: Series, b: Series) -> Series:
     return a[0] ** b[0], grown[1], grown[2]
 
 
+def _direction(y: Numbers, x: Numbers) -> Numbers:
+    """atan2, which numpy has of real numbers alone: of complex ones to first order in their imaginary parts."""
+    real = np.arctan2(y.real, x.real)
+    if not (np.iscomplexobj(x) or np.iscomplexobj(y)):
+        return real
+    return real + 1j * (x.real * y.imag - y.real * x.imag) / (x.real**2 + y.real**2)
+
+
 def _atan2(y: Series, x: Series) -> Series:
     r2 = x[0] * x[0] + y[0] * y[0]
     rate = (x[0] * y[1] - y[0] * x[1]) / r2
     bend = (x[0] * y[2] - y[0] * x[2]) / r2
-    return np.arctan2(y[0], x[0]), rate, bend - 2.0 * rate * (x[0] * x[1] + y[0] * y[1]) / r2
+    return _direction(y[0], x[0]), rate, bend - 2.0 * rate * (x[0] * x[1] + y[0] * y[1]) / r2
 
 
 def _hypot(a: Series, b: Series) -> Series:
-    h = np.hypot(a[0], b[0])
+    complex_ = np.iscomplexobj(a[0]) or np.iscomplexobj(b[0])
+    h = np.sqrt(a[0] * a[0] + b[0] * b[0]) if complex_ else np.hypot(a[0], b[0])
     h1 = (a[0] * a[1] + b[0] * b[1]) / h
     return h, h1, (a[1] * a[1] + a[0] * a[2] + b[1] * b[1] + b[0] * b[2] - h1 * h1) / h
 

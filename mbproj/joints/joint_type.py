@@ -18,7 +18,7 @@ class Parameter(NamedTuple):
     name, of a curve or of a side. `optional`: whether it may be left out."""
 
     unit: str
-    may_be: Literal["any", "positive", "nonzero", "teeth", "curve", "convex", "side"] = "any"
+    may_be: Literal["any", "positive", "nonzero", "teeth", "slots", "curve", "convex", "side"] = "any"
     many: int | None = None
     words: str = "numbers"
     optional: bool = False

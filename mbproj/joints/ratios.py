@@ -5,12 +5,16 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from mbproj.functions.program import COORDINATE, Code, Op, Program, apply, number, variable
+
 
 class Ratio(NamedTuple):
-    """The weights of what a row couples, and the period of the sum, None where turns of the angles alone make it."""
+    """The weights of what a row couples, and the period of the sum, None where turns of the angles alone make it; and
+    what the sum is less, a function of the first coordinate."""
 
     weights: tuple[float, ...]
     period: float | None
+    function: Program | None = None
 
 
 def thread(pitch: float) -> Ratio:
@@ -49,3 +53,24 @@ def tread(radius: float) -> Ratio:
 def halve() -> Ratio:
     """φ0 - (φ1 + φ2) / 2 in rad, of the carrier and the two shafts of a differential."""
     return Ratio((1.0, -0.5, -0.5), None)
+
+
+def geneva(slots: float) -> Ratio:
+    """φ2 + f(φ1) in rad, of a driver whose pin is on the line of centres at φ1 = 0, and of its wheel.
+
+    In a slot f = atan2(k sin φ1, 1 - k cos φ1), with k = sin(π/n) as the pin enters its slot along it: that is where
+    cos φ1 = k, and f' = 0. From there on f stays ±π/n, for a step of 2π/n a turn.
+    """
+    k, φ = math.sin(math.pi / slots), variable(COORDINATE)
+    sine, cosine = apply(Op.SIN, φ), apply(Op.COS, φ)
+    turned = apply(Op.ATAN2, _times(k, sine), apply(Op.SUBTRACT, number(1.0), _times(k, cosine)))
+    # φ less its distance from ±π: that does not jump at a half turn
+    back = apply(Op.ATAN2, apply(Op.NEGATE, sine), apply(Op.NEGATE, cosine))
+    stays = _times(1.0 / slots, apply(Op.SUBTRACT, φ, back))
+    locked = apply(Op.ADD, number(0.5), _times(0.5, apply(Op.SIGN, apply(Op.SUBTRACT, number(k), cosine))))
+    found = apply(Op.ADD, turned, apply(Op.MULTIPLY, locked, apply(Op.SUBTRACT, stays, turned)))
+    return Ratio((0.0, 1.0), None, Program(apply(Op.NEGATE, found)))
+
+
+def _times(factor: float, code: Code) -> Code:
+    return apply(Op.MULTIPLY, number(factor), code)

@@ -34,7 +34,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from mbproj.joints.joint_type import JointType, Parameter, Row
-from mbproj.joints.ratios import halve, mesh, pinion, thread, tread, wrap
+from mbproj.joints.ratios import geneva, halve, mesh, pinion, thread, tread, wrap
 
 #: Unit of a coordinate by the primitive that measures it.
 COORDINATE_UNITS = MappingProxyType(
@@ -237,6 +237,13 @@ JOINTS: Mapping[str, JointType] = MappingProxyType(
             parameters={"radii": Parameter("m", "nonzero", 2, "radii")},
             couples=TWO_ANGLES,
             coupling=wrap,
+        ),
+        "geneva": JointType(
+            "joints",
+            COUPLED,
+            parameters={"slots": Parameter("", "slots")},
+            couples=TWO_ANGLES,
+            coupling=geneva,
         ),
         "differential": JointType("joints", COUPLED, couples=(*TWO_ANGLES, "angle"), coupling=halve),
         "coupler": JointType("joints", COUPLED),

@@ -929,6 +929,20 @@ class Belt(Part):
         radii: Vector,
     ) -> None: ...
 
+class Geneva(Part):
+    """A geneva joint of a scene. Arguments are its keys:
+
+    joints: 2 names of joints
+    slots: a number
+    """
+
+    def __init__(
+        self,
+        *,
+        joints: Sequence[str],
+        slots: Quantity,
+    ) -> None: ...
+
 class Differential(Part):
     """A differential joint of a scene. Arguments are its keys:
 

@@ -37,6 +37,7 @@ from mbproj.scene.fields.checks import (
     of_these_bodies,
     pair_of,
     same_kind,
+    slot_count,
     tooth_count,
 )
 from mbproj.scene.fields.choices import Choice, Reference
@@ -71,7 +72,7 @@ FRAME_KEYS: Mapping[str, Mapping[str, Field[Placed]]] = {
     "axes": {"axes": AXES},
 }
 #: The rules on parameters of joints, by the words in the joint table.
-RULES: Mapping[str, Callable[[float], float]] = {"nonzero": nonzero, "teeth": tooth_count}
+RULES: Mapping[str, Callable[[float], float]] = {"nonzero": nonzero, "teeth": tooth_count, "slots": slot_count}
 
 #: Of a closed curve, and of an open one in its direction.
 SIDES = ("outside", "inside", "left", "right")
@@ -222,7 +223,7 @@ def _coupling(name: str, type: str, joints: tuple[str, ...], **parameters: Any) 
     coupling = JOINTS[type].coupling
     assert coupling is not None
     ratio = coupling(**parameters)
-    coupled = Coupled(dict(zip(joints, ratio.weights, strict=True)), period=ratio.period)
+    coupled = Coupled(dict(zip(joints, ratio.weights, strict=True)), ratio.function, period=ratio.period)
     return Joint(name, type, ("", ""), NOWHERE, parameters=parameters, couples=coupled)
 
 

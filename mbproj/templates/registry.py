@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place, Problem
-from mbproj.templates import bars, cam, hoist, ladder, linkages, pendulum, star, winch
+from mbproj.templates import bars, cam, geneva, hoist, ladder, linkages, pendulum, star, winch
 from mbproj.templates.values import OPTIONS, Values, values_of
 
 
@@ -30,6 +30,7 @@ TEMPLATES: Mapping[str, Template] = {
     "slider-crank": Template("driven, in a plane", linkages.SLIDER_CRANK, linkages.slider_crank),
     "four-bar": Template("a driven crank-rocker", linkages.FOUR_BAR, linkages.four_bar),
     "cam": Template("a cam, its roller follower and a spring", cam.DEFAULTS, cam.cam),
+    "geneva": Template("a pin that turns a slotted wheel step by step", geneva.DEFAULTS, geneva.geneva),
     "hoist": Template("a drum, a rope and a moving block", hoist.DEFAULTS, hoist.hoist),
     "winch": Template("a drum and its load, coupled by a row", winch.DEFAULTS, winch.winch),
 }

@@ -26,8 +26,9 @@ LENGTH, MASS = Number("m", above=0.0), Number("kg", above=0.0)
 OPTIONS: Mapping[str, Option] = {
     "links": Option(Integer(minimum=1), "Number of bars."),
     "loops": Option(Integer(minimum=1), "Number of loops, one below the other."),
-    "length": Option(LENGTH, "Length of each bar; how far the load falls."),
-    "mass": Option(MASS, "Mass of each bar; of the slider, the coupler, the follower, or the load."),
+    "slots": Option(Integer(minimum=3), "Number of slots of the wheel."),
+    "length": Option(LENGTH, "Length of each bar; how far the load falls; distance of the axles."),
+    "mass": Option(MASS, "Mass of each bar; of the slider, the coupler, the follower, the load, or the wheels."),
     "radius": Option(LENGTH, "Radius of the drum, or of the base circle of the cam."),
     "angle": Option(Number("rad"), "Angle of the bars at the start, from hanging straight down."),
     "crank": Option(LENGTH, "Length of the crank."),
@@ -35,7 +36,7 @@ OPTIONS: Mapping[str, Option] = {
     "coupler": Option(LENGTH, "Length of the coupler."),
     "rocker": Option(LENGTH, "Length of the rocker."),
     "frame": Option(LENGTH, "Distance of the pivots of crank and rocker."),
-    "speed": Option(Number("rad/s", above=0.0), "Speed of the crank, the hub or the cam."),
+    "speed": Option(Number("rad/s", above=0.0), "Speed of the crank, the hub, the cam or the driver."),
 }
 
 
@@ -71,7 +72,7 @@ def values_of(given: Mapping[str, str], defaults: Mapping[str, str], what: str) 
             number[option] = given_number(value, f"--{option}", OPTIONS[option].field)
         except InputError as error:
             problems += error.problems
-    for option in ("links", "loops"):
+    for option in ("links", "loops", "slots"):
         if number.get(option, 0) > MOST:
             problems.append(refused(option, f"is at most {MOST}, found {number[option]:g}", "give fewer"))
     if problems:

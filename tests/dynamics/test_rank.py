@@ -34,6 +34,7 @@ FREEDOM = {
     "gear": 1,
     "rack": 2,
     "belt": 1,
+    "geneva": 1,
     "differential": 2,
     "coupler": 1,
     "telescope": 24,

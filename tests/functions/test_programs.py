@@ -14,6 +14,7 @@ from mbproj.functions.program import ARGUMENTS, CHANNELS, TIME, Op, Program, app
 from mbproj.functions.program_set import flatten
 from mbproj.functions.series import constant_series, failure, run, slope, slopes, time_series
 from mbproj.functions.standard import harmonic, polynomial, smooth_step, tabulated, uniform
+from mbproj.functions.switches import SWITCHING
 from mbproj.functions.table import polygon, spline
 from mbproj.scene.expressions.compiled import compiled
 from mbproj.scene.expressions.evaluate import Unavailable, Value, evaluate
@@ -53,6 +54,16 @@ def test_derivatives_are_those_of_the_function(text):
     by_differences = differences(code)
     np.testing.assert_allclose(first, by_differences[0], rtol=1e-9, atol=1e-9)
     np.testing.assert_allclose(second, by_differences[1], rtol=1e-6, atol=1e-7)
+
+
+@pytest.mark.parametrize("text", [text for text in SMOOTH if not SWITCHING & {each.op for each in expression(text)}])
+def test_a_complex_step_is_their_derivative(text):
+    """As third derivatives of rows ask for."""
+    code, step = expression(text), 1e-100
+    value, first, _ = run(flatten([Program(code)]), 0, [(T + 1j * step, 1.0 + 0.0 * T, 0.0 * T)])
+    _, own, second = series(code)
+    for found, expected in ((value, own), (first, second)):
+        np.testing.assert_allclose(np.imag(found) / step + 0.0 * T, expected, rtol=1e-12, atol=1e-13)
 
 
 def test_every_operation_is_among_them():

@@ -153,6 +153,8 @@ QUESTIONS = {
     "cam": "follow_a_curve",
     "lift law": "follow_a_curve",
     "differential": "couple_joints",
+    "geneva": "couple_joints",
+    "tappet": "follow_a_curve",
     "crank": "model_my_own_mechanism",
     "CI": "run_mechanisms_in_ci",
     "jenkins": "run_mechanisms_in_ci",

@@ -41,6 +41,7 @@ EXPECTED = {
     "drum_brake": ("planar", "the joints keep every body in the plane normal to [0, 0, 1]", 1),
     "five_bar": ("planar", IN_Y, 5),
     "free_body": ("reduced", f"{FREE}can keep the bodies in a plane: no joint has an axis", 6),
+    "geneva": ("planar", IN_Y, 1),
     "governor": ("reduced", f"{FREE}keeps body ", 2),
     "heavy_top": ("reduced", f"{FREE}can keep the bodies in a plane: no joint has an axis", 3),
     "hoist": ("planar", IN_Y, 1),
@@ -64,6 +65,7 @@ EXPECTED = {
     "steered_car": ("reduced", "not planar: joint 'front_left_rolls' rolls out of the plane", 1),
     "stewart_platform": ("reduced", "not planar: joint 'U1' is tilted", 6),
     "stick_slip": ("planar", IN_Y, 1),
+    "valve_train": ("planar", IN_Y, 3),
     "swinging_atwood": ("planar", IN_Y, 3),
     "turntable": ("reduced", "not planar: joint 'rolls' rolls out of the plane", 3),
 }

@@ -44,6 +44,7 @@ REFUSED = {
     "stick_slip": {"equilibrium": MOVES},
     "swinging_atwood": {"equilibrium": "nothing balances"},
     "turntable": {"equilibrium": MOVES},
+    "valve_train": {"equilibrium": "beyond the rigid", "modes": TOUCHES},
 }
 UNJOINED = "there is nothing to project"
 KINEMATIC = "the run is kinematic"

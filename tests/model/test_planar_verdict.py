@@ -41,6 +41,8 @@ SHIPPED = {
     "governor": "nothing but symmetry keeps body 'right' in the plane normal to [0, 1, 0]",
     "heavy_top": "nothing but symmetry can keep the bodies in a plane: no joint has an axis",
     "hoist": [0, 1, 0],
+    "geneva": [0, 1, 0],
+    "valve_train": [0, 1, 0],
     "hooke_shaft": "nothing but symmetry keeps body 'driven' in the plane normal to [0, 0, 1]",
     "inline_four": [1, 0, 0],
     "locomotive": [0, 1, 0],

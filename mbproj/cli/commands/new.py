@@ -32,7 +32,7 @@ existing file is not replaced. KIND is one of:
 def _options(command: Callable[..., Any]) -> Callable[..., Any]:
     """An option for each number of the templates."""
     for name, number in reversed(list(OPTIONS.items())):
-        metavar = "N" if name in ("links", "loops") else "NUMBER"
+        metavar = "N" if name in ("links", "loops", "slots") else "NUMBER"
         command = option(Part.WHAT, f"--{name}", metavar=metavar, help=f"{number.help} {_defaults(name)}")(command)
     return command
 

@@ -66,7 +66,7 @@ def primitive_of(row: Row, joint: Joint) -> Primitive:
     if kind is Coupling and "curve" in joint.parameters:
         return rolling(joint)
     if kind is Coupling and coupling is not None:
-        weights, period = coupling(**joint.parameters)
+        weights, period, _ = coupling(**joint.parameters)
         return Coupling(JOINTS[joint.type].couples, weights, period or 0.0)
     given = numbers_of(joint.parameters)
     return kind(**{name: given[name] for name in kind.parameters})

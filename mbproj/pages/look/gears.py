@@ -1,4 +1,5 @@
-"""The wheels of a gear: a ring on the second body of each of the two joints that it couples, at their pitch circles."""
+"""The wheels of a gear: a ring on the second body of each of the two joints that it couples, at their pitch circles;
+the pin and the wheel of a Geneva drive."""
 
 from __future__ import annotations
 
@@ -7,7 +8,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.pages.look.parts import Part, bar, triad
+from mbproj.pages.look.parts import Part, bar, cylinder, triad
+from mbproj.pages.look.plates import Outline, track
 
 #: Axes are parallel where the sine of their angle is below this.
 PARALLEL = 1e-6
@@ -32,3 +34,23 @@ def wheel(point: Array, axis: Array, normal: Array, radius: float, r: float) -> 
     yield Part("tube", (radius + 0.3 * r, max(radius - 1.2 * r, 0.5 * radius), 1.2 * r), point, triad(axis, normal))
     for spoke in (normal, np.cross(axis, normal)):
         yield bar(point - 0.9 * radius * spoke, point + 0.9 * radius * spoke, 0.4 * r)[0]
+
+
+def pin(point: Array, axis: Array, along: Array, crank: float, r: float) -> Iterator[Part]:
+    """The arm of a driver with its pin."""
+    yield bar(point, point + crank * along, r)[0]
+    yield cylinder(0.7 * r, 4.0 * r, point + crank * along, axis)
+
+
+def slotted(point: Array, axis: Array, along: Array, distance: float, slots: int, r: float) -> Part:
+    """A wheel whose slots reach as far as a pin comes; one of them is along `along`. They widen outward by as little
+    as the pin is thick, so that all of the rim is seen from the middle."""
+    rim, bottom = distance * np.cos(np.pi / slots), distance * (1.0 - np.sin(np.pi / slots)) - 0.8 * r
+    wide, step = 0.8 * r / rim, 2.0 * np.pi / slots
+    corners = []
+    for slot in range(slots):
+        angles = slot * step + np.linspace(wide, step - wide, 7)
+        corners += [(bottom, slot * step - 0.9 * wide), (bottom, slot * step + 0.9 * wide), *((rim, a) for a in angles)]
+    radius, angle = np.array(corners).T
+    outline = Outline(np.column_stack([radius * np.cos(angle), radius * np.sin(angle)]), True, True, 0.0, 0.0)
+    return track(outline, point, triad(axis, along), r)

@@ -9,7 +9,7 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.model.compile.frames import poses_of
-from mbproj.pages.look.gears import radii, wheel
+from mbproj.pages.look.gears import pin, radii, slotted, wheel
 from mbproj.pages.look.glyphs import GLYPHS, STANDING, Frame, pedestal, sketch_of
 from mbproj.pages.look.layout import Layout
 from mbproj.pages.look.motion import Motion
@@ -119,11 +119,35 @@ def _wheels(joint: Joint, item: int, layout: Layout, motion: Motion) -> Iterator
     points = [start.point(owner, frame["p2"])[0] for owner, frame in zip(owners, frames, strict=True)]
     axes = [start.vector(owner, frame["z2"])[0] for owner, frame in zip(owners, frames, strict=True)]
     given = joint.parameters
+    if "slots" in given:
+        yield from _geneva(joint, item, layout, start, points, axes)
     found = [abs(radius) for radius in given.get("radii", (given["radius"],) if "radius" in given else ())]
     if "teeth" in given:
         found += radii(points, axes, given["teeth"]) or ()
     for radius, owner, frame in zip(found, owners, frames, strict=False):
         for part in wheel(frame["p2"], frame["z2"], frame["x2"], radius, layout.thickness):
+            yield Drawn(part, owner, "joints", item)
+
+
+def _geneva(
+    joint: Joint, item: int, layout: Layout, start: Motion, points: Sequence[Array], axes: Sequence[Array]
+) -> Iterator[Drawn]:
+    """The pin of the driver and the slotted wheel: at both zeros the pin is on the line of centres, in a slot."""
+    assert joint.couples is not None
+    line = points[1] - points[0]
+    line = line - (line @ axes[0]) * axes[0]
+    distance, slots = float(np.linalg.norm(line)), int(joint.parameters["slots"])
+    if distance == 0.0:
+        return
+    for side, name in enumerate(joint.couples.joints):
+        frame, (carrier, owner) = layout.frames[name], layout.bodies[name]
+        parts = [float(start.vector(carrier, frame[axis])[0] @ line) / distance for axis in ("x1", "y1")]
+        along = (1.0 if side == 0 else -1.0) * (parts[0] * frame["x2"] + parts[1] * frame["y2"])
+        if side == 0:
+            drawn = [*pin(frame["p2"], frame["z2"], along, distance * np.sin(np.pi / slots), layout.thickness)]
+        else:
+            drawn = [slotted(frame["p2"], frame["z2"], along, distance, slots, layout.thickness)]
+        for part in drawn:
             yield Drawn(part, owner, "joints", item)
 
 

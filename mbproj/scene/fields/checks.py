@@ -82,6 +82,13 @@ def tooth_count(number: float) -> float:
     return number
 
 
+def slot_count(number: float) -> float:
+    """A whole number of slots, with room for a pin between them."""
+    if number < 3.0 or not number.is_integer():
+        raise Unfit(f"has {number:g} for a number of slots", "give a whole number, 3 or more")
+    return number
+
+
 def two_points(points: tuple[Vector, Vector]) -> Pair:
     """A pair of global points, the first in the first body, that are not the same."""
     if points[0] == points[1]:
