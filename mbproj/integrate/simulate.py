@@ -22,6 +22,7 @@ from mbproj.integrate.events.splits import splits_of, unresolved
 from mbproj.integrate.events.time_events import DECIDES, SHARED, Event, crowded, events_of
 from mbproj.integrate.formulations.choice import Choice, choose
 from mbproj.integrate.formulations.kinematic import settings_along
+from mbproj.integrate.loop.followed_steps import FollowedSteps
 from mbproj.integrate.loop.interruption import Interruption, interruption
 from mbproj.integrate.loop.one_method import march_by_one_method
 from mbproj.integrate.outcome.lock_up import naming_lock_up
@@ -69,8 +70,7 @@ class EventRecorder(Recorder, Protocol):
 
 #: Called with the simulated time reached, in s: after every block of samples, and now and then where there are none.
 Progress = Callable[[float], None]
-#: Called before blocks, for a tenth of the time at most, and at the end: with the formulation, the program's build, and
-#: the state from which another run can go on.
+#: Called now and then, and at the end: with the formulation, the program's build, the state that a run can go on from.
 Keep = Callable[[str, str, Mark], None]
 
 
@@ -105,14 +105,14 @@ def simulate(
     accounts: bool = True,
     controller: Function | None = None,
     period: float | None = None,
+    steps: FollowedSteps | None = None,
 ) -> Report:
     """Integrates from `state` over `settings.duration`, and reports. From a mark that `keep` was given
     before it goes on to the bits of one run: of the same system, state and settings but for the duration. Studies need
     no energies in the report: without `accounts` they are NaN. Each `period` (s), `controller(t, signals)` sets states.
 
-    Raises InputError where the settings do not fit the system or its equations have no unique solution. Raises
-    SimulationError where the run cannot go on, KeyboardInterrupt after SIGINT or SIGTERM; the last two after everything
-    computed so far was recorded.
+    Raises InputError where the settings do not fit the system or its equations have no unique solution. Raises, after
+    all that was computed is recorded, SimulationError where it cannot go on, KeyboardInterrupt after SIGINT or SIGTERM.
     """
     _refuse_at_the_start(system, state, settings)
     choice, asked_for = choose(system, state, settings), settings
@@ -122,9 +122,8 @@ def simulate(
     weight = float(np.sum(system.mass) * np.linalg.norm(system.gravity))
     reach = system.length + float(np.abs(pose_of(state.q).position).max(initial=0.0))
     moves = choice.degrees_of_freedom > 0 or system.driven > 0
-    tally, floors = Tally(), np.zeros(3)
+    tally, floors, marks = Tally(), np.zeros(3), Marks(resumed, wanted=keep is not None)
     energy = EnergyWatch(weight * reach, moves=moves, wanted=accounts)
-    marks = Marks(resumed, wanted=keep is not None)
     keeping = None if keep is None else Keeping(marks, partial(keep, choice.name, fingerprint()))
     automatic = _automatic() if settings.integrator == AUTOMATIC else None
     stiffness = StiffnessWatch(choice, system, settings, partial(_march, choice, system, tally=Tally()))
@@ -144,7 +143,7 @@ def simulate(
 
             run = outside.march_with(controller, period, choice, system, state, settings, tally, marks)
         else:
-            run = _march(choice, system, state, settings, tally=tally, marks=marks, automatic=automatic)
+            run = _march(choice, system, state, settings, tally=tally, marks=marks, automatic=automatic, steps=steps)
 
         def pause() -> None:
             if progress is not None:
@@ -231,10 +230,11 @@ def _march(
     tally: Tally,
     marks: Marks | None = None,
     automatic: Automatic | None = None,
+    steps: FollowedSteps | None = None,
 ) -> Iterator[Samples | None]:
     """Samples of any mechanism."""
     if automatic is None and not system.has_contacts:
-        return march_by_one_method(choice, system, state, settings, tally=tally, marks=marks)
+        return march_by_one_method(choice, system, state, settings, tally=tally, marks=marks, steps=steps)
     from mbproj.integrate.stops.march import march
 
     return march(choice, system, state, settings, tally=tally, marks=marks, automatic=automatic)

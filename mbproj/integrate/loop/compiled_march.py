@@ -17,6 +17,7 @@ from mbproj.integrate.events.law_switches import switches_of
 from mbproj.integrate.events.leg import Leg
 from mbproj.integrate.events.time_events import Event
 from mbproj.integrate.formulations.compiled import PHASES, Compiled
+from mbproj.integrate.loop.followed_steps import FollowedSteps
 from mbproj.integrate.loop.looks import Looks, Standing
 from mbproj.integrate.outcome.failures import of_a_rope, unsolved_owner
 from mbproj.integrate.outcome.marks import START, Mark, Marks, restored_events, resuming, saved_events
@@ -66,6 +67,7 @@ def march(
     watched: Watched | None = None,
     inside: Inside | None = None,
     outside: Outside | None = None,
+    steps: FollowedSteps | None = None,
 ) -> Iterator[Samples | None]:
     """Blocks of samples from the start to the end of a leg, the whole run where none is given, or from a mark on; None
     where the kernel came back without any, so that its caller can look whether the run is still wanted. Raises
@@ -78,6 +80,8 @@ def march(
         run.watch(
             [_as_known(each) for each in watched.gaps], [_own(compiled, each) for each in watched.rows], watched.spacing
         )
+    if steps is not None:
+        steps.begin(run, leg)
     if inside is not None:
         inside.begin(run)
     if marks.resumed:
@@ -110,6 +114,8 @@ def march(
             return
     if run.outcome.status == compiled.core.Status.halted:
         raise Halted(_halted_at(compiled, run, inside))
+    if steps is not None:
+        steps.finish(run, leg)
     failure = compiled.failure(run, settings)
     if failure is not None:
         at = run.standing

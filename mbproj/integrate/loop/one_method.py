@@ -9,10 +9,12 @@ from mbproj.dynamics.observe.samples import Samples, stack
 from mbproj.integrate.formulations.choice import Choice
 from mbproj.integrate.loop.compiled_march import Outside
 from mbproj.integrate.loop.compiled_march import march as march_compiled
+from mbproj.integrate.loop.followed_steps import FollowedSteps
 from mbproj.integrate.loop.looks import Looks
 from mbproj.integrate.outcome.marks import Marks
 from mbproj.integrate.outcome.tally import Tally
 from mbproj.model.system import System
+from mbproj.registry import is_explicit
 from mbproj.scene.records import Settings
 
 
@@ -26,11 +28,13 @@ def march_by_one_method(
     marks: Marks | None = None,
     looks: Looks | None = None,
     outside: Outside | None = None,
+    steps: FollowedSteps | None = None,
 ) -> Iterator[Samples | None]:
     """Samples in the order of time, in portions as they come; None where there is none, but time has passed."""
     marks = marks or Marks()
     if choice.compiled is not None:
-        yield from march_compiled(choice.compiled, state, settings, tally, marks, looks, outside=outside)
+        own = steps if is_explicit(settings.integrator) else None  # stages solved to a tolerance are not smooth
+        yield from march_compiled(choice.compiled, state, settings, tally, marks, looks, outside=outside, steps=own)
     else:  # what the kernel's runs do not need
         from mbproj.integrate.formulations.full import FullFormulation
         from mbproj.integrate.loop.march import march

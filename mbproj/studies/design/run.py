@@ -14,8 +14,7 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem
 from mbproj.scene.ranges.family import column_of
-from mbproj.scene.settings import settings_to_run
-from mbproj.studies.design.derivative import CENTRAL, derivative, step_of
+from mbproj.studies.design.derivative import Counted
 from mbproj.studies.design.front import balanced, front_of, merged
 from mbproj.studies.design.knowledge import Knowledge, knowledge
 from mbproj.studies.design.searches import EVOLUTION, FRONT, LEAST_SQUARES, QUADRATIC, Task, searched
@@ -157,16 +156,13 @@ def find_design(
 def _check_effects(spec: Spec, wish: Wish, points: Sequence[Array]) -> None:
     """Raises InputError for each number that nothing of what is wanted depends on, at the best designs that run."""
 
-    def all_of(u: Array) -> Array:
-        trial = tried(wish, u)
+    def all_of(trial: Trial) -> Array:
         return np.concatenate([trial.residuals, trial.goals, trial.limits])
 
-    found = []
+    found, trials = [], Counted(wish, tried)
     for u in points[:LOOKED_AT]:
-        at = all_of(u)
-        if np.isfinite(at).all():
-            h = step_of(settings_to_run(wish.scene(u)), CENTRAL)
-            slopes = np.nan_to_num(derivative(all_of, u, at, h, central=False), nan=1.0)
+        if np.isfinite(all_of(trials(u))).all():
+            slopes = np.nan_to_num(trials.slopes(all_of, u, central=False), nan=1.0)
             found.append(np.abs(slopes).max(axis=0) / max(float(np.abs(slopes).max()), 1e-300))
     if found:
         idle = [path for path, effect in zip(spec.paths, np.max(found, axis=0), strict=True) if effect < NO_EFFECT]
@@ -214,12 +210,12 @@ def _known(
 ) -> Design:
     best = searches[0]
     u = wish.shares(best.end)
-    trial, finer = tried(wish, u), tried(replace(wish, finer=2), u)
+    trials = Counted(wish, tried)
+    trial, finer = trials(u), tried(replace(wish, finer=2), u)
     error = finer.residuals - trial.residuals
     known = None
     if spec.targets:
-        h = step_of(settings_to_run(wish.scene(u)), CENTRAL)
-        slopes = derivative(lambda v: tried(wish, v).residuals, u, trial.residuals, h, central=True)
+        slopes = trials.slopes(lambda trial: trial.residuals, u, central=True)
         known = knowledge(spec.paths, best.end, spec.high - spec.low, slopes, trial.residuals)
     notes = tuple(_notes(spec, best, u, trial, known, error))
     return Design(spec, best.end, trial, searches, *engine, reused, runs, known, error, notes)

@@ -10,8 +10,7 @@ from scipy.optimize import least_squares, minimize
 
 from mbproj.arrays import Array, Flags
 from mbproj.dataclass import dataclass
-from mbproj.scene.settings import settings_to_run
-from mbproj.studies.design.derivative import CENTRAL, ONE_SIDED, Counted, derivative, step_of
+from mbproj.studies.design.derivative import Counted
 from mbproj.studies.design.start import INSIDE, brought_in, value_of, violation
 from mbproj.studies.design.trial import Trial, Wish, tried
 
@@ -37,7 +36,7 @@ class Task:
 class Watched:
     """Trials of one search, the best of them, and how it went down: (runs, value) wherever it became better."""
 
-    def __init__(self, wish: Wish, run: Callable[[Wish, Array], Trial] = tried) -> None:
+    def __init__(self, wish: Wish, run: Callable[..., Trial] = tried) -> None:
         self.trials, self._equal = Counted(wish, run), equalities(wish)
         self._allowed = np.array([BROKEN * max(abs(limit.bound), 1.0) for limit in wish.limits])
         self.best: tuple[float, float, Array] | None = None
@@ -79,15 +78,12 @@ def searched(wish: Wish, task: Task) -> dict[str, Any]:
 def _by_least_squares(wish: Wish, watched: Watched, u: Array, seed: int) -> None:
     """Levenberg-Marquardt's method in a trust region with bounds (Branch, Coleman, Li 1999). A trial that does not run
     makes the region smaller."""
-    settings = settings_to_run(wish.scene(u))
-    exact = settings.tolerance is None or bool(settings.kinematic)
-    h = step_of(settings, ONE_SIDED if exact else CENTRAL)
 
     def residuals(v: Array) -> Array:
         return watched(v).residuals
 
     def slopes(v: Array) -> Array:
-        return np.nan_to_num(derivative(residuals, v, residuals(v), h, central=not exact))
+        return np.nan_to_num(watched.trials.slopes(lambda trial: trial.residuals, v, central=False))
 
     least_squares(
         residuals,
@@ -105,14 +101,15 @@ def _by_least_squares(wish: Wish, watched: Watched, u: Array, seed: int) -> None
 def _by_quadratic_programs(wish: Wish, watched: Watched, u: Array, seed: int) -> None:
     """Sequential quadratic programs (Kraft 1988: SLSQP). A trial that does not run looks worse than the one before, the
     more so the farther it is: the line search goes back."""
-    h = step_of(settings_to_run(wish.scene(u)), CENTRAL)
     equal = equalities(wish)
     size = max(abs(value_of(watched(u))), 1e-300)
     last = u.copy()
 
-    def both(v: Array) -> Array:
-        trial = watched(v)
+    def all_of(trial: Trial) -> Array:
         return np.array([value_of(trial) / size, *trial.limits])
+
+    def both(v: Array) -> Array:
+        return all_of(watched(v))
 
     def value(v: Array) -> float:
         found = float(both(v)[0])
@@ -126,7 +123,7 @@ def _by_quadratic_programs(wish: Wish, watched: Watched, u: Array, seed: int) ->
         if not np.isfinite(at).all():
             return np.zeros((len(at), len(v)))
         last = v.copy()
-        return np.nan_to_num(derivative(both, v, at, h, central=True))
+        return np.nan_to_num(watched.trials.slopes(all_of, v, central=True))
 
     def limits(rows: Flags, sign: str) -> dict[str, Any]:
         return {

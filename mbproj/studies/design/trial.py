@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import field, replace
 from functools import lru_cache
 from math import nan
 from pathlib import Path
@@ -16,6 +16,7 @@ from mbproj.dynamics.assembly.assemble import nearest
 from mbproj.dynamics.equations.motions import drive_at
 from mbproj.errors import InputError, SimulationError
 from mbproj.integrate import simulate
+from mbproj.integrate.loop.followed_steps import FollowedSteps
 from mbproj.model import compile_system, initial_guess
 from mbproj.scene.expressions.evaluate import Value, evaluate
 from mbproj.scene.expressions.syntax_tree import parse
@@ -84,7 +85,8 @@ class Trial:
     `limits` (c,), which hold where they are 0 or more (those of `equals` where they are 0).
 
     One that does not run has NaN in these, and says why in `cause`. `open`, (r,), is how far its rows stay from
-    closing, in rad and parts of the length; `reached` is the share of the duration that it ran."""
+    closing, in rad and parts of the length; `reached` is the share of the duration that it ran. Trials beside it follow
+    its `steps`, where error control chose them."""
 
     residuals: Array
     goals: Array
@@ -92,6 +94,7 @@ class Trial:
     open: Array
     reached: float = 1.0
     cause: str = ""
+    steps: FollowedSteps = field(default_factory=FollowedSteps)
 
     @property
     def runs(self) -> bool:
@@ -109,8 +112,8 @@ class Trial:
         return 0.5 * float(self.residuals @ self.residuals)
 
 
-def tried(wish: Wish, u: Array) -> Trial:
-    """The design at these shares, run once."""
+def tried(wish: Wish, u: Array, beside: FollowedSteps | None = None) -> Trial:
+    """The design at these shares, run once; with the steps of a trial `beside` it."""
     try:
         scene = wish.scene(u)
     except InputError as error:
@@ -121,13 +124,14 @@ def tried(wish: Wish, u: Array) -> Trial:
         return _failed(wish, error.problems[0].message, _left_open(scene), reached=0.0)
     settings, watched = _finer(settings_to_run(scene), wish.finer), wish.watched
     samples = MeasuredSamples(mechanism, watched)
+    steps = FollowedSteps() if beside is None else beside.of_another()
     try:
-        simulate(mechanism.system, mechanism.state, settings, samples, accounts=False)
+        simulate(mechanism.system, mechanism.state, settings, samples, accounts=False, steps=steps)
     except SimulationError as error:
         return _failed(wish, str(error), np.zeros(1), error.time / settings.duration if settings.duration else 0.0)
     except InputError as error:
         return _failed(wish, error.problems[0].message)
-    return _measured(wish, scene, samples, settings.duration)
+    return replace(_measured(wish, scene, samples, settings.duration), steps=steps)
 
 
 def _measured(wish: Wish, scene: Scene, samples: MeasuredSamples, duration: float | None) -> Trial:

@@ -45,9 +45,10 @@ def test_of_a_throw():
 
 
 def test_two_runs_a_number_where_they_agree_and_four_where_they_do_not():
-    """x = exp(300 α) t: of second order its slope is off by (300 h)²/6 = 1.5e-6, of fourth by 2.7e-12."""
+    """x = exp(300 α) t: of second order its slope is off by (300 h)²/6 = 1.5e-6, of fourth by 2.7e-12. Two more runs
+    with the first number tell the noise."""
     gentle = mbproj.sensitivity(BALL, to=["speed", "angle"])
-    assert gentle.runs == 1 + 2 * 2
+    assert gentle.runs == 1 + 2 * 2 + 2
     steep = mbproj.sensitivity(BALL.replace("[speed*cos(angle)", "[1 m/s * exp(300*(angle - 1))"), of="far", to="angle")
     assert steep.runs == 1 + 4
     assert steep.slopes[0, 0] == pytest.approx(300.0, rel=1e-9)
@@ -87,9 +88,17 @@ def test_names_that_are_not_there(options, said):
         mbproj.sensitivity(BALL, **options)
 
 
+def test_runs_on_one_side_are_enough():
+    """A mass that a larger number leaves without a value, and a start that goes by its square."""
+    text = BALL.replace("mass: 1 kg", "mass: 1 + sqrt(2.000001 - idle)").replace("speed*cos(angle)", "1 m/s * idle**2")
+    found = mbproj.sensitivity(text, of="far", to="idle")
+    assert found.slopes[0, 0] == pytest.approx(4.0, rel=1e-9)
+    assert found.uncertainty[0, 0] < 1e-7
+
+
 def test_a_run_beside_that_fails_is_said():
-    """A mass that a smaller number makes negative."""
-    text = BALL.replace("mass: 1 kg", "mass: 1.0e-30*(idle - 1.9999999)")
+    """A mass that other numbers make negative."""
+    text = BALL.replace("mass: 1 kg", "mass: 1.0e-12 - (idle - 2)**2")
     with pytest.raises(mbproj.InputError, match="a run with another 'idle' fails"):
         mbproj.sensitivity(text, to="idle")
 

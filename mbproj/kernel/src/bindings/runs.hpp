@@ -111,6 +111,12 @@ template <class D> void add_run(nb::module_& m, const char* name) {
                  if (!self.resume(mark_from<D>(mark, self.model(), self.carries_slope())))
                      refuse("events", "do not fit");
              })
+        .def("keep_ends", [](TimeLoop<D>& self) { self.schedule().keeps_ends = true; })
+        .def_prop_ro("ends", [](TimeLoop<D>& self) { return self.schedule().ends(); })
+        .def("follow",
+             [](TimeLoop<D>& self, std::vector<double> ends) {
+                 if (!self.schedule().follow(std::move(ends))) refuse("ends", "do not rise to that of the run");
+             })
         .def_rw("keeps_marks", &TimeLoop<D>::keeps_marks)
         .def("mark",
              [](TimeLoop<D>& self) {

@@ -26,6 +26,7 @@ protected:
           stops_(steps_, now_, equations_, stepper_, step_end_, schedule_, trial_), instants_(model_, equations_) {}
     ~LoopParts() = default;
 
+    Schedule& schedule() { return schedule_; }
     StateEvents<D>& events() { return trial_.events(); }
     const StateEvents<D>& events() const { return trial_.events(); }
     // Programs of the time and channels, at the state between two steps.

@@ -3,7 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <utility>
+#include <vector>
 
 #include "model/settings.hpp"
 #include "stepping/step_size_control.hpp"
@@ -77,7 +80,22 @@ public:
     const StepParts& parts() const { return parts_; }
 
     // Where the next step from t ends; with error control it takes at most h.
-    Target target(double t, double h) const { return steps_.fixed() ? part_of(on_grid(t), t) : within(t, h); }
+    Target target(double t, double h) const {
+        return steps_.fixed() ? part_of(on_grid(t), t) : follows() ? along(t) : within(t, h);
+    }
+    // With error control: steps end where those of another run did, so that the error has no say. The last ends the run.
+    // False where they do not fit.
+    bool follow(std::vector<double> ends) {
+        if (steps_.fixed() || ends.empty() || !(ends.front() > steps_.start) || ends.back() != steps_.end() ||
+            std::adjacent_find(ends.begin(), ends.end(), std::greater_equal<>()) != ends.end())
+            return false;
+        followed_ = std::move(ends);
+        return true;
+    }
+    bool follows() const { return !followed_.empty(); }
+    // Where the steps that were made end, of a run that another may follow.
+    bool keeps_ends = false;
+    const std::vector<double>& ends() const { return ends_; }
     // A fixed step of size h from t is to be made in halves. False where they would be too short.
     bool halve(double t, double h, int most) {
         if (!parts_.below(most) || !resolves(t, 0.5 * h)) return false;
@@ -95,6 +113,7 @@ public:
     }
     // The step to a target is taken.
     void reach(const Target& target) {
+        if (keeps_ends) ends_.push_back(target.t);
         grid_ += target.on_grid;
         next_sample_ += target.due;
         inside_ = 0;
@@ -167,6 +186,13 @@ private:
                 is_before_end() && 2.0 * h > left_over};
     }
 
+    // To the next end of the run that is followed; where a break is before it, to that.
+    Target along(double t) const {
+        const double time = std::min(*std::upper_bound(followed_.begin(), followed_.end() - 1, t), next_break());
+        const std::size_t next = std::max(next_sample_, first_from(time));
+        return {time, time - t, false, is_due(next, time), next_break() <= time, false};
+    }
+
     // The first sample that is not before t.
     std::size_t first_from(double t) const {
         std::size_t found = next_sample_;
@@ -194,6 +220,7 @@ private:
     StepParts parts_;                           // of the next
     std::size_t next_sample_ = 0, inside_ = 0;  // samples up to `inside_` lie in the step that was just accepted
     std::size_t passed_ = 0, acted_ = 0;        // breaks
+    std::vector<double> followed_, ends_;       // of steps: those of another run, its own
 };
 
 }  // namespace mbproj

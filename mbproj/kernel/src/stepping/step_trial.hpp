@@ -67,6 +67,7 @@ public:
 
     // The step that was made is not taken: its end cannot be accepted.
     void reject(double h) {
+        if (schedule_.follows()) now_.outcome = {Status::vanished, now_.t};  // another end would be no end of that run
         ++now_.counters.rejected_steps;
         schedule_.leave();
         crossing_.reset();
@@ -101,7 +102,8 @@ private:
         if (!error || !std::isfinite(*error))
             lost_ = error ? Outcome{Status::not_finite, now_.to.t} : failed_at(now_.to.t);
         error_ = error.value_or(not_a_number);
-        if (!(error_ <= 1.0)) return reject(control_.after_rejected(error_, now_.to.h)), false;
+        const bool passes = schedule_.follows() ? std::isfinite(error_) : error_ <= 1.0;
+        if (!passes) return reject(control_.after_rejected(error_, now_.to.h)), false;
         return true;
     }
 
@@ -168,7 +170,7 @@ private:
         halved_ = doubling_.is_near();
         if (halved_) {
             if (!halves_made() && !(equations_.hold_others() && halves_made())) return stop_at(now_.to.t), false;
-            if (!steps_.fixed()) {
+            if (!steps_.fixed() && !schedule_.follows()) {
                 if (!extend()) return false;
                 if (shortened_ < thresholds_.most_shorter && off() > thresholds_.agreed_tolerances * steps_.tolerance)
                     return ++shortened_, reject(thresholds_.shorter * now_.to.h), false;

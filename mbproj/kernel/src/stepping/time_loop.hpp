@@ -59,7 +59,7 @@ public:
     }
 
     SampleBlock block;
-    using Parts::peaks, Parts::events, Parts::projector, Parts::waits, Parts::give, Parts::values;
+    using Parts::peaks, Parts::events, Parts::projector, Parts::waits, Parts::give, Parts::values, Parts::schedule;
     bool keeps_marks = false;  // whether somebody asks for them
     bool pauses = false;       // whether `advance` came back because so many steps were tried
     const Model<D>& model() const { return model_; }

@@ -1,0 +1,48 @@
+"""The steps of one run, which others follow. So a run beside it is a smooth function of its numbers, to round-off. With
+steps of its own it is so to its tolerance alone: error control chooses others (Bock 1981)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from mbproj.dataclass import dataclass
+from mbproj.integrate.events.leg import Leg
+
+
+@dataclass
+class FollowedSteps:
+    """Where steps of a run with error control end, in s, and its breaks. Without any, a run records its own here; with
+    them, it follows. `left` says that a run could not: its breaks or its end are others."""
+
+    ends: tuple[float, ...] = ()
+    breaks: tuple[float, ...] = ()
+    left: bool = False
+
+    @property
+    def known(self) -> bool:
+        """Whether a run has recorded them."""
+        return bool(self.ends)
+
+    def of_another(self) -> FollowedSteps:
+        """The same, for another run."""
+        return FollowedSteps(self.ends, self.breaks)
+
+    def begin(self, run: Any, leg: Leg) -> None:
+        """Before the first step of a run in the kernel."""
+        if leg.step is not None:
+            return
+        if not self.ends:
+            run.keep_ends()
+        elif self.breaks == _times(leg) and self.ends[-1] == leg.end:
+            run.follow(list(self.ends))
+        else:
+            self.left = True
+
+    def finish(self, run: Any, leg: Leg) -> None:
+        """After the last step."""
+        if leg.step is None and not self.ends:
+            self.ends, self.breaks = tuple(run.ends), _times(leg)
+
+
+def _times(leg: Leg) -> tuple[float, ...]:
+    return tuple(each.time for each in leg.breaks)

@@ -1,0 +1,196 @@
+"""Slopes of measures by differences of runs, each with what it may be off by. Runs beside the scene's own follow its
+steps, so that they are exact to round-off; differences are of fourth order where two runs are not enough."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import field, replace
+
+import numpy as np
+
+from mbproj.analysis.expectations import measured
+from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
+from mbproj.errors import InputError, MbprojError, Place, Problem
+from mbproj.integrate import simulate
+from mbproj.integrate.loop.followed_steps import FollowedSteps
+from mbproj.scene.ranges.family import column_of
+from mbproj.scene.records import Expectation, Scene, Settings
+from mbproj.studies.design.derivative import CENTRAL, GRAIN, grain_of, is_exact
+from mbproj.studies.measure.measured_samples import MeasuredSamples
+from mbproj.studies.measure.mechanism import Mechanism
+from mbproj.studies.parallel.hand_out import Where, in_parallel
+
+#: Runs with error control are made to the first tolerance where others can follow their steps. Else to the second: what
+#: they are uncertain by is divided by the step.
+FOLLOWED, TOLERANCE = 1e-11, 1e-12
+#: Runs beside the scene's own, in steps. The pair is enough where its slope is certain to this part of itself;
+#: elsewhere there are two more, for a formula of fourth order. Where one side does not run, both are on the other.
+PAIR, CERTAIN, FARTHER = (-1.0, 1.0), 1e-7, (-2.0, 2.0)
+#: By what a slope may be off, a fourth difference of values is divided: that of noise is so many times as large.
+FOURTH = 2.0
+
+
+@dataclass(frozen=True)
+class Work:
+    """What all runs share: the scene, the numbers' `paths`, the measures, and the `steps` that they follow."""
+
+    scene: Scene
+    settings: Settings
+    paths: tuple[str, ...]
+    measures: tuple[Expectation, ...]
+    steps: FollowedSteps = field(default_factory=FollowedSteps)
+
+
+@dataclass(frozen=True, eq=False)
+class Slopes:
+    """Of k measures by d numbers: `values` (k,), `slopes` (k, d), what they may be off by (k, d), and how many `runs`
+    there were. NaN where runs could not follow the scene's own."""
+
+    values: Array
+    slopes: Array
+    uncertainty: Array
+    runs: int
+
+
+def slopes_of(work: Work, x: Array, scale: Array, where: Where) -> Slopes:
+    """At the numbers x (d,) of sizes `scale` (d,). Raises InputError where the scene's own run fails, or those on both
+    sides of it."""
+    first = _tight(work, FOLLOWED)
+    steps = FollowedSteps()
+    own = _values(first, -1, _run(first, (-1, 0.0), steps)[0])
+    if steps.known or is_exact(work.settings):
+        found = _beside(replace(first, steps=steps), x, scale, own, where)
+        left = np.flatnonzero(np.isnan(found.slopes).all(axis=0))
+        if not len(left):
+            return found
+    else:
+        left, nothing = np.arange(len(x)), np.full((len(own), len(x)), np.nan)
+        found = Slopes(own, nothing, nothing.copy(), 0)
+    own_paths = tuple(work.paths[j] for j in left)
+    free = replace(_tight(work, TOLERANCE), paths=own_paths)
+    own = _values(free, -1, _run(free, (-1, 0.0))[0])
+    others = _beside(free, x[left], scale[left], own, where)
+    found.slopes[:, left], found.uncertainty[:, left] = others.slopes, others.uncertainty
+    return Slopes(own, found.slopes, found.uncertainty, found.runs + others.runs)
+
+
+def _tight(work: Work, tolerance: float) -> Work:
+    settings = work.settings
+    if settings.tolerance is None:
+        return work
+    return replace(work, settings=replace(settings, tolerance=min(settings.tolerance, tolerance)))
+
+
+def _beside(work: Work, x: Array, scale: Array, own: Array, where: Where) -> Slopes:
+    """By runs beside the scene's `own`, whose steps they follow if these are known."""
+    grain = GRAIN if work.steps.known else grain_of(work.settings)
+    h, everything = grain**CENTRAL * scale, range(len(x))
+    runs = _Runs(work, x, h, own, where)
+    runs.make([(j, shift) for j in everything for shift in PAIR] + [(0, shift) for shift in FARTHER])
+    one_sided = [(j, 2.0 * side) for j in everything if (side := runs.side(j)) != 0.0]
+    runs.make(one_sided)
+    noise = grain * np.abs(own)
+    if runs.side(0) == 0.0 and not runs.has_left(0):
+        noise = np.maximum(noise, np.abs(runs.fourth_difference(0)) / FOURTH)
+    slopes, off = np.full((2, len(own), len(x)), np.nan)
+    for j in everything:
+        if not runs.has_left(j):
+            slopes[:, j], off[:, j] = runs.slope(j)
+    off += noise[:, None] / h
+    # A measure that a number hardly moves has no slope to be certain of, but for round-off.
+    enough = np.maximum(CERTAIN * np.abs(slopes), 2.0 * noise[:, None] / h)
+    again = [j for j in everything if runs.side(j) == 0.0 and not runs.has_left(j) and np.any(off[:, j] > enough[:, j])]
+    runs.make([(j, shift) for j in again for shift in FARTHER])
+    for j in again:
+        slopes[:, j], error = runs.better_slope(j)
+        off[:, j] = error + np.maximum(noise, np.abs(runs.fourth_difference(j)) / FOURTH) / h[j]
+    return Slopes(own, slopes, off, 1 + runs.count)
+
+
+class _Runs:
+    """Runs at some shifts of one number, in steps `h` (d,) of it: each is made once."""
+
+    def __init__(self, work: Work, x: Array, h: Array, own: Array, where: Where) -> None:
+        self._work, self._x, self._h, self._own, self._where = work, x, h, own, where
+        self._found: dict[tuple[int, float], tuple[list[float] | str, bool]] = {}
+
+    @property
+    def count(self) -> int:
+        """How many were made."""
+        return len(self._found)
+
+    def make(self, wanted: Sequence[tuple[int, float]]) -> None:
+        """Those that are not made yet. Raises InputError where neither side of a number runs."""
+        items = [each for each in dict.fromkeys(wanted) if each not in self._found]
+        moved = [(j, float(self._x[j] + shift * self._h[j])) for j, shift in items]
+        for number, found in in_parallel(_run, self._work, moved, self._where):
+            self._found[items[number]] = found
+        for j, _ in items:
+            first, second = (self._found[j, shift][0] for shift in PAIR)
+            if isinstance(first, str) and isinstance(second, str):
+                _values(self._work, j, first)
+
+    def has_left(self, j: int) -> bool:
+        """Whether runs with another number j could not follow."""
+        return any(self._found[j, shift][1] for shift in PAIR)
+
+    def side(self, j: int) -> float:
+        """On which side of its own value, ±1, number j has runs; 0 where it has them on both."""
+        fails = [isinstance(self._found[j, shift][0], str) for shift in PAIR]
+        return float(fails[0]) - float(fails[1])
+
+    def at(self, j: int, shift: float) -> Array:
+        """The measures (k,) of the run with number j so many steps away."""
+        return self._own if shift == 0.0 else _values(self._work, j, self._found[j, shift][0])
+
+    def slope(self, j: int) -> tuple[Array, Array]:
+        """Of second order, and what it may be off by, (k,)."""
+        side, h = self.side(j), float(self._h[j])
+        if side == 0.0:
+            slope = (self.at(j, 1.0) - self.at(j, -1.0)) / (2.0 * h)
+            return slope, _off_by(slope, (self.at(j, 1.0) - self._own) / h)
+        near, far = self.at(j, side), self.at(j, 2.0 * side)
+        slope = side * (4.0 * near - 3.0 * self._own - far) / (2.0 * h)
+        return slope, _off_by(slope, side * (near - self._own) / h)
+
+    def better_slope(self, j: int) -> tuple[Array, Array]:
+        """Of fourth order, and what it may be off by, (k,)."""
+        slope, h = self.slope(j)[0], float(self._h[j])
+        wide = (self.at(j, 2.0) - self.at(j, -2.0)) / (4.0 * h)
+        better = (4.0 * slope - wide) / 3.0
+        return better, _off_by(better, slope)
+
+    def fourth_difference(self, j: int) -> Array:
+        """Of the measures (k,): of smooth ones it is round-off."""
+        parts: Mapping[float, float] = {-2.0: 1.0, -1.0: -4.0, 0.0: 6.0, 1.0: -4.0, 2.0: 1.0}
+        return np.asarray(sum(part * self.at(j, shift) for shift, part in parts.items()))
+
+
+def _off_by(better: Array, rough: Array) -> Array:
+    """What the better one of two formulas is off by: about the square of what they differ by, in parts of the value."""
+    apart = np.abs(better - rough)
+    return np.asarray(apart**2 / np.maximum(np.abs(better), apart + 1e-300))
+
+
+def _values(work: Work, j: int, found: list[float] | str) -> Array:
+    """The measures (k,) of a run. Raises InputError where it failed."""
+    if isinstance(found, str):
+        what = "the scene's own run" if j < 0 else f"a run with another '{column_of(work.paths[j])}'"
+        raise InputError(Problem(f"{what} fails: {found}", Place("--to"), "leave this number out"))
+    return np.array(found, dtype=float)
+
+
+def _run(work: Work, item: tuple[int, float], steps: FollowedSteps | None = None) -> tuple[list[float] | str, bool]:
+    """The measures of a run with another value of one number, or why there are none; whether it could not follow."""
+    j, value = item
+    own = steps or (work.steps.of_another() if work.steps.known else None)
+    try:
+        scene = work.scene if j < 0 else work.scene.with_({work.paths[j]: value})
+        mechanism = Mechanism.of(scene)
+        samples = MeasuredSamples(mechanism, work.measures)
+        simulate(mechanism.system, mechanism.state, work.settings, samples, accounts=False, steps=own)
+    except MbprojError as error:
+        return str(error), False
+    found = [measured(each, samples, work.settings.duration) for each in work.measures]
+    return [float("nan") if each is None else float(each.values[0]) for each in found], own is not None and own.left
