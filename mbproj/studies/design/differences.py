@@ -27,8 +27,10 @@ FOLLOWED, TOLERANCE = 1e-11, 1e-12
 #: Runs beside the scene's own, in steps. The pair is enough where its slope is certain to this part of itself;
 #: elsewhere there are two more, for a formula of fourth order. Where one side does not run, both are on the other.
 PAIR, CERTAIN, FARTHER = (-1.0, 1.0), 1e-7, (-2.0, 2.0)
-#: By what a slope may be off, a fourth difference of values is divided: that of noise is so many times as large.
-FOURTH = 2.0
+#: A fourth difference of values with noise is about so many times as large as that.
+FOURTH = 4.0
+#: Noise that is larger, in parts of a value, does not widen the steps any more.
+NOISIEST = 1e-9
 
 
 @dataclass(frozen=True)
@@ -84,15 +86,12 @@ def _tight(work: Work, tolerance: float) -> Work:
 
 def _beside(work: Work, x: Array, scale: Array, own: Array, where: Where) -> Slopes:
     """By runs beside the scene's `own`, whose steps they follow if these are known."""
-    grain = GRAIN if work.steps.known else grain_of(work.settings)
-    h, everything = grain**CENTRAL * scale, range(len(x))
+    noise, made = _noise(work, x, scale, own, where)
+    part = float(np.max(noise / np.where(own == 0.0, np.inf, np.abs(own)), initial=_grain(work)))
+    h, everything = min(part, NOISIEST) ** CENTRAL * scale, range(len(x))
     runs = _Runs(work, x, h, own, where)
-    runs.make([(j, shift) for j in everything for shift in PAIR] + [(0, shift) for shift in FARTHER])
-    one_sided = [(j, 2.0 * side) for j in everything if (side := runs.side(j)) != 0.0]
-    runs.make(one_sided)
-    noise = grain * np.abs(own)
-    if runs.side(0) == 0.0 and not runs.has_left(0):
-        noise = np.maximum(noise, np.abs(runs.fourth_difference(0)) / FOURTH)
+    runs.make([(j, shift) for j in everything for shift in PAIR])
+    runs.make([(j, 2.0 * side) for j in everything if (side := runs.side(j)) != 0.0])
     slopes, off = np.full((2, len(own), len(x)), np.nan)
     for j in everything:
         if not runs.has_left(j):
@@ -104,8 +103,25 @@ def _beside(work: Work, x: Array, scale: Array, own: Array, where: Where) -> Slo
     runs.make([(j, shift) for j in again for shift in FARTHER])
     for j in again:
         slopes[:, j], error = runs.better_slope(j)
-        off[:, j] = error + np.maximum(noise, np.abs(runs.fourth_difference(j)) / FOURTH) / h[j]
-    return Slopes(own, slopes, off, 1 + runs.count)
+        off[:, j] = error + np.maximum(noise, runs.noise(j)) / h[j]
+    return Slopes(own, slopes, off, 1 + made + runs.count)
+
+
+def _noise(work: Work, x: Array, scale: Array, own: Array, where: Where) -> tuple[Array, int]:
+    """How far values (k,) are from smooth functions, as runs with the first number show it, and how many these are.
+    Runs with fixed steps are known to be as exact as numbers are."""
+    least = _grain(work) * np.abs(own)
+    if is_exact(work.settings):
+        return least, 0
+    runs = _Runs(work, x, _grain(work) ** CENTRAL * scale, own, where)
+    runs.make([(0, shift) for shift in (*PAIR, *FARTHER)])
+    fails = runs.side(0) != 0.0 or runs.has_left(0)
+    return (least if fails else np.maximum(least, runs.noise(0))), runs.count
+
+
+def _grain(work: Work) -> float:
+    """What runs are exact to, in parts of their values, as functions of their numbers."""
+    return GRAIN if work.steps.known else grain_of(work.settings)
 
 
 class _Runs:
@@ -161,10 +177,10 @@ class _Runs:
         better = (4.0 * slope - wide) / 3.0
         return better, _off_by(better, slope)
 
-    def fourth_difference(self, j: int) -> Array:
-        """Of the measures (k,): of smooth ones it is round-off."""
+    def noise(self, j: int) -> Array:
+        """How far measures (k,) are from smooth functions of a number: a fourth difference of them is that alone."""
         parts: Mapping[float, float] = {-2.0: 1.0, -1.0: -4.0, 0.0: 6.0, 1.0: -4.0, 2.0: 1.0}
-        return np.asarray(sum(part * self.at(j, shift) for shift, part in parts.items()))
+        return np.abs(sum(part * self.at(j, shift) for shift, part in parts.items())) / FOURTH
 
 
 def _off_by(better: Array, rough: Array) -> Array:

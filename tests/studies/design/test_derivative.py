@@ -1,0 +1,45 @@
+"""Derivatives of what a trial has, against closed forms, and how many runs they take."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mbproj.kernel import core
+from mbproj.studies.design.derivative import Counted
+from mbproj.studies.design.spec import read_spec
+from mbproj.studies.design.trial import Wish, tried
+from tests.studies.design.scenes import SPRING
+
+pytestmark = pytest.mark.skipif(core() is None, reason="no compiled kernel")
+
+
+@pytest.mark.parametrize(
+    ("settings", "runs", "error"),
+    [
+        ("step: 0.002 s", 3, 1e-6),
+        ("tolerance: 1.0e-9, integrator: dop853", 3, 1e-6),  # others follow its steps
+        ("tolerance: 1.0e-9, integrator: radau5", 5, 1e-4),  # solved to a tolerance: central, with a large step
+    ],
+)
+def test_one_run_a_number_is_enough_where_runs_are_smooth(settings, runs, error, tmp_path):
+    """x = cos ωt, ω² = k/m: ∂x/∂k = -t sin ωt / (2 m ω), ∂x/∂m = t sin ωt ω / (2 m)."""
+    times, mass, stiffness = np.linspace(0.1, 2.0, 20), 2.0, 50.0
+    rows = "\n".join(f"{time!r},0.0" for time in times.tolist())
+    (tmp_path / "seen.csv").write_text(f"time (s),displacement (m)\n{rows}\n", encoding="utf-8")
+    (tmp_path / "spring.yaml").write_text(
+        SPRING.replace("step: 0.01 s, output", f"{settings}, output"), encoding="utf-8"
+    )
+    (tmp_path / "fit.yaml").write_text(
+        "design: 1\nscene: spring.yaml\nvary: {parameters.mass: [1 kg, 3 kg], parameters.stiffness: [0 N/m, 100 N/m]}\n"
+        "match: {it: {joint: rail, quantity: displacement, through: seen.csv}}\n",
+        encoding="utf-8",
+    )
+    wish = Wish.of(read_spec(tmp_path / "fit.yaml"))
+    trials = Counted(wish, tried)
+    slopes = trials.slopes(lambda trial: trial.residuals, wish.shares(np.array([mass, stiffness])), central=False)
+    assert trials.count == runs
+    ω = np.sqrt(stiffness / mass)
+    swing = times * np.sin(ω * times) / (2.0 * mass)
+    exact = np.stack([swing * ω, -swing / ω], axis=1) * [2.0, 100.0]
+    np.testing.assert_allclose(slopes, exact, rtol=0.0, atol=error * np.abs(exact).max())
