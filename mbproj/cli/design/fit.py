@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from mbproj.cli.design.found import options, search
+from mbproj.cli.design.found import Asked, options, search
 from mbproj.cli.explained import explained
 
 EXAMPLES = (
@@ -24,4 +24,4 @@ def command(**given: Any) -> int:
 
     Exit code 0: done; 2: wrong input, or no design runs; 3: no design keeps the constraints.
     """
-    return search(fits=True, **given)
+    return search(Asked.of(given), fits=True)

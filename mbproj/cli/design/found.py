@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -14,11 +15,14 @@ from mbproj.cli.completion import Folder, scene_file
 from mbproj.cli.explained import Part, option
 from mbproj.cli.figure_options import look
 from mbproj.cli.report.json_text import json_text
+from mbproj.dataclass import dataclass
 from mbproj.errors import ExitCode, InputError, Place, Problem
 from mbproj.scene.ranges.family import column_of
 
 if TYPE_CHECKING:
     from mbproj.studies.design.run import Design
+    from mbproj.studies.parallel.hand_out import Where
+    from mbproj.studies.parallel.progress import Tell
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 #: Searches whose numbers differ from the best ones by this part of their ranges at most found the same design.
@@ -55,19 +59,39 @@ def options(command: Command) -> Command:
     return command
 
 
-def search(
-    spec: Path,
-    fits: bool,
-    engine: str | None,
-    output: Path | None,
-    force: bool,
-    as_json: bool,
-    quiet: bool,
-    **more: Any,
-) -> int:
+@dataclass(frozen=True)
+class Asked:
+    """What the options of both commands say, with where the work is done."""
+
+    spec: Path
+    engine: str | None
+    output: Path | None
+    force: bool
+    as_json: bool
+    quiet: bool
+    fresh: bool
+    where: Where
+
+    @classmethod
+    def of(cls, given: dict[str, Any]) -> Asked:
+        """By the options that `options` declares."""
+        where = study_options.where_of(given)
+        return cls(where=where, **given)
+
+    def folder(self, kind: str) -> Path:
+        """The one that is asked for, or one named after the file."""
+        return self.output or self.spec.with_name(f"{self.spec.stem}-{kind}")
+
+    def telling(self) -> AbstractContextManager[Tell]:
+        """Shows how far the search is, unless that is not wanted."""
+        from mbproj.cli.report.progress import telling
+
+        return telling(hidden=self.as_json or self.quiet)
+
+
+def search(asked: Asked, *, fits: bool) -> int:
     """The command: reads, searches, writes, reports."""
     from mbproj.calls.sweep import spec_of
-    from mbproj.cli.report.progress import telling
     from mbproj.figures.pages.designs import whole_page
     from mbproj.figures.save import save
     from mbproj.outputs import check_replaceable, picture
@@ -76,19 +100,19 @@ def search(
     from mbproj.studies.design.written import DesignFolder
     from mbproj.studies.synthesis.wish import is_synthesis
 
-    if is_synthesis(spec):
-        hint = f"mbproj optimise {spec.name} --topologies all"
-        raise InputError(Problem("the file asks for a synthesis, which finds mechanisms", Place(str(spec)), hint))
-    what, where = spec_of(spec, fits), study_options.where_of(more)
-    folder = DesignFolder(output or spec.with_name(f"{spec.stem}-design"), force)
+    if is_synthesis(asked.spec):
+        hint = f"mbproj optimise {asked.spec.name} --topologies all"
+        place = Place(str(asked.spec))
+        raise InputError(Problem("the file asks for a synthesis, which finds mechanisms", place, hint))
+    what, folder = spec_of(asked.spec, fits), DesignFolder(asked.folder("design"), asked.force)
     figure = folder.path / "design.png"
-    check_replaceable(figure, picture("png"), force=force, hint=OTHER)
-    with telling(hidden=as_json or quiet) as tell:
-        found = find_design(what, where, engine=engine, fresh=more["fresh"], tell=tell)
-    written = [*folder.write(found), save(whole_page(drawn(found)), figure, force=force)]
-    if as_json:
+    check_replaceable(figure, picture("png"), force=asked.force, hint=OTHER)
+    with asked.telling() as tell:
+        found = find_design(what, asked.where, engine=asked.engine, fresh=asked.fresh, tell=tell)
+    written = [*folder.write(found), save(whole_page(drawn(found)), figure, force=asked.force)]
+    if asked.as_json:
         click.echo(json_text({**numbers(found), "files": written}))
-    elif not quiet:
+    elif not asked.quiet:
         click.echo("\n".join(report(found)))
         for note in found.notes:
             click.echo(f"note: {note}", err=True)

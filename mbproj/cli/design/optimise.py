@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from mbproj.cli.design.found import options, search
+from mbproj.cli.design.found import Asked, options, search
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.quantity import Names
 
@@ -38,5 +38,5 @@ def command(topologies: tuple[str, ...] | None, **given: Any) -> int:
     if topologies is not None:
         from mbproj.cli.design.topologies import synthesise_of
 
-        return synthesise_of(topologies, **given)
-    return search(fits=False, **given)
+        return synthesise_of(topologies, Asked.of(given))
+    return search(Asked.of(given), fits=False)

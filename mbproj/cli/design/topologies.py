@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
-from mbproj.cli import study_options
+from mbproj.cli.design.found import OTHER, Asked
 from mbproj.cli.report.json_text import json_text
 from mbproj.errors import ExitCode, InputError, Place, Problem
 
@@ -16,21 +15,10 @@ if TYPE_CHECKING:
     from mbproj.studies.synthesis.synthesise import Synthesis
 
 ALL = "all"
-OTHER = "choose another folder with -o"
 
 
-def synthesise_of(
-    topologies: tuple[str, ...],
-    spec: Path,
-    engine: str | None,
-    output: Path | None,
-    force: bool,
-    as_json: bool,
-    quiet: bool,
-    **more: Any,
-) -> int:
+def synthesise_of(topologies: tuple[str, ...], asked: Asked) -> int:
     """The command: reads, searches, writes, reports."""
-    from mbproj.cli.report.progress import telling
     from mbproj.outputs import DESIGNED, PAGE, check_replaceable, csv, make_folder, write_csv, write_text
     from mbproj.pages.page.write import designs_page
     from mbproj.studies.design.written import best_scene
@@ -38,27 +26,29 @@ def synthesise_of(
     from mbproj.studies.synthesis.synthesise import synthesise, table
     from mbproj.studies.synthesis.wish import read_wanted
 
-    if engine is not None:
+    if asked.engine is not None:
         raise InputError(Problem("topologies are brought down by least squares", Place("--engine"), "leave it out"))
-    wanted, where = read_wanted(spec), study_options.where_of(more)
-    folder = make_folder(output or spec.with_name(f"{spec.stem}-topologies"), OTHER)
+    wanted, force = read_wanted(asked.spec), asked.force
+    folder = make_folder(asked.folder("topologies"), OTHER)
     best, rows, page = (folder / name for name in ("best.yaml", "topologies.csv", "designs.html"))
     for path, kind in ((best, DESIGNED), (rows, csv(("topology", "rms"))), (page, PAGE)):
         check_replaceable(path, kind, force=force, hint=OTHER)
     names = () if topologies == (ALL,) else topologies
-    with telling(hidden=as_json or quiet) as tell:
-        found = synthesise(wanted, names, folder, where, fresh=more["fresh"], force=force, tell=tell)
+    with asked.telling() as tell:
+        found = synthesise(wanted, names, folder, asked.where, fresh=asked.fresh, force=force, tell=tell)
     design, listed = found.found[0].design, table(found)
     assert design is not None
     written = [
         write_text(best, best_scene(design), DESIGNED, force=force, hint=OTHER),
         write_csv(rows, listed.headings, listed.rows, force=force, hint=OTHER),
-        write_text(page, designs_page(f"{wanted.kind} of {spec.name}", shown(found)), PAGE, force=force, hint=OTHER),
+        write_text(
+            page, designs_page(f"{wanted.kind} of {asked.spec.name}", shown(found)), PAGE, force=force, hint=OTHER
+        ),
     ]
-    if as_json:
+    if asked.as_json:
         given = [dict(zip(listed.headings, row, strict=True)) for row in listed.rows]
         click.echo(json_text({"best": found.found[0].topology, "topologies": given, "files": written}))
-    elif not quiet:
+    elif not asked.quiet:
         click.echo("\n".join(report(found)))
         for path in written:
             click.echo(path)

@@ -14,7 +14,7 @@ import click
 from mbproj.cli.streams import commanding
 from mbproj.integrate.simulate import Progress
 from mbproj.outputs.escapes import escaped
-from mbproj.studies.parallel.progress import ALIKE, Tell, silent
+from mbproj.studies.parallel.progress import ALIKE, BESIDE, Tell, silent
 
 if TYPE_CHECKING:
     from click._termui_impl import ProgressBar
@@ -96,12 +96,13 @@ class Telling:
 
     def __call__(self, phase: str, done: int, whole: int) -> None:
         """Says how much of a phase is done. What was done before the first call took none of the time since."""
-        now = self._clock()
+        now, (phase, _, words) = self._clock(), phase.partition(BESIDE)
         begun, before = self._first.get(phase, (now, done))
         if done <= before:
             begun, before = self._first[phase] = now, done
         pace = (now - begun) / (done - before) if phase in ALIKE and done > before else 0.0
-        self._line.say(phase if whole == 1 else f"{phase}: {done} of {whole}", pace * (whole - done))
+        said = phase if whole == 1 else f"{phase}: {done} of {whole}"
+        self._line.say(f"{said}, {words}" if words else said, pace * (whole - done))
 
 
 @contextmanager

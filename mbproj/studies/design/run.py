@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import field, replace
+from functools import partial
 from importlib.util import find_spec
 from typing import Any
 
@@ -133,14 +134,15 @@ def find_design(
     kept = Kept(["design", _identity(spec), chosen], fresh)
     points, first_is_own = points_of(spec)
     blocks = {f"look {k}": points[k : k + TOGETHER].tolist() for k in range(0, len(points), TOGETHER)}
-    ranks = resumable(looked_at, wish, blocks, kept, where, "points", tell)
+    ranks = resumable(looked_at, wish, blocks, kept, where, "blocks of starting points", tell)
     order = sorted(range(len(points)), key=lambda k: [rank for block in ranks.values() for rank in block][k])
     if first_is_own:
         order.sort(key=bool)  # the scene's own numbers are always among the starts
     _check_effects(spec, wish, [points[k] for k in order])
     tasks = {f"start {k}": Task(tuple(points[k].tolist()), chosen, spec.seed) for k in order[: spec.starts]}
     reused = sum(key in kept for key in tasks)
-    found = resumable(front_of if chosen == FRONT else searched, wish, tasks, kept, where, "starts", tell)
+    search, best = (front_of, None) if chosen == FRONT else (searched, partial(_so_far, spec))
+    found = resumable(search, wish, tasks, kept, where, "searches", tell, best)
     runs = len(points) + sum(each["runs"] for each in found.values())
     if chosen == FRONT:
         searches = _on_the_front(spec, wish, [*found.values()])
@@ -172,6 +174,22 @@ def _check_effects(spec: Spec, wish: Wish, points: Sequence[Array]) -> None:
         ]
         if problems:
             raise InputError(problems)
+
+
+def _so_far(spec: Spec, found: dict[str, Any]) -> tuple[tuple[float, float], str]:
+    """The rank of a search, and the words on it while others go on."""
+    value, broken = found["value"], found["broken"]
+    if not np.isfinite(value):
+        return (np.inf, np.inf), "none has found a design that runs"
+    if broken > 0.0:
+        return (broken, value), "none keeps the constraints yet"
+    if spec.goals:
+        goal = spec.goals[0]
+        return (broken, value), f"best {goal.measure.name} {goal.sign * value:.4g} {goal.measure.unit}".rstrip()
+    count = sum(target.values.size for target in spec.targets)
+    words = f"best rms of residuals {np.sqrt(2.0 * value / count):.2g}"
+    alone = spec.targets[0] if len(spec.targets) == 1 and spec.targets[0].weight == 1.0 else None
+    return (broken, value), words if alone is None or alone.deviation != 1.0 else f"{words} {alone.unit}".rstrip()
 
 
 def _search(wish: Wish, found: dict[str, Any]) -> Search:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from mbproj.studies.parallel.hand_out import Where, in_parallel
-from mbproj.studies.parallel.progress import Tell
+from mbproj.studies.parallel.progress import Tell, with_words
 from mbproj.studies.store import Kept
 
 
@@ -18,14 +18,22 @@ def resumable(
     processes: Where,
     phase: str,
     tell: Tell,
+    best: Callable[[Any], tuple[Any, str]] | None = None,
 ) -> dict[str, Any]:
     """function(shared, item), which JSON can hold, of every item by its key. Those that are kept are not run again;
-    `tell` is called with the phase and the number of items that are through."""
+    `tell` is called with the phase and the number of items that are through. `best` gives a record's rank and words;
+    those of the least rank follow the phase."""
     missing = [key for key in items if key not in kept]
-    through = len(items) - len(missing)
-    tell(phase, through, len(items))
-    for number, record in in_parallel(function, shared, [items[key] for key in missing], processes):
+    ranked = [] if best is None else [best(kept[key]) for key in items if key in kept]
+
+    def say(through: int) -> None:
+        tell(with_words(phase, min(ranked)[1]) if ranked else phase, through, len(items))
+
+    say(len(items) - len(missing))
+    for through, (number, record) in enumerate(
+        in_parallel(function, shared, [items[key] for key in missing], processes), len(items) - len(missing) + 1
+    ):
         kept.add(missing[number], record)
-        through += 1
-        tell(phase, through, len(items))
+        ranked += [] if best is None else [best(record)]
+        say(through)
     return {key: kept[key] for key in items}

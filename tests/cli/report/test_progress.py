@@ -10,7 +10,7 @@ import pytest
 from mbproj.cli.main import mbproj
 from mbproj.cli.report import progress
 from mbproj.cli.report.progress import Line, Telling
-from mbproj.studies.parallel.progress import TIMING
+from mbproj.studies.parallel.progress import TIMING, with_words
 from tests.cli.commands import FIVE_BAR
 from tests.cli.report.watched import Clock, Terminal
 
@@ -23,6 +23,11 @@ def told(*events: tuple[float, str, int, int]) -> list[str]:
         clock.now = 100.0 + time
         tell(*what)  # type: ignore[arg-type]
     return [text.removesuffix("\x1b[K") for text in stream.getvalue().split("\r")[1:]]
+
+
+def test_words_on_a_phase_stand_behind_what_is_done() -> None:
+    shown = told((0.0, "searches", 0, 3), (2.0, with_words("searches", "best load 5 N"), 1, 3))
+    assert shown == ["searches: 0 of 3, 0 s so far", "searches: 1 of 3, best load 5 N, 2 s so far"]
 
 
 def test_what_is_piped_gets_a_line_now_and_then() -> None:

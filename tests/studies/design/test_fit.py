@@ -203,6 +203,16 @@ def test_starts_that_were_searched_are_used_again(tmp_path):
     assert found(tmp_path / "design.yaml", fresh=True)[0].reused == 0
 
 
+def test_the_best_so_far_is_told(tmp_path):
+    flight(tmp_path, 12.0, 0.7, noise=1e-2)
+    said = []
+    spec = "vary: {parameters.speed: [1, 30], parameters.angle: [0, 1.5]}\nstarts: 2\n"
+    design, _ = found(written(tmp_path, BALL, spec + FLIGHT), fresh=True, tell=lambda *told: said.append(told))
+    (first, *_), *_, (last, done, whole) = [each for each in said if each[0].startswith("searches")]
+    assert (first, done, whole) == ("searches", 2, 2)
+    assert last == f"searches; best rms of residuals {np.sqrt(np.mean(design.trial.residuals**2)):.2g} m"
+
+
 def test_the_best_scene_keeps_its_comments_and_runs(tmp_path):
     flight(tmp_path, 12.0, 0.7)
     scene = BALL.replace("gravity: [0, 0, -10]", "gravity: [0, 0, -10]   # nearly")
