@@ -150,6 +150,7 @@ KERNEL_FOLDERS = (
     "steppers",
     "contacts",
     "stepping",
+    "tangents",
     "bindings",
 )
 

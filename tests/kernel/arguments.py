@@ -8,7 +8,7 @@ import numpy as np
 
 from mbproj.functions.program import Code, Program
 from mbproj.functions.program_set import flatten
-from mbproj.integrate.formulations.compiled import _tableau
+from mbproj.integrate.formulations.kernel_settings import kernel_tableau
 from mbproj.integrate.steppers.tableau import load_tableau
 from mbproj.kernel import core
 from mbproj.kernel.loads import programs
@@ -109,7 +109,7 @@ def run(y: np.ndarray | None = None, turns: np.ndarray | None = None, **changes:
     steps = changes.get("steps", core().Steps.fixed(0.0, 1.0, 0.1, 10, 1))
     made = core().SpaceRun(
         changes.get("model") or model(),
-        changes.get("tableau") or _tableau(core(), load_tableau("rk4"), kinematic=False),
+        changes.get("tableau") or kernel_tableau(core(), load_tableau("rk4"), kinematic=False),
         changes.get("projection") or projection(),
         steps,
         state().ravel() if y is None else y,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mbproj.integrate.formulations.compiled import Compiled
-from mbproj.integrate.formulations.compiled import _tableau as tableau_of
+from mbproj.integrate.formulations.kernel_settings import kernel_tableau
 from mbproj.integrate.formulations.planar import InPlane
 from mbproj.integrate.formulations.reduced import Reduced
 from mbproj.integrate.formulations.redundant_rows import settle_rows
@@ -115,7 +115,7 @@ def from_sample(compiled: Compiled, block, at: int, step: float, steps: int):
     """A run of so many steps of RK4 and GPOPM from a recorded sample."""
     return compiled.core.SpaceRun(
         compiled.model,
-        tableau_of(compiled.core, load_tableau("rk4"), kinematic=False),
+        kernel_tableau(compiled.core, load_tableau("rk4"), kinematic=False),
         compiled.projection(ProjectionSettings()),
         compiled.core.Steps.fixed(float(block["t"][at]), steps * step, step, steps, 1),
         np.ascontiguousarray(block["y"][at]),

@@ -17,6 +17,7 @@ from mbproj.dynamics.observe.samples import Samples
 from mbproj.errors import SimulationError
 from mbproj.integrate.events.law_switches import switches_of
 from mbproj.integrate.events.leg import Leg
+from mbproj.integrate.formulations.kernel_settings import kernel_steps, kernel_tableau
 from mbproj.integrate.outcome.failures import (
     LostStep,
     TurnsUntold,
@@ -32,10 +33,8 @@ from mbproj.integrate.outcome.failures import (
     unresolved,
     unsolved_stage,
 )
-from mbproj.integrate.steppers.implicit_tableau import ImplicitTableau
 from mbproj.integrate.steppers.methods import tableau_of
 from mbproj.integrate.steppers.stages import branch_untold
-from mbproj.integrate.steppers.tableau import Tableau
 from mbproj.model.layout import Layout
 from mbproj.model.system import System
 from mbproj.registry import PROJECTIONS
@@ -72,7 +71,7 @@ class Compiled(ABC):
     def samples(self, block: Mapping[str, Any], counters: Mapping[str, Integers]) -> Samples:
         """A block of the kernel in the coordinates of all formulations."""
         y, work = block["y"], block["y"][:, self.layout["quadratures"]]
-        q, v, acceleration = self.motion(self._by_body(y), block["acceleration"])
+        q, v, acceleration = self.motion(self.bodies_of(y), block["acceleration"])
         return Samples(
             t=block["t"],
             y=self._states(y, q, v, turns_of(self.system, q, self.of_all(block["angles"]))),
@@ -104,10 +103,10 @@ class Compiled(ABC):
 
     def standing(self, t: float, y: Array, turns: Sequence[int]) -> State:
         """The state of a mark of the kernel."""
-        q, v = self.coordinates(self._by_body(y))
+        q, v = self.coordinates(self.bodies_of(y))
         return State(t, self._states(y, q, v, self.of_all(np.array(turns, dtype=float))), self.system.layout)
 
-    def _by_body(self, y: Array) -> Array:
+    def bodies_of(self, y: Array) -> Array:
         """The bodies' states (..., n, 13 or 6) at the kernel's y (..., its size)."""
         return y[..., self.layout["bodies"]].reshape(*y.shape[:-1], self.system.bodies, -1)
 
@@ -183,16 +182,19 @@ class Compiled(ABC):
         turns = np.ascontiguousarray(self.turns(state.turns), dtype=np.int64)
         run = kind(
             self.model,
-            _tableau(self.core, tableau_of(settings.integrator), kinematic=settings.kinematic is True),
+            kernel_tableau(self.core, tableau_of(settings.integrator), kinematic=settings.kinematic is True),
             self.projection(settings.projection),
-            _steps(self.core, settings, leg or Leg.whole(self.system, settings, state.t)),
-            self.layout.joined(
-                {"bodies": self.state(state.q, state.v).ravel()} | state.layout.shared(state.y, self.layout)
-            ),
+            kernel_steps(self.core, settings, leg or Leg.whole(self.system, settings, state.t)),
+            self.beginning(state),
             turns,
         )
         self._keep(run, state, settings)
         return run
+
+    def beginning(self, state: State) -> Array:
+        """The kernel's y (its size,) in which a run from `state` begins."""
+        bodies = self.state(state.q, state.v).ravel()
+        return self.layout.joined({"bodies": bodies} | state.layout.shared(state.y, self.layout))
 
     def _keep(self, run: Any, state: State, settings: Settings) -> None:
         """Rows of what the motion keeps, where they are asked for and something is free to move."""
@@ -277,24 +279,3 @@ class Compiled(ABC):
         except SimulationError as error:
             return error
         return not_finite(t)
-
-
-def _tableau(core: ModuleType, tableau: Tableau | ImplicitTableau, *, kinematic: bool) -> Any:
-    if isinstance(tableau, ImplicitTableau):
-        names = ("a", "b", "c", "error", "dense", "splitting")
-        coefficients = {name: np.ascontiguousarray(getattr(tableau, name)) for name in names}
-        return core.Tableau.implicit(tableau.order, tableau.error_order, tableau.gamma, **coefficients)
-    parts = (tableau.a, tableau.b, tableau.c, tableau.error, tableau.extra_a, tableau.extra_c, tableau.dense)
-    made = core.Tableau(tableau.order, tableau.error_order, *(np.ascontiguousarray(part) for part in parts))
-    made.kinematic = kinematic
-    return made
-
-
-def _steps(core: ModuleType, settings: Settings, leg: Leg) -> Any:
-    breaks = [(*each[:3], list(each.actions), each.asks) for each in leg.breaks]
-    if leg.step is not None:
-        return core.Steps.fixed(leg.start, leg.duration, leg.step, leg.count, leg.every, breaks)
-    assert leg.times is not None
-    samples = (leg.times.origin, leg.times.interval, leg.times.offset, leg.times.number)
-    first = -1.0 if leg.first is None else leg.first
-    return core.Steps.by_error(leg.start, leg.duration, settings.tolerance, samples, breaks, first)

@@ -168,4 +168,12 @@ template <int Rows, int Columns, class Number> auto matrix_by_rows(const Number*
     return View<const Number, Rows, Columns, Columns, 1>(at);
 }
 
+// A matrix without what goes with its numbers.
+template <int Rows, int Columns, class Scalar>
+Matrix<Rows, Columns> values_of(const Matrix<Rows, Columns, Scalar>& from) {
+    Matrix<Rows, Columns> found;
+    for (int i = 0; i < Rows * Columns; ++i) found[i] = value_of(from[i]);
+    return found;
+}
+
 }  // namespace mbproj

@@ -293,6 +293,7 @@ template <class D> void bind_dimension(nb::module_& m, const std::string& name) 
     add_loads<D>(m, (name + "Bushings").c_str(), (name + "Loads").c_str());
     add_equations<D>(m, (name + "Equations").c_str());
     add_run<D>(m, (name + "Run").c_str());
+    add_tangents<D>(m, (name + "Tangents").c_str());
 }
 
 }  // namespace mbproj

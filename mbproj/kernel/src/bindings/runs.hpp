@@ -1,4 +1,4 @@
-// Runs of one dimension, for Python: their samples, counters, peaks and marks.
+// Runs of one dimension, for Python: their samples, counters, peaks and marks; and how they change.
 #pragma once
 
 #include <nanobind/stl/pair.h>
@@ -10,6 +10,7 @@
 #include "bindings/saved_contacts.hpp"
 #include "bindings/saved_mark.hpp"
 #include "stepping/time_loop.hpp"
+#include "tangents/run_tangents.hpp"
 
 namespace mbproj {
 
@@ -176,6 +177,61 @@ template <class D> void add_run(nb::module_& m, const char* name) {
         .def_prop_ro("phase_seconds", [](const TimeLoop<D>& self) {
             const auto& seconds = self.phases().seconds();
             return std::vector<double>(seconds.begin(), seconds.end());
+        });
+}
+
+// How the states of a run change with numbers of its model and with its start.
+template <class D> void add_tangents(nb::module_& m, const char* name) {
+    using T = RunTangents<D>;
+    nb::class_<T>(m, name)
+        .def_static(
+            "numbers",
+            [](const Model<D>& model) {
+                std::vector<double> found = numbers_of(model);
+                const auto count = found.size();
+                return array_of(std::move(found), count);
+            },
+            "The numbers of a model in the order in which their slopes are given.")
+        .def("__init__",
+             [](T* self, const Model<D>& model, const Tableau& tableau, const ProjectionSettings& projection,
+                const BreakNumbers& breaks, Numbers2 numbers) {
+                 const std::size_t count = numbers.shape(0), size = numbers_of(model).size();
+                 require(numbers, {count, size}, "numbers");
+                 if (const std::string why = T::obstacle(model, tableau, projection); !why.empty())
+                     throw std::invalid_argument(why);
+                 new (self)
+                     T(model, tableau, projection, breaks_of(breaks), numbers.data(), static_cast<int>(count), size);
+             })
+        .def("start",
+             [](T& self, double t, Numbers1 y, Numbers2 slopes) {
+                 require(y, {self.size()}, "y");
+                 require(slopes, {static_cast<std::size_t>(self.count()), self.size()}, "slopes");
+                 return self.start(t, y.data(), slopes.data());
+             })
+        .def(
+            "follow",
+            [](T& self, Numbers1 t, Numbers1 h, Numbers2 y) -> nb::object {
+                const std::size_t steps = h.shape(0);
+                require(t, {steps + 1}, "t");
+                require(h, {steps}, "h");
+                require(y, {steps, self.size()}, "y");
+                std::vector<double> found;
+                {
+                    nb::gil_scoped_release released;
+                    for (std::size_t s = 0; s < steps; ++s) {
+                        if (!self.follow(t.data()[s], h.data()[s], t.data()[s + 1], y.data() + s * self.size())) break;
+                        self.write(found);
+                    }
+                }
+                const std::size_t row = self.count() * self.size();
+                const std::size_t made = row ? found.size() / row : 0;
+                return array_of(std::move(found), made, self.count(), self.size());
+            },
+            nb::arg("t"), nb::arg("h"), nb::arg("y"), "The slopes at the ends of these steps, as far as it gets.")
+        .def_prop_ro("slopes", [](const T& self) {
+            std::vector<double> found;
+            self.write(found);
+            return array_of(std::move(found), self.count(), self.size());
         });
 }
 

@@ -15,25 +15,25 @@ public:
     bool empty() const { return found_.empty(); }
     const Series<Scalar<D>>& operator[](std::size_t k) const { return found_[k]; }
     // Where motion k puts its coordinate.
-    double prescribed(std::size_t k) const { return model_.driven[k].start + found_[k].x; }
+    Scalar<D> prescribed(std::size_t k) const { return model_.driven[k].start + found_[k].x; }
 
     bool is_at_rest() const {
         return std::all_of(found_.begin(), found_.end(), [](const Series<Scalar<D>>& each) { return each.d == 0.0; });
     }
 
     // The driven rows of C, less what the motions prescribe.
-    void close(double* C) const {
+    void close(Scalar<D>* C) const {
         for (std::size_t k = 0; k < found_.size(); ++k) {
             const DrivenRow<D>& driven = model_.driven[k];
-            const double wanted = prescribed(k);
+            const Scalar<D> wanted = prescribed(k);
             C[driven.row] =
-                driven.is_angle ? nearest(C[driven.row] - std::remainder(wanted, 2.0 * M_PI)) : C[driven.row] - wanted;
+                driven.is_angle ? nearest(C[driven.row] - remainder(wanted, 2.0 * M_PI)) : C[driven.row] - wanted;
         }
     }
 
     // Of the motions, with these multipliers.
-    double power(const double* lambda) const {
-        double sum = 0.0;
+    Scalar<D> power(const Scalar<D>* lambda) const {
+        Scalar<D> sum = 0.0;
         for (std::size_t k = 0; k < found_.size(); ++k) sum -= lambda[model_.driven[k].row] * found_[k].d;
         return sum;
     }
@@ -62,7 +62,7 @@ private:
 
 // The rates of the quadratures in a slope: the power put in, what is dissipated, and what is lost apart.
 template <class D> void set_work(const Block& work, const Applied<D>& applied, const Drive<D>& drive,
-                                 const double* lambda, double* slope) {
+                                 const Scalar<D>* lambda, Scalar<D>* slope) {
     if (!work.size) return;
     slope[work.first] = applied.power + drive.power(lambda);
     slope[work.first + 1] = applied.dissipation;

@@ -10,14 +10,14 @@
 namespace mbproj {
 
 // Flywheels go with their coordinates: nothing is violated in the rows that hold them.
-template <class D> void leave_flywheels(const Model<D>& model, std::vector<double>& rows) {
+template <class D> void leave_flywheels(const Model<D>& model, std::vector<Scalar<D>>& rows) {
     std::fill(rows.begin() + model.constraints.rows, rows.end(), 0.0);
 }
 
 // The largest row, lengths in the mechanism's own.
-template <class D> double largest(const Model<D>& model, const std::vector<double>& rows) {
-    double most = 0.0;
-    for (std::size_t r = 0; r < rows.size(); ++r) most = larger(most, std::abs(rows[r]) / model.row_scale[r]);
+template <class D> Scalar<D> largest(const Model<D>& model, const std::vector<Scalar<D>>& rows) {
+    Scalar<D> most = 0.0;
+    for (std::size_t r = 0; r < rows.size(); ++r) most = larger(most, abs(rows[r]) / model.row_scale[r]);
     return most;
 }
 

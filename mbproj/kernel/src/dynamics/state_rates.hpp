@@ -15,15 +15,15 @@ public:
 
     bool any() const { return block_.size > 0; }
     // x' in its block of a slope; false where a program has no finite value.
-    bool set(Channels<D>& channels, double* slope) const {
+    bool set(Channels<D>& channels, Scalar<D>* slope) const {
         for (int k = 0; k < block_.size; ++k) {
             slope[block_.first + k] = model_.programs.value(model_.first_rate + k, channels.variables(), held);
-            if (!std::isfinite(slope[block_.first + k])) return false;
+            if (!isfinite(slope[block_.first + k])) return false;
         }
         return true;
     }
     // ∂x'/∂channel of state k.
-    void slopes(int k, Channels<D>& channels, double* found) const {
+    void slopes(int k, Channels<D>& channels, Scalar<D>* found) const {
         channels.variables();
         channels.slopes(model_.programs, model_.first_rate + k, held, law_variables, law_variables + channels.size(),
                         found);

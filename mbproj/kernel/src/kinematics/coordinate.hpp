@@ -56,9 +56,9 @@ template <class D> struct Coordinate {
     }
 
 private:
-    const Touch* known() const { return p.on_line() ? &touch_ : nullptr; }
+    const Touch<D>* known() const { return p.on_line() ? &touch_ : nullptr; }
 
-    Touch touch_;
+    Touch<D> touch_;
 };
 
 }  // namespace mbproj

@@ -8,12 +8,12 @@ namespace mbproj {
 
 // At the foot of a point, or of a face: the curve's point c, the unit tangent t, the distance φ to the left, the curvature κ,
 // and its change by the arc length.
-struct Touch {
-    Foot foot;
-    double c[2], t[2], phi, kappa, kappa_sigma;
+template <class D> struct Touch {
+    Foot<Scalar<D>> foot;
+    Scalar<D> c[2], t[2], phi, kappa, kappa_sigma;
 
-    double stretch() const { return 1.0 - kappa * phi; }
-    double side() const { return kappa < 0.0 ? -1.0 : 1.0; }
+    Scalar<D> stretch() const { return 1.0 - kappa * phi; }
+    Scalar<D> side() const { return kappa < 0.0 ? -1.0 : 1.0; }
 };
 
 constexpr bool is_on_face(Kind kind) { return kind == Kind::face || kind == Kind::face_place; }
@@ -23,23 +23,23 @@ namespace on_face {
 // (a, b) = (u·m, w·m), its size r, d = (u·ℓ, w·ℓ) and what c - d has along the tangent and across it.
 template <class D> struct Seen {
     Point<D> line;
-    double a, b, r, along, across;
+    Scalar<D> a, b, r, along, across;
 
-    Seen(const Point<D>* x, const Touch& at)
-        : line(x[4] - x[3]), a(x[0].dot(x[2])), b(x[1].dot(x[2])), r(std::sqrt(a * a + b * b)) {
-        const double apart[2] = {at.c[0] - x[0].dot(line), at.c[1] - x[1].dot(line)};
+    Seen(const Point<D>* x, const Touch<D>& at)
+        : line(x[4] - x[3]), a(x[0].dot(x[2])), b(x[1].dot(x[2])), r(sqrt(a * a + b * b)) {
+        const Scalar<D> apart[2] = {at.c[0] - x[0].dot(line), at.c[1] - x[1].dot(line)};
         along = at.t[0] * apart[0] + at.t[1] * apart[1];
         across = at.t[0] * apart[1] - at.t[1] * apart[0];
     }
 };
 
-template <class D> double value(const Instance<D>& p, const Point<D>* x, const Touch& at) {
+template <class D> Scalar<D> value(const Instance<D>& p, const Point<D>* x, const Touch<D>& at) {
     const Seen<D> seen(x, at);
     if (p.kind == Kind::face_place) return seen.along;
     return x[2].dot(seen.line) - at.c[0] * seen.a - at.c[1] * seen.b;
 }
 
-template <class D> void gradient(const Instance<D>& p, const Point<D>* x, const Touch& at, Point<D>* g) {
+template <class D> void gradient(const Instance<D>& p, const Point<D>* x, const Touch<D>& at, Point<D>* g) {
     const Seen<D> seen(x, at);
     if (p.kind == Kind::face) {
         g[0] = -at.c[0] * x[2];
@@ -49,7 +49,7 @@ template <class D> void gradient(const Instance<D>& p, const Point<D>* x, const 
         g[4] = x[2];
         return;
     }
-    const double turned = at.side() * (seen.across + 1.0 / at.kappa) / seen.r;
+    const Scalar<D> turned = at.side() * (seen.across + 1.0 / at.kappa) / seen.r;
     const Point<D> own = turned * x[2] - seen.line, along = at.t[0] * x[0] + at.t[1] * x[1];
     g[0] = at.t[0] * own;
     g[1] = at.t[1] * own;
@@ -58,23 +58,23 @@ template <class D> void gradient(const Instance<D>& p, const Point<D>* x, const 
     g[4] = -along;
 }
 
-template <class D> double curvature(const Instance<D>& p, const Point<D>* x, const Point<D>* v, const Touch& at) {
+template <class D> Scalar<D> curvature(const Instance<D>& p, const Point<D>* x, const Point<D>* v, const Touch<D>& at) {
     const Seen<D> seen(x, at);
-    const double a_dot = v[0].dot(x[2]) + x[0].dot(v[2]), b_dot = v[1].dot(x[2]) + x[1].dot(v[2]);
-    const double omega = at.side() * (at.t[0] * a_dot + at.t[1] * b_dot) / seen.r;
+    const Scalar<D> a_dot = v[0].dot(x[2]) + x[0].dot(v[2]), b_dot = v[1].dot(x[2]) + x[1].dot(v[2]);
+    const Scalar<D> omega = at.side() * (at.t[0] * a_dot + at.t[1] * b_dot) / seen.r;
     const Point<D> rate = v[4] - v[3];
     if (p.kind == Kind::face) {
-        const double bent = 2.0 * v[2].dot(Point<D>(rate - at.c[0] * v[0] - at.c[1] * v[1]));
-        return bent - seen.r * omega * omega / std::abs(at.kappa);
+        const Scalar<D> bent = 2.0 * v[2].dot(Point<D>(rate - at.c[0] * v[0] - at.c[1] * v[1]));
+        return bent - seen.r * omega * omega / abs(at.kappa);
     }
-    const double growth = (a_dot * seen.a + b_dot * seen.b) / seen.r;
-    const double bent = 2.0 * at.side() * (at.t[0] * v[0].dot(v[2]) + at.t[1] * v[1].dot(v[2]));
-    const double omega_bias = (bent - 2.0 * omega * growth) / seen.r;
-    const double d_dot[2] = {v[0].dot(seen.line) + x[0].dot(rate), v[1].dot(seen.line) + x[1].dot(rate)};
-    const double kappa3 = at.kappa * at.kappa * at.kappa;
-    const double across =
+    const Scalar<D> growth = (a_dot * seen.a + b_dot * seen.b) / seen.r;
+    const Scalar<D> bent = 2.0 * at.side() * (at.t[0] * v[0].dot(v[2]) + at.t[1] * v[1].dot(v[2]));
+    const Scalar<D> omega_bias = (bent - 2.0 * omega * growth) / seen.r;
+    const Scalar<D> d_dot[2] = {v[0].dot(seen.line) + x[0].dot(rate), v[1].dot(seen.line) + x[1].dot(rate)};
+    const Scalar<D> kappa3 = at.kappa * at.kappa * at.kappa;
+    const Scalar<D> across =
         2.0 * (at.t[0] * d_dot[1] - at.t[1] * d_dot[0]) + omega * (seen.along + at.kappa_sigma / kappa3);
-    const double bias = 2.0 * (at.t[0] * v[0].dot(rate) + at.t[1] * v[1].dot(rate));
+    const Scalar<D> bias = 2.0 * (at.t[0] * v[0].dot(rate) + at.t[1] * v[1].dot(rate));
     return omega_bias * (seen.across + 1.0 / at.kappa) - omega * across - bias;
 }
 

@@ -71,7 +71,7 @@ public:
         return p.on_line() ? touches_[number].foot.s : value<D>(p, Places(*this, p).x);
     }
     // Where an instance that follows a curve touches it, if its row is held on pieces.
-    const Touch* touch(const Instance<D>& p) const { return p.follower < 0 ? nullptr : &touches_[p.follower]; }
+    const Touch<D>* touch(const Instance<D>& p) const { return p.follower < 0 ? nullptr : &touches_[p.follower]; }
     // On which piece what follows a curve is held.
     int piece(int number) const {
         const int at = model_.programs.start[model_.curves[number].program] + 1;
@@ -124,7 +124,7 @@ private:
     std::vector<Placement<D>> bodies_;
     std::vector<Point<D>> spokes_;
     std::vector<Series<Scalar<D>>> curves_;
-    std::vector<Touch> touches_;
+    std::vector<Touch<D>> touches_;
 };
 
 // Every body's velocities at a pose, the ground's last.

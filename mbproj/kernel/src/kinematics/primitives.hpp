@@ -46,12 +46,12 @@ template <class D> Scalar<D> curvature(const Point<D>* x, const Point<D>* v) {
 template <class S> inline S nearest(const S& angle) { return angle - 2.0 * M_PI * nearbyint(angle / (2.0 * M_PI)); }
 
 // Where an instance touches its curve: what is known of that, or what follows from x.
-template <class D> Touch touched(const Instance<D>& p, const Point<D>* x, const Touch* known) {
+template <class D> Touch<D> touched(const Instance<D>& p, const Point<D>* x, const Touch<D>* known) {
     return known ? *known : on_curve::touch<D>(p, x);
 }
 
 // The value of a primitive of one row, before its offset; `known`: where it touches its curve.
-template <class D> Scalar<D> value(const Instance<D>& p, const Point<D>* x, const Touch* known = nullptr) {
+template <class D> Scalar<D> value(const Instance<D>& p, const Point<D>* x, const Touch<D>* known = nullptr) {
     switch (p.kind) {
         case Kind::perpendicular: return x[0].dot(x[1]);
         case Kind::along: return along::value<D>(x);
@@ -69,7 +69,8 @@ template <class D> Scalar<D> value(const Instance<D>& p, const Point<D>* x, cons
 }
 
 // Its gradient, a vector for each slot.
-template <class D> void gradient(const Instance<D>& p, const Point<D>* x, Point<D>* g, const Touch* known = nullptr) {
+template <class D>
+void gradient(const Instance<D>& p, const Point<D>* x, Point<D>* g, const Touch<D>* known = nullptr) {
     switch (p.kind) {
         case Kind::perpendicular:
             g[0] = x[1];
@@ -94,7 +95,7 @@ template <class D> void gradient(const Instance<D>& p, const Point<D>* x, Point<
 
 // x'ᵀ C_xx x'.
 template <class D>
-Scalar<D> curvature(const Instance<D>& p, const Point<D>* x, const Point<D>* x_dot, const Touch* known = nullptr) {
+Scalar<D> curvature(const Instance<D>& p, const Point<D>* x, const Point<D>* x_dot, const Touch<D>* known = nullptr) {
     switch (p.kind) {
         case Kind::perpendicular: return 2.0 * x_dot[0].dot(x_dot[1]);
         case Kind::along: return along::curvature<D>(x_dot);

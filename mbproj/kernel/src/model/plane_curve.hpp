@@ -3,19 +3,18 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <vector>
+
+#include "algebra/scalar.hpp"
 
 namespace mbproj {
 
 // A point and its derivatives by the parameter.
-struct OnPiece {
-    double x[4], y[4];
-};
+template <class S> struct OnPiece { S x[4], y[4]; };
 
-struct Foot {
-    double s;
+template <class S> struct Foot {
+    S s;
     int piece;
 };
 
@@ -49,27 +48,27 @@ struct PlaneCurve {
 
     double start() const { return pieces.front().start; }
 
-    OnPiece derivatives(double s, int number) const {
+    template <class S> OnPiece<S> derivatives(const S& s, int number) const {
         const Piece& piece = pieces[number];
-        const double u = s - piece.origin;
-        double f[orders];
+        const S u = s - piece.origin;
+        S f[orders];
         evaluate(piece.f, piece.f_terms, u, f);
         if (piece.form == Form::cartesian) {
-            double g[orders];
+            S g[orders];
             evaluate(piece.g, piece.g_terms, u, g);
             return {{f[0], f[1], f[2], f[3]}, {g[0], g[1], g[2], g[3]}};
         }
-        double n[4], t[4];  // along (cos s, sin s), and across it
+        S n[4], t[4];  // along (cos s, sin s), and across it
         if (piece.form == Form::polar) {
             n[0] = f[0], n[1] = f[1], n[2] = f[2] - f[0], n[3] = f[3] - 3.0 * f[1];
             t[0] = 0.0, t[1] = f[0], t[2] = 2.0 * f[1], t[3] = 3.0 * f[2] - f[0];
         } else {
-            const double bent = f[0] + f[2], change = f[1] + f[3];
+            const S bent = f[0] + f[2], change = f[1] + f[3];
             n[0] = f[0], n[1] = 0.0, n[2] = -bent, n[3] = -2.0 * change;
             t[0] = f[1], t[1] = bent, t[2] = change, t[3] = f[2] + f[4] - bent;
         }
-        OnPiece found;
-        const double cosine = std::cos(s), sine = std::sin(s);
+        OnPiece<S> found;
+        const S cosine = cos(s), sine = sin(s);
         for (int k = 0; k < 4; ++k) {
             found.x[k] = n[k] * cosine - t[k] * sine;
             found.y[k] = n[k] * sine + t[k] * cosine;
@@ -84,48 +83,63 @@ struct PlaneCurve {
     }
 
     // The place nearest to a point: of the piece that is held, beyond its ends too, or of all.
-    Foot foot(double x, double y, int held) const {
-        return settled_from(nearest_place(x, y, held), held, [x, y](const OnPiece& c) {
+    Foot<double> foot(double x, double y, int held) const {
+        return settled_from(nearest_place(x, y, held), held, [x, y](const OnPiece<double>& c) {
             const double dx = x - c.x[0], dy = y - c.y[0], speed2 = c.x[1] * c.x[1] + c.y[1] * c.y[1];
             const double slope = dx * c.x[2] + dy * c.y[2] - speed2;
             return -(dx * c.x[1] + dy * c.y[1]) / (slope < 0.0 ? slope : -speed2);
         });
     }
     // The same of the place whose outward normal points along (a, b); of a closed curve that is convex.
-    Foot facing(double a, double b, int held) const {
-        return settled_from(turned_place(a, b, held), held, [a, b](const OnPiece& c) {
+    Foot<double> facing(double a, double b, int held) const {
+        return settled_from(turned_place(a, b, held), held, [a, b](const OnPiece<double>& c) {
             const double slope = a * c.x[2] + b * c.y[2];
             return -(a * c.x[1] + b * c.y[1]) / (slope < 0.0 ? slope : -(c.x[1] * c.x[1] + c.y[1] * c.y[1]));
         });
     }
 
+    // Both, and how they change: one more pass of Newton's method, in the numbers that are given.
+    template <class S> Foot<S> foot(const S& x, const S& y, int held) const {
+        const Foot<double> at = foot(value_of(x), value_of(y), held);
+        const OnPiece<double> c = derivatives(at.s, at.piece);
+        const S dx = x - c.x[0], dy = y - c.y[0];
+        const double slope = value_of(dx) * c.x[2] + value_of(dy) * c.y[2] - c.x[1] * c.x[1] - c.y[1] * c.y[1];
+        return {at.s - (dx * c.x[1] + dy * c.y[1]) / slope, at.piece};
+    }
+    template <class S> Foot<S> facing(const S& a, const S& b, int held) const {
+        const Foot<double> at = facing(value_of(a), value_of(b), held);
+        const OnPiece<double> c = derivatives(at.s, at.piece);
+        const double slope = value_of(a) * c.x[2] + value_of(b) * c.y[2];
+        return {at.s - (a * c.x[1] + b * c.y[1]) / slope, at.piece};
+    }
+
     // The arc length from the beginning to a foot.
-    double length_at(const Foot& foot) const {
+    template <class S> S length_at(const Foot<S>& foot) const {
         const int before = place_before(foot);
         static constexpr double nodes[] = {0.1834346424956498, 0.5255324099163290, 0.7966664774136267,
                                            0.9602898564975363};
         static constexpr double weights[] = {0.3626837833783620, 0.3137066458778873, 0.2223810344533745,
                                              0.1012285362903763};
-        const double half = 0.5 * (foot.s - places[before].s), middle = places[before].s + half;
-        double sum = 0.0;
+        const S half = 0.5 * (foot.s - places[before].s), middle = places[before].s + half;
+        S sum = 0.0;
         for (int k = 0; k < 4; ++k)
             for (const double side : {-1.0, 1.0}) {
-                const OnPiece c = derivatives(middle + side * half * nodes[k], foot.piece);
-                sum += weights[k] * std::sqrt(c.x[1] * c.x[1] + c.y[1] * c.y[1]);
+                const OnPiece<S> c = derivatives<S>(middle + side * half * nodes[k], foot.piece);
+                sum += weights[k] * sqrt(c.x[1] * c.x[1] + c.y[1] * c.y[1]);
             }
         return places[before].length + half * sum;
     }
 
     // By how much the tangent has turned from the beginning to a foot, where it is t.
-    double angle_at(const Foot& foot, const double* t) const {
+    template <class S> S angle_at(const Foot<S>& foot, const S* t) const {
         const double angle = places[place_before(foot)].angle, cosine = std::cos(angle), sine = std::sin(angle);
-        return angle - places.front().angle + std::atan((cosine * t[1] - sine * t[0]) / (cosine * t[0] + sine * t[1]));
+        return angle - places.front().angle + atan((cosine * t[1] - sine * t[0]) / (cosine * t[0] + sine * t[1]));
     }
 
 private:
     // Where Newton's method ends from a place, with its whole step at a point of a piece.
-    template <class Step> Foot settled_from(int place, int held, const Step& whole) const {
-        Foot found{places[place].s, places[place].piece};
+    template <class Step> Foot<double> settled_from(int place, int held, const Step& whole) const {
+        Foot<double> found{places[place].s, places[place].piece};
         for (int pass = 0; pass < passes; ++pass) {
             const double step = std::clamp(whole(derivatives(found.s, found.piece)), -reach, reach);
             found.s += step;
@@ -154,15 +168,15 @@ private:
         if (after == end_of) return last;
         return side * (places[next].angle - wanted) < side * (wanted - places[next - 1].angle) ? next : next - 1;
     }
-    int place_before(const Foot& foot) const {
+    template <class S> int place_before(const Foot<S>& foot) const {
         const Piece& piece = pieces[foot.piece];
         int before = piece.first;
         while (before + 1 < piece.last && places[before + 1].s <= foot.s) ++before;
         return before;
     }
     // A function and its derivatives.
-    static void evaluate(const double* c, int count, double u, double* found) {
-        std::fill_n(found, orders, 0.0);
+    template <class S> static void evaluate(const double* c, int count, const S& u, S* found) {
+        std::fill_n(found, orders, S(0.0));
         for (int k = count - 1; k >= 0; --k) {
             for (int order = orders - 1; order > 0; --order) found[order] = found[order] * u + found[order - 1];
             found[0] = found[0] * u + c[k];
@@ -172,10 +186,10 @@ private:
         found[4] *= 24.0;
         const double a = c[terms], w = c[terms + 1];
         if (a == 0.0) return;
-        double sine = a * std::sin(w * u + c[terms + 2]), cosine = a * std::cos(w * u + c[terms + 2]);
+        S sine = a * sin(w * u + c[terms + 2]), cosine = a * cos(w * u + c[terms + 2]);
         for (int order = 0; order < orders; ++order) {
             found[order] += sine;
-            const double last = sine;
+            const S last = sine;
             sine = w * cosine;
             cosine = -w * last;
         }

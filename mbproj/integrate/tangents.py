@@ -1,0 +1,157 @@
+"""How the motion changes with the numbers of a model and with its start: forward sensitivities, along the run itself.
+
+A *direction* is what one parameter does to the model: the slopes of its numbers (masses, points, forces) and of the
+state in which the run begins. Models of one structure that lie to either side give it: their difference. The kernel
+follows each step of a run with dual numbers and the factors of the run (`mbproj/kernel/src/tangents`). The sizes of the
+steps are constants.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
+from mbproj.dynamics.assembly.assemble import State
+from mbproj.errors import InputError, SimulationError
+from mbproj.integrate.events.leg import Leg
+from mbproj.integrate.formulations.compiled import Compiled
+from mbproj.integrate.formulations.kernel_settings import kernel_breaks, kernel_tableau
+from mbproj.integrate.steppers.methods import tableau_of
+from mbproj.scene.records import Settings
+
+#: Neighbours of a model on either side, and their weights: the central difference of fourth order.
+NEIGHBOURS = ((-2.0, 1.0 / 12.0), (-1.0, -2.0 / 3.0), (1.0, 2.0 / 3.0), (2.0, -1.0 / 12.0))
+#: Without samples and within no time, the kernel comes back after each step.
+MOST, FOREVER = 2**31, 1e9
+#: Steps that are followed in one go.
+BLOCK = 512
+
+
+@dataclass(frozen=True)
+class Directions:
+    """Of k directions the slopes of the model's numbers (k, N), and of the kernel's state at the start (k, S)."""
+
+    numbers: Array
+    start: Array
+
+
+@dataclass(frozen=True)
+class Followed:
+    """A run with its slopes: at the ends of its m steps and at its start, the times (m + 1,), the kernel's states
+    (m + 1, S) and their slopes along each direction (m + 1, k, S)."""
+
+    t: Array
+    y: Array
+    slopes: Array
+
+    def coordinates(self, compiled: Compiled, at: int = -1) -> tuple[Array, Array]:
+        """∂q and ∂q' along each direction, (k, 7n) each, at the end of a step."""
+        found = [_along(compiled, self.y[at], slope) for slope in self.slopes[at]]
+        q, v = (np.array([pair[i] for pair in found]) for i in (0, 1))
+        return q, v
+
+
+def follow(compiled: Compiled, state: State, settings: Settings, directions: Directions) -> Followed:
+    """The run from `state`, and how it changes. Raises InputError where slopes are not known: contacts, functions with
+    branches, controllers, implicit steps; raises SimulationError where the run fails."""
+    run, start = compiled.run(state, settings), compiled.beginning(state)
+    slopes = _slopes(compiled, state, settings, directions)
+    if not slopes.start(state.t, start, np.ascontiguousarray(directions.start)):
+        raise SimulationError(state.t, "the equations have no unique solution")
+    times, states, found = [np.array([state.t])], [start[None]], [slopes.slopes[None]]
+    while True:
+        t, h, y = _steps(run, float(times[-1][-1]))
+        if not len(h):
+            break
+        block = slopes.follow(np.append(times[-1][-1], t), h, y)
+        if len(block) < len(h):
+            raise SimulationError(float(t[len(block)]), "the slopes of the motion have no unique solution")
+        times.append(t)
+        states.append(y)
+        found.append(block)
+    failed = compiled.failure(run, settings)
+    if failed is not None:
+        raise failed
+    return Followed(np.concatenate(times), np.concatenate(states), np.concatenate(found))
+
+
+def directions_of(
+    build: Callable[[Array], tuple[Compiled, State]], values: Sequence[float], widths: Sequence[float]
+) -> tuple[Compiled, State, Directions]:
+    """The model that is built of the parameters' values, and the direction of each: differences of models that lie some
+    of its width to either side. No run is made for them, and what is linear in a parameter is exact."""
+    at = np.asarray(values, dtype=float)
+    compiled, state = build(at)
+    numbers, starts = [], []
+    for k, width in enumerate(widths):
+        sides = []
+        for place, weight in NEIGHBOURS:
+            there = at.copy()
+            there[k] += place * width
+            other, begins = build(there)
+            own = numbers_of(other)
+            if own.shape != numbers_of(compiled).shape:
+                raise InputError("a parameter changes the structure of the model: it has no slopes there")
+            sides.append((weight / width, own, other.beginning(begins)))
+        numbers.append(sum(weight * own for weight, own, _ in sides))
+        starts.append(sum(weight * start for weight, _, start in sides))
+    size = len(compiled.beginning(state))
+    found = Directions(
+        np.array(numbers).reshape(len(numbers), -1), np.array(starts).reshape(len(starts), size if starts else 0)
+    )
+    return compiled, state, found
+
+
+def numbers_of(compiled: Compiled) -> Array:
+    """The kernel's numbers of a model, (N,), in the order in which directions have them."""
+    found: Array = getattr(compiled.core, f"{compiled.dimension}Tangents").numbers(compiled.model)
+    return found
+
+
+def _slopes(compiled: Compiled, state: State, settings: Settings, directions: Directions) -> Any:
+    """The kernel's follower of a run."""
+    kind = getattr(compiled.core, f"{compiled.dimension}Tangents")
+    tableau = kernel_tableau(compiled.core, tableau_of(settings.integrator), kinematic=settings.kinematic is True)
+    breaks = kernel_breaks(Leg.whole(compiled.system, settings, state.t))
+    try:
+        return kind(
+            compiled.model,
+            tableau,
+            compiled.projection(settings.projection),
+            breaks,
+            np.ascontiguousarray(directions.numbers),
+        )
+    except ValueError as error:
+        raise InputError(f"the motion's slopes are not known here: the {error}") from None
+
+
+def _steps(run: Any, t: float) -> tuple[Array, Array, Array]:
+    """The next steps of a run that stands at t: their ends, sizes and states."""
+    ends: list[float] = []
+    sizes: list[float] = []
+    states: list[Array] = []
+    while len(ends) < BLOCK and run.outcome.status == type(run.outcome.status).running:
+        tried = int(run.counters[0] + run.counters[1])
+        run.advance(MOST, FOREVER, tried + 1)
+        standing = run.standing
+        if standing["t"] != t:
+            t = standing["t"]
+            ends.append(t)
+            sizes.append(standing["h"])
+            states.append(standing["y"])
+    return np.array(ends), np.array(sizes), np.array(states)
+
+
+def _along(compiled: Compiled, y: Array, slope: Array) -> tuple[Array, Array]:
+    """∂q and ∂q' of the slope of the kernel's state: differences of the map between the two alone."""
+    scale = 1e-3 / max(float(np.abs(slope).max(initial=0.0)), 1e-300)
+    sides = [
+        [weight / scale * part for part in compiled.coordinates(compiled.bodies_of(y + place * scale * slope))]
+        for place, weight in NEIGHBOURS
+    ]
+    q, v = (sum(side[i] for side in sides) for i in (0, 1))
+    return np.asarray(q), np.asarray(v)

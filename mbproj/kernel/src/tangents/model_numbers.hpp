@@ -1,0 +1,127 @@
+// The numbers of a model that a run may be differentiated by, in one order, and the model with dual numbers in their place.
+#pragma once
+
+#include <memory>
+
+#include "algebra/dual.hpp"
+#include "dynamics/drive.hpp"
+#include "kinematics/constraint_rows.hpp"
+
+namespace mbproj {
+
+template <class D> using WithDuals = Dimension<D::axes, Dual>;
+
+template <class Matrix, class Visit> void visit_each(Matrix& matrix, Visit& visit) {
+    for (auto& number : matrix) visit(number);
+}
+
+template <class Set, class Visit> void numbers_of_set(Set& set, Visit& visit) {
+    for (auto& attachment : set.attachments) visit_each(attachment.local, visit);
+    for (auto& p : set.instances) {
+        for (int k = 0; k < form_of(p.kind).parameters; ++k) visit(p.parameters[k]);
+        visit(p.offset);
+        visit(p.weight);
+    }
+}
+
+template <class Loads, class Visit> void numbers_of_loads(Loads& loads, Visit& visit) {
+    numbers_of_set(loads.coordinates, visit);
+    for (auto& law : loads.laws) visit(law.stiffness), visit(law.damping), visit(law.free);
+    for (auto& given : loads.on_bodies) {
+        visit_each(given.point, visit);
+        visit_each(given.force_map, visit);
+        visit_each(given.torque_map, visit);
+    }
+    for (auto& bushing : loads.bushings) {
+        for (auto& origin : bushing.origin) visit_each(origin, visit);
+        for (auto& turn : bushing.turn) visit_each(turn, visit);
+        visit_each(bushing.stiffness, visit);
+        visit_each(bushing.damping, visit);
+        visit_each(bushing.preload, visit);
+    }
+}
+
+// Calls visit(number) for each: masses and inertias, gravity, the points, vectors and offsets of joints and coordinates, forces, and
+// where motions start. `loads`: the model's own, or none.
+template <class Model, class Loads, class Visit> void each_number(Model& model, Loads* loads, Visit&& visit) {
+    for (auto& body : model.bodies) {
+        visit(body.mass);
+        visit_each(body.inertia, visit);
+    }
+    visit_each(model.gravity, visit);
+    numbers_of_set(model.constraints, visit);
+    numbers_of_set(model.coordinates, visit);
+    if (loads) numbers_of_loads(*loads, visit);
+    for (auto& driven : model.driven) visit(driven.start);
+    for (auto& flywheel : model.flywheels) visit(flywheel);
+}
+
+template <int Rows, int Columns> Matrix<Rows, Columns, Dual> with_duals(const Matrix<Rows, Columns>& from) {
+    Matrix<Rows, Columns, Dual> to;
+    std::copy(from.begin(), from.end(), to.begin());
+    return to;
+}
+
+template <class D> PrimitiveSet<WithDuals<D>> with_duals(const PrimitiveSet<D>& from) {
+    PrimitiveSet<WithDuals<D>> to;
+    to.rows = from.rows;
+    for (const Attachment<D>& a : from.attachments)
+        to.attachments.push_back({a.body, a.is_point, with_duals(a.local), a.size});
+    for (const Instance<D>& p : from.instances) {
+        Instance<WithDuals<D>> own{p.kind,   {},        p.slot_count, {},     p.row,  p.rows,    p.offset,
+                                   p.weight, p.coupled, p.curve,      p.line, p.path, p.follower};
+        std::copy(std::begin(p.slots), std::end(p.slots), own.slots);
+        std::copy(std::begin(p.parameters), std::end(p.parameters), own.parameters);
+        to.instances.push_back(own);
+    }
+    return to;
+}
+
+template <class D> Loads<WithDuals<D>> with_duals(const Loads<D>& from) {
+    Loads<WithDuals<D>> to{with_duals(from.coordinates), {}, {}, {}};
+    for (const Law<D>& law : from.laws)
+        to.laws.push_back({law.coordinate, law.stiffness, law.damping, law.free, law.program, law.loses, law.bearing,
+                           law.apart, law.partner, law.own, law.other});
+    for (const BodyForce<D>& f : from.on_bodies)
+        to.on_bodies.push_back({f.body,
+                                with_duals(f.point),
+                                f.is_torque,
+                                f.in_body,
+                                with_duals(f.force_map),
+                                with_duals(f.torque_map),
+                                {f.programs[0], f.programs[1], f.programs[2]}});
+    for (const Bushing<D>& b : from.bushings)
+        to.bushings.push_back({{b.body[0], b.body[1]},
+                               {with_duals(b.origin[0]), with_duals(b.origin[1])},
+                               {with_duals(b.turn[0]), with_duals(b.turn[1])},
+                               with_duals(b.stiffness),
+                               with_duals(b.damping),
+                               with_duals(b.preload),
+                               with_duals(b.map),
+                               b.turns_freely,
+                               b.sees_pose});
+    return to;
+}
+
+// The model with dual numbers that do not change yet, for what `StateTangents` follows: without contacts and bearings.
+template <class D> Model<WithDuals<D>> with_duals(const Model<D>& from) {
+    Model<WithDuals<D>> to;
+    for (const Body<D>& body : from.bodies)
+        to.bodies.push_back({body.mass, with_duals(body.inertia), with_duals(body.inverse_root), body.is_light});
+    to.gravity = with_duals(from.gravity);
+    to.constraints = with_duals(from.constraints);
+    to.coordinates = with_duals(from.coordinates);
+    to.joints = from.joints, to.row_scale = from.row_scale, to.counts_turns = from.counts_turns;
+    to.length = from.length, to.rows = from.rows;
+    if (from.loads) to.loads = std::make_shared<const Loads<WithDuals<D>>>(with_duals(*from.loads));
+    for (const DrivenRow<D>& row : from.driven)
+        to.driven.push_back({row.row, row.is_angle, row.start, row.coordinate, row.program});
+    to.couplings = from.couplings, to.curves = from.curves;
+    to.programs = from.programs, to.first_rate = from.first_rate;
+    to.channels = from.channels, to.switches = from.switches, to.layout = from.layout;
+    to.flywheels.assign(from.flywheels.begin(), from.flywheels.end());
+    to.thresholds = from.thresholds;
+    return to;
+}
+
+}  // namespace mbproj

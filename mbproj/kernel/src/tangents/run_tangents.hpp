@@ -1,0 +1,126 @@
+// How the states of a run change, beside the run itself: its steps are told, and its equations are solved once more.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "dynamics/equations_of_motion.hpp"
+#include "tangents/state_tangents.hpp"
+
+namespace mbproj {
+
+// Follows a run, whose steps it is told. Directions are taken together, as many as a dual number has.
+template <class D> class RunTangents final : private Answers {
+public:
+    // `numbers`: of each of `count` directions the slopes of the model's `size` numbers, row by row. The run has no `obstacle`.
+    RunTangents(const Model<D>& model, const Tableau& tableau, const ProjectionSettings& projection,
+                std::vector<Break> breaks, const double* numbers, int count, std::size_t size)
+        : model_(model), tableau_(tableau), projection_(projection), breaks_(std::move(breaks)),
+          equations_(model_, projection_), count_(count) {
+        for (int first = 0; first < count; first += Dual::directions)
+            parts_.push_back(std::make_unique<StateTangents<D>>(
+                model_, tableau_, metric(), static_cast<Answers&>(*this), numbers + first * size, count_of(first)));
+    }
+
+    // Why slopes are not known of such a run; empty where they are.
+    static std::string obstacle(const Model<D>& model, const Tableau& tableau, const ProjectionSettings& projection) {
+        const Correction correction = projection.correction;
+        const bool known =
+            correction == Correction::mass || correction == Correction::coordinates || correction == Correction::none;
+        if (!known || projection.threshold >= 0.0 || projection.paper_test)
+            return "projection is one whose slopes are not known";
+        if (tableau.is_implicit() || tableau.kinematic) return "tableau is not that of explicit steps";
+        if (!model.stops.bound.empty() || !model.bearings.empty() || !model.actions.empty() || !model.switches.empty())
+            return "model has contacts, friction that goes by loads, controllers, or functions with branches";
+        return {};
+    }
+
+    bool start(double t, const double* y, const double* slopes) {
+        y_.assign(y, y + model_.layout.size());
+        equations_.set_pose(t, y);
+        equations_.start_teeth();
+        if (!equations_.start()) return false;
+        for (std::size_t part = 0; part < parts_.size(); ++part)
+            if (!parts_[part]->start(t, y, slopes + part * Dual::directions * y_.size())) return false;
+        return true;
+    }
+    // A step from where it stands, at t, over h to y at `end`.
+    bool follow(double t, double h, double end, const double* y) {
+        const bool due = projection_.corrects() && ++steps_ % projection_.every == 0;
+        const StepMade step{t, h, end, window(t, end), due && projection_.position, due && projection_.velocity};
+        for (const auto& part : parts_) {
+            equations_.see(step.window);
+            equations_.set_pose(t, y_.data());
+            if (!equations_.start() || !part->follow(step, y)) return false;
+        }
+        std::copy(y, y + y_.size(), y_.begin());
+        return true;
+    }
+    // Of each direction the slope of the state, row by row.
+    void write(std::vector<double>& found) const {
+        for (int k = 0; k < count_; ++k)
+            for (std::size_t i = 0; i < y_.size(); ++i)
+                found.push_back(parts_[k / Dual::directions]->slope(k % Dual::directions, static_cast<int>(i)));
+    }
+    int count() const { return count_; }
+    std::size_t size() const { return model_.layout.size(); }
+
+private:
+    using S = Size<D>;
+
+    int count_of(int first) const { return std::min(count_ - first, static_cast<int>(Dual::directions)); }
+
+    Metric metric() const {
+        return projection_.correction == Correction::coordinates ? Metric::coordinates : Metric::mass;
+    }
+
+    // Functions of time are seen from within the breaks between which the step is.
+    TimeWindow window(double t, double end) const {
+        TimeWindow found;
+        for (const Break& each : breaks_) {
+            if (each.left < t) found.first = each.right;
+            if (each.right > end) return found.last = each.left, found;
+        }
+        return found;
+    }
+
+    bool slope(double t, const double* y, double* slope, double* lambda) override {
+        return equations_.derivative(t, y, slope, lambda);
+    }
+    bool close(double t, const double* y) override {
+        equations_.see({});
+        equations_.set_pose(t, y);
+        return equations_.factor(metric());
+    }
+    bool respond(const double* forces, const double* rhs, double* changes, double* lambda) override {
+        KktSolver<D>& solver = equations_.solver();
+        for (int b = 0; b < model_.size(); ++b, forces += S::freedoms)
+            solver.set_force(b, matrix_at<D::axes>(forces), matrix_at<S::turns>(forces + D::axes));
+        if (!solver.solve(rhs, lambda)) return false;
+        for (int b = 0; b < model_.size(); ++b, changes += S::freedoms) {
+            matrix_at<D::axes>(changes) = solver.shift(b);
+            matrix_at<S::turns>(changes + D::axes) = solver.turn(b);
+        }
+        return true;
+    }
+
+    const Model<D> model_;
+    const Tableau tableau_;
+    const ProjectionSettings projection_;
+    const std::vector<Break> breaks_;
+    EquationsOfMotion<D> equations_;
+    const int count_;
+    std::vector<std::unique_ptr<StateTangents<D>>> parts_;
+    std::vector<double> y_;
+    long steps_ = 0;
+};
+
+// The numbers of a model in the order in which their slopes are given.
+template <class D> std::vector<double> numbers_of(const Model<D>& model) {
+    std::vector<double> found;
+    each_number(model, model.loads.get(), [&found](double number) { found.push_back(number); });
+    return found;
+}
+
+}  // namespace mbproj

@@ -1,0 +1,102 @@
+// How the states of a run change with numbers of its model and with its start, step by step behind the run itself: the slopes by
+// dual numbers at the stages, with doubles for everything that is solved. The factor at a stage is that of the doubles: of
+// K(p) x = b(p), x' = K⁻¹ (b' - K' x), where the residual b - K x is computed in dual numbers, and what is in brackets is how it
+// changes. The step sizes are constants (internal differentiation: Bock 1981).
+//
+// A projection is the least change that closes the joints in its metric, at the pose where it ends: W δ + Gᵀμ = 0. The kernel's own
+// has W and G of a pose near by, so that its slopes differ from these by δ times what is between both.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "dynamics/row_values.hpp"
+#include "dynamics/state_rates.hpp"
+#include "elimination/metric.hpp"
+#include "model/settings.hpp"
+#include "tangents/model_numbers.hpp"
+
+namespace mbproj {
+
+// What the equations of the run answer, in doubles.
+class Answers {
+public:
+    virtual ~Answers() = default;
+    // y' and λ of all rows at a state; false where they are not unique.
+    virtual bool slope(double t, const double* y, double* slope, double* lambda) = 0;
+    // The factor at the end of a step, which is closed.
+    virtual bool close(double t, const double* y) = 0;
+    // With the factor of the last of these, the changes or accelerations that forces and right-hand sides of the rows make: of each
+    // body a point and a turn, global axes. Multipliers on request.
+    virtual bool respond(const double* forces, const double* rhs, double* changes, double* lambda) = 0;
+
+    Answers() = default;
+    Answers(const Answers&) = delete;
+    Answers& operator=(const Answers&) = delete;
+};
+
+// A step of the run: from t to `end` over h, functions of time seen from within the window.
+struct StepMade {
+    double t, h, end;
+    TimeWindow window;
+    bool position, velocity;  // what was projected
+};
+
+// D with doubles.
+template <class D> class StateTangents final {
+public:
+    using S = Size<D>;
+    using Duals = WithDuals<D>;
+    static constexpr int F = S::freedoms;
+
+    // `metric` of projections. `numbers`: of each of the `count` directions, the slopes of the model's numbers, row by row.
+    StateTangents(const Model<D>& model, const Tableau& tableau, Metric metric, Answers& answers, const double* numbers,
+                  int count);
+
+    // The run begins at y, which is closed; of each direction the slope of y.
+    bool start(double t, const double* y, const double* slopes);
+    // It has made a step, to y. False where the equations have no unique solution, or a function no value.
+    bool follow(const StepMade& step, const double* y);
+    // How number i of the state changes along a direction.
+    double slope(int direction, int i) const { return y_[i].tangent[direction]; }
+
+private:
+    using Vector = std::vector<Dual>;
+
+    bool evaluate(double t, const TimeWindow& window, const Vector& y, Vector& slope);
+    void set_residual(const Vector& y);
+    bool close(double t, const double* y, bool position, bool velocity);
+    bool close_position(const double* y);
+    bool close_velocity(const double* y);
+    bool respond();
+    bool respond_to_projection();
+    template <class Visit> void each_gradient(int first_row, Visit&& visit) const;
+    Column<Size<D>::freedoms, Dual> momentum(int body) const;
+    Column<Size<D>::freedoms, Dual> change(int body) const;
+    void set(const double* values);
+
+    const Model<Duals> model_;
+    const Tableau& tableau_;
+    const Metric metric_;
+    Answers& answers_;
+    const int count_;
+    Pose<Duals> pose_;
+    Motion<Duals> motion_;
+    Channels<Duals> channels_;
+    Applied<Duals> applied_;
+    Drive<Duals> drive_;
+    StateRates<Duals> states_;
+    Vector y_, stage_, before_;
+    std::vector<Vector> k_;
+    Vector rows_;                                 // right-hand sides, or their residuals
+    std::vector<Column<F, Dual>> moved_;          // accelerations of the bodies, or what a projection has moved them by
+    std::vector<Column<F, Dual>> residual_;       // of the forces on the bodies
+    std::vector<double> at_, slope_, lambda_;     // a state in doubles, its slope, and the multipliers
+    std::vector<double> forces_, rhs_, changes_;  // of a direction
+    std::vector<double> tangents_;                // the changes of each direction
+    bool weighs_ = true;                          // whether the metric at hand is that of the masses
+};
+
+extern template class StateTangents<Plane<double>>;
+extern template class StateTangents<Space<double>>;
+
+}  // namespace mbproj
