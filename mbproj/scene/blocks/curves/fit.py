@@ -31,6 +31,7 @@ def fit_curves(
                 yield from _under_face(track, joint)
                 continue
             yield from _on_curve(track, joint)
+            yield from _rolls(track, joint, forces)
             if track.line.closed and not lifts:
                 yield from _round_and_round(joint, forces, motions)
 
@@ -94,6 +95,19 @@ def _lifts(curve: Track, joint: Joint, forces: Mapping[str, Any], motions: Mappi
                 yield Complaint((block, item.name), said, hint)
 
 
+def _rolls(curve: Track, joint: Joint, forces: Mapping[str, Any]) -> Iterator[Complaint]:
+    """A roller rolls: what it carries is no measure of friction along its curve."""
+    if joint.type == "slot" or not joint.parameters.get("roller", curve.roller):
+        return
+    for force in forces.values():
+        dry = getattr(force, "coulomb", {}) if getattr(force, "joint", None) == joint.name else {}
+        for coordinate, each in dry.items():
+            if each.bearing is not None:
+                path = ("forces", force.name, "coulomb", *([coordinate] if coordinate else []), "coefficient")
+                said = f"joint '{joint.name}' has a roller, which rolls: what it carries does not resist it"
+                yield Complaint(path, said, "give a constant 'force', or friction to the roller's pin")
+
+
 def _fits(curve: Track, joint: Joint, distance: float, radius: float) -> Iterator[Complaint]:
     from mbproj.functions.curves.soundness import largest_roller, touches_twice, undercut
     from mbproj.scene.blocks.curves.made import place
@@ -116,7 +130,7 @@ def _round_and_round(joint: Joint, forces: Mapping[str, Any], motions: Mapping[s
             yield Complaint(("joints", joint.name, what), said, hint)
     for block, items in (("forces", forces), ("motions", motions)):
         for item in items.values():
-            if getattr(item, "joint", None) == joint.name and not _turns(item):
+            if getattr(item, "joint", None) == joint.name and not (_turns(item) or _only_rubs(item)):
                 said = f"'{item.name}' acts along a closed curve, whose displacement begins anew with each round"
                 yield Complaint((block, item.name), said, hint)
 
@@ -125,6 +139,11 @@ def _turns(item: Any) -> bool:
     """Whether a force or motion acts on what counts laps or turns alone."""
     names = {getattr(item, "coordinate", None), *getattr(item, "laws", ()), *getattr(item, "coulomb", ())} - {None}
     return bool(names) and names <= {"lap", "angle"}
+
+
+def _only_rubs(item: Any) -> bool:
+    """Whether a force is dry friction alone, which goes by how fast a coordinate changes."""
+    return bool(getattr(item, "coulomb", ())) and not getattr(item, "laws", ())
 
 
 CURVE_CHECK = Check(("curves", "joints"), fit_curves, besides=("forces", "motions"))

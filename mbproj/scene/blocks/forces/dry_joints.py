@@ -37,12 +37,6 @@ def slides_in_joints(joints: Mapping[str, Joint], forces: Mapping[str, Force]) -
                 said = f"joint '{joint.name}' is {joint.type}, which holds nothing: no load presses on its friction"
                 yield Complaint((*path, "coefficient"), said, "give a constant 'force'")
                 continue
-            if dry.bearing is not None and "curve" in joint.parameters:
-                said = (
-                    f"joint '{joint.name}' is {joint.type}: friction along a curve does not go by what it carries yet"
-                )
-                yield Complaint((*path, "coefficient"), said, "give a constant 'force'")
-                continue
             if not coordinate:
                 yield from _undecided(joint, dry, path)
             yield from _thread(joint, dry, path)
