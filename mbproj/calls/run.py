@@ -178,7 +178,9 @@ def _recorded(
     with placed_in(scene):
         state = start_state(scene, system)
         unique = unique_components(system, state)
-        with ResultsWriter(path, scene, system.names.as_mapping(), unique, certified=limits) as recorder:
+        marks = {} if outside is None else {"controller_period": outside[1]}
+        names = system.names.as_mapping()
+        with ResultsWriter(path, scene, names, unique, certified=limits, marks=marks) as recorder:
             report, _ = record(scene, system, state, recorder, progress, limits, earlier=earlier, outside=outside)
             seconds = perf_counter() - started
             recorder.attributes(summary(str(scene.path or "scene"), str(path), report, total_seconds=seconds))
@@ -203,7 +205,6 @@ def record(
     if earlier is not None and earlier.results is not None:
         _copy(earlier.results, recorder, until=float(resumed.get("t", "-inf")))
     if outside is not None:
-        recorder.attributes({"controller_period": outside[1]})
         return simulate(system, state, settings, recorder, progress, controller=outside[0], period=outside[1]), None
     if limits is None:
         return simulate(system, state, settings, recorder, progress, keep=recorder.keep, resumed=resumed), None

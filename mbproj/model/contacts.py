@@ -11,9 +11,10 @@ import numpy as np
 from mbproj.dataclass import dataclass
 from mbproj.errors import Place
 from mbproj.functions.program import COORDINATE, RATE, Code, Instruction, Op, Program, apply, number, variable
+from mbproj.functions.program_set import flatten, joined
 from mbproj.model.added_laws import AddedLaw, with_laws
 from mbproj.model.bearings import Bearings
-from mbproj.model.frictions import Frictions
+from mbproj.model.frictions import Frictions, changing
 from mbproj.model.primitive_set import Binding, PrimitiveSet, bind, bindings
 from mbproj.model.stops import Stops
 from mbproj.model.system import System
@@ -109,7 +110,17 @@ def in_contact(system: System, contacts: Contacts) -> System:
         found = replace(found, bearings=_with_pushes(found, stops, contacts))
     if rows:
         found = _holding(found, rows)
-    return replace(found, forces=with_laws(found.forces, laws)) if laws else found
+    found = replace(found, forces=with_laws(found.forces, laws)) if laws else found
+    return found if frictions is None or not frictions.varies else _with_bounds(found, frictions)
+
+
+def _with_bounds(system: System, frictions: Frictions) -> System:
+    """With the functions by which frictions hold after all others of forces."""
+    forces, own = system.forces, frictions.varies
+    names = tuple(_named(frictions.owners[k]) for k in own)
+    bounds = flatten([static for _, static in own.values()])
+    programs, owners = joined([forces.programs, bounds]), (*forces.program_owners, *names)
+    return replace(system, forces=replace(forces, programs=programs, program_owners=owners))
 
 
 def standing_on_stops(system: System, pushing: Mapping[int, float]) -> System:
@@ -217,8 +228,11 @@ def _frictions(frictions: Frictions, bearings: list[int], contacts: Contacts) ->
     for k in order:
         (along,) = bindings(frictions.coordinates, [k])
         static, sliding, partner = float(frictions.static[k]), float(frictions.sliding[k]), int(frictions.partner[k])
+        varies = frictions.varies.get(k)
         other, direction = -1, (0.0, 0.0)
-        if k not in contacts.sliding:
+        if varies is not None:
+            push = changing(*varies, float(frictions.stribeck[k]), contacts.sliding.get(k), contacts.bearing.get(k))
+        elif k not in contacts.sliding:
             push = number(contacts.bearing[k] * static)
         elif k in contacts.slow:
             at_rest = static if frictions.stribeck[k] > 0.0 else sliding

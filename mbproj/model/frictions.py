@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import field
+from functools import cached_property
+
 from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
 from mbproj.errors import Place
+from mbproj.functions.program import RATE, Code, Op, Program, apply, number, variable
+from mbproj.functions.program_set import ProgramSet, flatten
 from mbproj.model.primitive_set import PrimitiveSet
 
 
@@ -21,6 +27,9 @@ class Frictions:
     0 where friction falls to the sliding one as soon as it slides. `owners`: "force 'brake'", for messages; `places`:
     where each stands in the scene.
 
+    Where these change in a run, `sliding` and `static` are no numbers. `varies` has functions for both instead, of the
+    time and channels.
+
     At a stop there are two, along two tangents of its plane: `stop` (K,) is the number of the stop, whose push is the
     load, and `partner` (K,) the other tangent; -1 for joints. Together they act against the velocity in the plane.
     """
@@ -35,6 +44,17 @@ class Frictions:
     partner: Integers
     owners: tuple[str, ...]
     places: tuple[Place | None, ...]
+    varies: Mapping[int, tuple[Program, Program]] = field(default_factory=dict)
+
+    @cached_property
+    def programs(self) -> ProgramSet:
+        """The functions of those that change, the sliding one and then the static one of each."""
+        return flatten([program for pair in self.varies.values() for program in pair])
+
+    def bound_of(self, k: int, programs: int) -> int:
+        """The number of the function by which a friction holds among so many of forces, of which these are the last;
+        -1 for a number."""
+        return programs - len(self.varies) + list(self.varies).index(k) if k in self.varies else -1
 
     @property
     def size(self) -> int:
@@ -44,3 +64,15 @@ class Frictions:
     def first(self, k: int) -> bool:
         """Whether a friction is that of a joint, or along the first of two tangents."""
         return bool(self.partner[k] < 0 or self.partner[k] > k)
+
+
+def changing(sliding: Program, static: Program, stribeck: float, way: float | None, part: float | None) -> Code:
+    """The force of a friction that changes in a run: where it slides this way, or bears this part at rest."""
+    if way is None:
+        return apply(Op.MULTIPLY, number(part or 0.0), static.code)
+    if stribeck == 0.0 or static is sliding:
+        return apply(Op.MULTIPLY, number(-way), sliding.code)
+    falls = apply(Op.DIVIDE, variable(RATE), number(stribeck))
+    falls = apply(Op.EXP, apply(Op.NEGATE, apply(Op.MULTIPLY, falls, falls)))
+    more = apply(Op.MULTIPLY, apply(Op.SUBTRACT, static.code, sliding.code), falls)
+    return apply(Op.MULTIPLY, number(-way), apply(Op.ADD, sliding.code, more))

@@ -71,7 +71,8 @@ class ResultsWriter:
     "failed: cause" or "interrupted" and whatever was computed; an InputError before the first sample leaves OUT alone.
     `constants` are the layout's marks by path (`mbproj.dynamics.unique_components`), as far as they are known.
     Raises InputError where `path` cannot or must not be written (see `check_output`), OutputError where writing fails
-    later. `certified`: limits in m of a run that is certified too, whose `trust` then comes at its end.
+    later. `certified`: limits in m of a run that is certified too, whose `trust` then comes at its end. `marks` are
+    attributes that a killed run has, too.
     """
 
     def __init__(
@@ -82,6 +83,7 @@ class ResultsWriter:
         constants: Constants | None = None,
         *,
         certified: Sequence[float] | None = None,
+        marks: Mapping[str, Attribute] | None = None,
     ) -> None:
         self.path = check_output(Path(path))
         self.part = part_path(self.path)
@@ -95,18 +97,16 @@ class ResultsWriter:
         self._rows = [(chunk_rows(shape), kind.itemsize * math.prod(shape)) for shape, kind in shapes]
         #: Where the part that a killed run had left is kept now.
         self.set_aside: Path | None = None
-        self._certified = certified
+        self._certified, self._marks = certified, marks or {}
         self._trust: Trust | None = None
         self._events: tuple[Happening, ...] = ()
         self._slots = Slots()
         self._constants = {path: self._constant(path, values) for path, values in (constants or {}).items()}
         self._summary: dict[str, Attribute] = {}
         self._pending: list[dict[str, npt.NDArray[Any]]] = []
-        self._pending_bytes = 0
-        self._samples = 0
+        self._pending_bytes = self._samples = 0
         self._checksums = dict.fromkeys((dataset.path for dataset in self._datasets), 0)
-        self._last_time = 0.0
-        self._broken = self._finished = False
+        self._last_time, self._broken, self._finished = 0.0, False, False
 
     def __enter__(self) -> ResultsWriter:
         try:
@@ -188,7 +188,7 @@ class ResultsWriter:
         """The bytes of a file without samples. It is made in memory and written at once, so that OUT.part is never a
         file that is half created."""
         with in_memory(without_samples(tuple((kind, tuple(own)) for kind, own in self._names.items()))) as file:
-            put(file, root_attributes())
+            put(file, {**root_attributes(), **self._marks})
             write_scene(file, self._scene)
             if self._certified is not None:
                 points = self._names["markers"] or self._names["bodies"]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from mbproj.dataclass import dataclass
+from mbproj.functions.program import Program
 
 
 @dataclass(frozen=True)
@@ -35,13 +36,18 @@ class DryFriction:
         sliding + (static - sliding) exp(-(s'/stribeck_speed)²)
 
     or with `sliding` alone without `stribeck_speed`, and holds as long as what holds is not more than `static`. Both
-    are in N m or N, or coefficients of the load of the `bearing`. With `regularised`, in rad/s or m/s, friction is that
-    times tanh(s'/regularised) and never holds.
+    are in N m or N, or coefficients of the load of the `bearing`; functions where they change in a run. With
+    `regularised`, in rad/s or m/s, friction is that times tanh(s'/regularised) and never holds.
     """
 
     unit: str
-    sliding: float
-    static: float
+    sliding: float | Program
+    static: float | Program
     stribeck_speed: float | None = None
     regularised: float | None = None
     bearing: Bearing | None = None
+
+    @property
+    def varies(self) -> bool:
+        """Whether it changes in a run by what a function says."""
+        return isinstance(self.sliding, Program) or isinstance(self.static, Program)

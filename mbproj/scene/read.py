@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from mbproj.errors import InputError, Place, Problem
 from mbproj.scene.blocks.control.expanded import expanded
+from mbproj.scene.blocks.control.instants import note_instants
 from mbproj.scene.blocks.control.matrix_files import with_matrices
 from mbproj.scene.blocks.control.named import check_names
 from mbproj.scene.blocks.coordinates import with_coordinates
@@ -123,6 +124,7 @@ class SceneText:
         if found is not None:
             found = expanded(found, reading)
             check_names(found, reading)
+            note_instants(found, settings, reading)
         if found is not None and not any(path.split(".")[0] == "simulation" for path in parameters):
             _check_times(found, reading)
         if reading.problems or found is None or settings is None:

@@ -15,11 +15,11 @@ from mbproj.arrays import Array, Flags, Integers, Numbers, cross, total
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.bushings import Deflection, deflection, rates, viscous, wrenches
 from mbproj.dynamics.equations.constraint_equations import set_velocity
-from mbproj.dynamics.equations.instant import Instant
+from mbproj.dynamics.equations.instant import Instant, cause_of
 from mbproj.dynamics.equations.kinematics import Pose, attached, body_rates, slots_of
 from mbproj.errors import SimulationError
 from mbproj.functions.program_set import ProgramSet
-from mbproj.functions.series import failure, run
+from mbproj.functions.series import run
 from mbproj.functions.taylor import Series
 from mbproj.model.forces import Forces, Laws
 from mbproj.thresholds import THRESHOLDS
@@ -284,6 +284,6 @@ def program_fails(
 ) -> SimulationError:
     """Program `index` of these, else of the system, has no finite value for these variables."""
     programs = programs or instant.system.programs
-    cause = f"'{programs.texts[index]}' fails: {failure(programs, index, variables)}"
+    cause = f"'{programs.texts[index]}' fails: {cause_of(instant, programs, index, variables)}"
     hint = "correct the expression, or end the run before that time"
     return SimulationError(float(instant.t), cause, where=where, hint=hint)

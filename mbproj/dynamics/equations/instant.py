@@ -1,8 +1,8 @@
-"""What functions of a scene see at a state: the time, and channels."""
+"""What functions of a scene see at a state: the time, and channels; and why one has no finite value there."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import field
 from functools import cached_property
 
@@ -13,11 +13,15 @@ from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.constraint_equations import set_velocity
 from mbproj.dynamics.equations.kinematics import Pose, Twist
 from mbproj.dynamics.equations.teeth import near
-from mbproj.functions.program import TIME
-from mbproj.functions.series import Variables, run, time_series
+from mbproj.functions.program import CHANNELS, TIME, Op
+from mbproj.functions.program_set import ProgramSet
+from mbproj.functions.series import Variables, failure, run, time_series
 from mbproj.functions.taylor import Series
 from mbproj.model.channels import Kind
 from mbproj.model.system import System
+
+#: So many inputs are told.
+MOST_INPUTS = 6
 
 
 def of_signals(instant: Instant) -> Numbers:
@@ -71,3 +75,43 @@ class Instant:
         """The same; all but the time are taken as constant."""
         values = self.values(s, rate)
         return Variables(values, {TIME: time_series(values[TIME])})
+
+
+def cause_of(instant: Instant, programs: ProgramSet, index: int, variables: Sequence[Series]) -> str:
+    """What went wrong in a program that gave no finite numbers at an instant: "sqrt(-0.25) is not finite, with
+    pin.angle = 0.3"; where it is a signal that it names, of that, and the first in the order of evaluation."""
+    signals, names = instant.system.signals, instant.system.names.signals
+    wrong = [at for at in _within(signals, programs, index) if not np.isfinite(run(signals, at, variables)[0])]
+    if not wrong:
+        return failure(programs, index, variables) + _inputs(instant, programs, index)
+    root = min(wrong, key=lambda at: len(_code(signals, at)))  # a signal that names another one is longer
+    said = f"signal '{names[root]}' is not finite: '{signals.texts[root]}', {failure(signals, root, variables)}"
+    return said + _inputs(instant, signals, root)
+
+
+def _code(programs: ProgramSet, index: int) -> bytes:
+    """The instructions of a program."""
+    own = slice(int(programs.start[index]), int(programs.start[index + 1]))
+    return np.column_stack([programs.op[own].astype(float), programs.operand[own]]).tobytes()
+
+
+def _within(signals: ProgramSet, programs: ProgramSet, index: int) -> Iterator[int]:
+    """The signals that stand in a program: their code does. Those with tables are left out, as each set counts its
+    own."""
+    whole = _code(programs, index)
+    yield from (at for at in range(signals.size) if _code(signals, at) in whole)
+
+
+def _inputs(instant: Instant, programs: ProgramSet, index: int) -> str:
+    """What a program names, with the values there."""
+    channels, names = instant.system.channels, instant.system.names
+    own = range(int(programs.start[index]), int(programs.start[index + 1]))
+    read = {int(programs.operand[at]) - CHANNELS for at in own if programs.op[at] == Op.VARIABLE}
+    said = []
+    for channel in sorted(number for number in read if number >= 0):
+        kind, at = Kind(int(channels.kind[channel])), int(channels.index[channel])
+        name = names.states[at] if kind is Kind.STATE else names.coordinates[at]
+        value = float(instant.channels[..., channel])
+        said.append(f"{name}{'_dot' if kind is Kind.RATE else ''} = {value:.6g}")
+    more = f" and {len(said) - MOST_INPUTS} more" if len(said) > MOST_INPUTS else ""
+    return f", with {', '.join(said[:MOST_INPUTS])}{more}" if said else ""

@@ -59,6 +59,7 @@ def acting_on(scene: Scene, say: Say) -> dict[str, Acting]:
                 what = "left out: its dry friction is not one constant force"
                 say(f"friction '{force.name}'", what, Same.NO)
                 continue
+            assert isinstance(dry.sliding, float)
             old = found.get(name, Acting())
             found[name] = replace(old, dry=old.dry + dry.sliding)
     return found
@@ -73,7 +74,7 @@ def _only(joint: Joint, unit: str | None) -> str:
 def constant(dry: DryFriction) -> bool:
     """Whether a dry friction is one force or torque, the same while it slides and while it sticks."""
     smooth = dry.regularised is not None or dry.stribeck_speed is not None
-    return dry.bearing is None and not smooth and dry.static == dry.sliding
+    return dry.bearing is None and not smooth and not dry.varies and dry.static == dry.sliding
 
 
 def _with(old: Acting, law: Law) -> Acting:

@@ -14,6 +14,7 @@ from mbproj.dynamics.equations.constraint_equations import set_velocity
 from mbproj.dynamics.equations.gaps import counted_values, gap_rates, gaps
 from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.dynamics.observe.bearings import load, supports
+from mbproj.functions.series import run
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
@@ -42,7 +43,8 @@ class WatchedGap(NamedTuple):
 
 class WatchedRow(NamedTuple):
     """What halts a run: `bound` + `part` · load + `sign` λ of a row of C, after the norm rows, below -`slack`, with
-    the load of a `bearing`, or none, -1; with an `other` row, not -1, minus |λ| of both in place of `sign` λ."""
+    the load of a `bearing`, or none, -1; with an `other` row, not -1, minus |λ| of both in place of `sign` λ. `bound`
+    and `part` are multiplied by what a `program` of forces gives there, if any."""
 
     row: int
     sign: float
@@ -51,6 +53,7 @@ class WatchedRow(NamedTuple):
     part: float = 0.0
     bearing: int = -1
     other: int = -1
+    program: int = -1
 
 
 @dataclass(frozen=True)
@@ -118,7 +121,20 @@ def watched_rows(system: System, watched: Watched, state: State, multipliers: Ar
     if bearings is not None and any(each.part for each in watched.rows):
         found = load(bearings, supports(system, bearings, pose_of(state.q), multipliers))
         loads = np.append(found, 0.0)
-    return np.array([each.bound + each.part * loads[each.bearing] + _force(each, multipliers) for each in watched.rows])
+    times = _given(system, [each.program for each in watched.rows], state)
+    bounds = (each.bound + each.part * loads[each.bearing] for each in watched.rows)
+    return np.array(
+        [k * own + _force(each, multipliers) for k, own, each in zip(times, bounds, watched.rows, strict=True)]
+    )
+
+
+def _given(system: System, programs: list[int], state: State) -> list[float]:
+    """What functions of forces give at a state, 1 for none, -1."""
+    if all(program < 0 for program in programs):
+        return [1.0] * len(programs)
+    instant = state.instant(system)
+    variables = instant.variables()
+    return [float(run(system.forces.programs, each, variables)[0]) if each >= 0 else 1.0 for each in programs]
 
 
 def _force(watched: WatchedRow, multipliers: Array) -> float:

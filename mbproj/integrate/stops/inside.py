@@ -102,14 +102,16 @@ def _stop_laws(system: System) -> list[tuple[float, ...]]:
 
 def _friction_laws(system: System) -> list[tuple[float, ...]]:
     """Of each friction the number of its law while all slide, its bearing, static and sliding force, Stribeck speed and
-    size."""
+    size. The function by which it holds, or -1, is last."""
     frictions = system.frictions
     if frictions is None:
         return []
     first = system.forces.laws.size + len(_all_push(system))
     numbers = zip(range(first, first + frictions.size), frictions.bearing.tolist(), strict=True)
     laws = np.column_stack([frictions.static, frictions.sliding, frictions.stribeck, friction_sizes(system)])
-    return [(*own, *law) for own, law in zip(numbers, laws.tolist(), strict=True)]
+    programs = system.forces.programs.size + len(_all_push(system)) + frictions.size + len(frictions.varies)
+    bounds = [frictions.bound_of(k, programs) for k in range(frictions.size)]
+    return [(*own, *law, bound) for own, law, bound in zip(numbers, laws.tolist(), bounds, strict=True)]
 
 
 def _all_push(system: System) -> dict[int, float]:

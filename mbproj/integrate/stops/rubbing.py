@@ -15,6 +15,7 @@ from mbproj.dynamics.equations.constraint_equations import set_velocity
 from mbproj.dynamics.equations.gaps import counted_values
 from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.dynamics.friction.balance import Balance
+from mbproj.dynamics.friction.changing import frictions_at, sliding_forces
 from mbproj.dynamics.friction.holding import Balanced, Unbalanced, balanced
 from mbproj.dynamics.friction.loads import grows_bounded
 from mbproj.dynamics.friction.shares import held_by
@@ -110,12 +111,12 @@ def rubbed(
     rubs = np.flatnonzero((frictions.stop < 0) | np.isin(frictions.stop, touches))
     rate = np.where(rests, 0.0, friction_rates(system, state))
     speed = _with_partner(frictions, rate)
-    problem = _problem(freedom, free, touches, rubs, rate, speed, fastest)
+    problem = _problem(freedom, free, state, touches, rubs, rate, speed, fastest)
     found = _balance(problem, state.t, system, rubs)
     push = np.zeros(len(system.names.stops))
     push[touches] = found.y[: len(touches)]
     force, most = np.zeros(frictions.size), np.zeros(frictions.size)
-    force[rubs], most[rubs] = found.y[len(touches) :], frictions.static[rubs] * problem.loads(found.y)
+    force[rubs], most[rubs] = found.y[len(touches) :], problem.static * problem.loads(found.y)
     kept = {k for k in rubs.tolist() if frictions.stop[k] < 0 or push[frictions.stop[k]] > 0.0}  # no push, no friction
     parts = _as_contacts(frictions, state, contacts, found, rubs)
     sliding, stuck, bearing = ({k: x for k, x in part.items() if k in kept} for part in parts)
@@ -137,12 +138,18 @@ def rubbed(
 
 
 def _problem(
-    freedom: Freedom, free: Free, touches: Integers, rubs: Integers, rate: Array, speed: Array, fastest: float
+    freedom: Freedom,
+    free: Free,
+    state: State,
+    touches: Integers,
+    rubs: Integers,
+    rate: Array,
+    speed: Array,
+    fastest: float,
 ) -> Balance:
     """What stops that touch and frictions that count have to fulfil, where these slide with a rate, (K,), and the
     `fastest` motion so far was that, 1/s."""
-    stops, frictions = freedom.system.stops, freedom.system.frictions
-    assert frictions is not None
+    stops, frictions = freedom.system.stops, frictions_at(freedom.system, state)
     along = frictions.coordinates
     A, gradients = freedom.rows_of(along)[rubs], freedom.gradients_of(along)[rubs]
     b = freedom.accelerations_of(along, free)[rubs]
@@ -275,13 +282,6 @@ class _Loads:
             found = np.where(self._of >= 0, loads[self._of], 1.0)
         found[self._pushed] = y[self._by]
         return found
-
-
-def sliding_forces(frictions: Frictions, speed: Array) -> Array:
-    """How hard frictions resist sliding at these speeds, (..., K), before loads."""
-    falls = np.exp(-((speed / np.where(frictions.stribeck > 0.0, frictions.stribeck, 1.0)) ** 2))
-    more = np.where(frictions.stribeck > 0.0, falls, 0.0)
-    return np.asarray(frictions.sliding + (frictions.static - frictions.sliding) * more)
 
 
 def _as_contacts(

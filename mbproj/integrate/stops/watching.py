@@ -157,7 +157,11 @@ def _bound(variant: Variant, k: int) -> dict[str, Any]:
     frictions, contacts = variant.system.frictions, variant.contacts
     assert frictions is not None
     static, bearing = float(frictions.static[k]), bearing_numbers(variant.free, frictions, contacts)[k]
+    program, least = frictions.bound_of(k, variant.system.forces.programs.size), float(np.finfo(float).tiny)
+    if program >= 0:
+        bound, part = (1.0, 0.0) if bearing < 0 else (0.0, 1.0)
+        return {"slack": least, "bound": bound, "part": part, "bearing": bearing, "program": program}
     static *= float(np.sqrt(1.0 - contacts.bearing.get(int(frictions.partner[k]), 0.0) ** 2))
     bound, part = (static, 0.0) if bearing < 0 else (0.0, static)
-    slack = THRESHOLDS.contact_pulls * static if bearing < 0 else float(np.finfo(float).tiny)
+    slack = THRESHOLDS.contact_pulls * static if bearing < 0 else least
     return {"slack": slack, "bound": bound, "part": part, "bearing": bearing}

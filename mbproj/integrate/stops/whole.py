@@ -13,10 +13,10 @@ from mbproj.dynamics.contact.freedom import Freedom
 from mbproj.dynamics.equations.constraint_equations import set_velocity
 from mbproj.dynamics.equations.gaps import gap_rates, gaps, pressing, stored_energy
 from mbproj.dynamics.equations.kinematics import body_rates, pose_of, twist_of
+from mbproj.dynamics.friction.changing import frictions_over, sliding_forces
 from mbproj.dynamics.friction.problem import Cone, contact_problem
 from mbproj.dynamics.observe.bearings import load, supports
 from mbproj.dynamics.observe.samples import Samples
-from mbproj.integrate.stops.rubbing import sliding_forces
 from mbproj.integrate.stops.variants import Variant
 from mbproj.model.contacts import Contacts, bearing_numbers, friction_laws, walls
 from mbproj.model.frictions import Frictions
@@ -78,13 +78,15 @@ def _rubbing(
     for k, direction in contacts.sliding.items():
         in_plane = frictions.partner[k] in contacts.sliding and k not in contacts.slow
         slides[:, k] = rate[:, k] / np.where(speed[:, k] > 0.0, speed[:, k], 1.0) if in_plane else direction
+    frictions = frictions_over(system, samples)
+    static = np.broadcast_to(frictions.static, rate.shape)
     force = -slides * sliding_forces(frictions, speed) * loads
     for k, part in contacts.bearing.items():
-        force[:, k] = part * frictions.static[k] * loads[:, k]
+        force[:, k] = part * static[:, k] * loads[:, k]
     for stop, k in walls(system, contacts).items():
         assert system.stops is not None
         together = press[:, stop]
-        taken = np.where(together > 0.0, np.minimum(0.5 * together, frictions.static[k] * loads[:, k]), together)
+        taken = np.where(together > 0.0, np.minimum(0.5 * together, static[:, k] * loads[:, k]), together)
         force[:, k] = system.stops.side[stop] * taken
         press[:, stop] -= taken
     force[:, list(contacts.stuck)] = -samples.multipliers[:, own[len(contacts.held) :]]

@@ -6,6 +6,7 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dynamics.assembly.assemble import State
+from mbproj.dynamics.friction.changing import frictions_at
 from mbproj.dynamics.observe.bearings import load, supports
 from mbproj.errors import InputError, Problem, SimulationError
 from mbproj.integrate.stops.resting import RubsAtStart, resting, rubs_of
@@ -26,14 +27,14 @@ def holding(system: System, reference: Reference, state: State) -> tuple[dict[st
     except SimulationError as error:
         raise InputError(Problem(f"this equilibrium cannot begin a run: {error.cause}", hint=error.hint)) from error
     found = rubs_of(system, state, rests)
-    slipping = [_slips(system, reference, name) for name, entry in found.items() if entry["direction"]]
+    slipping = [_slips(system, reference, state, name) for name, entry in found.items() if entry["direction"]]
     problems = [problem for problem in slipping if problem is not None]
     if problems:
         raise InputError(problems)
     return found, rests.force
 
 
-def _slips(system: System, reference: Reference, name: str) -> Problem | None:
+def _slips(system: System, reference: Reference, state: State, name: str) -> Problem | None:
     """That a friction does not hold, with what it would have to; None where that is nothing but round-off."""
     frictions, names = system.frictions, system.names.frictions
     said = f"dry friction '{name}' does not hold where the other forces balance"
@@ -43,7 +44,7 @@ def _slips(system: System, reference: Reference, name: str) -> Problem | None:
     if name in reference.held:
         first = reference.system.joints.size - len(reference.held)
         needed = abs(float(reference.multipliers[first + reference.held.index(name)]))
-        most = float(frictions.static[k])
+        most = float(frictions_at(system, state).static[k])
         if system.bearings is not None and frictions.bearing[k] >= 0:
             at = supports(reference.system, system.bearings, reference.motion.pose, reference.multipliers)
             most *= float(np.asarray(load(system.bearings, at))[frictions.bearing[k]])

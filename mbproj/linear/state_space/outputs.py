@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from functools import partial
 
 import numpy as np
@@ -37,18 +37,26 @@ def outputs_named(reference: Reference, names: Sequence[str]) -> Outputs:
     system = reference.system
     joints = system.joints.size
     known = {**_coordinates(reference), **_markers(reference), **_reactions(reference), **_states(reference)}
+    called = [_as_signals_do(name, known) for name in names]
     problems = [
-        Problem(f"unknown output '{name}'", hint=choose_from(name, known)) for name in names if name not in known
+        Problem(f"unknown output '{name}'", hint=choose_from(name, known)) for name in called if name not in known
     ]
     if problems:
         raise InputError(problems)
-    chosen = [known[name]() for name in names]
+    chosen = [known[name]() for name in called]
     n, states = 6 * system.bodies, system.names.states
     displacement, rate, multiplier = (np.zeros((len(names), size)) for size in (n, n, joints))
     for row, entry in enumerate(chosen):
         _, displacement[row], rate[row], multiplier[row] = entry
     of_states = np.array([[own == name for own in states] for name in names]).reshape(len(names), len(states))
     return Outputs(tuple(names), tuple(entry[0] for entry in chosen), displacement, rate, multiplier, of_states)
+
+
+def _as_signals_do(name: str, known: Collection[str]) -> str:
+    """The name of an output; of a rate also as signals call it, "A.angle_dot" and "tip.x_dot"."""
+    own, _, last = name.rpartition(".")
+    rates = (f"{own}.{last.removesuffix('_dot')}_speed", f"{own}.velocity_{last.removesuffix('_dot')}")
+    return next((rate for rate in rates if last.endswith("_dot") and rate in known), name)
 
 
 #: Unit, and what it is by displacements, rates and multipliers; found where it is asked for.

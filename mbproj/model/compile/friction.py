@@ -15,6 +15,7 @@ from mbproj.joints import JOINTS
 from mbproj.model.bearings import Bearings
 from mbproj.model.frictions import Frictions
 from mbproj.model.primitive_set import Binding, bind
+from mbproj.scene.expressions.formula import formula
 from mbproj.scene.friction import Bearing, DryFriction
 from mbproj.scene.records import Joint, JointForce, Scene
 
@@ -138,20 +139,33 @@ def _frictions(sticking: Sequence[_Dry], coordinates: Mapping[str, Binding]) -> 
     return Frictions(
         coordinates=bind([Binding(each.primitive, at, each.slots) for at, each in enumerate(along)]),
         joint_coordinate=np.array([index[each.whole] for each in sticking], dtype=np.intp),
-        sliding=np.array([dry.sliding for dry in laws], dtype=float),
-        static=np.array([dry.static for dry in laws], dtype=float),
+        sliding=np.array([np.nan if dry.varies else dry.sliding for dry in laws], dtype=float),
+        static=np.array([np.nan if dry.varies else dry.static for dry in laws], dtype=float),
         stribeck=np.array([dry.stribeck_speed or 0.0 for dry in laws], dtype=float),
         bearing=np.array([each.bearing for each in sticking], dtype=np.intp),
         stop=np.full(len(sticking), -1, dtype=np.intp),
         partner=np.full(len(sticking), -1, dtype=np.intp),
         owners=tuple(f"force '{each.force.name}'" for each in sticking),
         places=tuple(each.place for each in sticking),
+        varies={at: _sizes(dry) for at, dry in enumerate(laws) if dry.varies},
     )
 
 
+def _sizes(dry: DryFriction) -> tuple[Program, Program]:
+    """What slides and what holds: not below 0, and what holds not below what slides."""
+    sliding = formula("max(0, f)", f=dry.sliding)
+    return sliding, sliding if dry.static is dry.sliding else formula("max(f, g)", f=sliding, g=dry.static)
+
+
 def _smooth(dry: DryFriction, width: float) -> Program:
-    """-(sliding + (static - sliding) exp(-(s'/stribeck_speed)²)) tanh(s'/width), of the rate s' alone."""
+    """-(sliding + (static - sliding) exp(-(s'/stribeck_speed)²)) tanh(s'/width), of the rate s', and of what changes
+    these."""
     rate = variable(RATE)
+    if isinstance(dry.sliding, Program) or isinstance(dry.static, Program):
+        (f, g), v = _sizes(dry), Program(rate)
+        if dry.stribeck_speed is not None:
+            f = formula("f + (g - f)*exp(-(v/fallen)**2)", f=f, g=g, v=v, fallen=dry.stribeck_speed)
+        return formula("-f*tanh(v/width)", f=f, v=v, width=width)
     size: Code = number(dry.sliding)
     if dry.stribeck_speed is not None:
         part = apply(Op.DIVIDE, rate, number(dry.stribeck_speed))

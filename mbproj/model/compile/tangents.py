@@ -66,6 +66,7 @@ def joined(first: Frictions | None, second: Frictions | None) -> Frictions | Non
         partner=np.append(first.partner, partner),
         owners=(*first.owners, *second.owners),
         places=(*first.places, *second.places),
+        varies=first.varies,
     )
 
 

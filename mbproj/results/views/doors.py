@@ -32,6 +32,10 @@ class Shown(ABC):
     @abstractmethod
     def __getitem__(self, path: str) -> npt.NDArray[Any]: ...
 
+    def __contains__(self, path: object) -> bool:
+        """Whether there is a dataset of the layout at a path, "joints/coordinate"."""
+        return any(path == dataset.path for dataset in self.datasets)
+
     @abstractmethod
     def names(self, kind: str) -> tuple[str, ...]:
         """Names of the columns by kind."""

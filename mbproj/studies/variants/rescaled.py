@@ -183,12 +183,15 @@ class _Larger:
 
         return replace(
             dry,
-            sliding=larger * dry.sliding,
-            static=larger * dry.static,
+            sliding=self._larger(larger, dry.sliding),
+            static=self._larger(larger, dry.static),
             stribeck_speed=speed(dry.stribeck_speed),
             regularised=speed(dry.regularised),
             bearing=None if dry.bearing is None else self._bearing(dry.bearing),
         )
+
+    def _larger(self, factor: float, size: float | Program) -> float | Program:
+        return times(factor, size) if isinstance(size, Program) else factor * size
 
     def _bearing(self, bearing: Bearing) -> Bearing:
         radius, axial = (None if arm is None else self.k * arm for arm in (bearing.radius, bearing.axial_radius))

@@ -36,7 +36,7 @@ template <class D> nb::dict samples(TimeLoop<D>& run) {
 
 // What halts a run, as WatchedGap and WatchedRow have it.
 using WatchedGaps = std::vector<std::tuple<int, double, double, bool, int, double, double>>;
-using WatchedRows = std::vector<std::tuple<int, double, double, double, double, int, int>>;
+using WatchedRows = std::vector<std::tuple<int, double, double, double, double, int, int, int>>;
 
 template <class D> void watch(TimeLoop<D>& run, const WatchedGaps& gaps, const WatchedRows& rows, double spacing) {
     const Model<D>& model = run.model();
@@ -45,10 +45,11 @@ template <class D> void watch(TimeLoop<D>& run, const WatchedGaps& gaps, const W
         own_gaps.push_back({index_below(stop, model.stops.bound.size(), "watch"), sign, slack, of_rate,
                             optional_index(other, model.stops.bound.size(), "watch"), other_sign, rests_over});
     std::vector<WatchedRow> own_rows;
-    for (const auto& [row, sign, slack, bound, part, bearing, other] : rows)
+    for (const auto& [row, sign, slack, bound, part, bearing, other, program] : rows)
         own_rows.push_back({index_below(row, model.constraints.rows, "watch"), sign, slack, bound, part,
                             optional_index(bearing, model.bearings.size(), "watch"),
-                            optional_index(other, model.constraints.rows, "watch")});
+                            optional_index(other, model.constraints.rows, "watch"),
+                            optional_index(program, model.programs.size(), "watch")});
     require_positive(spacing, "watch");
     run.stops().watch().watch(std::move(own_gaps), std::move(own_rows), spacing);
 }

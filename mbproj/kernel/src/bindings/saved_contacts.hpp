@@ -57,10 +57,10 @@ inline ContactState contacts_from(const nb::dict& given, std::size_t coordinates
 using StopLaws = std::vector<std::tuple<double, double, double, double, int, double, double>>;
 
 // The loop itself does what happens at stops and frictions with these laws; of each friction law, bearing, static, sliding, Stribeck
-// speed and size.
+// speed and size, and the program of its static force, or -1.
 template <class D>
 void begin_contacts(TimeLoop<D>& run, const StopLaws& stops,
-                    const std::vector<std::tuple<int, int, double, double, double, double>>& frictions,
+                    const std::vector<std::tuple<int, int, double, double, double, double, int>>& frictions,
                     const nb::dict& state, double spacing, int impact_law) {
     const Model<D>& model = run.model();
     if (stops.size() + frictions.size() != model.stops.bound.size()) refuse("laws", "do not fit the stops");
@@ -69,10 +69,10 @@ void begin_contacts(TimeLoop<D>& run, const StopLaws& stops,
     for (const auto& [side, restitution, slack, size, law, damping, gives_by] : stops)
         of_stops.push_back({side, restitution, slack, size, optional_index(law, laws, "stops"), damping, gives_by});
     std::vector<FrictionLaw> of_frictions;
-    for (const auto& [law, bearing, fixed, sliding, stribeck, size] : frictions)
+    for (const auto& [law, bearing, fixed, sliding, stribeck, size, bound] : frictions)
         of_frictions.push_back({index_below(law, laws, "frictions"),
                                 optional_index(bearing, model.bearings.size(), "frictions"), fixed, sliding, stribeck,
-                                size});
+                                size, optional_index(bound, model.programs.size(), "frictions")});
     const ContactState begins = contacts_from(state, model.stops.bound.size());
     require_positive(spacing, "spacing");
     const auto impacts = static_cast<ImpactLaw>(index_below(impact_law, 3, "impact_law"));

@@ -44,7 +44,7 @@ public:
     // The force along each coordinate of stops and frictions, of the last multipliers.
     std::vector<double> forces(const std::vector<double>& lambda) const {
         std::vector<double> found(lambda.begin() + model_.all_rows(), lambda.end());
-        friction_.walls().share(state_, lambda, found);
+        friction_.walls().share(state_, lambda, friction_.bounds(), found);
         compliant_.turn(state_, found);
         return found;
     }

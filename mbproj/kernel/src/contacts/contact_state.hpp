@@ -19,10 +19,12 @@ struct StopLaw {
 };
 
 // A dry friction at a joint: the law that it is while it slides, the bearing by whose load it goes, or -1, its static and its
-// sliding force, the speed at which it has fallen from one to the other, or 0, and what its coordinate is measured against.
+// sliding force, the speed at which it has fallen from one to the other, or 0, and what its coordinate is measured against. Where
+// these forces change in a run, `bound` is the program of the static one, else -1; the sliding one is the law's.
 struct FrictionLaw {
     int law, bearing;
     double fixed, sliding, stribeck, size;
+    int bound = -1;
 
     // How hard it resists sliding at a speed, before any load.
     double at(double speed) const {

@@ -46,6 +46,13 @@ public:
         for (const auto& [k, at] : state.stuck) rows.push_back({stops_ + k, 1.0, at});
         equations_.hold_contacts(std::move(rows), std::move(slides));
     }
+    // Of each friction its static force at the state that was seen last, before any load.
+    std::vector<double> bounds() const {
+        std::vector<double> found;
+        for (const FrictionLaw& law : laws_)
+            found.push_back(law.bound < 0 ? law.fixed : given(equations_, law.bound));
+        return found;
+    }
     // None acts.
     void release() {
         for (const FrictionLaw& law : laws_) equations_.applied().part[law.law] = 0.0;
@@ -61,12 +68,13 @@ public:
         }
         for (const auto& [k, at] : state.stuck) {
             const FrictionLaw& law = laws_[k];
-            const bool loaded = law.bearing >= 0;
+            const bool loaded = law.bearing >= 0, varies = law.bound >= 0;
+            const double fixed = varies ? 1.0 : law.fixed;
             for (const double sign : {1.0, -1.0})
                 if (!walls_.any(state, k, -sign))
                     rows.push_back({model_.all_rows() + stops_ + k, sign,
-                                    loaded ? Limits::min() : thresholds_.contact_pulls * law.fixed,
-                                    loaded ? 0.0 : law.fixed, loaded ? law.fixed : 0.0, law.bearing, -1});
+                                    loaded || varies ? Limits::min() : thresholds_.contact_pulls * fixed,
+                                    loaded ? 0.0 : fixed, loaded ? fixed : 0.0, law.bearing, -1, law.bound});
         }
     }
 
@@ -83,6 +91,8 @@ public:
         equations_.set_pose(t, y.data());
         equations_.set_velocities(y.data(), false);
         if (!equations_.factor(Metric::mass) || !border_.factor(equations_.pose(), equations_.solver())) return false;
+        equations_.seen(t, y.data());
+        fixed_ = bounds();
         Vector rate, rests;
         border_.rates(equations_.motion(), rate);
         rest(rate.tail(count), met, known, next, rests);
@@ -94,8 +104,8 @@ public:
         for (Eigen::Index k = 0; k < count; ++k) {
             const double speed = rests[k] != 0.0 ? 0.0 : rate[first + k];
             balance.direction[k] = speed > 0.0 ? 1.0 : speed < 0.0 ? -1.0 : 0.0;
-            balance.sliding[k] = laws_[k].at(speed);
-            balance.fixed[k] = laws_[k].fixed;
+            balance.sliding[k] = at(laws_[k], speed);
+            balance.fixed[k] = fixed_[static_cast<std::size_t>(k)];
             balance.still[k] = thresholds_.rest_acceleration * next.fastest * next.fastest * laws_[k].size;
             balance.up.push_back(Walls<D>::push(touching_[k], 1.0));
             balance.down.push_back(Walls<D>::push(touching_[k], -1.0));
@@ -116,7 +126,7 @@ public:
             const int k = walls_.along(closed[i].coordinate);
             if (k < 0) opens[i] = border_.opens(own, after[own]);
             const double force = k < 0 ? forces[own++] : closed[i].sign * forces[first + k];
-            push[static_cast<Eigen::Index>(i)] = k < 0 ? force : Walls<D>::push_of(force, laws_[k].fixed * load[k]);
+            push[static_cast<Eigen::Index>(i)] = k < 0 ? force : Walls<D>::push_of(force, fixed_[static_cast<std::size_t>(k)] * load[k]);
         }
         take(balance.direction, stuck, turns, known, next);
         return true;
@@ -142,6 +152,10 @@ public:
 private:
     using Limits = std::numeric_limits<double>;
 
+    // How hard it resists sliding at a speed, at the state that was seen last: as the law does that slides forwards.
+    double at(const FrictionLaw& law, double speed) const {
+        return law.bound < 0 ? law.at(speed) : -given(equations_, model_.loads->laws[law.law].program, std::abs(speed));
+    }
     static double value(const Numbered& all, int k, double none) {
         for (const auto& [number, found] : all)
             if (number == k) return found;
@@ -253,6 +267,7 @@ private:
     const Thresholds& thresholds_;
     ContactBorder<D> border_;  // of stops that touch, and of all frictions
     std::vector<FrictionLaw> laws_;
+    std::vector<double> fixed_;  // the static force of each, where they were settled last
     Walls<D> walls_;
     std::vector<std::vector<ContactRow>> touching_;  // walls of each friction
     int stops_ = 0;

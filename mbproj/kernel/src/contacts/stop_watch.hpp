@@ -4,6 +4,7 @@
 #pragma once
 
 #include <algorithm>
+#include <functional>
 #include <limits>
 #include <vector>
 
@@ -26,11 +27,12 @@ struct WatchedGap {
 };
 
 // What halts a run: bound + part · load + sign λ below -slack, λ the multiplier of a row of the constraints, with the load of a
-// bearing, or none (-1); with another row, -|λ| of both in place of sign λ.
+// bearing, or none (-1); with another row, -|λ| of both in place of sign λ. Bound and part are multiplied by what a program gives
+// at the state, if any.
 struct WatchedRow {
     int row;
     double sign, slack, bound, part;
-    int bearing, other;
+    int bearing, other, program = -1;
 };
 
 // A step as the cubic through both ends with their slopes.
@@ -47,8 +49,10 @@ struct CubicStep {
 
 template <class D> class StopWatch {
 public:
-    explicit StopWatch(const Model<D>& model)
-        : model_(model), stops_(model.stops), inside_(model.layout.size()), pose_(model), motion_(model) {}
+    // `given` is what a program gives at the state that is looked at.
+    StopWatch(const Model<D>& model, std::function<double(int)> given)
+        : model_(model), stops_(model.stops), given_(std::move(given)), inside_(model.layout.size()), pose_(model),
+          motion_(model) {}
 
     // Forces are looked at every `spacing` seconds at least, and in the middle of each step.
     void watch(std::vector<WatchedGap> gaps, std::vector<WatchedRow> rows, double spacing) {
@@ -141,7 +145,7 @@ private:
         const double load = each.bearing < 0 ? 0.0 : mbproj::load(model_, pose, each.bearing, lambda.data());
         const double own =
             each.other < 0 ? each.sign * lambda[each.row] : -std::hypot(lambda[each.row], lambda[each.other]);
-        return each.bound + each.part * load + own;
+        return (each.program < 0 ? 1.0 : given_(each.program)) * (each.bound + each.part * load) + own;
     }
 
     // Whether something falls below its bound on the cubics through two looks, at the parts x and x_to of a step, h apart.
@@ -216,6 +220,7 @@ private:
 
     const Model<D>& model_;
     const Stops<D>& stops_;
+    std::function<double(int)> given_;
     std::vector<WatchedGap> gaps_;
     std::vector<WatchedRow> rows_;
     double spacing_ = 1.0;

@@ -59,7 +59,9 @@ public:
     }
 
     // The shares of walls and of what sticks at them, of the forces along all coordinates.
-    void share(const ContactState& state, const std::vector<double>& lambda, std::vector<double>& forces) const {
+    // Frictions have these static forces, before any load.
+    void share(const ContactState& state, const std::vector<double>& lambda, const std::vector<double>& fixed,
+               std::vector<double>& forces) const {
         for (const int stop : state.held)
             for (const auto& [k, at] : state.stuck) {
                 if (!is_along(stop, k)) continue;
@@ -67,7 +69,7 @@ public:
                 const double load = laws_[k].bearing < 0
                                         ? 1.0
                                         : mbproj::load(model_, equations_.pose(), laws_[k].bearing, lambda.data());
-                forces[stop] = push_of(sides_[stop] * force, laws_[k].fixed * load);
+                forces[stop] = push_of(sides_[stop] * force, fixed[static_cast<std::size_t>(k)] * load);
                 force -= sides_[stop] * forces[stop];
             }
     }

@@ -1,4 +1,5 @@
-// The motion of the whole mechanism at a state y: how fast, with which energy, how far from its stops, and what impulses add to it.
+// The motion of the whole mechanism at a state y: how fast, with which energy, how far from its stops, what programs give there, and
+// what impulses add to it.
 #pragma once
 
 #include "dynamics/equations_of_motion.hpp"
@@ -32,6 +33,12 @@ double stop_gap(const Model<D>& model, const Pose<D>& pose, const std::vector<lo
     const int coordinate = model.stops.joint_coordinate[stop];
     const double whole = coordinate < 0 ? 0.0 : 2.0 * M_PI * static_cast<double>(turns[coordinate]);
     return side * (Coordinate<D>(model.stops.coordinates, stop, pose).value() + whole - model.stops.bound[stop]);
+}
+
+// What a program gives at the state that was seen last, along a coordinate with this rate.
+template <class D> double given(EquationsOfMotion<D>& equations, int program, double rate = 0.0) {
+    return equations.model().programs.value(program, equations.channels().variables(0.0, rate),
+                                            equations.applied().held);
 }
 
 // The velocities with those that the solver has found for impulses.

@@ -105,8 +105,7 @@ public:
         window_ = window, known_ = false;
         broken_ = !drive_.set(t_, window_);
     }
-    // Another state at the same time.
-    void set_pose(const double* y) { set_pose(t_, y); }
+    void set_pose(const double* y) { set_pose(t_, y); }  // at the same time
 
     bool factor(Metric metric) {
         if (factored_ && metric == metric_) return true;
@@ -198,8 +197,9 @@ public:
     Applied<D>& applied() { return applied_; }
     // What programs see of the state in place, which is y, at t.
     Channels<D>& see_channels(double t, const double* y) { return channels_.set(t, y, pose_, motion_); }
-    // The same from within the window.
+    // The same from within the window; and as they were seen last.
     Channels<D>& seen(double t, const double* y) { return see_channels(window_.seen(t), y); }
+    Channels<D>& channels() { return channels_; }
     StateRates<D>& states() { return states_; }
     // Programs are on these branches from now on.
     void hold(const double* branches) { applied_.held = states_.held = pose_.held = branches; }

@@ -3,6 +3,7 @@
 
 #include "contacts/contact_policy.hpp"
 #include "contacts/meeting_search.hpp"
+#include "contacts/whole_motion.hpp"
 #include "stepping/step_trial.hpp"
 
 namespace mbproj {
@@ -15,7 +16,7 @@ public:
     StopEvents(const Steps& steps, Standing& now, EquationsOfMotion<D>& equations, Stepper<D>& stepper,
                StepEnd<D>& step_end, Schedule& schedule, StepTrial<D>& trial)
         : steps_(steps), now_(now), equations_(equations), stepper_(stepper), step_end_(step_end), schedule_(schedule),
-          trial_(trial), watch_(equations.model()), policy_(equations), slope_(now.y), inside_(now.y),
+          trial_(trial), watch_(equations.model(), [&equations](int program) { return given(equations, program); }), policy_(equations), slope_(now.y), inside_(now.y),
           lambda_(equations.model().all_multipliers()) {}
 
     StopWatch<D>& watch() { return watch_; }
@@ -54,6 +55,7 @@ public:
     [[gnu::noinline, gnu::cold]] bool meets(const Vector& slope, const std::vector<long>& turns,
                                             const std::vector<double>& lambda) {
         const CubicStep step{now_.to.h, now_.y, stepper_.first(), now_.y_new, slope};
+        equations_.seen(now_.to.t, now_.y_new.data());
         const bool at_end = watch_.met(step, equations_.pose(), equations_.motion(), turns, lambda);
         rests_ = watch_.rests(now_.to.h);
         const auto solve = [&](double x, std::vector<double>& found) { return solve_inside(step, x, found); };
@@ -151,12 +153,16 @@ private:
     // far off.
     bool solve_inside(const CubicStep& step, double x, std::vector<double>& lambda) {
         const double t = now_.t + x * step.h;
+        bool solved = false;
         if (stepper_.carries_slope()) {
             stepper_.at(now_.y, step.h, x, inside_);
-            return stepper_.inside(t, step.h, x, inside_, slope_, lambda.data());
+            solved = stepper_.inside(t, step.h, x, inside_, slope_, lambda.data());
+        } else {
+            step.at(x, inside_);
+            solved = equations_.derivative(t, inside_.data(), slope_.data(), lambda.data());
         }
-        step.at(x, inside_);
-        return equations_.derivative(t, inside_.data(), slope_.data(), lambda.data());
+        if (solved) equations_.seen(t, inside_.data());
+        return solved;
     }
 
     // Of forces of a step whose slope is carried along, those are known that its last stage has.
@@ -167,6 +173,7 @@ private:
         } else if (!equations_.derivative(t, y.data(), slope_.data(), lambda_.data())) {
             return false;
         }
+        equations_.seen(t, y.data());
         watch_.margins(equations_.pose(), equations_.motion(), turns, lambda_, found);
         return true;
     }

@@ -21,6 +21,7 @@ from mbproj.model.compile.elements.controllers import actions_of, read_by
 from mbproj.model.compile.elements.measured import measurable, with_measured
 from mbproj.model.compile.elements.named import Named
 from mbproj.model.couplings import compile_couplings
+from mbproj.model.frictions import Frictions
 from mbproj.model.primitive_set import bind, bindings
 from mbproj.model.system import System
 from mbproj.scene.coupled import Coupled
@@ -71,12 +72,26 @@ def with_elements(
         system,
         actions=actions,
         forces=forces,
+        frictions=_frictions(system, channels),
         channels=channels.channels,
         energies=energies,
         states=_after(system.states, own),
         signals=shown,
     )
     return _with_rows(_with_forces(system, elements, pushes), elements)
+
+
+def _frictions(system: System, channels: Named) -> Frictions | None:
+    """Those of a system, with its channels in what they go by."""
+    own = system.frictions
+    if own is None or not own.varies:
+        return own
+
+    def resolved(k: int, sliding: Program, static: Program) -> tuple[Program, Program]:
+        found = channels.resolved(sliding, own.owners[k])
+        return found, found if static is sliding else channels.resolved(static, own.owners[k])
+
+    return replace(own, varies={k: resolved(k, *pair) for k, pair in own.varies.items()})
 
 
 def named_within(element: Element, name: str) -> str:
@@ -87,6 +102,8 @@ def named_within(element: Element, name: str) -> str:
 def _read(system: System, elements: Sequence[Element], signals: Sequence[Signal]) -> Iterator[str]:
     """What functions of a scene name beside those of elements."""
     yield from (name for programs in system.forces.programs.reads for name in programs)
+    for programs in () if system.frictions is None else system.frictions.varies.values():
+        yield from (name for program in programs for name in program.reads)
     rates = [state.rate for element in elements for state in element.states]
     for program in (*(signal.program for signal in signals), *rates):
         yield from program.reads if isinstance(program, Program) else ()

@@ -36,7 +36,10 @@ def _unknown(name: str, able: Collection[str], place: Any) -> tuple[str, Any, st
     if name.rpartition(".")[2] in TOO_LATE:
         what = f"'{name}' follows from the forces, which this would change: an algebraic loop"
         return what, place, "go by a coordinate, its rate, a spring's force, or a state that follows one of them"
-    return f"unknown name '{name}'", place, choose_from(name, able)
+    own, _, last = name.rpartition(".")
+    rate = f"{own}.{last.removeprefix('velocity_').removesuffix('_speed')}_dot"  # as linear models and results call it
+    hint = f"did you mean '{rate}'?" if rate in able else choose_from(name, able)
+    return f"unknown name '{name}'", place, hint
 
 
 def _used(found: Found) -> Iterator[tuple[KeyPath, Program]]:
@@ -69,6 +72,8 @@ def _of_force(force: Force) -> Iterator[tuple[KeyPath, Program | None]]:
     elif isinstance(force, JointForce):
         for law in force.laws.values():
             yield ("torque" if force.unit == "rad" else "force",), law.function
+        for dry in force.coulomb.values():
+            yield from ((("coulomb",), each) for each in (dry.sliding, dry.static) if isinstance(each, Program))
     elif isinstance(force, BodyForce):
         key = "torque" if force.torque else "force"
         for at, component in enumerate(force.components):

@@ -15,9 +15,11 @@ from dataclasses import replace
 from typing import Any, ClassVar
 
 from mbproj.dataclass import dataclass
+from mbproj.functions.program import Program
 from mbproj.scene.blocks.coordinates import COORDINATES
 from mbproj.scene.fields.containers import Check, Complaint, OneOf, Record
 from mbproj.scene.fields.fields import Field, Schema, T_co
+from mbproj.scene.fields.functions import Varying
 from mbproj.scene.fields.quantities import Number
 from mbproj.scene.fields.reading import Reading, either, label
 from mbproj.scene.friction import Bearing, DryFriction
@@ -30,10 +32,10 @@ CONSTANT = {"rad": ("torque", "N*m"), "m": ("force", "N")}
 SLIDING = ("torque", "force", "coefficient")
 ARMS = ("radius", "axial_radius")
 SPEEDS = ("stribeck_speed", "regularised")
-STATIC: Mapping[str, Number] = {
-    **{key: Number(unit, minimum=0.0) for key, unit in CONSTANT.values()},
-    "coefficient": Number(minimum=0.0),
-    "": Number(None, minimum=0.0),
+STATIC: Mapping[str, Varying] = {
+    **{key: Varying(Number(unit, minimum=0.0)) for key, unit in CONSTANT.values()},
+    "coefficient": Varying(Number(minimum=0.0)),
+    "": Varying(Number(None, minimum=0.0)),
 }
 SPEED: Mapping[str, Number] = {unit: Number(f"{unit}/s", above=0.0) for unit in CONSTANT}
 LENGTH = Number("m", above=0.0)
@@ -64,8 +66,10 @@ def not_less(key: str) -> Callable[..., Iterator[Complaint]]:
     """A check that the static value is not less than the sliding one. Where they are equal, a key for the fall from one
     to the other says nothing, and is refused."""
 
-    def find(sliding: float, static: Any, stribeck_speed: Any, regularised: Any) -> Iterator[Complaint]:
+    def find(sliding: Any, static: Any, stribeck_speed: Any, regularised: Any) -> Iterator[Complaint]:
         unit = f" {KEYS[key].unit}" if KEYS[key].unit else ""  # type: ignore[attr-defined]
+        if isinstance(sliding, Program) or isinstance(static, Program):
+            return
         holds = static if isinstance(static, float) else sliding
         if holds < sliding:
             said = f"'static' must be at least the '{key}', {sliding:.6g}{unit}, found {holds:.6g}"
@@ -80,9 +84,9 @@ def not_less(key: str) -> Callable[..., Iterator[Complaint]]:
     return find
 
 
-def _turned(coefficient: float, *given: Any) -> Iterator[Complaint]:
+def _turned(coefficient: Any, *given: Any) -> Iterator[Complaint]:
     """A check that there is an arm that makes a torque of a force, or a torque that is constant."""
-    if not any(isinstance(value, float) for value in given):
+    if not any(isinstance(value, float | Program) for value in given):
         yield armless(("coefficient",))
 
 
@@ -96,7 +100,7 @@ def _needs_radius(key: str) -> Callable[..., Iterator[Complaint]]:
     """A check that a property of the radial force has the arm of that."""
 
     def find(value: float, coefficient: Any, radius: Any) -> Iterator[Complaint]:
-        if isinstance(coefficient, float) and not isinstance(radius, float):
+        if isinstance(coefficient, float | Program) and not isinstance(radius, float):
             said = f"'{key}' does nothing without 'radius'"
             yield Complaint((key,), said, "it is of the radial force, and 'radius' is the arm of that")
 
@@ -131,7 +135,7 @@ def _record(unit: str, any_coordinate: bool) -> DryRecord[DryFriction]:
     if unit == "rad":
         checks = (*checks, *OF_ANGLES, ARM)
 
-    def make(static: float | None = None, **given: float) -> DryFriction:
+    def make(static: float | Program | None = None, **given: Any) -> DryFriction:
         (sliding,) = (given[key] for key in SLIDING if key in given)
         speeds = {key: given.get(key) for key in SPEEDS}
         bearing = None

@@ -1,0 +1,43 @@
+"""Notes on instants of controllers: those that split steps of one size, and those that never come."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from mbproj.errors import Problem
+from mbproj.scene.blocks.control.expanded import where
+from mbproj.scene.fields.reading import Reading
+from mbproj.scene.records import Settings
+
+#: A time that is so many steps but for this part of one is on their grid.
+ON_GRID = 1e-6
+
+
+def note_instants(found: Mapping[str, Any], settings: Settings | None, reading: Reading) -> None:
+    """Notes on controllers whose instants lie inside of fixed steps, or of which a run has one alone."""
+    if settings is None:
+        return
+    for name, each in found.get("controllers", {}).items():
+        path = where("controllers", name, found.get("signals", {})) or ("controllers", name)
+        what = None
+        if each.start + each.period > settings.duration:
+            count = "one instant" if each.start <= settings.duration else "no instant"
+            what = f"'{name}' has {count} in a run of {settings.duration:g} s"
+            hint = f"its period is {each.period:g} s: give a shorter one, or make the run longer"
+        elif settings.step is not None and any(map(_splits(settings.step), (each.period, each.delay, each.start))):
+            times = (2.0 if each.delay else 1.0) / each.period
+            what = f"'{name}' acts inside of steps of {settings.step:g} s: they end there, and go on to their grid"
+            hint = f"that makes up to {times:.4g} steps a second beside {1.0 / settings.step:.4g}; none where the step"
+            hint += " divides 'period', 'delay' and 'start'"
+        if what is not None:
+            near = next(path[:end] for end in range(len(path), -1, -1) if path[:end] in reading.places)
+            reading.notes.append(Problem(what, reading.places[near], hint))
+
+
+def _splits(step: float) -> Any:
+    def splits(time: float) -> bool:
+        return abs(time / step - math.floor(time / step + 0.5)) > ON_GRID
+
+    return splits
