@@ -13,8 +13,11 @@ from mbproj.scene.blocks.coordinates import COORDINATES
 from mbproj.scene.records import Expectation
 
 TIME, PATH = "time", "path"
-#: Between samples a curve is looked at in so many places for the one next to a point; then the span of a cell shrinks.
-FINER, SHRINKS = 8, 45
+#: Between samples a curve is looked at in so many places for the one next to a point. From there Newton's method takes
+#: so many steps, with differences over this part of the distance of two places.
+FINER, NEWTON, ASIDE = 8, 6, 1e-3
+#: A span in which a coordinate has a value is halved so often.
+SHRINKS = 45
 TURN = 2.0 * np.pi
 
 
@@ -69,12 +72,20 @@ def _nearest(time: Array, curve: Array, events: Array, points: Array) -> Array:
     there = between(time, curve, events, fine)
     best = np.argmin(np.sum((there[None] - points[:, None]) ** 2, axis=2), axis=1)
     low, high = fine[np.maximum(best - 1, 0)], fine[np.minimum(best + 1, len(fine) - 1)]
-    golden = (5.0**0.5 - 1.0) / 2.0
-    for _ in range(SHRINKS):
-        inner = high - golden * (high - low), low + golden * (high - low)
-        first, second = (np.sum((between(time, curve, events, when) - points) ** 2, axis=1) for when in inner)
-        low, high = np.where(first < second, low, inner[0]), np.where(first < second, inner[1], high)
-    return between(time, curve, events, 0.5 * (low + high))
+    when, aside = fine[best], ASIDE * (fine[1] - fine[0])
+    for _ in range(NEWTON):
+        before, after = np.maximum(when - aside, time[0]), np.minimum(when + aside, time[-1])
+        places = between(time, curve, events, np.concatenate([before, 0.5 * (before + after), after]))
+        first, middle, last = places.reshape(3, *points.shape)
+        rate, off = (last - first) / (after - before)[:, None], middle - points
+        bend = (first - 2.0 * middle + last) / (0.5 * (after - before))[:, None] ** 2
+        square = np.sum(rate**2, axis=1)
+        slope = square + np.sum(off * bend, axis=1)
+        step = np.sum(off * rate, axis=1) / np.where(slope > 0.1 * square, slope, np.maximum(square, 1e-300))
+        when = np.clip(0.5 * (before + after) - step, low, high)
+    found = between(time, curve, events, when)
+    nearer = np.sum((found - points) ** 2, axis=1) <= np.sum((there[best] - points) ** 2, axis=1)
+    return np.where(nearer[:, None], found, there[best])
 
 
 def _passages(time: Array, coordinate: Array, events: Array, wanted: Array, unit: str) -> Array | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from itertools import product
 from typing import Any, TypeAlias
 
@@ -16,8 +17,9 @@ from mbproj.studies.synthesis.spatial import SpatialFourBar
 from mbproj.studies.synthesis.topologies import FUNCTION, PATH, POSITIONS, TOPOLOGIES, bounds
 from mbproj.studies.synthesis.wish import Wanted
 
-#: Designs that are looked at for each one that is brought to an end, and the steps of that.
-LOOKED_AT, STEPS = 128, 100
+#: Designs that are looked at for each one that is brought to an end, and the steps of that: a path of free timing needs
+#: more.
+LOOKED_AT, STEPS, MORE_STEPS = 128, 100, 300
 #: Step of differences in parts of a bound's range; where damping begins, and where it gives up.
 STEP, DAMPING, LOST = 1e-6, 1e-3, 1e8
 #: Crank angles at which a curve of free timing is drawn.
@@ -31,6 +33,8 @@ HANDED_ON = 3
 SPATIAL = "spatial_four_bar"
 #: Residuals (B, m) of designs (B, d).
 Residuals: TypeAlias = "Callable[[Array], Array]"
+#: ∂r/∂(x / range) (B, m, d) of designs (B, d) with ranges (d,).
+Slopes: TypeAlias = "Callable[[Array, Array], Array]"
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +86,11 @@ def _of_one_assembly(
     x = low + (high - low) * qmc.Sobol(len(free), rng=np.random.default_rng(seed)).random_base2(many)
     value = np.nan_to_num(np.sum(residuals(x) ** 2, axis=1), nan=np.inf)
     x = x[np.argsort(value, kind="stable")[: wanted.starts]]
-    x, cost = brought_down(residuals, x[np.isfinite(np.sort(value)[: len(x)])], low, high)
+    by_normals = None
+    if wanted.kind == PATH and wanted.times is None:
+        assert isinstance(mechanism, Linkage)
+        by_normals = partial(_slopes_along_normals, mechanism, numbers, wanted.values[:, 0] + 1j * wanted.values[:, 1])
+    x, cost = brought_down(residuals, x[np.isfinite(np.sort(value)[: len(x)])], low, high, by_normals)
     rms = np.sqrt(cost / max(residuals(low[None]).shape[1], 1))
     order = np.argsort(rms, kind="stable")[:HANDED_ON]
     return [
@@ -92,17 +100,21 @@ def _of_one_assembly(
     ]
 
 
-def brought_down(residuals: Residuals, x: Array, low: Array, high: Array) -> tuple[Array, Array]:
-    """Designs (B, d) after steps of Levenberg and Marquardt within their bounds, and sums of squares (B,)."""
+def brought_down(
+    residuals: Residuals, x: Array, low: Array, high: Array, slopes: Slopes | None = None
+) -> tuple[Array, Array]:
+    """Designs (B, d) after steps of Levenberg and Marquardt within their bounds, and sums of squares (B,). The
+    residuals' `slopes` are taken by differences where none are given."""
+    steps, slopes = (STEPS, partial(_slopes, residuals)) if slopes is None else (MORE_STEPS, slopes)
     if not len(x):
         return x, np.zeros(0)
     r = residuals(x)
     cost, damping, range_ = np.sum(r * r, axis=1), np.full(len(x), DAMPING), high - low
-    for _ in range(STEPS):
+    for _ in range(steps):
         going = np.flatnonzero((damping < LOST) & (cost > 0.0))
         if not len(going):
             break
-        J = _slopes(residuals, x[going], range_)
+        J = slopes(x[going], range_)
         square = np.swapaxes(J, 1, 2) @ J
         diagonal = np.einsum("bii->bi", square)
         diagonal += damping[going, None] * (diagonal + 1e-12 * diagonal.max(axis=1, keepdims=True) + 1e-300)
@@ -122,6 +134,25 @@ def _slopes(residuals: Residuals, x: Array, range_: Array) -> Array:
     beside = x[:, None, None] + STEP * np.array([1.0, -1.0])[:, None, None] * np.diag(range_)
     values = residuals(beside.reshape(-1, d)).reshape(count, 2, d, -1)
     return np.nan_to_num(np.swapaxes((values[:, 0] - values[:, 1]) / (2.0 * STEP), 1, 2))
+
+
+def _slopes_along_normals(
+    mechanism: Linkage, numbers: Callable[[Array], Numbers], points: Any, x: Array, range_: Array
+) -> Array:
+    """The same of a path of free timing, (B, 2N, d). The nearest point of the curve moves along it to first order, and
+    that is of no account: what the distance changes by is the normal part of the change at the same crank angle. So no
+    neighbour has nearest points to find."""
+    count, d = x.shape
+    p = numbers(x)
+    angles = _nearest(mechanism, p, points)
+    way = _traced(mechanism, p, angles + STEP) - _traced(mechanism, p, angles - STEP)
+    along = (way / np.maximum(np.abs(way), 1e-300))[:, None]
+    beside = x[:, None, None] + STEP * np.array([1.0, -1.0])[:, None, None] * np.diag(range_)
+    moved = _traced(mechanism, numbers(beside.reshape(-1, d)), np.repeat(angles, 2 * d, axis=0))
+    ends = moved.reshape(count, 2, d, -1)
+    change = (ends[:, 0] - ends[:, 1]) / (2.0 * STEP)
+    change = change - along * (change * along.conj()).real
+    return np.nan_to_num(np.swapaxes(np.concatenate([change.real, change.imag], axis=2), 1, 2))
 
 
 def bounds_of(wanted: Wanted, mechanism: Linkage | SpatialFourBar) -> dict[str, tuple[float, float]]:
@@ -147,7 +178,8 @@ def _off(wanted: Wanted, mechanism: Linkage | SpatialFourBar, p: Numbers) -> Arr
     if wanted.kind == POSITIONS:
         swings = [np.zeros_like(p["start"]), *(p[f"swing_{k}"] for k in range(2, len(points) + 1))]
         known = mechanism.solved(p, p["start"] + np.concatenate(swings, axis=1))
-        along = (known["C"] - known["B"]) / p["coupler_length"] * np.exp(1j * p["lean"])
+        link = mechanism.link(mechanism.traced)
+        along = (known[link.toward] - known[link.origin]) / p[link.length] * np.exp(1j * p["lean"])
         parts = [known["P"] - points, ARM * wanted.size * (along - np.exp(1j * wanted.values[:, 2]))]
         return np.concatenate([part for each in parts for part in (each.real, each.imag)], axis=1)
     if wanted.times is not None:

@@ -33,8 +33,8 @@ AS_GOOD, EXACT = 1.5, 1e-9
 OTHER, TRY = "choose another folder with -o", "raise 'starts', or thin out what is wanted"
 #: How the files begin.
 MARK = "# Found by mbproj"
-#: The pivots of a four-bar, and how many positions it can take whatever they are.
-PIVOTS, THREE = ("ax", "az", "dx", "dz"), 3
+#: So many positions a four-bar can take whatever its pivots in the ground are.
+THREE = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,10 +141,10 @@ def written(wanted: Wanted, name: str, numbers: Mapping[str, float], folder: Pat
 
     write(f"{name}.yaml", scene_of(wanted, mechanism, numbers))
     lines = [f"design: 1\nscene: {name}.yaml\nvary:\n"]
-    # Three positions leave the pivots in the ground free: those that were found stay.
-    chosen = PIVOTS if wanted.kind == POSITIONS and len(wanted.values) == THREE else ()
-    for key, (low, high) in bounds_of(wanted, mechanism).items():
-        if low < high and key not in chosen:
+    box = bounds_of(wanted, mechanism)
+    stay = _chosen(wanted, mechanism, sum(low < high for low, high in box.values()))
+    for key, (low, high) in box.items():
+        if low < high and key not in stay:
             room = 0.01 * (high - low)
             ends = min(low, numbers[key] - room), max(high, numbers[key] + room)
             lines.append(f"  parameters.{key}: [{ends[0]!r} {unit_of(key)}, {ends[1]!r} {unit_of(key)}]\n")
@@ -154,6 +154,19 @@ def written(wanted: Wanted, name: str, numbers: Mapping[str, float], folder: Pat
         inside = ", ".join(f"{key}: {value}" for key, value in match.items() if key != "name")
         lines.append(f"  {match['name']}: {{{inside}}}\n")
     return write(f"{name}-search.yaml", "".join(lines) + "starts: 1\n")
+
+
+def _chosen(wanted: Wanted, mechanism: Linkage | SpatialFourBar, free: int) -> set[str]:
+    """Of so many free numbers those that positions leave free, so that the ones found stay. Three leave the pivots in
+    the ground. Where there are more numbers than positions tell, pivots stay, too, and then points that links carry."""
+    if wanted.kind != POSITIONS or isinstance(mechanism, SpatialFourBar):
+        return set()
+    told = 4 * len(wanted.values)
+    pivots = {name for place in mechanism.pivots.values() for name in place}
+    if free <= told and len(wanted.values) > THREE:
+        return set()
+    carried = {x for link in mechanism.links for name, place in link.carries.items() if name != "P" for x in place}
+    return pivots if free - len(pivots) <= told else pivots | carried
 
 
 def _matches(wanted: Wanted, mechanism: Linkage | SpatialFourBar) -> Iterator[tuple[dict[str, str], str]]:

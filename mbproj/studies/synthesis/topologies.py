@@ -28,6 +28,21 @@ _LOOP = Dyad("coupler", "rocker", "side")
 _NEXT = Dyad("rod", "lever", "next_side")
 _LEVER = Link("lever", "H", "G", "lever_length")
 _FOUR_BAR = Linkage({"A": _A, "D": _D}, (_CRANK, _coupler(P=_P), _ROCKER), (_LOOP,), "rocker", "coupler")
+_SLIDER_CRANK = Linkage(
+    {"A": _A}, (_CRANK, _coupler(P=_P)), (Slide("coupler", "tilt", "offset", "side"),), traced="coupler"
+)
+_WATT = Linkage(
+    {"A": _A, "D": _D},
+    (
+        _CRANK,
+        _coupler(E=_E),
+        Link("rocker", "D", "C", "rocker_length", MappingProxyType({"F": _F})),
+        _second(P=_P),
+        Link("lever", "F", "G", "lever_length"),
+    ),
+    (_LOOP, _NEXT),
+    traced="rod",
+)
 _STEPHENSON = Linkage(
     {"A": _A, "D": _D, "H": _H},
     (_CRANK, _coupler(E=_E), _ROCKER, _second(P=_P), _LEVER),
@@ -39,27 +54,10 @@ _STEPHENSON = Linkage(
 TOPOLOGIES: Mapping[str, Mapping[str, Linkage]] = MappingProxyType(
     {
         "four_bar": {PATH: _FOUR_BAR, FUNCTION: _FOUR_BAR, POSITIONS: _FOUR_BAR},
-        "slider_crank": {
-            PATH: Linkage(
-                {"A": _A},
-                (_CRANK, _coupler(P=_P)),
-                (Slide("coupler", "tilt", "offset", "side"),),
-                traced="coupler",
-            )
-        },
+        "slider_crank": {PATH: _SLIDER_CRANK, POSITIONS: _SLIDER_CRANK},
         "watt": {
-            PATH: Linkage(
-                {"A": _A, "D": _D},
-                (
-                    _CRANK,
-                    _coupler(E=_E),
-                    Link("rocker", "D", "C", "rocker_length", MappingProxyType({"F": _F})),
-                    _second(P=_P),
-                    Link("lever", "F", "G", "lever_length"),
-                ),
-                (_LOOP, _NEXT),
-                traced="rod",
-            ),
+            PATH: _WATT,
+            POSITIONS: _WATT,
             FUNCTION: Linkage(
                 {"A": _A, "D": _D, "H": _H},
                 (
@@ -73,7 +71,7 @@ TOPOLOGIES: Mapping[str, Mapping[str, Linkage]] = MappingProxyType(
                 "lever",
             ),
         },
-        "stephenson": {PATH: _STEPHENSON, FUNCTION: _STEPHENSON},
+        "stephenson": {PATH: _STEPHENSON, FUNCTION: _STEPHENSON, POSITIONS: _STEPHENSON},
     }
 )
 #: Numbers that a function does not depend on, or that only make the whole larger or turn it: its frame is 1 m.

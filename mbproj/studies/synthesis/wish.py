@@ -146,7 +146,7 @@ def _check(kind: str, values: Array, times: Array | None, file: Path) -> None:
     if len(values) < FEWEST[kind]:
         raise InputError(Problem(f"it has {len(values)} rows, and a {kind} needs {FEWEST[kind]}", place, "give more"))
     if kind == POSITIONS and len(values) > MOST_POSITIONS:
-        message = f"it has {len(values)} positions, and a four-bar carries a body through {MOST_POSITIONS} at most"
+        message = f"it has {len(values)} positions, and mechanisms are sought for {MOST_POSITIONS} at most"
         raise InputError(Problem(message, place, "leave some out"))
     if kind != FUNCTION and not np.ptp(values[:, :2], axis=0).max() > 0.0:
         raise InputError(Problem("all its points are one", place, "give points that are apart"))
