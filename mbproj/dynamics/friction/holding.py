@@ -159,7 +159,7 @@ def _held_and_slipping(problem: Balance, y: Array, *, all_hold: bool, yields: bo
         pair = [k, int(problem.partner[k])] if problem.in_plane[k] else [k]
         if size[m + k] == 0.0:
             slips[k] = np.sign(acceleration[k]) if moves[k] and begins[k] else 0.0
-        elif not all(span.holds(problem.A[m + each]) for each in pair):
+        elif (moves[k] and begins[k] and not yields) or not all(span.holds(problem.A[m + each]) for each in pair):
             way = acceleration if (moves[k] and not yields) or force[k] == 0.0 else -y[m:]
             slips[k] = way[k] / max(float(np.linalg.norm(way[pair])), TINY)
     return stuck, slips

@@ -110,6 +110,29 @@ def test_a_face_on_an_ellipse_is_as_high_as_its_support():
     np.testing.assert_allclose(place - place[0], slope, atol=1e-14)
 
 
+@pytest.mark.parametrize("angle", [0.0, 30.0])
+def test_friction_of_the_guide_turns_where_the_cam_turns_the_follower(angle):
+    """An eccentric of 6 mm, h = 6 mm cos θ: at both dead centres the rows of contact and friction are one, and the
+    follower does not stick, for the cam moves it on. The motion is that of the joint that holds both ways."""
+    head = FLAT.partition("bodies:")[2].partition("motions:")[0]
+    below, falls = float(0.006 * np.cos(np.radians(angle))), float(-0.12 * np.sin(np.radians(angle)))
+    text = "\ncurves: {disc: {circle: 25 mm}}\nbodies:" + head.replace("curve: lift", "curve: disc")
+    text = text.replace("axis: [0, -1, 0]}", f"axis: [0, -1, 0], angle: {angle} deg, speed: 20 rad/s}}", 1)
+    text = text.replace("[[0, 0, 0], [0.013, 0, 0.05]]", "[[0, 0, 0.006], [0, 0, 0.031]]")
+    text = text.replace(
+        "axis: [0, 0, 1]}", f"axis: [0, 0, 1], displacement: {below - 0.006!r} m, speed: {falls!r}}}", 1
+    )
+    text = text.replace("0.445 m", "0.48 m") + "  rubs: {type: friction, joint: P, coulomb: {force: 4 N}}\n"
+    lifts = text.replace("flat_follower,", "flat_contact, limits: {gap: {range: [0, null], rigid: true}},")
+    (_, held), (_, pressed) = (run(scene(each, "planar", 0.5)) for each in (text, lifts))
+    np.testing.assert_allclose(pressed["joints/coordinate"][:, :2], held["joints/coordinate"][:, :2], atol=1e-9)
+    np.testing.assert_allclose(pressed["friction/dissipation"], held["friction/dissipation"], rtol=1e-9)
+    moved = np.abs(np.diff(held["joints/coordinate"][:, 1])).sum()
+    assert 0.9 * 4.0 * moved < held["friction/dissipation"][-1, 0] < 1.1 * 4.0 * moved
+    assert len(pressed.of("turn")) == len(held.of("turn")) >= 3
+    assert not pressed.of("stick")
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
