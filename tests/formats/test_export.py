@@ -50,6 +50,19 @@ def _at_rest(scene):
     return replace(scene, bodies=bodies, joints=joints, gravity=(0.0, 0.0, -9.81))
 
 
+@pytest.mark.parametrize("angle", [0.0, -180.0])
+def test_a_geneva_drive_is_no_polynomial_where_it_rests_either(angle):
+    """At 180 degrees its wheel is held over more than two rad to both sides."""
+    text = (MECHANISMS / "geneva.yaml").read_text(encoding="utf-8")
+    text = text.replace("speed: slowest", f"angle: {angle} deg, speed: slowest")
+    text = text.replace(
+        "location: [distance, 0, 0], axis: [0, -1, 0]", "location: [distance, 0, 0], axis: -y, angle: TURNED"
+    )
+    text = text.replace("TURNED", "45 deg" if angle else "0 deg")
+    said = {row.element: row.same.value for row in as_mjcf(read_scene_text(text), "1").said}
+    assert said["coupler 'drive'"] == "no"
+
+
 ALL = """
 mbproj: 1
 gravity: [0, 1, -9.81]

@@ -44,7 +44,8 @@ def sum_of(joint: Joint, start: Start) -> Sum | None:
 
 
 def _polynomial(joint: Joint, at: float) -> Polynomial | None:
-    """f(at + d) - f(at) through five points, where six others lie on it too."""
+    """f(at + d) - f(at) through five points, where ten others lie on it too, over more than a turn to both sides: what
+    rests for a part of a turn is no polynomial."""
     from mbproj.functions.curve import Curve
 
     assert joint.couples is not None and joint.couples.function is not None
@@ -53,7 +54,7 @@ def _polynomial(joint: Joint, at: float) -> Polynomial | None:
     def f(d: np.ndarray) -> np.ndarray:
         return np.asarray(curve(at + d)[0].real)
 
-    d, others = np.array([-1.0, -0.5, 0.0, 0.5, 1.0]), np.array([-2.0, -0.8, -0.3, 0.2, 0.7, 2.0])
+    d, others = np.array([-1.0, -0.5, 0.0, 0.5, 1.0]), np.array([-6.9, -4.1, -2.0, -0.8, -0.3, 0.2, 0.7, 2.0, 3.3, 7.1])
     with np.errstate(all="ignore"):
         values, wanted = f(d) - f(np.zeros(1)), f(others) - f(np.zeros(1))
     if not (np.isfinite(values).all() and np.isfinite(wanted).all()):
