@@ -75,7 +75,7 @@ class Varying(Field[float | Program]):
 
     @property
     def expects(self) -> str:
-        return f"{self.number.expects} or an expression of t and signals"
+        return self.number.expects
 
     @property
     def unit(self) -> str | None:
