@@ -11,7 +11,10 @@ from mbproj.cli.quantity import Names
 EXAMPLES = (
     ("Find the smallest bearing load that the constraints allow.", "mbproj optimise load.yaml"),
     ("The same by quadratic programs, whatever the goal.", "mbproj optimise load.yaml --engine slsqp"),
-    ("Find a mechanism that carries a body through places.", "mbproj optimise carry.yaml --topologies all"),
+    (
+        "Find a mechanism that carries a body through places.",
+        "mbproj optimise carry.yaml --topologies four_bar,slider_crank",
+    ),
 )
 
 
