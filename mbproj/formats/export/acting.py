@@ -6,14 +6,23 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from mbproj.dataclass import dataclass
+from mbproj.elements import Kind
 from mbproj.formats.mechanism import Same
 from mbproj.joints import JOINTS
+from mbproj.scene.blocks.elements import SPRINGS
 from mbproj.scene.friction import DryFriction
 from mbproj.scene.records import Joint, JointForce, Law, Scene
 from mbproj.scene.stops import Limit
 
 #: Says a row of the table: an element, what happens with it, whether the motion is still the scene's.
 Say = Callable[[str, str, Same], None]
+
+
+def left_out(kind: Kind) -> str:
+    """Why a force that is an element is in no other format."""
+    if kind.type in SPRINGS:
+        return "left out: numbers of it change in a run"
+    return f"left out: no model has the type {kind.type}"
 
 
 @dataclass(frozen=True)
@@ -45,7 +54,7 @@ def acting_on(scene: Scene, say: Say) -> dict[str, Acting]:
             continue
         joint = joints[force.joint]
         if force.element is not None:
-            say(f"force '{force.name}'", f"left out: no model has the type {force.element.type}", Same.NO)
+            say(f"force '{force.name}'", left_out(force.element), Same.NO)
             continue
         for coordinate, law in force.laws.items():
             if law.function is not None:

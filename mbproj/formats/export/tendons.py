@@ -10,7 +10,7 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.formats.export.acting import Acting, Say
+from mbproj.formats.export.acting import Acting, Say, left_out
 from mbproj.formats.export.markup import Tag, tag
 from mbproj.formats.export.sheaves import Run, run_of
 from mbproj.formats.export.start import Start
@@ -88,7 +88,7 @@ class Tendons:
         """Springs and stops between two points."""
         for force in self.scene.forces:
             if isinstance(force, PointForce) and force.element is not None:
-                self.say(f"force '{force.name}'", f"left out: no model has the type {force.element.type}", Same.NO)
+                self.say(f"force '{force.name}'", left_out(force.element), Same.NO)
             elif isinstance(force, PointForce):
                 self._spring(force)
             elif isinstance(force, DistanceStop):

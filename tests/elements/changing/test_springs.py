@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from mbproj import read_scene_text
+from mbproj import export_model, read_scene_text
 from mbproj.calls.linear import equilibrium, modes
 from tests.elements.pid import ran
 
@@ -90,3 +90,10 @@ def test_rest_and_modes_go_by_what_the_signal_is_there():
     assert rest.coordinates["rail.displacement"] == pytest.approx(s, abs=1e-12)
     found = modes(scene, at="equilibrium")
     assert max(abs(found.eigenvalues)) == pytest.approx(np.sqrt((40.0 + 200.0 * s) / 2.0), rel=1e-9)
+
+
+def test_an_export_says_that_its_numbers_change():
+    text = SCENE.replace("WHERE", ON_RAIL).replace("damping: c, FREE", "free_displacement: 0")
+    table = export_model(read_scene_text(text), "mjcf").table
+    said = dict(zip(table["element"], table["what"], strict=True))
+    assert said["force 'spring'"] == "left out: numbers of it change in a run"
