@@ -9,6 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mbproj.integrate.events.leg import Leg
+from mbproj.integrate.events.time_events import Event
+from mbproj.integrate.outcome.tally import Tally
 from mbproj.integrate.stops.march import StopMarch
 
 
@@ -32,3 +34,12 @@ def test_every_leg_of_fixed_steps_takes_time(step, count, start, end_grains, at,
     leg = StopMarch._next_leg(SimpleNamespace(state=SimpleNamespace(t=t), whole=whole))
     assert leg.duration > 0.0
     assert leg.start + leg.duration <= whole.end + 2.0 * np.spacing(whole.end)
+
+
+def test_an_event_at_which_the_next_leg_begins_is_told_once():
+    """Round-off of the state at a kink may show the leg that begins there the same crossing again."""
+    kinks = [Event(t, "force 'k'", "kink of max", -1) for t in (0.5, 1.0, 1.5)]
+    first, second = Tally(), Tally()
+    first.met, second.met = kinks[:2], kinks[1:]
+    first.join(second)
+    assert first.met == kinks

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import field, replace
+from itertools import takewhile
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -137,8 +138,11 @@ class Tally:
         self.halved = with_another(self.halved, Halved(where, t, 1))
 
     def join(self, own: Tally) -> None:
-        """Takes in what belongs to a leg as a whole: its events, what it halved and passed over, seconds of phases."""
-        self.met += own.met
+        """Takes in what belongs to a leg as a whole: its events, what it halved and passed over, seconds of phases.
+
+        A leg that begins at an event may see it once more."""
+        last = list(takewhile(lambda each: each.time == self.met[-1].time, reversed(self.met)))
+        self.met += [each for each in own.met if each not in last]
         self.rows = self.rows.plus(own.rows)
         for name, seconds in own.phases.items():
             self.phases[name] = self.phases.get(name, 0.0) + seconds
