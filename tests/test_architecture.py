@@ -148,6 +148,7 @@ KERNEL_FOLDERS = (
     "dynamics",
     "projection",
     "steppers",
+    "laws",
     "contacts",
     "stepping",
     "tangents",

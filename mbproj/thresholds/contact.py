@@ -98,7 +98,7 @@ class Contact:
     straight_speed: float = threshold(
         1e-5,
         "1",
-        "numpy",
+        "both",
         "sliding in a plane that is slower, beside the fastest motion, and becomes slower still, keeps its direction",
         "the direction of a speed that is round-off is none",
     )

@@ -1,5 +1,5 @@
 """All contacts and frictions that hold at an instant, as one problem on the Delassus operator B of their rows. The law
-is the kernel's, in kernel/src/contacts/contact_problem.hpp."""
+is the kernel's, in kernel/src/laws/contact_problem.hpp."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ from mbproj.integrate.outcome.failures import (
     LostStep,
     TurnsUntold,
     halved_in_vain,
-    jammed,
+    jammed_law,
     left_open,
     not_finite,
     off_rope,
@@ -258,7 +258,7 @@ class Compiled(ABC):
             k = int(outcome.row)
             return pushed_back(t, switches.owner(k), switches.what(k), jumps=switches.jumps(k))
         if outcome.status == status.jammed:
-            return jammed(t, self.system, int(self.system.forces.laws.bearing[outcome.row]))
+            return jammed_law(t, self.system, int(outcome.row))
         if outcome.status == status.off_rope:
             return off_rope(t, self.system, self.coordinate(outcome.row), outcome.rope_centre, outcome.rope_span)
         if outcome.status == status.unsolved:

@@ -199,10 +199,13 @@ def no_unique_sliding(t: float, where: str, hint: str = "") -> SimulationError:
 
 def jammed(t: float, system: System, bearing: int) -> SimulationError:
     """The same of friction that goes by a bearing."""
-    assert system.bearings is not None
-    law = int(np.flatnonzero(system.forces.laws.bearing == bearing)[0])
-    friction = f"friction '{system.forces.law_owners[law]}'"
-    if system.bearings.is_push[bearing]:
+    return jammed_law(t, system, int(np.flatnonzero(system.forces.laws.bearing == bearing)[0]))
+
+
+def jammed_law(t: float, system: System, law: int) -> SimulationError:
+    """The same of friction that is this law: it goes by a bearing, or by the push of a stop."""
+    friction, bearing = f"friction '{system.forces.law_owners[law]}'", int(system.forces.laws.bearing[law])
+    if bearing < 0 or system.bearings is None or system.bearings.is_push[bearing]:
         return no_unique_sliding(t, friction, "use a smaller 'coefficient', or another place of the point")
     return no_unique_sliding(t, f"{friction} of joint '{system.names.joints[int(system.bearings.joint[bearing])]}'")
 

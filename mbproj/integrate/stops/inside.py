@@ -1,10 +1,11 @@
-"""Stops without friction, and dry friction at joints, in the kernel's own loop: it finds when they are met, and does
-what happens there. What it leaves over is for `march`."""
+"""Stops and dry friction in the kernel's own loop: it finds when they are met, and of stops without friction and
+friction at joints it does what happens there. What it leaves over is for `march`."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import cache
 from typing import Any, Protocol
 
 import numpy as np
@@ -22,18 +23,16 @@ from mbproj.integrate.outcome.marks import Mark
 from mbproj.integrate.stops.rubbing import friction_sizes
 from mbproj.integrate.stops.variants import Variant, Variants
 from mbproj.integrate.stops.watching import Meaning
+from mbproj.integrate.stops.whole import least_shares
 from mbproj.model.contacts import Contacts, at_walls, walls
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
 
 def meets_inside(choice: Choice, system: System, state: State) -> bool:
-    """Whether the kernel's loop itself does what happens at stops and frictions: stops without friction, and friction
-    at joints, where every motion that the joints leave has inertia at a state."""
-    frictions = system.frictions
+    """Whether the kernel's loop itself has the contacts of a mechanism: where every motion that the joints leave has
+    inertia at a state."""
     if choice.compiled is None:
-        return False
-    if frictions is not None and (frictions.stop >= 0).any():
         return False
     if system.driven and system.reflected.inertia.size:  # motions pay for flywheels in no time
         return False
@@ -41,19 +40,9 @@ def meets_inside(choice: Choice, system: System, state: State) -> bool:
     return heavy or choice.compiled.is_regular(state)[0]
 
 
-def is_of_the_march(mark: Mark, system: System, contacts: Contacts) -> bool:
+def is_of_the_march(mark: Mark) -> bool:
     """Whether a run goes on from where an older mbproj has met stops outside of the kernel."""
-    return bool(mark) and "contacts" not in mark and _is_simple(system, contacts)
-
-
-def _is_simple(system: System, contacts: Contacts) -> bool:
-    """Whether the kernel's loop knows these contacts: stops and frictions share no load but at walls, and each friction
-    slides or sticks by itself."""
-    frictions = len(contacts.sliding) + len(contacts.stuck) + len(contacts.bearing)
-    own = ("held", "pushing", "sliding", "stuck", "bearing")
-    alone = Contacts(**{name: getattr(contacts, name) for name in own})
-    at_walls = set(walls(system, contacts).values()) == {*contacts.bearing}
-    return contacts == alone and at_walls and frictions == len(system.names.frictions)
+    return bool(mark) and "contacts" not in mark
 
 
 class Standing(Protocol):
@@ -67,22 +56,42 @@ class Standing(Protocol):
     meets_inside: bool
 
 
+#: What frictions and stops are marked as.
+MARKED = ("idle", "straight", "starting")
 #: What the kernel's contact policy and the march know alike.
 KNOWN = ("push", "fastest", "met_at", "met_often")
 
 
 def inside_of(at: Standing) -> Inside | None:
-    """What the kernel's loop does itself from here on; None where the march does it, since contacts share a load."""
-    if not at.meets_inside or not _is_simple(at.system, at.contacts):
+    """What the kernel's loop does itself from here on; None where the march does it."""
+    if not at.meets_inside or _bears_what_varies(at.system, at.contacts):
         return None
-    contacts = at.contacts
-    known = {name: getattr(at, name) for name in KNOWN}
-    known |= {"held": list(contacts.held), "lost": 0.0, "work": 0.0, "events": 0}
-    stuck = [*contacts.stuck.items()]
-    if at.system.stops is not None:
-        stuck += [(j, float(at.system.stops.bound[k])) for k, j in walls(at.system, contacts).items()]
-    known |= {"sliding": list(contacts.sliding.items()), "stuck": stuck, "pushing": list(contacts.pushing.items())}
+    known = {name: getattr(at, name) for name in KNOWN} | _known(at.system, at.contacts)
+    known |= {"lost": 0.0, "work": 0.0, "events": 0}
     return Inside(at.system, at.variants, THRESHOLDS.look_spacing * at.whole.interval, known)
+
+
+def _bears_what_varies(system: System, contacts: Contacts) -> bool:
+    """Whether a friction bears a part of a static force that changes in the run."""
+    frictions, shares = system.frictions, {k for k, part in contacts.bearing.items() if part}
+    return frictions is not None and any(frictions.bound_of(k, 0) >= 0 for k in shares)
+
+
+def _known(system: System, contacts: Contacts) -> dict[str, Any]:
+    """Contacts as the kernel has them: what sticks at a wall is stuck there."""
+    at, stuck, bearing = walls(system, contacts), dict(contacts.stuck), dict(contacts.bearing)
+    for stop, k in at.items():
+        assert system.stops is not None
+        stuck[k] = float(system.stops.bound[stop])
+        bearing.pop(k, None)
+    numbered = {"sliding": contacts.sliding, "stuck": stuck, "pushing": contacts.pushing, "bearing": bearing}
+    return {
+        "held": list(contacts.held),
+        **{name: [*each.items()] for name, each in numbered.items()},
+        **{name: sorted(getattr(contacts, name)) for name in MARKED},
+        "shares": [(k, list(parts)) for k, parts in contacts.shares.items()],
+        "decides": contacts.decides,
+    }
 
 
 def _stop_laws(system: System) -> list[tuple[float, ...]]:
@@ -102,7 +111,7 @@ def _stop_laws(system: System) -> list[tuple[float, ...]]:
 
 def _friction_laws(system: System) -> list[tuple[float, ...]]:
     """Of each friction the number of its law while all slide, its bearing, static and sliding force, Stribeck speed and
-    size. The function by which it holds, or -1, is last."""
+    size. Of one at a stop that stop, and its partner; then the function by which it holds, or -1."""
     frictions = system.frictions
     if frictions is None:
         return []
@@ -111,7 +120,8 @@ def _friction_laws(system: System) -> list[tuple[float, ...]]:
     laws = np.column_stack([frictions.static, frictions.sliding, frictions.stribeck, friction_sizes(system)])
     programs = system.forces.programs.size + len(_all_push(system)) + frictions.size + len(frictions.varies)
     bounds = [frictions.bound_of(k, programs) for k in range(frictions.size)]
-    return [(*own, *law, bound) for own, law, bound in zip(numbers, laws.tolist(), bounds, strict=True)]
+    places = zip(frictions.stop.tolist(), frictions.partner.tolist(), bounds, strict=True)
+    return [(*own, *law, *at) for own, law, at in zip(numbers, laws.tolist(), places, strict=True)]
 
 
 def _all_push(system: System) -> dict[int, float]:
@@ -143,18 +153,31 @@ class Inside:
 
     def tell(self, at: Standing) -> None:
         """The march knows where the kernel's loop has left the contacts."""
+        before = walls(self.system, at.contacts)
         at.contacts = self._contacts(self.state)
         both = walls(self.system, at.contacts)
-        at.shared = (
-            *(self._name(k) for k in both),
-            *(self._name(len(self.system.names.stops) + j) for j in sorted(both.values())),
-        )
+        if both != before:
+            at.shared = self._sharing(both)
         for name in KNOWN:
             setattr(at, name, self.state[name])
 
+    def _sharing(self, both: Mapping[int, int]) -> tuple[str, ...]:
+        """Whose forces are shared where these stops are walls of frictions."""
+        numbers = (*both, *(len(self.system.names.stops) + j for j in sorted(both.values())))
+        return tuple(self._name(k) for k in numbers)
+
     def _contacts(self, state: Mapping[str, Any]) -> Contacts:
         held, stuck = tuple(sorted(state["held"])), dict(state["stuck"])
-        found = Contacts(held, dict(state["pushing"]), dict(state["sliding"]), stuck)
+        found = Contacts(
+            held,
+            dict(state["pushing"]),
+            dict(state["sliding"]),
+            stuck,
+            dict(state.get("bearing", ())),
+            shares={k: tuple((own, part) for own, part in parts) for k, parts in state.get("shares", ())},
+            decides=bool(state.get("decides", False)),
+            **{name: frozenset(state.get(name, ())) for name in MARKED},
+        )
         return at_walls(self.system, found, held)
 
     def variant(self, contacts: Mapping[str, Any], state: State) -> Variant:
@@ -197,13 +220,22 @@ class Inside:
         assert compiled is not None
         side = np.ones(0) if self.system.stops is None else self.system.stops.side
         forces = np.ascontiguousarray(pushes * np.append(side, np.ones(pushes.shape[1] - stops)))
+        known = cache(lambda: self._least(samples, pushes))
         return replace(
             samples,
             work=samples.work + _with_frictions(block["jumps"], samples.work),
             solved=lambda _: compiled.multipliers(samples, forces),
-            press=None if self.system.stops is None else lambda: pushes[:, :stops],
-            rub=None if self.system.frictions is None else lambda: (pushes[:, stops:], block["held"][:, stops:]),
+            press=None if self.system.stops is None else lambda: known()[0],
+            rub=None if self.system.frictions is None else lambda: (known()[1], block["slides"][:, stops:]),
         )
+
+    def _least(self, samples: Samples, pushes: Array) -> tuple[Array, Array]:
+        """How hard stops push and frictions hold, where they may share: of all shares the least."""
+        stops, frictions = len(self.system.names.stops), self.system.frictions
+        press, force = pushes[:, :stops], pushes[:, stops:]
+        if frictions is None or not (frictions.stop >= 0).any():
+            return press, force
+        return least_shares(self.system, self._contacts(self.state), samples, press, force)
 
 
 def _with_frictions(jumps: Array, work: Array) -> Array:

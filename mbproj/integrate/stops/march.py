@@ -80,7 +80,7 @@ class StopMarch:
                 restore(self, self.mark["stops"])
                 self.recorded = float(self.mark["t"])
                 self._resumed = {name: value for name, value in self.mark.items() if name != "stops"}
-                self.meets_inside = self.meets_inside and not is_of_the_march(self._resumed, self.system, self.contacts)
+                self.meets_inside = self.meets_inside and not is_of_the_march(self._resumed)
         else:
             self._meet(self.state, Meaning())
         while self.state.t < self.whole.end:

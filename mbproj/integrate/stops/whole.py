@@ -38,7 +38,7 @@ def of_the_whole(variant: Variant, samples: Samples) -> Samples:
         if frictions is None:
             return press, *np.zeros((2, len(samples.t), 0))
         force, slides = _rubbing(variant, frictions, samples, own, press)
-        least = (press, force) if stops is None else least_shares(variant, stops, frictions, samples, press, force)
+        least = (press, force) if stops is None else least_shares(variant.free, variant.contacts, samples, press, force)
         return *least, slides
 
     return replace(
@@ -135,11 +135,13 @@ def row_of_the_whole(system: System, contacts: Contacts, row: int, before: int) 
 
 
 def least_shares(
-    variant: Variant, stops: Stops, frictions: Frictions, samples: Samples, press: Array, force: Array
+    system: System, contacts: Contacts, samples: Samples, press: Array, force: Array
 ) -> tuple[Array, Array]:
     """The pushes (T, S) and the forces of frictions (T, K) of the least-norm share, where something rests on stops by
     friction. They follow from any share, as a run keeps one; the same where there is one."""
-    contacts = variant.contacts
+    stops, frictions = system.stops, system.frictions
+    assert stops is not None
+    assert frictions is not None
     resting = np.flatnonzero(np.isin(frictions.stop, contacts.touching))
     resting = resting[[k not in contacts.sliding for k in resting.tolist()]]
     if len(resting) == 0 or len(contacts.touching) < 2:  # the forces at one point are unique
@@ -151,7 +153,7 @@ def least_shares(
     for at in range(len(samples.t)):
         if known != samples.q[at].tobytes():
             known = samples.q[at].tobytes()
-            freedom = Freedom.at(variant.free, samples.state(at))
+            freedom = Freedom.at(system, samples.state(at))
             A = np.vstack([freedom.rows(stops)[touching], freedom.rows_of(frictions.coordinates)[resting]])
             B = A @ A.T
         borne = np.concatenate([press[at, touching], force[at, resting]])

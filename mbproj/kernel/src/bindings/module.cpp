@@ -6,7 +6,7 @@
 #include "bindings/build_info.hpp"
 #include "bindings/curves_from_numpy.hpp"
 #include "bindings/loads_from_numpy.hpp"
-#include "contacts/contact_problem.hpp"
+#include "laws/contact_problem.hpp"
 #include "stepping/samples.hpp"
 
 namespace mbproj {

@@ -29,7 +29,7 @@ template <class D> nb::dict samples(TimeLoop<D>& run) {
     if (!run.stops().inside()) return found;
     const std::size_t stops = run.model().stops.bound.size();
     found["pushes"] = array_of(block.pushes, count, stops);
-    found["held"] = array_of(block.held, count, stops);
+    found["slides"] = array_of(block.slides, count, stops);
     found["jumps"] = array_of(block.jumps, count, 2);
     return found;
 }

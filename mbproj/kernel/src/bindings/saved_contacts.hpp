@@ -24,14 +24,25 @@ inline nb::dict saved_contacts(const ContactState& state) {
     found["sliding"] = state.sliding;
     found["stuck"] = state.stuck;
     found["pushing"] = state.pushing;
+    found["bearing"] = state.bearing;
+    found["shares"] = state.shares;
+    found["idle"] = state.idle;
+    found["straight"] = state.straight;
+    found["starting"] = state.starting;
+    found["decides"] = state.decides;
     return found;
 }
 
-// Of so many stops and frictions; of an older version it is without what frictions do.
+// Of so many stops and frictions; of an older version it is without what frictions do, or what shares.
 inline ContactState contacts_from(const nb::dict& given, std::size_t coordinates) {
     ContactState state;
-    for (const int k : nb::cast<std::vector<int>>(given["held"]))
-        state.held.push_back(index_below(k, coordinates, "held"));
+    const auto listed = [&](const char* name) {
+        auto found = given.contains(name) ? nb::cast<std::vector<int>>(given[name]) : std::vector<int>();
+        for (const int k : found) index_below(k, coordinates, name);
+        return found;
+    };
+    state.held = listed("held"), state.idle = listed("idle");
+    state.straight = listed("straight"), state.starting = listed("starting");
     const auto numbered = [&](const char* name) {
         Numbered found = given.contains(name) ? nb::cast<Numbered>(given[name]) : Numbered();
         for (const auto& [k, x] : found) {
@@ -43,6 +54,14 @@ inline ContactState contacts_from(const nb::dict& given, std::size_t coordinates
     state.sliding = numbered("sliding");
     state.stuck = numbered("stuck");
     state.pushing = numbered("pushing");
+    state.bearing = numbered("bearing");
+    if (given.contains("shares")) state.shares = nb::cast<decltype(state.shares)>(given["shares"]);
+    for (const auto& [k, parts] : state.shares) {
+        index_below(k, coordinates, "shares");
+        for (const auto& [own, part] : parts)
+            if (!has(state.held, own) || !std::isfinite(part)) refuse("shares", "are not of stops that are held");
+    }
+    state.decides = given.contains("decides") && nb::cast<bool>(given["decides"]);
     state.push = nb::cast<double>(given["push"]);
     state.fastest = nb::cast<double>(given["fastest"]);
     state.met_at = nb::cast<double>(given["met_at"]);
@@ -56,12 +75,13 @@ inline ContactState contacts_from(const nb::dict& given, std::size_t coordinates
 // Of each stop its side, restitution, slack and size, and if it gives way its law, damping c, and r times the mass that it sees.
 using StopLaws = std::vector<std::tuple<double, double, double, double, int, double, double>>;
 
-// The loop itself does what happens at stops and frictions with these laws; of each friction law, bearing, static, sliding, Stribeck
-// speed and size, and the program of its static force, or -1.
-template <class D>
-void begin_contacts(TimeLoop<D>& run, const StopLaws& stops,
-                    const std::vector<std::tuple<int, int, double, double, double, double, int>>& frictions,
-                    const nb::dict& state, double spacing, int impact_law) {
+// Of each friction its law, bearing, static and sliding force, Stribeck speed and size, stop and partner, and the program of its
+// static force, or -1.
+using FrictionLaws = std::vector<std::tuple<int, int, double, double, double, double, int, int, int>>;
+
+// The loop itself does what happens at stops and frictions with these laws.
+template <class D> void begin_contacts(TimeLoop<D>& run, const StopLaws& stops, const FrictionLaws& frictions,
+                                       const nb::dict& state, double spacing, int impact_law) {
     const Model<D>& model = run.model();
     if (stops.size() + frictions.size() != model.stops.bound.size()) refuse("laws", "do not fit the stops");
     std::vector<StopLaw> of_stops;
@@ -69,10 +89,11 @@ void begin_contacts(TimeLoop<D>& run, const StopLaws& stops,
     for (const auto& [side, restitution, slack, size, law, damping, gives_by] : stops)
         of_stops.push_back({side, restitution, slack, size, optional_index(law, laws, "stops"), damping, gives_by});
     std::vector<FrictionLaw> of_frictions;
-    for (const auto& [law, bearing, fixed, sliding, stribeck, size, bound] : frictions)
-        of_frictions.push_back({index_below(law, laws, "frictions"),
-                                optional_index(bearing, model.bearings.size(), "frictions"), fixed, sliding, stribeck,
-                                size, optional_index(bound, model.programs.size(), "frictions")});
+    for (const auto& [law, bearing, fixed, sliding, stribeck, size, stop, partner, bound] : frictions)
+        of_frictions.push_back(
+            {index_below(law, laws, "frictions"), optional_index(bearing, model.bearings.size(), "frictions"), fixed,
+             sliding, stribeck, size, optional_index(bound, model.programs.size(), "frictions"),
+             optional_index(stop, stops.size(), "frictions"), optional_index(partner, frictions.size(), "frictions")});
     const ContactState begins = contacts_from(state, model.stops.bound.size());
     require_positive(spacing, "spacing");
     const auto impacts = static_cast<ImpactLaw>(index_below(impact_law, 3, "impact_law"));

@@ -44,8 +44,20 @@ public:
     // The force along each coordinate of stops and frictions, of the last multipliers.
     std::vector<double> forces(const std::vector<double>& lambda) const {
         std::vector<double> found(lambda.begin() + model_.all_rows(), lambda.end());
-        friction_.walls().share(state_, lambda, friction_.bounds(), found);
+        for (const auto& [k, parts] : state_.shares) found[k] = std::max(found[k], 0.0);
+        friction_.walls().share(state_, lambda, friction_.acting.bounds(), found);
         compliant_.turn(state_, found);
+        return found;
+    }
+    // Where each friction slides to, with these forces; 0 where it does not. In a plane it is opposite to the force.
+    std::vector<double> slides(const std::vector<double>& forces) const {
+        std::vector<double> found(forces.size());
+        for (const auto& [k, way] : state_.sliding) {
+            const std::size_t own = stops() + k;
+            const int partner = friction_.acting.laws()[k].partner;
+            const double size = partner < 0 ? 0.0 : std::hypot(forces[own], forces[stops() + partner]);
+            found[own] = size > 0.0 ? -forces[own] / size : way;
+        }
         return found;
     }
 
@@ -57,12 +69,14 @@ public:
         for (int k = 0; k < static_cast<int>(laws_.size()); ++k)
             if (!laws_[k].is_rigid())
                 continue;
+            else if (const int row = model_.all_rows() + k; state_.parts_of(k))
+                rows.push_back({row, 0.0, slack, 0.0, has(state_.idle, k) ? -1.0 : 1.0, -1, -1, -1, row});
             else if (!holds(k))
                 gaps.push_back({k, laws_[k].side, laws_[k].slack, false, -1, 0.0});
             else if (!friction_.walls().has(state_, k))
-                rows.push_back({model_.all_rows() + k, 1.0, slack, 0.0, 0.0, -1, -1});
+                rows.push_back({row, 1.0, slack, 0.0, 0.0, -1, -1});
         compliant_.watch(state_, gaps);
-        friction_.watch(state_, gaps, rows);
+        friction_.acting.watch(state_, gaps, rows);
         watch.watch(std::move(gaps), std::move(rows), spacing);
     }
     // How fast the fastest part moves at a state, in lengths of the mechanism and rad per s.
@@ -71,6 +85,7 @@ public:
     // At y at t, with whole turns, this stop is met, or `released`, or a friction comes to rest, or is `released`: y is what it is after. False where that is not for this
     // policy: nothing has changed then. `interval` lies between two samples.
     bool meet(double t, Vector& y, const std::vector<long>& turns, int stop, bool released, double interval) {
+        if (is_left_over()) return false;
         ContactState next = state_;
         std::vector<ContactEvent> events;
         const bool done =
@@ -88,10 +103,15 @@ public:
 private:
     using Flags = std::vector<bool>;
 
+    // Whether another law than these decides what happens at the contacts at hand.
+    bool is_left_over() const {
+        return friction_.acting.any_feet() || !state_.shares.empty() || !state_.bearing.empty();
+    }
+
     bool holds(int stop) const { return std::find(state_.held.begin(), state_.held.end(), stop) != state_.held.end(); }
     void hold() {
         compliant_.act(state_);
-        friction_.hold(state_, touching_.rows_of(state_.held), compliant_.slides(state_));
+        friction_.acting.hold(state_, touching_.rows_of(state_.held), compliant_.slides(state_));
     }
 
     double speed(const Vector& y) const { return fastest_part(model_, y); }
@@ -100,7 +120,7 @@ private:
     // False where their rows depend on each other.
     bool touches(double t, const Vector& y, const std::vector<long>& turns, ContactState& next,
                  std::vector<ContactEvent>& events) {
-        friction_.release();
+        friction_.acting.release();
         equations_.set_pose(t, y.data());
         equations_.set_velocities(y.data(), false);
         if (!equations_.factor(Metric::mass) || !compliant_.meet(t, y, turns, speed(y), next, events)) return false;

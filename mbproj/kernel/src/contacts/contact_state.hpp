@@ -1,6 +1,7 @@
 // Contacts of stops as plain data: their laws, which hold or push, and what is recorded of them.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -18,13 +19,14 @@ struct StopLaw {
     bool is_rigid() const { return law < 0; }
 };
 
-// A dry friction at a joint: the law that it is while it slides, the bearing by whose load it goes, or -1, its static and its
-// sliding force, the speed at which it has fallen from one to the other, or 0, and what its coordinate is measured against. Where
-// these forces change in a run, `bound` is the program of the static one, else -1; the sliding one is the law's.
+// A dry friction: the law that it is while it slides, the bearing by whose load it goes, or -1, its static and its sliding force, the
+// speed at which it has fallen from one to the other, or 0, and what its coordinate is measured against. Where these forces change in a
+// run, `bound` is the program of the static one, else -1; the sliding one is the law's. At a stop, by whose push it goes, there are two
+// along tangents of its plane, each the partner of the other; -1 for none.
 struct FrictionLaw {
     int law, bearing;
     double fixed, sliding, stribeck, size;
-    int bound = -1;
+    int bound = -1, stop = -1, partner = -1;
 
     // How hard it resists sliding at a speed, before any load.
     double at(double speed) const {
@@ -49,14 +51,36 @@ using Numbered = std::vector<std::pair<int, double>>;
 // What the next step depends on: the stops that hold, how hard they push at most, the fastest motion so far, when something was met
 // last and how often then; what impacts have lost and motions have worked in no time; how many events were recorded;
 // the frictions that slide, and where to, and those that stick, and at which value. Where one sticks at a stop that holds, along
-// one coordinate, both are one row. And the stops that give way and push, with what their damping goes by, c or r.
+// one coordinate, both are one row. And the stops that give way and push, with what their damping goes by, c or r. Where rows of
+// stops that touch depend on each other some are held, and each of `shares` pushes with parts of what those would bear alone, but
+// for those that are `idle`; whether the motion `decides` by it. Frictions that stick because others hold them are `bearing` a part
+// of their static force; those in a plane that are `starting` or go `straight` to rest keep their direction.
 struct ContactState {
     std::vector<int> held;
     double push = 0.0, fastest = 0.0, met_at = -std::numeric_limits<double>::infinity();
     int met_often = 0;
     double lost = 0.0, work = 0.0;
     long events = 0;
-    Numbered sliding, stuck, pushing;
+    Numbered sliding, stuck, pushing, bearing;
+    std::vector<std::pair<int, Numbered>> shares;
+    std::vector<int> idle, straight, starting;
+    bool decides = false;
+
+    // The parts by which a stop pushes that touches, or null.
+    const Numbered* parts_of(int stop) const {
+        for (const auto& [k, parts] : shares)
+            if (k == stop) return &parts;
+        return nullptr;
+    }
 };
+
+// The number that a friction or a stop has among some; `none` where it has none.
+inline double among(const Numbered& all, int k, double none) {
+    for (const auto& [number, found] : all)
+        if (number == k) return found;
+    return none;
+}
+inline bool has(const Numbered& all, int k) { return !std::isnan(among(all, k, std::nan(""))); }
+inline bool has(const std::vector<int>& all, int k) { return std::find(all.begin(), all.end(), k) != all.end(); }
 
 }  // namespace mbproj

@@ -3,11 +3,9 @@
 // one row may push away from the wall as hard as it has to. The reference is mbproj.integrate.stops.rubbing.
 #pragma once
 
-#include "contacts/contact_state.hpp"
-#include "contacts/friction_balance.hpp"
-#include "contacts/stop_watch.hpp"
-#include "contacts/walls.hpp"
+#include "contacts/acting_frictions.hpp"
 #include "contacts/whole_motion.hpp"
+#include "laws/friction_balance.hpp"
 
 namespace mbproj {
 
@@ -16,67 +14,23 @@ public:
     using Vector = Eigen::VectorXd;
 
     explicit JointFriction(EquationsOfMotion<D>& equations)
-        : equations_(equations), model_(equations.model()), thresholds_(model_.thresholds), border_(model_),
-          walls_(equations), lambda_(model_.all_multipliers()) {}
+        : acting(equations), equations_(equations), model_(equations.model()), thresholds_(model_.thresholds),
+          border_(model_), lambda_(model_.all_multipliers()) {}
 
     // The frictions come after the stops, which have these sides.
     void begin(std::vector<FrictionLaw> laws, std::vector<double> sides) {
-        laws_ = std::move(laws);
+        laws_ = laws;
         stops_ = static_cast<int>(sides.size());
-        walls_.begin(std::move(sides), laws_);
-        auto& part = equations_.applied().part;
-        if (any() && part.empty()) part.assign(model_.loads->laws.size(), 1.0);
+        acting.begin(std::move(laws), std::move(sides));
     }
     bool any() const { return !laws_.empty(); }
     bool fits(const ContactState& state) const {
         const auto is_one = [this](const auto& each) { return each.first < static_cast<int>(laws_.size()); };
-        return std::all_of(state.sliding.begin(), state.sliding.end(), is_one) &&
-               std::all_of(state.stuck.begin(), state.stuck.end(), is_one);
+        const auto are_some = [&](const auto& all) { return std::all_of(all.begin(), all.end(), is_one); };
+        return are_some(state.sliding) && are_some(state.stuck) && are_some(state.bearing);
     }
-    const Walls<D>& walls() const { return walls_; }
-
-    // From now on frictions do what this state says; these rows hold and others slide, too.
-    void hold(const ContactState& state, std::vector<ContactRow> rows, std::vector<SlidingRow> slides) {
-        release();
-        for (const auto& [k, way] : state.sliding) {
-            equations_.applied().part[laws_[k].law] = way;
-            slides.push_back({stops_ + k, laws_[k].law});
-        }
-        walls_.remove(state, rows);
-        for (const auto& [k, at] : state.stuck) rows.push_back({stops_ + k, 1.0, at});
-        equations_.hold_contacts(std::move(rows), std::move(slides));
-    }
-    // Of each friction its static force at the state that was seen last, before any load.
-    std::vector<double> bounds() const {
-        std::vector<double> found;
-        for (const FrictionLaw& law : laws_)
-            found.push_back(law.bound < 0 ? law.fixed : given(equations_, law.bound));
-        return found;
-    }
-    // None acts.
-    void release() {
-        for (const FrictionLaw& law : laws_) equations_.applied().part[law.law] = 0.0;
-        equations_.hold_contacts({});
-    }
-
-    void watch(const ContactState& state, std::vector<WatchedGap>& gaps, std::vector<WatchedRow>& rows) const {
-        for (const auto& [k, way] : state.sliding) {
-            const double fastest = std::max(state.fastest, Limits::min());
-            const double slow = std::max(thresholds_.stop_rests * fastest, Limits::min()) * laws_[k].size;
-            gaps.push_back({stops_ + k, way, slow, true, -1, 0.0});
-            if (model_.is_held()) gaps.back().rests_over = thresholds_.rest_steps / fastest;
-        }
-        for (const auto& [k, at] : state.stuck) {
-            const FrictionLaw& law = laws_[k];
-            const bool loaded = law.bearing >= 0, varies = law.bound >= 0;
-            const double fixed = varies ? 1.0 : law.fixed;
-            for (const double sign : {1.0, -1.0})
-                if (!walls_.any(state, k, -sign))
-                    rows.push_back({model_.all_rows() + stops_ + k, sign,
-                                    loaded || varies ? Limits::min() : thresholds_.contact_pulls * fixed,
-                                    loaded ? 0.0 : fixed, loaded ? fixed : 0.0, law.bearing, -1, law.bound});
-        }
-    }
+    const Walls<D>& walls() const { return acting.walls(); }
+    ActingFrictions<D> acting;
 
     // At y at t, with whole turns, while these stops touch and stay: what frictions do from here on, how hard the stops push,
     // and which of them may open: walls are left out. `met` has come to rest, or none, -1; after an impact no friction is `known`
@@ -84,7 +38,7 @@ public:
     bool settle(double t, Vector& y, const std::vector<long>& turns, std::vector<ContactRow> stops, int met, bool known,
                 ContactState& next, Vector& push, std::vector<bool>& opens) {
         const std::vector<ContactRow> closed = stops;
-        touching_ = walls_.take_from(stops);
+        touching_ = walls().take_from(stops);
         const auto first = static_cast<Eigen::Index>(stops.size()), count = static_cast<Eigen::Index>(laws_.size());
         for (Eigen::Index k = 0; k < count; ++k) stops.push_back({stops_ + static_cast<int>(k), 1.0, 0.0});
         border_.hold(std::move(stops));
@@ -92,7 +46,7 @@ public:
         equations_.set_velocities(y.data(), false);
         if (!equations_.factor(Metric::mass) || !border_.factor(equations_.pose(), equations_.solver())) return false;
         equations_.seen(t, y.data());
-        fixed_ = bounds();
+        fixed_ = acting.bounds();
         Vector rate, rests;
         border_.rates(equations_.motion(), rate);
         rest(rate.tail(count), met, known, next, rests);
@@ -123,10 +77,11 @@ public:
         opens.assign(closed.size(), true);
         Eigen::Index own = 0;
         for (std::size_t i = 0; i < closed.size(); ++i) {
-            const int k = walls_.along(closed[i].coordinate);
+            const int k = walls().along(closed[i].coordinate);
             if (k < 0) opens[i] = border_.opens(own, after[own]);
             const double force = k < 0 ? forces[own++] : closed[i].sign * forces[first + k];
-            push[static_cast<Eigen::Index>(i)] = k < 0 ? force : Walls<D>::push_of(force, fixed_[static_cast<std::size_t>(k)] * load[k]);
+            push[static_cast<Eigen::Index>(i)] =
+                k < 0 ? force : Walls<D>::push_of(force, fixed_[static_cast<std::size_t>(k)] * load[k]);
         }
         take(balance.direction, stuck, turns, known, next);
         return true;
@@ -139,14 +94,14 @@ public:
     void record(double t, const ContactState& before, const ContactState& after,
                 std::vector<ContactEvent>& events) const {
         for (int k = 0; k < static_cast<int>(laws_.size()); ++k) {
-            const double was = value(before.sliding, k, 0.0), now = value(after.sliding, k, 0.0);
+            const double was = among(before.sliding, k, 0.0), now = among(after.sliding, k, 0.0);
             if ((was == 0.0) != (now == 0.0))
                 events.push_back(
                     {t, stops_ + k, now != 0.0 ? Happening::slip : Happening::stick, static_cast<int>(now), 0.0, 0.0});
             else if (was * now < 0.0)
                 events.push_back({t, stops_ + k, Happening::turn, static_cast<int>(now), 0.0, 0.0});
         }
-        walls_.record(t, before, after, events);
+        walls().record(t, before, after, events);
     }
 
 private:
@@ -155,11 +110,6 @@ private:
     // How hard it resists sliding at a speed, at the state that was seen last: as the law does that slides forwards.
     double at(const FrictionLaw& law, double speed) const {
         return law.bound < 0 ? law.at(speed) : -given(equations_, model_.loads->laws[law.law].program, std::abs(speed));
-    }
-    static double value(const Numbered& all, int k, double none) {
-        for (const auto& [number, found] : all)
-            if (number == k) return found;
-        return none;
     }
     // Which do not slide: those that are known to stick, those that are no faster than round-off or than what was met at rest.
     void rest(const Vector& rate, int met, bool known, const ContactState& state, Vector& rests) const {
@@ -257,7 +207,7 @@ private:
             const Coordinate<D> along(model_.stops.coordinates, stops_ + k, equations_.pose());
             const bool turned = coordinate >= 0 && is_angle(along.p.kind);
             const double whole = turned ? 2.0 * M_PI * static_cast<double>(turns[coordinate]) : 0.0;
-            next.stuck.emplace_back(k, touching_[k].empty() ? value(before, k, along.value() + whole)
+            next.stuck.emplace_back(k, touching_[k].empty() ? among(before, k, along.value() + whole)
                                                             : touching_[k].front().at);
         }
     }
@@ -267,8 +217,7 @@ private:
     const Thresholds& thresholds_;
     ContactBorder<D> border_;  // of stops that touch, and of all frictions
     std::vector<FrictionLaw> laws_;
-    std::vector<double> fixed_;  // the static force of each, where they were settled last
-    Walls<D> walls_;
+    std::vector<double> fixed_;                      // the static force of each, where they were settled last
     std::vector<std::vector<ContactRow>> touching_;  // walls of each friction
     int stops_ = 0;
     std::vector<double> lambda_;

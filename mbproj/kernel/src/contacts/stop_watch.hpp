@@ -16,23 +16,27 @@
 namespace mbproj {
 
 // What halts a run: sign (s - bound) below -slack, s one of the stops' coordinates; or sign s', to which another one may be
-// added with its sign. Where |s'| stays within the slack over a step as long as `rests_over`, s, it is at rest, which halts a
-// run, too.
+// added with its sign, and an `idle` part. Where |s'| stays within the slack over a step as long as `rests_over`, s, it is at rest,
+// which halts a run, too. What was at rest `begins` to slide.
 struct WatchedGap {
     int stop;
     double sign, slack;
     bool of_rate;
     int other;
-    double other_sign, rests_over = std::numeric_limits<double>::infinity();
+    double other_sign, rests_over = std::numeric_limits<double>::infinity(), idle = 0.0;
+    bool begins = false;
+
+    // How far what is watched may be below zero.
+    double least() const { return of_rate ? -slack - idle : -slack; }
 };
 
 // What halts a run: bound + part · load + sign λ below -slack, λ the multiplier of a row of the constraints, with the load of a
-// bearing, or none (-1); with another row, -|λ| of both in place of sign λ. Bound and part are multiplied by what a program gives
-// at the state, if any.
+// bearing, or none (-1), or the multiplier `by` in its place; with another row, -|λ| of both in place of sign λ. Bound and part are
+// multiplied by what a program gives at the state, if any.
 struct WatchedRow {
     int row;
     double sign, slack, bound, part;
-    int bearing, other, program = -1;
+    int bearing, other, program = -1, by = -1;
 };
 
 // A step as the cubic through both ends with their slopes.
@@ -130,11 +134,11 @@ private:
     // Of a rate that is watched the margin is the rate, whose own is not known.
     void only_rates(std::vector<Look>& found) const {
         for (std::size_t k = 0; k < gaps_.size(); ++k)
-            if (gaps_[k].of_rate) found[k] = {found[k].rate, std::numeric_limits<double>::quiet_NaN()};
+            if (gaps_[k].of_rate) found[k] = {found[k].rate + gaps_[k].idle, std::numeric_limits<double>::quiet_NaN()};
     }
     bool is_below(const std::vector<Look>& at) const {
         for (std::size_t k = 0; k < gaps_.size(); ++k)
-            if ((gaps_[k].of_rate ? at[k].rate : at[k].value) < -gaps_[k].slack) return true;
+            if ((gaps_[k].of_rate ? at[k].rate : at[k].value) < gaps_[k].least()) return true;
         return false;
     }
     bool gives_way(const Pose<D>& pose, const std::vector<double>& lambda) const {
@@ -142,7 +146,9 @@ private:
                            [&](const WatchedRow& each) { return force(each, pose, lambda) < -each.slack; });
     }
     double force(const WatchedRow& each, const Pose<D>& pose, const std::vector<double>& lambda) const {
-        const double load = each.bearing < 0 ? 0.0 : mbproj::load(model_, pose, each.bearing, lambda.data());
+        const double load = each.by >= 0        ? lambda[each.by]
+                            : each.bearing >= 0 ? mbproj::load(model_, pose, each.bearing, lambda.data())
+                                                : 0.0;
         const double own =
             each.other < 0 ? each.sign * lambda[each.row] : -std::hypot(lambda[each.row], lambda[each.other]);
         return (each.program < 0 ? 1.0 : given_(each.program)) * (each.bound + each.part * load) + own;
@@ -153,12 +159,12 @@ private:
         bool found = false;
         for (std::size_t k = 0; k < gaps_.size(); ++k) {
             const GapCubic cubic(from[k], to[k], h);
-            const double slack = gaps_[k].slack, theta = gaps_[k].of_rate ? cubic.slowest_at() : cubic.lowest();
+            const double least = gaps_[k].least(), theta = gaps_[k].of_rate ? cubic.slowest_at() : cubic.lowest();
             const double ends =
                 gaps_[k].of_rate ? std::min(from[k].rate, to[k].rate) : std::min(cubic.value, cubic.end);
             const double inside = gaps_[k].of_rate ? cubic.slowest() : cubic.at(theta);
-            found = found || ends < -slack;
-            if (theta > 0.0 && inside < -slack) found = true, parts_.push_back(x + theta * (x_to - x));
+            found = found || ends < least;
+            if (theta > 0.0 && inside < least) found = true, parts_.push_back(x + theta * (x_to - x));
             if (gaps_[k].of_rate || !cubic.may_pass()) continue;
             found = true;
             for (const int eighths : through) parts_.push_back(x + eighths / 8.0 * (x_to - x));

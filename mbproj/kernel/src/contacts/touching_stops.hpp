@@ -3,8 +3,8 @@
 #pragma once
 
 #include "contacts/contact_state.hpp"
-#include "contacts/impact.hpp"
 #include "contacts/whole_motion.hpp"
+#include "laws/impact.hpp"
 
 namespace mbproj {
 

@@ -3,9 +3,8 @@
 // projection or for impulses. The factor itself, its order and its redundant rows know nothing of contacts.
 #pragma once
 
-#include "algebra/semidefinite.hpp"
-#include "dynamics/kkt_solver.hpp"
-#include "kinematics/loads.hpp"
+#include "dynamics/body_forces.hpp"
+#include "dynamics/feet.hpp"
 
 namespace mbproj {
 
@@ -15,21 +14,17 @@ struct ContactRow {
     int coordinate;
     double sign, at;
 };
-// One that slides against the force of a law.
-struct SlidingRow {
-    int coordinate, law;
-};
 
 template <class D> class ContactBorder final {
 public:
     using Vector = Eigen::VectorXd;
 
-    explicit ContactBorder(const Model<D>& model)
-        : model_(model), none_(model.all_rows(), 0.0), force_(model.size() + 1), torque_(model.size() + 1) {}
+    explicit ContactBorder(const Model<D>& model) : model_(model), none_(model.all_rows(), 0.0), forces_(model) {}
 
     // The rows from now on.
-    void hold(std::vector<ContactRow> rows, std::vector<SlidingRow> slides = {}) {
+    void hold(std::vector<ContactRow> rows, std::vector<SlidingRow> slides = {}, std::vector<ContactFoot> feet = {}) {
         rows_ = std::move(rows), slides_ = std::move(slides), given_ = false;
+        feet_.hold(std::move(feet), rows_.size());
     }
     // Forces along rows that do not hold.
     void give(std::vector<ContactRow> rows, Vector forces) {
@@ -40,6 +35,10 @@ public:
     const std::vector<ContactRow>& rows() const { return rows_; }
     bool any() const { return !rows_.empty() && !given_; }
     bool acts() const { return any() || !slides_.empty(); }
+    // Whether what the rows bear is more than normal forces: friction goes by it.
+    bool rubs() const { return feet_.any(); }
+    // The law of a friction that leaves no unique forces, or -1.
+    int jammed() const { return feet_.jammed(); }
 
     // N at a pose.
     void see(const Pose<D>& pose) {
@@ -57,10 +56,8 @@ public:
             unit[k] = 1.0;
             set_forces(unit);
             loose_[k] = 0.0;
-            for (int b = 0; b < model_.size(); ++b) {
-                solver.set_force(b, force_[b], torque_[b]);
-                loose_[k] += alone(b, pose);
-            }
+            forces_.give(solver);
+            for (int b = 0; b < model_.size(); ++b) loose_[k] += alone(b, pose);
             double* reaction = model_.bearings.empty() ? nullptr : &reactions_(0, k);
             if (!solver.solve(none_.data(), reaction)) return false;
             changes(solver, column);
@@ -155,6 +152,27 @@ public:
 
     // The forces z along the rows with which these are b + B z = 0; those that depend on others have none.
     void close(const Vector& b, Vector& z) const { cholesky_.solve(b, z); }
+    // What friction at feet adds, of which the laws have given the forces by a push of 1. False where that leaves no unique forces.
+    bool rub(const Pose<D>& pose, const Applied<D>& applied, KktSolver<D>& solver) {
+        const auto effect = [&](const ContactFoot& foot, Vector& column, double* reactions) {
+            forces_.clear();
+            for (const auto& [coordinate, law] : foot.rubs)
+                forces_.add(Coordinate<D>(model_.stops.coordinates, coordinate, pose), applied.given[law]);
+            forces_.give(solver);
+            if (!solver.solve(none_.data(), reactions)) return false;
+            return changes(solver, column), true;
+        };
+        return feet_.rub(B_, reactions_, cholesky_, effect);
+    }
+    // The force of each friction at feet is by the pushes that were settled last from now on; or by none.
+    void load(Applied<D>& applied, bool any = true) const {
+        if (!rubs()) return;
+        const auto take = [&](const ContactFoot& foot, double push) {
+            for (const SlidingRow& each : foot.rubs) applied.pushed[each.law] = push;
+        };
+        feet_.each(take, any ? pushes_ : Vector::Zero(static_cast<Eigen::Index>(rows_.size())));
+    }
+
     // The forces with which no row accelerates, where the solver has solved the motion without: `pull` adds them to its
     // forces. Without `motion`, of a response to forces alone.
     void settle(const KktSolver<D>& solver, const Motion<D>* motion) {
@@ -163,31 +181,32 @@ public:
             bends(*motion, bend_);
             free_ += bend_;
         }
-        close(free_, pushes_);
+        feet_.any() ? feet_.close(free_, pushes_) : close(free_, pushes_);
     }
     // The same of the joints' multipliers `lambda`, which become those with the contacts.
     void add_reactions(const KktSolver<D>& solver, const Motion<D>* motion, std::vector<double>& lambda) {
         settle(solver, motion);
-        const Vector more = reactions_ * pushes_;
+        const Vector more = (feet_.any() ? feet_.reactions() : reactions_) * pushes_;
         for (Eigen::Index r = 0; r < more.size(); ++r) lambda[r] += more[r];
     }
     // The force along each coordinate that is held, or that slides.
     void tell(const Applied<D>& applied, double* found) const {
         for (std::size_t k = 0; k < rows_.size(); ++k)
             found[rows_[k].coordinate] = pushes_[static_cast<Eigen::Index>(k)];
+        feet_.each([&](const ContactFoot& foot, double push) { found[foot.stop] = push; }, pushes_);
         for (const auto& [coordinate, law] : slides_)
-            found[coordinate] = applied.given[law] * applied.load_of(model_.loads->laws[law]);
+            found[coordinate] = applied.given[law] * applied.load_of(*model_.loads, law);
     }
     const Vector& free_accelerations() const { return free_; }
     void pull(KktSolver<D>& solver) {
         set_forces(pushes_);
-        for (int b = 0; b < model_.size(); ++b) solver.add_force(b, force_[b], torque_[b]);
+        forces_.give_more(solver);
     }
 
     // Solves for the change that impulses z along the rows make, and that the joints' rows want, c.
     bool respond(KktSolver<D>& solver, const Vector& z, const double* c = nullptr) {
         set_forces(z);
-        for (int b = 0; b < model_.size(); ++b) solver.set_force(b, force_[b], torque_[b]);
+        forces_.give(solver);
         return solver.solve(c ? c : none_.data());
     }
     // Solves for the accelerations that forces on the bodies alone make while the rows hold, by the factor at hand; `set` gives
@@ -206,31 +225,24 @@ private:
         if (!factor(pose, solver)) return false;
         set();
         if (!solver.solve(none_.data())) return false;
-        settle(solver, nullptr);
+        changes(solver, free_);
+        close(free_, pushes_);
         set();
         pull(solver);
         return solver.solve(none_.data(), multipliers);
     }
     // Forces and moments Nᵀ z on the bodies, about their centres of mass.
     void set_forces(const Vector& z) {
-        for (auto& f : force_) f.setZero();
-        for (auto& f : torque_) f.setZero();
-        for (std::size_t k = 0; k < rows_.size(); ++k) {
-            const double size = rows_[k].sign * z[static_cast<Eigen::Index>(k)];
-            for (int s = 0; s < along_[k].p.slot_count && size != 0.0; ++s) {
-                const Attachment<D>& a = along_[k].attachment(s);
-                const Point<D> pull = size * along_[k].g[s];
-                if (a.is_point) force_[a.body] += pull;
-                torque_[a.body] += moment(along_[k].spoke[s], pull);
-            }
-        }
+        forces_.clear();
+        for (std::size_t k = 0; k < rows_.size(); ++k)
+            forces_.add(along_[k], rows_[k].sign * z[static_cast<Eigen::Index>(k)]);
     }
 
     // What the forces at hand accelerate along themselves, a body at a time, without joints.
     double alone(int b, const Pose<D>& pose) const {
         const Body<D>& body = model_.bodies[b];
-        const double shifts = body.mass > 0.0 ? force_[b].squaredNorm() / body.mass : 0.0;
-        return shifts + (body.inverse_root * to_body(pose[b].rotation, torque_[b])).squaredNorm();
+        const double shifts = body.mass > 0.0 ? forces_.force[b].squaredNorm() / body.mass : 0.0;
+        return shifts + (body.inverse_root * to_body(pose[b].rotation, forces_.torque[b])).squaredNorm();
     }
 
     double size(std::size_t k) const { return is_angle(k) ? 1.0 : model_.length; }
@@ -247,13 +259,13 @@ private:
     const std::vector<double> none_;
     std::vector<ContactRow> rows_;
     std::vector<SlidingRow> slides_;
+    Feet feet_;
     bool given_ = false;
     std::vector<Coordinate<D>> along_;
     Eigen::MatrixXd B_, reactions_;
     SemidefiniteCholesky cholesky_;
     Vector free_, bend_, pushes_, gap_, loose_, rests_;
-    std::vector<Point<D>> force_;
-    std::vector<Turn<D>> torque_;
+    ForcesAlong<D> forces_;
 };
 
 }  // namespace mbproj

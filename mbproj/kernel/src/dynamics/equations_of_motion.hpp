@@ -10,7 +10,6 @@
 #include "dynamics/row_values.hpp"
 #include "dynamics/state_rates.hpp"
 #include "kinematics/couplings.hpp"
-#include "kinematics/joint_angle.hpp"
 #include "kinematics/loads.hpp"
 
 namespace mbproj {
@@ -58,10 +57,11 @@ public:
 
     // y' where the pose is in place and factored with the masses, and its velocities are; multipliers on request.
     bool slope_at(const double* y, double* slope, double* lambda = nullptr) {
-        if (bearings_.any()) unload();
+        if (bearings_.any() || contacts_.rubs()) unload();
         if (contacts_.any() && !(contacts_.factor(pose_, solver_) && contacts_.cholesky().full())) return false;
         if (model_.loads || states_.any()) see_channels(window_.seen(t_), y);
         if (broken_ || !set_forces(y) || (states_.any() && !states_.set(channels_, slope))) return broken(y);
+        if (contacts_.rubs() && !rub(y)) return false;
         if (bearings_.any() && !settle_bearings(y)) return false;
         if (contacts_.any() && !settle_contacts(y)) return false;
         if (!solver_.solve(gamma_.data(), lambda || !drive_.empty() ? lambda_.data() : nullptr)) return false;
@@ -101,10 +101,7 @@ public:
         broken_ = !drive_.set(t, window_);
     }
     // Evaluations from now on see functions of time from within this window, until another is set.
-    void see(const TimeWindow& window) {
-        window_ = window, known_ = false;
-        broken_ = !drive_.set(t_, window_);
-    }
+    void see(const TimeWindow& window) { window_ = window, known_ = false, broken_ = !drive_.set(t_, window_); }
     void set_pose(const double* y) { set_pose(t_, y); }  // at the same time
 
     bool factor(Metric metric) {
@@ -113,10 +110,7 @@ public:
         return held_ = factored_ = solver_.factor(pose_, metric);
     }
     // Moments of inertia that factors to come add to the bodies', none again if empty; for corrections alone.
-    void stiffen(const std::vector<double>& moments) {
-        held_ = factored_ = false;
-        solver_.stiffen(moments);
-    }
+    void stiffen(const std::vector<double>& moments) { held_ = factored_ = false, solver_.stiffen(moments); }
     // The same with rows that depend on the others at this pose alone; no other use is made of that factor.
     bool factor_all(Metric metric) {
         held_ = factored_ = false;
@@ -189,7 +183,7 @@ public:
     void forget_broken_state() { broken_state_.clear(); }
     double time() const { return t_; }
     // The law of a friction that leaves no unique solution at the last state, or -1.
-    int jammed() const { return bearings_.jammed(); }
+    int jammed() const { return contacts_.jammed() < 0 ? bearings_.jammed() : contacts_.jammed(); }
     const Model<D>& model() const { return model_; }
     Pose<D>& pose() { return pose_; }
     const Pose<D>& pose() const { return pose_; }
@@ -207,19 +201,17 @@ public:
     const KktSolver<D>& solver() const { return solver_; }
     RowPolicy<D>& policy() { return policy_; }
     // Contacts hold these rows from now on, and others slide; after the rows' multipliers comes what each bears.
-    void hold_contacts(std::vector<ContactRow> rows, std::vector<SlidingRow> slides = {}) {
+    void hold_contacts(std::vector<ContactRow> rows, std::vector<SlidingRow> slides = {},
+                       std::vector<ContactFoot> feet = {}) {
         applied_.touch(rows);
-        contacts_.hold(std::move(rows), std::move(slides));
+        contacts_.hold(std::move(rows), std::move(slides), std::move(feet));
         std::fill(lambda_.begin() + model_.all_rows(), lambda_.end(), 0.0);
     }
     ContactBorder<D>& contacts() { return contacts_; }
     const RowPolicy<D>& policy() const { return policy_; }
 
 private:
-    bool factored_with_masses(bool found) {
-        metric_ = Metric::mass;
-        return held_ = factored_ = found;
-    }
+    bool factored_with_masses(bool found) { return metric_ = Metric::mass, held_ = factored_ = found; }
     bool factor_stage(double t, const double* y) {
         set_pose(t, y);
         return factor(Metric::mass) && look_near(y);
@@ -250,7 +242,7 @@ private:
         return bearings_.settle(applied_, solver_, contacts_, pose_, motion_, gamma_.data()) &&
                (set_forces(y) || broken(y));
     }
-    void unload() { std::fill(applied_.carried.begin(), applied_.carried.end(), 0.0); }
+    void unload() { std::fill(applied_.carried.begin(), applied_.carried.end(), 0.0), contacts_.load(applied_, false); }
 
     bool set_forces(const double* y) {
         if (model_.loads && !applied_.update(*model_.loads, pose_, motion_, channels_)) return false;
@@ -262,9 +254,15 @@ private:
     [[gnu::noinline, gnu::cold]] bool settle_contacts(const double* y) {
         if (!solver_.solve(gamma_.data())) return false;
         contacts_.settle(solver_, &motion_);
+        if (contacts_.rubs() && !(contacts_.load(applied_), set_forces(y))) return broken(y);
         mbproj::set_forces(model_, pose_, y, applied_, solver_);
         contacts_.pull(solver_);
         return true;
+    }
+    // The same with the friction at feet, by no push yet.
+    [[gnu::noinline, gnu::cold]] bool rub(const double* y) {
+        if (!contacts_.rub(pose_, applied_, solver_)) return false;
+        return mbproj::set_forces(model_, pose_, y, applied_, solver_), true;
     }
 
     // Baumgarte (ref. 9): C'' + 2α C' + β² C = 0.

@@ -3,54 +3,11 @@
 
 #include <set>
 
-#include "kinematics/bushings.hpp"
 #include "kinematics/channels.hpp"
+#include "kinematics/laws.hpp"
 #include "model/switches.hpp"
 
 namespace mbproj {
-
-// F = -stiffness (s - free) - damping s' + program(t, s, s', channels) on a coordinate s, which takes its turns from one of the
-// joints' coordinates where it is an angle.
-template <class D> struct Law {
-    int coordinate;  // of the joints, or -1
-    Scalar<D> stiffness, damping, free;
-    int program;  // or -1
-    bool loses;   // what the program gives is energy lost, as a damper's
-    int bearing;  // whose load what the program gives is multiplied by, or -1
-    int apart;    // the number of the integral of what it loses, or -1
-    // Of friction in a plane, the law along the other tangent, or -1, and the direction of sliding along both: what the
-    // program gives of the speed v is along v, as long as that has not turned round.
-    int partner;
-    Scalar<D> own, other;
-};
-
-// A force at a point, or a torque: `map` takes the three programs' values to the body's axes or to the global ones.
-template <class D> struct BodyForce {
-    int body;
-    Point<D> point;
-    bool is_torque, in_body;
-    Matrix<D::axes, 3, Scalar<D>> force_map;
-    Matrix<Size<D>::turns, 3, Scalar<D>> torque_map;
-    int programs[3];
-};
-
-template <class D> struct Loads {
-    PrimitiveSet<D> coordinates;  // of the laws, one each
-    std::vector<Law<D>> laws;
-    std::vector<BodyForce<D>> on_bodies;
-    std::vector<Bushing<D>> bushings;
-
-    // What forces act along: the coordinates of the laws, then six of each bushing.
-    int size() const { return static_cast<int>(laws.size() + 6 * bushings.size()); }
-};
-
-// A law at a state: ∂(-F)/∂s and ∂(-F)/∂s', the value s, the rate s', and the part of F that a function gives.
-template <class D> struct LawSlopes { Scalar<D> of_value, of_rate, value, rate, given; };
-
-// Whether a law's force changes with the state, not with time alone.
-template <class D> bool depends_on_state(const Programs& programs, const Law<D>& law) {
-    return law.stiffness != 0.0 || law.damping != 0.0 || (law.program >= 0 && programs.names(law.program, 1));
-}
 
 // What the loads do at a state: force and torque about the centre of mass of each body and the ground, global axes, the
 // power of what functions give, and what dampers lose.
@@ -63,6 +20,8 @@ template <class D> struct Applied {
     std::vector<Scalar<D>> lost;     // of laws whose losses are integrated apart, W
     std::vector<Scalar<D>> given;    // by the programs of laws, before any load
     std::vector<Scalar<D>> part;     // of what they give that counts, of each law, or none: all of it
+    std::vector<Acts> acts;          // how the part of each law acts, or none: alone
+    std::vector<Scalar<D>> pushed;   // the push of the stop that each law rubs at, or none: 1
     std::vector<Scalar<D>> pace;     // by which programs of laws see the rate multiplied, of each law, or none: 1
     std::set<int> touching;          // the stops whose rows hold
 
@@ -92,8 +51,9 @@ template <class D> struct Applied {
         LawSlopes<D> found{law.stiffness, law.damping, 0.0, 0.0, 0.0};
         if (by_channels) std::fill_n(by_channels, channels.size(), 0.0);
         if (law.program < 0) return found;
-        const Seen now(loads, law, Coordinate<D>(loads.coordinates, l, pose), pose, motion, channels);
-        const Scalar<D> load = load_of(law) * now.part * (part.empty() ? 1.0 : part[l]);
+        if (is_given(l)) return found.given = part[l] * load_of(loads, l), found;
+        const Seen now(loads, l, *this, Coordinate<D>(loads.coordinates, l, pose), pose, motion, channels);
+        const Scalar<D> load = load_of(loads, l) * now.part;
         const Scalar<D> times = pace.empty() ? 1.0 : pace[l];
         const Series<Scalar<D>>* variables = channels.variables(now.at, now.speed * times);
         found.value = now.at;
@@ -102,6 +62,7 @@ template <class D> struct Applied {
         Scalar<D> own[2];
         channels.slopes(programs_, law.program, held, 1, 3, own);
         own[1] *= times;
+        if (!acts.empty() && acts[l] == Acts::kept) own[1] = 0.0;
         for (Scalar<D>& slope : own) slope = isfinite(load * slope) ? load * slope : 0.0;
         found.of_value -= own[0];
         found.of_rate -= own[1];
@@ -139,7 +100,10 @@ template <class D> struct Applied {
         }
         return sum;
     }
-    Scalar<D> load_of(const Law<D>& law) const { return law.bearing < 0 ? 1.0 : carried[law.bearing]; }
+    Scalar<D> load_of(const Loads<D>& loads, int law) const {
+        const int bearing = loads.laws[law].bearing;
+        return (bearing < 0 ? 1.0 : carried[bearing]) * (pushed.empty() ? 1.0 : pushed[law]);
+    }
     void add(const Loads<D>& loads, int law, const Pose<D>& pose, Scalar<D> size) {
         pull(Coordinate<D>(loads.coordinates, law, pose), size);
     }
@@ -218,18 +182,29 @@ private:
         return is_angle(along.p.kind) ? along.value(channels.expected(law.coordinate)) : along.value();
     }
 
-    // What a law's program depends on: its coordinate and the speed along it; and the part of what it gives that is along the
-    // law's tangent, 1 but of friction in a plane, whose program sees the speed there.
-    struct Seen {
-        Scalar<D> at, rate, speed, part = 1.0;
+    bool is_given(int l) const { return !acts.empty() && acts[l] == Acts::given; }
 
-        Seen(const Loads<D>& loads, const Law<D>& law, const Coordinate<D>& along, const Pose<D>& pose,
+    // What a law's program depends on: its coordinate and the speed along it; and the part of what it gives that is along the
+    // law's tangent, that which counts but of friction in a plane, whose program sees the speed there.
+    struct Seen {
+        Scalar<D> at, rate, speed, part;
+
+        Seen(const Loads<D>& loads, int l, const Applied& applied, const Coordinate<D>& along, const Pose<D>& pose,
              const Motion<D>& motion, const Channels<D>& channels)
-            : at(value(law, along, channels)), rate(along.rate(motion)), speed(rate) {
-            if (law.partner < 0) return;
+            : at(value(loads.laws[l], along, channels)), rate(along.rate(motion)), speed(rate),
+              part(applied.part.empty() ? 1.0 : applied.part[l]) {
+            const Law<D>& law = loads.laws[l];
+            if (!applied.acts.empty()) {
+                if (applied.acts[l] == Acts::kept) speed = 0.0;
+                if (applied.acts[l] != Acts::in_plane) return;
+            } else if (law.partner < 0) {
+                return;
+            }
+            const bool turns = !applied.acts.empty();
+            const Scalar<D> own = turns ? part : law.own, other = turns ? applied.part[law.partner] : law.other;
             const Scalar<D> across = Coordinate<D>(loads.coordinates, law.partner, pose).rate(motion);
             speed = hypot(rate, across);
-            part = !(speed > 0.0) ? law.own : law.own * rate + law.other * across < 0.0 ? -rate / speed : rate / speed;
+            part = !(speed > 0.0) ? own : own * rate + other * across < 0.0 ? -rate / speed : rate / speed;
         }
     };
 
@@ -244,17 +219,18 @@ private:
     bool apply(const Loads<D>& loads, int l, const Pose<D>& pose, const Motion<D>& motion, Channels<D>& channels) {
         const Law<D>& law = loads.laws[l];
         const Coordinate<D> along(loads.coordinates, l, pose);
-        const Seen now(loads, law, along, pose, motion, channels);
+        const Seen now(loads, l, *this, along, pose, motion, channels);
         const Scalar<D> times = pace.empty() ? 1.0 : pace[l];
-        given[l] = law.program < 0
-                       ? 0.0
-                       : now.part * programs_.value(law.program, channels.variables(now.at, now.speed * times), held);
-        if (!part.empty()) given[l] *= part[l];
-        const Scalar<D> pushed = given[l] * load_of(law);
-        const Scalar<D> size = pushed - law.stiffness * (now.at - law.free) - law.damping * now.rate;
-        (law.loses ? dissipation : power) += (law.loses ? -pushed : pushed) * now.rate;
+        given[l] = 0.0;
+        if (is_given(l))
+            given[l] = part[l];
+        else if (law.program >= 0)
+            given[l] = now.part * programs_.value(law.program, channels.variables(now.at, now.speed * times), held);
+        const Scalar<D> added = given[l] * load_of(loads, l);
+        const Scalar<D> size = added - law.stiffness * (now.at - law.free) - law.damping * now.rate;
+        (law.loses ? dissipation : power) += (law.loses ? -added : added) * now.rate;
         dissipation += law.damping * now.rate * now.rate;
-        if (law.apart >= 0) lost[law.apart] = -pushed * now.rate;
+        if (law.apart >= 0) lost[law.apart] = -added * now.rate;
         if (!isfinite(size)) return false;
         pull(along, size);
         return true;

@@ -18,8 +18,8 @@ struct Thresholds {
     int most_settling, most_refining, fewest_shared, fewest_passed;
     // mbproj/thresholds/closing.py
     double closed_to, closed_grains, paper_tolerance, round_off_grains, slow, stagnation, widest_turn, tighter, stiffer,
-        lent_moment, shortest, open_limit, lost_limit, row_rests, row_singular, row_refused, row_grain,
-        row_grains, row_tolerated;
+        lent_moment, shortest, open_limit, lost_limit, row_rests, row_singular, row_refused, row_grain, row_grains,
+        row_tolerated;
     int tightenings, stiffenings;
     // mbproj/thresholds/steps.py
     double safety, smallest_change, largest_change, least_error, least_error_before, part_after_break, turns_told,
@@ -27,8 +27,8 @@ struct Thresholds {
         newton_floor, secant_change, softened, first_contraction, least_contraction;
     int most_polishing, most_chatter, most_newton, free_passes, most_halvings, branch_halvings;
     // mbproj/thresholds/contact.py
-    double settled_load, middle_unlike, no_push, touching, stop_rests, rest_acceleration, rest_steps, lowest_bounce, contact_pulls, creates_energy,
-        on_grid, damped_from, damped_to, balanced_to, slips;
+    double settled_load, middle_unlike, no_push, touching, stop_rests, rest_acceleration, rest_steps, lowest_bounce,
+        contact_pulls, creates_energy, on_grid, damped_from, damped_to, balanced_to, slips, straight_speed;
     int most_load_passes, most_halves, most_meetings;
     // mbproj/thresholds/ropes.py
     double off_sheave, rope_turned;
@@ -140,6 +140,7 @@ template <class Visit> void each_threshold(Visit&& visit) {
     visit("damped_to", &Thresholds::damped_to);
     visit("balanced_to", &Thresholds::balanced_to);
     visit("slips", &Thresholds::slips);
+    visit("straight_speed", &Thresholds::straight_speed);
     visit("most_meetings", &Thresholds::most_meetings);
     visit("most_halves", &Thresholds::most_halves);
     visit("most_load_passes", &Thresholds::most_load_passes);

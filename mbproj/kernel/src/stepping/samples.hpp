@@ -79,14 +79,15 @@ struct Peaks {
 };
 
 // Samples one after another, row-major: y, accelerations (global r'', ω' in body axes), multipliers, angles with turns; where contacts are
-// the loop's, the push of each stop, whether it holds, and the work and the loss in no time.
+// the loop's, the force along each coordinate of stops and frictions, where each friction slides to, and the work and the loss in no
+// time.
 struct SampleBlock {
-    std::vector<double> t, y, acceleration, multipliers, angles, step_size, pushes, jumps;
-    std::vector<long> counters, held;
+    std::vector<double> t, y, acceleration, multipliers, angles, step_size, pushes, slides, jumps;
+    std::vector<long> counters;
     void clear() {
-        for (auto* numbers : {&t, &y, &acceleration, &multipliers, &angles, &step_size, &pushes, &jumps})
+        for (auto* numbers : {&t, &y, &acceleration, &multipliers, &angles, &step_size, &pushes, &slides, &jumps})
             numbers->clear();
-        for (auto* numbers : {&counters, &held}) numbers->clear();
+        counters.clear();
     }
 
     // y and its slope, and λ of C's rows, the first of `lambda`.

@@ -16,8 +16,8 @@ public:
     StopEvents(const Steps& steps, Standing& now, EquationsOfMotion<D>& equations, Stepper<D>& stepper,
                StepEnd<D>& step_end, Schedule& schedule, StepTrial<D>& trial)
         : steps_(steps), now_(now), equations_(equations), stepper_(stepper), step_end_(step_end), schedule_(schedule),
-          trial_(trial), watch_(equations.model(), [&equations](int program) { return given(equations, program); }), policy_(equations), slope_(now.y), inside_(now.y),
-          lambda_(equations.model().all_multipliers()) {}
+          trial_(trial), watch_(equations.model(), [&equations](int program) { return given(equations, program); }),
+          policy_(equations), slope_(now.y), inside_(now.y), lambda_(equations.model().all_multipliers()) {}
 
     StopWatch<D>& watch() { return watch_; }
     // Stops and frictions with these laws are for this loop, not for who drives it. False where the state does not fit them.
@@ -83,9 +83,10 @@ public:
         now_.to = whole;
         if (met.which < 0) return Found::nothing;
         const auto gaps = static_cast<int>(watch_.gaps().size());
-        released_ = met.which >= gaps;
-        stop_ = released_ ? watch_.rows()[met.which - gaps].row - equations_.model().all_rows()
-                          : watch_.gaps()[met.which].stop;
+        const bool is_force = met.which >= gaps;
+        released_ = is_force || watch_.gaps()[met.which].begins;
+        stop_ = is_force ? watch_.rows()[met.which - gaps].row - equations_.model().all_rows()
+                         : watch_.gaps()[met.which].stop;
         meeting_ = true;
         trial_.crossing().reset();
         if (met.h < 4.0 * grain) return Found::at_once;
@@ -117,11 +118,8 @@ public:
         const ContactState& state = policy_.state();
         const std::vector<double> forces = policy_.forces(lambda);
         block.pushes.insert(block.pushes.end(), forces.begin(), forces.end());
-        std::vector<long> held(forces.size());
-        for (const int k : state.held) held[k] = 1;
-        const std::size_t stops = policy_.stops();
-        for (const auto& [k, way] : state.sliding) held[stops + k] = way > 0.0 ? 1 : -1;
-        block.held.insert(block.held.end(), held.begin(), held.end());
+        const std::vector<double> slides = policy_.slides(forces);
+        block.slides.insert(block.slides.end(), slides.begin(), slides.end());
         block.jumps.push_back(state.work);
         block.jumps.push_back(state.lost);
     }

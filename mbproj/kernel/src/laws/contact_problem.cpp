@@ -1,5 +1,5 @@
 // The problem of contacts by Newton's method, damped where a step is no better.
-#include "contacts/contact_problem.hpp"
+#include "laws/contact_problem.hpp"
 
 #include <cmath>
 

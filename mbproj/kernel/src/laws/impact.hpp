@@ -2,7 +2,7 @@
 // mbproj.dynamics.contact.impact.
 #pragma once
 
-#include "contacts/one_sided.hpp"
+#include "laws/one_sided.hpp"
 
 namespace mbproj {
 

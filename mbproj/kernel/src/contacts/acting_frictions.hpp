@@ -1,0 +1,158 @@
+// Dry frictions as they act between two events: one that sticks holds a row of the border, one that slides is a law, of which a part
+// counts, and one that others hold bears a part of its static force. And what ends that.
+#pragma once
+
+#include "contacts/contact_state.hpp"
+#include "contacts/stop_watch.hpp"
+#include "contacts/walls.hpp"
+#include "contacts/whole_motion.hpp"
+
+namespace mbproj {
+
+template <class D> class ActingFrictions final {
+public:
+    explicit ActingFrictions(EquationsOfMotion<D>& equations)
+        : equations_(equations), model_(equations.model()), thresholds_(model_.thresholds), walls_(equations) {}
+
+    // The frictions come after the stops, which have these sides.
+    void begin(std::vector<FrictionLaw> laws, std::vector<double> sides) {
+        laws_ = std::move(laws);
+        stops_ = static_cast<int>(sides.size());
+        walls_.begin(std::move(sides), laws_);
+        auto& applied = equations_.applied();
+        if (laws_.empty()) return;
+        const std::size_t count = model_.loads->laws.size();
+        if (applied.part.empty()) applied.part.assign(count, 1.0);
+        applied.acts.assign(count, Acts::alone), applied.pushed.assign(count, 1.0);
+    }
+    const Walls<D>& walls() const { return walls_; }
+    const std::vector<FrictionLaw>& laws() const { return laws_; }
+    // Whether some are at stops; at this one.
+    bool any_feet() const {
+        return std::any_of(laws_.begin(), laws_.end(), [](const FrictionLaw& law) { return law.stop >= 0; });
+    }
+    bool any_at(int stop) const {
+        return std::any_of(laws_.begin(), laws_.end(), [=](const FrictionLaw& law) { return law.stop == stop; });
+    }
+
+    // From now on frictions do what this state says; these rows hold and others slide, too.
+    void hold(const ContactState& state, std::vector<ContactRow> rows, std::vector<SlidingRow> slides) {
+        release();
+        walls_.remove(state, rows);
+        std::vector<ContactFoot> feet = feet_of(state, rows);
+        const auto act = [&](int k, double part, Acts how) {
+            const FrictionLaw& law = laws_[k];
+            equations_.applied().part[law.law] = part, equations_.applied().acts[law.law] = how;
+            slides.push_back({stops_ + k, law.law});
+            const auto own =
+                std::find_if(feet.begin(), feet.end(), [&](const ContactFoot& f) { return f.stop == law.stop; });
+            if (own != feet.end()) own->rubs.push_back(slides.back());
+        };
+        for (const auto& [k, way] : state.sliding) {
+            const bool slow = has(state.straight, k) || has(state.starting, k);
+            act(k, way, slow ? Acts::kept : has(state.sliding, laws_[k].partner) ? Acts::in_plane : Acts::alone);
+        }
+        for (const auto& [k, part] : state.bearing) act(k, part * laws_[k].fixed, Acts::given);
+        for (const auto& [k, at] : state.stuck) rows.push_back({stops_ + k, 1.0, at});
+        equations_.hold_contacts(std::move(rows), std::move(slides), std::move(feet));
+    }
+    // Of each friction its static force at the state that was seen last, before any load.
+    std::vector<double> bounds() const {
+        std::vector<double> found;
+        for (const FrictionLaw& law : laws_) found.push_back(law.bound < 0 ? law.fixed : given(equations_, law.bound));
+        return found;
+    }
+    // None acts.
+    void release() {
+        for (const FrictionLaw& law : laws_) equations_.applied().part[law.law] = 0.0;
+        equations_.hold_contacts({});
+    }
+
+    void watch(const ContactState& state, std::vector<WatchedGap>& gaps, std::vector<WatchedRow>& rows) const {
+        for (int k = 0; k < static_cast<int>(laws_.size()); ++k) watch_rate(state, k, gaps);
+        for (const auto& [k, at] : state.stuck) watch_force(state, k, rows);
+    }
+
+private:
+    using Limits = std::numeric_limits<double>;
+
+    // Sliding in a plane is watched along directions so far aside of its own, rad: none goes back before it is at rest, or has
+    // turned by what is left to a right angle.
+    static constexpr double aside = M_PI / 3.0;
+
+    // Stops that share, and those that rub: all that push by what the rows bear.
+    std::vector<ContactFoot> feet_of(const ContactState& state, const std::vector<ContactRow>& rows) const {
+        std::vector<ContactFoot> feet;
+        const auto row_of = [&](int stop) {
+            return static_cast<std::size_t>(
+                std::find_if(rows.begin(), rows.end(), [&](const auto& row) { return row.coordinate == stop; }) -
+                rows.begin());
+        };
+        for (const auto& [stop, parts] : state.shares) {
+            feet.push_back({stop, {}, {}});
+            for (const auto& [own, part] : parts) feet.back().parts.emplace_back(row_of(own), part);
+        }
+        for (const int stop : state.held)
+            if (any_at(stop) && !state.parts_of(stop)) feet.push_back({stop, {{row_of(stop), 1.0}}, {}});
+        return feet;
+    }
+
+    void watch_rate(const ContactState& state, int k, std::vector<WatchedGap>& gaps) const {
+        const FrictionLaw& law = laws_[k];
+        const double fastest = std::max(state.fastest, Limits::min());
+        const double slow = std::max(thresholds_.stop_rests * fastest, Limits::min()) * law.size;
+        const double way = among(state.sliding, k, 0.0);
+        if (!has(state.sliding, k)) {
+            if (has(state.stuck, k) || has(state.bearing, k) || law.stop >= 0) return;
+            for (const double sign : {1.0, -1.0})  // something else holds it
+                gaps.push_back({stops_ + k, sign, slow, true, -1, 0.0, Limits::infinity(), 4.0 * slow, true});
+            return;
+        }
+        WatchedGap gap{stops_ + k, way, slow, true, -1, 0.0};
+        if (!has(state.sliding, law.partner)) {
+            if (model_.is_held()) gap.rests_over = thresholds_.rest_steps / fastest;
+            return gaps.push_back(gap);
+        }
+        if (law.partner < k) return;
+        const double across = among(state.sliding, law.partner, 0.0);
+        const auto watch_along = [&](double own, double other, double idle) {
+            gap.sign = own, gap.other = stops_ + law.partner, gap.other_sign = other, gap.idle = idle;
+            gaps.push_back(gap);
+        };
+        const double keeps = thresholds_.straight_speed * fastest * law.size;
+        if (has(state.straight, k)) return watch_along(way, across, 0.0);
+        if (has(state.starting, k)) return watch_along(-way, -across, 3.0 * keeps);
+        for (const double turn : {aside, -aside}) {
+            const double c = std::cos(turn), s = std::sin(turn);
+            watch_along(c * way - s * across, s * way + c * across, 0.0);
+        }
+        watch_along(way, across, -keeps);
+    }
+
+    void watch_force(const ContactState& state, int k, std::vector<WatchedRow>& rows) const {
+        const FrictionLaw& law = laws_[k];
+        const bool pair = has(state.stuck, law.partner), loaded = law.bearing >= 0 || law.stop >= 0;
+        if (pair && law.partner < k) return;
+        const double by_partner = among(state.bearing, law.partner, 0.0);
+        const double fixed = (law.bound < 0 ? law.fixed : 1.0) * std::sqrt(1.0 - by_partner * by_partner);
+        const double slack = loaded || law.bound >= 0 ? Limits::min() : thresholds_.contact_pulls * fixed;
+        const int row_of_all = model_.all_rows() + stops_ + k, by = law.stop < 0 ? -1 : model_.all_rows() + law.stop;
+        WatchedRow row{row_of_all, 1.0,       slack, loaded ? 0.0 : fixed, loaded ? fixed : 0.0, law.bearing,
+                       -1,         law.bound, by};
+        if (pair) {
+            row.other = model_.all_rows() + stops_ + law.partner;
+            return rows.push_back(row);
+        }
+        for (const double sign : {1.0, -1.0})
+            if (row.sign = sign; !walls_.any(state, k, -sign)) rows.push_back(row);
+    }
+
+    EquationsOfMotion<D>& equations_;
+    const Model<D>& model_;
+    const Thresholds& thresholds_;
+    Walls<D> walls_;
+    std::vector<FrictionLaw> laws_;
+    int stops_ = 0;
+};
+
+}  // namespace mbproj

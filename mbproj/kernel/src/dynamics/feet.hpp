@@ -1,0 +1,97 @@
+// Stops that touch and share what the rows of contacts bear, and dry friction by their pushes. Of rows N with the forces z the
+// pushes are p = P z, and friction adds forces F p; with E what these change along the rows: (B + E P) z + b = 0.
+#pragma once
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "algebra/decompositions.hpp"
+#include "algebra/semidefinite.hpp"
+
+namespace mbproj {
+
+// One that slides against the force of a law.
+struct SlidingRow {
+    int coordinate, law;
+};
+// A stop that touches. It pushes with these parts of what the rows bear, and by its push go the laws of its friction.
+struct ContactFoot {
+    int stop;
+    std::vector<std::pair<std::size_t, double>> parts;
+    std::vector<SlidingRow> rubs;
+};
+
+class Feet final {
+public:
+    using Vector = Eigen::VectorXd;
+    using Matrix = Eigen::MatrixXd;
+
+    void hold(std::vector<ContactFoot> feet, std::size_t rows) {
+        feet_ = std::move(feet), jammed_ = -1;
+        any_ = std::any_of(feet_.begin(), feet_.end(), [](const ContactFoot& foot) { return !foot.rubs.empty(); });
+        P_.setZero(static_cast<Eigen::Index>(feet_.size()), static_cast<Eigen::Index>(rows));
+        for (std::size_t f = 0; f < feet_.size(); ++f)
+            for (const auto& [row, part] : feet_[f].parts)
+                P_(static_cast<Eigen::Index>(f), static_cast<Eigen::Index>(row)) = part;
+    }
+    // Whether friction goes by their pushes.
+    bool any() const { return any_; }
+    // The law of a friction that leaves no unique forces, or -1.
+    int jammed() const { return jammed_; }
+
+    // With B of the rows, its factor, and the joints' reactions to each; effect(foot, column, reactions) gives what the friction of
+    // a foot changes by a push of 1. False where that leaves no unique forces.
+    template <class Effect>
+    bool rub(const Matrix& B, const Matrix& reactions, const SemidefiniteCholesky& factor, const Effect& effect) {
+        const auto feet = P_.rows();
+        Matrix E(B.rows(), feet), R(reactions.rows(), feet);
+        Vector column;
+        for (Eigen::Index f = 0; f < feet; ++f) {
+            if (!effect(feet_[static_cast<std::size_t>(f)], column, R.rows() ? &R(0, f) : nullptr)) return false;
+            E.col(f) = column;
+        }
+        left_ = B + E * P_;
+        reactions_ = reactions + R * P_;
+        return is_unique(factor, E);
+    }
+    // The forces of the rows without which these accelerate.
+    void close(const Vector& b, Vector& z) const { z = solved(left_, -b); }
+    const Matrix& reactions() const { return reactions_; }
+
+    // Calls take(foot, push) with the forces of the rows.
+    template <class Take> void each(const Take& take, const Vector& z) const {
+        if (feet_.empty()) return;
+        const Vector pushes = P_ * z;
+        for (std::size_t f = 0; f < feet_.size(); ++f) take(feet_[f], pushes[static_cast<Eigen::Index>(f)]);
+    }
+
+private:
+    // Whether no push grows by more than itself, as loads of bearings: (I - K) x = 1 has a positive solution, K the largest growth
+    // of each push with each other one. They may shrink by any part.
+    bool is_unique(const SemidefiniteCholesky& factor, const Matrix& E) {
+        jammed_ = -1;
+        const auto feet = P_.rows();
+        Matrix left = Matrix::Identity(feet, feet);
+        Vector z;
+        for (Eigen::Index f = 0; f < feet; ++f) {
+            factor.solve(E.col(f), z);
+            left.col(f) -= (P_ * z).cwiseMax(0.0);
+        }
+        const Vector x = solved(left, Vector::Ones(feet));
+        if (x.allFinite() && x.minCoeff() > 0.0) return true;
+        Eigen::Index worst = -1;
+        for (Eigen::Index f = 0; f < feet; ++f)
+            if (!feet_[static_cast<std::size_t>(f)].rubs.empty() && (worst < 0 || left(f, f) < left(worst, worst)))
+                worst = f;
+        jammed_ = feet_[static_cast<std::size_t>(worst)].rubs.front().law;
+        return false;
+    }
+
+    std::vector<ContactFoot> feet_;
+    Matrix P_, left_, reactions_;
+    bool any_ = false;
+    int jammed_ = -1;
+};
+
+}  // namespace mbproj

@@ -1,0 +1,73 @@
+"""Stops with friction in the kernel's loop, and by the march outside of it: one motion, the same events and forces."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mbproj.integrate.stops import march
+from tests.friction.known.mechanisms import block
+from tests.friction.planes.feet import CORNERS, IN_PLANE, box
+from tests.friction.planes.pucks import puck
+from tests.kernel.scenes import needs_kernel
+from tests.stops.runs import run, simulated
+
+pytestmark = needs_kernel
+
+INCLINE = (10.0 * np.sin(0.3), 0.0, -10.0 * np.cos(0.3))
+STATIC = "{coefficient: 0.3, static: 0.5}"
+STRIBECK = "{coefficient: 0.3, static: 0.5, stribeck_speed: 0.2}"
+TWO, THREE = {"a": (-0.45, 0.0), "b": (0.4, 0.0)}, {"a": (-0.4, 0.0), "b": (0.1, 0.0), "c": (0.35, 0.0)}
+
+
+def scenes(steps):
+    """Each with the formulations that it is for."""
+    thrown = {"velocity": (1, 0.4, 0), "spin": (0, 0, 5), "duration": 0.4, "steps": steps}
+    return {
+        "a puck that turns downhill": puck("0.4", [0, 2, 0], gravity=INCLINE, steps=steps),
+        "a puck that bounces": puck(STATIC, [1, 0.5, -1], height=0.2, e=0.5, duration=1.5, steps=steps),
+        "a puck of Stribeck's": puck(STRIBECK, [1, 2, 0], steps=steps),
+        "two feet in the plane": box(TWO, STATIC, push=20, joint=IN_PLANE, formulation="planar", steps=steps),
+        "three feet in the plane": box(
+            THREE, "0.25", velocity=(1.02, 0, 0), joint=IN_PLANE, formulation="planar", steps=steps
+        ),
+        "three feet": box({name: CORNERS[name] for name in "abc"}, STATIC, **thrown),
+        "four feet": box(CORNERS, "0.25", **thrown),
+        "four feet that are pushed": box(CORNERS, STATIC, push=20, duration=0.9, steps=steps),
+        "a block that rocks": block(0.6, 0.1, R=0.5, α=0.3, duration=0.6, steps=steps),
+    }
+
+
+RECORDED = ("bodies/position", "bodies/velocity", "stops/force", "friction/force", "friction/dissipation")
+
+
+@pytest.mark.parametrize("steps", ["dop853", "rk4", "radau5"])
+@pytest.mark.parametrize("name", list(scenes("rk4")))
+def test_the_kernels_loop_does_what_the_march_does(name, steps, monkeypatch):
+    text = scenes(steps)[name]
+    _, own = run(text)
+    monkeypatch.setattr(march, "meets_inside", lambda *_: False)
+    _, expected = run(text)
+    told = [[(event.name, event.kind, event.direction) for event in each.happened] for each in (own, expected)]
+    assert told[0] == told[1]
+    assert len(own.happened) > 0
+    near = 2e-7 if steps == "radau5" else 1e-8  # implicit stages are solved to their tolerance
+    times = [[event.time for event in each.happened] for each in (own, expected)]
+    assert times[0] == pytest.approx(times[1], abs=near)
+    for path in RECORDED:
+        scale = max(1.0, np.abs(expected[path]).max(initial=0.0))
+        np.testing.assert_allclose(own[path], expected[path], rtol=0, atol=near * scale, err_msg=path)
+
+
+@pytest.mark.parametrize("steps", ["dop853", "rk4"])
+@pytest.mark.parametrize("until", [0.13, 0.31])
+def test_a_run_goes_on_with_the_bits_of_a_longer_one(steps, until):
+    """While four feet slide, which share a load at will."""
+    given = {"velocity": (1, 0.4, 0), "spin": (0, 0, 5), "steps": steps}
+    whole, _ = simulated(box(CORNERS, "0.25", duration=0.5, **given))
+    _, kept = simulated(box(CORNERS, "0.25", duration=until, **given))
+    rest, _ = simulated(box(CORNERS, "0.25", duration=0.5, **given), kept[-1])
+    after = whole["time"] > kept[-1]["t"]
+    for path in ("time", *RECORDED):
+        assert np.array_equal(rest[path], whole[path][after]), path
+    assert rest.happened == whole.happened
