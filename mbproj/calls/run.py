@@ -178,7 +178,7 @@ def _recorded(
     with placed_in(scene):
         state = start_state(scene, system)
         unique = unique_components(system, state)
-        marks = {} if outside is None else {"controller_period": outside[1]}
+        marks = {} if outside is None or outside[1] is None else {"controller_period": outside[1]}
         names = system.names.as_mapping()
         with ResultsWriter(path, scene, names, unique, certified=limits, marks=marks) as recorder:
             report, _ = record(scene, system, state, recorder, progress, limits, earlier=earlier, outside=outside)

@@ -162,10 +162,10 @@ FUNCTIONS: Mapping[Op, Callable[[Numbers], Series]] = MappingProxyType(
         Op.LOG: _log,
         Op.LOG10: lambda x: _scaled(1.0 / _LN10, _log(x)),
         Op.SQRT: _sqrt,
-        Op.ABS: lambda x: (np.abs(x), np.sign(x), np.zeros_like(x)),
-        Op.SIGN: lambda x: _flat(np.sign(x)),
-        Op.FLOOR: lambda x: _flat(np.floor(x)),
-        Op.CEIL: lambda x: _flat(np.ceil(x)),
+        Op.ABS: lambda x: (np.sign(x.real) * x, np.sign(x.real), np.zeros_like(x)),  # of complex steps as well
+        Op.SIGN: lambda x: _flat(np.sign(x.real)),
+        Op.FLOOR: lambda x: _flat(np.floor(x.real)),
+        Op.CEIL: lambda x: _flat(np.ceil(x.real)),
         Op.SMOOTH_STEP: _smooth_step,
     }
 )

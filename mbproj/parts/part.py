@@ -48,7 +48,7 @@ class Part(Mapping[str, Any]):
 
 def signature_of(keys: Mapping[str, str], required: tuple[str, ...]) -> Signature:
     """The arguments of a class by their annotations, those that are required first."""
-    ordered = [*required, *(key for key in keys if key not in required)]
+    ordered = sorted(keys, key=lambda key: key not in required)
     return Signature(
         [
             Parameter(

@@ -106,6 +106,22 @@ def test_what_sticks_moves_as_the_joint_rolls(name, formulation):
     np.testing.assert_allclose(sticks.stop("floor").force, push, rtol=1e-9)
 
 
+@pytest.mark.parametrize("formulation", ["reduced", "planar"])
+@pytest.mark.parametrize("law", ["rigid: true", "stiffness: 4e4"])
+def test_a_wheel_rests_on_its_rim(law, formulation):
+    """In the plane its centre once went down to the floor."""
+    scene, _, given = ROLLS["wheel"]
+    text = stopped(scene, given).replace("rigid: true", law)
+    wheel = mbproj.run(text, formulation=formulation, duration=0.1, output_step=0.02)
+    height = wheel.body("ball").position[:, 2]
+    pressed = 0.0 if "rigid" in law else 2.0 * 27.0 / 4e4  # of a weight that is put down at once
+    assert np.all(np.abs(height - 0.1) <= pressed + 1e-9)
+    force = wheel.stop("floor").force
+    touches = force > 0.0
+    assert touches.sum() >= 3
+    np.testing.assert_allclose(height[touches], 0.1 - (force[touches] / 4e4 if pressed else 0.0), atol=1e-12)
+
+
 def test_a_ball_slides_until_it_rolls():
     """At 2 v/(7 μ g), with 5/7 of its speed (Coriolis 1835)."""
     scene = BALL.replace("[2, 0.7, -9.81]", "[0, 0, -9.81]").replace("[0, 3, 1]", "[0, 0, 0]")

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from mbproj.arrays import Array, Integers
 from mbproj.constraints import Primitive
+from mbproj.constraints.wheel_height import WheelHeight
 from mbproj.dataclass import dataclass
 from mbproj.model.planar.rows import RowMap, Seen, kind_of
 from mbproj.model.primitive_set import LAYOUTS, Layout, Member, PrimitiveSet
@@ -52,6 +53,9 @@ def planar_set(bound: PrimitiveSet, seen: Seen, inside: npt.NDArray[np.bool_], a
     kept = _kept_layout(bound.layout, inside.tobytes(), axes.tobytes())
     slots, source = kept.slots, kept.source
     whole, flat = bound.value(np.array([seen.x, seen.x * [1.0, 1.0, 0.0]]))
+    for each in bound.layout.members:
+        if isinstance(each.primitive, WheelHeight):  # whose form in a plane knows that its axis stands across
+            flat[list(each.rows)] = whole[list(each.rows)]
     return PlanarSet(
         primitives=kept.primitives,
         first_slot=kept.first_slot,

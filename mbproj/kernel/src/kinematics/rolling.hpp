@@ -131,8 +131,8 @@ template <class D> Scalar<D> curvature(const Instance<D>& p, const Point<D>* x, 
 }
 }  // namespace slip
 
-// Slots: a point and the normal of the plane, the wheel's centre and axis. In a plane the wheel stands upright: what its radius takes
-// from the height is constant there.
+// Slots: a point and the normal of the plane, the wheel's centre and axis. In a plane the wheel stands upright, and its radius is
+// what it takes from the height.
 namespace wheel_height {
 template <class S> inline Column<3, S> across(const Column<3, S>* x) { return x[1].cross(x[3]); }
 
@@ -141,7 +141,7 @@ template <class D> Scalar<D> value(const Instance<D>& p, const Point<D>* x) {
     if constexpr (D::axes == 3)
         return height - p.parameters[0] * across(x).norm();
     else
-        return height;
+        return height - p.parameters[0];
 }
 template <class D> void gradient(const Instance<D>& p, const Point<D>* x, Point<D>* g) {
     g[0] = -x[1];
