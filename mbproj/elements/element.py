@@ -20,6 +20,7 @@ from dataclasses import field
 from typing import Any
 
 from mbproj.dataclass import dataclass
+from mbproj.errors import Place as InFile
 from mbproj.functions.program import Program
 
 
@@ -71,13 +72,16 @@ class Row:
     A turn of an angle s₀ changes `function` by nothing, or by whole periods. Its slope does not jump; where a higher
     derivative does, at a knot of a table or the 0 of x in max(x, 0)**3, a step ends.
 
-    Of one angle with a weight, a turn of it is the row's period; `period` gives that of several, and 0 is none."""
+    Of one angle with a weight, a turn of it is the row's period; `period` gives that of several, and 0 is none.
+
+    Of one coordinate, with the weight 1 and a function of the time, it is a motion: s = constant + function(t)."""
 
     name: str
     of: Mapping[str, float]
     function: Program | str | None = None
     period: float | None = None
     constant: float = 0.0
+    place: InFile | None = field(default=None, repr=False, compare=False)
 
 
 @dataclass(frozen=True)
@@ -93,6 +97,9 @@ class Kind:
 class Element:
     """Data of one element; names of states, rows and lengths begin with its own. `lengths`: from one end to another.
 
+    `inertias`: I in kg, or kg m², of what moves with a coordinate s behind a gear and has the energy ½ I s'²: a
+    flywheel on a shaft, an inerter between two points.
+
     `stores`: the energy that it keeps, and `lost`: what it has lost since it began, a state of its own say, both in J.
     What its forces do comes out of these, and only the rest is work done on the mechanism from outside. Where all its
     forces lose, what they take and it does not store is lost."""
@@ -103,5 +110,6 @@ class Element:
     forces: tuple[Force, ...] = ()
     rows: tuple[Row, ...] = ()
     lengths: Mapping[str, tuple[End, End]] = field(default_factory=dict)
+    inertias: Mapping[str, float] = field(default_factory=dict)
     stores: Program | str | None = None
     lost: Program | str | None = None

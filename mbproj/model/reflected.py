@@ -7,17 +7,11 @@ the flywheel sits, and which way its axis points, does not count: of its momentu
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 
 from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
-from mbproj.model.primitive_set import Binding, PrimitiveSet, bind
-from mbproj.scene.records import Scene
-
-#: The smallest number with a reciprocal: less is nothing.
-LEAST = float(np.finfo(float).tiny)
+from mbproj.model.primitive_set import PrimitiveSet, bind
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,16 +34,3 @@ class ReflectedInertias:
 
 #: Of a scene without any.
 NO_REFLECTED = ReflectedInertias(bind([]), np.zeros(0, dtype=np.intp), np.zeros(0))
-
-
-def compile_reflected(scene: Scene, coordinates: Mapping[str, Binding]) -> ReflectedInertias:
-    """The reflected inertias of a scene; `coordinates` are the joints' by whole name."""
-    given = {
-        f"{joint.name}.{coordinate}": inertia
-        for joint in scene.joints
-        for coordinate, inertia in joint.reflected_inertia.items()
-        if inertia >= LEAST
-    }
-    rows = [Binding(coordinates[name].primitive, owner, coordinates[name].slots) for owner, name in enumerate(given)]
-    index = np.array([list(coordinates).index(name) for name in given], dtype=np.intp)
-    return ReflectedInertias(bind(rows), index, np.array(list(given.values())))

@@ -99,6 +99,34 @@ def test_the_checks_of_verify_pass_where_an_element_pulls_on_a_length_by_a_heigh
     assert found == dict.fromkeys(names, "passed")
 
 
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+@pytest.mark.parametrize("along", ["own.cable", "one.z", "a.displacement"])
+def test_an_inerter_slows_a_fall(formulation, along):
+    """m g/(m + I) with 3 kg and I = 2 kg along a length, a marker's height, or a joint's displacement."""
+    own = Element("own", lengths={"cable": ((0.0, 0.0, 0.0), "one")}, inertias={along: 1.5})
+    more = Element("more", lengths={"cable": ((0.0, 0.0, 0.0), "one")}, inertias={along.replace("own", "more"): 0.5})
+    system, found = run(TWO_SLIDES, [own, more], formulation=formulation)
+    fall = 9.81 * 3 / 5 * found["time"] ** 2 / 2
+    np.testing.assert_allclose(found["bodies/position"][:, 0, 2], -1 - fall, atol=1e-10)
+    assert np.abs(found["diagnostics/energy_balance"]).max() < 1e-10
+    assert system.names.forces[-1].endswith(".inertia")
+
+
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+@pytest.mark.parametrize("along", ["own.cable", "one.z"])
+def test_a_row_of_the_time_drives_a_length_or_a_markers_height(formulation, along):
+    """s = constant + 0.1 sin 5t; the motion pulls with m (g + z'') along it."""
+    down = along == "own.cable"
+    row = Row("lift", {along: 1.0}, "0.1*sin(5*t)", constant=1.0 if down else -1.0)
+    own = Element("own", lengths={"cable": ((0.0, 0.0, 0.0), "one")}, rows=(row,))
+    system, found = run(TWO_SLIDES, [own], formulation=formulation)
+    sine, sign = 0.1 * np.sin(5 * found["time"]), -1.0 if down else 1.0
+    np.testing.assert_allclose(found["bodies/position"][:, 0, 2], -1 + sign * sine, atol=1e-13)
+    np.testing.assert_allclose(found["motions/force"][:, 0], sign * 3 * (9.81 - sign * 25 * sine), atol=1e-10)
+    assert system.names.motions == ("own.lift",)
+    assert system.row_owner(system.constraints - 1) == "motion 'own.lift'"
+
+
 FORCE_OF_ALL_KINDS = """
 forces:
   given:

@@ -10,11 +10,9 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.constraints import PRIMITIVES
-from mbproj.elements import Element, State
+from mbproj.elements import Element, Row, State
 from mbproj.errors import InputError, Problem
-from mbproj.functions.program_set import flatten
 from mbproj.joints import JOINTS
-from mbproj.model.channels import Motions
 from mbproj.model.compile.elements import with_elements
 from mbproj.model.compile.elements.controllers import held_by_controllers
 from mbproj.model.compile.frames import SYMBOLS, Pose, local_frames, poses_of
@@ -28,7 +26,6 @@ from mbproj.model.compile.stops import compile_stops
 from mbproj.model.compile.tangents import joined, tangential_friction
 from mbproj.model.couplings import compile_couplings
 from mbproj.model.primitive_set import Binding, bind
-from mbproj.model.reflected import compile_reflected
 from mbproj.model.system import Names, System
 from mbproj.scene.fields.rotations import from_matrix
 from mbproj.scene.records import Joint, Marker, Scene
@@ -39,11 +36,11 @@ _PERPENDICULAR = PRIMITIVES["perpendicular"]()
 def compile_system(scene: Scene) -> System:
     """The mechanism that the scene describes, as frozen arrays. Raises InputError where nothing in it can move, or an
     element names what there is not."""
-    system = _without_elements(scene)
+    system, own = _without_elements(scene)
     most = scene.settings.adjust_joints
     if most is not None:
         system = import_module("mbproj.dynamics.assembly.adjust").adjusted(system, initial_guess(scene, system).q, most)
-    own = elements_of(scene, poses_of(scene))
+    own += elements_of(scene, poses_of(scene))
     if scene.states:
         own.append(Element("", states=tuple(State(each.name, *each.of_element) for each in scene.states)))
     own += held_by_controllers(scene.controllers)
@@ -53,7 +50,8 @@ def compile_system(scene: Scene) -> System:
     return with_elements(system, elements, scene.signals, scene.controllers)
 
 
-def _without_elements(scene: Scene) -> System:
+def _without_elements(scene: Scene) -> tuple[System, list[Element]]:
+    """The system without its elements, and those that its joints have."""
     groups = rigid_groups(scene)
     if not groups.carriers:
         raise InputError(Problem("nothing can move: every body is fixed to the ground", scene.place("bodies")))
@@ -89,14 +87,11 @@ def _without_elements(scene: Scene) -> System:
     ]
     dry = compile_friction(scene, groups.joints, [_axis(symbols[joint.name]) for joint in groups.joints], named)
     forces, force_names = compile_forces(scene, groups.seats, poses, named, dry.smooth)
-    motions, motion_names = _motions(scene, named, groups)
-    reflected = compile_reflected(scene, named)
     stops, stop_names = compile_stops(scene, groups.seats, poses, named)
     tangential, tangent_names = tangential_friction(scene, groups.seats, poses, stop_names)
     frictions = joined(dry.frictions, tangential)
-    turning = reflected.joint_coordinate.tolist()
     bodies = [groups.seats[body.name] for body in scene.bodies]
-    return System(
+    system = System(
         names=Names(
             bodies=tuple(body.name for body in scene.bodies),
             carriers=tuple(carrier.name for carrier in groups.carriers),
@@ -104,12 +99,10 @@ def _without_elements(scene: Scene) -> System:
             markers=tuple(marker.name for marker in scene.markers),
             coordinates=tuple(coordinate_names),
             coordinate_units=tuple(units),
-            forces=(*force_names, *(f"{coordinate_names[at]}.inertia" for at in turning)),
-            force_units=(*forces.units, *(units[at] for at in turning)),
+            forces=force_names,
+            force_units=forces.units,
             applied=tuple(forces.program_owners[own[0]] for own in forces.on_bodies.program),
             applied_units=tuple("rad" if turns else "m" for turns in forces.on_bodies.is_torque),
-            motions=motion_names,
-            motion_units=tuple(units[at] for at in motions.joint_coordinate),
             stops=stop_names,
             stop_units=() if stops is None else stops.coordinates.units,
             frictions=(*dry.names, *tangent_names),
@@ -134,12 +127,11 @@ def _without_elements(scene: Scene) -> System:
         body_places=tuple(scene.place("bodies", carrier.name) for carrier in groups.carriers),
         joint_places=tuple(scene.place("joints", joint.name) for joint in groups.joints),
         forces=forces,
-        motions=motions,
-        reflected=reflected,
         stops=stops,
         frictions=frictions,
         bearings=dry.bearings,
     )
+    return system, _of_joints(scene, named, groups)
 
 
 def _tensions(scene: Scene, joints: Sequence[Joint], ropes: Mapping[str, Wound]) -> Iterator[str]:
@@ -152,19 +144,17 @@ def _tensions(scene: Scene, joints: Sequence[Joint], ropes: Mapping[str, Wound])
             yield from (f"{joint.name}.tension_{number}" for number in range(1, count + 1))
 
 
-def _motions(scene: Scene, coordinates: Mapping[str, Binding], groups: RigidGroups) -> tuple[Motions, tuple[str, ...]]:
-    """The motions and their names; `coordinates` are the joints' by whole name."""
-    motions = scene.motions
+def _of_joints(scene: Scene, coordinates: Mapping[str, Binding], groups: RigidGroups) -> list[Element]:
+    """Motions, which are rows of a coordinate and the time, and reflected inertias; `coordinates` by whole name."""
     starts = {f"{joint.name}.{name}": start for joint in scene.joints for name, start in joint.start.items()}
-    names = [f"{motion.joint}.{motion.coordinate}" for motion in motions]
-    index = np.array([list(coordinates).index(name) for name in names], dtype=np.intp)
-    from_start = [
-        starts.get(name, at_scenes_pose(coordinates[name], groups)) if motion.from_start else 0.0
-        for name, motion in zip(names, motions, strict=True)
-    ]
-    places = tuple(scene.place("motions", motion.name, motion.coordinate) for motion in motions)
-    functions = flatten([motion.function for motion in motions])
-    return Motions(index, np.array(from_start), functions, places), tuple(each.name for each in motions)
+    rows, inertias = list[Row](), dict[str, float]()
+    for motion in scene.motions:
+        name, place = f"{motion.joint}.{motion.coordinate}", scene.place("motions", motion.name, motion.coordinate)
+        start = starts.get(name, at_scenes_pose(coordinates[name], groups)) if motion.from_start else 0.0
+        rows.append(Row(motion.name, {name: 1.0}, motion.function, constant=start, place=place))
+    for joint in scene.joints:
+        inertias |= {f"{joint.name}.{name}": inertia for name, inertia in joint.reflected_inertia.items()}
+    return [Element("", rows=tuple(rows), inertias=inertias)] if rows or inertias else []
 
 
 def _symbols(groups: RigidGroups, poses: Mapping[str, Pose]) -> dict[str, Symbols]:

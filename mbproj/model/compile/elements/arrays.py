@@ -11,27 +11,17 @@ import numpy as np
 from mbproj.dataclass import dataclass
 from mbproj.elements.controlled import Controller, Signal
 from mbproj.elements.element import Element, Force, called
-from mbproj.errors import InputError, Problem
-from mbproj.functions.program import CHANNELS, COORDINATE, RATE, TIME, Code, Op, Program, apply, number, replaced
+from mbproj.functions.program import CHANNELS, Code, Op, Program, apply, number, replaced
 from mbproj.functions.program_set import flatten, joined
 from mbproj.model.added_laws import AddedLaw, with_laws
 from mbproj.model.channels import ElementStates, Energies
-from mbproj.model.compile.coupled import bound
 from mbproj.model.compile.elements.controllers import actions_of, read_by
-from mbproj.model.compile.elements.measured import measurable, with_measured
-from mbproj.model.compile.elements.named import Named
-from mbproj.model.couplings import compile_couplings
+from mbproj.model.compile.elements.measured import coordinate_of, measurable, with_measured
+from mbproj.model.compile.elements.named import VARIABLES, Named, expression_of, named_within
+from mbproj.model.compile.elements.rows import with_inertias, with_rows
 from mbproj.model.frictions import Frictions
-from mbproj.model.primitive_set import bind, bindings
+from mbproj.model.primitive_set import bindings
 from mbproj.model.system import System
-from mbproj.scene.coupled import Coupled
-from mbproj.scene.expressions.compiled import compiled
-from mbproj.scene.expressions.syntax_tree import parse
-from mbproj.scene.expressions.tokens import ExpressionError
-from mbproj.scene.text.suggestions import choose_from
-
-#: What every expression may name beside the channels that are read.
-VARIABLES = {"t": TIME, "s": COORDINATE, "s_dot": RATE}
 
 
 def with_elements(
@@ -78,7 +68,7 @@ def with_elements(
         states=_after(system.states, own),
         signals=shown,
     )
-    return _with_rows(_with_forces(system, elements, pushes), elements)
+    return with_inertias(with_rows(_with_forces(system, elements, pushes), elements), elements)
 
 
 def _frictions(system: System, channels: Named) -> Frictions | None:
@@ -92,11 +82,6 @@ def _frictions(system: System, channels: Named) -> Frictions | None:
         return found, found if static is sliding else channels.resolved(static, own.owners[k])
 
     return replace(own, varies={k: resolved(k, *pair) for k, pair in own.varies.items()})
-
-
-def named_within(element: Element, name: str) -> str:
-    """What results call a part of an element: by both names; those of the scene itself have no element's."""
-    return f"{element.name}.{name}" if element.name else name
 
 
 def _read(system: System, elements: Sequence[Element], signals: Sequence[Signal]) -> Iterator[str]:
@@ -153,17 +138,10 @@ class _Naming:
         be read."""
         if isinstance(program, str):
             reads = {called(name): CHANNELS + at for at, name in enumerate(self.element.reads)}
-            program = _program(self.element, program, VARIABLES | reads)
+            program = expression_of(self.element, program, VARIABLES | reads)
         if program.reads:
             return self.channels.resolved(program, of or f"element '{self.element.name}'")
         return replace(program, code=replaced(program.code, dict(enumerate(self.codes, CHANNELS))))
-
-
-def _program(element: Element, text: str, variables: Mapping[str, int]) -> Program:
-    try:
-        return Program(compiled(parse(text), {}, variables)[0], text)
-    except ExpressionError as error:
-        raise InputError(Problem(f"element '{element.name}': '{text}': {error}", hint=error.hint)) from error
 
 
 def _with_forces(system: System, elements: Sequence[Element], pushes: Sequence[Sequence[Program]]) -> System:
@@ -173,7 +151,7 @@ def _with_forces(system: System, elements: Sequence[Element], pushes: Sequence[S
     programs = [program for own in pushes for program in own]
     if not forces:
         return system
-    at = [_coordinate(system, element, force.along) for element, force in forces]
+    at = [coordinate_of(system, element, force.along) for element, force in forces]
     added = [
         AddedLaw(own[row], row, program, element.name, loses=force.loses)
         for row, program, (element, force) in zip(at, programs, forces, strict=True)
@@ -190,37 +168,3 @@ def _with_forces(system: System, elements: Sequence[Element], pushes: Sequence[S
         ),
     )
     return replace(system, forces=with_laws(system.forces, added), names=names)
-
-
-def _with_rows(system: System, elements: Sequence[Element]) -> System:
-    """With the rows of the elements, each a joint of its own."""
-    rows = [(element, row) for element in elements for row in element.rows]
-    if not rows:
-        return system
-    names, own, coordinates = system.names, bindings(system.joints), bindings(system.coordinates)
-    body, local = system.reaction_body.tolist(), system.reaction_local.tolist()
-    for element, row in rows:
-        parts = [coordinates[_coordinate(system, element, name)] for name in row.of]
-        function = _program(element, row.function, VARIABLES) if isinstance(row.function, str) else row.function
-        coupled = Coupled(dict(row.of), function, row.constant, row.period)
-        own.append(bound(f"row '{element.name}.{row.name}'", coupled, row.constant, parts, len(body)))
-        body.append(next(body for body, side, _ in reversed(own[-1].slots) if side == 2))
-        local.append([0.0] * 3)
-    return replace(
-        system,
-        names=replace(names, joints=(*names.joints, *(f"{element.name}.{row.name}" for element, row in rows))),
-        joints=bind(own),
-        couplings=compile_couplings(own, coordinates),
-        reaction_body=np.array(body, dtype=np.intp),
-        reaction_local=np.array(local).reshape(-1, 3),
-        joint_places=(*system.joint_places, *(None for _ in rows)),
-    )
-
-
-def _coordinate(system: System, element: Element, name: str) -> int:
-    """The number of a joint coordinate."""
-    able = system.names.coordinates
-    if name not in able:
-        what = f"element '{element.name}' acts on '{name}', which there is not"
-        raise InputError(Problem(what, hint=choose_from(name, [*able, *measurable(system, [element])])))
-    return able.index(name)

@@ -32,6 +32,8 @@ def with_measured(system: System, elements: Sequence[Element], read: Iterable[st
     written = (*(name for element in elements for name in _named(element)), *_measured(read))
     asked = (by_expressions.get(name, name) for name in written)
     added = {name: able[name] for name in dict.fromkeys(asked) if name in able and name not in known}
+    if not added:
+        return system
     names = replace(
         system.names,
         coordinates=(*known, *added),
@@ -45,6 +47,7 @@ def _named(element: Element) -> Iterator[str]:
     yield from _measured(element.reads)
     yield from (force.along for force in element.forces)
     yield from (name for row in element.rows for name in row.of)
+    yield from element.inertias
 
 
 def _measured(read: Iterable[str]) -> Iterator[str]:
@@ -90,3 +93,12 @@ def _end(system: System, end: End, side: int) -> Slot:
         return system.bodies, side, np.array(end)
     marker = system.names.markers.index(end)
     return int(system.marker_body[marker]), side, system.marker_local[marker]
+
+
+def coordinate_of(system: System, element: Element, name: str) -> int:
+    """The number of a coordinate. Raises InputError where there is no such one."""
+    able = system.names.coordinates
+    if name not in able:
+        what = f"element '{element.name}' acts on '{name}', which there is not"
+        raise InputError(Problem(what, hint=choose_from(name, [*able, *measurable(system, [element])])))
+    return able.index(name)

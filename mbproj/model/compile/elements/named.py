@@ -12,12 +12,29 @@ from types import MappingProxyType
 
 from mbproj.elements.element import Element
 from mbproj.errors import InputError, Problem
-from mbproj.functions.program import CHANNELS, COORDINATE, RATE, Code, Op, Program, apply, number, replaced, variable
+from mbproj.functions.program import (
+    CHANNELS,
+    COORDINATE,
+    RATE,
+    TIME,
+    Code,
+    Op,
+    Program,
+    apply,
+    number,
+    replaced,
+    variable,
+)
 from mbproj.functions.program_set import ProgramSet, flatten
 from mbproj.model.channels import Channels, Kind
 from mbproj.model.system import System
+from mbproj.scene.expressions.compiled import compiled
+from mbproj.scene.expressions.syntax_tree import parse
+from mbproj.scene.expressions.tokens import ExpressionError
 from mbproj.scene.text.suggestions import choose_from
 
+#: What every expression may name beside the channels that are read.
+VARIABLES = {"t": TIME, "s": COORDINATE, "s_dot": RATE}
 #: What a function may unfold to, in instructions.
 LONGEST = 100_000
 #: What to do about a loop.
@@ -135,3 +152,16 @@ class Named:
             return total
         program = self.resolved(system.forces.programs.program(int(own.program[law])), f"force '{name}'")
         return apply(Op.ADD, total, replaced(program.code, {COORDINATE: s, RATE: rate}))
+
+
+def expression_of(element: Element, text: str, variables: Mapping[str, int]) -> Program:
+    """Of an element, as a program. Raises InputError where it cannot be read."""
+    try:
+        return Program(compiled(parse(text), {}, variables)[0], text)
+    except ExpressionError as error:
+        raise InputError(Problem(f"element '{element.name}': '{text}': {error}", hint=error.hint)) from error
+
+
+def named_within(element: Element, name: str) -> str:
+    """What results call a part of an element: by both names; those of the scene itself have no element's."""
+    return f"{element.name}.{name}" if element.name else name
