@@ -13,7 +13,7 @@ class Contact:
     stop_slack: float = threshold(
         1e-12,
         "length or rad",
-        "numpy",
+        "both",
         "a gap that is less far below 0 is closed, no more",
         "10 × the closure of joints",
     )
@@ -67,10 +67,10 @@ class Contact:
         1e-8, "1", "numpy", "a friction whose row is nearer to those of others follows from them", "√ε"
     )
     springs_give: float = threshold(
-        1e-6, "1 / smallest mass", "numpy", "springs that stand for rigid feet which slip give so much", "√ε, with care"
+        1e-6, "1 / smallest mass", "both", "springs that stand for rigid feet which slip give so much", "√ε, with care"
     )
     slips_beyond: float = threshold(
-        1e-5, "1", "numpy", "which feet slip is found where all bear less by this part", "10 × what springs give"
+        1e-5, "1", "both", "which feet slip is found where all bear less by this part", "10 × what springs give"
     )
     damped_from: float = threshold(
         1e-12, "1", "kernel", "the least damping of Newton's method for shares of a load, beside B", "5000 ε"
@@ -93,7 +93,7 @@ class Contact:
         0.25, "interval", "numpy", "forces that hold contacts and friction are looked at so often", "chosen"
     )
     turned_speed: float = threshold(
-        1e-7, "1", "numpy", "sliding in a plane that is slower, beside the fastest motion, has come to rest", "chosen"
+        1e-7, "1", "both", "sliding in a plane that is slower, beside the fastest motion, has come to rest", "chosen"
     )
     straight_speed: float = threshold(
         1e-5,

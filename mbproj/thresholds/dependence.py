@@ -107,7 +107,7 @@ class Dependence:
         1e-9, "length, rad", "numpy", "rows left out that stay closed to this follow from the others", "chosen"
     )
     no_part: float = threshold(
-        1e-8, "1", "numpy", "a smaller part of a reaction that depends on the choice of rows is none", "√ε"
+        1e-8, "1", "both", "a smaller part of a reaction that depends on the choice of rows is none", "√ε"
     )
     no_motion: float = threshold(
         1e-7, "1", "numpy", "a smaller part of a motion without mass is round-off", "ε / dependent"

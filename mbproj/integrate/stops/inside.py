@@ -1,11 +1,11 @@
-"""Stops and dry friction in the kernel's own loop: it finds when they are met, and of stops without friction and
-friction at joints it does what happens there. What it leaves over is for `march`."""
+"""Stops and dry friction in the kernel's own loop: it finds when they are met, and does what happens there. What it
+leaves over is for `march`."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import cache
+from itertools import count, takewhile
 from typing import Any, Protocol
 
 import numpy as np
@@ -17,13 +17,13 @@ from mbproj.dynamics.contact.impact import LAWS
 from mbproj.dynamics.contact.inside import stop_sizes
 from mbproj.dynamics.observe.samples import Samples
 from mbproj.integrate.events.leg import Leg
-from mbproj.integrate.events.time_events import Event
+from mbproj.integrate.events.time_events import SHARED, Event
 from mbproj.integrate.formulations.choice import Choice
+from mbproj.integrate.formulations.compiled import Compiled
 from mbproj.integrate.outcome.marks import Mark
 from mbproj.integrate.stops.rubbing import friction_sizes
 from mbproj.integrate.stops.variants import Variant, Variants
 from mbproj.integrate.stops.watching import Meaning
-from mbproj.integrate.stops.whole import least_shares
 from mbproj.model.contacts import Contacts, at_walls, walls
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
@@ -67,7 +67,9 @@ def inside_of(at: Standing) -> Inside | None:
     if not at.meets_inside or _bears_what_varies(at.system, at.contacts):
         return None
     known = {name: getattr(at, name) for name in KNOWN} | _known(at.system, at.contacts)
-    known |= {"lost": 0.0, "work": 0.0, "events": 0}
+    known |= {"lost": 0.0, "work": 0.0, "events": 0, "rubbed": [0.0] * len(at.system.names.frictions)}
+    number = {name: k for k, name in enumerate(_named(at.system, at.variants.compiled))}
+    known["shared"] = [number[name] for name in at.shared if name in number]
     return Inside(at.system, at.variants, THRESHOLDS.look_spacing * at.whole.interval, known)
 
 
@@ -75,6 +77,14 @@ def _bears_what_varies(system: System, contacts: Contacts) -> bool:
     """Whether a friction bears a part of a static force that changes in the run."""
     frictions, shares = system.frictions, {k for k, part in contacts.bearing.items() if part}
     return frictions is not None and any(frictions.bound_of(k, 0) >= 0 for k in shares)
+
+
+def _named(system: System, compiled: Compiled) -> list[str]:
+    """What shares a load, by the kernel's numbers: stops, frictions, joints."""
+    own = takewhile(lambda joint: joint < len(system.names.joints), map(compiled.joint, count()))
+    joints = [system.names.joints[joint] for joint in own]
+    parts = {"stop": system.names.stops, "friction": system.names.frictions, "joint": joints}
+    return [f"{what} '{name}'" for what, names in parts.items() for name in names]
 
 
 def _known(system: System, contacts: Contacts) -> dict[str, Any]:
@@ -153,11 +163,9 @@ class Inside:
 
     def tell(self, at: Standing) -> None:
         """The march knows where the kernel's loop has left the contacts."""
-        before = walls(self.system, at.contacts)
         at.contacts = self._contacts(self.state)
-        both = walls(self.system, at.contacts)
-        if both != before:
-            at.shared = self._sharing(both)
+        names = _named(self.system, self.variants.compiled)
+        at.shared = tuple(names[k] for k in self.state["shared"])
         for name in KNOWN:
             setattr(at, name, self.state[name])
 
@@ -202,42 +210,31 @@ class Inside:
             self.left_over = Meaning(friction=number - stops, rest=not released)
         elif number >= 0:
             self.left_over = Meaning(stop=number, released=released)
-        return [Event(t, self._name(k), *what) for t, k, *what in run.take_contact_events()]
+        return [Event(t, self._name(k, what[0]), *what) for t, k, *what in run.take_contact_events()]
 
-    def _name(self, number: int) -> str:
-        names = self.system.names
-        stops = len(names.stops)
-        return f"stop '{names.stops[number]}'" if number < stops else f"friction '{names.frictions[number - stops]}'"
+    def _name(self, number: int, what: str) -> str:
+        """What an event calls a stop, a friction or a joint: of both tangents at a stop the force that it is."""
+        frictions, k = self.system.frictions, number - len(self.system.names.stops)
+        if what != SHARED and frictions is not None and 0 <= k < frictions.size and frictions.stop[k] >= 0:
+            name = frictions.owners[k].split("'")[1]
+            return f"friction '{name}'"
+        return _named(self.system, self.variants.compiled)[number]
 
     def jumps(self, work: Array) -> Array:
-        """What motions have worked and impacts have lost since the leg began, J, as `work` (..., 2 + K) has it."""
-        return _with_frictions(np.array([self.state["work"], self.state["lost"]]), work)
+        """What motions have worked, and impacts and each friction in them have lost since the leg began, J."""
+        rubbed = self.state["rubbed"][: len(self.system.names.frictions)]
+        return np.array([self.state["work"], self.state["lost"], *rubbed])
 
     def samples(self, samples: Samples, block: Mapping[str, Any]) -> Samples:
         """A block of samples with what contacts do: how hard stops push and frictions hold is known."""
         stops, pushes = len(self.system.names.stops), np.asarray(block["pushes"])
-        compiled = self.variants.of(Contacts(), samples.state(0)).choice.compiled
-        assert compiled is not None
+        compiled = self.variants.compiled
         side = np.ones(0) if self.system.stops is None else self.system.stops.side
         forces = np.ascontiguousarray(pushes * np.append(side, np.ones(pushes.shape[1] - stops)))
-        known = cache(lambda: self._least(samples, pushes))
         return replace(
             samples,
-            work=samples.work + _with_frictions(block["jumps"], samples.work),
+            work=samples.work + block["jumps"],
             solved=lambda _: compiled.multipliers(samples, forces),
-            press=None if self.system.stops is None else lambda: known()[0],
-            rub=None if self.system.frictions is None else lambda: (known()[1], block["slides"][:, stops:]),
+            press=None if self.system.stops is None else lambda: pushes[:, :stops],
+            rub=None if self.system.frictions is None else lambda: (pushes[:, stops:], block["slides"][:, stops:]),
         )
-
-    def _least(self, samples: Samples, pushes: Array) -> tuple[Array, Array]:
-        """How hard stops push and frictions hold, where they may share: of all shares the least."""
-        stops, frictions = len(self.system.names.stops), self.system.frictions
-        press, force = pushes[:, :stops], pushes[:, stops:]
-        if frictions is None or not (frictions.stop >= 0).any():
-            return press, force
-        return least_shares(self.system, self._contacts(self.state), samples, press, force)
-
-
-def _with_frictions(jumps: Array, work: Array) -> Array:
-    """What was worked and lost in no time, (..., 2), beside which nothing is lost by frictions at joints."""
-    return np.concatenate([jumps, np.zeros((*jumps.shape[:-1], work.shape[-1] - 2))], axis=-1)

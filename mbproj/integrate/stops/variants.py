@@ -43,6 +43,13 @@ class Variants:
         #: Where each choice was made but the first: a run that goes on makes the same.
         self.chosen_at: dict[Rows, State] = {}
 
+    @property
+    def compiled(self) -> Compiled:
+        """The equations in the kernel, without contacts."""
+        found = self._by_rows[NO_ROWS].compiled
+        assert found is not None
+        return found
+
     def anew(self) -> Variants:
         """Without those that were met, to look at some that are not run."""
         return Variants(self._by_rows[NO_ROWS], self._system, self._settings)

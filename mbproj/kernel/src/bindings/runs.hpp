@@ -30,7 +30,7 @@ template <class D> nb::dict samples(TimeLoop<D>& run) {
     const std::size_t stops = run.model().stops.bound.size();
     found["pushes"] = array_of(block.pushes, count, stops);
     found["slides"] = array_of(block.slides, count, stops);
-    found["jumps"] = array_of(block.jumps, count, 2);
+    found["jumps"] = array_of(block.jumps, count, 2 + stops - run.stops().policy().stops());
     return found;
 }
 

@@ -30,6 +30,8 @@ inline nb::dict saved_contacts(const ContactState& state) {
     found["straight"] = state.straight;
     found["starting"] = state.starting;
     found["decides"] = state.decides;
+    found["shared"] = state.shared;
+    found["rubbed"] = state.rubbed;
     return found;
 }
 
@@ -61,6 +63,9 @@ inline ContactState contacts_from(const nb::dict& given, std::size_t coordinates
         for (const auto& [own, part] : parts)
             if (!has(state.held, own) || !std::isfinite(part)) refuse("shares", "are not of stops that are held");
     }
+    if (given.contains("shared")) state.shared = nb::cast<std::vector<int>>(given["shared"]);
+    if (given.contains("rubbed")) state.rubbed = nb::cast<std::vector<double>>(given["rubbed"]);
+    state.rubbed.resize(coordinates, 0.0);
     state.decides = given.contains("decides") && nb::cast<bool>(given["decides"]);
     state.push = nb::cast<double>(given["push"]);
     state.fastest = nb::cast<double>(given["fastest"]);
@@ -104,7 +109,8 @@ template <class D> void begin_contacts(TimeLoop<D>& run, const StopLaws& stops, 
 // What was recorded of contacts since the last call.
 template <class D> auto take_contact_events(TimeLoop<D>& run) {
     constexpr const char* names[] = {
-        "impact", "push of an impact", "rest", "contact", "release", "slip", "stick", "turn", "shared"};
+        "impact", "push of an impact", "rest", "contact", "release", "slip", "stick", "turn",
+        "shared", "share decides"};
     std::vector<std::tuple<double, int, std::string, int, double, double>> found;
     for (const ContactEvent& each : run.stops().policy().take_events())
         found.emplace_back(each.t, each.stop, names[static_cast<int>(each.what)], each.direction, each.impulse,

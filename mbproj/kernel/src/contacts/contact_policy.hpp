@@ -1,9 +1,10 @@
-// Which contacts hold, and what happens where one is met: impacts, contacts that begin and end, bounces that come to rest. For stops
-// without friction, the rigid ones with independent rows, and dry friction at joints; the reference is mbproj.integrate.stops.meeting.
+// Which contacts hold, and what happens where one is met: impacts, contacts that begin and end, bounces that come to rest, sticking
+// and sliding. The reference is mbproj.integrate.stops.meeting.
 #pragma once
 
 #include "contacts/compliant_stops.hpp"
-#include "contacts/joint_friction.hpp"
+#include "contacts/dry_friction.hpp"
+#include "contacts/sharing.hpp"
 #include "contacts/touching_stops.hpp"
 
 namespace mbproj {
@@ -14,16 +15,16 @@ public:
 
     explicit ContactPolicy(EquationsOfMotion<D>& equations)
         : equations_(equations), model_(equations.model()), thresholds_(model_.thresholds), touching_(equations),
-          friction_(equations), compliant_(equations) {}
+          friction_(equations), compliant_(equations), sharing_(equations) {}
 
     // False where the state does not fit these laws.
     bool begin(std::vector<StopLaw> laws, std::vector<FrictionLaw> frictions, ImpactLaw impacts, ContactState state) {
         laws_ = std::move(laws);
         std::vector<double> sides;
         for (const StopLaw& law : laws_) sides.push_back(law.side);
-        friction_.begin(std::move(frictions), std::move(sides));
         compliant_.begin(laws_);
-        touching_.begin(laws_, impacts);
+        touching_.begin(laws_, frictions, impacts);
+        friction_.begin(std::move(frictions), std::move(sides));
         if (!fits(state)) return false;
         resume(std::move(state));
         return true;
@@ -41,12 +42,18 @@ public:
     const ContactState& state() const { return state_; }
     std::size_t stops() const { return laws_.size(); }
     std::vector<ContactEvent> take_events() { return std::exchange(events_, {}); }
-    // The force along each coordinate of stops and frictions, of the last multipliers.
-    std::vector<double> forces(const std::vector<double>& lambda) const {
+    // The force along each coordinate of stops and frictions at y at t, of the multipliers there.
+    std::vector<double> forces(double t, const double* y, const std::vector<double>& lambda) {
         std::vector<double> found(lambda.begin() + model_.all_rows(), lambda.end());
         for (const auto& [k, parts] : state_.shares) found[k] = std::max(found[k], 0.0);
         friction_.walls().share(state_, lambda, friction_.acting.bounds(), found);
         compliant_.turn(state_, found);
+        if (!friction_.acting.any_feet()) return found;
+        std::vector<int> push;
+        for (int k = 0; k < static_cast<int>(laws_.size()); ++k)
+            if (state_.touches(k)) push.push_back(k);
+        sharing_.find_least(t, y, state_, friction_.acting.laws(), static_cast<int>(laws_.size()),
+                            touching_.rows_of(push), found);
         return found;
     }
     // Where each friction slides to, with these forces; 0 where it does not. In a plane it is opposite to the force.
@@ -85,7 +92,6 @@ public:
     // At y at t, with whole turns, this stop is met, or `released`, or a friction comes to rest, or is `released`: y is what it is after. False where that is not for this
     // policy: nothing has changed then. `interval` lies between two samples.
     bool meet(double t, Vector& y, const std::vector<long>& turns, int stop, bool released, double interval) {
-        if (is_left_over()) return false;
         ContactState next = state_;
         std::vector<ContactEvent> events;
         const bool done =
@@ -103,12 +109,7 @@ public:
 private:
     using Flags = std::vector<bool>;
 
-    // Whether another law than these decides what happens at the contacts at hand.
-    bool is_left_over() const {
-        return friction_.acting.any_feet() || !state_.shares.empty() || !state_.bearing.empty();
-    }
-
-    bool holds(int stop) const { return std::find(state_.held.begin(), state_.held.end(), stop) != state_.held.end(); }
+    bool holds(int stop) const { return has(state_.held, stop) || state_.parts_of(stop); }
     void hold() {
         compliant_.act(state_);
         friction_.acting.hold(state_, touching_.rows_of(state_.held), compliant_.slides(state_));
@@ -117,7 +118,7 @@ private:
     double speed(const Vector& y) const { return fastest_part(model_, y); }
 
     // The rigid stops that touch at a state and their border, without contacts; those that give way push from here on, or no more.
-    // False where their rows depend on each other.
+    // False where nothing can move against some.
     bool touches(double t, const Vector& y, const std::vector<long>& turns, ContactState& next,
                  std::vector<ContactEvent>& events) {
         friction_.acting.release();
@@ -142,7 +143,7 @@ private:
         const std::vector<int>& touch = touching_.stops();
         const auto count = static_cast<Eigen::Index>(touch.size());
         const double own = speed(y);
-        Flags struck(touch.size());
+        Flags struck(touch.size()), staying(touch.size());
         Vector slow(count), e = Vector::Zero(count), rate;
         touching_.rates(rate);
         for (Eigen::Index i = 0; i < count; ++i) {
@@ -153,70 +154,108 @@ private:
         }
         after_ = y;
         std::vector<ContactEvent> rests;
-        if (std::find(struck.begin(), struck.end(), true) != struck.end() &&
-            !touching_.strike(t, y, struck, slow, e, rate, after_, next, events, rests))
-            return false;
-        Flags staying(touch.size());
+        if (any(struck) && !touching_.strike(t, y, struck, slow, e, rate, after_, next, events, rests)) return false;
+        if (friction_.any() && !touching_.keep_down(after_, slow, rate, next)) return false;
         for (Eigen::Index i = 0; i < count; ++i)
             staying[i] = std::abs(rate[i]) <= slow[i] && !(released && touch[i] == stop);
         Vector push = Vector::Zero(count);
         Flags opens(touch.size(), true);
-        const bool closed = std::find(staying.begin(), staying.end(), true) != staying.end();
-        if (friction_.any() ? !rub(t, turns, staying, released ? -1 : stop, struck, next, push, opens)
-                            : closed && !touching_.pushes(after_, staying, push, opens))
+        const bool closed = any(staying);
+        next.take_shares(nullptr, {});
+        if (friction_.any() ? !rub(t, turns, staying, released ? -1 : stop, any(struck), next, push, opens)
+                            : closed && !press(staying, push, opens, next))
             return false;
-        next.held.clear();
         const double least =
             (friction_.any() ? friction_.round_off() : touching_.round_off()) / thresholds_.contact_pulls;
         next.push = closed ? std::max(push.maxCoeff(), least) : 0.0;
+        next.held.clear();
         for (Eigen::Index i = 0; i < count; ++i) {
-            const bool met = touch[i] == stop && !released;
-            const bool again = staying[i] && ((met && next.met_often > 1) || (!opens[i] && holds(touch[i])));
+            const bool met = touch[i] == stop && !released, shares = next.parts_of(touch[i]);
+            const bool again = staying[i] && !shares && !friction_.acting.any_at(touch[i]) &&
+                               ((met && next.met_often > 1) || (!opens[i] && holds(touch[i])));
             const bool wall = staying[i] && friction_.walls().has(next, touch[i]);
-            if (push[i] > 0.0 || again || wall) next.held.push_back(touch[i]);
+            if (again || wall || (push[i] > 0.0 && !shares)) next.held.push_back(touch[i]);
         }
-        record(t, next.held, rests, events);
-        friction_.record(t, state_, next, events);
+        if (!next.shares.empty())
+            for (const auto& [k, part] : next.shares.front().second) next.held.push_back(k);
+        std::sort(next.held.begin(), next.held.end());
+        return see_shares(t, staying, next) && record(t, next, rests, events);
+    }
+
+    static bool any(const Flags& flags) { return std::find(flags.begin(), flags.end(), true) != flags.end(); }
+
+    // How hard stops without friction push that stay, and how they share.
+    bool press(const Flags& staying, Vector& push, Flags& opens, ContactState& next) {
+        if (!touching_.pushes(after_, staying, push, opens)) return false;
+        std::vector<int> closed;
+        std::vector<Eigen::Index> which;
+        take(staying, closed, which);
+        const Eigen::MatrixXd B = touching_.B_of_stops()(which, which);
+        Shares found;
+        if (shares_of(B, B, push(which), thresholds_, found)) next.take_shares(&found, closed);
         return true;
     }
 
-    // What frictions do from here on, while these stops stay closed, and how hard those push.
-    bool rub(double t, const std::vector<long>& turns, const Flags& staying, int met, const Flags& struck,
-             ContactState& next, Vector& push, Flags& opens) {
-        std::vector<int> closed;
-        std::vector<Eigen::Index> which;
+    // The stops that stay closed, and which of those that touch they are.
+    void take(const Flags& staying, std::vector<int>& closed, std::vector<Eigen::Index>& which) const {
         for (std::size_t i = 0; i < staying.size(); ++i)
             if (staying[i]) closed.push_back(touching_.stops()[i]), which.push_back(static_cast<Eigen::Index>(i));
-        const bool known = std::find(struck.begin(), struck.end(), true) == struck.end();
+    }
+
+    // Whose forces are shared at will from here on.
+    bool see_shares(double t, const Flags& staying, ContactState& next) {
+        std::vector<int> near;
+        std::vector<Eigen::Index> which;
+        take(staying, near, which);
+        const auto stops = static_cast<int>(laws_.size());
+        return sharing_.see(t, after_, next, friction_.acting.laws(), stops, touching_.rows_of(near), next.shared);
+    }
+
+    // What frictions do from here on, while these stops stay closed, and how hard those push.
+    bool rub(double t, const std::vector<long>& turns, const Flags& staying, int met, bool struck, ContactState& next,
+             Vector& push, Flags& opens) {
+        std::vector<int> closed;
+        std::vector<Eigen::Index> which;
+        take(staying, closed, which);
         const int rest = std::max(met - static_cast<int>(laws_.size()), -1);
         Vector pushes;
         Flags open;
-        if (!friction_.settle(t, after_, turns, touching_.rows_of(closed), rest, known, next, pushes, open))
+        if (!friction_.settle(t, after_, turns, touching_.rows_of(closed), rest, !struck, next, pushes, open))
             return false;
         push(which) = pushes;
         for (std::size_t i = 0; i < which.size(); ++i) opens[static_cast<std::size_t>(which[i])] = open[i];
         return true;
     }
 
-    void record(double t, const std::vector<int>& held, const std::vector<ContactEvent>& rests,
+    bool record(double t, const ContactState& next, const std::vector<ContactEvent>& rests,
                 std::vector<ContactEvent>& events) const {
-        const auto among = [](const std::vector<int>& all, int k) {
-            return std::find(all.begin(), all.end(), k) != all.end();
-        };
+        const auto tell = [&](int k, Happening what, int way) { events.push_back({t, k, what, way, 0.0, 0.0}); };
         events.insert(events.end(), rests.begin(), rests.end());
-        for (const int k : held)
-            if (!holds(k) && std::none_of(rests.begin(), rests.end(), [k](const auto& each) { return each.stop == k; }))
-                events.push_back({t, k, Happening::contact, -1, 0.0, 0.0});
-        for (const int k : state_.held)
-            if (!among(held, k)) events.push_back({t, k, Happening::release, 1, 0.0, 0.0});
+        const auto tells = [&](int k) {
+            return std::none_of(rests.begin(), rests.end(), [k](const auto& each) { return each.stop == k; });
+        };
+        const auto stops = static_cast<int>(laws_.size());
+        for (int k = 0; k < stops; ++k)
+            if (next.touches(k) && !state_.touches(k) && tells(k)) tell(k, Happening::contact, -1);
+        for (int k = 0; k < stops; ++k)
+            if (state_.touches(k) && !next.touches(k)) tell(k, Happening::release, 1);
+        for (int k = 0; k < stops; ++k)
+            if (next.decides && !state_.decides && next.parts_of(k) && next.touches(k)) tell(k, Happening::decides, 1);
+        friction_.record(t, state_, next, events);
+        for (const int k : state_.shared)
+            if (!has(next.shared, k)) tell(k, Happening::shared, -1);
+        for (const int k : next.shared)
+            if (!has(state_.shared, k)) tell(k, Happening::shared, 1);
+        return true;
     }
 
     EquationsOfMotion<D>& equations_;
     const Model<D>& model_;
     const Thresholds& thresholds_;
     TouchingStops<D> touching_;
-    JointFriction<D> friction_;
+    DryFriction<D> friction_;
     CompliantStops<D> compliant_;
+    Sharing<D> sharing_;
     std::vector<StopLaw> laws_;
     ContactState state_;
     std::vector<ContactEvent> events_;

@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "laws/shares.hpp"
+
 namespace mbproj {
 
 // A stop: its side, its restitution, how far its gap may be below zero, and what gaps are measured against. One that gives way is a
@@ -35,9 +37,10 @@ struct FrictionLaw {
     }
 };
 
-enum class Happening : int { impact, push, rest, contact, release, slip, stick, turn, shared };
+enum class Happening : int { impact, push, rest, contact, release, slip, stick, turn, shared, decides };
 
-// What is recorded: when, which stop, or after all stops which friction, what, where to; of an impact the impulse and the energy that it takes.
+// What is recorded: when, which stop, or after all stops which friction, and after those which joint, what, where to; of an impact the
+// impulse and the energy that it takes.
 struct ContactEvent {
     double t;
     int stop;
@@ -48,32 +51,6 @@ struct ContactEvent {
 
 using Numbered = std::vector<std::pair<int, double>>;
 
-// What the next step depends on: the stops that hold, how hard they push at most, the fastest motion so far, when something was met
-// last and how often then; what impacts have lost and motions have worked in no time; how many events were recorded;
-// the frictions that slide, and where to, and those that stick, and at which value. Where one sticks at a stop that holds, along
-// one coordinate, both are one row. And the stops that give way and push, with what their damping goes by, c or r. Where rows of
-// stops that touch depend on each other some are held, and each of `shares` pushes with parts of what those would bear alone, but
-// for those that are `idle`; whether the motion `decides` by it. Frictions that stick because others hold them are `bearing` a part
-// of their static force; those in a plane that are `starting` or go `straight` to rest keep their direction.
-struct ContactState {
-    std::vector<int> held;
-    double push = 0.0, fastest = 0.0, met_at = -std::numeric_limits<double>::infinity();
-    int met_often = 0;
-    double lost = 0.0, work = 0.0;
-    long events = 0;
-    Numbered sliding, stuck, pushing, bearing;
-    std::vector<std::pair<int, Numbered>> shares;
-    std::vector<int> idle, straight, starting;
-    bool decides = false;
-
-    // The parts by which a stop pushes that touches, or null.
-    const Numbered* parts_of(int stop) const {
-        for (const auto& [k, parts] : shares)
-            if (k == stop) return &parts;
-        return nullptr;
-    }
-};
-
 // The number that a friction or a stop has among some; `none` where it has none.
 inline double among(const Numbered& all, int k, double none) {
     for (const auto& [number, found] : all)
@@ -82,5 +59,48 @@ inline double among(const Numbered& all, int k, double none) {
 }
 inline bool has(const Numbered& all, int k) { return !std::isnan(among(all, k, std::nan(""))); }
 inline bool has(const std::vector<int>& all, int k) { return std::find(all.begin(), all.end(), k) != all.end(); }
+
+// What the next step depends on: the stops that hold, how hard they push at most, the fastest motion so far, when something was met
+// last and how often then; what impacts have lost and motions have worked in no time; how many events were recorded;
+// the frictions that slide, and where to, and those that stick, and at which value. Where one sticks at a stop that holds, along
+// one coordinate, both are one row. And the stops that give way and push, with what their damping goes by, c or r. Where rows of
+// stops that touch depend on each other some are held, and each of `shares` pushes with parts of what those would bear alone, but
+// for those that are `idle`; whether the motion `decides` by it. Frictions that stick because others hold them are `bearing` a part
+// of their static force; those in a plane that are `starting` or go `straight` to rest keep their direction. Of what impacts have lost
+// `rubbed` is the part of each friction; `shared` are the numbers, as events have them, of those whose forces are at will.
+struct ContactState {
+    std::vector<int> held;
+    double push = 0.0, fastest = 0.0, met_at = -std::numeric_limits<double>::infinity();
+    int met_often = 0;
+    double lost = 0.0, work = 0.0;
+    long events = 0;
+    Numbered sliding, stuck, pushing, bearing;
+    std::vector<std::pair<int, Numbered>> shares;
+    std::vector<int> idle, straight, starting, shared;
+    std::vector<double> rubbed;
+    bool decides = false;
+
+    // The parts by which a stop pushes that touches, or null.
+    const Numbered* parts_of(int stop) const {
+        for (const auto& [k, parts] : shares)
+            if (k == stop) return &parts;
+        return nullptr;
+    }
+    // Whether a rigid stop pushes.
+    bool touches(int stop) const { return (parts_of(stop) || has(held, stop)) && !has(idle, stop); }
+    // From now on the stops of these numbers share so; or none does.
+    void take_shares(const Shares* found, const std::vector<int>& stops) {
+        shares.clear(), idle.clear(), decides = found && found->decides;
+        for (std::size_t k = 0; found && k < stops.size(); ++k) {
+            if (found->apart[k]) continue;
+            if (found->idle[k]) idle.push_back(stops[k]);
+            shares.emplace_back(stops[k], Numbered());
+            for (std::size_t r = 0; r < found->rows.size(); ++r)
+                shares.back().second.emplace_back(
+                    stops[static_cast<std::size_t>(found->rows[r])],
+                    found->parts(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(r)));
+        }
+    }
+};
 
 }  // namespace mbproj

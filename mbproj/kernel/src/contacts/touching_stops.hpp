@@ -1,10 +1,11 @@
-// The rigid stops that touch at a state, whose rows are independent: their impact, and how hard they push after. The reference is
+// The rigid stops that touch at a state: their impact, with the friction at them, and how hard they push after. The reference is
 // mbproj.integrate.stops.meeting.
 #pragma once
 
 #include "contacts/contact_state.hpp"
 #include "contacts/whole_motion.hpp"
 #include "laws/impact.hpp"
+#include "laws/one_sided.hpp"
 
 namespace mbproj {
 
@@ -17,24 +18,43 @@ public:
         : equations_(equations), model_(equations.model()), thresholds_(model_.thresholds), border_(model_),
           slope_(model_.layout.size()) {}
 
-    void begin(std::vector<StopLaw> laws, ImpactLaw impacts) { laws_ = std::move(laws), impacts_ = impacts; }
+    void begin(std::vector<StopLaw> laws, std::vector<FrictionLaw> frictions, ImpactLaw impacts) {
+        laws_ = std::move(laws), frictions_ = std::move(frictions), impacts_ = impacts;
+    }
     std::vector<ContactRow> rows_of(const std::vector<int>& stops) const {
         std::vector<ContactRow> rows;
         for (const int k : stops) rows.push_back({k, laws_[k].side, model_.stops.bound[k]});
         return rows;
     }
 
-    // At a state of which the pose is in place and factored, these touch. False where their rows depend on each other.
+    // At a state of which the pose is in place and factored, these touch. False where nothing can move against some.
     bool touch(std::vector<int> stops) {
         stop_ = std::move(stops);
-        border_.hold(rows_of(stop_));
-        return border_.factor(equations_.pose(), equations_.solver()) && border_.cholesky().full();
+        std::vector<ContactRow> rows = rows_of(stop_);
+        rubs_.clear(), rubbing_ = {};
+        for (int k = 0; k < static_cast<int>(frictions_.size()); ++k)
+            if (has(stop_, frictions_[k].stop)) rubs_.push_back(k);
+        for (const int k : rubs_) {
+            const FrictionLaw& law = frictions_[k];
+            const auto at = [](const std::vector<int>& all, int each) {
+                return each < 0 ? -1 : static_cast<int>(std::find(all.begin(), all.end(), each) - all.begin());
+            };
+            rows.push_back({static_cast<int>(laws_.size()) + k, 1.0, 0.0});
+            rubbing_.coefficient.push_back(law.sliding);
+            rubbing_.partner.push_back(at(rubs_, law.partner)), rubbing_.by.push_back(at(stop_, law.stop));
+        }
+        border_.hold(std::move(rows));
+        if (!border_.factor(equations_.pose(), equations_.solver())) return false;
+        moves_.clear();
+        for (Eigen::Index k = 0; k < border_.operator_of_rows().rows(); ++k) moves_.push_back(border_.moves(k));
+        return std::find(moves_.begin(), moves_.begin() + count(), false) == moves_.begin() + count();
     }
     const std::vector<int>& stops() const { return stop_; }
     // Whose restitution counts where these are struck: by impulses that of others, too, which have some.
     bool bounces(bool struck) const { return struck || impacts_ != ImpactLaw::newton; }
-    // How fast the gaps open.
+    // How fast the gaps open, and what slides there.
     void rates(Vector& found) const { border_.rates(equations_.motion(), found); }
+    Eigen::MatrixXd B_of_stops() const { return border_.operator_of_rows().topLeftCorner(count(), count()); }
 
     // Of how hard they push, as they were seen last.
     double round_off() const { return border_.round_off(); }
@@ -45,19 +65,19 @@ public:
                 Vector& y_after, ContactState& next, std::vector<ContactEvent>& events,
                 std::vector<ContactEvent>& rests) {
         const Vector before = rate;
-        const Eigen::Index count = before.size();
         Impact impact;
         Vector fall;
         const auto hit = [&] {
-            if (!impact.strike(impacts_, border_.operator_of_rows(), before, e, slow, thresholds_.no_push))
+            if (!impact.strike(impacts_, border_.operator_of_rows(), before, e, slow, rubbing_, moves_, thresholds_))
                 return false;
             rate = impact.after;
             return change(y, impact.impulse);
         };
         if (!hit() || !falls(rate, slow, fall)) return false;
         Flags low(struck.size());
-        for (Eigen::Index i = 0; i < count; ++i) {
-            low[i] = struck[i] && e[i] > 0.0 && e[i] < 1.0 && lifts_less(i, rate[i], fall[i]);
+        for (Eigen::Index i = 0; i < count(); ++i) {
+            low[i] =
+                struck[i] && e[i] > 0.0 && e[i] < 1.0 && lifts_less(i, rate[i], fall[i], thresholds_.lowest_bounce);
             if (!low[i]) continue;
             rests.push_back({t + 2.0 * rate[i] / (fall[i] * (1.0 - e[i])), stop_[i], Happening::rest, -1, 0.0, 0.0});
             e[i] = 0.0;
@@ -71,33 +91,56 @@ public:
             rate = before + border_.operator_of_rows() * z;
             if (!change(y, z) || !falls(rate, slow, fall)) return false;
         }
-        const double given = 0.5 * z.dot(border_.operator_of_rows() * z) + z.dot(before);
-        if (-given < -thresholds_.creates_energy * kinetic_energy(model_, y)) return false;
-        next.lost -= given;
-        if (!model_.driven.empty()) next.work += kinetic_energy(model_, after_) - kinetic_energy(model_, y) - given;
-        for (Eigen::Index i = 0; i < count; ++i)
+        if (!account(y, before, z, next)) return false;
+        for (Eigen::Index i = 0; i < count(); ++i)
             if (impact.impulse[i] > 0.0)
                 events.push_back({t, stop_[i], struck[i] ? Happening::impact : Happening::push, -1, impact.impulse[i],
                                   impact.taken[i]});
+        next.rubbed.resize(frictions_.size(), 0.0);
+        for (std::size_t k = 0; k < rubs_.size(); ++k)
+            next.rubbed[rubs_[k]] += impact.taken[count() + static_cast<Eigen::Index>(k)];
         y_after = after_;
         return true;
     }
+    // What ends sliding may lift what rocks by less than gaps are known to: it stays, in the motion y, and `rate` is what it is then.
+    bool keep_down(Vector& y, const Vector& slow, Vector& rate, ContactState& next) {
+        Flags lifts(stop_.size());
+        bool any = false;
+        for (Eigen::Index i = 0; i < count(); ++i) any = any || rate[i] > slow[i];
+        Vector fall;
+        after_ = y;
+        if (!any) return true;
+        if (!falls(rate, slow, fall)) return false;
+        any = false;
+        for (Eigen::Index i = 0; i < count(); ++i) {
+            lifts[i] = rate[i] > slow[i] && lifts_less(i, rate[i], fall[i], thresholds_.stop_slack);
+            any = any || lifts[i];
+        }
+        if (!any) return true;
+        const Vector before = rate, z = without_lifting(lifts, rate);
+        rate = before + border_.operator_of_rows() * z;
+        if (!change(y, z) || !account(y, before, z, next)) return false;
+        y = after_;
+        return true;
+    }
 
-    // How hard stops push that stay closed, at y at the pose in place.
+    // How hard stops push that stay closed, at y at the pose in place. Where their rows depend on each other they share as springs
+    // of one stiffness do.
     bool pushes(const Vector& y, const Flags& staying, Vector& push) {
-        push = Vector::Zero(static_cast<Eigen::Index>(stop_.size()));
+        push = Vector::Zero(count());
         if (!accelerations(y, free_)) return false;
         Eigen::MatrixXd B;
         Vector b, z;
         const std::vector<Eigen::Index> which = only(staying, free_, B, b);
         if (!one_sided(B, b, thresholds_.no_push, z)) return false;
-        for (std::size_t i = 0; i < which.size(); ++i) push[which[i]] = z[static_cast<Eigen::Index>(i)];
+        share(B, b, z);
+        push(which) = z;
         return true;
     }
     // The same, and which gaps open then.
     bool pushes(const Vector& y, const Flags& staying, Vector& push, Flags& opens) {
         if (!pushes(y, staying, push)) return false;
-        const Vector after = free_ + border_.operator_of_rows() * push;
+        const Vector after = free_ + B_of_stops() * push;
         for (std::size_t i = 0; i < opens.size(); ++i) {
             const auto k = static_cast<Eigen::Index>(i);
             opens[i] = border_.opens(k, after[k]);
@@ -106,6 +149,29 @@ public:
     }
 
 private:
+    Eigen::Index count() const { return static_cast<Eigen::Index>(stop_.size()); }
+
+    // What impulses z, at rates before, take from a motion y. False where they would create energy.
+    bool account(const Vector& y, const Vector& before, const Vector& z, ContactState& next) const {
+        const double given = 0.5 * z.dot(border_.operator_of_rows() * z) + z.dot(before);
+        if (-given < -thresholds_.creates_energy * kinetic_energy(model_, y)) return false;
+        next.lost -= given;
+        if (!model_.driven.empty()) next.work += kinetic_energy(model_, after_) - kinetic_energy(model_, y) - given;
+        return true;
+    }
+
+    // Of those that do not open, pushes z that are not unique.
+    void share(const Eigen::MatrixXd& B, const Vector& b, Vector& z) const {
+        const Vector left = b + B * z;
+        std::vector<Eigen::Index> stay;
+        for (Eigen::Index k = 0; k < b.size(); ++k)
+            if (std::abs(left[k]) <= thresholds_.no_push * b.cwiseAbs().maxCoeff()) stay.push_back(k);
+        if (independent(B, stay, thresholds_.no_push).size() == stay.size()) return;
+        std::vector<Cone> cones;
+        for (int k = 0; k < static_cast<int>(stay.size()); ++k) cones.push_back({k, {}, 0.0, {}});
+        if (Vector y; contact_problem(B(stay, stay), b(stay), cones, 0.0, thresholds_, y)) z(stay) = y;
+    }
+
     // The state after impulses z.
     bool change(const Vector& y, const Vector& z) {
         if (!border_.respond(equations_.solver(), z)) return false;
@@ -118,8 +184,8 @@ private:
     bool accelerations(const Vector& y, Vector& found) {
         equations_.set_velocities(y.data(), false);
         if (!equations_.slope_at(y.data(), slope_.data())) return false;
-        const auto count = static_cast<Eigen::Index>(stop_.size());
-        border_.accelerations(equations_.pose(), equations_.solver(), equations_.motion(), count, found);
+        border_.accelerations(equations_.pose(), equations_.solver(), equations_.motion(), count(), found);
+        found.conservativeResize(count());
         return true;
     }
 
@@ -130,12 +196,12 @@ private:
             rest[i] = std::abs(rate[static_cast<Eigen::Index>(i)]) <= slow[static_cast<Eigen::Index>(i)];
         Vector push;
         if (!pushes(after_, rest, push)) return false;
-        fall = -(free_ + border_.operator_of_rows() * push);
+        fall = -(free_ + B_of_stops() * push);
         return true;
     }
-    bool lifts_less(Eigen::Index i, double rate, double fall) const {
+    bool lifts_less(Eigen::Index i, double rate, double fall, double height) const {
         const double reached = fall > 0.0 ? rate * rate / (2.0 * fall) : std::numeric_limits<double>::infinity();
-        return rate > 0.0 && reached < thresholds_.lowest_bounce * laws_[stop_[i]].size;
+        return rate > 0.0 && reached < height * laws_[stop_[i]].size;
     }
 
     // Whether some gap opens after an impact by less than any bounce that counts, and does not stay closed; now it does, and what
@@ -143,8 +209,9 @@ private:
     bool rocks(const Flags& low, const Vector& rate, const Vector& slow, const Vector& fall, Flags& staying) const {
         bool more = false;
         Flags next = staying;
-        for (Eigen::Index i = 0; i < rate.size(); ++i) {
-            const bool lifted = !low[i] && rate[i] > slow[i] && lifts_less(i, rate[i], fall[i]);
+        for (Eigen::Index i = 0; i < count(); ++i) {
+            const bool lifted =
+                !low[i] && rate[i] > slow[i] && lifts_less(i, rate[i], fall[i], thresholds_.lowest_bounce);
             more = more || (lifted && !staying[i]);
             next[i] = next[i] || lifted || std::abs(rate[i]) <= slow[i];
         }
@@ -177,8 +244,11 @@ private:
     const Thresholds& thresholds_;
     ContactBorder<D> border_;
     std::vector<StopLaw> laws_;
+    std::vector<FrictionLaw> frictions_;
     ImpactLaw impacts_ = ImpactLaw::newton;
-    std::vector<int> stop_;  // that touch
+    std::vector<int> stop_, rubs_;  // that touch, and the frictions at them
+    Rubbing rubbing_;
+    Flags moves_;  // of each row, whether something can move along it
     Vector after_, slope_, free_;
 };
 

@@ -74,32 +74,10 @@ public:
             }
     }
 
-    // Which walls and frictions begin or end to share.
-    void record(double t, const ContactState& before, const ContactState& after,
-                std::vector<ContactEvent>& events) const {
-        const std::vector<int> shared = sharing(before), shares = sharing(after);
-        const auto tell = [&](const std::vector<int>& all, const std::vector<int>& others, int way) {
-            for (const int k : all)
-                if (std::find(others.begin(), others.end(), k) == others.end())
-                    events.push_back({t, k, Happening::shared, way, 0.0, 0.0});
-        };
-        tell(shared, shares, -1);
-        tell(shares, shared, 1);
-    }
-
 private:
     bool is_along(int stop, int friction) const {
         const auto& coordinates = model_.stops.joint_coordinate;
         return coordinates[stop] >= 0 && coordinates[stop] == coordinates[sides_.size() + friction];
-    }
-    // Walls, and after all stops what sticks at them.
-    std::vector<int> sharing(const ContactState& state) const {
-        std::vector<int> found;
-        for (const int stop : state.held)
-            if (has(state, stop)) found.push_back(stop);
-        for (const auto& [k, at] : state.stuck)
-            if (any(state, k, 1.0) || any(state, k, -1.0)) found.push_back(static_cast<int>(sides_.size()) + k);
-        return found;
     }
 
     const EquationsOfMotion<D>& equations_;

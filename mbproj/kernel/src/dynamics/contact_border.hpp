@@ -45,8 +45,9 @@ public:
         along_.clear();
         for (const ContactRow& row : rows_) along_.emplace_back(model_.stops.coordinates, row.coordinate, pose);
     }
-    // The same, and B with the factor that the solver has. False where the equations have no unique solution.
-    bool factor(const Pose<D>& pose, KktSolver<D>& solver) {
+    // The same, and B with the factor that the solver has; reactions where bearings go by them, or on request. False where the
+    // equations have no unique solution.
+    bool factor(const Pose<D>& pose, KktSolver<D>& solver, bool reacts = false) {
         const auto count = static_cast<Eigen::Index>(rows_.size());
         see(pose);
         B_.resize(count, count);
@@ -58,7 +59,7 @@ public:
             loose_[k] = 0.0;
             forces_.give(solver);
             for (int b = 0; b < model_.size(); ++b) loose_[k] += alone(b, pose);
-            double* reaction = model_.bearings.empty() ? nullptr : &reactions_(0, k);
+            double* reaction = (model_.bearings.empty() && !reacts) || !reactions_.rows() ? nullptr : &reactions_(0, k);
             if (!solver.solve(none_.data(), reaction)) return false;
             changes(solver, column);
             B_.col(k) = column;

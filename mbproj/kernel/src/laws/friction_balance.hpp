@@ -1,122 +1,72 @@
-// What holds and what slides from one state on, of stops that touch and of dry frictions at joints: as much sticks as can. Rows of
-// stops and of frictions at rest are independent; a stop and a friction at rest along one coordinate are one row, that of the
-// friction. The reference is mbproj.dynamics.friction.balance.
+// What holds and what slides from one state on, of stops that touch and of dry frictions: as much sticks as can. A stop pushes,
+// y >= 0, or opens; a friction at rest holds with |y| up to its static force, or slides against it; one that slides has its sliding
+// force. Where rows depend on each other what sticks does so while some share within all cones carries the load. Of a friction at a
+// joint and a stop along its coordinate, a wall, both are the friction's row. The reference is mbproj.dynamics.friction.balance and
+// holding.
 #pragma once
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
+#include <functional>
 #include <vector>
 
 #include <Eigen/Core>
 
-#include "model/thresholds.hpp"
+#include "laws/contact_problem.hpp"
+#include "laws/shares.hpp"
 
 namespace mbproj {
 
-// Stops and then frictions: B of their rows, and accelerations b without their forces y. Of each friction its static and its
-// sliding force, both to be multiplied by a load, and the direction in which it slides, 0 at rest.
+// The forces y; which frictions are stuck, each by a row of its own; the direction in which each slides, 0 at rest; the part of its
+// static force that one bears which others hold; whether stops share, and how.
+struct Balanced {
+    Eigen::VectorXd y, direction, part;
+    std::vector<bool> stuck;
+    bool shared = false;
+    Shares shares;
+};
+
+// Stops and then frictions: B of their rows, and accelerations b without their forces y.
 struct FrictionBalance {
+    using Index = Eigen::Index;
     using Vector = Eigen::VectorXd;
+    using Flags = std::vector<bool>;
+    // What frictions are multiplied by, from all forces.
+    using Loads = std::function<void(const Vector& y, Vector& found)>;
 
-    Eigen::Index stops;
+    Index stops;
     Eigen::MatrixXd B;
-    Vector b, fixed, sliding, direction;
-    Vector still;                // of each friction, an acceleration that is round-off
-    std::vector<bool> able;      // of each row, whether something can move along it
-    std::vector<bool> up, down;  // of each friction, whether a stop can push that way along its row
+    Vector b;
+    // Of each friction its static and its sliding force, to be multiplied by a load, the direction in which it slides, 0 at rest, and
+    // an acceleration that is round-off.
+    Vector fixed, sliding, direction, still;
+    std::vector<int> stop, partner;  // of each friction the stop by whose push it goes, and the other tangent, or -1
+    Flags able;                      // of each row, whether something can move along it
+    Flags up, down;                  // of each friction, whether a wall can push that way along its row
 
-    bool rests(Eigen::Index k) const { return direction[k] == 0.0; }
-
-    // y, with loads(y, found) of the frictions; what slips gets a direction, and what is `stuck` is told. False where there is
-    // no such y, or nothing moves along what rests.
-    template <class Loads>
-    bool decide(const Loads& loads, const Thresholds& thresholds, Vector& y, std::vector<bool>& stuck) {
-        const auto count = fixed.size();
-        Vector load;
-        stuck.assign(static_cast<std::size_t>(count), false);
-        while (true) {
-            if (!forces(loads, thresholds, y)) return false;
-            loads(y, load);
-            const Vector a = b + B * y;
-            const double none = thresholds.no_push * b.cwiseAbs().maxCoeff();
-            Vector slips = Vector::Zero(count);
-            for (Eigen::Index k = 0; k < count; ++k) {
-                const double force = y[stops + k], own = a[stops + k];
-                const double bound = (1.0 - thresholds.slips) * fixed[k] * load[k];
-                const bool moves = able[static_cast<std::size_t>(stops + k)];
-                const bool holds = rests(k) && moves && least(k, bound) < force && force < most(k, bound);
-                stuck[static_cast<std::size_t>(k)] = holds;
-                if (!rests(k) || holds) continue;
-                const double way = (moves && std::abs(own) <= none && force != 0.0) ? -force : own;
-                if (!moves && std::abs(own) <= std::max(none, still[k])) return false;
-                slips[k] = way > 0.0 ? 1.0 : way < 0.0 ? -1.0 : 0.0;
-                if (slips[k] == 0.0) return false;
-            }
-            if (slips.isZero(0.0)) return true;
-            direction += slips;
-        }
-    }
+    // False where there are no such forces.
+    bool decide(const Loads& loads, const Thresholds& thresholds, Balanced& found);
+    // y where frictions at rest hold if they can all, and else up to their static force. False where there is none.
+    bool forces(const Loads& loads, const Thresholds& thresholds, Vector& y) const;
 
 private:
-    static constexpr int most_rounds = 20000;
-    using Limits = std::numeric_limits<double>;
-
-    // What friction up to a bound and stops can do along a friction's row.
-    double least(Eigen::Index k, double bound) const {
-        return down[static_cast<std::size_t>(k)] ? -Limits::infinity() : -bound;
-    }
-    double most(Eigen::Index k, double bound) const {
-        return up[static_cast<std::size_t>(k)] ? Limits::infinity() : bound;
-    }
-
-    // y where frictions at rest hold if they can all, and else up to their static force.
-    template <class Loads> bool forces(const Loads& loads, const Thresholds& thresholds, Vector& y) const {
-        Vector load;
-        if (!relaxed(loads, thresholds, false, y)) return relaxed(loads, thresholds, true, y);
-        loads(y, load);
-        bool beyond = false;
-        for (Eigen::Index k = 0; k < fixed.size(); ++k) {
-            const double force = y[stops + k], bound = fixed[k] * load[k];
-            beyond = beyond || (rests(k) && (force < least(k, bound) || force > most(k, bound)));
-        }
-        return !beyond || relaxed(loads, thresholds, true, y);
-    }
-
-    // By the method of Gauss and Seidel, projected onto what each force may be; frictions at rest hold any unless `bounded`.
-    template <class Loads>
-    bool relaxed(const Loads& loads, const Thresholds& thresholds, bool bounded, Vector& y) const {
-        const Vector sizes = B.diagonal();
-        y = Vector::Zero(b.size());
-        Vector a = b, before, load, after;
-        double scale = b.size() ? b.cwiseAbs().maxCoeff() : 0.0;
-        const auto take = [&](Eigen::Index i, double force) {
-            a += (force - y[i]) * B.col(i);
-            y[i] = force;
-        };
-        for (int round = 0; round < most_rounds; ++round) {
-            before = y;
-            loads(y, load);
-            if (!y.allFinite() || !load.allFinite()) return false;
-            for (Eigen::Index i = 0; i < b.size(); ++i) {
-                const double wanted = able[static_cast<std::size_t>(i)] ? y[i] - a[i] / sizes[i] : 0.0;
-                const Eigen::Index k = i - stops;
-                if (k < 0)
-                    take(i, std::max(wanted, 0.0));
-                else if (!rests(k))
-                    take(i, -direction[k] * sliding[k] * load[k]);
-                else
-                    take(i, bounded ? std::clamp(wanted, least(k, fixed[k] * load[k]), most(k, fixed[k] * load[k]))
-                                    : wanted);
-            }
-            loads(y, after);
-            const double moved = ((y - before).array() * sizes.array()).abs().maxCoeff();
-            scale = std::max(scale, (y.array() * sizes.array()).abs().maxCoeff());
-            const bool settled = ((load - after).array().abs() <= thresholds.balanced_to * load.array().abs()).all();
-            if (moved <= thresholds.balanced_to * scale && settled) return true;
-        }
-        return false;
-    }
+    Index count() const { return fixed.size(); }
+    bool moves(Index row) const { return able[static_cast<std::size_t>(row)]; }
+    bool in_plane(Index k) const;
+    double with_partner(const Vector& values, Index k) const;
+    bool rests(Index k) const { return with_partner(direction, k) == 0.0; }
+    bool at_wall(Index k) const { return up[static_cast<std::size_t>(k)] || down[static_cast<std::size_t>(k)]; }
+    bool is_within(Index k, double force, double bound) const;
+    Eigen::MatrixXd pulls() const;
+    bool relaxed(const Loads& loads, const Thresholds& thresholds, bool bounded, Vector& y) const;
+    bool slipping(const Loads& loads, const Thresholds& thresholds, const Vector& held, Vector& y) const;
+    // Which frictions at rest hold more than they can.
+    Flags beyond(const Loads& loads, const Vector& y) const;
+    // Whether rows of stops depend on each other, or on those of frictions at rest; y where they do, and all can hold.
+    bool depend(const Thresholds& thresholds) const;
+    std::vector<Cone> cones(const Thresholds& thresholds, const Flags& rest, const Vector& load) const;
+    bool all_hold(const Loads& loads, const Thresholds& thresholds, Vector& y) const;
+    bool yields(const Loads& loads, const Thresholds& thresholds, Vector& y) const;
+    Vector slips(const Thresholds& thresholds, const Vector& y, const Vector& load, bool holds, bool yields,
+                 Flags& stuck) const;
 };
 
 }  // namespace mbproj

@@ -28,7 +28,8 @@ struct Thresholds {
     int most_polishing, most_chatter, most_newton, free_passes, most_halvings, branch_halvings;
     // mbproj/thresholds/contact.py
     double settled_load, middle_unlike, no_push, touching, stop_rests, rest_acceleration, rest_steps, lowest_bounce,
-        contact_pulls, creates_energy, on_grid, damped_from, damped_to, balanced_to, slips, straight_speed;
+        contact_pulls, creates_energy, on_grid, damped_from, damped_to, balanced_to, slips, springs_give, slips_beyond,
+        turned_speed, straight_speed, stop_slack, no_part;
     int most_load_passes, most_halves, most_meetings;
     // mbproj/thresholds/ropes.py
     double off_sheave, rope_turned;
@@ -140,7 +141,12 @@ template <class Visit> void each_threshold(Visit&& visit) {
     visit("damped_to", &Thresholds::damped_to);
     visit("balanced_to", &Thresholds::balanced_to);
     visit("slips", &Thresholds::slips);
+    visit("springs_give", &Thresholds::springs_give);
+    visit("slips_beyond", &Thresholds::slips_beyond);
+    visit("turned_speed", &Thresholds::turned_speed);
     visit("straight_speed", &Thresholds::straight_speed);
+    visit("stop_slack", &Thresholds::stop_slack);
+    visit("no_part", &Thresholds::no_part);
     visit("most_meetings", &Thresholds::most_meetings);
     visit("most_halves", &Thresholds::most_halves);
     visit("most_load_passes", &Thresholds::most_load_passes);

@@ -114,14 +114,18 @@ public:
         watch_.begin(equations_.pose(), equations_.motion(), turns);
     }
 
-    void record(SampleBlock& block, const std::vector<double>& lambda) const {
+    // The last sample of a block, with its multipliers.
+    void record(SampleBlock& block, const std::vector<double>& lambda) {
         const ContactState& state = policy_.state();
-        const std::vector<double> forces = policy_.forces(lambda);
+        const double* y = block.y.data() + block.y.size() - now_.y.size();
+        const std::vector<double> forces = policy_.forces(block.t.back(), y, lambda);
         block.pushes.insert(block.pushes.end(), forces.begin(), forces.end());
         const std::vector<double> slides = policy_.slides(forces);
         block.slides.insert(block.slides.end(), slides.begin(), slides.end());
         block.jumps.push_back(state.work);
         block.jumps.push_back(state.lost);
+        for (std::size_t k = 0; k + policy_.stops() < forces.size(); ++k)
+            block.jumps.push_back(k < state.rubbed.size() ? state.rubbed[k] : 0.0);
     }
 
 private:

@@ -1,0 +1,293 @@
+// Dry friction at joints and at stops, where something changes: which sticks and which slides from there on, with the stops that
+// touch. What sticks at a stop along its own coordinate, a wall, is held by both: their one row may push away from the wall as hard
+// as it has to. The reference is mbproj.integrate.stops.rubbing.
+#pragma once
+
+#include "contacts/acting_frictions.hpp"
+#include "contacts/whole_motion.hpp"
+#include "laws/friction_balance.hpp"
+
+namespace mbproj {
+
+template <class D> class DryFriction final {
+public:
+    using Vector = Eigen::VectorXd;
+    using Flags = std::vector<bool>;
+
+    explicit DryFriction(EquationsOfMotion<D>& equations)
+        : acting(equations), equations_(equations), model_(equations.model()), thresholds_(model_.thresholds),
+          border_(model_), lambda_(model_.all_multipliers()) {}
+
+    // The frictions come after the stops, which have these sides.
+    void begin(std::vector<FrictionLaw> laws, std::vector<double> sides) {
+        laws_ = laws;
+        stops_ = static_cast<int>(sides.size());
+        acting.begin(std::move(laws), std::move(sides));
+    }
+    bool any() const { return !laws_.empty(); }
+    bool fits(const ContactState& state) const {
+        const auto is_one = [this](const auto& each) { return each.first < static_cast<int>(laws_.size()); };
+        const auto are_some = [&](const auto& all) { return std::all_of(all.begin(), all.end(), is_one); };
+        return are_some(state.sliding) && are_some(state.stuck) && are_some(state.bearing);
+    }
+    const Walls<D>& walls() const { return acting.walls(); }
+    ActingFrictions<D> acting;
+
+    // At y at t, with whole turns, while these stops touch and stay: what frictions do from here on, how hard the stops push, how
+    // they share, by their numbers, and which of them may open. `met` has come to rest, or none, -1; after an impact no friction is
+    // `known` to stick. y is without what moves of frictions at rest. False where that is not for this class.
+    bool settle(double t, Vector& y, const std::vector<long>& turns, const std::vector<ContactRow>& closed, int met,
+                bool known, ContactState& next, Vector& push, Flags& opens) {
+        std::vector<ContactRow> rows = closed;
+        touching_ = walls().take_from(rows);
+        first_ = static_cast<Eigen::Index>(rows.size());
+        std::vector<int> stops;
+        for (const ContactRow& row : rows) stops.push_back(row.coordinate);
+        rubs_.clear();
+        for (int k = 0; k < static_cast<int>(laws_.size()); ++k)
+            if (laws_[k].stop < 0 || has(stops, laws_[k].stop))
+                rubs_.push_back(k), rows.push_back({stops_ + k, 1.0, 0.0});
+        border_.hold(std::move(rows));
+        equations_.set_pose(t, y.data());
+        equations_.set_velocities(y.data(), false);
+        if (!equations_.factor(Metric::mass) || !border_.factor(equations_.pose(), equations_.solver())) return false;
+        equations_.seen(t, y.data());
+        fixed_ = acting.bounds();
+        border_.rates(equations_.motion(), rate_);
+        const Flags rests = rest(met, known, next);
+        if (!stop_all(y, rests, next.fastest)) return false;
+        FrictionBalance problem = balance(stops, rests, next.fastest);
+        const Vector speed = rate_.tail(problem.fixed.size());
+        const bool all_slide = std::find(rests.begin(), rests.end(), true) == rests.end();
+        if (!accelerations(y, problem.b) || (first_ == 0 && all_slide && !is_bounded(problem))) return false;
+        Balanced found;
+        const auto loads = [&](const Vector& along, Vector& carried) { see_loads(problem, along, carried); };
+        if (!problem.decide(loads, thresholds_, found)) return false;
+        Vector load;
+        loads(found.y, load);
+        const Vector after = problem.b + problem.B * found.y;
+        push.resize(static_cast<Eigen::Index>(closed.size()));
+        opens.assign(closed.size(), true);
+        Eigen::Index own = 0;
+        for (std::size_t i = 0; i < closed.size(); ++i) {
+            const int k = walls().along(closed[i].coordinate);
+            if (k < 0) opens[i] = border_.opens(own, after[own]);
+            const double force = k < 0 ? found.y[own++] : closed[i].sign * found.y[first_ + place(k)];
+            push[static_cast<Eigen::Index>(i)] =
+                k < 0 ? force : Walls<D>::push_of(force, fixed_[static_cast<std::size_t>(k)] * load[place(k)]);
+        }
+        for (std::size_t i = 0; i < rubs_.size(); ++i)
+            if (laws_[rubs_[i]].bound >= 0 && found.part[static_cast<Eigen::Index>(i)] != 0.0) return false;
+        take(found, problem, speed, after.tail(speed.size()), turns, known, next);
+        share(found, stops, next);
+        return true;
+    }
+
+    // Of how hard stops push, as they were seen last.
+    double round_off() const { return border_.round_off(); }
+
+    // What begins to stick or to slide, or turns; at stops while these touch, and of two tangents the first.
+    void record(double t, const ContactState& before, const ContactState& after,
+                std::vector<ContactEvent>& events) const {
+        for (int k = 0; k < static_cast<int>(laws_.size()); ++k) {
+            const FrictionLaw& law = laws_[k];
+            if (law.partner >= 0 && law.partner < k) continue;
+            if (law.stop >= 0 && !(before.touches(law.stop) && after.touches(law.stop))) continue;
+            const double was = among(before.sliding, k, 0.0), now = among(after.sliding, k, 0.0);
+            const auto tell = [&](Happening what) {
+                events.push_back({t, stops_ + k, what, static_cast<int>(std::nearbyint(now)), 0.0, 0.0});
+            };
+            if (has(before.sliding, k) != has(after.sliding, k))
+                tell(has(after.sliding, k) ? Happening::slip : Happening::stick);
+            else if (was * now < 0.0 && law.stop < 0)
+                tell(Happening::turn);
+        }
+    }
+
+private:
+    using Limits = std::numeric_limits<double>;
+
+    // How hard it resists sliding at a speed, at the state that was seen last: as the law does that slides forwards.
+    double at(const FrictionLaw& law, double speed) const {
+        return law.bound < 0 ? law.at(speed) : -given(equations_, model_.loads->laws[law.law].program, std::abs(speed));
+    }
+    // Where a friction is among those that rub.
+    Eigen::Index place(int k) const { return std::find(rubs_.begin(), rubs_.end(), k) - rubs_.begin(); }
+    int partner_of(int k) const { return laws_[k].partner < 0 ? -1 : static_cast<int>(place(laws_[k].partner)); }
+    // The speed along a friction that rubs, of two tangents in the plane of both.
+    double speed(std::size_t i) const {
+        const int other = partner_of(rubs_[i]);
+        const double own = rate_[first_ + static_cast<Eigen::Index>(i)];
+        return other < 0 ? std::abs(own) : std::hypot(own, rate_[first_ + other]);
+    }
+
+    // Which do not slide: those that are known to stick, those that are no faster than round-off or than what was met at rest.
+    Flags rest(int met, bool known, const ContactState& state) const {
+        Flags found(rubs_.size());
+        double slow = thresholds_.stop_rests * state.fastest;
+        for (std::size_t i = 0; i < rubs_.size(); ++i) {
+            if (rubs_[i] != met) continue;
+            const double own = speed(i) / laws_[met].size;
+            if (laws_[met].partner < 0 || own < thresholds_.turned_speed * state.fastest)
+                slow = std::max(slow, 8.0 * own);
+        }
+        for (std::size_t i = 0; i < rubs_.size(); ++i) {
+            const int k = rubs_[i];
+            const bool sticks = known && (has(state.stuck, k) || has(state.bearing, k));
+            found[i] = sticks || speed(i) <= slow * laws_[k].size || !touching_[k].empty();
+        }
+        return found;
+    }
+
+    // What rests does not move at all: methods that do not close velocities leave more than round-off.
+    bool stop_all(Vector& y, const Flags& rests, double fastest) {
+        std::vector<Eigen::Index> which;
+        Vector wanted = Vector::Zero(rate_.size()), z = wanted, own;
+        bool moves = false;
+        for (Eigen::Index i = 0; i < rate_.size(); ++i) {
+            const Eigen::Index at = i - first_;
+            if (at >= 0 && !rests[static_cast<std::size_t>(at)]) continue;
+            if (border_.moves(i) || at < 0) which.push_back(i);
+            if (at < 0 || !border_.moves(i)) continue;
+            wanted[i] = rate_[i];
+            moves = moves || std::abs(rate_[i]) > thresholds_.stop_rests * fastest * laws_[rubs_[at]].size;
+        }
+        if (!moves) return true;
+        SemidefiniteCholesky cholesky;
+        cholesky.factor(border_.operator_of_rows()(which, which), thresholds_.no_push);
+        cholesky.solve(wanted(which), own);
+        z(which) = own;
+        if (!border_.respond(equations_.solver(), z)) return false;
+        add_velocities(equations_, y);
+        equations_.set_velocities(y.data(), false);
+        border_.rates(equations_.motion(), rate_);
+        return true;
+    }
+
+    FrictionBalance balance(const std::vector<int>& stops, const Flags& rests, double fastest) {
+        const auto count = static_cast<Eigen::Index>(rubs_.size());
+        for (std::size_t i = 0; i < rubs_.size(); ++i)
+            if (rests[i]) rate_[first_ + static_cast<Eigen::Index>(i)] = 0.0;
+        FrictionBalance found{first_,
+                              border_.operator_of_rows(),
+                              {},
+                              Vector(count),
+                              Vector(count),
+                              Vector(count),
+                              Vector(count),
+                              {},
+                              {},
+                              {},
+                              {},
+                              {}};
+        for (Eigen::Index i = 0; i < first_ + count; ++i) found.able.push_back(border_.moves(i));
+        for (Eigen::Index i = 0; i < count; ++i) {
+            const int k = rubs_[static_cast<std::size_t>(i)];
+            const double fast = speed(static_cast<std::size_t>(i));
+            found.direction[i] = fast > 0.0 ? rate_[first_ + i] / fast : 0.0;
+            found.sliding[i] = at(laws_[k], fast);
+            found.fixed[i] = fixed_[static_cast<std::size_t>(k)];
+            found.still[i] = thresholds_.rest_acceleration * fastest * fastest * laws_[k].size;
+            const auto at = std::find(stops.begin(), stops.end(), laws_[k].stop);
+            found.stop.push_back(laws_[k].stop < 0 ? -1 : static_cast<int>(at - stops.begin()));
+            found.partner.push_back(partner_of(k));
+            found.up.push_back(Walls<D>::push(touching_[k], 1.0));
+            found.down.push_back(Walls<D>::push(touching_[k], -1.0));
+        }
+        return found;
+    }
+
+    // Of the rows where neither stops nor frictions act; and what bearings carry then.
+    bool accelerations(const Vector& y, Vector& found) {
+        slope_.resize(y.size());
+        if (!equations_.slope_at(y.data(), slope_.data(), lambda_.data())) return false;
+        border_.accelerations(equations_.pose(), equations_.solver(), equations_.motion(), first_, found);
+        base_.clear(), responses_.clear();
+        for (const Bearing<D>& bearing : model_.bearings)
+            base_.emplace_back(model_, equations_.pose(), bearing, lambda_.data());
+        for (Eigen::Index i = 0; i < found.size() && !base_.empty(); ++i) {
+            const Vector reaction = border_.reactions().col(i);
+            responses_.emplace_back();
+            for (const Bearing<D>& bearing : model_.bearings)
+                responses_.back().emplace_back(model_, equations_.pose(), bearing, reaction.data());
+        }
+        return true;
+    }
+
+    void see_loads(const FrictionBalance& problem, const Vector& forces, Vector& found) const {
+        found.resize(static_cast<Eigen::Index>(rubs_.size()));
+        for (std::size_t at = 0; at < rubs_.size(); ++at) {
+            const int number = laws_[rubs_[at]].bearing, stop = problem.stop[at];
+            double& own = found[static_cast<Eigen::Index>(at)];
+            own = stop < 0 ? 1.0 : forces[stop];
+            if (stop >= 0 || number < 0) continue;
+            Supports<D> carried = base_[number];
+            for (Eigen::Index i = 0; i < forces.size(); ++i) carried.add(responses_[i][number], forces[i]);
+            own = model_.bearings[number].preload + carried.load(model_.bearings[number]);
+        }
+    }
+
+    // Whether no load grows by more than itself where all slide, and no stop touches.
+    bool is_bounded(const FrictionBalance& problem) const {
+        const auto count = static_cast<Eigen::Index>(model_.bearings.size());
+        if (count == 0) return true;
+        Eigen::MatrixXd left = Eigen::MatrixXd::Identity(count, count);
+        for (std::size_t at = 0; at < rubs_.size(); ++at)
+            for (Eigen::Index j = 0; j < count && laws_[rubs_[at]].bearing >= 0; ++j)
+                left(j, laws_[rubs_[at]].bearing) -=
+                    problem.sliding[static_cast<Eigen::Index>(at)] * responses_[at][j].load(model_.bearings[j]);
+        const Vector x = solved(left, Vector::Ones(count));
+        return x.allFinite() && x.minCoeff() > 0.0;
+    }
+
+    // What each friction does, in accelerations of all that rub; where a stop does not push there is none.
+    void take(const Balanced& found, const FrictionBalance& problem, const Vector& rate, const Vector& acceleration,
+              const std::vector<long>& turns, bool known, ContactState& next) const {
+        const Numbered before = known ? next.stuck : Numbered();
+        next.sliding.clear(), next.stuck.clear(), next.bearing.clear();
+        next.straight.clear(), next.starting.clear();
+        for (std::size_t i = 0; i < rubs_.size(); ++i) {
+            const auto at = static_cast<Eigen::Index>(i);
+            const int k = rubs_[i], other = partner_of(k);
+            if (problem.stop[i] >= 0 && !(found.y[problem.stop[i]] > 0.0)) continue;
+            const bool across = other >= 0 && found.direction[other] != 0.0;
+            if (found.part[at] != 0.0) next.bearing.emplace_back(k, found.part[at]);
+            if (found.stuck[i]) next.stuck.emplace_back(k, value_of(before, k, turns));
+            if (found.direction[at] == 0.0 && !across) continue;
+            next.sliding.emplace_back(k, found.direction[at]);
+            const double slow = 2.0 * thresholds_.straight_speed * next.fastest * laws_[k].size;
+            if (other < 0 || std::hypot(rate[at], rate[other]) > slow) continue;
+            const bool stops = rate[at] * acceleration[at] + rate[other] * acceleration[other] < 0.0;
+            (stops ? next.straight : next.starting).push_back(k);
+        }
+    }
+    // Where a friction is stuck, that may have been before.
+    double value_of(const Numbered& before, int k, const std::vector<long>& turns) const {
+        if (!touching_[k].empty()) return touching_[k].front().at;
+        const int coordinate = model_.stops.joint_coordinate[stops_ + k];
+        const Coordinate<D> along(model_.stops.coordinates, stops_ + k, equations_.pose());
+        const bool turned = coordinate >= 0 && is_angle(along.p.kind);
+        return among(before, k, along.value() + (turned ? 2.0 * M_PI * static_cast<double>(turns[coordinate]) : 0.0));
+    }
+
+    void share(const Balanced& found, const std::vector<int>& stops, ContactState& next) const {
+        next.take_shares(found.shared ? &found.shares : nullptr, stops);
+    }
+
+    EquationsOfMotion<D>& equations_;
+    const Model<D>& model_;
+    const Thresholds& thresholds_;
+    ContactBorder<D> border_;  // of stops that touch, and of the frictions that rub
+    std::vector<FrictionLaw> laws_;
+    std::vector<double> fixed_;                      // the static force of each, where they were settled last
+    std::vector<std::vector<ContactRow>> touching_;  // walls of each friction
+    std::vector<int> rubs_;                          // the frictions at joints and at stops that touch
+    int stops_ = 0;
+    Eigen::Index first_ = 0;  // of the border's rows those of stops
+    std::vector<double> lambda_;
+    Vector slope_, rate_;
+    std::vector<Supports<D>> base_;
+    std::vector<std::vector<Supports<D>>> responses_;  // to a force of size 1 along each row
+};
+
+}  // namespace mbproj

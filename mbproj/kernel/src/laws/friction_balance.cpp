@@ -1,0 +1,300 @@
+// The conditions of contact are fulfilled one after another until all are (non-smooth contact dynamics, Jean and Moreau 1992).
+#include "laws/friction_balance.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+namespace mbproj {
+
+namespace {
+constexpr int most_rounds = 20000, most_turns = 50;
+constexpr double huge = 1e200, tiny = std::numeric_limits<double>::min();
+
+std::size_t of(Eigen::Index k) { return static_cast<std::size_t>(k); }
+double largest(const Eigen::VectorXd& x) { return x.size() ? x.cwiseAbs().maxCoeff() : 0.0; }
+
+}  // namespace
+
+bool FrictionBalance::in_plane(Index k) const {
+    const int other = partner[of(k)];
+    return other >= 0 && moves(stops + k) && moves(stops + other);
+}
+
+double FrictionBalance::with_partner(const Vector& values, Index k) const {
+    const int other = partner[of(k)];
+    return other < 0 ? std::abs(values[k]) : std::hypot(values[k], values[other]);
+}
+
+// Whether friction up to a bound and walls can do this along a friction's row.
+bool FrictionBalance::is_within(Index k, double force, double bound) const {
+    return (down[of(k)] || force > -bound) && (up[of(k)] || force < bound);
+}
+
+// What the push of each stop does, together with the friction that slides by it, as parts of all rows.
+Eigen::MatrixXd FrictionBalance::pulls() const {
+    Eigen::MatrixXd found = Eigen::MatrixXd::Identity(b.size(), stops);
+    for (Index k = 0; k < count(); ++k)
+        if (const int at = stop[of(k)]; at >= 0 && !rests(k)) found(stops + k, at) = -direction[k] * sliding[k];
+    return found;
+}
+
+// By the method of Gauss and Seidel, projected onto what each force may be; frictions at rest hold any unless `bounded`.
+bool FrictionBalance::relaxed(const Loads& loads, const Thresholds& thresholds, bool bounded, Vector& y) const {
+    const Vector sizes = B.diagonal();
+    const Eigen::MatrixXd pull = pulls(), pushed = B * pull;
+    y = Vector::Zero(b.size());
+    Vector a = b, before, load, after, step(count());
+    double scale = largest(b);
+    for (Index i = 0; i < stops; ++i)
+        if (moves(i) && !(pushed(i, i) > 0.0)) return false;
+    for (Index k = 0; k < count(); ++k) {
+        if (!in_plane(k)) continue;
+        const Index i = stops + k, j = stops + partner[of(k)];
+        step[k] = 2.0 / (B(i, i) + B(j, j) + std::hypot(B(i, i) - B(j, j), 2.0 * B(i, j)));
+    }
+    const auto take = [&](Index i, double force) {
+        a += (force - y[i]) * B.col(i);
+        y[i] = force;
+    };
+    for (int round = 0; round < most_rounds; ++round) {
+        before = y;
+        loads(y, load);
+        if (!y.allFinite() || !load.allFinite() || !(largest(y) < huge)) return false;
+        for (Index i = 0; i < stops; ++i) {
+            if (!moves(i)) continue;
+            const double change = std::max(y[i] - a[i] / pushed(i, i), 0.0) - y[i];
+            a += change * pushed.col(i);
+            y += change * pull.col(i);
+        }
+        for (Index k = 0; k < count(); ++k) {
+            const Index i = stops + k;
+            const double bound = fixed[k] * load[k];
+            if (!rests(k)) {
+                if (stop[of(k)] < 0) take(i, -direction[k] * sliding[k] * load[k]);
+            } else if (!moves(i)) {
+                take(i, 0.0);
+            } else if (!in_plane(k)) {
+                const double wanted = y[i] - a[i] / sizes[i];
+                take(i, !bounded || is_within(k, wanted, bound) ? wanted : std::copysign(bound, wanted));
+            } else if (partner[of(k)] > k) {
+                const Index j = stops + partner[of(k)];
+                const double own = y[i] - step[k] * a[i], other = y[j] - step[k] * a[j];
+                const double part = bounded ? std::min(1.0, bound / std::max(std::hypot(own, other), tiny)) : 1.0;
+                take(i, part * own);
+                take(j, part * other);
+            }
+        }
+        loads(y, after);
+        const double moved = largest((y - before).cwiseProduct(sizes));
+        scale = std::max(scale, largest(y.cwiseProduct(sizes)));
+        const bool settled = ((load - after).array().abs() <= thresholds.balanced_to * load.array().abs()).all();
+        if (moved <= thresholds.balanced_to * scale && settled) return true;
+    }
+    return false;
+}
+
+FrictionBalance::Flags FrictionBalance::beyond(const Loads& loads, const Vector& y) const {
+    Flags found(of(count()));
+    Vector load;
+    loads(y, load);
+    const Vector force = y.tail(count());
+    for (Index k = 0; k < count(); ++k) {
+        const double bound = fixed[k] * load[k];
+        const bool more =
+            at_wall(k) ? !is_within(k, force[k], bound) && std::abs(force[k]) > bound : with_partner(force, k) > bound;
+        found[of(k)] = rests(k) && more;
+    }
+    return found;
+}
+
+// y where those that hold more than they can slide against that: found where friction is so strong beside the push that it goes by
+// that one after the other does not lead there.
+bool FrictionBalance::slipping(const Loads& loads, const Thresholds& thresholds, const Vector& held, Vector& y) const {
+    const Flags slip = beyond(loads, held);
+    y = held;
+    for (int turn = 0; turn < most_turns; ++turn) {
+        FrictionBalance next = *this;
+        const Vector force = y.tail(count());
+        for (Index k = 0; k < count(); ++k) {
+            if (!slip[of(k)]) continue;
+            const double size = with_partner(force, k);
+            next.direction[k] -= size > 0.0 ? force[k] / size : 0.0;
+            next.sliding[k] = fixed[k];
+        }
+        Vector found;
+        if (!next.relaxed(loads, thresholds, true, found)) return false;
+        const Vector way = next.direction - direction, moved = (b + B * found).tail(count()).cwiseProduct(way);
+        for (Index k = 0; k < count(); ++k) {
+            const int other = partner[of(k)];
+            const double own = moved[k] + (other < 0 ? 0.0 : moved[other]);
+            if (slip[of(k)] && own < -thresholds.no_push * largest(b)) return false;
+        }
+        const double change = largest(found - y);
+        y = found;
+        if (change <= thresholds.slips * largest(found)) return true;
+    }
+    return false;
+}
+
+bool FrictionBalance::forces(const Loads& loads, const Thresholds& thresholds, Vector& y) const {
+    Vector held;
+    if (!relaxed(loads, thresholds, false, held)) return relaxed(loads, thresholds, true, y);
+    const Flags more = beyond(loads, held);
+    y = held;
+    if (std::find(more.begin(), more.end(), true) == more.end()) return true;
+    return relaxed(loads, thresholds, true, y) || slipping(loads, thresholds, held, y);
+}
+
+bool FrictionBalance::depend(const Thresholds& thresholds) const {
+    std::vector<Index> held;
+    for (Index i = 0; i < stops; ++i)
+        if (moves(i)) held.push_back(i);
+    if (held.empty()) return false;
+    for (Index k = 0; k < count(); ++k)
+        if (rests(k) && moves(stops + k)) held.push_back(stops + k);
+    return independent(B, held, thresholds.no_push).size() < held.size();
+}
+
+// What each contact can do; of what rests a little less, so that it holds for a while.
+std::vector<Cone> FrictionBalance::cones(const Thresholds& thresholds, const Flags& rest, const Vector& load) const {
+    std::vector<Cone> found;
+    for (int at = 0; at < static_cast<int>(stops); ++at) {
+        if (!moves(at)) continue;
+        Cone cone{at, {}, 0.0, {}};
+        std::vector<int> holds;
+        for (Index k = 0; k < count(); ++k) {
+            if (stop[of(k)] != at) continue;
+            if (!rests(k))
+                cone.tangents.push_back(static_cast<int>(stops + k)), cone.slides.push_back(-direction[k] * sliding[k]);
+            else if (rest[of(k)])
+                holds.push_back(static_cast<int>(stops + k));
+            cone.most = std::max(cone.most, (1.0 - thresholds.slips) * fixed[k]);
+        }
+        if (cone.slides.empty()) cone.tangents = holds;
+        found.push_back(cone);
+    }
+    for (Index k = 0; k < count(); ++k)
+        if (stop[of(k)] < 0 && rest[of(k)])
+            found.push_back({-1, {static_cast<int>(stops + k)}, (1.0 - thresholds.slips) * fixed[k] * load[k], {}});
+    return found;
+}
+
+bool FrictionBalance::all_hold(const Loads& loads, const Thresholds& thresholds, Vector& y) const {
+    Flags rest;
+    for (Index k = 0; k < count(); ++k) rest.push_back(rests(k) && moves(stops + k));
+    y = Vector::Zero(b.size());
+    Vector load, before;
+    for (int pass = 0; pass < thresholds.most_load_passes; ++pass) {
+        before = load;
+        loads(y, load);
+        if (pass > 0 && largest(load - before) <= thresholds.slips * largest(load)) return true;
+        Vector given = Vector::Zero(b.size()), found;
+        for (Index k = 0; k < count(); ++k)
+            if (!rests(k) && stop[of(k)] < 0) given[stops + k] = -direction[k] * sliding[k] * load[k];
+        if (!contact_problem(B, b + B * given, cones(thresholds, rest, load), 0.0, thresholds, found)) return false;
+        y = found + given;
+    }
+    return false;
+}
+
+// y of rows that depend on each other where not all can hold: of springs that give by next to nothing. What friction bears goes by
+// the pushes of the pass before (Haslinger 1983). False where joints have friction, too, or where passes do not settle.
+bool FrictionBalance::yields(const Loads& loads, const Thresholds& thresholds, Vector& y) const {
+    if (std::any_of(stop.begin(), stop.end(), [](int at) { return at < 0; })) return false;
+    const std::vector<Cone> of_pushes = cones(thresholds, Flags(of(count())), Vector());
+    Vector load, found;
+    y = Vector::Zero(b.size());
+    for (int pass = 0; pass < thresholds.most_load_passes; ++pass) {
+        loads(y, load);
+        const Vector most = (1.0 - thresholds.slips_beyond) * fixed.cwiseProduct(load);
+        std::vector<Cone> all = of_pushes;
+        for (Index k = 0; k < count(); ++k) {
+            const int other = partner[of(k)], own = static_cast<int>(stops + k);
+            if (!rests(k) || !moves(own)) continue;
+            if (!in_plane(k))
+                all.push_back({-1, {own}, most[k], {}});
+            else if (other > k)
+                all.push_back({-1, {own, static_cast<int>(stops) + other}, most[k], {}});
+        }
+        const double give = thresholds.springs_give * B.diagonal().maxCoeff();
+        if (!contact_problem(B, b, all, give, thresholds, found)) return false;
+        const double change = largest(found - y);
+        y = found;
+        if (change > thresholds.springs_give * largest(y)) continue;
+        loads(y, load);
+        for (Index k = 0; k < count(); ++k)  // what slips goes by the push at hand
+            if (rests(k) && moves(stops + k)) y[stops + k] *= fixed[k] * load[k] / (most[k] > 0.0 ? most[k] : 1.0);
+        return true;
+    }
+    return false;
+}
+
+// The direction in which frictions at rest begin to slide: none where all hold; against their forces where rows yield, since they
+// hardly move. Those that are `stuck` hold by independent rows.
+Eigen::VectorXd FrictionBalance::slips(const Thresholds& thresholds, const Vector& y, const Vector& load, bool holds,
+                                       bool yields, Flags& stuck) const {
+    const Vector force = y.tail(count()), own = (b + B * y).tail(count());
+    Flags inside(of(count()));
+    Vector used(count());
+    for (Index k = 0; k < count(); ++k) {
+        const double bound = fixed[k] * load[k], part = (1.0 - thresholds.slips) * bound;
+        const bool within = at_wall(k) ? is_within(k, force[k], part) : with_partner(force, k) < part && bound > 0.0;
+        inside[of(k)] = rests(k) && moves(stops + k) && ((holds && bound > 0.0) || within);
+        used[k] = at_wall(k) ? 0.0 : bound > 0.0 ? with_partner(force, k) / bound : 1.0;
+    }
+    Span span(B, thresholds.no_push);
+    for (Index i = 0; i < stops; ++i)
+        if (y[i] > 0.0) span.takes(i);
+    std::vector<Index> order(of(count()));
+    std::iota(order.begin(), order.end(), 0);
+    std::stable_sort(order.begin(), order.end(), [&](Index i, Index j) { return used[i] < used[j]; });
+    stuck.assign(of(count()), false);
+    for (const Index k : order) stuck[of(k)] = inside[of(k)] && span.takes(stops + k);
+    Vector found = Vector::Zero(count());
+    for (Index k = 0; k < count() && !holds; ++k) {
+        if (!rests(k) || inside[of(k)]) continue;
+        const Index other = in_plane(k) ? partner[of(k)] : k;
+        const bool accelerates = with_partner(own, k) > thresholds.no_push * largest(b);
+        const bool begins = accelerates && with_partner(own, k) > still[k];
+        if (!moves(stops + k)) {
+            found[k] = begins && own[k] != 0.0 ? std::copysign(1.0, own[k]) : 0.0;
+        } else if ((begins && !yields) || !(span.holds(stops + k) && span.holds(stops + other))) {
+            const Vector& way = (accelerates && !yields) || force[k] == 0.0 ? own : force;
+            const double size = other == k ? std::abs(way[k]) : std::hypot(way[k], way[other]);
+            found[k] = (&way == &own ? way[k] : -way[k]) / std::max(size, tiny);
+        }
+    }
+    return found;
+}
+
+bool FrictionBalance::decide(const Loads& loads, const Thresholds& thresholds, Balanced& found) {
+    Vector load;
+    while (true) {
+        const bool dependent = depend(thresholds);
+        for (Index k = 0; k < count() && dependent; ++k)
+            if (at_wall(k)) return false;
+        const bool holds = dependent && all_hold(loads, thresholds, found.y);
+        const bool gives = dependent && !holds && yields(loads, thresholds, found.y);
+        if (!holds && !gives && !forces(loads, thresholds, found.y)) return false;
+        loads(found.y, load);
+        const Vector more = slips(thresholds, found.y, load, holds, gives, found.stuck);
+        if (!more.isZero(0.0)) {
+            direction += more;
+            continue;
+        }
+        found.direction = direction, found.part = Vector::Zero(count());
+        for (Index k = 0; k < count(); ++k) {
+            const double bound = fixed[k] * load[k];
+            if (rests(k) && !found.stuck[of(k)] && moves(stops + k) && bound > 0.0)
+                found.part[k] = std::clamp(found.y[stops + k] / bound, -1.0, 1.0);
+        }
+        const Eigen::MatrixXd pull = pulls();
+        found.shared = stops > 0 && shares_of(B.topLeftCorner(stops, stops), pull.transpose() * B * pull,
+                                              found.y.head(stops), thresholds, found.shares);
+        return true;
+    }
+}
+
+}  // namespace mbproj

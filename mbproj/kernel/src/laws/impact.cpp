@@ -1,0 +1,79 @@
+// The laws of Newton, Poisson and Stronge.
+#include "laws/impact.hpp"
+
+#include "laws/one_sided.hpp"
+
+namespace mbproj {
+
+bool Impact::strike(ImpactLaw law, const Eigen::MatrixXd& B, const Vector& before, const Vector& restitution,
+                    const Vector& slow, const Rubbing& rubbing, const std::vector<bool>& moves,
+                    const Thresholds& thresholds) {
+    rubbing_ = &rubbing, moves_ = &moves, thresholds_ = &thresholds;
+    taken = Vector::Zero(before.size());
+    switch (law) {
+        case ImpactLaw::newton: return newton(B, before, restitution);
+        case ImpactLaw::poisson: return poisson(B, before, restitution);
+        default: return rubbing.size() == 0 && energetic(B, before, restitution, slow);
+    }
+}
+
+// The impulses that change rates b to what the joints allow: those of stops push, or leave the stop, and those of frictions are
+// within the cones of these pushes and of those `given` before.
+bool Impact::impulses(const Eigen::MatrixXd& B, const Vector& b, const Vector& given, Vector& y) const {
+    const Eigen::Index frictions = rubbing_->size(), stops = b.size() - frictions;
+    if (frictions == 0) return one_sided(B, b, thresholds_->no_push, y);
+    const auto count = static_cast<std::size_t>(frictions);
+    const Vector coefficient = Eigen::Map<const Vector>(rubbing_->coefficient.data(), frictions);
+    const Vector none = Vector::Zero(frictions);
+    const std::vector<bool> no(count);
+    const FrictionBalance problem{stops,   B,  b, coefficient, coefficient, none, none, rubbing_->by, rubbing_->partner,
+                                  *moves_, no, no};
+    const auto loads = [&](const Vector& along, Vector& found) {
+        found.resize(frictions);
+        for (std::size_t k = 0; k < count; ++k)
+            found[static_cast<Eigen::Index>(k)] = along[rubbing_->by[k]] + given[rubbing_->by[k]];
+    };
+    return problem.forces(loads, *thresholds_, y);
+}
+
+// Of each stop that is struck the speed after is -e times that before, or more where it is left. As far as friction allows, nothing
+// slides after (Glocker and Pfeiffer 1995).
+bool Impact::newton(const Eigen::MatrixXd& B, const Vector& before, const Vector& e) {
+    Vector b = before;
+    b.head(e.size()) += e.cwiseProduct(before.head(e.size()).cwiseMin(0.0));
+    if (!impulses(B, b, Vector::Zero(e.size()), impulse)) return false;
+    return work(B, before, impulse), true;
+}
+
+// Compression until no gap closes; then each stop pushes at least with e times its impulse of compression.
+bool Impact::poisson(const Eigen::MatrixXd& B, const Vector& before, const Vector& e) {
+    Vector compression, more;
+    if (!impulses(B, before, Vector::Zero(e.size()), compression)) return false;
+    work(B, before, compression);
+    const Vector between = after;
+    Vector least = Vector::Zero(before.size());
+    least.head(e.size()) = e.cwiseProduct(compression.head(e.size()));
+    if (!impulses(B, between + B * least, least.head(e.size()), more)) return false;
+    work(B, between, least + more);
+    impulse = compression + least + more;
+    return true;
+}
+
+// One stop gives back e² of the energy that it takes until its gap closes no more; others that touch are left alone.
+bool Impact::energetic(const Eigen::MatrixXd& B, const Vector& before, const Vector& e, const Vector& slow) {
+    Eigen::Index first;
+    before.minCoeff(&first);
+    if ((before.array() < -slow.array()).count() > 1 || !(B(first, first) > 0.0)) return false;
+    impulse = Vector::Zero(before.size());
+    impulse[first] = -(1.0 + e[first]) * before[first] / B(first, first);
+    work(B, before, impulse);
+    return (after.array() >= -slow.array()).all();
+}
+
+// Impulses work at the mean of the rates before and after.
+void Impact::work(const Eigen::MatrixXd& B, const Vector& before, const Vector& z) {
+    after = before + B * z;
+    taken -= 0.5 * z.cwiseProduct(before + after);
+}
+
+}  // namespace mbproj
