@@ -169,11 +169,6 @@ class Inside:
         for name in KNOWN:
             setattr(at, name, self.state[name])
 
-    def _sharing(self, both: Mapping[int, int]) -> tuple[str, ...]:
-        """Whose forces are shared where these stops are walls of frictions."""
-        numbers = (*both, *(len(self.system.names.stops) + j for j in sorted(both.values())))
-        return tuple(self._name(k) for k in numbers)
-
     def _contacts(self, state: Mapping[str, Any]) -> Contacts:
         held, stuck = tuple(sorted(state["held"])), dict(state["stuck"])
         found = Contacts(
