@@ -7,7 +7,7 @@
 namespace mbproj {
 
 // The solver's forces, with loads as they were applied last.
-template <class D> void set_forces(const Model<D>& model, const Pose<D>& pose, const double* y,
+template <class D> void set_forces(const Model<D>& model, const Pose<D>& pose, const Scalar<D>* y,
                                    const Applied<D>& applied, KktSolver<D>& solver) {
     for (int b = 0; b < model.size(); ++b) {
         Point<D> force = model.bodies[b].mass * model.gravity;

@@ -15,7 +15,7 @@ template <class D> class KktSolver final {
 public:
     using S = Size<D>;
     static constexpr int F = S::freedoms;
-    using Wrench = Column<F>;
+    using Wrench = Column<F, Scalar<D>>;
 
     // With a penalty factor, all joints stay in the loops: (M + α GᵀG)⁻¹ α Gᵀ = M⁻¹Gᵀ (S + 1/α)⁻¹.
     KktSolver(const Model<D>& model, std::optional<double> penalty)
@@ -109,7 +109,7 @@ public:
     long close_looks() const { return close_looks_; }
 
     // Moments of inertia that factors to come add to the bodies', or none.
-    void stiffen(const std::vector<double>& moments) { stiff_ = moments; }
+    void stiffen(const std::vector<Scalar<D>>& moments) { stiff_ = moments; }
 
     // Forces on a body before `solve`: a force at its centre of mass and a moment, global axes.
     void set_force(int body, const Point<D>& force, const Turn<D>& torque) {
@@ -126,7 +126,7 @@ public:
 
     // Solves with the forces given (which are used up) and G δ = c; multipliers on request, one for each row. False where
     // a body without mass is free to move.
-    bool solve(const double* c, double* lambda = nullptr) {
+    bool solve(const Scalar<D>* c, Scalar<D>* lambda = nullptr) {
         leaves_.solve_up(c, force_);
         const bool settled =
             order_.loop_bodies.empty() || loops_.solve(force_, c, delta_, metric_ == Metric::penalised);
@@ -137,17 +137,17 @@ public:
     }
 
     // Σ I s'² of the flywheels, of the last `solve` for velocities.
-    double of_flywheels() const { return loops_.of_flywheels() + leaves_.of_flywheels(); }
+    Scalar<D> of_flywheels() const { return loops_.of_flywheels() + leaves_.of_flywheels(); }
     // How far rows that were left out of the last factor are from what the others say of a violation.
-    double contradiction(const double* violation) { return loops_.contradiction(violation); }
+    Scalar<D> contradiction(const Scalar<D>* violation) { return loops_.contradiction(violation); }
     // λ of the last `solve`, spread over redundant rows so that it is smallest. False where that has no solution.
-    bool spread(const Pose<D>& pose, double* lambda) {
+    bool spread(const Pose<D>& pose, Scalar<D>* lambda) {
         loops_.multipliers(lambda);
         if (left_out().empty()) return true;
         return spread_over_all(pose, lambda, near_singular() ? thresholds_.near_dependent : thresholds_.smallest_pivot);
     }
     // The same of any λ that balance the forces, and any factor.
-    bool spread_over_all(const Pose<D>& pose, double* lambda) {
+    bool spread_over_all(const Pose<D>& pose, Scalar<D>* lambda) {
         return spread_over_all(pose, lambda, thresholds_.smallest_pivot);
     }
 
@@ -163,10 +163,10 @@ public:
     int singular_joint() const { return singular_joint_; }
     long factorisations() const { return factorisations_; }
     const EliminationOrder<D>& order() const { return order_; }
-    const BlockCholesky& cholesky() const { return loops_.cholesky(); }
+    const BlockCholesky<Scalar<D>>& cholesky() const { return loops_.cholesky(); }
 
 private:
-    bool spread_over_all(const Pose<D>& pose, double* lambda, double shift) {
+    bool spread_over_all(const Pose<D>& pose, Scalar<D>* lambda, double shift) {
         if (!smallest_) smallest_ = std::make_unique<MinimumNormMultipliers<D>>(model_, order_);
         return smallest_->spread(pose, shift, lambda);
     }
@@ -207,7 +207,7 @@ private:
                 if (lends(body, metric)) M.lend(lent_);
                 if (!loops_.half(b).articulated(M)) return false;
             } else if (by_coordinates) {
-                loops_.half(b).bare(1.0, pose[body].rotation, 2.0 * Matrix<S::turns, S::turns>::Identity());
+                loops_.half(b).bare(1.0, pose[body].rotation, 2.0 * Matrix<S::turns, S::turns, Scalar<D>>::Identity());
             } else {
                 loops_.half(b).bare(model_.bodies[body].mass, pose[body].rotation, model_.bodies[body].inverse_root);
             }
@@ -218,7 +218,7 @@ private:
     // A body's own inertia at its reference point: the joint that it hangs on, or its centre of mass in the loops.
     [[gnu::always_inline]] void set_inertia(int b, const Rotation<D>& A, Metric metric) {
         if (metric == Metric::coordinates)
-            inertias_[b].set(1.0, 0.25 * Matrix<S::turns, S::turns>::Identity(), reference_[b]);
+            inertias_[b].set(1.0, 0.25 * Matrix<S::turns, S::turns, Scalar<D>>::Identity(), reference_[b]);
         else
             inertias_[b].set(model_.bodies[b].mass, inertia_in_global(A, model_.bodies[b].inertia), reference_[b]);
         if (!stiff_.empty()) inertias_[b].C.diagonal() += stiff_[b];
@@ -238,7 +238,7 @@ private:
     std::vector<bool> is_bare_;          // of the loops, without leaves and hinges
     std::vector<int> with_inertia_;      // bodies that are not bare, or are lent inertia
     std::vector<Wrench> force_, delta_;  // at the reference points; the ground's last
-    std::vector<double> stiff_;          // moments of inertia that are added
+    std::vector<Scalar<D>> stiff_;       // moments of inertia that are added
     int singular_joint_ = -1;
     double near_ = 0.0;  // rows nearer than this were left out
     Metric metric_ = Metric::mass;

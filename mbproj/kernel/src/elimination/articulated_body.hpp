@@ -10,13 +10,13 @@ namespace mbproj {
 // A symmetric inertia [A B; Bᵀ C] in (v, ω) at a reference point.
 template <class D> struct Inertia {
     using S = Size<D>;
-    Matrix<D::axes, D::axes> A;
-    Matrix<D::axes, S::turns> B;
-    Matrix<S::turns, S::turns> C;
+    Matrix<D::axes, D::axes, Scalar<D>> A;
+    Matrix<D::axes, S::turns, Scalar<D>> B;
+    Matrix<S::turns, S::turns, Scalar<D>> C;
 
     // m and J of a body whose centre of mass is at -s from the reference point.
-    [[gnu::always_inline]] void set(double mass, const Matrix<S::turns, S::turns>& J, const Point<D>& s) {
-        A = mass * Matrix<D::axes, D::axes>::Identity();
+    [[gnu::always_inline]] void set(Scalar<D> mass, const Matrix<S::turns, S::turns, Scalar<D>>& J, const Point<D>& s) {
+        A = mass * Matrix<D::axes, D::axes, Scalar<D>>::Identity();
         for (int i = 0; i < D::axes; ++i) B.row(i) = moment(s, Point<D>(-mass * Point<D>::Unit(i))).transpose();
         C = J;
         for (int i = 0; i < S::turns; ++i) C.col(i) -= moment(s, Point<D>(B.col(i)));
@@ -27,7 +27,7 @@ template <class D> struct Inertia {
         for (int i = 0; i < D::axes; ++i) B.row(i) += moment(arm, Point<D>(A.col(i))).transpose();
         for (int i = 0; i < S::turns; ++i) C.col(i) += moment(arm, Point<D>(B.col(i)));
     }
-    void lend(const Column<S::freedoms>& diagonal) {
+    void lend(const Column<S::freedoms, Scalar<D>>& diagonal) {
         A.diagonal() += diagonal.template head<D::axes>();
         C.diagonal() += diagonal.template tail<S::turns>();
     }
@@ -36,8 +36,8 @@ template <class D> struct Inertia {
         B += other.B;
         C += other.C;
     }
-    Column<S::freedoms> operator*(const Column<S::freedoms>& u) const {
-        Column<S::freedoms> product;
+    Column<S::freedoms, Scalar<D>> operator*(const Column<S::freedoms, Scalar<D>>& u) const {
+        Column<S::freedoms, Scalar<D>> product;
         const auto v = u.template head<D::axes>();
         const auto w = u.template tail<S::turns>();
         product.template head<D::axes>() = A * v + B * w;
@@ -48,8 +48,8 @@ template <class D> struct Inertia {
 
 // One free motion of a hinge, a translation or a rotation along n, and what its elimination leaves behind.
 template <class D> struct FreeMotion {
-    Column<Size<D>::freedoms> U;  // M n
-    double reciprocal;            // 1 / nᵀ M n
+    Column<Size<D>::freedoms, Scalar<D>> U;  // M n
+    Scalar<D> reciprocal;                    // 1 / nᵀ M n
 };
 
 // The elimination of one hinge, and what solving with it needs. The free motions go one after another, the translations
@@ -65,14 +65,14 @@ template <class D> struct HingeFactor {
     // From M to what the parent feels of it. False where a free motion moves no mass. `added`: the inertia of flywheels
     // that each motion turns, where there are any.
     template <bool turns>
-    [[gnu::always_inline]] bool eliminate(const Hinge<D>& hinge, Inertia<D>& left, const double* added) {
+    [[gnu::always_inline]] bool eliminate(const Hinge<D>& hinge, Inertia<D>& left, const Scalar<D>* added) {
         left = M;
         FreeMotion<D>* motion = motions;
         for (int k = 0; k < hinge.free_translations(); ++k, ++motion) {
             const auto n = frame.N_t.col(k);
             motion->U.template head<D::axes>() = left.A * n;
             motion->U.template tail<S::turns>() = left.B.transpose() * n;
-            double pivot = n.dot(motion->U.template head<D::axes>());
+            Scalar<D> pivot = n.dot(motion->U.template head<D::axes>());
             if constexpr (turns) pivot += *added++;
             if (!remove(*motion, pivot, left)) return false;
         }
@@ -80,7 +80,7 @@ template <class D> struct HingeFactor {
             const auto n = frame.N_r.col(k);
             motion->U.template head<D::axes>() = left.B * n;
             motion->U.template tail<S::turns>() = left.C * n;
-            double pivot = n.dot(motion->U.template tail<S::turns>());
+            Scalar<D> pivot = n.dot(motion->U.template tail<S::turns>());
             if constexpr (turns) pivot += *added++;
             if (!remove(*motion, pivot, left)) return false;
         }
@@ -88,17 +88,17 @@ template <class D> struct HingeFactor {
     }
 
     // h = nᵀ g of each free motion, and g less what the motion takes of it. `pushed`: what flywheels add to nᵀ g.
-    template <bool turns>
-    [[gnu::always_inline]] void upward(const Hinge<D>& hinge, double* h, Column<F>& g, const double* pushed) const {
+    template <bool turns> [[gnu::always_inline]] void upward(const Hinge<D>& hinge, Scalar<D>* h,
+                                                             Column<F, Scalar<D>>& g, const Scalar<D>* pushed) const {
         const FreeMotion<D>* motion = motions;
         for (int k = 0; k < hinge.free_translations(); ++k, ++motion, ++h) {
-            double along = frame.N_t.col(k).dot(g.template head<D::axes>());
+            Scalar<D> along = frame.N_t.col(k).dot(g.template head<D::axes>());
             if constexpr (turns) along += *pushed++;
             *h = along * motion->reciprocal;
             g -= *h * motion->U;
         }
         for (int k = 0; k < hinge.free_rotations(); ++k, ++motion, ++h) {
-            double about = frame.N_r.col(k).dot(g.template tail<S::turns>());
+            Scalar<D> about = frame.N_r.col(k).dot(g.template tail<S::turns>());
             if constexpr (turns) about += *pushed++;
             *h = about * motion->reciprocal;
             g -= *h * motion->U;
@@ -106,7 +106,7 @@ template <class D> struct HingeFactor {
     }
 
     // u = u_parent + Σ n z: the free motions that follow from the parent's.
-    [[gnu::always_inline]] void downward(const Hinge<D>& hinge, const double* h, Column<F>& u) const {
+    [[gnu::always_inline]] void downward(const Hinge<D>& hinge, const Scalar<D>* h, Column<F, Scalar<D>>& u) const {
         int last = hinge.free_translations() + hinge.free_rotations() - 1;
         for (int k = hinge.free_rotations() - 1; k >= 0; --k, --last)
             u.template tail<S::turns>() +=
@@ -117,10 +117,10 @@ template <class D> struct HingeFactor {
     }
 
 private:
-    static bool remove(FreeMotion<D>& motion, double pivot, Inertia<D>& left) {
+    static bool remove(FreeMotion<D>& motion, Scalar<D> pivot, Inertia<D>& left) {
         if (!(pivot > 0.0)) return false;
         motion.reciprocal = 1.0 / pivot;
-        const Column<F> V = motion.reciprocal * motion.U;
+        const Column<F, Scalar<D>> V = motion.reciprocal * motion.U;
         for (int i = 0; i < D::axes; ++i) left.A.col(i) -= motion.U[i] * V.template head<D::axes>();
         for (int i = 0; i < S::turns; ++i) {
             left.B.col(i) -= motion.U[D::axes + i] * V.template head<D::axes>();

@@ -13,7 +13,7 @@ namespace mbproj {
 // that open joints are treated exactly; otherwise both arms end in p2.
 template <class D> struct Hinge {
     int child, parent;  // the parent may be the ground
-    double sign;        // +1 where p2 is on the child, -1 where it is on the parent
+    Scalar<D> sign;     // +1 where p2 is on the child, -1 where it is on the parent
     int p1, p2;
     bool coincident;
     int translations[D::axes], rotations[Size<D>::turns];  // instances
@@ -58,55 +58,58 @@ template <class D> std::optional<Hinge<D>> as_hinge(const Model<D>& model, const
 
 // Rows of a basis completed: what is normal to up to K rows, and the P with rows · P = 1 of smallest columns. False where
 // the rows are parallel, by the square of their sine.
-inline bool complement(const Column<1>* rows, int count, Matrix<1, 1>& basis, Matrix<1, 1>& P, double) {
+template <class S>
+inline bool complement(const Column<1, S>* rows, int count, Matrix<1, 1, S>& basis, Matrix<1, 1, S>& P, double) {
     basis(0, 0) = 1.0;
     if (count == 1) P(0, 0) = 1.0 / rows[0][0];
     return count == 0 || rows[0][0] != 0.0;
 }
-inline bool complement(const Column<2>* rows, int count, Matrix<2, 2>& basis, Matrix<2, 2>& P, double parallel) {
+template <class S> inline bool complement(const Column<2, S>* rows, int count, Matrix<2, 2, S>& basis,
+                                          Matrix<2, 2, S>& P, double parallel) {
     basis.setIdentity();
     if (count == 0) return true;
-    const double square = rows[0].squaredNorm();
+    const S square = rows[0].squaredNorm();
     if (count == 1) {
         basis.col(0) << -rows[0].y(), rows[0].x();
         P.col(0) = rows[0] / square;
         return square > 0.0;
     }
-    const double cross = rows[0].x() * rows[1].y() - rows[0].y() * rows[1].x();
+    const S cross = rows[0].x() * rows[1].y() - rows[0].y() * rows[1].x();
     P << rows[1].y(), -rows[0].y(), -rows[1].x(), rows[0].x();
     P /= cross;
     return cross * cross > parallel * square * rows[1].squaredNorm();
 }
 // A unit vector; `parallel`: the square of the sine below which v lies along z.
-inline Column<3> normal_to(const Column<3>& v, double parallel) {
-    if (v.head<2>().squaredNorm() > parallel * v.z() * v.z()) {
-        const double inverse = 1.0 / v.head<2>().norm();
+template <class S> inline Column<3, S> normal_to(const Column<3, S>& v, double parallel) {
+    if (v.template head<2>().squaredNorm() > parallel * v.z() * v.z()) {
+        const S inverse = 1.0 / v.template head<2>().norm();
         return {-v.y() * inverse, v.x() * inverse, 0.0};
     }
-    const double inverse = 1.0 / v.tail<2>().norm();
+    const S inverse = 1.0 / v.template tail<2>().norm();
     return {0.0, -v.z() * inverse, v.y() * inverse};
 }
-inline bool complement(const Column<3>* rows, int count, Matrix<3, 3>& basis, Matrix<3, 3>& P, double parallel) {
+template <class S> inline bool complement(const Column<3, S>* rows, int count, Matrix<3, 3, S>& basis,
+                                          Matrix<3, 3, S>& P, double parallel) {
     if (count == 0) {
         basis.setIdentity();
         return true;
     }
-    const double square = rows[0].squaredNorm();
+    const S square = rows[0].squaredNorm();
     if (count == 1) {
         basis.col(0) = normal_to(rows[0], parallel);
-        basis.col(1) = rows[0].cross(basis.col(0)) / std::sqrt(square);
+        basis.col(1) = rows[0].cross(basis.col(0)) / sqrt(square);
         P.col(0) = rows[0] / square;
         return square > 0.0;
     }
-    const Column<3> normal = rows[0].cross(rows[1]);
-    const double normal2 = normal.squaredNorm();
+    const Column<3, S> normal = rows[0].cross(rows[1]);
+    const S normal2 = normal.squaredNorm();
     if (count == 2) {
         basis.col(0) = normal;
         P.col(0) = rows[1].cross(normal) / normal2;
         P.col(1) = normal.cross(rows[0]) / normal2;
         return normal2 > parallel * square * rows[1].squaredNorm();
     }
-    const double volume = normal.dot(rows[2]);
+    const S volume = normal.dot(rows[2]);
     P.col(0) = rows[1].cross(rows[2]) / volume;
     P.col(1) = rows[2].cross(rows[0]) / volume;
     P.col(2) = normal / volume;
@@ -117,8 +120,9 @@ inline bool complement(const Column<3>* rows, int count, Matrix<3, 3>& basis, Ma
 template <class D> struct HingeFrame {
     using S = Size<D>;
     Point<D> child_arm, parent_arm;
-    Matrix<D::axes, D::axes> N_t, P_t;  // of a coincident joint none, and the identity, which is not written down
-    Matrix<S::turns, S::turns> N_r, P_r;
+    Matrix<D::axes, D::axes, Scalar<D>> N_t,
+        P_t;  // of a coincident joint none, and the identity, which is not written down
+    Matrix<S::turns, S::turns, Scalar<D>> N_r, P_r;
 
     [[gnu::always_inline]] bool update(const Model<D>& model, const Hinge<D>& hinge, const Pose<D>& pose) {
         const int child_point = hinge.sign > 0.0 ? hinge.p2 : hinge.p1;

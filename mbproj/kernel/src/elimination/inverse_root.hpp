@@ -13,9 +13,9 @@ public:
     using S = Size<D>;
     static constexpr int F = S::freedoms;
 
-    void bare(double mass, const Rotation<D>& A, const Matrix<S::turns, S::turns>& inverse_root) {
+    void bare(Scalar<D> mass, const Rotation<D>& A, const Matrix<S::turns, S::turns, Scalar<D>>& inverse_root) {
         kind_ = Kind::bare;
-        translation_ = 1.0 / std::sqrt(mass);
+        translation_ = 1.0 / sqrt(mass);
         if constexpr (D::axes == 3)
             rotation_ = inverse_root * A.transpose();
         else
@@ -23,7 +23,7 @@ public:
     }
     bool articulated(const Inertia<D>& M) {
         kind_ = Kind::articulated;
-        Matrix<F, F> full;
+        Matrix<F, F, Scalar<D>> full;
         full.template block<D::axes, D::axes>(0, 0) = M.A;
         full.template block<D::axes, S::turns>(0, D::axes) = M.B;
         full.template block<S::turns, D::axes>(D::axes, 0) = M.B.transpose();
@@ -35,12 +35,12 @@ public:
         kind_ = Kind::hinged;
         width_ = hinge.freedoms();
         for (int k = 0; k < width_; ++k) {
-            Column<F> z = hinge.motion(k);
+            Column<F, Scalar<D>> z = hinge.motion(k);
             for (int j = 0; j < k; ++j) z -= momenta_[j].dot(z) * motions_[j];
             momenta_[k] = M * z;
-            const double moved = z.dot(momenta_[k]);
+            const Scalar<D> moved = z.dot(momenta_[k]);
             if (!(moved > 0.0)) return false;
-            const double scale = 1.0 / std::sqrt(moved);
+            const Scalar<D> scale = 1.0 / sqrt(moved);
             motions_[k] = scale * z;
             momenta_[k] *= scale;
         }
@@ -51,15 +51,15 @@ public:
     // How many entries Zᵀx has; the others are 0.
     int width() const { return kind_ == Kind::hinged ? width_ : F; }
     // About |Zᵀx|² if the hinge let the body go.
-    double free_square(const Column<F>& x) const {
+    Scalar<D> free_square(const Column<F, Scalar<D>>& x) const {
         return free_.translation * x.template head<D::axes>().squaredNorm() +
                free_.rotation * x.template tail<S::turns>().squaredNorm();
     }
     // Zᵀ x, of which the entries beyond `width` are 0 and need not be asked for.
-    double entry(int k, const Column<F>& x) const { return motions_[k].dot(x); }
-    void forward(Column<F>& x) const {
+    Scalar<D> entry(int k, const Column<F, Scalar<D>>& x) const { return motions_[k].dot(x); }
+    void forward(Column<F, Scalar<D>>& x) const {
         if (kind_ == Kind::hinged) {
-            const Column<F> given = x;
+            const Column<F, Scalar<D>> given = x;
             x.setZero();
             for (int k = 0; k < width_; ++k) x[k] = entry(k, given);
         } else if (kind_ == Kind::bare) {
@@ -70,13 +70,13 @@ public:
         }
     }
     // Of a body that moves by a hinge: what its parent feels of a force that has Zᵀ f, and of the inertia W.
-    void remove(const Column<F>& coordinates, Column<F>& force) const {
+    void remove(const Column<F, Scalar<D>>& coordinates, Column<F, Scalar<D>>& force) const {
         for (int k = 0; k < width_; ++k) force -= coordinates[k] * momenta_[k];
     }
     void remove(Inertia<D>& W) const {
         for (int k = 0; k < width_; ++k) {
-            const Column<D::axes> linear = momenta_[k].template head<D::axes>();
-            const Column<S::turns> angular = momenta_[k].template tail<S::turns>();
+            const Column<D::axes, Scalar<D>> linear = momenta_[k].template head<D::axes>();
+            const Column<S::turns, Scalar<D>> angular = momenta_[k].template tail<S::turns>();
             for (int i = 0; i < D::axes; ++i) W.A.col(i) -= linear[i] * linear;
             for (int i = 0; i < S::turns; ++i) {
                 W.B.col(i) -= angular[i] * linear;
@@ -85,19 +85,19 @@ public:
         }
     }
     // Zᵀ of what it is not to move by, as it goes with its parent: x becomes x - Z Zᵀ W x.
-    void hold(Column<F>& x) const {
+    void hold(Column<F, Scalar<D>>& x) const {
         for (int k = 0; k < width_; ++k) x -= momenta_[k].dot(x) * motions_[k];
     }
     // Zᵀ (x - W p).
-    void forward(Column<F>& x, const Column<F>& p) const {
-        const Column<F> given = x;
+    void forward(Column<F, Scalar<D>>& x, const Column<F, Scalar<D>>& p) const {
+        const Column<F, Scalar<D>> given = x;
         x.setZero();
         for (int k = 0; k < width_; ++k) x[k] = motions_[k].dot(given) - momenta_[k].dot(p);
     }
     // Z x.
-    void backward(Column<F>& x) const {
+    void backward(Column<F, Scalar<D>>& x) const {
         if (kind_ == Kind::hinged) {
-            const Column<F> given = x;
+            const Column<F, Scalar<D>> given = x;
             x.setZero();
             for (int k = 0; k < width_; ++k) x += given[k] * motions_[k];
         } else if (kind_ == Kind::bare) {
@@ -111,13 +111,13 @@ public:
 private:
     enum class Kind { bare, articulated, hinged };
     Kind kind_ = Kind::bare;
-    double translation_ = 0.0;
-    Matrix<S::turns, S::turns> rotation_;
-    Cholesky<F> factor_;
+    Scalar<D> translation_ = 0.0;
+    Matrix<S::turns, S::turns, Scalar<D>> rotation_;
+    Cholesky<F, Scalar<D>> factor_;
     int width_ = 0;
-    Column<F> motions_[F], momenta_[F];  // Z and W Z
+    Column<F, Scalar<D>> motions_[F], momenta_[F];  // Z and W Z
     struct {
-        double translation, rotation;
+        Scalar<D> translation, rotation;
     } free_ = {1.0, 1.0};  // of a hinged body, about 1 / m and 1 / J
 };
 

@@ -12,7 +12,7 @@
 
 namespace mbproj {
 
-class BlockCholesky final {
+template <class Scalar> class BlockCholesky final {
 public:
     BlockCholesky() = default;
     // The sizes of the blocks, and which pairs of them couple. So many blocks are eliminated `first`, and never left out.
@@ -50,23 +50,22 @@ public:
         if (place_[i] >= place_[j]) return {offset(i, j), false};
         return {offset(j, i), true};
     }
-    double* at(std::size_t offset) { return values_.data() + offset; }
+    Scalar* at(std::size_t offset) { return values_.data() + offset; }
     void clear() {
-        std::fill(values_.begin(), values_.end(), 0.0);
-        std::fill(hidden_.begin(), hidden_.end(), 0.0);
+        for (auto* numbers : {&values_, &hidden_}) std::fill(numbers->begin(), numbers->end(), 0.0);
     }
     // What a row's diagonal entry does not show of its square, by which pivots are measured too.
-    void hide(int row, double square) { hidden_[row] += square; }
+    void hide(int row, Scalar square) { hidden_[row] += square; }
 
     // Factors in place; returns the block that has a pivot below `smallest` of its diagonal entry, or -1.
     int factor(double smallest);
-    void solve(double* x) const;
+    void solve(Scalar* x) const;
     // x of the rows that are left out, less what the others before them say of it: the largest in magnitude. Uses x up.
-    double contradiction(double* x) const;
+    Scalar contradiction(Scalar* x) const;
 
     std::vector<std::vector<int>> independent_rows(double smallest, double tied, int most);
     double largest_left() const { return largest_left_; }  // of the pivots that it has left out
-    void keep() { kept_ = values_; }
+    void keep() { kept_ = values_; }                       // and `restore`s them
     void restore() { values_ = kept_; }
 
     // Rows that `factor` leaves out from now on: their λ is 0, whatever is asked of them.
@@ -85,7 +84,7 @@ public:
     std::vector<double> pivots() const {
         std::vector<double> found(diagonal_.size(), 0.0);
         for (std::size_t r = 0; r < found.size(); ++r)
-            if (reciprocal_[r] > 0.0) found[r] = 1.0 / (reciprocal_[r] * reciprocal_[r] * diagonal_[r]);
+            if (reciprocal_[r] > 0.0) found[r] = value_of(1.0 / (reciprocal_[r] * reciprocal_[r] * diagonal_[r]));
         return found;
     }
 
@@ -110,11 +109,11 @@ private:
             if (entry.block == i) return entry.offset;
         return 0;
     }
-    template <class LeftOut> void forward(double* x, LeftOut&& left_out) const;
+    template <class LeftOut> void forward(Scalar* x, LeftOut&& left_out) const;
     void measure_rows();
     int factor_diagonal(const ColumnOf& column, double smallest);
     template <int R> void subtract_products(const ColumnOf& column);
-    double part(const ColumnOf& column, int i) {
+    Scalar part(const ColumnOf& column, int i) {
         return at(column.diagonal)[i * (sizes_[column.block] + 1)] / diagonal_[begin_[column.block] + i];
     }
     int largest_pivot(const ColumnOf& column, const std::vector<bool>& open, double smallest, double tied);
@@ -125,15 +124,16 @@ private:
     int first_ = 0;
     std::vector<int> place_, begin_;
     std::vector<ColumnOf> columns_;                                // in the order of elimination
-    std::vector<double> values_, diagonal_, hidden_, reciprocal_;  // `diagonal_`: the squares of the rows
+    std::vector<Scalar> values_, diagonal_, hidden_, reciprocal_;  // `diagonal_`: the squares of the rows
     std::vector<char> left_out_;                                   // one for each row, or none
-    std::vector<double> transposed_, per_usual_, kept_;  // of the blocks of a column; 1 / usual pivots; values
+    std::vector<Scalar> transposed_, kept_;                        // of the blocks of a column; values
+    std::vector<double> per_usual_;                                // 1 / usual pivots
     double smallest_pivot_ = 1.0, nearness_ = 1.0, largest_left_ = 0.0;
     std::size_t fill_ = 0;
 };
 
 // `near`: the blocks that couple with each, ascending.
-inline void BlockCholesky::order_by_degree(std::vector<std::vector<int>> near) {
+template <class Scalar> inline void BlockCholesky<Scalar>::order_by_degree(std::vector<std::vector<int>> near) {
     const int count = static_cast<int>(sizes_.size());
     const auto original = near;
     std::set<std::pair<std::size_t, int>> waiting;
@@ -171,13 +171,13 @@ inline void BlockCholesky::order_by_degree(std::vector<std::vector<int>> near) {
     std::size_t most = 0;
     for (ColumnOf& column : columns_) {
         find_updates(column);
-        most = std::max(most, blocks::eight * column.below.size() * sizes_[column.block]);
+        most = max(most, blocks::eight * column.below.size() * sizes_[column.block]);
     }
     transposed_.resize(most);
 }
 
 // Of each pair of a column's blocks, where their product goes: the blocks of the later column have the same order.
-inline void BlockCholesky::find_updates(ColumnOf& column) const {
+template <class Scalar> inline void BlockCholesky<Scalar>::find_updates(ColumnOf& column) const {
     const std::size_t count = column.below.size();
     column.updates.resize(count * (count + 1) / 2);
     for (std::size_t b = 0; b < count; ++b) {
@@ -191,12 +191,12 @@ inline void BlockCholesky::find_updates(ColumnOf& column) const {
     }
 }
 
-inline int BlockCholesky::factor_diagonal(const ColumnOf& column, double smallest) {
+template <class Scalar> inline int BlockCholesky<Scalar>::factor_diagonal(const ColumnOf& column, double smallest) {
     const int size = sizes_[column.block], row = begin_[column.block];
-    double* L = at(column.diagonal);
+    Scalar* L = at(column.diagonal);
     for (int i = 0; i < size; ++i) {
         for (int j = 0; j < i; ++j) {
-            double sum = L[i * size + j];
+            Scalar sum = L[i * size + j];
             for (int k = 0; k < j; ++k) sum -= L[i * size + k] * L[j * size + k];
             L[i * size + j] = sum * reciprocal_[row + j];
         }
@@ -204,19 +204,19 @@ inline int BlockCholesky::factor_diagonal(const ColumnOf& column, double smalles
             reciprocal_[row + i] = 0.0;
             continue;
         }
-        double pivot = L[i * size + i];
+        Scalar pivot = L[i * size + i];
         for (int k = 0; k < i; ++k) pivot -= L[i * size + k] * L[i * size + k];
-        const double part = pivot / diagonal_[row + i];
+        const Scalar part = pivot / diagonal_[row + i];
         if (!(part > smallest)) return column.block;
-        smallest_pivot_ = std::min(smallest_pivot_, part);
-        nearness_ = std::min(nearness_, part * per_usual_[row + i]);
-        L[i * size + i] = std::sqrt(pivot);
+        smallest_pivot_ = min(smallest_pivot_, value_of(part));
+        nearness_ = min(nearness_, value_of(part) * per_usual_[row + i]);
+        L[i * size + i] = sqrt(pivot);
         reciprocal_[row + i] = 1.0 / L[i * size + i];
     }
     return -1;
 }
 
-inline void BlockCholesky::measure_rows() {
+template <class Scalar> inline void BlockCholesky<Scalar>::measure_rows() {
     for (const ColumnOf& column : columns_) {
         const int size = sizes_[column.block], row = begin_[column.block];
         for (int i = 0; i < size; ++i) diagonal_[row + i] = at(column.diagonal)[i * size + i] + hidden_[row + i];
@@ -224,11 +224,11 @@ inline void BlockCholesky::measure_rows() {
 }
 
 // Takes the products of a column's blocks, R wide, off what is left.
-template <int R> void BlockCholesky::subtract_products(const ColumnOf& column) {
+template <class Scalar> template <int R> void BlockCholesky<Scalar>::subtract_products(const ColumnOf& column) {
     constexpr std::size_t size = blocks::eight * R;
     const std::size_t* update = column.updates.data();
     for (std::size_t a = 0; a < column.below.size(); ++a) {
-        const double* X = at(column.below[a].offset);
+        const Scalar* X = at(column.below[a].offset);
         const int rows = sizes_[column.below[a].block];
         blocks::transpose<R>(X, rows, transposed_.data() + size * a);
         for (std::size_t b = 0; b <= a; ++b, ++update)
@@ -236,14 +236,14 @@ template <int R> void BlockCholesky::subtract_products(const ColumnOf& column) {
     }
 }
 
-inline int BlockCholesky::factor(double smallest) {
+template <class Scalar> inline int BlockCholesky<Scalar>::factor(double smallest) {
     smallest_pivot_ = nearness_ = 1.0;
     measure_rows();
     for (const ColumnOf& column : columns_) {
         const int failed = factor_diagonal(column, smallest);
         if (failed >= 0) return failed;
-        const double* L = at(column.diagonal);
-        const double* reciprocal = reciprocal_.data() + begin_[column.block];
+        const Scalar* L = at(column.diagonal);
+        const Scalar* reciprocal = reciprocal_.data() + begin_[column.block];
         blocks::with_width(sizes_[column.block], [&](auto width) {
             constexpr int R = decltype(width)::value;
             for (const Entry& entry : column.below)
@@ -255,41 +255,41 @@ inline int BlockCholesky::factor(double smallest) {
 }
 
 // x := L⁻¹ x, by columns; `left_out` is told of the rest of rows that are left out.
-template <class LeftOut> void BlockCholesky::forward(double* x, LeftOut&& left_out) const {
+template <class Scalar> template <class Out> void BlockCholesky<Scalar>::forward(Scalar* x, Out&& left_out) const {
     const bool all = !leaves_out();
     for (const ColumnOf& column : columns_)
         blocks::with_width(sizes_[column.block], [&](auto width) {
             constexpr int R = decltype(width)::value;
             const int row = begin_[column.block];
-            const double* L = values_.data() + column.diagonal;
-            double* part = x + row;
+            const Scalar* L = values_.data() + column.diagonal;
+            Scalar* part = x + row;
             for (int i = 0; i < R; ++i) {
                 for (int k = 0; k < i; ++k) part[i] -= L[i * R + k] * part[k];
                 if (!all && left_out_[row + i]) left_out(part[i]);
                 part[i] *= reciprocal_[row + i];
             }
             for (const Entry& entry : column.below) {
-                const double* X = values_.data() + entry.offset;
-                double* below = x + begin_[entry.block];
+                const Scalar* X = values_.data() + entry.offset;
+                Scalar* below = x + begin_[entry.block];
                 for (int i = 0; i < sizes_[entry.block]; ++i, X += R)
                     for (int k = 0; k < R; ++k) below[i] -= X[k] * part[k];
             }
         });
 }
 
-inline void BlockCholesky::solve(double* x) const {
-    forward(x, [](double) {});
+template <class Scalar> inline void BlockCholesky<Scalar>::solve(Scalar* x) const {
+    forward(x, [](Scalar) {});
     for (auto column = columns_.rbegin(); column != columns_.rend(); ++column)
         blocks::with_width(sizes_[column->block], [&](auto width) {
             constexpr int R = decltype(width)::value;
-            double* part = x + begin_[column->block];
+            Scalar* part = x + begin_[column->block];
             for (const Entry& entry : column->below) {
-                const double* X = values_.data() + entry.offset;
-                const double* below = x + begin_[entry.block];
+                const Scalar* X = values_.data() + entry.offset;
+                const Scalar* below = x + begin_[entry.block];
                 for (int i = 0; i < sizes_[entry.block]; ++i, X += R)
                     for (int k = 0; k < R; ++k) part[k] -= X[k] * below[i];
             }
-            const double* L = values_.data() + column->diagonal;
+            const Scalar* L = values_.data() + column->diagonal;
             for (int i = R - 1; i >= 0; --i) {
                 for (int k = i + 1; k < R; ++k) part[i] -= L[k * R + i] * part[k];
                 part[i] *= reciprocal_[begin_[column->block] + i];

@@ -17,7 +17,9 @@ dependent_by_level(const Delassus& from, const std::vector<char>& slips, const M
     constexpr int F = Delassus::F;
     std::vector<int> of_model(from.count()), left;
     Eigen::MatrixXd Y = Eigen::MatrixXd::Zero(F * from.layout().pieces(), from.count());
-    from.each_column([&](int body, int row, const auto& y) { std::copy(y.data(), y.data() + F, &Y(F * body, row)); });
+    from.each_column([&](int body, int row, const auto& y) {
+        for (int i = 0; i < F; ++i) Y(F * body + i, row) = value_of(y[i]);
+    });
     from.each_row([&](int own, int row) { of_model[own] = row; });
     const Eigen::VectorXd size = Y.colwise().squaredNorm();
     const auto part = [&](int r) { return size[r] > 0.0 ? Y.col(r).squaredNorm() / size[r] : 0.0; };

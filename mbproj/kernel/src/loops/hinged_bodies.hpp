@@ -31,36 +31,37 @@ public:
     }
 
     // What right-hand sides ask of the hinges alone.
-    void move(const double* c) {
+    void move(const Scalar<D>* c) {
         for (std::size_t h = 0; h < bodies_.size(); ++h) bodies_[h].p = rows_.hinges[h].particular(model_, c);
     }
     // Zᵀ of the force on a body, less what p takes of it; the rest goes to the force on its parent, where it has one.
-    void push(int h, const InverseRoot<D>& half, Column<F>& force, Column<F>* on_parent) {
+    void push(int h, const InverseRoot<D>& half, Column<F, Scalar<D>>& force, Column<F, Scalar<D>>* on_parent) {
         Body& body = bodies_[h];
         body.f = force;
         half.forward(force, body.p);
         if (!on_parent) return;
-        Column<F> rest = body.f - body.M * body.p;
+        Column<F, Scalar<D>> rest = body.f - body.M * body.p;
         half.remove(force, rest);
         *on_parent += rows_.hinges[h].felt(rest);
     }
     // From Zᵀ of it the motion of a body, with that of its parent, where it has one.
-    void release(int h, const InverseRoot<D>& half, Column<F>& twist, const Column<F>* of_parent) {
+    void release(int h, const InverseRoot<D>& half, Column<F, Scalar<D>>& twist,
+                 const Column<F, Scalar<D>>* of_parent) {
         half.backward(twist);
         twist += bodies_[h].p;
         if (of_parent) {
-            Column<F> with_it = rows_.hinges[h].carried(*of_parent);
+            Column<F, Scalar<D>> with_it = rows_.hinges[h].carried(*of_parent);
             half.hold(with_it);
             twist += with_it;
         }
         bodies_[h].delta = twist;
     }
     // x += sign G p, of the loops' rows.
-    void add_particular(double* x, double sign) const {
+    void add_particular(Scalar<D>* x, Scalar<D> sign) const {
         rows_.each_hinged_gradient([&](int h, int row, const auto& g) { x[row] += sign * g.dot(bodies_[h].p); });
     }
     // λ of the hinges, from those of the rows of S, of the last solution.
-    void multipliers(const std::vector<double>& of_rows, double* lambda) {
+    void multipliers(const std::vector<Scalar<D>>& of_rows, Scalar<D>* lambda) {
         for (Body& body : bodies_) body.wrench = body.M * body.delta - body.f;
         rows_.each_hinged_gradient([&](int h, int row, const auto& g) { bodies_[h].wrench += of_rows[row] * g; });
         for (std::size_t h = 0; h < bodies_.size(); ++h) rows_.hinges[h].multipliers(model_, bodies_[h].wrench, lambda);
@@ -69,7 +70,7 @@ public:
 private:
     struct Body {
         Inertia<D> M;
-        Column<F> f, p, delta, wrench;  // of the last, what the hinge exerts
+        Column<F, Scalar<D>> f, p, delta, wrench;  // of the last, what the hinge exerts
     };
 
     const Model<D>& model_;

@@ -14,6 +14,7 @@ namespace mbproj {
 template <class D> class LoopSolver final {
 public:
     static constexpr int F = Size<D>::freedoms;
+    static constexpr bool has_qr = std::is_same_v<Scalar<D>, double>;  // that of Eigen is of doubles
 
     LoopSolver(const Model<D>& model, const EliminationOrder<D>& order, const Compliance<D>& compliance)
         : model_(model), order_(order), compliance_(compliance),
@@ -30,7 +31,7 @@ public:
     bool set_hinged(std::vector<Inertia<D>>& inertias) { return hinged_.set_inertias(inertias, rows_->halves); }
     bool is_hinged(int b) const { return rows_->layout().hinge_of(b) >= 0; }
     // What light bodies are lent: nothing where their inertia is not theirs (GOPM's metric), nor that of flywheels.
-    void lend(const Column<F>& lent) {
+    void lend(const Column<F, Scalar<D>>& lent) {
         for (Light<D>& light : light_) light.lent = lent;
     }
     void turn_flywheels(bool turn) { rows_->flywheels_turn = turn; }
@@ -46,13 +47,14 @@ public:
 
     // The factor of Y in place of that of S; false where it would be too large.
     bool factor_by_qr(const Pose<D>& pose) {
-        if (rows_->count() > model_.thresholds.most_dense_rows) return false;
+        if (!has_qr || rows_->count() > model_.thresholds.most_dense_rows) return false;
         rows_->fill(pose);
         const std::size_t bodies = F * rows_->layout().pieces();
         Eigen::MatrixXd Y = Eigen::MatrixXd::Zero(bodies + rows_->flywheels().size(), rows_->count());
-        rows_->each_column(
-            [&](int body, int row, const auto& y) { std::copy(y.data(), y.data() + F, &Y(F * body, row)); });
-        rows_->each_flywheel([&](std::size_t f, int row, double y) { Y(bodies + f, row) = y; });
+        rows_->each_column([&](int body, int row, const auto& y) {
+            for (int i = 0; i < F; ++i) Y(F * body + i, row) = value_of(y[i]);
+        });
+        rows_->each_flywheel([&](std::size_t f, int row, const Scalar<D>& y) { Y(bodies + f, row) = value_of(y); });
         qr_.factor(Y);
         return by_qr_ = true;
     }
@@ -78,18 +80,17 @@ public:
     // The smallest pivot where all bodies weigh the same.
     double even_pivot(const Pose<D>& pose) {
         even().fill_evenly(pose);
-        even().cholesky.factor(0.0);
-        return even().cholesky.smallest_pivot();
+        return even_->cholesky.factor(0.0), even_->cholesky.smallest_pivot();
     }
 
     // As many rows as are `redundant` without which those of a pose are best-conditioned; nothing where more of them depend on
     // the others there.
     std::optional<std::vector<int>> rows_to_leave_out(const Pose<D>& pose, int redundant) {
         const Thresholds& from = model_.thresholds;
-        BlockCholesky& S = all().cholesky;
+        BlockCholesky<Scalar<D>>& S = all().cholesky;
         all().fill_evenly(pose);
         S.keep();
-        double left = std::numeric_limits<double>::infinity();
+        Scalar<D> left = std::numeric_limits<double>::infinity();
         for (double smallest = from.choice_from; smallest > from.choice_to; smallest *= from.choice_step) {
             if (smallest >= left) continue;  // it leaves out what the last one has
             S.restore();
@@ -108,27 +109,27 @@ public:
     // δ of the loops' bodies from their forces f, with G δ = c; the multipliers stay for `multipliers`. False where the
     // motion of a light body does not settle: then it moves no mass. A shifted factor is applied as it is.
     template <class Forces, class Twists>
-    bool solve(const Forces& f, const double* c, Twists& delta, bool shifted = false) {
+    bool solve(const Forces& f, const Scalar<D>* c, Twists& delta, bool shifted = false) {
         push(f, c);
         spin_.assign(rows_->flywheels().size(), 0.0);
         rhs_.assign(rows_->count(), 0.0);
         rows_->each_row([&](int own, int of_model) { rhs_[own] = -c[of_model]; });
         rows_->scale(rhs_.data());
         hinged_.add_particular(rhs_.data(), 1.0);
-        const double driven = light_.empty() ? 0.0 : energy();
+        const Scalar<D> driven = light_.empty() ? 0.0 : energy();
         lambda_.assign(rhs_.size(), 0.0);
         step_.resize(rhs_.size());
         improve();
         if (cholesky().smallest_pivot() < model_.thresholds.ill_conditioned && !shifted) refine();
-        const bool settled = light_.empty() || settle(shifted, std::max(driven, energy()));
+        const bool settled = light_.empty() || settle(shifted, max(driven, energy()));
         release(delta);
         return settled;
     }
 
     // Σ I s'² of the flywheels in the last solve, where δ is a velocity.
-    double of_flywheels() const { return std::inner_product(spin_.begin(), spin_.end(), spin_.begin(), 0.0); }
+    auto of_flywheels() const { return std::inner_product(spin_.begin(), spin_.end(), spin_.begin(), Scalar<D>()); }
     // λ of the loops' joints and of the hinges by which bodies move, of the last solve, at their rows; 0 in rows left out.
-    void multipliers(double* lambda) {
+    void multipliers(Scalar<D>* lambda) {
         for (const int j : order_.loop_joints) {
             const Joint& joint = model_.joints[j];
             std::fill(lambda + joint.row, lambda + joint.row + joint.rows, 0.0);
@@ -136,34 +137,33 @@ public:
         rows_->each_row([&](int own, int of_model) { lambda[of_model] = lambda_[own]; });
         hinged_.multipliers(lambda_, lambda);
     }
-
     // How far rows that are left out at this pose alone are from what the others say of a violation, in rows' own scales.
-    double contradiction(const double* violation) {
-        std::vector<double> own(rows_->count());
-        double least = std::numeric_limits<double>::infinity();
+    Scalar<D> contradiction(const Scalar<D>* violation) {
+        std::vector<Scalar<D>> own(rows_->count());
+        Scalar<D> least = std::numeric_limits<double>::infinity();
         rows_->each_row([&](int row, int of_model) {
             own[row] = violation[of_model];
-            least = std::min(least, model_.row_scale[of_model]);
+            least = min(least, model_.row_scale[of_model]);
         });
         hinged_.move(violation);
         hinged_.add_particular(own.data(), -1.0);
         return cholesky().contradiction(own.data()) / least;
     }
 
-    const BlockCholesky& cholesky() const { return rows_->cholesky; }
+    const BlockCholesky<Scalar<D>>& cholesky() const { return rows_->cholesky; }
     // What the pivots of the rows held usually are, or none: see BlockCholesky.
     void expect(const std::vector<double>& usual) { rows_->cholesky.expect(usual); }
 
 private:
     // The forces on the loops' bodies and pieces, with the half of each, less what their hinges take.
-    template <class Forces> void push(const Forces& f, const double* c) {
+    template <class Forces> void push(const Forces& f, const Scalar<D>* c) {
         hinged_.move(c);
         work_.resize(rows_->layout().pieces());
         for (std::size_t b = 0; b < order_.loop_bodies.size(); ++b) work_[b] = f[order_.loop_bodies[b]];
         for (std::size_t h = 0; h < rows_->hinges.size(); ++h) {
             const int b = child(h);
             hinged_.push(static_cast<int>(h), half(b), work_[b], parent(h));
-            if (const double root = rows_->layout().root(b); root > 1.0) work_[b] /= root;
+            if (const Scalar<D> root = rows_->layout().root(b); root > 1.0) work_[b] /= root;
         }
         for (std::size_t b = 0; b < order_.loop_bodies.size(); ++b)
             if (!is_hinged(static_cast<int>(b))) half(b).forward(work_[b]);
@@ -178,14 +178,14 @@ private:
             if (!is_hinged(static_cast<int>(b))) half(b).backward(work_[b]);
         for (std::size_t h = 0; h < rows_->hinges.size(); ++h) {
             const int b = child(h);
-            if (const double root = rows_->layout().root(b); root > 1.0) work_[b] /= root;
+            if (const Scalar<D> root = rows_->layout().root(b); root > 1.0) work_[b] /= root;
             hinged_.release(static_cast<int>(h), half(b), work_[b], parent(h));
         }
         for (std::size_t b = 0; b < order_.loop_bodies.size(); ++b) delta[order_.loop_bodies[b]] = work_[b];
     }
     // Of a hinge, its child among the loops' bodies, and what `work_` has of its parent, or nothing of the ground.
     int child(std::size_t h) const { return rows_->layout().place(rows_->hinges[h].child()); }
-    Column<F>* parent(std::size_t h) {
+    Column<F, Scalar<D>>* parent(std::size_t h) {
         const int body = rows_->hinges[h].parent();
         return body == model_.size() ? nullptr : &work_[rows_->layout().place(body)];
     }
@@ -205,13 +205,13 @@ private:
     // S squares the condition of Y. Where a pivot shows that to matter, further solutions on what is left, which is computed
     // from Y itself, give the digits back (Björck 1996, sect. 6.6.5: corrected seminormal equations).
     void refine() {
-        double before = std::numeric_limits<double>::infinity();
+        Scalar<D> before = std::numeric_limits<double>::infinity();
         for (int pass = 0; pass < model_.thresholds.most_refining; ++pass) {
             improve();
-            double change = 0.0, size = 0.0;
+            Scalar<D> change = 0.0, size = 0.0;
             for (std::size_t r = 0; r < lambda_.size(); ++r) {
-                change = std::max(change, std::abs(step_[r]));
-                size = std::max(size, std::abs(lambda_[r]));
+                change = max(change, abs(step_[r]));
+                size = max(size, abs(lambda_[r]));
             }
             if (!(change > model_.thresholds.refined_part * size && change < 0.5 * before)) return;
             before = change;
@@ -220,13 +220,14 @@ private:
 
     // λ += S⁻¹ (Yᵀ w - c), and w less Y times that, with -c in `rhs_`.
     void improve() {
-        if (by_qr_) return improve_by_qr();
+        if constexpr (has_qr)
+            if (by_qr_) return improve_by_qr();
         step_ = rhs_;
         rows_->add_products(work_, step_.data());
-        rows_->each_flywheel([this](std::size_t f, int row, double y) { step_[row] += y * spin_[f]; });
+        rows_->each_flywheel([this](std::size_t f, int row, Scalar<D> y) { step_[row] += y * spin_[f]; });
         cholesky().solve(step_.data());
         rows_->subtract_products(step_.data(), work_);
-        rows_->each_flywheel([this](std::size_t f, int row, double y) { spin_[f] -= step_[row] * y; });
+        rows_->each_flywheel([this](std::size_t f, int row, Scalar<D> y) { spin_[f] -= step_[row] * y; });
         for (std::size_t r = 0; r < lambda_.size(); ++r) lambda_[r] += step_[r];
     }
 
@@ -243,13 +244,13 @@ private:
 
     // Takes back what light bodies were lent (see light_body.hpp): each pass moves them as the last one's change asks.
     // `least` is the energy below which nothing matters, of the forces or of the motion.
-    bool settle(bool shifted, double least) {
-        double before = std::numeric_limits<double>::infinity();
+    bool settle(bool shifted, Scalar<D> least) {
+        Scalar<D> before = std::numeric_limits<double>::infinity();
         for (Light<D>& light : light_) light.moved.setZero();
         for (int pass = 0; pass < model_.thresholds.most_settling; ++pass) {
-            double change = 0.0, size = least;  // squares
+            Scalar<D> change = 0.0, size = least;  // squares
             for (Light<D>& light : light_) {
-                Column<F> now = work_[light.body];
+                Column<F, Scalar<D>> now = work_[light.body];
                 half(light.body).backward(now);
                 light.change = now - light.moved;
                 light.moved = now;
@@ -261,12 +262,12 @@ private:
             before = change;
             // What is shifted keeps a residual, which must not be taken for an error: it begins anew, without forces.
             if (shifted) {
-                for (Column<F>& w : work_) w.setZero();
+                for (Column<F, Scalar<D>>& w : work_) w.setZero();
                 spin_.assign(spin_.size(), 0.0);
                 lambda_.assign(lambda_.size(), 0.0);
             }
             for (const Light<D>& light : light_) {
-                Column<F> back = scaled(light.lent, shifted ? light.moved : light.change);
+                Column<F, Scalar<D>> back = scaled(light.lent, shifted ? light.moved : light.change);
                 half(light.body).forward(back);
                 work_[light.body] += back;
             }
@@ -275,9 +276,9 @@ private:
         return false;
     }
 
-    double energy() const {
-        double sum = 0.0;
-        for (const Column<F>& w : work_) sum += w.squaredNorm();
+    Scalar<D> energy() const {
+        Scalar<D> sum = 0.0;
+        for (const Column<F, Scalar<D>>& w : work_) sum += w.squaredNorm();
         return sum + of_flywheels();
     }
 
@@ -289,9 +290,9 @@ private:
     HingedBodies<D> hinged_;
     std::vector<int> left_out_, left_out_before_;
     std::vector<Light<D>> light_;
-    std::vector<Column<F>> work_;
-    std::vector<double> rhs_, step_, lambda_;
-    std::vector<double> spin_;  // √I s' of the flywheels, as work_ of the bodies
+    std::vector<Column<F, Scalar<D>>> work_;
+    std::vector<Scalar<D>> rhs_, step_, lambda_;
+    std::vector<Scalar<D>> spin_;  // √I s' of the flywheels, as work_ of the bodies
     DenseQr qr_;
     bool by_qr_ = false;
 };

@@ -30,7 +30,7 @@ public:
                     of_incidences.push_back({a, b});
                 }
         }
-        cholesky_ = BlockCholesky(std::vector<int>(order.loop_bodies.size(), F), couplings, 0);
+        cholesky_ = BlockCholesky<Scalar<D>>(std::vector<int>(order.loop_bodies.size(), F), couplings, 0);
         for (const auto& [a, b] : of_incidences) {
             const auto target = cholesky_.target(incidences_[a].body, incidences_[b].body);
             products_.push_back(target.transposed ? Product{b, a, target.offset} : Product{a, b, target.offset});
@@ -41,7 +41,7 @@ public:
     // allow, which change no λ, and is factored with `shift` on its diagonal. Each pass then leaves shift / (σ² + shift) of
     // what lies along a singular vector of G: all of it at once but for rows that are all but dependent at this pose.
     // Where round-off exceeds it, so that there is no factor, the shift grows. False where that does not help.
-    bool spread(const Pose<D>& pose, double shift, double* lambda) {
+    bool spread(const Pose<D>& pose, double shift, Scalar<D>* lambda) {
         for (Incidence& at : incidences_) set_gradients(pose, at);
         for (fill(shift); cholesky_.factor(0.0) >= 0; fill(shift))
             if (!((shift *= 10.0) < 1.0)) return false;
@@ -50,9 +50,9 @@ public:
             for (int r = row(at), end = r + model_.joints[at.joint].rows; r < end; ++r)
                 left_[r] = lambda[r] * model_.row_scale[r];
         smallest_.assign(left_.size(), 0.0);
-        double before = std::numeric_limits<double>::infinity();
+        Scalar<D> before = std::numeric_limits<double>::infinity();
         for (int pass = 0; pass < model_.thresholds.most_refining; ++pass) {
-            const double change = move();
+            const Scalar<D> change = move();
             if (!(change > model_.thresholds.refined_part * size() && change < 0.5 * before)) break;
             before = change;
         }
@@ -66,7 +66,7 @@ private:
     // Of a joint and one of its bodies, by its number in the loops: a column for each row of the joint.
     struct Incidence {
         int joint, body;
-        Matrix<F, F> G;
+        Matrix<F, F, Scalar<D>> G;
     };
     struct Product {  // G_a G_bᵀ goes to this block
         int a, b;
@@ -79,7 +79,7 @@ private:
         const Joint& joint = model_.joints[at.joint];
         jacobian<D>(model_, pose, joint, order_.loop_bodies[at.body], at.G.transpose());
         for (int r = 0; r < joint.rows; ++r) {
-            const double scale = 1.0 / model_.row_scale[joint.row + r];
+            const Scalar<D> scale = 1.0 / model_.row_scale[joint.row + r];
             for (int k = 0; k < F; ++k) at.G(k, r) *= k < D::axes ? scale * model_.length : scale;
         }
     }
@@ -88,20 +88,20 @@ private:
         cholesky_.clear();
         for (const Product& product : products_) {
             const Incidence &a = incidences_[product.a], &b = incidences_[product.b];
-            double* target = cholesky_.at(product.offset);
+            Scalar<D>* target = cholesky_.at(product.offset);
             for (int i = 0; i < F; ++i)
                 for (int j = 0; j < F; ++j)
                     for (int r = 0; r < model_.joints[a.joint].rows; ++r) target[F * i + j] += a.G(i, r) * b.G(j, r);
         }
         for (int b = 0; b < static_cast<int>(order_.loop_bodies.size()); ++b)
             for (int k = 0; k < F; ++k) {
-                double& square = cholesky_.at(cholesky_.target(b, b).offset)[k * (F + 1)];
+                Scalar<D>& square = cholesky_.at(cholesky_.target(b, b).offset)[k * (F + 1)];
                 square += shift * (1.0 + square);
             }
     }
 
     // Moves the part of what is left that lies in the range of G over to the smallest λ; the largest change.
-    double move() {
+    Scalar<D> move() {
         x_.assign(F * order_.loop_bodies.size(), 0.0);
         for (const Incidence& at : incidences_)
             for (int r = 0; r < model_.joints[at.joint].rows; ++r)
@@ -111,17 +111,17 @@ private:
         for (const Incidence& at : incidences_)
             for (int r = 0; r < model_.joints[at.joint].rows; ++r)
                 for (int k = 0; k < F; ++k) change_[row(at) + r] += at.G(k, r) * x_[F * at.body + k];
-        double most = 0.0;
+        Scalar<D> most = 0.0;
         for (std::size_t r = 0; r < left_.size(); ++r) {
             smallest_[r] += change_[r];
             left_[r] -= change_[r];
-            most = std::max(most, std::abs(change_[r]));
+            most = max(most, abs(change_[r]));
         }
         return most;
     }
-    double size() const {
-        double most = 0.0;
-        for (const double part : smallest_) most = std::max(most, std::abs(part));
+    Scalar<D> size() const {
+        Scalar<D> most = 0.0;
+        for (const Scalar<D> part : smallest_) most = max(most, abs(part));
         return most;
     }
 
@@ -129,8 +129,8 @@ private:
     const EliminationOrder<D>& order_;
     std::vector<Incidence> incidences_;
     std::vector<Product> products_;
-    BlockCholesky cholesky_;
-    std::vector<double> left_, smallest_, change_, x_;  // λ of unit rows, and what G is applied to
+    BlockCholesky<Scalar<D>> cholesky_;
+    std::vector<Scalar<D>> left_, smallest_, change_, x_;  // λ of unit rows, and what G is applied to
 };
 
 }  // namespace mbproj

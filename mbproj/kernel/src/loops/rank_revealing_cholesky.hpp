@@ -9,13 +9,14 @@ namespace mbproj {
 // For each block the rows, ascending, whose pivots exceed `smallest` of their diagonal entries: within a block the largest
 // pivot goes first, or the first row with this part of that, and blocks in the order of elimination. It ends
 // where it has left out more than `most`. The values are used up.
-inline std::vector<std::vector<int>> BlockCholesky::independent_rows(double smallest, double tied, int most) {
+template <class Scalar>
+std::vector<std::vector<int>> BlockCholesky<Scalar>::independent_rows(double smallest, double tied, int most) {
     std::vector<std::vector<int>> kept(sizes_.size());
     largest_left_ = 0.0;
     measure_rows();
     for (const ColumnOf& column : columns_) {
         const int size = sizes_[column.block];
-        double* A = at(column.diagonal);
+        Scalar* A = at(column.diagonal);
         for (int i = 0; i < size; ++i)
             for (int j = i + 1; j < size; ++j) A[i * size + j] = A[j * size + i];
         std::vector<bool> open(size, true);
@@ -26,7 +27,7 @@ inline std::vector<std::vector<int>> BlockCholesky::independent_rows(double smal
             eliminate(column, row, open);
         }
         for (int i = 0; i < size; ++i)
-            if (open[i]) largest_left_ = std::max(largest_left_, part(column, i)), --most;
+            if (open[i]) largest_left_ = max(largest_left_, value_of(part(column, i))), --most;
         if (most < 0) break;
         divide_below(column, kept[column.block]);
         std::sort(kept[column.block].begin(), kept[column.block].end());
@@ -41,24 +42,26 @@ inline std::vector<std::vector<int>> BlockCholesky::independent_rows(double smal
 
 // The first open row whose pivot is at least the part `tied` of the largest one, or -1 where none exceeds `smallest` of its
 // diagonal entry: where symmetry makes equals, round-off has no say.
-inline int BlockCholesky::largest_pivot(const ColumnOf& column, const std::vector<bool>& open, double smallest,
-                                        double tied) {
+template <class Scalar> inline int BlockCholesky<Scalar>::largest_pivot(const ColumnOf& column,
+                                                                        const std::vector<bool>& open, double smallest,
+                                                                        double tied) {
     const int size = sizes_[column.block];
-    double largest = 0.0;
+    Scalar largest = 0.0;
     for (int i = 0; i < size; ++i)
-        if (open[i]) largest = std::max(largest, part(column, i));
+        if (open[i]) largest = max(largest, part(column, i));
     for (int i = 0; i < size; ++i)
         if (open[i] && part(column, i) > smallest && part(column, i) >= tied * largest) return i;
     return -1;
 }
 
 // Takes a row of a block out of the open ones. Its column of the block keeps its shares in these, and its pivot.
-inline void BlockCholesky::eliminate(const ColumnOf& column, int row, const std::vector<bool>& open) {
+template <class Scalar>
+void BlockCholesky<Scalar>::eliminate(const ColumnOf& column, int row, const std::vector<bool>& open) {
     const int size = sizes_[column.block];
-    double* A = at(column.diagonal);
+    Scalar* A = at(column.diagonal);
     for (int i = 0; i < size; ++i) {
         if (!open[i]) continue;
-        const double share = A[i * size + row] / A[row * (size + 1)];
+        const Scalar share = A[i * size + row] / A[row * (size + 1)];
         for (int j = 0; j < size; ++j)
             if (open[j]) A[i * size + j] -= share * A[row * size + j];
         A[i * size + row] = share;
@@ -66,13 +69,14 @@ inline void BlockCholesky::eliminate(const ColumnOf& column, int row, const std:
 }
 
 // Makes the columns of these rows, in the order in which they were taken out, those of the factor in the blocks below.
-inline void BlockCholesky::divide_below(const ColumnOf& column, const std::vector<int>& rows) {
+template <class Scalar>
+inline void BlockCholesky<Scalar>::divide_below(const ColumnOf& column, const std::vector<int>& rows) {
     const int size = sizes_[column.block];
-    const double* A = at(column.diagonal);
-    double roots[6];
-    for (std::size_t k = 0; k < rows.size(); ++k) roots[k] = std::sqrt(A[rows[k] * (size + 1)]);
+    const Scalar* A = at(column.diagonal);
+    Scalar roots[6];
+    for (std::size_t k = 0; k < rows.size(); ++k) roots[k] = sqrt(A[rows[k] * (size + 1)]);
     for (const Entry& entry : column.below) {
-        double* x = at(entry.offset);
+        Scalar* x = at(entry.offset);
         for (int r = 0; r < sizes_[entry.block]; ++r, x += size)
             for (std::size_t k = 0; k < rows.size(); ++k) {
                 for (std::size_t i = k + 1; i < rows.size(); ++i)
@@ -82,9 +86,9 @@ inline void BlockCholesky::divide_below(const ColumnOf& column, const std::vecto
     }
 }
 
-inline double BlockCholesky::contradiction(double* x) const {
-    double most = 0.0;
-    forward(x, [&most](double rest) { most = std::max(most, std::abs(rest)); });
+template <class Scalar> inline Scalar BlockCholesky<Scalar>::contradiction(Scalar* x) const {
+    Scalar most = 0.0;
+    forward(x, [&most](Scalar rest) { most = max(most, abs(rest)); });
     return most;
 }
 

@@ -8,11 +8,11 @@ namespace mbproj {
 namespace blocks {
 
 // X := X L⁻ᵀ for X of `rows` rows and the lower triangle L, both R wide; `reciprocal` holds 1 / L_kk.
-template <int R> void divide(double* X, int rows, const double* L, const double* reciprocal) {
+template <int R, class Scalar> void divide(Scalar* X, int rows, const Scalar* L, const Scalar* reciprocal) {
     for (int r = 0; r < rows; ++r, X += R) {
-        double x[R];
+        Scalar x[R];
         for (int c = 0; c < R; ++c) {
-            double sum = X[c];
+            Scalar sum = X[c];
             for (int k = 0; k < c; ++k) sum -= x[k] * L[c * R + k];
             X[c] = x[c] = sum * reciprocal[c];
         }
@@ -24,12 +24,18 @@ constexpr int eight = 8;
 using Four = double __attribute__((vector_size(32), aligned(8), may_alias));
 
 // Yᵀ, rows of eight numbers, of an R wide Y.
-template <int R> void transpose(const double* Y, int columns, double* transposed) {
+template <int R, class Scalar> void transpose(const Scalar* Y, int columns, Scalar* transposed) {
     for (int c = 0; c < columns; ++c, Y += R)
         for (int k = 0; k < R; ++k) transposed[eight * k + c] = Y[k];
 }
 
 // T -= X Yᵀ for an R wide X; of a diagonal block all of it.
+template <int R, class Scalar>
+void subtract(Scalar* T, const Scalar* X, int rows, const Scalar* transposed, int columns) {
+    for (int r = 0; r < rows; ++r, X += R, T += columns)
+        for (int c = 0; c < columns; ++c)
+            for (int k = 0; k < R; ++k) T[c] -= X[k] * transposed[eight * k + c];
+}
 template <int R> void subtract(double* T, const double* X, int rows, const double* transposed, int columns) {
     for (int r = 0; r < rows; ++r, X += R, T += columns) {
         Four first = {}, second = {};

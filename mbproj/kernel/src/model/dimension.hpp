@@ -30,16 +30,21 @@ template <class D> using Orientation = Column<Size<D>::orientation, Scalar<D>>;
 template <class D> using Rotation = Matrix<D::axes, D::axes, Scalar<D>>;
 template <class D> using TurnMatrix = Matrix<Size<D>::turns, Size<D>::turns, Scalar<D>>;
 
-// Velocity ω × s of a point at s, and moment s × f of a force there.
-template <class S> inline Column<3, S> turned_by(const Column<3, S>& omega, const Column<3, S>& s) {
+// Velocity ω × s of a point at s, and moment s × f of a force there. Always inline: a compiler that leaves these out of line in
+// a large unit makes a step in space a sixth longer.
+template <class S>
+[[gnu::always_inline]] inline Column<3, S> turned_by(const Column<3, S>& omega, const Column<3, S>& s) {
     return omega.cross(s);
 }
-template <class S> inline Column<2, S> turned_by(const Column<1, S>& omega, const Column<2, S>& s) {
+template <class S>
+[[gnu::always_inline]] inline Column<2, S> turned_by(const Column<1, S>& omega, const Column<2, S>& s) {
     return {-omega[0] * s.y(), omega[0] * s.x()};
 }
 
-template <class S> inline Column<3, S> moment(const Column<3, S>& s, const Column<3, S>& f) { return s.cross(f); }
-template <class S> inline Column<1, S> moment(const Column<2, S>& s, const Column<2, S>& f) {
+template <class S> [[gnu::always_inline]] inline Column<3, S> moment(const Column<3, S>& s, const Column<3, S>& f) {
+    return s.cross(f);
+}
+template <class S> [[gnu::always_inline]] inline Column<1, S> moment(const Column<2, S>& s, const Column<2, S>& f) {
     return Column<1, S>(s.x() * f.y() - s.y() * f.x());
 }
 
