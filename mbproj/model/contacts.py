@@ -105,7 +105,7 @@ def in_contact(system: System, contacts: Contacts) -> System:
         stuck = contacts.stuck.items()
         rows += [_Row(frictions.coordinates, k, at, frictions.owners[k], frictions.places[k]) for k, at in stuck]
         numbers = bearing_numbers(found, frictions, contacts)
-        laws += _frictions(frictions, numbers, contacts)
+        laws += _frictions(frictions, numbers, contacts, len(laws))
     if stops is not None:
         found = replace(found, bearings=_with_pushes(found, stops, contacts))
     if rows:
@@ -222,8 +222,8 @@ def friction_laws(contacts: Contacts) -> list[int]:
     return sorted((*contacts.sliding, *contacts.bearing))
 
 
-def _frictions(frictions: Frictions, bearings: list[int], contacts: Contacts) -> Iterator[AddedLaw]:
-    """The laws of those that slide, and of those that bear a force."""
+def _frictions(frictions: Frictions, bearings: list[int], contacts: Contacts, first: int) -> Iterator[AddedLaw]:
+    """The laws of those that slide, and of those that bear a force. They come after `first` other added laws."""
     order = friction_laws(contacts)
     for k in order:
         (along,) = bindings(frictions.coordinates, [k])
@@ -238,7 +238,7 @@ def _frictions(frictions: Frictions, bearings: list[int], contacts: Contacts) ->
             at_rest = static if frictions.stribeck[k] > 0.0 else sliding
             push = number(-contacts.sliding[k] * at_rest)
         elif partner in contacts.sliding:
-            other, direction = order.index(partner), (contacts.sliding[k], contacts.sliding[partner])
+            other, direction = first + order.index(partner), (contacts.sliding[k], contacts.sliding[partner])
             push = _falling(-sliding, -static, float(frictions.stribeck[k]))
         else:
             part = -contacts.sliding[k]

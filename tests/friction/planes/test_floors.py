@@ -26,6 +26,28 @@ def test_it_slides_straight_on_and_stops(formulation, speed):
     assert recorded.unbalanced < 1e-8
 
 
+#: A weight that falls on a soft stop beside the puck, and lies there.
+SOFT = """\
+  table:
+    type: stop
+    plane: {body: ground, location: [9, 0, 0], normal: [0, 0, 1]}
+    point: {body: weight, location: {weight: [0, 0, 0]}}
+    stiffness: 1e4 N/m
+    restitution: 0.5
+"""
+
+
+@pytest.mark.parametrize("formulation", ["reduced", "full"])
+@pytest.mark.parametrize("height", [0.0, 9.0], ids=["it pushes", "it does not"])
+def test_it_slides_straight_on_beside_a_soft_stop(formulation, height):
+    velocity = 0.5 * np.array([0.6, 0.8, 0.0])
+    weight = f"  weight: {{mass: 1, inertia: [0.1, 0.1, 0.1], position: [9, 0, {height}], velocity: [3, 0, 0]}}\n"
+    text = puck("0.4", velocity, duration=0.1, formulation=formulation).replace("forces:\n", f"{weight}forces:\n")
+    _, recorded = run(text + SOFT)
+    assert recorded["bodies/velocity"][-1, 0] == pytest.approx(0.2 * velocity, abs=1e-9)
+    assert recorded.unbalanced < 1e-8
+
+
 @pytest.mark.parametrize("steps", ["dop853", "rk4", "radau5"])
 def test_thrown_across_an_incline_it_turns_downhill_and_comes_to_rest(steps):
     """The direction turns, and friction with it; tan 0.3 is below μ = 0.4."""
