@@ -20,15 +20,14 @@ from mbproj.errors import InputError, SimulationError
 from mbproj.integrate.events.leg import Leg
 from mbproj.integrate.formulations.compiled import Compiled
 from mbproj.integrate.formulations.kernel_settings import kernel_breaks, kernel_tableau
+from mbproj.integrate.loop.followed_steps import Trace
 from mbproj.integrate.steppers.methods import tableau_of
 from mbproj.scene.records import Settings
 
 #: Neighbours of a model on either side, and their weights: the central difference of fourth order.
 NEIGHBOURS = ((-2.0, 1.0 / 12.0), (-1.0, -2.0 / 3.0), (1.0, 2.0 / 3.0), (2.0, -1.0 / 12.0))
-#: Without samples and within no time, the kernel comes back after each step.
+#: Samples and seconds that no run has.
 MOST, FOREVER = 2**31, 1e9
-#: Steps that are followed in one go.
-BLOCK = 512
 
 
 @dataclass(frozen=True)
@@ -59,24 +58,34 @@ def follow(compiled: Compiled, state: State, settings: Settings, directions: Dir
     """The run from `state`, and how it changes. Raises InputError where slopes are not known: contacts, functions with
     branches, controllers, implicit steps; raises SimulationError where the run fails."""
     run, start = compiled.run(state, settings), compiled.beginning(state)
-    slopes = _slopes(compiled, state, settings, directions)
-    if not slopes.start(state.t, start, np.ascontiguousarray(directions.start)):
-        raise SimulationError(state.t, "the equations have no unique solution")
-    times, states, found = [np.array([state.t])], [start[None]], [slopes.slopes[None]]
-    while True:
-        t, h, y = _steps(run, float(times[-1][-1]))
-        if not len(h):
-            break
-        block = slopes.follow(np.append(times[-1][-1], t), h, y)
-        if len(block) < len(h):
-            raise SimulationError(float(t[len(block)]), "the slopes of the motion have no unique solution")
-        times.append(t)
-        states.append(y)
-        found.append(block)
+    run.keep_path()
+    while run.outcome.status == type(run.outcome.status).running:
+        run.advance(MOST, FOREVER)
     failed = compiled.failure(run, settings)
     if failed is not None:
         raise failed
-    return Followed(np.concatenate(times), np.concatenate(states), np.concatenate(found))
+    trace = Trace(compiled, settings, Leg.whole(compiled.system, settings, state.t), *run.path)
+    times, states = np.append(state.t, trace.t), np.concatenate([start[None], trace.y])
+    return Followed(times, states, slopes_along(trace, start, directions, times, states))
+
+
+def slopes_along(trace: Trace, start: Array, directions: Directions, at: Array, y: Array) -> Array:
+    """How the kernel's state changes along each direction at times `at` (M,), ascending from the start on, where it is
+    y (M, S): (M, k, S). The run began in the state `start` (S,). Raises as `follow` does."""
+    slopes = _slopes(trace, directions)
+    began = trace.leg.start
+    if trace.settings.kinematic is True:
+        found: Array = slopes.stand(at, y)
+    else:
+        if not slopes.start(began, start, np.ascontiguousarray(directions.start)):
+            raise SimulationError(began, "the equations have no unique solution")
+        first = int(np.searchsorted(at, began, side="right"))
+        beginning = np.broadcast_to(slopes.slopes, (first, *slopes.slopes.shape))
+        rest = slopes.follow(np.append(began, trace.t), trace.h, trace.y, at[first:], np.ascontiguousarray(y[first:]))
+        found = np.concatenate([beginning, rest])
+    if len(found) < len(at):
+        raise SimulationError(float(at[len(found)]), "the slopes of the motion have no unique solution")
+    return found
 
 
 def directions_of(
@@ -112,38 +121,27 @@ def numbers_of(compiled: Compiled) -> Array:
     return found
 
 
-def _slopes(compiled: Compiled, state: State, settings: Settings, directions: Directions) -> Any:
+def structure_of(compiled: Compiled) -> Array:
+    """What a model has in common with its neighbours, as numbers: curves, knots, which numbers are where."""
+    found: Array = getattr(compiled.core, f"{compiled.dimension}Tangents").structure(compiled.model)
+    return found
+
+
+def _slopes(trace: Trace, directions: Directions) -> Any:
     """The kernel's follower of a run."""
+    compiled, settings = trace.compiled, trace.settings
     kind = getattr(compiled.core, f"{compiled.dimension}Tangents")
     tableau = kernel_tableau(compiled.core, tableau_of(settings.integrator), kinematic=settings.kinematic is True)
-    breaks = kernel_breaks(Leg.whole(compiled.system, settings, state.t))
     try:
         return kind(
             compiled.model,
             tableau,
             compiled.projection(settings.projection),
-            breaks,
+            kernel_breaks(trace.leg),
             np.ascontiguousarray(directions.numbers),
         )
     except ValueError as error:
         raise InputError(f"the motion's slopes are not known here: the {error}") from None
-
-
-def _steps(run: Any, t: float) -> tuple[Array, Array, Array]:
-    """The next steps of a run that stands at t: their ends, sizes and states."""
-    ends: list[float] = []
-    sizes: list[float] = []
-    states: list[Array] = []
-    while len(ends) < BLOCK and run.outcome.status == type(run.outcome.status).running:
-        tried = int(run.counters[0] + run.counters[1])
-        run.advance(MOST, FOREVER, tried + 1)
-        standing = run.standing
-        if standing["t"] != t:
-            t = standing["t"]
-            ends.append(t)
-            sizes.append(standing["h"])
-            states.append(standing["y"])
-    return np.array(ends), np.array(sizes), np.array(states)
 
 
 def _along(compiled: Compiled, y: Array, slope: Array) -> tuple[Array, Array]:

@@ -220,24 +220,20 @@ def values_of(scene: Scene) -> dict[KeyPath, Any]:
     return found
 
 
-def settings_to_run(scene: Scene) -> Settings:
+def settings_to_run(scene: Scene, *, by_options: bool = True) -> Settings:
     """The settings of a scene that says how long, and by which step or to which tolerance, it runs; a kinematic one
-    needs neither.
+    needs neither. `by_options`: who asks can be told so by --duration, --step and --tolerance.
 
     Raises InputError where it does not.
     """
     settings, place = scene.settings, scene.place("simulation")
     problems = []
     if settings.duration is None:
-        problems.append(Problem("the scene has no duration", place, "add 'duration' to 'simulation', or --duration"))
+        hint = "add 'duration' to 'simulation'" + (", or --duration" if by_options else "")
+        problems.append(Problem("the scene has no duration", place, hint))
     if settings.step is None and settings.tolerance is None and settings.kinematic is not True:
-        problems.append(
-            Problem(
-                "the scene has neither step nor tolerance",
-                place,
-                "add one of them to 'simulation', or --step or --tolerance",
-            )
-        )
+        hint = "add one of them to 'simulation'" + (", or --step or --tolerance" if by_options else "")
+        problems.append(Problem("the scene has neither step nor tolerance", place, hint))
     if problems:
         raise InputError(problems)
     return settings

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -12,6 +14,9 @@ from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.figure_options import check_picture, drawn
 from mbproj.cli.quantity import Names
 from mbproj.cli.report.json_text import json_text
+
+if TYPE_CHECKING:
+    from mbproj.results.views.table import Table
 
 EXAMPLES = (
     (
@@ -54,7 +59,8 @@ def command(
     """Measures how much numbers of SCENE change what it expects.
 
     Prints a table: each measure's value, its derivative by each number with what that may be off by, and the
-    elasticity: by how many percent the measure changes where the number changes by one.
+    elasticity: by how many percent the measure changes where the number changes by one. Dual numbers that follow one
+    run give the slopes; where they cannot, differences of runs do, and the output says why.
     """
     from mbproj.cli.report.table import columns
     from mbproj.cli.scene_options import parameters
@@ -79,12 +85,25 @@ def command(
         return
     headings = ["measure", "number", "value", "slope", "±", "elasticity", "unit of the slope"]
     click.echo(columns(headings, [_cells(row) for row in table.rows]))
+    for line in _how(table):
+        click.echo(line)
     for path in (table_file, picture_path):
         if path is not None:
             click.echo(path)
 
 
-def _cells(row: tuple[str, str, float, float, float, float, str]) -> list[str]:
-    measure, number, value, slope, uncertainty, elasticity, unit = row
+def _how(table: Table) -> Iterator[str]:
+    """By what the slopes are found, and why not by dual numbers: a line for each reason."""
+    found: dict[tuple[str, str], list[str]] = {}
+    for _, number, *_, by, because in table.rows:
+        found.setdefault((by, because), []).append(number)
+    for (by, because), numbers in found.items():
+        what = "slopes" if len(found) == 1 else f"slopes by {', '.join(dict.fromkeys(numbers))}"
+        reason = f", because {because}" if because else " along one run"
+        yield f"{what}: {by}{reason}"
+
+
+def _cells(row: tuple[Any, ...]) -> list[str]:
+    measure, number, value, slope, uncertainty, elasticity, unit = row[:7]
     shown = "-" if elasticity != elasticity else f"{elasticity:+.4f}"
     return [measure, number, f"{value:.6g}", f"{slope:+.6g}", f"{uncertainty:.1e}", shown, unit]

@@ -115,7 +115,7 @@ def march(
     if run.outcome.status == compiled.core.Status.halted:
         raise Halted(_halted_at(compiled, run, inside))
     if steps is not None:
-        steps.finish(run, leg)
+        steps.finish(compiled, run, leg, settings)
     failure = compiled.failure(run, settings)
     if failure is not None:
         at = run.standing

@@ -5,8 +5,11 @@ from __future__ import annotations
 
 from typing import Any
 
+from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.integrate.events.leg import Leg
+from mbproj.integrate.formulations.compiled import Compiled
+from mbproj.scene.records import Settings
 
 
 @dataclass
@@ -28,7 +31,7 @@ class FollowedSteps:
         return FollowedSteps(self.ends, self.breaks)
 
     def begin(self, run: Any, leg: Leg) -> None:
-        """Before the first step of a run in the kernel."""
+        """Before the first step of a run in the kernel; those of another that are known are followed."""
         if leg.step is not None:
             return
         if not self.ends:
@@ -38,10 +41,40 @@ class FollowedSteps:
         else:
             self.left = True
 
-    def finish(self, run: Any, leg: Leg) -> None:
+    def finish(self, compiled: Compiled, run: Any, leg: Leg, settings: Settings) -> None:
         """After the last step."""
         if leg.step is None and not self.ends:
             self.ends, self.breaks = tuple(run.ends), _times(leg)
+
+
+@dataclass(frozen=True, eq=False)
+class Trace:
+    """A run in the kernel, as it was made: by which model, with which settings, from where to where; the ends (n,) of
+    its steps, their sizes, and the kernel's states (n, S) there."""
+
+    compiled: Compiled
+    settings: Settings
+    leg: Leg
+    t: Array
+    h: Array
+    y: Array
+
+
+@dataclass
+class TracedSteps(FollowedSteps):
+    """The same, and the states in which steps end: `trace`, of a run that came to its end."""
+
+    trace: Trace | None = None
+
+    def begin(self, run: Any, leg: Leg) -> None:
+        """Before the first step."""
+        super().begin(run, leg)
+        run.keep_path()
+
+    def finish(self, compiled: Compiled, run: Any, leg: Leg, settings: Settings) -> None:
+        """After the last step."""
+        super().finish(compiled, run, leg, settings)
+        self.trace = Trace(compiled, settings, leg, *run.path)
 
 
 def _times(leg: Leg) -> tuple[float, ...]:

@@ -157,7 +157,8 @@ class Match:
             raise InputError(Problem(f"no column is of '{self._over}'", place, hint))
         if self._over != TIME:
             return _values(columns, number, COORDINATES[self._over.partition(".")[2]], place)
-        times, duration = _values(columns, number, "s", place), settings_to_run(self._base).duration or np.inf
+        settings = settings_to_run(self._base, by_options=False)
+        times, duration = _values(columns, number, "s", place), settings.duration or np.inf
         for row in np.flatnonzero((times < 0.0) | (times > duration * (1.0 + 1e-12)))[:1]:
             message = f"{times[row]:.6g} s is outside the run, which is from 0 to {duration:.6g} s"
             hint = "make the scene's duration longer, or leave the row out"

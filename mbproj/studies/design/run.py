@@ -15,10 +15,10 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem
 from mbproj.scene.ranges.family import column_of
-from mbproj.studies.design.derivative import Counted
 from mbproj.studies.design.front import balanced, front_of, merged
 from mbproj.studies.design.knowledge import Knowledge, knowledge
 from mbproj.studies.design.searches import EVOLUTION, FRONT, LEAST_SQUARES, QUADRATIC, Task, searched
+from mbproj.studies.design.slopes.derivative import Counted
 from mbproj.studies.design.spec import Spec
 from mbproj.studies.design.start import looked_at, points_of
 from mbproj.studies.design.target import Target

@@ -10,7 +10,7 @@ from scipy.optimize import least_squares, minimize
 
 from mbproj.arrays import Array, Flags
 from mbproj.dataclass import dataclass
-from mbproj.studies.design.derivative import Counted
+from mbproj.studies.design.slopes.derivative import Counted
 from mbproj.studies.design.start import INSIDE, brought_in, value_of, violation
 from mbproj.studies.design.trial import Trial, Wish, tried
 

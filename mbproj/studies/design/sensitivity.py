@@ -16,16 +16,21 @@ from mbproj.scene.read import SceneText
 from mbproj.scene.records import Expectation, Scene
 from mbproj.scene.settings import settings_to_run
 from mbproj.scene.text.suggestions import choose_from
-from mbproj.studies.design.differences import Work, slopes_of
 from mbproj.studies.design.matches import AXES
+from mbproj.studies.design.slopes.differences import Work
+from mbproj.studies.design.slopes.of_measures import slopes_of
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.parallel.hand_out import Where
+
+#: How slopes are found.
+DUALS, DIFFERENCES = "dual numbers", "differences"
 
 
 @dataclass(frozen=True, eq=False)
 class Sensitivities:
     """∂(measure)/∂(number) at the scene's numbers x (d,): `values` (k,) of the measures, `slopes` (k, d) in SI units,
-    each with its `uncertainty` (k, d), from two formulas of different order. There were `runs` in all."""
+    each with its `uncertainty` (k, d), from two formulas of different order and runs with different steps. There were
+    `runs` in all. Where dual numbers do not follow the scene's own run, `why` (d,); empty where they do."""
 
     measures: tuple[Expectation, ...]
     paths: tuple[str, ...]
@@ -35,6 +40,7 @@ class Sensitivities:
     slopes: Array
     uncertainty: Array
     runs: int
+    why: tuple[str, ...]
 
     @property
     def elasticity(self) -> Array:
@@ -51,8 +57,10 @@ class Sensitivities:
             for j in order.tolist():
                 unit = _per(measure.unit, self.units[j])
                 numbers = (self.values[k], self.slopes[k, j], self.uncertainty[k, j], self.elasticity[k, j])
-                rows.append((measure.name, column_of(self.paths[j]), *map(float, numbers), unit))
-        return Table(("measure", "number", "value", "slope", "uncertainty", "elasticity", "unit"), tuple(rows))
+                how = (DIFFERENCES, self.why[j]) if self.why[j] else (DUALS, "")
+                rows.append((measure.name, column_of(self.paths[j]), *map(float, numbers), unit, *how))
+        names = ("measure", "number", "value", "slope", "uncertainty", "elasticity", "unit", "by", "because")
+        return Table(names, tuple(rows))
 
 
 def _per(unit: str, divisor: str) -> str:
@@ -75,8 +83,10 @@ def sensitivities(scene: Scene, of: Sequence[str], to: Sequence[str], where: Whe
     size = Mechanism.of(scene).system.length
     units = tuple(units_of(dict.fromkeys(paths), text).values())
     scale = np.array([abs(value) or (size if unit == "m" else 1.0) for value, unit in zip(x, units, strict=True)])
-    found = slopes_of(Work(scene, settings_to_run(scene), paths, measures), x, scale, where)
-    return Sensitivities(measures, paths, units, x, found.values, found.slopes, found.uncertainty, found.runs)
+    found = slopes_of(Work(scene, settings_to_run(scene, by_options=False), paths, measures), x, scale, where)
+    return Sensitivities(
+        measures, paths, units, x, found.values, found.slopes, found.uncertainty, found.runs, found.why
+    )
 
 
 def _measures(scene: Scene, of: Sequence[str]) -> tuple[Expectation, ...]:
@@ -87,13 +97,18 @@ def _measures(scene: Scene, of: Sequence[str]) -> tuple[Expectation, ...]:
     for name in of:
         if name not in known:
             raise InputError(Problem(f"no expectation is called '{name}'", Place("--of"), choose_from(name, known)))
-    physical = [each for each in known.values() if each.of != "diagnostic"]  # the others are round-off, or a tolerance
+    physical = [each for each in known.values() if not _is_error(each)]
     chosen = [known[name] for name in of] if of else physical or list(known.values())
     scalar = [part for each in chosen for part in _parts(each)]
     if not scalar or (of and any(not _parts(each) for each in chosen)):
         hint = "give it a component: x, y, z or norm"
         raise InputError(Problem("an expectation of several components is no measure", Place("--of"), hint))
     return tuple(scalar)
+
+
+def _is_error(each: Expectation) -> bool:
+    """Whether it is round-off, or a tolerance."""
+    return each.of == "diagnostic" or each.quantity.startswith("violation")
 
 
 def _parts(each: Expectation) -> list[Expectation]:

@@ -250,7 +250,7 @@ def _check_measures(found: Mapping[str, Any], base: Scene, reading: Reading) -> 
         whole = {
             name: each for name, each in given.items() if "at" in each and {"quantity", "diagnostic"} & each.keys()
         }
-        settings = settings_to_run(base)
+        settings = settings_to_run(base, by_options=False)
         for complaint in (*complaints(whole, base), *untimely(whole, settings)):
             where = (block, *complaint.path[1:])
             reading.report(complaint.message, reading.places[where], complaint.hint)

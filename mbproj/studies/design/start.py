@@ -11,7 +11,7 @@ from scipy.optimize import least_squares
 from scipy.stats import qmc
 
 from mbproj.arrays import Array, Flags
-from mbproj.studies.design.derivative import Counted, derivative
+from mbproj.studies.design.slopes.derivative import Counted, derivative
 from mbproj.studies.design.spec import Spec
 from mbproj.studies.design.trial import Trial, Wish, tried
 

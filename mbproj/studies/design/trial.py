@@ -122,7 +122,7 @@ def tried(wish: Wish, u: Array, beside: FollowedSteps | None = None) -> Trial:
         mechanism = Mechanism.of(scene)
     except InputError as error:
         return _failed(wish, error.problems[0].message, _left_open(scene), reached=0.0)
-    settings, watched = _finer(settings_to_run(scene), wish.finer), wish.watched
+    settings, watched = _finer(settings_to_run(scene, by_options=False), wish.finer), wish.watched
     samples = MeasuredSamples(mechanism, watched)
     steps = FollowedSteps() if beside is None else beside.of_another()
     try:

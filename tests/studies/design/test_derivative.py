@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mbproj.kernel import core
-from mbproj.studies.design.derivative import Counted
+from mbproj.studies.design.slopes.derivative import Counted
 from mbproj.studies.design.spec import read_spec
 from mbproj.studies.design.trial import Wish, tried
 from tests.studies.design.scenes import SPRING

@@ -7,6 +7,7 @@ import pytest
 
 import mbproj
 from mbproj.figures.pages.sensitivity import draw_sensitivities
+from mbproj.studies.design.slopes.differences import Work, differences
 from tests.cli.commands import mbproj as command
 from tests.studies.design.scenes import BALL
 
@@ -44,14 +45,26 @@ def test_of_a_throw():
         assert abs(slope - exact[key]) <= max(off, 1e-12)
 
 
+def differences_of(text, to, of=("far", "high")):
+    scene = mbproj.read_scene_text(text)
+    measures = tuple(each for each in scene.expectations if each.name in of)
+    x = np.array([scene.parameters[name] for name in to])
+    return differences(Work(scene, scene.settings, tuple(to), measures), x, np.abs(x), 1)
+
+
 def test_two_runs_a_number_where_they_agree_and_four_where_they_do_not():
     """x = exp(300 α) t: of second order its slope is off by (300 h)²/6 = 1.5e-6, of fourth by 2.7e-12."""
-    gentle = mbproj.sensitivity(BALL, to=["speed", "angle"])
+    gentle = differences_of(BALL, ["speed", "angle"])
     assert gentle.runs == 1 + 2 * 2
-    steep = mbproj.sensitivity(BALL.replace("[speed*cos(angle)", "[1 m/s * exp(300*(angle - 1))"), of="far", to="angle")
+    text = BALL.replace("[speed*cos(angle)", "[1 m/s * exp(300*(angle - 1))")
+    steep = differences_of(text, ["angle"], ["far"])
     assert steep.runs == 1 + 4
     assert steep.slopes[0, 0] == pytest.approx(300.0, rel=1e-9)
     assert steep.uncertainty[0, 0] < 1e-6 * 300.0
+    duals = mbproj.sensitivity(text, of="far", to="angle")
+    assert duals.why == ("",)
+    assert duals.slopes[0, 0] == pytest.approx(300.0, rel=1e-9)
+    assert abs(duals.slopes[0, 0] - 300.0) < duals.uncertainty[0, 0] < 1e-6 * 300.0
 
 
 def test_through_an_impact():

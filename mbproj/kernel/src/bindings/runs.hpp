@@ -115,6 +115,16 @@ template <class D> void add_run(nb::module_& m, const char* name) {
              })
         .def("keep_ends", [](TimeLoop<D>& self) { self.schedule().keeps_ends = true; })
         .def_prop_ro("ends", [](TimeLoop<D>& self) { return self.schedule().ends(); })
+        .def("keep_path", [](TimeLoop<D>& self) { self.path.emplace(); })
+        .def_prop_ro("path",
+                     [](TimeLoop<D>& self) {
+                         const auto& path = self.path;
+                         if (!path) refuse("path", "was not kept");
+                         const std::size_t steps = path->t.size(), size = self.now().y.size();
+                         return nb::make_tuple(array_of(std::vector<double>(path->t), steps),
+                                               array_of(std::vector<double>(path->h), steps),
+                                               array_of(std::vector<double>(path->y), steps, size));
+                     })
         .def("follow",
              [](TimeLoop<D>& self, std::vector<double> ends) {
                  if (!self.schedule().follow(std::move(ends))) refuse("ends", "do not rise to that of the run");
@@ -209,26 +219,54 @@ template <class D> void add_tangents(nb::module_& m, const char* name) {
                  require(slopes, {static_cast<std::size_t>(self.count()), self.size()}, "slopes");
                  return self.start(t, y.data(), slopes.data());
              })
+        .def_static(
+            "structure",
+            [](const Model<D>& model) {
+                std::vector<double> found = structure_of(model);
+                const auto count = found.size();
+                return array_of(std::move(found), count);
+            },
+            "What neighbours of a model have in common with it.")
+        .def(
+            "stand",
+            [](T& self, Numbers1 t, Numbers2 y) {
+                const std::size_t count = t.shape(0);
+                require(y, {count, self.size()}, "y");
+                std::vector<double> found;
+                std::size_t made = 0;
+                for (; made < count && self.stand(t.data()[made], y.data() + made * self.size()); ++made)
+                    self.write(found);
+                return array_of(std::move(found), made, self.count(), self.size());
+            },
+            nb::arg("t"), nb::arg("y"), "The slopes where joints and motions alone give the motion, as far as it gets.")
         .def(
             "follow",
-            [](T& self, Numbers1 t, Numbers1 h, Numbers2 y) -> nb::object {
-                const std::size_t steps = h.shape(0);
+            [](T& self, Numbers1 t, Numbers1 h, Numbers2 y, Numbers1 at, Numbers2 inside) -> nb::object {
+                const std::size_t steps = h.shape(0), samples = at.shape(0);
                 require(t, {steps + 1}, "t");
                 require(h, {steps}, "h");
                 require(y, {steps, self.size()}, "y");
+                require(inside, {samples, self.size()}, "inside");
                 std::vector<double> found;
+                std::size_t next = 0;
                 {
                     nb::gil_scoped_release released;
                     for (std::size_t s = 0; s < steps; ++s) {
-                        if (!self.follow(t.data()[s], h.data()[s], t.data()[s + 1], y.data() + s * self.size())) break;
-                        self.write(found);
+                        const double end = t.data()[s + 1];
+                        std::size_t last = next;
+                        while (last < samples && at.data()[last] < end) ++last;
+                        if (!self.follow(t.data()[s], h.data()[s], end, y.data() + s * self.size(), last - next,
+                                         at.data() + next, inside.data() + next * self.size(), found))
+                            break;
+                        for (next = last; next < samples && at.data()[next] == end; ++next) self.write(found);
                     }
                 }
                 const std::size_t row = self.count() * self.size();
                 const std::size_t made = row ? found.size() / row : 0;
                 return array_of(std::move(found), made, self.count(), self.size());
             },
-            nb::arg("t"), nb::arg("h"), nb::arg("y"), "The slopes at the ends of these steps, as far as it gets.")
+            nb::arg("t"), nb::arg("h"), nb::arg("y"), nb::arg("at"), nb::arg("inside"),
+            "The slopes at times after the start, as far as it gets.")
         .def_prop_ro("slopes", [](const T& self) {
             std::vector<double> found;
             self.write(found);

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <limits>
+#include <type_traits>
 #include <vector>
 
+#include "algebra/dual.hpp"
 #include "model/taylor_series.hpp"
 
 namespace mbproj {
@@ -62,6 +64,8 @@ struct Programs {
     std::vector<bool> kinked;    // pieces that begin with a kink, and the first of each table
     std::vector<double> period;  // of each table, 0 for one that does not repeat
     int variables = law_variables;
+    // Operands, origins and pieces as dual numbers see them; none where they do not change.
+    std::vector<Dual> changing_operand, changing_origin, changing_piece;
 
     int size() const { return static_cast<int>(start.size()) - 1; }
     // Whether a program names a variable from this number on.
@@ -99,7 +103,7 @@ struct Programs {
         for (int at = start[program]; at < start[program + 1]; ++at) {
             const int taken = arguments(op[at]);
             if (taken == 0) {
-                stack[++top] = op[at] == Op::constant ? Series<S>{operand[at], 0.0, 0.0}
+                stack[++top] = op[at] == Op::constant ? Series<S>{number<S>(operand, changing_operand, at), 0.0, 0.0}
                                                       : variables[static_cast<int>(operand[at])];
                 continue;
             }
@@ -146,6 +150,13 @@ struct Programs {
     }
 
 private:
+    template <class S>
+    static S number(const std::vector<double>& constant, const std::vector<Dual>& changing, std::size_t at) {
+        if constexpr (std::is_same_v<S, Dual>)
+            if (!changing.empty()) return changing[at];
+        return constant[at];
+    }
+
     // What a switch makes of its arguments on one of its branches.
     template <class S> Series<S> on_branch(int at, double branch, const Series<S>& x, const Series<S>& y) const {
         switch (op[at]) {
@@ -229,8 +240,10 @@ private:
     }
 
     template <class S> Series<S> on_piece(int at, const Series<S>& s) const {
-        const double* c = piece.data() + 4 * static_cast<std::ptrdiff_t>(at);
-        const S u = s.x - origin[static_cast<std::size_t>(at)];
+        const std::size_t own = static_cast<std::size_t>(at);
+        S c[4];
+        for (std::size_t k = 0; k < 4; ++k) c[k] = number<S>(piece, changing_piece, 4 * own + k);
+        const S u = s.x - number<S>(origin, changing_origin, own);
         return chain(c[0] + u * (c[1] + u * (c[2] + u * c[3])), c[1] + u * (2.0 * c[2] + 3.0 * u * c[3]),
                      2.0 * c[2] + 6.0 * u * c[3], s);
     }

@@ -85,6 +85,10 @@ protected:
     void count_factorisations() {
         now_.counters.factorisations = factorised_before_ + equations_.solver().factorisations();
     }
+    void reach() {
+        schedule_.reach(now_.to);
+        if (path) path->add(now_.t, now_.to.h, now_.y);
+    }
     void write(Mark<D>& mark) {
         count_factorisations();
         mark.t = now_.t, mark.h = now_.h, mark.y = now_.y, mark.grid = schedule_.grid();
@@ -116,10 +120,11 @@ protected:
     Instants<D> instants_;
     typename TurnCounter<D>::Counted counted_, counted_before_;
     Peaks peaks;
-    long factorised_before_ = 0;  // by the run that this one goes on with
-    bool shaped_ = false;         // by the run's end
-    bool waits = false;           // at a break, for what is given from outside
-    bool acted_ = true;           // whether all that controllers did had a value
+    std::optional<StepPath> path;  // where somebody asks for it
+    long factorised_before_ = 0;   // by the run that this one goes on with
+    bool shaped_ = false;          // by the run's end
+    bool waits = false;            // at a break, for what is given from outside
+    bool acted_ = true;            // whether all that controllers did had a value
 };
 
 }  // namespace mbproj

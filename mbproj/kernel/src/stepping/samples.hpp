@@ -109,6 +109,15 @@ struct SampleBlock {
     }
 };
 
+// The steps that were made: where they end, how long they are, and the states there, one after another.
+struct StepPath {
+    std::vector<double> t, h, y;
+    void add(double end, double size, const Eigen::VectorXd& state) {
+        t.push_back(end), h.push_back(size);
+        y.insert(y.end(), state.begin(), state.end());
+    }
+};
+
 // A step that cannot tell the turns of a coordinate: how far it turns, how far from that the pose comes out (rad), and the
 // part of the step that would do.
 struct Slip {

@@ -59,7 +59,7 @@ public:
     }
 
     SampleBlock block;
-    using Parts::peaks, Parts::events, Parts::projector, Parts::waits, Parts::give, Parts::values, Parts::schedule;
+    using Parts::peaks, Parts::events, Parts::projector, Parts::waits, Parts::give, Parts::values;
     bool keeps_marks = false;  // whether somebody asks for them
     bool pauses = false;       // whether `advance` came back because so many steps were tried
     const Model<D>& model() const { return model_; }
@@ -206,7 +206,7 @@ private:
         stepper_.first().swap(slope_);
         now_.t = now_.to.t;
         if (now_.to.due) sample(now_.t, now_.y, stepper_.first(), lambda_, now_.to.h, counted_);
-        schedule_.reach(now_.to);
+        this->reach();
         if (trial_.passes()) events().watch(now_.t, now_.y, schedule_.window());
         if (stops_.meeting() && !meet_stop()) return;
         if (schedule_.finished()) return stop({Status::finished, now_.t});

@@ -41,8 +41,38 @@ template <class Loads, class Visit> void numbers_of_loads(Loads& loads, Visit& v
     }
 }
 
-// Calls visit(number) for each: masses and inertias, gravity, the points, vectors and offsets of joints and coordinates, forces, and
-// where motions start. `loads`: the model's own, or none.
+// Constants of functions, and the pieces of their tables.
+template <class Number, class Programs, class Visit> void numbers_of_programs(Programs& programs, Visit& visit) {
+    constexpr bool changes = std::is_same_v<Number, Dual>;
+    auto& operand = [&]() -> auto& {
+        if constexpr (changes)
+            return programs.changing_operand;
+        else
+            return programs.operand;
+    }
+    ();
+    auto& origin = [&]() -> auto& {
+        if constexpr (changes)
+            return programs.changing_origin;
+        else
+            return programs.origin;
+    }
+    ();
+    auto& piece = [&]() -> auto& {
+        if constexpr (changes)
+            return programs.changing_piece;
+        else
+            return programs.piece;
+    }
+    ();
+    for (std::size_t at = 0; at < operand.size(); ++at)
+        if (programs.op[at] == Op::constant) visit(operand[at]);
+    visit_each(origin, visit);
+    visit_each(piece, visit);
+}
+
+// Calls visit(number) for each: masses and inertias, gravity, the points, vectors and offsets of joints and coordinates, forces,
+// functions, and where motions start. `loads`: the model's own, or none.
 template <class Model, class Loads, class Visit> void each_number(Model& model, Loads* loads, Visit&& visit) {
     for (auto& body : model.bodies) {
         visit(body.mass);
@@ -54,6 +84,7 @@ template <class Model, class Loads, class Visit> void each_number(Model& model, 
     if (loads) numbers_of_loads(*loads, visit);
     for (auto& driven : model.driven) visit(driven.start);
     for (auto& flywheel : model.flywheels) visit(flywheel);
+    numbers_of_programs<std::decay_t<decltype(model.bodies.front().mass)>>(model.programs, visit);
 }
 
 template <int Rows, int Columns> Matrix<Rows, Columns, Dual> with_duals(const Matrix<Rows, Columns>& from) {
@@ -118,6 +149,10 @@ template <class D> Model<WithDuals<D>> with_duals(const Model<D>& from) {
         to.driven.push_back({row.row, row.is_angle, row.start, row.coordinate, row.program});
     to.couplings = from.couplings, to.curves = from.curves;
     to.programs = from.programs, to.first_rate = from.first_rate;
+    Programs& own = to.programs;
+    own.changing_operand.assign(own.operand.begin(), own.operand.end());
+    own.changing_origin.assign(own.origin.begin(), own.origin.end());
+    own.changing_piece.assign(own.piece.begin(), own.piece.end());
     to.channels = from.channels, to.switches = from.switches, to.layout = from.layout;
     to.flywheels.assign(from.flywheels.begin(), from.flywheels.end());
     to.thresholds = from.thresholds;

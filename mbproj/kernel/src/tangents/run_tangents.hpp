@@ -1,4 +1,4 @@
-// How the states of a run change, beside the run itself: its steps are told, and its equations are solved once more.
+// How the states of a run change, behind the run itself: its steps are told, and its equations are solved once more.
 #pragma once
 
 #include <memory>
@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "dynamics/equations_of_motion.hpp"
+#include "tangents/model_structure.hpp"
 #include "tangents/state_tangents.hpp"
 
 namespace mbproj {
@@ -30,38 +31,61 @@ public:
             correction == Correction::mass || correction == Correction::coordinates || correction == Correction::none;
         if (!known || projection.threshold >= 0.0 || projection.paper_test)
             return "projection is one whose slopes are not known";
-        if (tableau.is_implicit() || tableau.kinematic) return "tableau is not that of explicit steps";
+        if (tableau.is_implicit()) return "tableau is not that of explicit steps";
         if (!model.stops.bound.empty() || !model.bearings.empty() || !model.actions.empty() || !model.switches.empty())
             return "model has contacts, friction that goes by loads, controllers, or functions with branches";
+        if (tableau.kinematic && model.layout.states.size > 0) return "model has states beside a motion that is given";
         return {};
     }
 
     bool start(double t, const double* y, const double* slopes) {
-        y_.assign(y, y + model_.layout.size());
-        equations_.set_pose(t, y);
-        equations_.start_teeth();
+        begin(t, y);
         if (!equations_.start()) return false;
         for (std::size_t part = 0; part < parts_.size(); ++part)
             if (!parts_[part]->start(t, y, slopes + part * Dual::directions * y_.size())) return false;
         return true;
     }
-    // A step from where it stands, at t, over h to y at `end`.
-    bool follow(double t, double h, double end, const double* y) {
+    // Of a motion that joints and motions alone give: it stands at y at t.
+    bool stand(double t, const double* y) {
+        if (y_.empty()) begin(t, y);
+        std::copy(y, y + y_.size(), y_.begin());
+        equations_.set_pose(t, y);
+        if (!equations_.start()) return false;
+        for (const auto& part : parts_)
+            if (!part->stand(t, y)) return false;
+        return true;
+    }
+    // A step from where it stands, at t, over h to y at `end`; slopes at the `count` times `at` within, where the state is one of
+    // the rows of `inside`, are added to `found`.
+    bool follow(double t, double h, double end, const double* y, std::size_t count, const double* at,
+                const double* inside, std::vector<double>& found) {
         const bool due = projection_.corrects() && ++steps_ % projection_.every == 0;
         const StepMade step{t, h, end, window(t, end), due && projection_.position, due && projection_.velocity};
-        for (const auto& part : parts_) {
+        StepMade within = step;
+        within.position = projection_.corrects() && projection_.position;
+        within.velocity = projection_.corrects() && projection_.velocity;
+        std::vector<std::vector<std::vector<Dual>>> slopes(parts_.size());
+        for (std::size_t p = 0; p < parts_.size(); ++p) {
             equations_.see(step.window);
             equations_.set_pose(t, y_.data());
-            if (!equations_.start() || !part->follow(step, y)) return false;
+            parts_[p]->begin();
+            if (!equations_.start() || !parts_[p]->follow(step, y)) return false;
+            equations_.see(step.window);
+            if (count && !parts_[p]->extend(step)) return false;
+            slopes[p].resize(count);
+            for (std::size_t k = 0; k < count; ++k)
+                if (!parts_[p]->inside(within, at[k], inside + k * y_.size(), slopes[p][k])) return false;
         }
+        for (std::size_t k = 0; k < count; ++k)
+            write(
+                [&](std::size_t part) -> const auto& { return slopes[part][k]; }, found);
         std::copy(y, y + y_.size(), y_.begin());
         return true;
     }
     // Of each direction the slope of the state, row by row.
     void write(std::vector<double>& found) const {
-        for (int k = 0; k < count_; ++k)
-            for (std::size_t i = 0; i < y_.size(); ++i)
-                found.push_back(parts_[k / Dual::directions]->slope(k % Dual::directions, static_cast<int>(i)));
+        write(
+            [this](std::size_t part) -> const auto& { return parts_[part]->state(); }, found);
     }
     int count() const { return count_; }
     std::size_t size() const { return model_.layout.size(); }
@@ -69,6 +93,16 @@ public:
 private:
     using S = Size<D>;
 
+    void begin(double t, const double* y) {
+        y_.assign(y, y + model_.layout.size());
+        equations_.set_pose(t, y);
+        equations_.start_teeth();
+    }
+    template <class StateOf> void write(const StateOf& state_of, std::vector<double>& found) const {
+        for (int k = 0; k < count_; ++k)
+            for (const Dual& number : state_of(k / Dual::directions))
+                found.push_back(number.tangent[k % Dual::directions]);
+    }
     int count_of(int first) const { return std::min(count_ - first, static_cast<int>(Dual::directions)); }
 
     Metric metric() const {

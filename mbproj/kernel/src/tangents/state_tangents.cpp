@@ -19,9 +19,10 @@ template <class D> StateTangents<D>::StateTangents(const Model<D>& model, const 
       }()),
       tableau_(tableau), metric_(metric), answers_(answers), count_(count), pose_(model_), motion_(model_),
       channels_(model_), applied_(model_), drive_(model_), states_(model_), y_(model.layout.size()), stage_(y_),
-      before_(y_), k_(tableau.stages(), y_), rows_(model.all_rows()), moved_(model.size()), residual_(model.size()),
-      at_(model.layout.size()), slope_(at_), lambda_(model.all_multipliers()), forces_(F * model.size()),
-      rhs_(model.all_rows()), changes_(forces_), tangents_(count * forces_.size()) {}
+      before_(y_), begun_(y_), k_(tableau.stages() + 1 + tableau.extra_c.size(), y_), rows_(model.all_rows()),
+      moved_(model.size()), residual_(model.size()), at_(model.layout.size()), slope_(at_),
+      lambda_(model.all_multipliers()), forces_(F * model.size()), rhs_(model.all_rows()), changes_(forces_),
+      tangents_(count * forces_.size()) {}
 
 template <class D> bool StateTangents<D>::start(double t, const double* y, const double* slopes) {
     for (std::size_t i = 0; i < y_.size(); ++i) {
@@ -32,23 +33,68 @@ template <class D> bool StateTangents<D>::start(double t, const double* y, const
     return close(t, y, true, true);
 }
 
+template <class D> bool StateTangents<D>::stand(double t, const double* y) {
+    for (std::size_t i = 0; i < y_.size(); ++i) y_[i] = y[i];
+    drive_.set(t, {});
+    return close(t, y, true, true);
+}
+
+template <class D>
+void StateTangents<D>::combine(const Vector& y, double h, const double* weights, int count, Vector& out) const {
+    out = y;
+    for (int j = 0; j < count; ++j)
+        if (const double weight = h * weights[j]; weight != 0.0)
+            for (std::size_t i = 0; i < out.size(); ++i) out[i] += weight * k_[j][i];
+}
+
+template <class D> static void normalise(std::vector<Dual>& y, int bodies) {
+    for (int b = 0; b < bodies; ++b) {
+        WritablePart<D> part(y.data(), b);
+        part.orientation() = normalised(Orientation<D>(part.orientation()));
+    }
+}
+
 template <class D> bool StateTangents<D>::follow(const StepMade& step, const double* y) {
     for (int s = 0; s < tableau_.stages(); ++s) {
-        stage_ = y_;
-        for (int j = 0; j < s; ++j)
-            if (const double weight = step.h * tableau_.a(s, j); weight != 0.0)
-                for (std::size_t i = 0; i < stage_.size(); ++i) stage_[i] += weight * k_[j][i];
+        combine(y_, step.h, tableau_.a.row(s).data(), s, stage_);
         if (!evaluate(step.t + tableau_.c[s] * step.h, step.window, stage_, k_[s])) return false;
     }
-    for (int j = 0; j < tableau_.stages(); ++j)
-        if (const double weight = step.h * tableau_.b[j]; weight != 0.0)
-            for (std::size_t i = 0; i < y_.size(); ++i) y_[i] += weight * k_[j][i];
-    for (int b = 0; b < model_.size(); ++b) {
-        WritablePart<Duals> part(y_.data(), b);
-        part.orientation() = normalised(Orientation<Duals>(part.orientation()));
-    }
+    combine(y_, step.h, tableau_.b.data(), tableau_.stages(), stage_);
+    y_.swap(stage_);
+    normalise<Duals>(y_, model_.size());
     drive_.set(step.end, {});
     return close(step.end, y, step.position, step.velocity);
+}
+
+// f at the step's end, before its projection, and the extra stages: as the run itself has them.
+template <class D> bool StateTangents<D>::extend(const StepMade& step) {
+    const int stages = tableau_.stages();
+    if (tableau_.dense.rows() <= stages) return true;
+    combine(begun_, step.h, tableau_.b.data(), stages, stage_);
+    if (!evaluate(step.t + step.h, step.window, stage_, k_[stages])) return false;
+    for (std::size_t x = 0; x < tableau_.extra_c.size(); ++x) {
+        const int known = stages + 1 + static_cast<int>(x);
+        combine(begun_, step.h, tableau_.extra_a.row(x).data(), known, stage_);
+        if (!evaluate(step.t + tableau_.extra_c[x] * step.h, step.window, stage_, k_[known])) return false;
+    }
+    return true;
+}
+
+template <class D>
+bool StateTangents<D>::inside(const StepMade& step, double t, const double* y, std::vector<Dual>& found) {
+    const int stages = static_cast<int>(tableau_.dense.rows());
+    const double theta = (t - step.t) / step.h;
+    std::vector<double> weights(stages);
+    for (int s = 0; s < stages; ++s)
+        for (Eigen::Index d = tableau_.dense.cols(); d-- > 0;) weights[s] = theta * (tableau_.dense(s, d) + weights[s]);
+    Vector end = y_;
+    combine(begun_, step.h, weights.data(), stages, y_);
+    normalise<Duals>(y_, model_.size());
+    drive_.set(t, {});
+    const bool closed = close(t, y, step.position, step.velocity);
+    found = y_;
+    y_.swap(end);
+    return closed;
 }
 
 // y' at a state, and how it changes.
@@ -201,7 +247,7 @@ template <class D> bool StateTangents<D>::close_position(const double* y) {
             turn_between(Orientation<Duals>(from.orientation()), Orientation<Duals>(to.orientation()));
     }
     constraint<Duals>(model_, pose_, rows_.data());
-    for (const auto& driven : model_.driven) rows_[driven.row] -= driven.start;
+    for (std::size_t k = 0; k < drive_.size(); ++k) rows_[model_.driven[k].row] -= drive_.prescribed(k);
     if (!respond_to_projection()) return false;
     for (int b = 0; b < model_.size(); ++b) {
         WritablePart<Duals> part(y_.data(), b);
@@ -222,6 +268,7 @@ template <class D> bool StateTangents<D>::close_velocity(const double* y) {
             to_global(pose_[b].rotation, Turn<Duals>(to.omega() - from.omega()));
     }
     moving_rows<Duals>(model_, pose_, motion_, rows_.data(), nullptr);
+    for (std::size_t k = 0; k < drive_.size(); ++k) rows_[model_.driven[k].row] -= drive_[k].d;
     if (!respond_to_projection()) return false;
     for (int b = 0; b < model_.size(); ++b) {
         WritablePart<Duals> part(y_.data(), b);

@@ -54,15 +54,23 @@ public:
 
     // The run begins at y, which is closed; of each direction the slope of y.
     bool start(double t, const double* y, const double* slopes);
+    // The same where joints and motions alone say how the state changes.
+    bool stand(double t, const double* y);
     // It has made a step, to y. False where the equations have no unique solution, or a function no value.
     bool follow(const StepMade& step, const double* y);
+    // What states inside the step that is followed next are found from: before it, and, if there are such states, after it.
+    void begin() { begun_ = y_; }
+    bool extend(const StepMade& step);
+    // The slope of each number of the state y at a time inside the last step, which is extended. False as above.
+    bool inside(const StepMade& step, double t, const double* y, std::vector<Dual>& found);
     // How number i of the state changes along a direction.
-    double slope(int direction, int i) const { return y_[i].tangent[direction]; }
+    const std::vector<Dual>& state() const { return y_; }
 
 private:
     using Vector = std::vector<Dual>;
 
     bool evaluate(double t, const TimeWindow& window, const Vector& y, Vector& slope);
+    void combine(const Vector& y, double h, const double* weights, int count, Vector& out) const;
     void set_residual(const Vector& y);
     bool close(double t, const double* y, bool position, bool velocity);
     bool close_position(const double* y);
@@ -85,7 +93,7 @@ private:
     Applied<Duals> applied_;
     Drive<Duals> drive_;
     StateRates<Duals> states_;
-    Vector y_, stage_, before_;
+    Vector y_, stage_, before_, begun_;
     std::vector<Vector> k_;
     Vector rows_;                                 // right-hand sides, or their residuals
     std::vector<Column<F, Dual>> moved_;          // accelerations of the bodies, or what a projection has moved them by

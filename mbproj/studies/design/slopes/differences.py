@@ -16,7 +16,7 @@ from mbproj.integrate import simulate
 from mbproj.integrate.loop.followed_steps import FollowedSteps
 from mbproj.scene.ranges.family import column_of
 from mbproj.scene.records import Expectation, Scene, Settings
-from mbproj.studies.design.derivative import CENTRAL, GRAIN, grain_of, is_exact
+from mbproj.studies.design.slopes.derivative import CENTRAL, GRAIN, grain_of, is_exact
 from mbproj.studies.measure.measured_samples import MeasuredSamples
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.parallel.hand_out import Where, in_parallel
@@ -47,18 +47,20 @@ class Work:
 @dataclass(frozen=True, eq=False)
 class Slopes:
     """Of k measures by d numbers: `values` (k,), `slopes` (k, d), what they may be off by (k, d), and how many `runs`
-    there were. NaN where runs could not follow the scene's own."""
+    there were. NaN where runs could not follow the scene's own. `why` (d,) dual numbers were not taken; empty where
+    they were."""
 
     values: Array
     slopes: Array
     uncertainty: Array
     runs: int
+    why: tuple[str, ...] = ()
 
 
-def slopes_of(work: Work, x: Array, scale: Array, where: Where) -> Slopes:
+def differences(work: Work, x: Array, scale: Array, where: Where) -> Slopes:
     """At the numbers x (d,) of sizes `scale` (d,). Raises InputError where the scene's own run fails, or those on both
     sides of it."""
-    first = _tight(work, FOLLOWED)
+    first = tight(work, FOLLOWED)
     steps = FollowedSteps()
     own = _values(first, -1, _run(first, (-1, 0.0), steps)[0])
     if steps.known or is_exact(work.settings):
@@ -70,14 +72,15 @@ def slopes_of(work: Work, x: Array, scale: Array, where: Where) -> Slopes:
         left, nothing = np.arange(len(x)), np.full((len(own), len(x)), np.nan)
         found = Slopes(own, nothing, nothing.copy(), 0)
     own_paths = tuple(work.paths[j] for j in left)
-    free = replace(_tight(work, TOLERANCE), paths=own_paths)
+    free = replace(tight(work, TOLERANCE), paths=own_paths)
     own = _values(free, -1, _run(free, (-1, 0.0))[0])
     others = _beside(free, x[left], scale[left], own, where)
     found.slopes[:, left], found.uncertainty[:, left] = others.slopes, others.uncertainty
     return Slopes(own, found.slopes, found.uncertainty, found.runs + others.runs)
 
 
-def _tight(work: Work, tolerance: float) -> Work:
+def tight(work: Work, tolerance: float) -> Work:
+    """The same to this tolerance, where the scene's own is a larger one."""
     settings = work.settings
     if settings.tolerance is None:
         return work
@@ -165,17 +168,17 @@ class _Runs:
         side, h = self.side(j), float(self._h[j])
         if side == 0.0:
             slope = (self.at(j, 1.0) - self.at(j, -1.0)) / (2.0 * h)
-            return slope, _off_by(slope, (self.at(j, 1.0) - self._own) / h)
+            return slope, off_by(slope, (self.at(j, 1.0) - self._own) / h)
         near, far = self.at(j, side), self.at(j, 2.0 * side)
         slope = side * (4.0 * near - 3.0 * self._own - far) / (2.0 * h)
-        return slope, _off_by(slope, side * (near - self._own) / h)
+        return slope, off_by(slope, side * (near - self._own) / h)
 
     def better_slope(self, j: int) -> tuple[Array, Array]:
         """Of fourth order, and what it may be off by, (k,)."""
         slope, h = self.slope(j)[0], float(self._h[j])
         wide = (self.at(j, 2.0) - self.at(j, -2.0)) / (4.0 * h)
         better = (4.0 * slope - wide) / 3.0
-        return better, _off_by(better, slope)
+        return better, off_by(better, slope)
 
     def noise(self, j: int) -> Array:
         """How far measures (k,) are from smooth functions of a number: a fourth difference of them is that alone."""
@@ -183,7 +186,7 @@ class _Runs:
         return np.abs(sum(part * self.at(j, shift) for shift, part in parts.items())) / FOURTH
 
 
-def _off_by(better: Array, rough: Array) -> Array:
+def off_by(better: Array, rough: Array) -> Array:
     """What the better one of two formulas is off by: about the square of what they differ by, in parts of the value."""
     apart = np.abs(better - rough)
     return np.asarray(apart**2 / np.maximum(np.abs(better), apart + 1e-300))

@@ -1,0 +1,82 @@
+"""Models beside one that ran: their numbers, how they start, and what is seen of states that they would have."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dynamics.assembly.assemble import turns_of
+from mbproj.dynamics.observe.samples import Samples
+from mbproj.errors import InputError, SimulationError
+from mbproj.integrate.formulations.compiled import Compiled
+from mbproj.integrate.formulations.planar import InPlane
+from mbproj.integrate.formulations.reduced import Reduced
+from mbproj.integrate.tangents import numbers_of, structure_of
+from mbproj.model.planar import Plane, planar_reduction
+from mbproj.model.system import System
+from mbproj.studies.measure.mechanism import Mechanism
+
+#: Datasets that need accelerations, and those that need multipliers, by parts of their paths.
+ACCELERATIONS, MULTIPLIERS = ("acceleration", "forces/"), ("reaction", "motions/force")
+
+
+class Model:
+    """A system in the kernel, and how it starts."""
+
+    def __init__(self, compiled: Compiled, mechanism: Mechanism) -> None:
+        self.compiled, self.mechanism = compiled, mechanism
+        self.numbers, self.structure = numbers_of(compiled), structure_of(compiled)
+        self.start = compiled.beginning(mechanism.state)
+
+    def states(self, samples: Samples) -> Array:
+        """The kernel's states (T, S) at samples."""
+        layout = self.compiled.layout
+        bodies = self.compiled.state(samples.q, samples.v).reshape(len(samples.t), -1)
+        return layout.joined({"bodies": bodies} | samples.layout.shared(samples.y, layout))
+
+    def samples(self, beside: Samples, counted: Array, y: Array, paths: Iterable[str]) -> Samples:
+        """Samples (T,) where the kernel's states are y (T, S), next to others, whose coordinates are `counted`."""
+        compiled, system = self.compiled, self.compiled.system
+        bodies = np.ascontiguousarray(compiled.bodies_of(y))
+        acceleration = np.zeros((*bodies.shape[:2], bodies.shape[2] // 2))
+        carried = beside.carried
+        wanted = (*ACCELERATIONS, *(MULTIPLIERS if isinstance(compiled, Reduced) else ()))
+        if any(each in path for path in paths for each in wanted):
+            acceleration, carried = self._solved(beside, bodies, counted)
+        q, v, a = compiled.motion(bodies, acceleration)
+        turns = turns_of(system, q, counted)
+        states = {"positions": q, "velocities": v, "turns": turns} | compiled.layout.shared(y, system.layout)
+        return replace(
+            beside,
+            y=system.layout.joined(states),
+            layout=system.layout,
+            acceleration=a,
+            carried=carried,
+            solved=compiled.multipliers,
+        )
+
+    def _solved(self, beside: Samples, bodies: Array, counted: Array) -> tuple[Array, Array]:
+        """Accelerations and multipliers at samples. Raises SimulationError where they are not unique."""
+        equations, found = self.compiled.equations(), []
+        for t, body, along, x in zip(beside.t, bodies, counted, beside.y[:, beside.layout["states"]], strict=True):
+            solution = equations.accelerations(body, float(t), [*self.compiled.turns(along).tolist(), *x.tolist()])
+            if solution is None:
+                raise SimulationError(float(t), "the equations have no unique solution")
+            found.append(solution)
+        accelerations, multipliers = zip(*found, strict=True)
+        return np.array(accelerations), np.array(multipliers)[:, : beside.carried.shape[1]]
+
+
+def compiled_like(like: Compiled, system: System, q: Array) -> Compiled:
+    """A system in the coordinates of another."""
+    if isinstance(like, Reduced):
+        found = Reduced(like.core, system)
+        found.model.rows = like.model.rows
+        return found
+    plane = planar_reduction(system, q)
+    if not isinstance(plane, Plane):
+        raise InputError(f"it moves the mechanism out of the plane: {plane.reason}")
+    return InPlane(like.core, system, plane)

@@ -1,0 +1,254 @@
+"""What runs beside one would measure, to the first order, from that run alone: dual numbers follow it, and models that
+are compiled beside its own say how numbers of a scene act. Neighbours are not run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from mbproj.analysis.observed import datasets
+from mbproj.arrays import Array, may_overflow
+from mbproj.dataclass import dataclass
+from mbproj.dynamics.assembly.assemble import coordinate_values
+from mbproj.dynamics.equations.kinematics import pose_of
+from mbproj.dynamics.observe.recorded import Block, Observer
+from mbproj.dynamics.observe.samples import Samples, join
+from mbproj.errors import InputError, SimulationError
+from mbproj.integrate import simulate
+from mbproj.integrate.events.breaks import breaks_of
+from mbproj.integrate.events.time_events import Event
+from mbproj.integrate.loop.followed_steps import FollowedSteps, TracedSteps
+from mbproj.integrate.tangents import Directions, slopes_along
+from mbproj.linear.equilibrium.started import start_state
+from mbproj.model import compile_system
+from mbproj.registry import EQUILIBRIUM, is_explicit
+from mbproj.scene.records import Expectation, Scene, Settings
+from mbproj.scene.settings import settings_to_run
+from mbproj.studies.design.slopes.models import Model, compiled_like
+from mbproj.studies.measure.measured_samples import MeasuredSamples
+from mbproj.studies.measure.mechanism import Mechanism
+
+#: What is seen of a state, without contacts, works and tolerances.
+SEEN = (
+    "bodies/",
+    "markers/",
+    "joints/coordinate",
+    "joints/speed",
+    "joints/reaction_",
+    "forces/",
+    "motions/",
+    "states/",
+)
+SEEN_ENERGIES = tuple(f"diagnostics/{name}_energy" for name in ("kinetic", "potential", "total"))
+#: Formulas for slopes: how many steps neighbours are away, and their weights. The first is taken where models on both
+#: sides are alike.
+FORMULAS = (
+    ((-1.0, 1.0), (-0.5, 0.5)),
+    ((0.0, 1.0, 2.0), (-1.5, 2.0, -0.5)),
+    ((0.0, -1.0, -2.0), (1.5, -2.0, 0.5)),
+)
+#: One of fourth order.
+WIDE = ((-2.0, -1.0, 1.0, 2.0), (1.0 / 12.0, -2.0 / 3.0, 2.0 / 3.0, -1.0 / 12.0))
+#: The same to one side, of first order: for searches, whose slopes need not be exact.
+SIDES = (((0.0, 1.0), (-1.0, 1.0)), ((0.0, -1.0), (1.0, -1.0)))
+#: What changes less from neighbour to neighbour, in parts of itself, shows round-off.
+CHANGES = 1e-9
+Formula = tuple[tuple[float, ...], tuple[float, ...]]
+
+
+@dataclass(frozen=True, eq=False)
+class Number:
+    """One that a scene has, by name: its scenes where it is so much larger, and the step of differences."""
+
+    name: str
+    scene: Callable[[float], Scene]
+    step: float
+
+
+@dataclass(frozen=True, eq=False)
+class Slope:
+    """Of k measures by a number: the `values` (n, k) of its neighbours, and the formula that makes slopes of them. They
+    bend with the number only where what is measured does; by how much the slopes of the model's numbers are off is
+    `cut`, in parts of these. Where slopes are not known, `why`."""
+
+    values: Array
+    formula: Formula
+    step: float
+    cut: float = 0.0
+    why: str = ""
+
+    @classmethod
+    def unknown(cls, why: str) -> Slope:
+        """One that is not known, for a reason."""
+        return cls(np.zeros((0, 0)), SIDES[0], 1.0, 0.0, why)
+
+    @property
+    def slopes(self) -> Array:
+        """(k,)."""
+        return np.tensordot(self.formula[1], self.values, 1) / self.step
+
+    def rough(self, own: Array) -> Array:
+        """By a formula of lower order, (k,), with the scene's `own` values."""
+        away, values = self.formula[0], self.values
+        if len(away) == len(WIDE[0]):
+            return (values[2] - values[1]) / (2.0 * self.step)
+        return (values[1] - own) / (away[1] * self.step)
+
+
+class Followed:
+    """A run, and what is measured beside it."""
+
+    def __init__(self, mechanism: Mechanism, settings: Settings, measures: Sequence[Expectation]) -> None:
+        self.mechanism, self.settings, self.measures = mechanism, settings, tuple(measures)
+        self.steps, self.event_times = TracedSteps(), np.zeros(0)
+        self._kept: list[Samples] = []
+        self._models: dict[tuple[str, float], Model] = {}
+        coordinates = mechanism.system.names.as_mapping()["coordinates"]
+        self._paths = {path for each in measures for path in datasets(each, coordinates)}
+
+    def again(self, settings: Settings) -> Followed:
+        """The same with other steps, which is still to be run: neighbours are compiled once for both."""
+        found = Followed(self.mechanism, settings, self.measures)
+        found._models = self._models
+        return found
+
+    def run(self, steps: FollowedSteps | None = None) -> MeasuredSamples:
+        """Runs, with the steps of another where these are given, and has the samples of the measures. Raises
+        SimulationError."""
+        self.steps = TracedSteps() if steps is None else TracedSteps(steps.ends, steps.breaks)
+        samples = MeasuredSamples(self.mechanism, self.measures, self)
+        system, state = self.mechanism.system, self.mechanism.state
+        simulate(system, state, self.settings, samples, accounts=False, steps=self.steps)
+        return samples
+
+    def write(self, block: Block) -> None:
+        """Takes the samples of the run."""
+        self._kept.append(block.samples)  # type: ignore[attr-defined]
+
+    def events(self, events: Sequence[Event]) -> None:
+        """Takes its events."""
+        self.event_times = np.array([event.time for event in events])
+
+    @property
+    def why(self) -> str:
+        """Why dual numbers do not follow the run, or not what is measured; empty where they do."""
+        system, settings = self.mechanism.system, self.settings
+        if not is_explicit(settings.integrator):
+            return f"{settings.integrator} makes implicit steps"
+        if system.has_contacts:
+            return "the scene has stops or dry friction"
+        if settings.start == EQUILIBRIUM:
+            return "the run starts at an equilibrium"
+        if self.steps.trace is None:
+            return "the run is not made by the kernel"
+        odd = [path for path in self._paths if not path.startswith((*SEEN, "signals/")) and path not in SEEN_ENERGIES]
+        return f"'{odd[0]}' is no function of the state" if odd else ""
+
+    def slopes(
+        self,
+        numbers: Sequence[Number],
+        measure: Callable[[Scene, MeasuredSamples], Array],
+        formulas: Sequence[Formula] = FORMULAS,
+    ) -> list[Slope]:
+        """Of what is measured of samples, by each of the numbers."""
+        trace = self.steps.trace
+        assert trace is not None
+        own = Model(trace.compiled, self.mechanism)
+        found = [self._alike(own, number, formulas) for number in numbers]
+        known = [k for k, each in enumerate(found) if not isinstance(each, str)]
+        slopes: list[Slope] = [Slope.unknown(each if isinstance(each, str) else "") for each in found]
+        if not known:
+            return slopes
+        samples = join(self._kept)
+        y = own.states(samples)
+        chosen = [(numbers[k], *found[k]) for k in known]
+        directions = Directions(
+            *(
+                np.array(
+                    [
+                        np.tensordot(weights, [getattr(near, of) for near in models], 1) / number.step
+                        for number, (_, weights), models in chosen
+                    ]
+                )
+                for of in ("numbers", "start")
+            )
+        )
+        try:
+            along = slopes_along(trace, own.start, directions, samples.t, y)
+            counted = coordinate_values(self.mechanism.system, pose_of(samples.q)) + 2.0 * np.pi * samples.turns
+            for place, (number, formula, models) in enumerate(chosen):
+                states = [y + away * number.step * along[:, place] for away in formula[0]]
+                values = [
+                    measure(near.mechanism.scene, self._seen(near, samples, counted, there))
+                    for near, there in zip(models, states, strict=True)
+                ]
+                slopes[known[place]] = Slope(np.array(values), formula, number.step, _cut(formula, models, own))
+        except InputError as error:
+            return [Slope.unknown(error.problems[0].message)] * len(numbers)
+        except SimulationError as error:
+            return [Slope.unknown(str(error))] * len(numbers)
+        return slopes
+
+    def _alike(self, own: Model, number: Number, formulas: Sequence[Formula]) -> tuple[Formula, list[Model]] | str:
+        """The first of the formulas whose neighbours are alike, with these; why there is none."""
+        why = ""
+        for formula in formulas:
+            models = []
+            try:
+                for away in formula[0]:
+                    key = number.name, away * number.step
+                    if away != 0.0 and key not in self._models:
+                        self._models[key] = self._neighbour(own, number.scene(key[1]))
+                    models.append(own if away == 0.0 else self._models[key])
+                return formula, models
+            except InputError as error:
+                why = why or error.problems[0].message
+        return why
+
+    def _neighbour(self, own: Model, scene: Scene) -> Model:
+        """The model of a scene beside. Raises InputError where it is no neighbour of the one that ran."""
+        trace = self.steps.trace
+        assert trace is not None
+        if _without_steps(settings_to_run(scene, by_options=False)) != _without_steps(self.settings):
+            raise InputError("it changes how the run is made")
+        system = compile_system(scene)
+        state = self.mechanism.state
+        if trace.settings.kinematic is not True:
+            state = start_state(scene, system)
+        found = Model(compiled_like(trace.compiled, system, state.q), Mechanism(scene, system, state))
+        times = [each.time for each in breaks_of(system, state.t, trace.settings)]
+        if times != [each.time for each in trace.leg.breaks]:
+            raise InputError("it moves instants at which functions of time have kinks")
+        if not np.array_equal(found.structure, own.structure):
+            raise InputError("it changes a curve, knots, a rope's path, what counts teeth, or the choice of rows")
+        if found.numbers.shape != own.numbers.shape:
+            raise InputError("it changes the structure of the model")
+        return found
+
+    def _seen(self, near: Model, samples: Samples, counted: Array, y: Array) -> MeasuredSamples:
+        """What a neighbour has at samples where its states are y (T, S)."""
+        found, mechanism = MeasuredSamples(near.mechanism, self.measures), near.mechanism
+        with may_overflow():
+            own = near.samples(samples, counted, y, self._paths)
+            found.write(Observer(mechanism.system, mechanism.state).at(own))
+        found.event_times = self.event_times
+        return found
+
+
+def _cut(formula: Formula, models: Sequence[Model], own: Model) -> float:
+    """What a formula may be off by for the numbers of models and their starts, in parts of each that changes: about the
+    square of what one of lower order differs by."""
+    worst = 0.0
+    for of in ("numbers", "start"):
+        found, at = np.array([getattr(near, of) for near in models]), getattr(own, of)
+        better = np.tensordot(formula[1], found, 1)
+        rough = 0.5 * (found[2] - found[1]) if len(found) == len(WIDE[0]) else (found[1] - at) / formula[0][1]
+        seen = np.abs(better) > CHANGES * np.abs(at)
+        worst = max(worst, float(np.max(((better - rough)[seen] / better[seen]) ** 2, initial=0.0)))
+    return worst
+
+
+def _without_steps(settings: Settings) -> Settings:
+    return replace(settings, step=None, tolerance=None)
