@@ -130,6 +130,7 @@ def numbers(found: Design) -> dict[str, Any]:
     return {
         "engine": found.engine,
         "why": found.why,
+        "slopes": slopes_by(found),
         "starts": len(found.searches),
         "reused": found.reused,
         "runs": found.runs,
@@ -163,6 +164,9 @@ def report(found: Design) -> Iterator[str]:
 
     spec, known = found.spec, found.knowledge
     yield f"{found.engine}, because {found.why}"
+    by = slopes_by(found)
+    if by is not None:
+        yield f"slopes: {by['by']}" + (f", because {by['because']}" if by["because"] else " along each run")
     yield _about_searches(found)
     yield ""
     headings = ["", "value", *([] if known is None else ["±"]), "between", "unit"]
@@ -185,6 +189,13 @@ def report(found: Design) -> Iterator[str]:
         value = limit.bound - margin if limit.side == "at_most" else limit.bound + margin
         words = {"at_least": "at least", "at_most": "at most", "equals": "equal to"}[limit.side]
         yield f"{limit.name}: {value:.10g} {limit.unit}, to be {words} {limit.bound:.10g}".replace(" ,", ",")
+
+
+def slopes_by(found: Design) -> dict[str, str] | None:
+    """How the search found slopes, and why not by dual numbers; None where it took none."""
+    if found.differences is None:
+        return None
+    return {"by": "differences of runs" if found.differences else "dual numbers", "because": found.differences}
 
 
 def _about_searches(found: Design) -> str:

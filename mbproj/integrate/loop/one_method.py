@@ -33,7 +33,8 @@ def march_by_one_method(
     """Samples in the order of time, in portions as they come; None where there is none, but time has passed."""
     marks = marks or Marks()
     if choice.compiled is not None:
-        own = steps if is_explicit(settings.integrator) else None  # stages solved to a tolerance are not smooth
+        is_smooth = is_explicit(settings.integrator) or settings.kinematic is True
+        own = steps if is_smooth else None  # stages solved to a tolerance are not
         yield from march_compiled(choice.compiled, state, settings, tally, marks, looks, outside=outside, steps=own)
     else:  # what the kernel's runs do not need
         from mbproj.integrate.formulations.full import FullFormulation

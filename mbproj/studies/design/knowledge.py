@@ -23,12 +23,14 @@ WHITE = 3.0
 
 @dataclass(frozen=True, eq=False)
 class Knowledge:
-    """`deviation` (d,): the standard deviations of the numbers as the residuals' scatter gives them, NaN of those that
-    the data do not fix; `correlation` (d, d) between them; `singular` values of the slopes by shares of the ranges,
-    largest first; `unseen`: in words, what nothing in the data fixes; `scatter`: the residuals' standard deviation;
-    `lag`: the correlation of neighbouring residuals in standard deviations of that of noise."""
+    """`deviation` (d,): the standard deviations of the numbers as the residuals' scatter gives them, together with
+    `shift` (d,), by what the error of the run's steps moves them; NaN of those that the data do not fix;
+    `correlation` (d, d) between them; `singular` values of the slopes by shares of the ranges, largest first;
+    `unseen`: in words, what nothing in the data fixes; `scatter`: the residuals' standard deviation; `lag`: the
+    correlation of neighbouring residuals in standard deviations of that of noise."""
 
     deviation: Array
+    shift: Array
     correlation: Array
     singular: Array
     unseen: tuple[str, ...]
@@ -41,8 +43,9 @@ class Knowledge:
         return abs(self.lag) <= WHITE
 
 
-def knowledge(paths: Sequence[str], x: Array, width: Array, slopes: Array, residuals: Array) -> Knowledge:
-    """From the residuals (m,) at the numbers x (d,) and their slopes (m, d) by shares of the ranges `width` (d,)."""
+def knowledge(paths: Sequence[str], x: Array, width: Array, slopes: Array, residuals: Array, error: Array) -> Knowledge:
+    """From the residuals (m,) at the numbers x (d,), their slopes (m, d) by shares of the ranges `width` (d,), and how
+    far those of a run with finer steps are from them, `error` (m,)."""
     m, d = slopes.shape
     _, singular, directions = np.linalg.svd(slopes, full_matrices=False)
     singular = np.concatenate([singular, np.zeros(d - len(singular))])
@@ -52,10 +55,12 @@ def knowledge(paths: Sequence[str], x: Array, width: Array, slopes: Array, resid
     scatter = float(np.sqrt(residuals @ residuals / freedom))
     covariance = (whole[seen].T / singular[seen] ** 2) @ whole[seen] * scatter**2
     deviation = np.sqrt(np.diag(covariance))
+    shift = np.abs(whole[seen].T @ (whole[seen] @ (slopes.T @ np.nan_to_num(error)) / singular[seen] ** 2))
     scale = np.where(deviation > 0.0, deviation, 1.0)
     free = np.any(np.abs(whole[~seen]) > NOTHING, axis=0) if (~seen).any() else np.zeros(d, dtype=bool)
     return Knowledge(
-        deviation=np.where(free, np.nan, deviation * width),
+        deviation=np.where(free, np.nan, np.hypot(deviation, shift) * width),
+        shift=np.where(free, np.nan, shift * width),
         correlation=covariance / np.outer(scale, scale),
         singular=singular,
         unseen=tuple(_in_words(paths, x, width, whole[~seen])),

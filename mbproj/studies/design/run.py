@@ -28,6 +28,8 @@ from mbproj.studies.parallel.progress import Tell
 from mbproj.studies.parallel.resumable import resumable
 from mbproj.studies.store import Kept
 
+#: The engines that go by slopes.
+BY_SLOPES = (LEAST_SQUARES, QUADRATIC)
 #: Points that one work item looks at.
 TOGETHER = 16
 #: Measures whose slope jumps as another sample, or another peak, becomes the largest.
@@ -67,7 +69,8 @@ class Design:
 
     `engine` searched, for the reason `why`; `reused` starts were known from before; `runs` is how many runs there were
     in all. `knowledge` is what the data say, of a match; `error` (m,) how far the residuals of twice as fine a run are
-    from these. `notes` are remarks."""
+    from these. `notes` are remarks. `differences` says why slopes came from differences of runs; it is empty where dual
+    numbers gave them, and None where the engine takes none."""
 
     spec: Spec
     x: Array
@@ -80,6 +83,7 @@ class Design:
     knowledge: Knowledge | None
     error: Array
     notes: tuple[str, ...]
+    differences: str | None
 
     @property
     def off(self) -> Iterator[tuple[Target, Array]]:
@@ -234,9 +238,18 @@ def _known(
     known = None
     if spec.targets:
         slopes = trials.slopes(lambda trial: trial.residuals, u, central=True)
-        known = knowledge(spec.paths, best.end, spec.high - spec.low, slopes, trial.residuals)
+        known = knowledge(spec.paths, best.end, spec.high - spec.low, slopes, trial.residuals, error)
     notes = tuple(_notes(spec, best, u, trial, known, error))
-    return Design(spec, best.end, trial, searches, *engine, reused, runs, known, error, notes)
+    why = _why_differences(engine[0], trials, trial)
+    return Design(spec, best.end, trial, searches, *engine, reused, runs, known, error, notes, why)
+
+
+def _why_differences(engine: str, trials: Counted, trial: Trial) -> str | None:
+    """Why a search took differences of runs where dual numbers do not follow them; empty where they do; None where it
+    took no slopes at all."""
+    if engine not in BY_SLOPES:
+        return None
+    return trials.why or ("" if trial.followed is None else trial.followed.why)
 
 
 def _notes(spec: Spec, best: Search, u: Array, trial: Trial, known: Knowledge | None, error: Array) -> list[str]:

@@ -15,7 +15,6 @@ from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import nearest
 from mbproj.dynamics.equations.motions import drive_at
 from mbproj.errors import InputError, SimulationError
-from mbproj.integrate import simulate
 from mbproj.integrate.loop.followed_steps import FollowedSteps
 from mbproj.model import compile_system, initial_guess
 from mbproj.scene.expressions.evaluate import Value, evaluate
@@ -23,6 +22,7 @@ from mbproj.scene.expressions.syntax_tree import parse
 from mbproj.scene.read import SceneText
 from mbproj.scene.records import Expectation, Scene, Settings
 from mbproj.scene.settings import settings_to_run
+from mbproj.studies.design.slopes.neighbours import Followed
 from mbproj.studies.design.spec import Goal, Limit, Spec
 from mbproj.studies.design.target import Target
 from mbproj.studies.measure.measured_samples import MeasuredSamples
@@ -86,7 +86,7 @@ class Trial:
 
     One that does not run has NaN in these, and says why in `cause`. `open`, (r,), is how far its rows stay from
     closing, in rad and parts of the length; `reached` is the share of the duration that it ran. Trials beside it follow
-    its `steps`, where error control chose them."""
+    its `steps`, where error control chose them; `followed` is the run itself, for slopes along it."""
 
     residuals: Array
     goals: Array
@@ -95,6 +95,7 @@ class Trial:
     reached: float = 1.0
     cause: str = ""
     steps: FollowedSteps = field(default_factory=FollowedSteps)
+    followed: Followed | None = None
 
     @property
     def runs(self) -> bool:
@@ -122,19 +123,19 @@ def tried(wish: Wish, u: Array, beside: FollowedSteps | None = None) -> Trial:
         mechanism = Mechanism.of(scene)
     except InputError as error:
         return _failed(wish, error.problems[0].message, _left_open(scene), reached=0.0)
-    settings, watched = _finer(settings_to_run(scene, by_options=False), wish.finer), wish.watched
-    samples = MeasuredSamples(mechanism, watched)
-    steps = FollowedSteps() if beside is None else beside.of_another()
+    settings = _finer(settings_to_run(scene, by_options=False), wish.finer)
+    followed = Followed(mechanism, settings, wish.watched)
     try:
-        simulate(mechanism.system, mechanism.state, settings, samples, accounts=False, steps=steps)
+        samples = followed.run(beside)
     except SimulationError as error:
         return _failed(wish, str(error), np.zeros(1), error.time / settings.duration if settings.duration else 0.0)
     except InputError as error:
         return _failed(wish, error.problems[0].message)
-    return replace(_measured(wish, scene, samples, settings.duration), steps=steps)
+    trial = trial_of(wish, scene, samples, settings.duration)
+    return replace(trial, steps=followed.steps, followed=None if beside else followed)
 
 
-def _measured(wish: Wish, scene: Scene, samples: MeasuredSamples, duration: float | None) -> Trial:
+def trial_of(wish: Wish, scene: Scene, samples: MeasuredSamples, duration: float | None) -> Trial:
     """What a run of `duration` in s has of what is asked for."""
     found = {}
     for each in wish.measures:

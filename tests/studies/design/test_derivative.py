@@ -7,6 +7,7 @@ import pytest
 
 from mbproj.kernel import core
 from mbproj.studies.design.slopes.derivative import Counted
+from mbproj.studies.design.slopes.neighbours import Followed
 from mbproj.studies.design.spec import read_spec
 from mbproj.studies.design.trial import Wish, tried
 from tests.studies.design.scenes import SPRING
@@ -15,15 +16,20 @@ pytestmark = pytest.mark.skipif(core() is None, reason="no compiled kernel")
 
 
 @pytest.mark.parametrize(
-    ("settings", "runs", "error"),
+    ("settings", "why", "runs", "error"),
     [
-        ("step: 0.002 s", 3, 1e-6),
-        ("tolerance: 1.0e-9, integrator: dop853", 3, 1e-6),  # others follow its steps
-        ("tolerance: 1.0e-9, integrator: radau5", 5, 1e-4),  # solved to a tolerance: central, with a large step
+        ("step: 0.002 s", "", 1, 1e-6),
+        ("tolerance: 1.0e-9, integrator: dop853", "", 1, 1e-6),
+        ("step: 0.002 s", "asked for", 3, 1e-6),
+        ("tolerance: 1.0e-9, integrator: dop853", "asked for", 3, 1e-6),  # others follow its steps
+        # Solved to a tolerance: central, with a large step.
+        ("tolerance: 1.0e-9, integrator: radau5", "radau5 makes implicit steps", 5, 1e-4),
     ],
 )
-def test_one_run_a_number_is_enough_where_runs_are_smooth(settings, runs, error, tmp_path):
-    """x = cos ωt, ω² = k/m: ∂x/∂k = -t sin ωt / (2 m ω), ∂x/∂m = t sin ωt ω / (2 m)."""
+def test_no_run_or_one_a_number_is_enough_where_runs_are_smooth(settings, why, runs, error, tmp_path, monkeypatch):
+    """By dual numbers, and by differences where these are asked for, or the only way.
+
+    x = cos ωt, ω² = k/m: ∂x/∂k = -t sin ωt / (2 m ω), ∂x/∂m = t sin ωt ω / (2 m)."""
     times, mass, stiffness = np.linspace(0.1, 2.0, 20), 2.0, 50.0
     rows = "\n".join(f"{time!r},0.0" for time in times.tolist())
     (tmp_path / "seen.csv").write_text(f"time (s),displacement (m)\n{rows}\n", encoding="utf-8")
@@ -35,10 +41,12 @@ def test_one_run_a_number_is_enough_where_runs_are_smooth(settings, runs, error,
         "match: {it: {joint: rail, quantity: displacement, through: seen.csv}}\n",
         encoding="utf-8",
     )
+    if why == "asked for":
+        monkeypatch.setattr(Followed, "why", why)
     wish = Wish.of(read_spec(tmp_path / "fit.yaml"))
     trials = Counted(wish, tried)
     slopes = trials.slopes(lambda trial: trial.residuals, wish.shares(np.array([mass, stiffness])), central=False)
-    assert trials.count == runs
+    assert (trials.count, trials.why) == (runs, why)
     ω = np.sqrt(stiffness / mass)
     swing = times * np.sin(ω * times) / (2.0 * mass)
     exact = np.stack([swing * ω, -swing / ω], axis=1) * [2.0, 100.0]

@@ -57,9 +57,9 @@ public:
         Mark<D> mark;
         return this->write(mark), mark;
     }
-
     SampleBlock block;
     using Parts::peaks, Parts::events, Parts::projector, Parts::waits, Parts::give, Parts::values;
+    using Parts::schedule, Parts::path;
     bool keeps_marks = false;  // whether somebody asks for them
     bool pauses = false;       // whether `advance` came back because so many steps were tried
     const Model<D>& model() const { return model_; }

@@ -1,21 +1,26 @@
-"""Derivatives of what a trial gives by what varies: differences of runs, whose step follows from how exact a run is.
-Runs with error control follow the steps of the one that they are beside."""
+"""Derivatives of what a trial gives by what varies: by dual numbers along its run, or by differences of runs, whose
+step follows from how exact a run is. Runs with error control follow the steps of the one that they are beside."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from dataclasses import replace
 
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.scene.records import Settings
+from mbproj.errors import InputError
+from mbproj.scene.records import Scene, Settings
 from mbproj.scene.settings import settings_to_run
-from mbproj.studies.design.trial import Trial, Wish
+from mbproj.studies.design.slopes.neighbours import FORMULAS, SIDES, Number
+from mbproj.studies.design.trial import Trial, Wish, trial_of
 
 #: What a run with fixed steps, or a kinematic one, is exact to as a function of its numbers, in parts of its values.
 GRAIN = 1e-15
 #: Of a function that is exact to ε: the step of central differences, and of those to one side, ε to these powers.
 CENTRAL, ONE_SIDED = 1.0 / 3.0, 0.5
+#: So many of the last trials keep what slopes along their runs need.
+RUNS = 2
 
 
 def is_exact(settings: Settings) -> bool:
@@ -34,11 +39,19 @@ def step_of(settings: Settings, power: float) -> float:
     return float(grain_of(settings) ** power)
 
 
-def derivative(value: Callable[[Array], Array], u: Array, at: Array, h: float, central: bool) -> Array:
-    """∂value/∂u (k, d) at u (d,), within the bounds 0 and 1; `at` (k,) is the value there. A design beside it that does
-    not run has values that are NaN: the other side is taken; where neither runs, the column is NaN."""
-    columns = [_column(value, u, at, index, h, central=central) for index in range(len(u))]
-    return np.stack(columns, axis=1)
+def derivative(
+    value: Callable[[Array], Array],
+    u: Array,
+    at: Array,
+    h: float,
+    central: bool,
+    columns: Iterable[int] | None = None,
+) -> Array:
+    """∂value/∂u (k, d) at u (d,), within the bounds 0 and 1, or some of its columns; `at` (k,) is the value there. A
+    design beside it that does not run has values that are NaN: the other side is taken; where neither runs, the column
+    is NaN."""
+    chosen = range(len(u)) if columns is None else columns
+    return np.stack([_column(value, u, at, index, h, central=central) for index in chosen], axis=1)
 
 
 def _column(value: Callable[[Array], Array], u: Array, at: Array, index: int, h: float, *, central: bool) -> Array:
@@ -62,22 +75,63 @@ class Counted:
 
     def __init__(self, wish: Wish, run: Callable[..., Trial]) -> None:
         self._wish, self._run, self._last = wish, run, dict[bytes, Trial]()
-        self.count = 0
+        self.count, self.why = 0, ""
 
     def __call__(self, u: Array) -> Trial:
-        """The trial at u; the last ones are remembered."""
+        """The trial at u; the last ones are remembered, without their runs but for two."""
         key = u.tobytes()
         if key not in self._last:
             if len(self._last) > 4 * len(u) + 8:
                 self._last.pop(next(iter(self._last)))
+            for old in [*self._last][-RUNS:][:1]:
+                self._last[old] = replace(self._last[old], followed=None)
             self._last[key] = self._run(self._wish, u)
             self.count += 1
         return self._last[key]
 
     def slopes(self, part: Callable[[Trial], Array], u: Array, *, central: bool) -> Array:
-        """∂part/∂u (k, d) of what a trial has, within the bounds. Trials beside the one at u follow its steps; where
-        they cannot, differences are central ones, with a step that the tolerance allows."""
-        settings, base = settings_to_run(self._wish.scene(u)), self(u)
+        """∂part/∂u (k, d) of what a trial has, within the bounds: by dual numbers along its run, and where these are
+        not known, for the reason `why`, by differences of trials."""
+        base = self(u)
+        if base.runs and base.followed is None:
+            base = self._run(self._wish, u)
+        followed = base.followed
+        self.why = "" if followed is None else followed.why
+        if followed is None or self.why or not np.isfinite(part(base)).all():
+            return self._by_differences(part, u, base, range(len(u)), central=central)
+        found = followed.slopes(
+            [self._number(u, index, central=central) for index in range(len(u))],
+            lambda scene, samples: part(trial_of(self._wish, scene, samples, followed.settings.duration)),
+            FORMULAS if central else SIDES,
+        )
+        left = [index for index, each in enumerate(found) if each.why or not np.isfinite(each.values).all()]
+        self.why = next((found[index].why for index in left), "")
+        slopes = np.zeros((len(part(base)), len(u)))
+        for index, each in enumerate(found):
+            if index not in left:
+                slopes[:, index] = each.slopes
+        if left:
+            slopes[:, left] = self._by_differences(part, u, base, left, central=central)
+        return slopes
+
+    def _number(self, u: Array, index: int, *, central: bool) -> Number:
+        """A share, within the bounds 0 and 1."""
+
+        def scene(away: float) -> Scene:
+            beside = u.copy()
+            beside[index] += away
+            if not 0.0 <= beside[index] <= 1.0:
+                raise InputError("a neighbour is beyond a bound")
+            return self._wish.scene(beside)
+
+        return Number(self._wish.paths[index], scene, GRAIN ** (CENTRAL if central else ONE_SIDED))
+
+    def _by_differences(
+        self, part: Callable[[Trial], Array], u: Array, base: Trial, columns: Iterable[int], *, central: bool
+    ) -> Array:
+        """Trials beside the one at u follow its steps; where they cannot, differences are central ones, with a step
+        that the tolerance allows."""
+        settings = settings_to_run(self._wish.scene(u), by_options=False)
         at, is_smooth = part(base), base.steps.known or is_exact(settings)
         grain = GRAIN if is_smooth else grain_of(settings)
         has_left = False
@@ -92,7 +146,8 @@ class Counted:
             return part(trial)
 
         central = central or not is_smooth
-        found = derivative(beside, u, at, grain ** (CENTRAL if central else ONE_SIDED), central)
+        chosen = [*columns]
+        found = derivative(beside, u, at, grain ** (CENTRAL if central else ONE_SIDED), central, chosen)
         if not has_left:
             return found
-        return derivative(lambda v: part(self(v)), u, at, step_of(settings, CENTRAL), central=True)
+        return derivative(lambda v: part(self(v)), u, at, step_of(settings, CENTRAL), central=True, columns=chosen)

@@ -19,7 +19,7 @@ from mbproj.errors import InputError, SimulationError
 from mbproj.integrate import simulate
 from mbproj.integrate.events.breaks import breaks_of
 from mbproj.integrate.events.time_events import Event
-from mbproj.integrate.loop.followed_steps import FollowedSteps, TracedSteps
+from mbproj.integrate.loop.followed_steps import FollowedSteps, Trace, TracedSteps
 from mbproj.integrate.tangents import Directions, slopes_along
 from mbproj.linear.equilibrium.started import start_state
 from mbproj.model import compile_system
@@ -102,7 +102,8 @@ class Followed:
 
     def __init__(self, mechanism: Mechanism, settings: Settings, measures: Sequence[Expectation]) -> None:
         self.mechanism, self.settings, self.measures = mechanism, settings, tuple(measures)
-        self.steps, self.event_times = TracedSteps(), np.zeros(0)
+        self.steps: FollowedSteps = TracedSteps()
+        self.event_times = np.zeros(0)
         self._kept: list[Samples] = []
         self._models: dict[tuple[str, float], Model] = {}
         coordinates = mechanism.system.names.as_mapping()["coordinates"]
@@ -117,7 +118,7 @@ class Followed:
     def run(self, steps: FollowedSteps | None = None) -> MeasuredSamples:
         """Runs, with the steps of another where these are given, and has the samples of the measures. Raises
         SimulationError."""
-        self.steps = TracedSteps() if steps is None else TracedSteps(steps.ends, steps.breaks)
+        self.steps = TracedSteps() if steps is None else steps.of_another()
         samples = MeasuredSamples(self.mechanism, self.measures, self)
         system, state = self.mechanism.system, self.mechanism.state
         simulate(system, state, self.settings, samples, accounts=False, steps=self.steps)
@@ -132,16 +133,22 @@ class Followed:
         self.event_times = np.array([event.time for event in events])
 
     @property
+    def trace(self) -> Trace | None:
+        """The run as it was made; None where it was not made by the kernel, or followed another."""
+        return self.steps.trace if isinstance(self.steps, TracedSteps) else None
+
+    @property
     def why(self) -> str:
         """Why dual numbers do not follow the run, or not what is measured; empty where they do."""
         system, settings = self.mechanism.system, self.settings
-        if not is_explicit(settings.integrator):
+        kinematic = self.trace is not None and self.trace.settings.kinematic is True
+        if not (kinematic or is_explicit(settings.integrator)):
             return f"{settings.integrator} makes implicit steps"
         if system.has_contacts:
             return "the scene has stops or dry friction"
         if settings.start == EQUILIBRIUM:
             return "the run starts at an equilibrium"
-        if self.steps.trace is None:
+        if self.trace is None:
             return "the run is not made by the kernel"
         odd = [path for path in self._paths if not path.startswith((*SEEN, "signals/")) and path not in SEEN_ENERGIES]
         return f"'{odd[0]}' is no function of the state" if odd else ""
@@ -153,7 +160,7 @@ class Followed:
         formulas: Sequence[Formula] = FORMULAS,
     ) -> list[Slope]:
         """Of what is measured of samples, by each of the numbers."""
-        trace = self.steps.trace
+        trace = self.trace
         assert trace is not None
         own = Model(trace.compiled, self.mechanism)
         found = [self._alike(own, number, formulas) for number in numbers]
@@ -178,12 +185,15 @@ class Followed:
         try:
             along = slopes_along(trace, own.start, directions, samples.t, y)
             counted = coordinate_values(self.mechanism.system, pose_of(samples.q)) + 2.0 * np.pi * samples.turns
+            at_own: Array | None = None
             for place, (number, formula, models) in enumerate(chosen):
-                states = [y + away * number.step * along[:, place] for away in formula[0]]
-                values = [
-                    measure(near.mechanism.scene, self._seen(near, samples, counted, there))
-                    for near, there in zip(models, states, strict=True)
-                ]
+                values = []
+                for away, near in zip(formula[0], models, strict=True):
+                    there = y + away * number.step * along[:, place]
+                    if near is not own or at_own is None:
+                        value = measure(near.mechanism.scene, self._seen(near, samples, counted, there))
+                        at_own = value if near is own else at_own
+                    values.append(at_own if near is own else value)
                 slopes[known[place]] = Slope(np.array(values), formula, number.step, _cut(formula, models, own))
         except InputError as error:
             return [Slope.unknown(error.problems[0].message)] * len(numbers)
@@ -209,7 +219,7 @@ class Followed:
 
     def _neighbour(self, own: Model, scene: Scene) -> Model:
         """The model of a scene beside. Raises InputError where it is no neighbour of the one that ran."""
-        trace = self.steps.trace
+        trace = self.trace
         assert trace is not None
         if _without_steps(settings_to_run(scene, by_options=False)) != _without_steps(self.settings):
             raise InputError("it changes how the run is made")

@@ -129,7 +129,7 @@ def _off(slope: Slope, own: Array) -> Array:
 def _add_discretisation(work: Work, followed: Followed, x: Array, scale: Array, slopes: Array, off: Array) -> int:
     """Adds to what slopes may be off by what a coarser run, or a finer one, says of the error of steps. How many runs
     there were."""
-    trace = followed.steps.trace
+    trace = followed.trace
     if trace is None or trace.settings.kinematic is True:
         return 0
     tried = 0
