@@ -44,8 +44,8 @@ class Knowledge:
 
 
 def knowledge(paths: Sequence[str], x: Array, width: Array, slopes: Array, residuals: Array, error: Array) -> Knowledge:
-    """From the residuals (m,) at the numbers x (d,), their slopes (m, d) by shares of the ranges `width` (d,), and how
-    far those of a run with finer steps are from them, `error` (m,)."""
+    """From the residuals (m,) at the numbers x (d,) and their slopes (m, d) by shares of the ranges `width` (d,).
+    `error` (m,): how far the residuals of a run with finer steps are from these."""
     m, d = slopes.shape
     _, singular, directions = np.linalg.svd(slopes, full_matrices=False)
     singular = np.concatenate([singular, np.zeros(d - len(singular))])
