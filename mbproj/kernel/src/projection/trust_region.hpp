@@ -107,6 +107,8 @@ private:
     }
 
     bool is_round_off(const double* C, std::size_t row) const {
+        const double least = std::numeric_limits<double>::epsilon() * std::min(1.0, model_.row_scale[row]);
+        if (std::abs(C[row]) <= thresholds_.closed_grains * least) return true;  // no grain is smaller
         const double grain = equations_.pose().grain(*owner_[row], static_cast<int>(row));
         return std::abs(C[row]) <= thresholds_.closed_grains * grain;
     }
