@@ -38,7 +38,7 @@ def write_starts(
             reached = assemble(own, initial_guess(read, own))
         except (ValueError, InputError) as error:
             raise InputError(Problem(f"assembly {number} cannot be written: {error}", Place("--write"))) from error
-        if max(moved_by(reached.q, each.q)) > THRESHOLDS.same_assembly:
+        if max(moved_by(reached.q, each.q)) > THRESHOLDS.same_pose:
             problem = Problem(f"assembly {number} cannot be written: from there the scene closes elsewhere")
             raise InputError(problem)
         yield write_text(Path(f"{stem}_{number}.yaml"), text, SCENE, force=force, hint=HINT)

@@ -46,12 +46,12 @@ def kept_fields(
     or None where that fails."""
     poses, generator = [state.q], np.random.default_rng(7)
     for _ in range(POSES):
-        q = close(state.q + THRESHOLDS.field_far * _tangent(system, state.q, generator))
+        q = close(state.q + THRESHOLDS.long_way * _tangent(system, state.q, generator))
         poses += [] if q is None else [q]
     scale = np.linalg.norm(fields(state.q) / _lengths(system), axis=-1)
     resisted = np.concatenate([_resistance(system, state, q, fields(q)) / scale for q in poses])
     _, sizes, basis = np.linalg.svd(resisted)
-    kept = basis[np.count_nonzero(sizes > THRESHOLDS.field_kept) :]
+    kept = basis[np.count_nonzero(sizes > THRESHOLDS.balanced) :]
     return np.ascontiguousarray(kept / scale)
 
 
@@ -63,7 +63,7 @@ def _tangent(system: System, q: Array, generator: np.random.Generator) -> Array:
     """A change of q that the joints allow to first order, of size 1 in the mechanism's lengths."""
     lengths = _lengths(system)
     _, sizes, basis = np.linalg.svd(jacobian(system, pose_of(q)) * lengths)
-    free = basis[np.count_nonzero(sizes > THRESHOLDS.field_kept * sizes[0]) :]
+    free = basis[np.count_nonzero(sizes > THRESHOLDS.balanced * sizes[0]) :]
     along = generator.standard_normal(len(free)) @ free
     return np.asarray(lengths * along / max(np.linalg.norm(along), np.finfo(float).tiny))
 

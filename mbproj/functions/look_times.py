@@ -35,7 +35,7 @@ def look_times(programs: ProgramSet, index: int, start: float, end: float) -> Ar
     zeros = _zeros(programs, index, even)
     if not len(zeros):
         return even
-    near = (even[1] - even[0]) * 0.5 ** np.arange(THRESHOLDS.look_closer)
+    near = (even[1] - even[0]) * 0.5 ** np.arange(-np.log2(THRESHOLDS.rounding))
     closer = np.add.outer(zeros, np.concatenate([-near, near])).ravel()
     return np.unique(np.concatenate([even, closer[(closer > start) & (closer < end)]]))
 

@@ -52,13 +52,13 @@ def _of(times: Array, values: Array, kinks: Array) -> list[Feature]:
     undefined = np.flatnonzero(~np.isfinite(values))
     if len(undefined):  # beyond the run's end, perhaps
         times, values = times[: undefined[0]], values[: undefined[0]]
-    if not len(values) or not np.ptp(values) > THRESHOLDS.constant_to * np.abs(values).max():
+    if not len(values) or not np.ptp(values) > THRESHOLDS.rounding * np.abs(values).max():
         return []
     jumps = np.unique(np.searchsorted(times, kinks))
     change = np.abs(np.diff(values)) / np.ptp(values)
     change[np.clip(np.concatenate([jumps - 1, jumps]), 0, len(change) - 1)] = 0.0
     cell = np.minimum(
-        ((times[:-1] - times[0]) / spacing + THRESHOLDS.same_cell).astype(int), THRESHOLDS.look_intervals - 1
+        ((times[:-1] - times[0]) / spacing + THRESHOLDS.same_written).astype(int), THRESHOLDS.look_intervals - 1
     )
     in_cell = np.bincount(cell, change, THRESHOLDS.look_intervals).astype(float)
     found = []
@@ -89,7 +89,7 @@ def _with_tails(feature: Feature, kinks: Array, first: float, last: float) -> Fe
 
 def _loud(change: Array) -> list[tuple[int, int]]:
     """First and last interval of each stretch with much change after a longer quiet one."""
-    loud = np.flatnonzero(change > THRESHOLDS.quiet_change)
+    loud = np.flatnonzero(change > 2.0 * THRESHOLDS.no_change)
     if not len(loud):
         return []
     breaks = np.flatnonzero(np.diff(loud) > THRESHOLDS.quiet_stretch)
@@ -98,5 +98,5 @@ def _loud(change: Array) -> list[tuple[int, int]]:
     return [
         (int(first), int(last))
         for first, last, quiet in zip(firsts, lasts, firsts - before - 1, strict=True)
-        if quiet > last - first and change[first : last + 1].max() >= THRESHOLDS.feature_change
+        if quiet > last - first and change[first : last + 1].max() >= 5.0 * THRESHOLDS.no_change
     ]

@@ -15,7 +15,7 @@ from mbproj.functions.table import Table
 from mbproj.thresholds import THRESHOLDS
 
 #: Changes of a function's value, slope and second derivative up to this part of the largest are round-off.
-ROUND_OFF = np.array([THRESHOLDS.constant_to, THRESHOLDS.smooth_to, THRESHOLDS.smooth_to])
+ROUND_OFF = np.array([THRESHOLDS.rounding, THRESHOLDS.smooth_to, THRESHOLDS.smooth_to])
 #: The derivatives whose jumps are kinks: of what drives accelerations, and of what a row is, which is differentiated
 #: twice for them.
 OF_FORCES, OF_ROWS = 2, 3

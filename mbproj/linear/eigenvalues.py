@@ -48,7 +48,7 @@ class Eigen:
 
     def slowest_and_growing(self, count: int) -> Eigen:
         """The first so many, and all after them that grow: these tell whether a motion is stable."""
-        growing = self.values.real > THRESHOLDS.grown_modes * np.abs(self.values).max(initial=0.0)
+        growing = self.values.real > THRESHOLDS.no_mode * np.abs(self.values).max(initial=0.0)
         kept = np.flatnonzero(growing | (np.arange(len(self.values)) < count))
         return Eigen(self.values[kept], self.vectors[:, kept])
 
@@ -71,17 +71,17 @@ def shares_of_states(reduced: Reduced, found: Eigen, count: int) -> Array:
     parts = np.zeros((len(found.values), len(reduced.M)))
     for mode, (value, v) in enumerate(zip(found.values, found.vectors.T, strict=True)):
         U, σ, _ = np.linalg.svd(value * (value * reduced.M + reduced.D) + reduced.K)
-        none = U[:, σ <= max(float(σ[-1]), THRESHOLDS.linear_round_off * float(σ[0]))]
+        none = U[:, σ <= max(float(σ[-1]), THRESHOLDS.rounding * float(σ[0]))]
         change = (2.0 * value * reduced.M + reduced.D) @ v
         left = none @ (none.conj().T @ change)
-        drifts = np.linalg.norm(left) <= THRESHOLDS.linear_round_off * np.abs(reduced.D).max() * np.linalg.norm(v)
+        drifts = np.linalg.norm(left) <= THRESHOLDS.rounding * np.abs(reduced.D).max() * np.linalg.norm(v)
         parts[mode] = np.abs(v) ** 2 if drifts else np.abs(left.conj() * change)
     return np.asarray((parts / np.maximum(parts.sum(axis=1, keepdims=True), TINY))[:, parts.shape[1] - count :])
 
 
 def is_symmetric(reduced: Reduced) -> bool:
     """Whether there is neither damping nor gyroscopic force, and K is symmetric, but for round-off."""
-    limit = THRESHOLDS.linear_round_off
+    limit = THRESHOLDS.rounding
     still = np.all(np.abs(reduced.D) <= limit * reduced.D_size)
     return bool(still and np.abs(reduced.K - reduced.K.T).max() <= limit * max(reduced.K_size.max(), TINY))
 
@@ -120,7 +120,7 @@ def heavy_and_light(reduced: Reduced) -> tuple[Array, Array]:
 
 def is_damped(reduced: Reduced, light: Array) -> bool:
     """Whether motions without mass lose energy, or exert forces at their rates."""
-    limit = THRESHOLDS.linear_round_off * max(float(reduced.D_size.max(initial=0.0)), TINY)
+    limit = THRESHOLDS.rounding * max(float(reduced.D_size.max(initial=0.0)), TINY)
     sizes = (np.abs(part).max(initial=0.0) for part in (reduced.D @ light, light.T @ reduced.D))
     return bool(max(sizes) > limit)
 
@@ -129,7 +129,7 @@ def held_by(reduced: Reduced, light: Array) -> Array:
     """The stiffness of motions without mass, (l, l). Raises InputError where it does not hold one of them."""
     held: Array = light.T @ reduced.K @ light
     sizes = np.abs(light).T @ reduced.K_size @ np.abs(light)
-    if np.linalg.svd(held, compute_uv=False).min(initial=np.inf) <= THRESHOLDS.linear_round_off * max(
+    if np.linalg.svd(held, compute_uv=False).min(initial=np.inf) <= THRESHOLDS.rounding * max(
         sizes.max(initial=0.0), TINY
     ):
         raise massless_and_free()
@@ -161,8 +161,8 @@ def _symmetric(reduced: Reduced) -> Eigen:
     strain = np.einsum("ik,ij,jk->k", vectors, K, vectors, optimize=True)
     κ = strain / np.einsum("ik,ij,jk->k", vectors, M, vectors, optimize=True)
     size = np.einsum("ik,ij,jk->k", np.abs(vectors), reduced.K_size, np.abs(vectors), optimize=True)
-    none = np.abs(strain) <= THRESHOLDS.linear_round_off * size
-    κ = np.where(none | (np.abs(κ) <= THRESHOLDS.no_eigenvalue * np.abs(κ).max()), 0.0, κ)
+    none = np.abs(strain) <= THRESHOLDS.rounding * size
+    κ = np.where(none | (np.abs(κ) <= THRESHOLDS.nothing * np.abs(κ).max()), 0.0, κ)
     grows = κ < 0.0
     values = np.concatenate([np.where(grows, -1.0, 1j) * np.sqrt(np.abs(κ)), np.sqrt(-κ[grows])])
     return Eigen(values.astype(complex), np.concatenate([vectors, vectors[:, grows]], axis=1).astype(complex))
@@ -184,16 +184,16 @@ def _by_qz(reduced: Reduced) -> Eigen:
     A[y:, :y] = -K @ Y / speed
     A[y:, y:] = -np.concatenate([D @ Y, D @ Z], axis=1)
     (α, β), vectors = eig(A, E, homogeneous_eigvals=True)
-    finite = np.abs(β) > THRESHOLDS.linear_round_off * np.abs(α)
+    finite = np.abs(β) > THRESHOLDS.rounding * np.abs(α)
     values = speed * α[finite] / β[finite]
     vectors = vectors[:, finite]
     by_size = np.argsort(np.abs(values), kind="stable")
     if reduced.chains:
         values[by_size[: _chained(A, E)]] = 0.0
     kept = by_size[conserved:]
-    kept = kept[values[kept].imag >= -THRESHOLDS.linear_round_off * np.abs(values[kept])]
+    kept = kept[values[kept].imag >= -THRESHOLDS.rounding * np.abs(values[kept])]
     values, vectors = values[kept], vectors[:, kept]
-    grain = THRESHOLDS.linear_round_off * np.abs(values) + THRESHOLDS.no_eigenvalue * np.abs(values).max(initial=0.0)
+    grain = THRESHOLDS.rounding * np.abs(values) + THRESHOLDS.nothing * np.abs(values).max(initial=0.0)
     values = np.where(np.abs(values.imag) <= grain, 0.0, 1j * values.imag) + np.where(
         np.abs(values.real) <= grain, 0.0, values.real
     )
@@ -217,11 +217,11 @@ def _neutral(reduced: Reduced) -> tuple[Array, Array, int]:
     changes: these have a second eigenvalue 0, that of drifting along at a constant speed."""
     U, σ, V = np.linalg.svd(reduced.K)
     sizes = np.einsum("ik,ij,kj->k", np.abs(U), reduced.K_size, np.abs(V), optimize=True)
-    none = σ <= np.maximum(THRESHOLDS.linear_round_off * sizes, THRESHOLDS.no_eigenvalue * σ[0])
+    none = σ <= np.maximum(THRESHOLDS.rounding * sizes, THRESHOLDS.nothing * σ[0])
     left, Z = U[:, none], V[none].T
     momenta = left.T @ reduced.D @ Z
     size = np.abs(left).T @ reduced.D_size @ np.abs(Z)
     σ = np.linalg.svd(momenta, compute_uv=False)
-    limit = THRESHOLDS.linear_round_off * max(float(size.max(initial=0.0)), TINY)
+    limit = THRESHOLDS.rounding * max(float(size.max(initial=0.0)), TINY)
     conserved = left.shape[1] - int(np.count_nonzero(σ > limit))
     return Z, V[~none].T, conserved

@@ -104,13 +104,13 @@ def _of_channels(reference: Reference) -> Iterator[tuple[str, str]]:
 def _jump(programs: ProgramSet, program: int, at: list[float], variable: int, unit: float) -> str:
     """What is another one on either side of a variable's value; nothing where the function is smooth: what is smooth
     changes by less the nearer one looks."""
-    aside = THRESHOLDS.beside_kink * max(abs(at[variable]), unit)
+    aside = THRESHOLDS.half_digits * max(abs(at[variable]), unit)
     far, near = (_sides(programs, program, at, variable, step) for step in (aside, 0.1 * aside))
     slopes, values = far.T
     jump = np.abs(near[1] - near[0]) > 0.5 * np.abs(far[1] - far[0])
     if jump[0] and abs(slopes[1] - slopes[0]) > THRESHOLDS.jumping_slope * np.abs(slopes).max():
         return f"has a kink, the slope {slopes[0]:.6g} before and {slopes[1]:.6g} after it,"
-    if jump[1] and abs(values[1] - values[0]) > THRESHOLDS.beside_kink * np.abs(values).max():
+    if jump[1] and abs(values[1] - values[0]) > THRESHOLDS.half_digits * np.abs(values).max():
         return f"jumps from {values[0]:.6g} to {values[1]:.6g}"
     return ""
 

@@ -85,7 +85,7 @@ class Modes(Tabled):
     def _movers(self, mode: int) -> list[str]:
         """What has kinetic energy: "engine along z", or "engine about y" where it turns more than it shifts."""
         names = list(self.kinetic_names)
-        if np.abs(self.coordinates[mode]).max(initial=0.0) > THRESHOLDS.linear_round_off:
+        if np.abs(self.coordinates[mode]).max(initial=0.0) > THRESHOLDS.rounding:
             return names
         system, rotation = self.reference.system, self.reference.motion.pose.rotation
         for carrier, shape in enumerate(self.shapes[mode]):
@@ -124,7 +124,7 @@ def _largest(names: Sequence[str], shares: Array) -> str:
 def leading(shares: Array) -> list[int]:
     """The largest share, and the next where it is hardly smaller."""
     order = np.argsort(-shares, kind="stable").tolist()
-    least = THRESHOLDS.told_in_name * shares[order[0]]
+    least = THRESHOLDS.named * shares[order[0]]
     return [index for index in order[:2] if shares[index] >= least and shares[index] > 0.0]
 
 
@@ -147,7 +147,7 @@ def modes(reference: Reference, count: int | None = None) -> Modes:
     ξ, x = here.space.N @ vectors[:freedom], scale[:, None] * vectors[freedom:]
     share = shares_of_states(reduced, found, len(scale)) if len(scale) else np.zeros((len(found.values), 0))
     size = float(np.abs(here.space.N).max(initial=0.0))
-    turns = bool(np.abs(here.N_dot).max(initial=0.0) > THRESHOLDS.linear_round_off * size)
+    turns = bool(np.abs(here.N_dot).max(initial=0.0) > THRESHOLDS.rounding * size)
     return described(reference, found.values, ξ, x, share, here.freedom, turns=turns)
 
 
@@ -196,7 +196,7 @@ def _alone(moved: Array, x: Numbers, unit: Array) -> Numbers:
         return np.zeros(len(moved))
     relative = x / unit[:, None]
     largest = np.take_along_axis(relative, np.abs(relative).argmax(axis=0)[None], axis=0)[0]
-    still = (moved <= THRESHOLDS.linear_round_off * np.abs(largest)) & (largest != 0.0)
+    still = (moved <= THRESHOLDS.rounding * np.abs(largest)) & (largest != 0.0)
     return np.where(still, 1.0 / np.where(still, largest, 1.0), 0.0)
 
 
@@ -239,7 +239,7 @@ def _strain(
         taken = taken + _of_bushings(forces, along, reference, in_body).sum(axis=1)
     total = np.where(values.imag == 0.0, -values.real * (values.real * mass + taken), total)
     rest = total - kept.sum(axis=1)
-    rest = np.where(np.abs(rest) <= 1e3 * THRESHOLDS.linear_round_off * np.abs(kept).sum(axis=1), 0.0, rest)
+    rest = np.where(np.abs(rest) <= 1e3 * THRESHOLDS.rounding * np.abs(kept).sum(axis=1), 0.0, rest)
     names = (*forces.law_owners, *forces.bushing_names, rest_of)
     return names, np.concatenate([kept, rest[:, None]], axis=1)
 

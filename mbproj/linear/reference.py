@@ -94,7 +94,7 @@ def _by_tangent_space(system: System, still: Motion, force: Array, γ: Array) ->
     M, lengths = tangent_mass_matrix(system, still.pose), tangent_lengths(system)
     held = space.pseudoinverse @ γ
     free = space.N.T @ (force - M @ held)
-    change = held + space.N @ np.linalg.lstsq(space.N.T @ M @ space.N, free, rcond=THRESHOLDS.free_rank)[0]
+    change = held + space.N @ np.linalg.lstsq(space.N.T @ M @ space.N, free, rcond=THRESHOLDS.no_digits)[0]
     multipliers = space.pseudoinverse.T @ (force - M @ change)
     return change, multipliers, space.N @ free / lengths**2
 

@@ -59,7 +59,7 @@ class _Pencil:
         x, y = (bordered.solve(self.M @ part)[0] for part in (self.start, self.start[::-1].copy()))
         forth, back = float(x @ (self.K @ y)), float(y @ (self.K @ x))
         size = float(np.abs(x) @ (np.abs(self.K) @ np.abs(y)))
-        return abs(forth - back) <= 1e3 * THRESHOLDS.linear_round_off * size
+        return abs(forth - back) <= 1e3 * THRESHOLDS.rounding * size
 
     def factor(self, σ: float) -> Bordered:
         """Of K + σD + σ²M."""
@@ -89,7 +89,7 @@ class _Pencil:
         strain = np.einsum("ik,ik->k", vectors, self.K @ vectors)
         κ = strain / np.einsum("ik,ik->k", vectors, self.M @ vectors)
         size = np.einsum("ik,ik->k", np.abs(vectors), np.abs(self.K) @ np.abs(vectors))
-        κ = np.where(np.abs(strain) <= THRESHOLDS.linear_round_off * size, 0.0, κ)
+        κ = np.where(np.abs(strain) <= THRESHOLDS.rounding * size, 0.0, κ)
         grows = κ < 0.0
         values = np.concatenate([np.where(grows, -1.0, 1j) * np.sqrt(np.abs(κ)), np.sqrt(-κ[grows])])
         return values.astype(complex), np.concatenate([vectors, vectors[:, grows]], axis=1).astype(complex)
@@ -111,8 +111,8 @@ class _Pencil:
         wanted = min(2 * count + 2, 2 * n - 2)
         μ, vectors = eigs(operator, wanted, v0=start, ncv=min(2 * n, max(2 * wanted + 10, 40)))
         values = σ + 1.0 / μ
-        grain = np.sqrt(THRESHOLDS.linear_round_off) * σ
+        grain = np.sqrt(THRESHOLDS.rounding) * σ
         values = np.where(np.abs(values) <= grain, 0.0, values)
-        kept = np.flatnonzero(values.imag >= -THRESHOLDS.linear_round_off * np.abs(values))
+        kept = np.flatnonzero(values.imag >= -THRESHOLDS.rounding * np.abs(values))
         kept = kept[np.argsort(np.abs(values[kept]), kind="stable")][:count]
         return values[kept], vectors[:n, kept]

@@ -44,7 +44,7 @@ def stored_state(system: System, results: Results, time: float) -> State:
     times = results.time
     span = max(float(np.abs(times).max(initial=0.0)), abs(time))
     nearest = int(np.argmin(np.abs(times - time))) if len(times) else -1
-    if nearest < 0 or abs(times[nearest] - time) > THRESHOLDS.same_sample * span:
+    if nearest < 0 or abs(times[nearest] - time) > THRESHOLDS.same_written * span:
         have = f"its nearest is at {times[nearest]:.9g} s" if len(times) else "it has no samples"
         raise InputError(Problem(f"'{results.path}' has no sample at t = {time:.9g} s", hint=have))
     paths = [f"bodies/{name}" for name in ("position", "orientation", "velocity", "angular_velocity")]

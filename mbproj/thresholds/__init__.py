@@ -14,6 +14,7 @@ from typing import Any, NamedTuple, final
 from mbproj.dataclass import dataclass
 from mbproj.thresholds.automatic import Automatic
 from mbproj.thresholds.closing import Closing
+from mbproj.thresholds.common import Common
 from mbproj.thresholds.contact import Contact
 from mbproj.thresholds.curves import Curves
 from mbproj.thresholds.dependence import Dependence
@@ -32,6 +33,7 @@ __all__ = ["THRESHOLDS", "Row", "Thresholds", "of_the_kernel", "table"]
 @final
 @dataclass(frozen=True)
 class Thresholds(
+    Common,
     Automatic,
     Linear,
     Contact,

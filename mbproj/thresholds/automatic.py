@@ -23,14 +23,15 @@ class Automatic:
         5, "steps", "numpy", "a trial looks after so many steps of the other method", "5 reach a size"
     )
     trial_parts: int = threshold(4, "-", "numpy", "so often at most", "a step grows by 1e5 from an explicit one")
-    becoming: float = threshold(
-        1.5, "1", "numpy", "a trial goes on while it gets on by this factor faster than before", "chosen"
-    )
     trial_part: float = threshold(
         0.1, "1", "numpy", "part of the evaluations that trials may take, beside the first two", "an aim of 1.25 in all"
     )
     quicker: float = threshold(
-        1.25, "1", "numpy", "another method goes on that gets on by this factor faster for its evaluations", "the same"
+        1.25,
+        "1",
+        "numpy",
+        "another method goes on that gets on by this factor faster, and a trial while it does so",
+        "above the scatter of step sizes",
     )
     implicit_cost: float = threshold(
         2.5, "1", "numpy", "an evaluation in an implicit step costs so many explicit ones", "measured: 1.2 to 4.7"

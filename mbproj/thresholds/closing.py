@@ -11,7 +11,11 @@ class Closing:
     """Lengths are in m, or in the mechanism's own length where that is below 1 m."""
 
     closed_to: float = threshold(
-        1e-13, "m, rad", "both", "the smallest default tolerance of the violation test", "450 ε"
+        1e-13,
+        "m, rad",
+        "both",
+        "the smallest default tolerance of the violation test; poses nearby are closed to it",
+        "450 ε",
     )
     closed_grains: float = threshold(
         4.0, "ε", "both", "a row that is open by so much of its coordinates is closed to round-off", "sums of 4 numbers"
@@ -50,7 +54,13 @@ class Closing:
     assembled: float = threshold(
         1e-10, "length, rad", "numpy", "a pose with a smaller violation is assembled", "chosen"
     )
-    most_assembling: int = threshold(100, "-", "numpy", "passes of the assembly", "chosen")
+    most_assembling: int = threshold(
+        100,
+        "-",
+        "numpy",
+        "passes of a search: of poses, branches, equilibria of large mechanisms, frames",
+        "3 to 30 are usual: no scene of tests needs more",
+    )
     large: int = threshold(
         100, "bodies", "numpy", "dense factors of more bodies are not made to assemble or to diagnose", "seconds"
     )
@@ -61,15 +71,7 @@ class Closing:
         "smaller singular values are those of rounded numbers",
         "a wrist rounded to 0.1 mm: 8e-5",
     )
-    exactly_dependent: float = threshold(
-        1e-12, "1", "numpy", "smaller singular values are round-off", "1e3 ε, with room"
-    )
     adjusting_rank: float = threshold(
         1e-5, "1", "numpy", "smaller parts of what frames change are round-off", "found: 1e-2, then 1e-9"
     )
     frame_step: float = threshold(1e-6, "1", "numpy", "differences by frames of joints take this step", "ε^(1/3)")
-    sampled_turn: float = threshold(0.2, "rad", "numpy", "poses of a sample are so far from the start", "chosen")
-    most_adjusting: int = threshold(12, "-", "numpy", "steps that adjust joints", "found: 3")
-    same_start: float = threshold(
-        1e-9, "m, rad", "numpy", "a motion may begin so far, over 1 + that, from a joint's own condition", "chosen"
-    )

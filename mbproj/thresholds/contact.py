@@ -46,13 +46,6 @@ class Contact:
         "a contact is released below minus this part of its largest push",
         "round-off of λ, with care",
     )
-    impulse_to: float = threshold(
-        1e-12,
-        "1",
-        "numpy",
-        "the relative tolerance along the impulse of a rough stop",
-        "4500 ε",
-    )
     balanced_to: float = threshold(
         1e-13, "1", "both", "forces that a round changes by less, beside the largest, are balanced", "450 ε"
     )
@@ -62,9 +55,6 @@ class Contact:
         "both",
         "a friction that needs all of its static force but this part slips",
         "round-off of λ, with care",
-    )
-    in_span: float = threshold(
-        1e-8, "1", "numpy", "a friction whose row is nearer to those of others follows from them", "√ε"
     )
     springs_give: float = threshold(
         1e-6, "1 / smallest mass", "both", "springs that stand for rigid feet which slip give so much", "√ε, with care"

@@ -11,7 +11,11 @@ class Dependence:
     """Distances are those of a row of unit length from the span of the others; the kernel sees their squares."""
 
     dependent: float = threshold(
-        1e-9, "1", "numpy", "a row at a smaller distance from the span of the others depends on them", "√ε, with room"
+        1e-9,
+        "1",
+        "numpy",
+        "a row at a smaller distance from the span of the others depends on them; right-hand sides agree to this",
+        "√ε, with room",
     )
     singular: float = threshold(
         1e-11, "1", "numpy", "the start is refused at a smaller distance: few digits would be left", "chosen"
@@ -75,23 +79,6 @@ class Dependence:
     most_dense_rows: int = threshold(
         1000, "-", "kernel", "the dense QR factor of more rows would take longer than anybody waits", "O(rows³)"
     )
-    redundant_from: float = threshold(
-        1e-8,
-        "1",
-        "numpy",
-        "rows are looked for that follow from the others at this squared distance first",
-        "above what round-off leaves of rows that depend for good",
-    )
-    redundant_between: float = threshold(1e-10, "1", "numpy", "then at this one", "see redundant_from")
-    redundant_to: float = threshold(
-        1e-12, "1", "numpy", "and at this one; rows independent there are so everywhere", "see redundant_from"
-    )
-    redundant_moved: float = threshold(
-        0.05, "length, rad", "numpy", "the mechanism is moved so far to see whether rows stay dependent", "chosen"
-    )
-    walked: float = threshold(
-        0.2, "length, rad", "numpy", "the next pose is so far away, on a walk to find the usual rows", "chosen"
-    )
     most_walked: int = threshold(32, "-", "numpy", "poses of such a walk", "6 rad: a turn of a crank")
     fewest_walked: int = threshold(4, "-", "numpy", "poses of such a walk of a large mechanism", "chosen")
     walked_bodies: int = threshold(
@@ -103,45 +90,15 @@ class Dependence:
     serve_alike: float = threshold(
         0.5, "1", "numpy", "rows whose pivots have this part of the best ones' are equals: the first are held", "chosen"
     )
-    redundant_open: float = threshold(
-        1e-9, "length, rad", "numpy", "rows left out that stay closed to this follow from the others", "chosen"
-    )
     no_part: float = threshold(
         1e-8, "1", "both", "a smaller part of a reaction that depends on the choice of rows is none", "√ε"
     )
     no_motion: float = threshold(
         1e-7, "1", "numpy", "a smaller part of a motion without mass is round-off", "ε / dependent"
     )
-    rows_agree: float = threshold(
-        1e-9, "1", "numpy", "right-hand sides of dependent rows agree to this part of their terms", "as dependent"
-    )
-    branch_root: float = threshold(
-        1e-9, "1", "numpy", "a quadratic form of unit directions is 0 below this", "as dependent"
-    )
-    conditioning_close: float = threshold(
-        1e-6, "1", "numpy", "`check` calls a start at a smaller distance all but singular", "chosen, words only"
-    )
     conditioning_near: float = threshold(
         1e-2, "1", "numpy", "`check` calls a start at a smaller distance near a singular pose", "chosen, words only"
     )
-    branch_reached: float = threshold(
-        1e-3, "1", "numpy", "Newton's method to a branch ends at so much of branch_root", "it converges quadratically"
-    )
-    branch_rank: float = threshold(
-        1e-9, "1", "numpy", "smaller singular values of its equations count as none", "as dependent"
-    )
-    equal_share: float = threshold(
-        1e-6, "1", "numpy", "of owners whose shares differ by less the first is named", "chosen, words only"
-    )
-    along_axis: float = threshold(
-        1e-9, "1", "numpy", "a direction that is so near to x, y or z is named so", "as one_direction, words only"
-    )
-    no_component: float = threshold(
-        1e-6, "1", "numpy", "the first larger component of a direction is told as positive", "chosen, words only"
-    )
     told_as_zero: float = threshold(
         5e-4, "1", "numpy", "a smaller component is told as 0", "three digits are told, words only"
-    )
-    no_gradient: float = threshold(
-        1e-9, "1", "numpy", "a row with a smaller gradient does not hold shifts, or turns", "as dependent, words only"
     )

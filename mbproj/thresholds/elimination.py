@@ -48,7 +48,7 @@ class Elimination:
     refined_part: float = threshold(
         1e-13, "1", "both", "refinement ends when it changes λ by less than this part", "450 ε"
     )
-    most_refining: int = threshold(8, "-", "kernel", "passes of refinement", "measured: 3 are enough")
+    most_refining: int = threshold(8, "-", "both", "passes of refinement", "measured: 3 are enough")
     fewest_shared: int = threshold(
         6,
         "-",
@@ -63,7 +63,3 @@ class Elimination:
         "a body between two joints moves by that which takes so many freedoms",
         "instructions of ladders: a quarter less with 4 and 5, 4 % more with 2",
     )
-    backward_error: float = threshold(
-        1e-13, "1", "numpy", "a larger backward error of an equation asks for refinement", "450 ε; Skeel 1980"
-    )
-    refinements: int = threshold(4, "-", "numpy", "passes of refinement", "Skeel 1980: one or two are enough")

@@ -55,13 +55,3 @@ class Invariants:
         "so little of the energy is round-off, and is not corrected",
         "a pendulum that swings by 1e-7 rad",
     )
-    field_far: float = threshold(
-        0.3,
-        "lengths or rad",
-        "numpy",
-        "momenta are asked for at poses so far from the start",
-        "far from symmetric ones",
-    )
-    field_kept: float = threshold(
-        1e-9, "1", "numpy", "where less resists a rigid motion, its momentum is kept", "10 decades below what resists"
-    )

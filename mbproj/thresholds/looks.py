@@ -23,18 +23,14 @@ class Looks:
     look_changes: int = threshold(
         50, "-", "numpy", "what changes its sign more often in a window is seen well enough at these times", "chosen"
     )
-    look_closer: int = threshold(
-        40, "-", "numpy", "beside a change of sign so many times follow, each at half the distance", "1/2⁴⁰ = 1e-12"
+    no_change: float = threshold(
+        4e-4,
+        "1",
+        "numpy",
+        "a narrow feature changes by five times this in an interval, and ends where less changes",
+        "a slow sine changes by 2.5e-4; tests/functions/test_narrow.py",
     )
-    feature_change: float = threshold(
-        2e-3, "1", "numpy", "a narrow feature changes by more in one interval", "8 × what a slow sine changes by"
-    )
-    quiet_change: float = threshold(8e-4, "1", "numpy", "an interval with less change is quiet", "chosen")
-    no_change: float = threshold(4e-4, "1", "numpy", "a feature begins and ends where less changes", "chosen")
     quiet_stretch: int = threshold(8, "intervals", "numpy", "fewer quiet ones part no two features", "chosen")
-    constant_to: float = threshold(
-        1e-12, "1", "numpy", "a function, or a jump of its value, below this part of its size is round-off", "4500 ε"
-    )
     smooth_to: float = threshold(
         1e-9, "1", "numpy", "the same for jumps of its derivatives", "round-off of a value over a small time"
     )
@@ -45,9 +41,6 @@ class Looks:
     most_teeth: int = threshold(
         10_000, "-", "numpy", "weights of angles that are coupled are multiples of one number, up to so many", "chosen"
     )
-    whole_teeth: float = threshold(
-        1e-12, "1", "numpy", "and that nearly, beside the largest", "other numbers are off by 1e-8 of it"
-    )
     most_kinks: int = threshold(1000, "-", "numpy", "so many kinks of one function count at most", "seconds of a run")
     kink_aside: float = threshold(
         4.0,
@@ -55,7 +48,4 @@ class Looks:
         "numpy",
         "the sides of a kink are looked at so far from it",
         "the branch is certain there",
-    )
-    same_cell: float = threshold(
-        1e-9, "intervals", "numpy", "a time that is so little before an interval is in it", "round-off of times"
     )

@@ -11,7 +11,11 @@ class Passages:
     """With c for the violation of a combination of rows at the distance σ from dependence."""
 
     near_singular: float = threshold(
-        0.1, "1", "numpy", "a pose is near a singular one at this part of the largest distance", "tests/mechanisms/rank"
+        0.1,
+        "1",
+        "numpy",
+        "a pose is near a singular one at this part of the largest distance; above it, directions are apart",
+        "tests/mechanisms/rank",
     )
     close_to_singular: float = threshold(
         0.05,

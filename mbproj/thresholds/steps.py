@@ -101,16 +101,23 @@ class Steps:
     growing: float = threshold(
         0.05, "1", "numpy", "a mode grows where its rate exceeds this part of its frequency", "round-off is less"
     )
-    spoilt: float = threshold(1e3, "1", "numpy", "errors that grow by this factor over a run spoil it", "chosen")
+    spoilt: float = threshold(
+        1e3,
+        "1",
+        "numpy",
+        "errors that grow by this factor over a run spoil it; its square is not told as a number",
+        "half of the digits of a tolerance of 1e-6",
+    )
     near_limit: float = threshold(
         0.6, "1", "numpy", "stability holds the step at this part of its limit", "measured: error control ends there"
     )
-    rather: float = threshold(0.5, "1", "numpy", "at so large a part of the samples", "chosen")
-    named: float = threshold(
-        0.5, "1", "numpy", "forces with this part of the largest share of a mode are named", "chosen, words only"
-    )
+    named: float = threshold(0.5, "1", "numpy", "what has this part of the largest share is named", "words only")
     no_mode: float = threshold(
-        1e-6, "1", "numpy", "a mode so slow beside the fastest is none", "a double zero comes out as √ε"
+        1e-6,
+        "1",
+        "numpy",
+        "a mode so slow beside the fastest is none, and one that grows so slowly does not grow",
+        "a double zero comes out as √ε",
     )
     slow_mode: float = threshold(
         0.25, "1/h", "numpy", "slower bodies, if nothing else held them, are not looked at", "far from any limit"
@@ -122,27 +129,12 @@ class Steps:
     hardly_moves: float = threshold(
         0.1, "1", "numpy", "and less than this part of what the motion ranges over", "chosen"
     )
-    within_limit: float = threshold(0.9, "1", "numpy", "the step that a hint proposes, beside the limit", "chosen")
-    wild_growth: float = threshold(1e6, "1", "numpy", "larger growth is not told as a number", "words only")
-    order_condition: float = threshold(
-        1e-13,
-        "1",
-        "numpy",
-        "what a tableau of a plug-in may miss an order condition by, a stage, beside the size of its terms",
-        "coefficients of 15 digits: DOP853 misses its by 7e-17",
-    )
-    stable_slack: float = threshold(
-        0.01, "1", "numpy", "an amplification up to 1 + this counts as stable in the scan of a boundary", "round-off"
-    )
     stiff_for_step: float = threshold(
         0.1,
         "1",
         "numpy",
         "a force enters Newton's matrix of an implicit step from this h|λ| on",
         "slower ones contract",
-    )
-    contraction: float = threshold(
-        0.3, "1", "numpy", "Newton's matrix is made anew where a change shrinks less", "measured on prototypes"
     )
     newton_part: float = threshold(
         0.05, "tolerances", "both", "Newton's method leaves so much of a stage", "chosen, below the error of a step"
@@ -163,9 +155,9 @@ class Steps:
     first_contraction: float = threshold(
         0.3,
         "1",
-        "kernel",
-        "the contraction that a stage's first change of Newton's method counts with",
-        "as contraction",
+        "both",
+        "a stage's first change of Newton's method counts with this contraction; a worse one asks for a new matrix",
+        "measured on prototypes",
     )
     least_contraction: float = threshold(0.01, "1", "both", "a smaller one is chance", "Hairer & Wanner II, sect. IV.8")
     secant_change: float = threshold(

@@ -171,16 +171,16 @@ class _Adjusting:
         delta = self._zero()
         _, s, _ = self.factor(q, delta)
         rank = int(np.count_nonzero(s > THRESHOLDS.almost_dependent * s[0]))
-        if rank == len(q) // 7 * 6 or not np.any(s[rank:] > THRESHOLDS.exactly_dependent * s[0]):
+        if rank == len(q) // 7 * 6 or not np.any(s[rank:] > THRESHOLDS.rounding * s[0]):
             return None
         rng = np.random.default_rng(0)
         start = self._closed(q, delta, rank)
         poses = [start, *(self._away(start, delta, rank, rng) for _ in range(POSES - 1))]
         if max(float(np.abs(self.rows(pose, delta)).max()) for pose in poses) > THRESHOLDS.almost_dependent:
             return None  # what almost depends on each other here does not elsewhere: the pose is singular
-        for _ in range(THRESHOLDS.most_adjusting):
+        for _ in range(THRESHOLDS.most_assembling):
             delta, poses, step = self._step(poses, delta, rank)
-            if step < THRESHOLDS.exactly_dependent:
+            if step < THRESHOLDS.rounding:
                 break
         others = [self._away(start, delta, rank, rng) for _ in range(HELD_OUT)]
         open_by = max(float(np.abs(self.rows(pose, delta)).max()) for pose in (*poses, *others))
@@ -216,4 +216,4 @@ class _Adjusting:
         """A pose some way along what C_q of this rank leaves free."""
         free = self.factor(q, delta)[2][rank:]
         way = rng.normal(size=len(free)) @ free
-        return self._closed(moved(self.system, q, THRESHOLDS.sampled_turn * way / np.abs(way).max()), delta, rank)
+        return self._closed(moved(self.system, q, THRESHOLDS.long_way * way / np.abs(way).max()), delta, rank)

@@ -132,7 +132,7 @@ def _number(system: System, q: Array, found: list[Array]) -> int | None:
     """Which of those found a pose is; None where it is new."""
     apart = [_apart(system, q, each) for each in found]
     at = int(np.argmin(apart))
-    return at if apart[at] < THRESHOLDS.same_assembly else None
+    return at if apart[at] < THRESHOLDS.same_pose else None
 
 
 def _apart(system: System, q: Array, other: Array) -> float:

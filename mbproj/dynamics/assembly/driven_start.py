@@ -30,7 +30,7 @@ def refuse_contradictions(system: System, guess: Guess, drive: Drive) -> None:
             (" per s", guess.speed, drive.rate[number]),
         ):
             asked = _asked(conditions, index)
-            if asked is not None and abs(asked - found) > THRESHOLDS.same_start * (1.0 + abs(asked)):
+            if asked is not None and abs(asked - found) > THRESHOLDS.same_written * (1.0 + abs(asked)):
                 message = (
                     f"motion '{system.names.motions[number]}' begins with {name} at {found:.6g} {unit}{word}, "
                     f"and the joint's own condition asks for {asked:.6g}"

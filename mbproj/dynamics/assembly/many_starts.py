@@ -17,9 +17,9 @@ from mbproj.thresholds import THRESHOLDS
 def close_all(system: System, q: Array, held: Conditions, drive: Drive) -> tuple[Array, Flags]:
     """The poses (B, 7n) reached from poses q (B, 7n), and which of them meet joints, motions and what is `held`."""
     q = q.copy()
-    damping, going = np.full(len(q), THRESHOLDS.first_damping), np.ones(len(q), dtype=bool)
+    damping, going = np.full(len(q), THRESHOLDS.half_digits), np.ones(len(q), dtype=bool)
     left = scaled_residual(system, pose_of(q), held, drive)
-    for _ in range(THRESHOLDS.most_closing):
+    for _ in range(THRESHOLDS.most_assembling):
         open_by = np.abs(left).max(axis=1, initial=0.0)
         going &= (open_by > THRESHOLDS.closed_to) & (damping < THRESHOLDS.lost_damping)
         at = np.flatnonzero(going)
@@ -31,7 +31,7 @@ def close_all(system: System, q: Array, held: Conditions, drive: Drive) -> tuple
             trial_left = scaled_residual(system, pose_of(trial), held, drive)
         better = np.linalg.norm(trial_left, axis=1) < np.linalg.norm(left[at], axis=1)
         q[at[better]], left[at[better]] = trial[better], trial_left[better]
-        damping[at] = np.where(better, np.maximum(0.2 * damping[at], THRESHOLDS.least_damping), 4.0 * damping[at])
+        damping[at] = np.where(better, np.maximum(0.2 * damping[at], THRESHOLDS.rounding), 4.0 * damping[at])
     found: Flags = np.abs(left).max(axis=1, initial=0.0) <= THRESHOLDS.assembled
     return q, found
 

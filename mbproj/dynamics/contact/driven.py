@@ -46,7 +46,7 @@ def _passage(
 ) -> Iterator[Problem]:
     unit = system.names.stop_units[stop]
     size = system.length if unit == "m" else 1.0
-    slack = THRESHOLDS.starts_inside * size
+    slack = THRESHOLDS.same_written * size
 
     def gap(t: Array) -> Array:
         value = motions.start[number] + run(motions.programs, number, [time_series(t)])[0]

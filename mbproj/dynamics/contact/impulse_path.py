@@ -80,7 +80,7 @@ class _Path:
         for event, way in ((reached, 1.0), (stands, -1.0)):
             event.terminal, event.direction = True, way  # type: ignore[attr-defined]
         events = (reached, stands) if friction == self._sliding else (reached,)
-        to = THRESHOLDS.impulse_to
+        to = THRESHOLDS.rounding
         found = solve_ivp(slope, (0.0, np.inf), y, "DOP853", rtol=to, atol=0.01 * to, events=events)
         end, arrived = np.array(found.y[:, -1]), bool(len(found.t_events[0]))
         if not arrived:  # what is left of sliding, at once

@@ -88,8 +88,8 @@ def _refined(solve: Solver, M: Array, C_q: Array, Q: Array, gamma: Array) -> tup
     (Skeel 1980; LAPACK's xGERFS). As good as it gets where that does not help."""
     acceleration, multipliers = solve(M, C_q, Q, gamma)
     left, defect = _residual(M, C_q, Q, gamma, acceleration, multipliers)
-    for _ in range(THRESHOLDS.refinements):
-        if not left > THRESHOLDS.backward_error:
+    for _ in range(THRESHOLDS.most_refining):
+        if not left > THRESHOLDS.no_digits:
             break
         more = solve(M, C_q, *defect)
         better = acceleration + more[0], multipliers + more[1]

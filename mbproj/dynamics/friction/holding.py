@@ -183,14 +183,14 @@ class _Span:
     def takes(self, row: Array) -> bool:
         """Whether a row was outside; it is inside from now on."""
         rest = self._beyond(row)
-        if np.linalg.norm(rest) <= THRESHOLDS.in_span * np.linalg.norm(row):
+        if np.linalg.norm(rest) <= THRESHOLDS.half_digits * np.linalg.norm(row):
             return False
         self._basis.append(rest / np.linalg.norm(rest))
         return True
 
     def holds(self, row: Array) -> bool:
         """Whether a row is inside."""
-        return bool(np.linalg.norm(self._beyond(row)) <= THRESHOLDS.in_span * np.linalg.norm(row))
+        return bool(np.linalg.norm(self._beyond(row)) <= THRESHOLDS.half_digits * np.linalg.norm(row))
 
     def _beyond(self, row: Array) -> Array:
         for _ in range(2):  # once is not enough for rows that are almost inside (Björck 1994)

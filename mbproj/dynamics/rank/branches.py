@@ -56,12 +56,12 @@ def _bent(system: System, pose: Pose, stresses: Array, motion: Array) -> Array:
 def _root(forms: Array, trial: Array) -> Array | None:
     """A unit vector near `trial` at which all forms vanish, by Gauss and Newton; None where that leads to none."""
     z = trial / np.linalg.norm(trial)
-    for _ in range(THRESHOLDS.most_branch_passes):
+    for _ in range(THRESHOLDS.most_assembling):
         slope = forms @ z
         values = slope @ z
-        if np.abs(values).max(initial=0.0) < THRESHOLDS.branch_reached * THRESHOLDS.branch_root:
+        if np.abs(values).max(initial=0.0) < THRESHOLDS.rounding:
             break
         across = slope - np.outer(values, z)  # the forms are homogeneous: a shorter z would be a root of no worth
-        z = z - np.linalg.lstsq(2.0 * across, values, rcond=THRESHOLDS.branch_rank)[0]
+        z = z - np.linalg.lstsq(2.0 * across, values, rcond=THRESHOLDS.dependent)[0]
         z = z / np.linalg.norm(z)
-    return z if np.abs(forms @ z @ z).max(initial=0.0) < THRESHOLDS.branch_root else None
+    return z if np.abs(forms @ z @ z).max(initial=0.0) < THRESHOLDS.dependent else None

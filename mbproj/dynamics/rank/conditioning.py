@@ -33,7 +33,7 @@ class Conditioning:
         """How far the pose is from a singular one."""
         if self.distance is None:
             return "no loops, and so no singular poses"
-        if self.distance < THRESHOLDS.conditioning_close:
+        if self.distance < THRESHOLDS.alike_in_words:
             return "all but singular"
         return "near a singular pose" if self.distance < THRESHOLDS.conditioning_near else "far from singular poses"
 
@@ -91,4 +91,4 @@ def _largest_owner(system: System, rows: Integers, share: Array) -> str:
     for owner, part in zip(owners, share, strict=True):
         parts[owner] += float(part**2)
     largest = max(parts.values())
-    return next(owner for owner, part in parts.items() if part > largest * (1.0 - THRESHOLDS.equal_share))
+    return next(owner for owner, part in parts.items() if part > largest * (1.0 - THRESHOLDS.alike_in_words))

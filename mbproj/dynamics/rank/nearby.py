@@ -67,13 +67,13 @@ def _motions(system: System, pose: Pose) -> Array:
 def _walk(system: System, q: Array, direction: Array) -> Iterator[Pose]:
     """Poses along a direction (6n,), each some steps further, until one does not close."""
     reached = q
-    for step in (THRESHOLDS.nearby_first, THRESHOLDS.nearby_second):
+    for step in (THRESHOLDS.short_way, 5.0 * THRESHOLDS.short_way):
         motion = _allowed(scaled_rows(system, pose_of(reached), NO_CONDITIONS), direction)
         size = float(np.abs(motion).max())
         if size < THRESHOLDS.no_motion:
             return
         aim = moved(system, reached, motion * (step / size))
-        closed, residual = nearest(system.at_positions, aim, NO_CONDITIONS, NO_DRIVE, THRESHOLDS.nearby_closed)
+        closed, residual = nearest(system.at_positions, aim, NO_CONDITIONS, NO_DRIVE, THRESHOLDS.closed_to)
         if np.abs(residual).max(initial=0.0) > THRESHOLDS.assembled or _far(system, closed, reached) < 0.1 * step:
             return
         yield pose_of(closed)

@@ -48,9 +48,9 @@ def direction(vector: Array) -> str:
     """A direction as one reads it: x, y or z where it is one of these, else its components; its sign does not count."""
     unit = vector / np.linalg.norm(vector)
     for axis, name in enumerate("xyz"):
-        if abs(unit[axis]) > 1.0 - THRESHOLDS.along_axis:
+        if abs(unit[axis]) > 1.0 - THRESHOLDS.one_direction:
             return name
-    unit = unit * np.sign(unit[np.flatnonzero(np.abs(unit) > THRESHOLDS.no_component)[0]])
+    unit = unit * np.sign(unit[np.flatnonzero(np.abs(unit) > THRESHOLDS.alike_in_words)[0]])
     return "[" + ", ".join(f"{0.0 if abs(part) < THRESHOLDS.told_as_zero else part:.3g}" for part in unit) + "]"
 
 
@@ -67,7 +67,7 @@ def _held(bound: PrimitiveSet, pose: Pose) -> list[str]:
 
 
 def _words(along: Array, about: Array) -> str:
-    shifts, turns = (np.linalg.norm(vector) > THRESHOLDS.no_gradient for vector in (along, about))
+    shifts, turns = (np.linalg.norm(vector) > THRESHOLDS.dependent for vector in (along, about))
     if shifts and turns:
         return f"along and about {direction(along)}"
     return f"along {direction(along)}" if shifts else f"about {direction(about)}" if turns else ""

@@ -78,7 +78,7 @@ def _pays(plan: Plan, standing: Standing, own: float, other: str, march: March, 
         if len(reached) == 2:
             return False
         now, before = _speed(*reached[-2:]), _speed(*reached[-3:-1])
-        return now > enough or now < THRESHOLDS.becoming * before or len(reached) > THRESHOLDS.trial_parts
+        return now > enough or now < THRESHOLDS.quicker * before or len(reached) > THRESHOLDS.trial_parts
 
     looks = Looks(standing.attempts + THRESHOLDS.trial_steps, look, sampled=False)
     try:

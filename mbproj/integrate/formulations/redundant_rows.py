@@ -6,6 +6,7 @@ equation. A choice by the poses that a run has passed would give its derivative 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import Any
 
@@ -44,7 +45,11 @@ def _left_out(compiled: Compiled, state: State) -> list[int] | None:
     """The same: which these are at `state`."""
     compiled.model.rows = compiled.core.UsualRows()
     y, equations = compiled.state(state.q, state.v), compiled.equations()
-    for threshold in (THRESHOLDS.redundant_from, THRESHOLDS.redundant_between, THRESHOLDS.redundant_to):
+    for threshold in (
+        THRESHOLDS.half_digits,
+        math.sqrt(THRESHOLDS.half_digits * THRESHOLDS.rounding),
+        THRESHOLDS.rounding,
+    ):
         count = int(equations.dependent_rows(y, state.t, threshold))
         compiled.model.rows = compiled.core.UsualRows(count)
         first = compiled.equations().left_out(y, state.t) if count else []
@@ -101,9 +106,9 @@ def _walk(
         y, q, v = found
         yield y, t
         rate = float(np.abs(v / weights).max())
-        if rate < THRESHOLDS.redundant_open:
+        if rate < THRESHOLDS.dependent:
             return  # nothing can move
-        seconds = THRESHOLDS.walked / rate
+        seconds = THRESHOLDS.long_way / rate
 
 
 def _corrected(
@@ -136,13 +141,13 @@ def _stays_closed(
         return False
     _, q, v = moving
     rate = float(np.abs(v / weights).max())
-    if rate < THRESHOLDS.redundant_open:
+    if rate < THRESHOLDS.dependent:
         return True  # nothing can move
-    seconds = THRESHOLDS.redundant_moved / rate
+    seconds = THRESHOLDS.short_way / rate
     moved = _corrected(compiled, equations, state.t + seconds, q + seconds * v, v, left_out)
     if moved is None:
         return False
     open_by = np.abs(equations.constraint(moved[0], state.t + seconds))
     if system.rolls:  # rows at velocity level have no C to open
         open_by = np.maximum(open_by, np.abs(equations.constraint_velocity(moved[0], state.t + seconds)) / rate)
-    return bool(np.all(open_by <= THRESHOLDS.redundant_open * compiled.row_scale))
+    return bool(np.all(open_by <= THRESHOLDS.dependent * compiled.row_scale))

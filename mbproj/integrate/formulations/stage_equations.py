@@ -274,7 +274,7 @@ class Newton:
     @property
     def is_slow(self) -> bool:
         """Whether its matrix has to be made: at first, and where changes shrink too slowly."""
-        return not self._sizes or (len(self._sizes) > 1 and self.ratio > THRESHOLDS.contraction)
+        return not self._sizes or (len(self._sizes) > 1 and self.ratio > THRESHOLDS.first_contraction)
 
     @property
     def has_failed(self) -> bool:

@@ -28,7 +28,7 @@ def naming_lock_up(system: System, reached: Callable[[], tuple[float, Array]]) -
     try:
         yield
     except SimulationError as error:
-        tells = system.driven > 0 and system.bodies <= THRESHOLDS.locked_bodies
+        tells = system.driven > 0 and system.bodies <= THRESHOLDS.dense_bodies
         found = _lock_up(system, *reached(), error.time) if tells else None
         if found is None:
             raise
@@ -43,9 +43,9 @@ def _lock_up(system: System, t: float, q: Array, stop: float) -> SimulationError
         at, drive = drive_at(system, t), drive_at(system, stop)
         for time in _way(system, t, stop, drive):
             before, at = at, drive_at(system, time)
-            if np.abs((at.value - before.value) / _units(system)).max() > THRESHOLDS.locked_far:
+            if np.abs((at.value - before.value) / _units(system)).max() > 4.0 * THRESHOLDS.short_way:
                 return None
-            q, residual = nearest(system, q, NO_CONDITIONS, at, THRESHOLDS.locked_closed)
+            q, residual = nearest(system, q, NO_CONDITIONS, at, THRESHOLDS.rounding)
             if np.abs(residual).max(initial=0.0) > THRESHOLDS.locked_open:
                 return _locked(system, stop, drive, residual[system.joints.size :])
             drive = at if time > stop else drive
@@ -57,7 +57,7 @@ def _lock_up(system: System, t: float, q: Array, stop: float) -> SimulationError
 def _way(system: System, t: float, stop: float, drive: Drive) -> list[float]:
     """Times from t to `stop` and on; none where it is too far, or the motions stand."""
     fastest = float(np.abs(drive.rate / _units(system)).max())
-    steps = np.ceil(fastest * (stop - t) / THRESHOLDS.locked_step)
+    steps = np.ceil(fastest * (stop - t) / THRESHOLDS.short_way)
     if not fastest > 0.0 or not steps <= THRESHOLDS.locked_steps:
         return []
     return [*np.linspace(t, stop, int(steps) + 1).tolist(), *(stop + part / fastest for part in FURTHER)]

@@ -29,7 +29,7 @@ def naming_lost_mass(system: System, start: Array, reached: Callable[[], tuple[f
     except SimulationError as error:
         is_named = isinstance(error.__cause__, SimulationError)
         massless = not np.all(np.linalg.det(system.inertia) * system.mass)
-        tells = massless and not is_named and system.bodies <= THRESHOLDS.locked_bodies
+        tells = massless and not is_named and system.bodies <= THRESHOLDS.dense_bodies
         found = _lost(system, start, *reached()) if tells else None
         if found is None:
             raise
@@ -51,7 +51,7 @@ def _followed(system: System, drive: Drive, q: Array, way: float, enough: float)
     """The same one way, in steps of half of what is left: the root of the inertia falls evenly to a dead centre."""
     from mbproj.dynamics.rank.nearby import NO_CONDITIONS
 
-    shortest, longest = THRESHOLDS.locked_step / 5.0, 10.0 * THRESHOLDS.locked_step
+    shortest, longest = THRESHOLDS.short_way / 5.0, 10.0 * THRESHOLDS.short_way
     before, last, step = None, 0.0, shortest
     for _ in range(THRESHOLDS.lost_mass_steps):
         found = least_inertia(system, pose_of(q))
@@ -62,7 +62,7 @@ def _followed(system: System, drive: Drive, q: Array, way: float, enough: float)
             step = min(max(0.5 * step * size / (last - size), shortest), longest)
         motion = found.motion if before is None or found.motion @ before > 0.0 else -found.motion
         before, last = motion, size
-        q, left = nearest(system, moved(system, q, way * step * motion), NO_CONDITIONS, drive, THRESHOLDS.locked_closed)
+        q, left = nearest(system, moved(system, q, way * step * motion), NO_CONDITIONS, drive, THRESHOLDS.rounding)
         if np.abs(left).max(initial=0.0) > THRESHOLDS.locked_open:
             return None
     return None

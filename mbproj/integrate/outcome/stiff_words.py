@@ -54,15 +54,15 @@ class Stiffness:
         """What a step does to an error."""
         size = (
             f"{self.growth:.3g}-fold"
-            if self.growth < THRESHOLDS.wild_growth
-            else f"more than {THRESHOLDS.wild_growth:.0e}-fold"
+            if self.growth < THRESHOLDS.spoilt**2
+            else f"more than {THRESHOLDS.spoilt**2:.0e}-fold"
         )
         return f"errors grow {size} in each step"
 
     @property
     def stable_step(self) -> str:
         """The step that would do, of two digits."""
-        step = THRESHOLDS.within_limit * self.limit / self.omega_h * self.step
+        step = THRESHOLDS.safety * self.limit / self.omega_h * self.step
         unit = 10.0 ** (floor(log10(step)) - 1)
         return f"take steps of {unit * floor(step / unit):.2g} s or less"
 

@@ -53,7 +53,7 @@ def defect(a: Array, weights: Array, vertices: int, *, theta: float = 1.0, exact
         terms = weights * _elementary(tree, a, found)
         wanted = theta**vertices / density(tree) if exact else 0.0
         missed = abs(float(terms.sum()) - wanted)
-        if missed > THRESHOLDS.order_condition * (1.0 + float(np.abs(terms).sum())) * len(a):
+        if missed > THRESHOLDS.no_digits * (1.0 + float(np.abs(terms).sum())) * len(a):
             worst = max(worst, missed)
     return worst
 

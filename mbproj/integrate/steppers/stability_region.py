@@ -37,7 +37,7 @@ def amplification(tableau: Tableau | ImplicitTableau, z: complex) -> float:
 
 
 @cache
-def reach(tableau: Tableau | ImplicitTableau, direction: complex, slack: float = THRESHOLDS.stable_slack) -> float:
+def reach(tableau: Tableau | ImplicitTableau, direction: complex, slack: float = THRESHOLDS.stalled) -> float:
     """The largest r up to which |R(r direction)| <= 1 + slack, of a direction of size 1 that does not grow; without
     bound for implicit methods, which are A-stable."""
     if isinstance(tableau, ImplicitTableau):

@@ -121,7 +121,7 @@ class StiffnessWatch:
         of the samples."""
         inner = self._kept[1:-1] or self._kept
         found = [self._against(kept, *mode) for kept in inner if (mode := self._slowest_vibration(kept)) is not None]
-        return found[-1] if self._active and found and len(found) >= THRESHOLDS.rather * len(inner) else None
+        return found[-1] if self._active and found and len(found) >= THRESHOLDS.named * len(inner) else None
 
     def _slowest_vibration(self, kept: _Kept) -> tuple[str, complex] | None:
         """The slowest of those that a step of a sample does not resolve."""
@@ -162,7 +162,7 @@ class StiffnessWatch:
             for kept, found in zip(self._kept[1:-1], inner, strict=True)
             if found is not None and found.omega_h >= THRESHOLDS.near_limit * found.limit
         ]
-        if not near or len(near) < THRESHOLDS.rather * len(inner):
+        if not near or len(near) < THRESHOLDS.named * len(inner):
             return None
         tried = [near[at] for at in _spread(len(near), LOOKS)]
         return tried[-1][1] if all(self._is_smooth(kept) for kept, _ in tried) else None

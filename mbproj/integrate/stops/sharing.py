@@ -102,11 +102,11 @@ def _balanced_with_themselves(rows: Array, sure: Flags) -> Array:
     moves = size > THRESHOLDS.no_push * size.max(initial=0.0)
     unit = np.where(moves[:, None], rows / np.where(moves, size, 1.0)[:, None], 0.0)
     _, values, basis = np.linalg.svd(unit[sure], full_matrices=False)
-    basis = basis[values > THRESHOLDS.in_span]
-    outside = np.linalg.norm(unit - (unit @ basis.T) @ basis, axis=1) > THRESHOLDS.in_span
+    basis = basis[values > THRESHOLDS.half_digits]
+    outside = np.linalg.norm(unit - (unit @ basis.T) @ basis, axis=1) > THRESHOLDS.half_digits
     counts = np.flatnonzero(moves & ~outside)
     left, values, _ = np.linalg.svd(unit[counts])
-    rank = int(np.count_nonzero(values > THRESHOLDS.in_span))
+    rank = int(np.count_nonzero(values > THRESHOLDS.half_digits))
     found = np.zeros((len(counts) - rank, len(rows)))
     found[:, counts] = left[:, rank:].T
     return found

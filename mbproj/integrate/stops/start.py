@@ -35,7 +35,7 @@ def gaps_at_start(system: System, state: State) -> dict[str, AtStart]:
         return {}
     pose = pose_of(state.q)
     gap, rate = gaps(system.stops, pose, state.turns), gap_rates(system.stops, pose, twist_of(pose, state.v))
-    touches = gap <= THRESHOLDS.starts_inside * stop_sizes(system)
+    touches = gap <= THRESHOLDS.same_written * stop_sizes(system)
     return {
         name: {
             "gap": float(gap[k]),
@@ -53,7 +53,7 @@ def refuse_penetration(system: System, state: State, start: str = "scene") -> No
     if system.stops is None:
         return
     pose = pose_of(state.q)
-    gap, slack = gaps(system.stops, pose, state.turns), THRESHOLDS.starts_inside * stop_sizes(system)
+    gap, slack = gaps(system.stops, pose, state.turns), THRESHOLDS.same_written * stop_sizes(system)
     beyond = np.flatnonzero((gap < -slack) & (system.stops.is_rigid | (start != EQUILIBRIUM)))
     if len(beyond):
         raise InputError(_beyond(system, state, gap, beyond))

@@ -106,7 +106,7 @@ class Problem:
         if not self.system.rolls:
             return moved(q, ξ)
         size = float(np.abs(ξ / self.lengths).max(initial=0.0))
-        parts = max(1, int(np.ceil(size / THRESHOLDS.rolled)))
+        parts = max(1, int(np.ceil(size / THRESHOLDS.short_way)))
         for _ in range(parts):
             k = [self._rate(q, ξ / parts)]
             for part in (0.5, 0.5, 1.0):

@@ -158,7 +158,7 @@ def _solved(problem: Problem, q: Array, expected: Array, *, dense: bool = False)
 
         return solve_with_states(problem, q, expected)
     turns = bool(problem.held.index.size or np.any(problem.turning.rate))
-    if dense or turns or problem.system.rolls or problem.system.bodies <= THRESHOLDS.dense_equilibria:
+    if dense or turns or problem.system.rolls or problem.system.bodies <= THRESHOLDS.few_bodies:
         return solve(problem, q, expected)
     from mbproj.linear.equilibrium.large import solve_large
 
@@ -229,7 +229,7 @@ def _refuse(system: System, t: float, *, steadily: bool) -> None:
             "give a time at which it stands still with --at, or a steady turn with --steady",
         )
         for name, place, rate in zip(system.names.motions, system.motions.places, drive_at(system, t).rate, strict=True)
-        if abs(rate) > THRESHOLDS.same_start
+        if abs(rate) > THRESHOLDS.same_written
     ]
     if problems:
         raise InputError(problems)
@@ -241,7 +241,7 @@ def _led_to(system: System, start: State, t: float) -> tuple[Array, Array]:
     expected = coordinate_values(system, pose_of(q)) + 2.0 * np.pi * start.turns
     first, last = drive_at(system, start.t), drive_at(system, t)
     far = np.abs(last.value - first.value) / system.row_scale[system.bodies + system.joints.size :]
-    count = int(np.ceil(far.max(initial=0.0) / THRESHOLDS.first_radius))
+    count = int(np.ceil(far.max(initial=0.0) / THRESHOLDS.long_way))
     for step in range(1, count + 1):
         value = first.value + (last.value - first.value) * step / count
         drive = Drive(value, np.zeros_like(value), np.zeros_like(value))
@@ -294,7 +294,7 @@ def _stability(reference: Reference) -> tuple[bool | None, str, tuple[str, ...]]
     ]
     growth = found.eigenvalues.real
     fastest = float(np.abs(found.eigenvalues).max(initial=0.0))
-    grows = growth > THRESHOLDS.grown_modes * fastest
+    grows = growth > THRESHOLDS.no_mode * fastest
     worst = int(np.argmax(growth)) if grows.any() else -1
     neutral = tuple(word for word, value in zip(words, found.eigenvalues, strict=True) if value == 0.0)
     return not grows.any(), words[worst] if worst >= 0 else "", neutral

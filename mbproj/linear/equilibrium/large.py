@@ -119,7 +119,7 @@ class LargeBalance:
 def solve_large(problem: Problem, q: Array, expected: Array) -> Solved:
     """The equilibrium downhill from a closed pose. Raises NoEquilibrium where there is none, in words."""
     here = start = LargeBalance.at(problem, q, expected)
-    radius, σ, steps, fall = THRESHOLDS.first_radius, 0.0, 0, Fall()
+    radius, σ, steps, fall = THRESHOLDS.long_way, 0.0, 0, Fall()
     while steps < THRESHOLDS.most_balancing and not is_balanced(here):
         steps += 1
         K = here.stiffness()

@@ -51,13 +51,13 @@ class Fall:
     def after(self, there: AnyBalance, size: float) -> Fall:
         """With one more step."""
         left = there.relative * there.largest
-        if abs(left - self.left) <= THRESHOLDS.same_force * self.left:
+        if abs(left - self.left) <= THRESHOLDS.stalled * self.left:
             return Fall(self.left, self.length + size)
         return Fall(left)
 
     @property
     def is_endless(self) -> bool:
-        return self.length >= THRESHOLDS.free_fall
+        return self.length >= THRESHOLDS.far_away
 
 
 class Steps(Left, Protocol):
@@ -85,17 +85,17 @@ AnySteps = TypeVar("AnySteps", bound=Steps)
 def solve(problem: Problem, q: Array, expected: Array) -> Solved:
     """The equilibrium downhill from a closed pose. Raises NoEquilibrium where there is none, in words."""
     here = start = problem.at(q, expected)
-    radius, steps, fall = THRESHOLDS.first_radius, 0, Fall()
+    radius, steps, fall = THRESHOLDS.long_way, 0, Fall()
     while steps < THRESHOLDS.most_balancing and not is_balanced(here):
         steps += 1
         K, sizes = here.stiffness
         step, gain = downhill_of(here, K, sizes, radius)
         there = here.after(step)
         if there is None or not goes_down(here, there, gain):
-            if is_nearly_balanced(here) and radius < THRESHOLDS.force_grain:
+            if is_nearly_balanced(here) and radius < THRESHOLDS.nothing:
                 break
             radius = 0.25 * min(radius, float(np.linalg.norm(step)))
-            if radius < THRESHOLDS.force_grain:
+            if radius < THRESHOLDS.nothing:
                 break
             continue
         fall = fall.after(there, float(np.linalg.norm(step)))
@@ -121,7 +121,7 @@ def downhill_of(here: Balance, K: Array, sizes: Array, radius: float) -> tuple[A
 
 def is_balanced(balance: Left) -> bool:
     """Down to round-off."""
-    return balance.is_held or balance.relative <= THRESHOLDS.force_grain
+    return balance.is_held or balance.relative <= THRESHOLDS.nothing
 
 
 def is_nearly_balanced(balance: Left) -> bool:
@@ -133,7 +133,7 @@ def goes_down(here: AnyBalance, there: AnyBalance, gain: float) -> bool:
     whether less is left than before."""
     moved = way(here.motion, there.motion)
     work = 0.5 * float((here.force + there.force) @ moved)
-    lost = THRESHOLDS.force_grain * float(np.abs(here.force) @ (np.abs(moved) + here.lengths))
+    lost = THRESHOLDS.nothing * float(np.abs(here.force) @ (np.abs(moved) + here.lengths))
     if gain <= 10.0 * lost:
         return there.relative < here.relative
     return work >= THRESHOLDS.good_step * gain
@@ -151,7 +151,7 @@ def by_residual(here: AnySteps) -> tuple[AnySteps, int]:
     from mbproj.linear.equilibrium.trust_region import towards_balance
 
     damping, steps, begun, left = 0.0, 0, 0, _size(here)
-    while steps < THRESHOLDS.most_balancing and not is_balanced(here) and damping < THRESHOLDS.most_damping:
+    while steps < THRESHOLDS.most_balancing and not is_balanced(here) and damping < THRESHOLDS.lost_damping:
         if steps >= begun + THRESHOLDS.stalled_steps:
             break
         steps += 1
@@ -159,14 +159,14 @@ def by_residual(here: AnySteps) -> tuple[AnySteps, int]:
         largest: float = np.maximum(sizes.max(initial=0.0), np.finfo(float).tiny)
         step = towards_balance(here.residual, K, damping * largest)
         length = float(np.linalg.norm(step[: here.space.freedom]))
-        size, part = _size(here), min(1.0, THRESHOLDS.largest_radius / max(length, THRESHOLDS.force_grain))
+        size, part = _size(here), min(1.0, THRESHOLDS.largest_radius / max(length, THRESHOLDS.nothing))
         there = here.after(step * part)
         if there is not None and _size(there) < size:
             here = there
         if _size(here) <= (1.0 - THRESHOLDS.stalled) * size:
-            damping = 0.1 * damping if damping > THRESHOLDS.no_damping else 0.0
+            damping = 0.1 * damping if damping > THRESHOLDS.rounding else 0.0
         else:
-            damping = max(10.0 * damping, THRESHOLDS.first_damping)
+            damping = max(10.0 * damping, THRESHOLDS.half_digits)
         if _size(here) <= (1.0 - THRESHOLDS.stalled) * left:
             begun, left = steps, _size(here)
     return here, steps

@@ -98,7 +98,7 @@ class BalanceWithStates:
         open, or a function has no value."""
         f, problem = self.space.freedom, self.at.problem
         U, σ, V = np.linalg.svd(self.stiffness[0])
-        none = σ <= THRESHOLDS.linear_round_off * σ.max(initial=0.0)
+        none = σ <= THRESHOLDS.rounding * σ.max(initial=0.0)
         conserved, free = U[:, none].T, V[none].T
         step = step - free @ np.linalg.lstsq(conserved @ free, conserved @ step, rcond=None)[0]
         there = self.at.after(step[:f], problem.x + problem.system.states.scale * step[f:])
@@ -143,7 +143,7 @@ def _at_once(at: Balance) -> Solved | None:
     if K is None:
         return None
     κ = np.linalg.eigvalsh(0.5 * (K + K.T))
-    return Solved(found.at, steps) if np.all(κ >= -THRESHOLDS.linear_round_off * np.abs(κ).max(initial=0.0)) else None
+    return Solved(found.at, steps) if np.all(κ >= -THRESHOLDS.rounding * np.abs(κ).max(initial=0.0)) else None
 
 
 def _followed(found: BalanceWithStates) -> Array | None:
@@ -152,7 +152,7 @@ def _followed(found: BalanceWithStates) -> Array | None:
     rests = f + np.flatnonzero(found.at.problem.system.states.rests)
     own = K[np.ix_(rests, rests)]
     σ = np.linalg.svd(own, compute_uv=False)
-    if np.any(σ <= THRESHOLDS.linear_round_off * σ.max(initial=0.0)):
+    if np.any(σ <= THRESHOLDS.rounding * σ.max(initial=0.0)):
         return None
     return np.asarray(K[:f, :f] - K[:f, rests] @ np.linalg.solve(own, K[rests, :f]))
 
@@ -170,7 +170,7 @@ def at_rest(problem: Problem, q: Array, expected: Array) -> Array:
         size, J = float(np.linalg.norm(rates)), state_slopes(there()) * scale / scale[:, None]
         J = J * problem.system.states.rests[:, None]
         fastest, growth = float(np.linalg.norm(J)), float(np.linalg.eigvals(J).real.max())
-        if np.all(np.abs(rates) <= THRESHOLDS.force_grain * (np.abs(J) @ (1.0 + np.abs(x / scale)))):
+        if np.all(np.abs(rates) <= THRESHOLDS.nothing * (np.abs(J) @ (1.0 + np.abs(x / scale)))):
             return x
         damping = min(damping, fastest)
         try:
@@ -193,7 +193,7 @@ def drifts(found: BalanceWithStates) -> NoEquilibrium:
     """A state that nothing brings to rest, in words."""
     system, f = found.at.problem.system, found.space.freedom
     U, σ, _ = np.linalg.svd(found.stiffness[0][f:, f:])
-    held = U[:, σ <= THRESHOLDS.linear_round_off * σ.max(initial=0.0)]  # the sums of states that no state changes
+    held = U[:, σ <= THRESHOLDS.rounding * σ.max(initial=0.0)]  # the sums of states that no state changes
     rates = found.rates / found.speed
     k = int(np.argmax(np.abs(held @ (held.T @ rates)) if held.size else found.drift))
     rate = float(found.rates[k] * system.states.scale[k])

@@ -62,7 +62,7 @@ def _refuse_what_does_not_turn(system: System, start: State, turning: Turning) -
     rates[system.joints.size :] -= drive_at(system, start.t).rate
     off = np.abs(rates) / system.row_scale[system.bodies :]
     speed = float(np.linalg.norm(turning.rate))
-    if off.max(initial=0.0) > THRESHOLDS.same_start * speed:
+    if off.max(initial=0.0) > THRESHOLDS.same_written * speed:
         whose = system.row_owner(int(np.argmax(off)) + system.bodies)
         said = f"{whose} keeps the mechanism from turning as one at this speed"
         raise InputError(Problem(said, hint="turn about the axis on which it stands, at the speed of its motions"))
@@ -85,7 +85,7 @@ def refuse_unsteady(found: Equilibrium, turning: Turning, held: Conditions) -> N
     turned[:, :3] = turned[:, :3] @ A.T
     off = np.abs((after.force - turned.ravel()) * before.space.lengths).max(initial=0.0)
     off = float(off / max(before.largest, float(np.finfo(float).tiny)))
-    if off > THRESHOLDS.turned_balance:
+    if off > THRESHOLDS.no_mode:
         said = f"forces do not turn with the mechanism: after a turn by 1 rad they are off by {off:.2g} of the largest"
         hint = "let gravity lie along the axis, and put springs and forces on bodies that turn"
         raise InputError(Problem(said, hint=hint))

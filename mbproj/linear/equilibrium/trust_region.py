@@ -14,7 +14,7 @@ def downhill(residual: Array, K: Array, sizes: Array, radius: float, floor: floa
     κ, V = np.linalg.eigh(0.5 * (K + K.T))
     r = V.T @ residual
     size = np.einsum("ik,ij,jk->k", np.abs(V), sizes, np.abs(V), optimize=True)
-    neutral = (np.abs(κ) <= THRESHOLDS.linear_round_off * size) & (np.abs(r) <= floor)
+    neutral = (np.abs(κ) <= THRESHOLDS.rounding * size) & (np.abs(r) <= floor)
     κ, r, V = κ[~neutral], r[~neutral], V[:, ~neutral]
     if not len(κ):
         return np.zeros_like(residual), 0.0

@@ -47,6 +47,6 @@ def lying_flat(system: System, motion: Motion) -> str | None:
         if kind_of(group.primitive) == "wheel_height":
             own = x[group.slots]
             upright = np.linalg.norm(cross(own[:, 1], own[:, 3]), axis=1)
-            if upright.min() < THRESHOLDS.lies_flat:
+            if upright.min() < THRESHOLDS.no_normal:
                 return system.names.joints[system.joints.owner[group.rows[int(np.argmin(upright)), 0]]]
     return None

@@ -37,7 +37,7 @@ def write_pose(scene: Scene, found: Equilibrium) -> Path:
         state = _start(text, scene)
     except (ValueError, InputError) as error:
         raise InputError(Problem("the pose cannot be written in place", place, HINT)) from error
-    if max(moved_by(state.q, found.state.q)) > THRESHOLDS.written_pose or np.abs(state.v).max(initial=0.0) > 0.0:
+    if max(moved_by(state.q, found.state.q)) > THRESHOLDS.same_written or np.abs(state.v).max(initial=0.0) > 0.0:
         said = "the joints' coordinates do not say where all bodies are, or bodies have velocities"
         raise InputError(Problem(f"the pose cannot be written: {said}", place, HINT))
     if read_text(scene.path) != scene.text:

@@ -97,7 +97,7 @@ def _common(period: Array) -> float:
     off = max(abs(float(ratio) * shortest / each - 1.0) for ratio, each in zip(ratios, period.tolist(), strict=True))
     unit = lcm(*(ratio.denominator for ratio in ratios))
     times = lcm(*(int(ratio * unit) for ratio in ratios))
-    if off > THRESHOLDS.same_instant or sum(times / float(ratio * unit) for ratio in ratios) > THRESHOLDS.most_of_round:
+    if off > THRESHOLDS.same_written or sum(times / float(ratio * unit) for ratio in ratios) > THRESHOLDS.most_of_round:
         said = f"the periods {', '.join(f'{each:.6g} s' for each in np.unique(period))} have no short common multiple"
         raise InputError(Problem(said, hint="give periods that are multiples of each other"))
     return shortest * times / unit
@@ -105,7 +105,7 @@ def _common(period: Array) -> float:
 
 def _instants(actions: Actions, time: float) -> list[tuple[float, list[int]]]:
     """The instants of a round that begins with the last controller's first, each with its actions in their order."""
-    begin, near = float(actions.first.max()), THRESHOLDS.same_instant * float(actions.period.min())
+    begin, near = float(actions.first.max()), THRESHOLDS.same_written * float(actions.period.min())
     found: list[tuple[float, list[int]]] = []
     for at, own in sorted(actions.instants(begin, begin + time - 2.0 * near, near).items()):
         if found and at - begin - found[-1][0] <= near:

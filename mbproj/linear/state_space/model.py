@@ -90,7 +90,7 @@ def linear_model(reference: Reference, inputs: Sequence[str], outputs: Sequence[
 def assembled(reference: Reference, u: Inputs, y: Outputs) -> LinearModel:
     """The same, of inputs and outputs that are known; kinks are for the caller."""
     here = projected(reference)
-    if np.abs(here.N_dot).max(initial=0.0) > THRESHOLDS.linear_round_off * np.abs(here.space.N).max(initial=1.0):
+    if np.abs(here.N_dot).max(initial=0.0) > THRESHOLDS.rounding * np.abs(here.space.N).max(initial=1.0):
         said = "the mechanism moves here, so that its linear model changes with time"
         raise InputError(Problem(said, hint="linearise where it rests: --at equilibrium"))
     return _assembled(reference, here, u, y) if here.slip is None else _rolling(reference, here, u, y)
@@ -182,7 +182,7 @@ def _rates_of_states(
     follow the rate of an input."""
     states = here.equations.states
     P, Q = states.by_displacement.matrix(), states.by_rate.matrix()
-    if np.any(np.abs(Q @ at_once) > THRESHOLDS.linear_round_off * (np.abs(Q) @ np.abs(at_once))):
+    if np.any(np.abs(Q @ at_once) > THRESHOLDS.rounding * (np.abs(Q) @ np.abs(at_once))):
         said = "a state of an element follows the rate of an input, as nothing between them has mass"
         raise InputError(Problem(said, hint="give what moves some mass, or take other inputs"))
     left = np.eye(len(s)) - Q @ by_states
@@ -216,7 +216,7 @@ def _refuse_rates_of_inputs(y: Outputs, to_body: Array | csr_matrix, at_once: Ar
     problems = [
         Problem(f"output '{name}' has the rate of an input, as nothing between them has mass")
         for name, part, size in zip(y.names, rate, largest, strict=True)
-        if np.any(part > THRESHOLDS.linear_round_off * size)
+        if np.any(part > THRESHOLDS.rounding * size)
     ]
     if problems:
         raise InputError(problems)

@@ -84,7 +84,7 @@ def common_measure(sizes: Sequence[float]) -> float | None:
 
     largest = max(sizes)
     parts = [Fraction(size / largest).limit_denominator(THRESHOLDS.most_teeth) for size in sizes]
-    if any(abs(float(part) - size / largest) > THRESHOLDS.whole_teeth for part, size in zip(parts, sizes, strict=True)):
+    if any(abs(float(part) - size / largest) > THRESHOLDS.rounding for part, size in zip(parts, sizes, strict=True)):
         return None
     whole = math.lcm(*(part.denominator for part in parts))
     return largest * math.gcd(*(int(part * whole) for part in parts)) / whole

@@ -89,7 +89,7 @@ def _normal_part(vector: Array, axis: Array) -> Array:
     """Unit vectors of the parts of vectors (..., 3) normal to axes; any normal where there is no such part."""
     part = vector - np.sum(vector * axis, axis=-1, keepdims=True) * axis
     length = _length(part)
-    found = length > THRESHOLDS.no_normal_part
+    found = length > THRESHOLDS.one_direction
     return np.where(found, part / np.where(found, length, 1.0), _any_normal(axis))
 
 
@@ -104,5 +104,5 @@ def _turned(vector: Array, start: Array, end: Array) -> Array:
     """Vectors (..., 3), normal to unit vectors `start`, by the shortest rotations that take `start` to `end`."""
     axis, cosine = cross(start, end), np.sum(start * end, axis=-1, keepdims=True)
     once = cross(axis, vector)
-    back = cosine < -1.0 + THRESHOLDS.half_turn
+    back = cosine < -1.0 + THRESHOLDS.rounding
     return np.where(back, vector, vector + once + cross(axis, once) / np.where(back, 1.0, 1.0 + cosine))

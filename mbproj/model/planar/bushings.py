@@ -33,7 +33,7 @@ class PlanarBushings:
 def tilted_bushings(plane: Plane, bushings: Bushings) -> Integers:
     """Those whose frames are not turned against each other about the normal alone."""
     turned = _relative(plane, bushings)
-    return np.flatnonzero(np.abs(turned[:, 2, :2]).max(axis=-1, initial=0.0) > THRESHOLDS.in_plane)
+    return np.flatnonzero(np.abs(turned[:, 2, :2]).max(axis=-1, initial=0.0) > THRESHOLDS.rounding)
 
 
 def bushings_in_plane(plane: Plane, bushings: Bushings) -> PlanarBushings:

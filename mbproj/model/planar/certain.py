@@ -62,7 +62,7 @@ def certain_plane(joints: PrimitiveSet, position: Array, rotation: Array, length
     if np.abs(seen.arm).max(initial=0.0) > THRESHOLDS.far_arm * length:
         return None
     first, second = _pairs(joints.layout)
-    parallel = _sine(joints.local[first], joints.local[second]) < THRESHOLDS.far_apart
+    parallel = _sine(joints.local[first], joints.local[second]) < THRESHOLDS.near_singular
     found = _verdict(joints.layout, bodies, side.tobytes(), along.tobytes(), parallel.tobytes())
     return CertainPlane(axes, seen, side, found.is_held) if found.is_first else None
 
@@ -75,9 +75,9 @@ def _axis(joints: PrimitiveSet, rotation: Array) -> int | None:
     for vector in vectors.tolist():
         largest = max(range(3), key=lambda k: abs(vector[k]))
         size, off = abs(vector[largest]), math.hypot(vector[largest - 1], vector[largest - 2])
-        if 0.5 * THRESHOLDS.in_plane * size < off <= 2.0 * THRESHOLDS.one_direction * size:
+        if 0.5 * THRESHOLDS.rounding * size < off <= 2.0 * THRESHOLDS.one_direction * size:
             return None  # nearly along it: another candidate
-        found[largest] += off <= 0.5 * THRESHOLDS.in_plane * size > 0.0
+        found[largest] += off <= 0.5 * THRESHOLDS.rounding * size > 0.0
     return int(np.argmax(found)) if found.any() else None
 
 

@@ -37,7 +37,7 @@ def plane_axes(normal: Array) -> Array:
     """Right-handed axes (3, 3) with columns e1, e2, n. Along a global axis n is that axis and e1, e2 are the other two
     in cyclic order, so that coordinates are the same numbers; else the largest component of n is positive."""
     largest = int(np.argmax(np.abs(normal)))
-    if math.hypot(normal[largest - 1], normal[largest - 2]) <= THRESHOLDS.in_plane:
+    if math.hypot(normal[largest - 1], normal[largest - 2]) <= THRESHOLDS.rounding:
         return np.roll(np.eye(3), 2 - largest, axis=1)
     n = normal * np.sign(normal[largest])
     farthest = np.eye(3)[np.argmin(np.abs(n))]

@@ -127,7 +127,7 @@ def _moving(rows: Rows, piece: list[int]) -> int | None:
     if not len(motions):
         return None
     moved = np.linalg.norm(motions, axis=(0, 2))
-    return piece[int(np.argmax(moved > (1.0 - THRESHOLDS.equal_share) * moved.max()))]
+    return piece[int(np.argmax(moved > (1.0 - THRESHOLDS.alike_in_words) * moved.max()))]
 
 
 def _free_motions(row: Integers, body: Integers, values: Array, shape: tuple[int, int]) -> Array:
@@ -146,7 +146,7 @@ def _some_free_motions(row: Integers, body: Integers, values: Array, shape: tupl
 
     column = (3 * body[:, None] + np.arange(3)).ravel()
     R = sparse.csr_array((values.ravel(), (np.repeat(row, 3), column)), shape=(shape[0], 3 * shape[1]))
-    shift = THRESHOLDS.free_shift
+    shift = THRESHOLDS.no_digits
     shifted = (R.T @ R + shift * sparse.eye_array(3 * shape[1])).tocsc()
     factor = splu(shifted, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     motions = np.random.default_rng(SEED).normal(size=(3 * shape[1], MOTIONS))

@@ -93,8 +93,8 @@ def see(bound: PrimitiveSet, position: Array, rotation: Array, axes: Array, leng
 def seen_from(bound: PrimitiveSet, arm: Array, centre: Array, length: float) -> Seen:
     """The same from the arms (..., S, 3) and the centres of mass (..., n+1, 3), both in plane axes."""
     vector = bound.is_point == 0.0
-    level = vector & (np.abs(arm[..., 2]) <= THRESHOLDS.in_plane)
-    upright = vector & (np.linalg.norm(arm[..., :2], axis=-1) <= THRESHOLDS.in_plane)
+    level = vector & (np.abs(arm[..., 2]) <= THRESHOLDS.rounding)
+    upright = vector & (np.linalg.norm(arm[..., :2], axis=-1) <= THRESHOLDS.rounding)
     arm[level, 2], arm[upright, :2] = 0.0, 0.0
     x = arm + bound.is_point[:, None] * centre[..., bound.body, :]
     return Seen(arm, x, max(length, float(np.abs(centre).max())))
@@ -116,12 +116,12 @@ def sides(bound: PrimitiveSet, seen: Seen) -> Integers:
             side[..., row] = _chosen(level[..., 0], upright[..., 0])
         elif kind == "distance":
             apart = depth[..., group.slots[:, 1]] - depth[..., group.slots[:, 0]]
-            side[..., row] = np.where(np.abs(apart) <= THRESHOLDS.in_plane * seen.extent, INSIDE, STRANGE)
+            side[..., row] = np.where(np.abs(apart) <= THRESHOLDS.rounding * seen.extent, INSIDE, STRANGE)
         elif isinstance(group.primitive, Coupling):
             parts = [_is_coordinate_inside(level[..., slots], each) for each, _, slots in group.primitive.parts()]
             side[..., row] = np.where(np.all(parts, axis=0), INSIDE, STRANGE)
         elif kind == "rope":
-            deep = np.ptp(depth[..., group.slots[:, 2:]], axis=-1) > THRESHOLDS.in_plane * seen.extent
+            deep = np.ptp(depth[..., group.slots[:, 2:]], axis=-1) > THRESHOLDS.rounding * seen.extent
             side[..., row] = np.where(level[..., :2].all(axis=-1) & ~deep, INSIDE, STRANGE)
         elif kind == "wheel_height":
             side[..., row] = np.where(level[..., 1] & upright[..., 3], INSIDE, STRANGE)

@@ -114,15 +114,15 @@ def _turn(bound: PrimitiveSet, seen: Seen, slots: Integers) -> tuple[bytes, Arra
 def _spans_normal(directions: Array) -> bool:
     """Whether n is a combination of the directions (k, 3)."""
     _, values, basis = np.linalg.svd(directions, full_matrices=False)
-    basis = basis[values > THRESHOLDS.in_plane]
-    return float(np.linalg.norm(_NORMAL - (basis @ _NORMAL) @ basis)) <= THRESHOLDS.in_plane
+    basis = basis[values > THRESHOLDS.rounding]
+    return float(np.linalg.norm(_NORMAL - (basis @ _NORMAL) @ basis)) <= THRESHOLDS.rounding
 
 
 def _eliminated(parts: Array) -> tuple[list[int], Array]:
     """Rows of `parts` (k, d) that span all of them, the largest first, and the coefficients (k, p) of all by these."""
     pivots: list[int] = []
     coefficients, rest = np.zeros((len(parts), 0)), parts
-    while np.abs(rest).max() > THRESHOLDS.in_plane:
+    while np.abs(rest).max() > THRESHOLDS.rounding:
         pivots.append(int(np.argmax(np.linalg.norm(rest, axis=1))))
         coefficients = parts @ np.linalg.pinv(parts[pivots])
         rest = parts - coefficients @ parts[pivots]

@@ -93,7 +93,7 @@ def _led(system: System, t: float, q: Array, end: float, halvings: int = 0) -> A
     ahead = moved(system, q, (end - t) * rate)
     closed, residual = nearest(system, ahead, NO_CONDITIONS, drive, CLOSED)
     way, corrected = (max(moved_by(each, closed)) for each in (q, ahead))
-    if np.abs(residual).max(initial=0.0) <= THRESHOLDS.locked_closed and corrected <= max(NEAR * way, NEARLY):
+    if np.abs(residual).max(initial=0.0) <= THRESHOLDS.rounding and corrected <= max(NEAR * way, NEARLY):
         return closed
     if halvings == MOST_HALVINGS:
         raise branch_untold(end)

@@ -192,7 +192,7 @@ def _touching(system: System, start: State) -> Array:
     stops, pose = system.stops, pose_of(start.q)
     if stops is None:
         return np.zeros((0, 7 * system.bodies))
-    touch = stops.is_rigid & (gaps(stops, pose, start.turns) <= THRESHOLDS.starts_inside * stop_sizes(system))
+    touch = stops.is_rigid & (gaps(stops, pose, start.turns) <= THRESHOLDS.same_written * stop_sizes(system))
     return np.asarray((stops.side[:, None] * set_jacobian(stops.coordinates, pose))[touch])
 
 

@@ -12,6 +12,7 @@ namespace mbproj {
 
 // The solution of A x = b.
 Eigen::VectorXd solved(const Eigen::MatrixXd& A, const Eigen::VectorXd& b);
+Eigen::MatrixXd solved_columns(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B);
 // The smallest of the x next to a solution, for a matrix that may be singular.
 Eigen::VectorXd least_squares(const Eigen::MatrixXd& A, const Eigen::VectorXd& b);
 // An entry of a matrix in which most are 0.

@@ -11,6 +11,7 @@
 namespace mbproj {
 
 Eigen::VectorXd solved(const Eigen::MatrixXd& A, const Eigen::VectorXd& b) { return A.partialPivLu().solve(b); }
+Eigen::MatrixXd solved_columns(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B) { return A.partialPivLu().solve(B); }
 
 Eigen::VectorXd least_squares(const Eigen::MatrixXd& A, const Eigen::VectorXd& b) {
     return A.completeOrthogonalDecomposition().solve(b);

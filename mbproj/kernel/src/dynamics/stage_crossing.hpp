@@ -17,7 +17,7 @@ public:
 
     explicit StageCrossing(EquationsOfMotion<D>& equations)
         : equations_(equations), model_(equations.model()), shift_(model_.size() + 1, Point<D>::Zero()),
-          turn_(model_.size() + 1, Turn<D>::Zero()), none_(model_.all_rows(), 0.0) {
+          turn_(model_.size() + 1, Turn<D>::Zero()) {
         for (std::size_t c = 0; c < model_.channels.size(); ++c)
             if (model_.channels[c].kind != ChannelKind::state) moving_.push_back(c);
         if (!model_.loads) return;
@@ -109,40 +109,45 @@ private:
     // all three with what channels make of them.
     bool change(Vector& w, double* slope, double* lambda) {
         Eigen::Map<Vector> states(slope + model_.layout.states.first, model_.layout.states.size);
-        if (!pulls_.empty() && !push(w, states, slope, lambda)) return false;
-        states = rates(states + by_motion_ * w);
+        const Eigen::Index moving = by_motion_.cols();
+        Dense found(states.size(), moving + 1);
+        found.leftCols(moving) = by_motion_;
+        found.col(moving) = states;
+        if (states.size()) found = solved_columns(left_, found);
+        const Dense by_motion = found.leftCols(moving);
+        const Vector off = found.col(moving);
+        if (!pulls_.empty() && !push(w, by_motion, off, slope, lambda)) return false;
+        states = off + by_motion * w;
         return true;
     }
-    Vector rates(const Vector& off) const { return off.size() ? solved(left_, off) : off; }
 
-    // The accelerations in `slope`, w and the multipliers with the forces φ.
-    bool push(Vector& w, const Vector& off, double* slope, double* lambda) {
+    // The accelerations in `slope`, w and the multipliers with the forces φ; states change with E f_w, `by_motion`, from `off`.
+    bool push(Vector& w, const Dense& by_motion, const Vector& off, double* slope, double* lambda) {
         const auto pulls = static_cast<Eigen::Index>(pulls_.size());
-        Dense responses(w.size(), pulls), left = Dense::Identity(pulls, pulls);
-        std::vector<std::vector<double>> found(pulls_.size()), multipliers(pulls_.size(), none_);
+        const Dense by = pushed_by_motion_ + pushed_ * by_motion;  // C
+        Dense responses(w.size(), pulls), moved(S::freedoms * model_.size(), pulls);
+        Dense multipliers = Dense::Zero(model_.all_rows(), lambda ? pulls : 0);
         for (Eigen::Index r = 0; r < pulls; ++r) {
-            if (!respond(pulls_[r], multipliers[r].data())) return false;
+            if (!respond(pulls_[r], lambda ? multipliers.col(r).data() : nullptr)) return false;
             responses.col(r) = along();
+            double* a = moved.col(r).data();
             for (int b = 0; b < model_.size(); ++b) {
                 const Turn<D> turn = to_body(equations_.pose()[b].rotation, turn_[b]);
-                found[r].insert(found[r].end(), shift_[b].begin(), shift_[b].end());
-                found[r].insert(found[r].end(), turn.begin(), turn.end());
+                a = std::copy(shift_[b].begin(), shift_[b].end(), a);
+                a = std::copy(turn.begin(), turn.end(), a);
             }
-            const Vector by_states = rates(by_motion_ * responses.col(r));
-            left.col(r) -= pushed_by_motion_ * responses.col(r) + pushed_ * by_states;
         }
-        const Vector phi = solved(left, pushed_by_motion_ * w + pushed_ * rates(off + by_motion_ * w));
+        const Vector phi = solved(Dense::Identity(pulls, pulls) - by * responses, by * w + pushed_ * off);
         if (!phi.allFinite()) return false;
         w += responses * phi;
-        for (Eigen::Index r = 0; r < pulls; ++r) {
-            const double* a = found[r].data();
-            for (int b = 0; b < model_.size(); ++b) {
-                WritablePart<D> part(slope, b);
-                for (int i = 0; i < D::axes; ++i) part.velocity()[i] += phi[r] * *a++;
-                for (int i = 0; i < S::turns; ++i) part.omega()[i] += phi[r] * *a++;
-            }
-            for (std::size_t i = 0; lambda && i < none_.size(); ++i) lambda[i] += phi[r] * multipliers[r][i];
+        const Vector more = moved * phi;
+        const double* a = more.data();
+        for (int b = 0; b < model_.size(); ++b) {
+            WritablePart<D> part(slope, b);
+            for (int i = 0; i < D::axes; ++i) part.velocity()[i] += *a++;
+            for (int i = 0; i < S::turns; ++i) part.omega()[i] += *a++;
         }
+        if (lambda) Eigen::Map<Vector>(lambda, multipliers.rows()) += multipliers * phi;
         return true;
     }
 
@@ -195,7 +200,6 @@ private:
     const Model<D>& model_;
     std::vector<Point<D>> shift_;  // of all bodies, the ground's last, global axes
     std::vector<Turn<D>> turn_;
-    const std::vector<double> none_;
     std::vector<Pull> pulls_;
     std::vector<std::size_t> moving_;  // the channels that go by the motion
     Dense left_, by_motion_;           // I - g f_x and f_w

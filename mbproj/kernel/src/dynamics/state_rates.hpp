@@ -25,8 +25,7 @@ public:
     // ∂x'/∂channel of state k.
     void slopes(int k, Channels<D>& channels, Scalar<D>* found) const {
         channels.variables();
-        channels.slopes(model_.programs, model_.first_rate + k, held, law_variables, law_variables + channels.size(),
-                        found);
+        channels.slopes(model_.first_rate + k, held, law_variables, law_variables + channels.size(), found);
     }
 
 private:

@@ -11,6 +11,7 @@ public:
     explicit Channels(const Model<D>& model) : model_(model), variables_(law_variables + model.channels.size()) {
         for (std::size_t c = 0; c < model.channels.size(); ++c)
             if (model.channels[c].kind == ChannelKind::state) states_.push_back(c);
+        for (int p = 0; p < model.programs.size(); ++p) named_.push_back(model.programs.named(p));
     }
 
     // At y at t, of which the pose and the motion are in place. y stays where it is as long as these are asked for.
@@ -35,13 +36,14 @@ public:
     // What is known of a joint's coordinate, to less than half a turn.
     Scalar<D> expected(int coordinate) const { return expected_[coordinate]; }
 
-    // The slope of a program by each of these variables, with all in place, on the branches `held`.
-    void slopes(const Programs& programs, int program, const double* held, std::size_t first, std::size_t end,
-                Scalar<D>* found) {
+    // The slope of a program by each of these variables, with all in place, on the branches `held`; 0 by one not named.
+    void slopes(int program, const double* held, std::size_t first, std::size_t end, Scalar<D>* found) {
+        std::fill_n(found, end - first, Scalar<D>(0.0));
         variables_[0].d = 0.0;
-        for (std::size_t v = first; v < end; ++v) {
+        for (const std::size_t v : named_[program]) {
+            if (v < first || v >= end) continue;
             variables_[v].d = 1.0;
-            *found++ = programs.slope(program, variables_.data(), held);
+            found[v - first] = model_.programs.slope(program, variables_.data(), held);
             variables_[v].d = 0.0;
         }
         variables_[0].d = 1.0;
@@ -59,7 +61,8 @@ private:
 
     const Model<D>& model_;
     std::vector<Series<Scalar<D>>> variables_;
-    std::vector<std::size_t> states_;  // which channels are states
+    std::vector<std::size_t> states_;              // which channels are states
+    std::vector<std::vector<std::size_t>> named_;  // the variables of each program
     const Scalar<D>* expected_ = nullptr;
 };
 

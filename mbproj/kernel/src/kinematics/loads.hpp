@@ -60,14 +60,14 @@ template <class D> struct Applied {
         found.rate = now.rate;
         found.given = load * programs_.value(law.program, variables, held);
         Scalar<D> own[2];
-        channels.slopes(programs_, law.program, held, 1, 3, own);
+        channels.slopes(law.program, held, 1, 3, own);
         own[1] *= times;
         if (!acts.empty() && acts[l] == Acts::kept) own[1] = 0.0;
         for (Scalar<D>& slope : own) slope = isfinite(load * slope) ? load * slope : 0.0;
         found.of_value -= own[0];
         found.of_rate -= own[1];
         if (!by_channels) return found;
-        channels.slopes(programs_, law.program, held, law_variables, law_variables + channels.size(), by_channels);
+        channels.slopes(law.program, held, law_variables, law_variables + channels.size(), by_channels);
         for (std::size_t c = 0; c < channels.size(); ++c) by_channels[c] *= load;
         return found;
     }
@@ -75,7 +75,7 @@ template <class D> struct Applied {
     // ∂F/∂channel of a component of a force on a body.
     void slopes(const BodyForce<D>& given, int component, Channels<D>& channels, Scalar<D>* by_channels) const {
         channels.variables();
-        channels.slopes(programs_, given.programs[component], held, law_variables, law_variables + channels.size(),
+        channels.slopes(given.programs[component], held, law_variables, law_variables + channels.size(),
                         by_channels);
     }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <limits>
+#include <set>
 #include <type_traits>
 #include <vector>
 
@@ -75,6 +76,14 @@ struct Programs {
         return false;
     }
 
+    // The variables that a program names, each once, ascending.
+    std::vector<std::size_t> named(int program) const {
+        std::set<std::size_t> found;
+        for (int at = start[program]; at < start[program + 1]; ++at)
+            if (op[at] == Op::variable) found.insert(static_cast<std::size_t>(operand[at]));
+        return {found.begin(), found.end()};
+    }
+
     // Value and derivatives of a program. Its variables are the time, the coordinate and the rate of a law, and channels.
     template <class S> Series<S> run(int program, const Series<S>* variables) const {
         return walk(program, variables, nullptr, [](int, const Series<S>&, const Series<S>&) {});
@@ -98,7 +107,8 @@ struct Programs {
     // takes one.
     template <class S, class See>
     Series<S> walk(int program, const Series<S>* variables, const double* held, See&& see) const {
-        Series<S> stack[deepest_stack];
+        Stack<S> values;
+        Series<S>* const stack = values.at;
         int top = -1;
         for (int at = start[program]; at < start[program + 1]; ++at) {
             const int taken = arguments(op[at]);
@@ -156,6 +166,14 @@ private:
             if (!changing.empty()) return changing[at];
         return constant[at];
     }
+
+    // Not set to zero: a program reads only what it has written, and many are shorter than that would take.
+    template <class S> struct Stack {
+        union {
+            Series<S> at[deepest_stack];
+        };
+        Stack() {}
+    };
 
     // What a switch makes of its arguments on one of its branches.
     template <class S> Series<S> on_branch(int at, double branch, const Series<S>& x, const Series<S>& y) const {

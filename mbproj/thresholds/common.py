@@ -1,0 +1,56 @@
+"""What many parts of mbproj share: how small is nothing, how near is the same, how far is another pose."""
+
+from __future__ import annotations
+
+from mbproj.dataclass import dataclass
+from mbproj.thresholds.entry import threshold
+
+
+@dataclass(frozen=True)
+class Common:
+    """The scales of round-off, from a few operations on doubles to what has lost half of its digits."""
+
+    nothing: float = threshold(
+        1e-14, "1", "numpy", "a smaller part of the largest is round-off of a few operations", "45 ε"
+    )
+    no_digits: float = threshold(
+        1e-13, "1", "numpy", "a smaller part of the largest has no digits left", "450 ε; Skeel 1980 of backward errors"
+    )
+    rounding: float = threshold(
+        1e-12,
+        "1",
+        "numpy",
+        "a smaller part of the largest is round-off of long sums, or of numbers that somebody typed",
+        "4500 ε; typed numbers have 15 digits",
+    )
+    same_written: float = threshold(
+        1e-9,
+        "1, m, rad",
+        "numpy",
+        "places, times and poses that differ by less, over 1 or over their size, are the same",
+        "files have 10 digits or more: mechanisms that `mbproj equilibrium` writes and reads again",
+    )
+    half_digits: float = threshold(
+        1e-8, "1", "numpy", "a smaller part is none where errors enter by their square, or as a difference", "√ε"
+    )
+    alike_in_words: float = threshold(
+        1e-6,
+        "1",
+        "numpy",
+        "shares and distances that differ by less are told as equal",
+        "words only: 3 digits are told",
+    )
+    short_way: float = threshold(
+        0.05,
+        "length, rad",
+        "numpy",
+        "a pose so far away is another one, of the same branch",
+        "what rolls slips by 1e-7 of such a way; lock-ups of tests/integrate/lock_up are met to 1e-5",
+    )
+    long_way: float = threshold(
+        0.2,
+        "length, rad",
+        "numpy",
+        "a walk, a sample of poses and a first step to an equilibrium go so far at once",
+        "linear models hold for tenths of a radian",
+    )
