@@ -51,7 +51,7 @@ class Thresholds(
     """All of them, each under its name."""
 
     def __init__(self, **others: float) -> None:
-        """As chosen, but for `others`. A function with each of the 230 as a parameter would take 6 ms to compile."""
+        """As chosen, but for `others`. A function with each of them as a parameter would take 6 ms to compile."""
         chosen = {name: entry.default for name, entry in _DECLARED.items()}
         unknown = others.keys() - chosen.keys()
         if unknown:
