@@ -12,7 +12,6 @@ from functools import cache
 from typing import Any, NamedTuple, final
 
 from mbproj.dataclass import dataclass
-from mbproj.thresholds.automatic import Automatic
 from mbproj.thresholds.closing import Closing
 from mbproj.thresholds.common import Common
 from mbproj.thresholds.contact import Contact
@@ -25,7 +24,7 @@ from mbproj.thresholds.looks import Looks
 from mbproj.thresholds.passages import Passages
 from mbproj.thresholds.ropes import Ropes
 from mbproj.thresholds.searches import Searches
-from mbproj.thresholds.steps import Steps
+from mbproj.thresholds.steps import Automatic, Steps
 
 __all__ = ["THRESHOLDS", "Row", "Thresholds", "of_the_kernel", "table"]
 
