@@ -24,6 +24,7 @@ from mbproj import assemble, compile_system, initial_guess, read_scene, settings
 from mbproj.arrays import Array
 from mbproj.dynamics.observe.recorded import Block
 from mbproj.functions.curves.shapes import drawn
+from mbproj.functions.curves.track import Track
 from mbproj.joints import JOINTS
 from mbproj.model.compile.frames import local_frames
 from mbproj.model.euler_parameters import rotation_matrix
@@ -112,7 +113,7 @@ def shapes_of(scene: Scene, sketch: Sketch, start: Poses) -> dict[str, tuple[Sha
 
 def profiles(scene: Scene, start: Poses) -> Iterable[tuple[str, Shape]]:
     """The profiles that joints follow, each with the body that carries it: plates, or rails where they are open."""
-    joints = [joint for joint in scene.joints if "curve" in joint.parameters]
+    joints = [joint for joint in scene.joints if isinstance(joint.parameters.get("curve"), Track)]
     for joint, frame in zip(joints, local_frames(joints, start), strict=True):
         track = joint.parameters["curve"]
         x, y = np.array(drawn(track.line, track.roller)).T[..., None]

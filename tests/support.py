@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from mbproj.functions.curves.track import Track
+from mbproj.functions.curves.track import SpaceTrack, Track
 from mbproj.joints import JOINTS, Parameter
 from mbproj.joints.ratios import Ratio
 from mbproj.joints.table import TWO_ANGLES
@@ -18,7 +18,7 @@ from mbproj.scene.blocks.ropes.path import Path as RopePath
 from mbproj.scene.coupled import Coupled
 from mbproj.scene.records import Body, Joint, Marker, Pair, Scene, Settings
 from mbproj.scene.stops import OfBody
-from tests.constraints.lines import LINES
+from tests.constraints.lines import LINES, WIRES
 
 ROOT = Path(__file__).parents[1]
 DATA = Path(__file__).parent / "data"
@@ -59,10 +59,14 @@ def random_body(rng: np.random.Generator, name: str) -> Body:
 PARAMETERS = {"pitch": 0.4, "length": 1.3, "slots": 5.0}
 
 
-def parameter(name: str, given: Parameter) -> float | tuple[float, ...] | Track:
+def parameter(name: str, given: Parameter) -> float | tuple[float, ...] | Track | SpaceTrack | tuple[Track, ...]:
     """A value of a parameter of the joint table."""
+    if given.may_be == "curve" and given.many:
+        return Track("ellipse", LINES["ellipse"]), Track("flat", LINES["flat"])
     if given.may_be == "curve":
         return Track("spline", LINES["spline"])
+    if given.may_be == "space_curve":
+        return SpaceTrack("wire", WIRES["wire"])
     if given.may_be == "convex":
         return Track("flat", LINES["flat"], flat=True)
     if given.many is None:
@@ -103,6 +107,30 @@ def under_face(
     return tuple(map(float, np.array(point) + u * frame[0] + w * frame[1] + aside))
 
 
+def on_wire(
+    track: SpaceTrack, point: tuple[float, ...], z: np.ndarray, across: np.ndarray, rng: np.random.Generator
+) -> Pair:
+    """The origin of a curve in space, its z given and its x nearest to `across`, and a point of it."""
+    x = unit(across - (across @ z) * z)
+    at = int(rng.integers(len(track.line.places.s)))
+    there = np.array(point) + track.line.places.point[at] @ np.array([x, np.cross(z, x), z])
+    return Pair(point, tuple(map(float, there)))
+
+
+def touching(
+    tracks: tuple[Track, Track], point: tuple[float, ...], z: np.ndarray, across: np.ndarray, rng: np.random.Generator
+) -> Pair:
+    """The origins of two closed convex curves that touch in the plane normal to z, their x nearest to `across`."""
+    x = unit(across - (across @ z) * z)
+    normal = unit(rng.normal(size=2))
+    places = [
+        track.line.derivatives(*track.line.facing(e[None, :]))[0, :, 0]
+        for track, e in zip(tracks, (normal, -normal), strict=True)
+    ]
+    u, w = places[0] - places[1]
+    return Pair(point, tuple(map(float, np.array(point) + u * x + w * np.cross(z, x))))
+
+
 def random_joint(rng: np.random.Generator, name: str, kind: str, bodies: tuple[str, str]) -> Joint:
     """A joint of this type between two bodies, closed at the scene's pose; a fixed one is kept as a constraint."""
     point, first = vector(rng), unit(rng.normal(size=3))
@@ -132,6 +160,11 @@ def random_joint(rng: np.random.Generator, name: str, kind: str, bodies: tuple[s
         normal = tuple(map(float, unit(np.cross(first, rng.normal(size=3)))))
         axes = Pair(axes.first, normal)
         points = Pair(point, under_face(parameters["curve"], point, first, np.array(across), np.array(normal), rng))
+    elif JOINTS[kind].sketch == "wire":
+        points = on_wire(parameters["curve"], point, first, np.array(across), rng)
+    elif "curves" in own:
+        parameters = {"curves": parameter("curves", own["curves"])}
+        points = touching(parameters["curves"], point, first, np.array(across), rng)
     elif "curve" in own:
         points = on_track(parameters["curve"], point, first, np.array(across), rng, parameters.get("roller", 0.0))
     return Joint(name, kind, bodies, points, axes, parameters=parameters, reaction=True, x_axis=x_axis)
@@ -167,7 +200,8 @@ OWN = {"angle": "revolute", "along": "prismatic"}
 def random_coupling(name: str, kind: str, couples: tuple[str, ...], bodies: tuple[str, str]) -> Joint:
     """A joint of this type on the coordinates of others; a coupler on sums of angles."""
     nowhere = Pair((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-    parameters = {name: parameter(name, own) for name, own in JOINTS[kind].parameters.items()}
+    own = JOINTS[kind].parameters
+    parameters = {name: parameter(name, own[name]) for name in JOINTS[kind].required_parameters}
     weights, period, function = (JOINTS[kind].coupling or (lambda: Ratio((2.0, -3.0), None)))(**parameters)
     names = {"angle": "angle", "along": "displacement"}
     of = zip(couples, JOINTS[kind].couples or TWO_ANGLES, weights, strict=True)

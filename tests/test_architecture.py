@@ -104,6 +104,7 @@ MAY_IMPORT = {
 }
 #: The folders of the packages that have some: each imports only those that stand before it.
 FOLDERS = {
+    "constraints": ("curves",),
     "functions": ("curves",),
     "scene": ("text", "expressions", "fields", "ranges", "solids", "blocks"),
     "model": ("compile", "planar"),

@@ -12,7 +12,7 @@ from click.testing import CliRunner, Result
 
 from mbproj.cli.main import mbproj
 from mbproj.joints import JOINTS
-from mbproj.joints.joint_type import JointType
+from mbproj.joints.joint_type import JointType, Parameter
 from mbproj.joints.table import TWO_ANGLES
 from mbproj.kernel import core
 from mbproj.registry import PROJECTIONS, integrator_choices, is_embedded
@@ -58,12 +58,17 @@ def place_of(joint: JointType) -> str:
     place = "locations: [[0, 0, 1], [0.3, 0, 0.3]]" if joint.separate else "location: [0, 0, 0]"
     given = {name: joint.parameters[name] for name in joint.required_parameters}
     own = "".join(
-        f", {name}: {'oval' if each.may_be in ('curve', 'convex') else parameter(name, each)}"
+        f", {name}: {curve_of(each) if each.may_be in ('curve', 'space_curve', 'convex') else parameter(name, each)}"
         for name, each in given.items()
     )
     own += ", x_axis: [1, 0, 0]" if joint.x_axis == "required" else ""
     own += ", limits: {gap: {range: [0, null], rigid: true}}" if "gap" in joint.coordinates else ""
     return place + FRAMES[joint.frame] + own + (", reaction: true" if joint.merges else "")
+
+
+def curve_of(given: Parameter) -> str:
+    """The names of as many curves as a joint wants."""
+    return "wire" if given.may_be == "space_curve" else "[disc, disc]" if given.many else "oval"
 
 
 def scene_with(kind: str) -> str:
@@ -82,7 +87,9 @@ def scene_with(kind: str) -> str:
     joint = f"{{type: {kind}, {two}{place_of(JOINTS[kind])}}}"
     bodies = f"  body: {BODY}\n  next: {BODY}\n"
     ball = "  B: {type: spherical, bodies: [ground, body], location: [0, 0, 0.5]}\n"
-    curves = "curves: {oval: {ellipse: [0.7, 0.4]}}\n" if "curve" in JOINTS[kind].parameters else ""
+    points = "[[0.8, 0, 0.2], [0.2, 0.7, -0.2], [-0.7, 0.2, 0.3], [-0.2, -0.7, 0]]"
+    own = f"{{oval: {{ellipse: [0.7, 0.4]}}, disc: {{circle: 0.35}}, wire: {{space_points: {points}, closed: true}}}}"
+    curves = f"curves: {own}\n" if {"curve", "curves"} & JOINTS[kind].parameters.keys() else ""
     return f"{HEAD}{curves}bodies:\n{bodies}joints:\n{ball}  J: {joint}\n"
 
 

@@ -15,7 +15,7 @@ from mbproj.analysis.reactions import REACTIONS, shared_at_contacts
 from mbproj.arrays import Array
 from mbproj.results import Results
 from mbproj.results.layout import ALL_NAMES
-from mbproj.scene.blocks.observables import TENSION
+from mbproj.scene.blocks.observables import CONTACT, TENSION
 from mbproj.scene.blocks.passages import VELOCITY_RATIO, output_of
 from mbproj.scene.records import Expectation, Passage
 
@@ -105,6 +105,8 @@ def _place(expectation: Expectation, coordinates: Sequence[str]) -> tuple[str, s
     item, quantity = expectation.item, expectation.quantity
     if quantity.startswith(TENSION):
         return "ropes/tension", "tensions", f"{item}.{quantity}"
+    if expectation.of == "joint" and quantity == CONTACT:
+        return "curves/contact", "touching", item
     if expectation.of == "joint":
         for name in coordinates:
             if f"{item}.{quantity}" in (name, f"{name}_speed"):

@@ -166,6 +166,8 @@ def _coordinates(results: Results, joint: str) -> Iterator[Quantity]:
         if owner == joint:
             yield coordinate, units[column], "joints/coordinate", column
             yield f"{coordinate}_speed", f"{units[column]}/s", "joints/speed", column
+    if joint in results.names("touching"):
+        yield "contact", "m", "curves/contact", list(results.names("touching")).index(joint)
     for column, name in enumerate(results.names("tensions")):
         owner, _, tension = name.rpartition(".")
         if owner == joint:

@@ -7,12 +7,14 @@ from mbproj.constraints.along import Along
 from mbproj.constraints.angle import Angle
 from mbproj.constraints.coincident import Coincident
 from mbproj.constraints.coupling import Coupling
+from mbproj.constraints.curves.face import Face, FacePlace
+from mbproj.constraints.curves.in_space import BesideFirst, BesideSecond, SpaceArc
+from mbproj.constraints.curves.profile import Arc, Lap, Profile
+from mbproj.constraints.curves.two_curves import Gap, PlaceOnFirst, PlaceOnSecond
 from mbproj.constraints.distance import Distance
 from mbproj.constraints.ellipsoid import EllipsoidHeight, EllipsoidSlip
-from mbproj.constraints.face import Face, FacePlace
 from mbproj.constraints.perpendicular import Perpendicular
 from mbproj.constraints.primitive import Primitive
-from mbproj.constraints.profile import Arc, Lap, Profile
 from mbproj.constraints.rope import Rope
 from mbproj.constraints.slip import BallSlip, EdgeSlip, WheelSlipAcross, WheelSlipAlong
 from mbproj.constraints.wheel_height import WheelHeight
@@ -37,6 +39,12 @@ PRIMITIVES: Mapping[str, type[Primitive]] = MappingProxyType(
         "lap": Lap,
         "face": Face,
         "face_place": FacePlace,
+        "two_curves": Gap,
+        "place_on_first": PlaceOnFirst,
+        "place_on_second": PlaceOnSecond,
+        "beside_first": BesideFirst,
+        "beside_second": BesideSecond,
+        "space_arc": SpaceArc,
         "rope": Rope,
     }
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import field
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, TypeAlias
 
 from mbproj.dataclass import dataclass
 from mbproj.joints.ratios import Ratio
@@ -13,12 +13,17 @@ from mbproj.joints.ratios import Ratio
 Row = tuple[str, ...]
 
 
+MayBe: TypeAlias = Literal[
+    "any", "positive", "nonzero", "teeth", "slots", "curve", "space_curve", "convex", "side", "pressure"
+]
+
+
 class Parameter(NamedTuple):
     """Numbers that a joint takes, in an SI unit ("": none): one, or so `many`, which messages call by `words`; or a
     name, of a curve or of a side. `optional`: whether it may be left out."""
 
     unit: str
-    may_be: Literal["any", "positive", "nonzero", "teeth", "slots", "curve", "convex", "side"] = "any"
+    may_be: MayBe = "any"
     many: int | None = None
     words: str = "numbers"
     optional: bool = False

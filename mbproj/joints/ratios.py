@@ -25,10 +25,10 @@ def thread(pitch: float) -> Ratio:
     return Ratio((1.0, -pitch / (2.0 * math.pi)), abs(pitch))
 
 
-def mesh(teeth: tuple[float, float]) -> Ratio:
+def mesh(teeth: tuple[float, float], pressure_angle: float | None = None) -> Ratio:
     """(n1 φ1 + n2 φ2) / max(|n1|, |n2|) in rad, with the angles of two joints, for wheels of n1 and n2 `teeth`.
 
-    Opposite signs of n1 and n2 make an internal gear or a belt.
+    Opposite signs of n1 and n2 make an internal gear or a belt. The `pressure_angle` counts in its bearings alone.
     """
     larger = max(abs(number) for number in teeth)
     return Ratio((teeth[0] / larger, teeth[1] / larger), 2.0 * math.pi / larger)

@@ -31,6 +31,7 @@ frame.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from types import MappingProxyType
 
 from mbproj.joints.joint_type import JointType, Parameter, Row
@@ -42,6 +43,7 @@ COORDINATE_UNITS = MappingProxyType(
         "angle": "rad",
         "lap": "rad",
         **dict.fromkeys(("along", "distance", "arc", "profile", "face", "face_place", "rope"), "m"),
+        **dict.fromkeys(("two_curves", "place_on_first", "place_on_second", "space_arc"), "m"),
     }
 )
 #: Unit of the inertia of a coordinate by that of the coordinate.
@@ -73,6 +75,11 @@ CONVEX: Mapping[str, Parameter] = MappingProxyType({"curve": Parameter("", "conv
 PROFILE: Row = ("profile", *ON_CURVE)
 FACE: Row = ("face", "x1", "y1", "z2", "p1", "p2")
 ARC: Row = ("arc", *ON_CURVE)
+TWO_CURVES: Row = ("two_curves", "x1", "y1", "x2", "p1", "p2")
+IN_SPACE = ("x1", "y1", "z1", "p1", "p2")
+TOUCHED: Mapping[str, Row] = MappingProxyType(
+    {"displacement_1": ("place_on_first", *TWO_CURVES[1:]), "displacement_2": ("place_on_second", *TWO_CURVES[1:])}
+)
 ONE_AXIS, ONE_TRIAD = (("z1", "z2"),), (("z1", "z2"), ("x1", "x2"))
 
 
@@ -89,6 +96,16 @@ def _following(
     """A joint whose body 2 follows a curve of body 1."""
     own = (True, kept, parameters)
     return JointType(frame, rows, coordinates, (), *own, x_axis="required", dry=dry, sketch=sketch)
+
+
+def _touching(rows: tuple[Row, ...], coordinates: Mapping[str, Row]) -> JointType:
+    """A joint whose two bodies have a curve each."""
+    parameters = {
+        "curves": Parameter("", "curve", 2, "names of curves"),
+        "sides": Parameter("", "side", 2, "sides", optional=True),
+    }
+    own = JointType("axis", rows, coordinates, (), True, {}, parameters)
+    return replace(own, x_axis="required", sketch="tracks")
 
 
 JOINTS: Mapping[str, JointType] = MappingProxyType(
@@ -150,6 +167,19 @@ JOINTS: Mapping[str, JointType] = MappingProxyType(
             (FACE,), {"displacement": ("face_place", *FACE[1:])}, CONVEX, frame="face", sketch="tappet"
         ),
         "flat_contact": _following((), {"gap": FACE}, CONVEX, frame="face", sketch="tappet"),
+        "space_slot": replace(
+            _following(
+                (("beside_first", *IN_SPACE), ("beside_second", *IN_SPACE)),
+                {"displacement": ("space_arc", *IN_SPACE)},
+                {"curve": Parameter("", "space_curve")},
+                dry=True,
+                frame="axis",
+                sketch="wire",
+            ),
+            separate=True,
+        ),
+        "curve_on_curve": _touching((TWO_CURVES,), TOUCHED),
+        "curve_contact": _touching((), {"gap": TWO_CURVES}),
         "slot": _following((PROFILE, SLIDE), {"displacement": ARC}, {"curve": CURVE}, dry=True),
         "screw": JointType(
             "axis",
@@ -220,7 +250,10 @@ JOINTS: Mapping[str, JointType] = MappingProxyType(
         "gear": JointType(
             "joints",
             COUPLED,
-            parameters={"teeth": Parameter("", "teeth", 2, "numbers of teeth")},
+            parameters={
+                "teeth": Parameter("", "teeth", 2, "numbers of teeth"),
+                "pressure_angle": Parameter("rad", "pressure", optional=True),
+            },
             couples=TWO_ANGLES,
             coupling=mesh,
         ),

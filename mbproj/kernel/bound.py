@@ -12,9 +12,12 @@ import numpy.typing as npt
 from mbproj.arrays import Array, Integers, distinct_rows
 from mbproj.constraints import PRIMITIVES, Primitive
 from mbproj.constraints.coupling import Coupling
-from mbproj.constraints.profile import OnCurve
+from mbproj.constraints.curves.in_space import InSpace
+from mbproj.constraints.curves.profile import OnCurve
+from mbproj.constraints.curves.two_curves import TwoCurves
 from mbproj.constraints.rope import Rope
 from mbproj.functions.curves.plane_curve import PlaneCurve
+from mbproj.functions.curves.space_curve import SpaceCurve
 from mbproj.kernel import core
 from mbproj.model.planar import PlanarSet
 from mbproj.model.primitive_set import PrimitiveSet
@@ -25,9 +28,9 @@ from mbproj.thresholds import THRESHOLDS
 class Bound(NamedTuple):
     """k instances in the order of their rows: kinds (k,), slots (k, s) and parameters (k, p) with zeros behind those of
     smaller ones, offsets, weights and owners (k,). Whether one `joins` the row of the instance before, (k,), and the
-    `line` that it follows, (k,), or None; the `path` of a
-    rope, likewise. What the slots number: S attachments' bodies (S,), `is_point` (S,), local
-    vectors (S, 3 or 2)."""
+    `line` that it follows, (k,), or None; the `other` of two curves that touch, the `wire` of a curve in space, and the
+    `path` of a rope, likewise. What the slots number: S attachments' bodies (S,), `is_point` (S,), local vectors
+    (S, 3 or 2)."""
 
     kind: Integers
     slots: Integers
@@ -36,6 +39,8 @@ class Bound(NamedTuple):
     weight: Array
     joins: Integers
     line: npt.NDArray[np.object_]
+    other: npt.NDArray[np.object_]
+    wire: npt.NDArray[np.object_]
     path: npt.NDArray[np.object_]
     owner: Integers
     body: Integers
@@ -48,7 +53,7 @@ class Bound(NamedTuple):
 
 
 #: What `Bound` has of each instance.
-_OF_INSTANCES = ("kind", "slots", "parameters", "offset", "weight", "joins", "line", "path", "owner")
+_OF_INSTANCES = ("kind", "slots", "parameters", "offset", "weight", "joins", "line", "other", "wire", "path", "owner")
 
 
 class _Kernel(NamedTuple):
@@ -96,7 +101,20 @@ def joined(parts: Sequence[Bound]) -> Bound:
         owned += int(part.owner.max(initial=-1)) + 1
     rest = {
         name: np.concatenate([getattr(part, name) for part in parts])
-        for name in ("kind", "parameters", "offset", "weight", "joins", "line", "path", "body", "is_point", "local")
+        for name in (
+            "kind",
+            "parameters",
+            "offset",
+            "weight",
+            "joins",
+            "line",
+            "other",
+            "wire",
+            "path",
+            "body",
+            "is_point",
+            "local",
+        )
     }
     return Bound(slots=np.concatenate(slots), owner=np.concatenate(owners), **rest)
 
@@ -136,7 +154,7 @@ class _Instances(NamedTuple):
 
 def _instances(primitives: Sequence[Primitive], first_slots: Sequence[int]) -> _Instances:
     """The instances of primitives, one each and of couplings one a coordinate; the slots of each follow its first."""
-    code, slots, parameters, weight, joins, line, path, member = [], [], [], [], [], [], [], []
+    code, slots, parameters, weight, joins, line, other, wire, path, member = [], [], [], [], [], [], [], [], [], []
     kernel = _kernel()
     for number, (primitive, first) in enumerate(zip(primitives, first_slots, strict=True)):
         for part, (own, factor, taken) in enumerate(_parts(primitive)):
@@ -145,7 +163,9 @@ def _instances(primitives: Sequence[Primitive], first_slots: Sequence[int]) -> _
             parameters.append(_filled([getattr(own, name) for name in own.parameters], kernel.parameters))
             weight.append(factor)
             joins.append(part > 0)
-            line.append(own.curve if isinstance(own, OnCurve) else None)
+            line.append(own.curve if isinstance(own, (OnCurve, TwoCurves)) else None)
+            other.append(own.other if isinstance(own, TwoCurves) else None)
+            wire.append(own.curve if isinstance(own, InSpace) else None)
             path.append(own if isinstance(own, Rope) else None)
             member.append(number)
     columns = {
@@ -155,6 +175,8 @@ def _instances(primitives: Sequence[Primitive], first_slots: Sequence[int]) -> _
         "weight": np.array(weight, dtype=float),
         "joins": np.array(joins, dtype=np.int64),
         "line": np.array([*line, None], dtype=object)[:-1],
+        "other": np.array([*other, None], dtype=object)[:-1],
+        "wire": np.array([*wire, None], dtype=object)[:-1],
         "path": np.array([*path, None], dtype=object)[:-1],
     }
     return _Instances(np.array(member, dtype=np.intp), columns)
@@ -192,8 +214,16 @@ def primitives(kind: Any, bodies: int, bound: Bound) -> Any:
 def _lines(bound: Bound) -> dict[str, Any]:
     """The curves that instances follow, each once, and the number of each instance's, -1 for none."""
     number: dict[Any, int] = {}
-    own = [-1 if line is None else number.setdefault(line, len(number)) for line in bound.line.tolist()]
-    return {"line": np.array(own, dtype=np.int64), "lines": [_line(each) for each in number]}
+    own = {
+        name: np.array(
+            [-1 if line is None else number.setdefault(line, len(number)) for line in column.tolist()], dtype=np.int64
+        )
+        for name, column in (("line", bound.line), ("other", bound.other))
+    }
+    wires: dict[Any, int] = {}
+    wire = [-1 if each is None else wires.setdefault(each, len(wires)) for each in bound.wire.tolist()]
+    own["wire"] = np.array(wire, dtype=np.int64)
+    return {**own, "lines": [_line(each) for each in number], "wires": [_wire(each) for each in wires]}
 
 
 def _paths(bound: Bound) -> dict[str, Any]:
@@ -201,6 +231,23 @@ def _paths(bound: Bound) -> dict[str, Any]:
     own = [None if rope is None else [*rope.radii, *rope.directions, rope.wound] for rope in bound.path.tolist()]
     number = np.where([each is not None for each in own], np.cumsum([each is not None for each in own]) - 1, -1)
     return {"path": np.asarray(number, dtype=np.int64), "paths": [each for each in own if each is not None]}
+
+
+@lru_cache(maxsize=64)
+def _wire(curve: SpaceCurve) -> Any:
+    """The kernel's copy of a curve in space."""
+    places, kernel = curve.places, core()
+    assert kernel is not None
+    rows = curve.coefficients.reshape(len(curve.pieces), -1)
+    return kernel.SpaceCurve(
+        pieces=np.column_stack([curve.starts, curve.origins, rows, curve.axes]),
+        places=np.column_stack([places.s, places.piece, places.point, places.length]),
+        end=curve.end,
+        closed=curve.closed,
+        passes=THRESHOLDS.foot_passes,
+        settled=curve.settled,
+        reach=curve.reach,
+    )
 
 
 @lru_cache(maxsize=64)
@@ -218,5 +265,7 @@ def _line(curve: PlaneCurve) -> Any:
         closed=curve.closed,
         passes=THRESHOLDS.foot_passes,
         settled=curve.settled,
+        straight=THRESHOLDS.straight_turn,
+        beyond=THRESHOLDS.beyond_end,
         reach=curve.reach,
     )

@@ -52,7 +52,7 @@ def space_model(core: ModuleType, system: System, layout: Layout) -> Any:
         motion_start=system.motions.start.tolist(),
         motion_coordinate=system.motions.joint_coordinate.tolist(),
         couplings=_couplings(system, system.couplings.row, system.couplings.coordinate),
-        followers=[(int(kind), at, program) for program, (kind, at) in system.following.items()],
+        followers=[(int(kind), at, program, second) for program, (kind, at, second) in system.following.items()],
         **_space_flywheels(core, system),
         **_space_stops(core, system),
         **_space_bearings(system),
@@ -223,11 +223,15 @@ def _couplings_in_plane(system: System, plane: Plane) -> list[tuple[Any, ...]]:
     return _couplings(system, row, coordinates_in_plane(plane, couplings.coordinate))
 
 
-def _followers_in_plane(system: System, plane: Plane) -> list[tuple[int, int, int]]:
-    """What follows curves as the kernel takes it, in a plane: where it is, its number there, and its program."""
+def _followers_in_plane(system: System, plane: Plane) -> list[tuple[int, int, int, int]]:
+    """What follows curves as the kernel takes it, in a plane: where it is, its number there, its program, and on which
+    of two curves."""
     rows = plane_rows(plane).tolist()
     following = system.following.items()
-    return [(int(kind), rows.index(at) if kind is Of.ROW else at, program) for program, (kind, at) in following]
+    return [
+        (int(kind), rows.index(at) if kind is Of.ROW else at, program, second)
+        for program, (kind, at, second) in following
+    ]
 
 
 def joint_and_motion_rows(system: System, plane: Plane, joints: Bound, coordinates: Bound) -> Bound:

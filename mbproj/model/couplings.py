@@ -5,16 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from enum import IntEnum
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from mbproj.arrays import Array, Integers, Numbers
 from mbproj.constraints.coupling import Coupling
-from mbproj.constraints.face import Face
+from mbproj.constraints.curves.face import Face
+from mbproj.constraints.curves.in_space import BesideCurve, BesideFirst, BesideSecond, SpaceCurve
+from mbproj.constraints.curves.profile import FREE, Lap, PlaneCurve, Profile
+from mbproj.constraints.curves.two_curves import Gap
 from mbproj.constraints.primitive import Primitive
-from mbproj.constraints.profile import FREE, Lap, Profile
 from mbproj.dataclass import dataclass
 from mbproj.functions.curve import Curve
 from mbproj.functions.program import Program
@@ -23,7 +25,18 @@ from mbproj.functions.series import constant_series, run
 from mbproj.model.primitive_set import Binding, PrimitiveSet, bind, bindings
 
 #: The primitives that are held on pieces of their curves.
-DISTANCES = (Profile, Face)
+DISTANCES = (Profile, Face, Gap, BesideFirst)
+
+
+class Toothed(NamedTuple):
+    """A gear whose teeth load bearings: its joint, those of its two wheels, the numbers of their angles, the numbers of
+    teeth, and the pressure angle in rad."""
+
+    joint: int
+    joints: tuple[int, int]
+    coordinates: tuple[int, int]
+    teeth: tuple[float, float]
+    pressure_angle: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +47,8 @@ class Couplings:
     `row` (k,) of the joints' rows; `period` (k,) one tooth in rad, or one thread in m; 0 for none. `first` (k,): where
     the entries of each begin, which are `coordinate` (e,), numbers of the system's coordinates, and `weight` (e,).
     `program` (k,): the number of the function in `programs`, -1 for none; `growth` (k,): what a turn adds to it.
-    `rolls` (k,): whether it is a roller on a curve, whose lap, the period, and turn have no common measure.
+    `rolls` (k,): whether it is a roller on a curve, whose lap, the period, and turn have no common measure. `teeth`:
+    the gears whose teeth load bearings.
     """
 
     row: Integers
@@ -46,6 +60,7 @@ class Couplings:
     growth: Array
     programs: ProgramSet
     rolls: npt.NDArray[np.bool_]
+    teeth: tuple[Toothed, ...] = ()
 
     @property
     def size(self) -> int:
@@ -108,10 +123,28 @@ class Of(IntEnum):
     STOP = 2
 
 
-#: And its number there.
-Followed: TypeAlias = "tuple[Of, int]"
+class Followed(NamedTuple):
+    """A curve that is followed: by which distance, where that is and its number there; of two curves that touch, the
+    first (0) or the `second` (1)."""
+
+    kind: Of
+    number: int
+    second: int = 0
+
+
+#: Rows of some programs: the number of each, and on which of two curves it has its foot.
+Rows: TypeAlias = "Mapping[int, tuple[int, int]]"
 
 NO_FOLLOWERS = Followers((), flatten([]))
+
+
+@dataclass(frozen=True, eq=False)
+class Touching:
+    """Joints that follow curves: the number of a coordinate of each that has the foot, and how far the profile is to
+    the left of the curve, in m."""
+
+    coordinate: tuple[int, ...]
+    offset: tuple[float, ...]
 
 
 def compile_followers(joints: PrimitiveSet, laws: PrimitiveSet, stops: PrimitiveSet | None) -> Followers:
@@ -122,40 +155,46 @@ def compile_followers(joints: PrimitiveSet, laws: PrimitiveSet, stops: Primitive
             continue
         for member in bound.layout.members:
             if isinstance(member.primitive, DISTANCES):
-                places.append((kind, member.rows[0]))
-                knots.append(member.primitive.curve.knots)  # type: ignore[arg-type]  # what curves of scenes have
+                for second, curve in enumerate(_curves(member.primitive)):
+                    places.append(Followed(kind, member.rows[0], second))
+                    knots.append(curve.knots)  # type: ignore[arg-type]  # what curves of scenes have
     return Followers(tuple(places), flatten(knots)) if places else NO_FOLLOWERS
 
 
-def rows_on_branches(rows: PrimitiveSet, programs: ProgramSet, of: Mapping[int, int], held: Array) -> PrimitiveSet:
+def _curves(distance: Profile | Face | Gap | BesideFirst) -> tuple[PlaneCurve | SpaceCurve, ...]:
+    return (distance.curve, distance.other) if isinstance(distance, Gap) else (distance.curve,)
+
+
+def rows_on_branches(rows: PrimitiveSet, programs: ProgramSet, of: Rows, held: Array) -> PrimitiveSet:
     """Rows with the switches of some on the branches held, one for each instruction of the programs; `of`: the row of
     each program."""
     own = bindings(rows)
-    for program, row in of.items():
+    for program, (row, second) in of.items():
         at, branches = rows.layout.member[row], programs.branches(program, held)
-        own[at] = replace(own[at], primitive=_on_branch(own[at].primitive, branches))
+        own[at] = replace(own[at], primitive=_on_branch(own[at].primitive, branches, second))
         if not isinstance(own[at].primitive, Coupling):
             for number, each in enumerate(own):
-                if each.owner == own[at].owner and isinstance(each.primitive, Coupling):
+                if each.owner == own[at].owner and isinstance(each.primitive, Coupling | BesideSecond):
                     own[number] = replace(each, primitive=_on_branch(each.primitive, branches))
     return bind(own)
 
 
-def feet(
-    rows: PrimitiveSet, programs: ProgramSet, of: Mapping[int, int], held: Array, places: Numbers
-) -> dict[int, float]:
+def feet(rows: PrimitiveSet, programs: ProgramSet, of: Rows, held: Array, places: Numbers) -> dict[int, float]:
     """The parameter of the foot of each row that follows a curve, by its program `of` rows, on the branches held;
     `places` are those of the rows' slots, (S, 3)."""
-    found = {}
-    for program, row in of.items():
-        member = rows.layout.members[rows.layout.member[row]]
-        own = _on_branch(member.primitive, programs.branches(program, held))
-        assert isinstance(own, DISTANCES)
-        found[program] = float(own.foot(places[None, list(member.slots)])[0])
+    found, on_pieces = {}, dict[int, Primitive]()
+    for program, (row, second) in of.items():
+        own = on_pieces.get(row, rows.layout.members[rows.layout.member[row]].primitive)
+        on_pieces[row] = _on_branch(own, programs.branches(program, held), second)
+    for program, (row, second) in of.items():
+        distance = on_pieces[row]
+        assert isinstance(distance, DISTANCES)
+        foot = distance.foot(places[None, list(rows.layout.members[rows.layout.member[row]].slots)])
+        found[program] = float(foot[0, second] if isinstance(distance, Gap) else foot[0])
     return found
 
 
-def _on_branch(primitive: Primitive, branches: tuple[float, ...]) -> Primitive:
+def _on_branch(primitive: Primitive, branches: tuple[float, ...], second: int = 0) -> Primitive:
     """A row with its switches on these branches, one for each instruction of its function."""
     piece = FREE if np.isnan(branches[-1]) else int(branches[-1])
     if isinstance(primitive, Coupling):
@@ -163,8 +202,8 @@ def _on_branch(primitive: Primitive, branches: tuple[float, ...]) -> Primitive:
         if isinstance(along, Lap):
             return replace(primitive, other=along.on_piece(piece))
         return primitive.on_branches(branches)
-    assert isinstance(primitive, DISTANCES)
-    return primitive.on_piece(piece)
+    assert isinstance(primitive, (*DISTANCES, BesideCurve))
+    return primitive.on_pieces(second, piece) if isinstance(primitive, Gap) else primitive.on_piece(piece)
 
 
 def compile_couplings(rows: Sequence[Binding], coordinates: Sequence[Binding]) -> Couplings:

@@ -25,7 +25,7 @@ from mbproj.model.channels import (
     Energies,
     Motions,
 )
-from mbproj.model.couplings import Couplings, Followed, Followers, compile_couplings, compile_followers
+from mbproj.model.couplings import Couplings, Followed, Followers, Touching, compile_couplings, compile_followers
 from mbproj.model.forces import NO_FORCES, Forces
 from mbproj.model.frictions import Frictions
 from mbproj.model.layout import Block, Layout, uncontrolled
@@ -41,8 +41,8 @@ class Names:
     and dry friction resists, m or rad. `forces` end with the reflected inertias, "joint.coordinate.inertia"; `stops`
     are "joint.coordinate.low" and "...high", or the name of a force; `frictions` that, or "force.coordinate".
     `applied` are the forces and torques of given components on bodies: of unit m a force, of rad a torque. `states` and
-    `signals` have any unit. `tensions` are those of ropes, "rope.tension_1". `carriers` are what moves: the bodies, but
-    for those that fixed joints have merged, which are called by their first."""
+    `signals` have any unit. `tensions` are those of ropes, "rope.tension_1"; `touching` are joints that follow curves.
+    `carriers` are what moves: bodies, and those that fixed joints have merged, which are called by their first."""
 
     bodies: tuple[str, ...]
     carriers: tuple[str, ...]
@@ -65,6 +65,7 @@ class Names:
     signals: tuple[str, ...] = ()
     signal_units: tuple[str, ...] = ()
     tensions: tuple[str, ...] = ()
+    touching: tuple[str, ...] = ()
 
     def as_mapping(self) -> dict[str, tuple[str, ...]]:
         """The names by kind, as a results file stores them."""
@@ -138,6 +139,7 @@ class System:
     channels: Channels = NO_CHANNELS
     signals: ProgramSet = NO_SIGNALS
     adjustments: tuple[Adjustment, ...] = ()
+    touching: Touching | None = None
 
     @cached_property
     def layout(self) -> Layout:

@@ -69,9 +69,11 @@ class Curve(Part):
     """A curve of a scene. Arguments are its keys:
 
     points: a list of points, optional
+    space_points: a list of points, optional
     polyline: a list of points, optional
     circle: a number in m, optional
     ellipse: 2 half axes, optional
+    involute: {base, from, to}, optional
     table: a list of rows, optional
     lift: {base, rises}, optional
     closed: true or false, optional
@@ -79,7 +81,7 @@ class Curve(Part):
     roller: a number in m, optional
     flat: true or false, optional
     clockwise: true or false, optional
-    one of points, polyline, circle, ellipse, table, lift
+    one of points, space_points, polyline, circle, ellipse, involute, table, lift
     at most one of roller, flat
     """
 
@@ -87,9 +89,11 @@ class Curve(Part):
         self,
         *,
         points: Sequence[Sequence[Any]] | None = ...,
+        space_points: Sequence[Sequence[Any]] | None = ...,
         polyline: Sequence[Sequence[Any]] | None = ...,
         circle: Quantity | None = ...,
         ellipse: Vector | None = ...,
+        involute: Mapping[str, Any] | None = ...,
         table: Sequence[Sequence[Any]] | None = ...,
         lift: Mapping[str, Any] | None = ...,
         closed: bool | None = ...,
@@ -111,8 +115,10 @@ class Motion(Part):
     displacement_y: a number in m or an expression of t or {constant_speed, harmonic, polynomial, smooth_step, table, expression}, optional
     length: a number in m or an expression of t or {constant_speed, harmonic, polynomial, smooth_step, table, expression}, optional
     gap: a number in m or an expression of t or {constant_speed, harmonic, polynomial, smooth_step, table, expression}, optional
+    displacement_1: a number in m or an expression of t or {constant_speed, harmonic, polynomial, smooth_step, table, expression}, optional
+    displacement_2: a number in m or an expression of t or {constant_speed, harmonic, polynomial, smooth_step, table, expression}, optional
     lap: a number in rad or an expression of t or {constant_speed, harmonic, polynomial, smooth_step, table, expression}, optional
-    one of angle, angle_1, angle_2, displacement, displacement_x, displacement_y, length, gap, lap
+    one of angle, angle_1, angle_2, displacement, displacement_x, displacement_y, length, gap, displacement_1, displacement_2, lap
     """
 
     def __init__(
@@ -127,6 +133,8 @@ class Motion(Part):
         displacement_y: Quantity | Mapping[str, Any] | None = ...,
         length: Quantity | Mapping[str, Any] | None = ...,
         gap: Quantity | Mapping[str, Any] | None = ...,
+        displacement_1: Quantity | Mapping[str, Any] | None = ...,
+        displacement_2: Quantity | Mapping[str, Any] | None = ...,
         lap: Quantity | Mapping[str, Any] | None = ...,
     ) -> None: ...
 
@@ -143,7 +151,7 @@ class Expectation(Part):
     state: text, optional
     signal: text, optional
     diagnostic: position_violation, velocity_violation, acceleration_violation, kinetic_energy, potential_energy, total_energy, work, dissipation, energy_balance, energy_drift, energy_drift_relative, step_size, steps, rejected_steps, evaluations, projections, projection_iterations, velocity_iterations, projection_failures, projection_fallbacks or factorisations, optional
-    quantity: position, velocity, acceleration, transmission_angle, orientation, angular_velocity, angular_acceleration, angle, angle_1, angle_2, displacement, displacement_x, displacement_y, length, gap, lap, angle_speed, angle_1_speed, angle_2_speed, displacement_speed, displacement_x_speed, displacement_y_speed, length_speed, gap_speed, lap_speed, angle_velocity_ratio, angle_1_velocity_ratio, angle_2_velocity_ratio, displacement_velocity_ratio, displacement_x_velocity_ratio, displacement_y_velocity_ratio, length_velocity_ratio, gap_velocity_ratio, lap_velocity_ratio, angle_mechanical_advantage, angle_1_mechanical_advantage, angle_2_mechanical_advantage, displacement_mechanical_advantage, displacement_x_mechanical_advantage, displacement_y_mechanical_advantage, length_mechanical_advantage, gap_mechanical_advantage, lap_mechanical_advantage, tension_1, tension_2, tension_3, tension_4, tension_5, tension_6, reaction_force, reaction_torque, violation, violation_length, violation_angle, coordinate, rate, force, value, state, dissipation, translation, rotation, translation_rate, rotation_rate or torque, optional
+    quantity: position, velocity, acceleration, transmission_angle, orientation, angular_velocity, angular_acceleration, angle, angle_1, angle_2, displacement, displacement_x, displacement_y, length, gap, displacement_1, displacement_2, lap, angle_speed, angle_1_speed, angle_2_speed, displacement_speed, displacement_x_speed, displacement_y_speed, length_speed, gap_speed, displacement_1_speed, displacement_2_speed, lap_speed, angle_velocity_ratio, angle_1_velocity_ratio, angle_2_velocity_ratio, displacement_velocity_ratio, displacement_x_velocity_ratio, displacement_y_velocity_ratio, length_velocity_ratio, gap_velocity_ratio, displacement_1_velocity_ratio, displacement_2_velocity_ratio, lap_velocity_ratio, angle_mechanical_advantage, angle_1_mechanical_advantage, angle_2_mechanical_advantage, displacement_mechanical_advantage, displacement_x_mechanical_advantage, displacement_y_mechanical_advantage, length_mechanical_advantage, gap_mechanical_advantage, displacement_1_mechanical_advantage, displacement_2_mechanical_advantage, lap_mechanical_advantage, tension_1, tension_2, tension_3, tension_4, tension_5, tension_6, contact, reaction_force, reaction_torque, violation, violation_length, violation_angle, coordinate, rate, force, value, state, dissipation, translation, rotation, translation_rate, rotation_rate or torque, optional
     component: x, y, z or norm, optional
     over: text, optional
     between: 2 markers, optional
@@ -617,6 +625,96 @@ class FlatContact(Part):
         gap: Quantity | None = ...,
     ) -> None: ...
 
+class SpaceSlot(Part):
+    """A space_slot joint of a scene. Arguments are its keys:
+
+    bodies: 2 names of bodies
+    locations: 2 points or a mapping {name: 3 numbers}
+    axis: 3 numbers or a mapping {name: 3 numbers}
+    x_axis: 3 numbers or a mapping {name: 3 numbers}
+    curve: the name of a curve
+    speed: a number in m/s, optional
+    reflected_inertia: a number in kg, optional
+    limits: {displacement}, optional
+    displacement: a number in m, optional
+    """
+
+    def __init__(
+        self,
+        *,
+        bodies: Sequence[str],
+        locations: Sequence[Vector] | Mapping[str, Any],
+        axis: Vector | str | Mapping[str, Any],
+        x_axis: Vector | str | Mapping[str, Any],
+        curve: str,
+        speed: Quantity | None = ...,
+        reflected_inertia: Quantity | None = ...,
+        limits: Mapping[str, Any] | None = ...,
+        displacement: Quantity | None = ...,
+    ) -> None: ...
+
+class CurveOnCurve(Part):
+    """A curve_on_curve joint of a scene. Arguments are its keys:
+
+    bodies: 2 names of bodies
+    locations: 2 points or a mapping {name: 3 numbers}
+    axis: 3 numbers or a mapping {name: 3 numbers}
+    x_axis: 3 numbers or a mapping {name: 3 numbers}
+    curves: 2 names of curves
+    sides: 2 sides, optional
+    speed: {displacement_1, displacement_2}, optional
+    reflected_inertia: {displacement_1, displacement_2}, optional
+    limits: {displacement_1, displacement_2}, optional
+    displacement_1: a number in m, optional
+    displacement_2: a number in m, optional
+    """
+
+    def __init__(
+        self,
+        *,
+        bodies: Sequence[str],
+        locations: Sequence[Vector] | Mapping[str, Any],
+        axis: Vector | str | Mapping[str, Any],
+        x_axis: Vector | str | Mapping[str, Any],
+        curves: Sequence[str],
+        sides: Sequence[str] | None = ...,
+        speed: Mapping[str, Any] | None = ...,
+        reflected_inertia: Mapping[str, Any] | None = ...,
+        limits: Mapping[str, Any] | None = ...,
+        displacement_1: Quantity | None = ...,
+        displacement_2: Quantity | None = ...,
+    ) -> None: ...
+
+class CurveContact(Part):
+    """A curve_contact joint of a scene. Arguments are its keys:
+
+    bodies: 2 names of bodies
+    locations: 2 points or a mapping {name: 3 numbers}
+    axis: 3 numbers or a mapping {name: 3 numbers}
+    x_axis: 3 numbers or a mapping {name: 3 numbers}
+    curves: 2 names of curves
+    sides: 2 sides, optional
+    speed: a number in m/s, optional
+    reflected_inertia: a number in kg, optional
+    limits: {gap}, optional
+    gap: a number in m, optional
+    """
+
+    def __init__(
+        self,
+        *,
+        bodies: Sequence[str],
+        locations: Sequence[Vector] | Mapping[str, Any],
+        axis: Vector | str | Mapping[str, Any],
+        x_axis: Vector | str | Mapping[str, Any],
+        curves: Sequence[str],
+        sides: Sequence[str] | None = ...,
+        speed: Quantity | None = ...,
+        reflected_inertia: Quantity | None = ...,
+        limits: Mapping[str, Any] | None = ...,
+        gap: Quantity | None = ...,
+    ) -> None: ...
+
 class Slot(Part):
     """A slot joint of a scene. Arguments are its keys:
 
@@ -892,6 +990,7 @@ class Gear(Part):
 
     joints: 2 names of joints
     teeth: 2 numbers of teeth
+    pressure_angle: a number in rad, optional
     """
 
     def __init__(
@@ -899,6 +998,7 @@ class Gear(Part):
         *,
         joints: Sequence[str],
         teeth: Vector,
+        pressure_angle: Quantity | None = ...,
     ) -> None: ...
 
 class Rack(Part):
@@ -1035,7 +1135,7 @@ class LinearSpringDamper(Part):
     """A linear_spring_damper of a scene. Arguments are its keys:
 
     joint: the name of a joint
-    coordinate: displacement, displacement_x, displacement_y, length or gap, optional
+    coordinate: displacement, displacement_x, displacement_y, length, gap, displacement_1 or displacement_2, optional
     stiffness: a number in N/m, optional
     damping: a number in N*s/m, optional
     free_displacement: a number in m, optional
@@ -1177,7 +1277,7 @@ class Friction(Part):
     """A friction of a scene. Arguments are its keys:
 
     joint: the name of a joint
-    coefficient: a number or {angle, angle_1, angle_2, displacement, displacement_x, displacement_y, length, gap, lap}, optional
+    coefficient: a number or {angle, angle_1, angle_2, displacement, displacement_x, displacement_y, length, gap, displacement_1, displacement_2, lap}, optional
     coulomb: {torque, force or coefficient, ...} or {angle, displacement}, optional
     """
 
@@ -1219,7 +1319,7 @@ class HydraulicCylinder(Part):
     """A hydraulic_cylinder of a scene. Arguments are its keys:
 
     joint: the name of a joint, optional
-    coordinate: displacement, displacement_x, displacement_y, length or gap, optional
+    coordinate: displacement, displacement_x, displacement_y, length, gap, displacement_1 or displacement_2, optional
     points: a mapping {name: 3 numbers}, optional
     bodies: 2 names of bodies, optional
     locations: 2 points or a mapping {name: 3 numbers}, optional
@@ -1270,7 +1370,7 @@ class Maxwell(Part):
     """A maxwell of a scene. Arguments are its keys:
 
     joint: the name of a joint, optional
-    coordinate: displacement, displacement_x, displacement_y, length or gap, optional
+    coordinate: displacement, displacement_x, displacement_y, length, gap, displacement_1 or displacement_2, optional
     points: a mapping {name: 3 numbers}, optional
     bodies: 2 names of bodies, optional
     locations: 2 points or a mapping {name: 3 numbers}, optional
@@ -1315,7 +1415,7 @@ class PneumaticSpring(Part):
     """A pneumatic_spring of a scene. Arguments are its keys:
 
     joint: the name of a joint, optional
-    coordinate: displacement, displacement_x, displacement_y, length or gap, optional
+    coordinate: displacement, displacement_x, displacement_y, length, gap, displacement_1 or displacement_2, optional
     points: a mapping {name: 3 numbers}, optional
     bodies: 2 names of bodies, optional
     locations: 2 points or a mapping {name: 3 numbers}, optional
@@ -1382,7 +1482,7 @@ class LinearServo(Part):
     """A linear_servo of a scene. Arguments are its keys:
 
     joint: the name of a joint, optional
-    coordinate: displacement, displacement_x, displacement_y, length or gap, optional
+    coordinate: displacement, displacement_x, displacement_y, length, gap, displacement_1 or displacement_2, optional
     points: a mapping {name: 3 numbers}, optional
     bodies: 2 names of bodies, optional
     locations: 2 points or a mapping {name: 3 numbers}, optional

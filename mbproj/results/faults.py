@@ -23,6 +23,7 @@ KINDS = {
     "states": "state",
     "signals": "signal",
     "tensions": "portion of a rope",
+    "touching": "joint on a curve",
 }
 
 

@@ -86,6 +86,7 @@ LATER_NAMES = {
     "signals": NameList("nu", "signals/names", "names of the signals"),
     "signal_units": NameList("nu", "signals/units", "unit of each signal"),
     "tensions": NameList("nt", "ropes/names", "names of the portions of ropes, rope.tension_1"),
+    "touching": NameList("nv", "curves/names", "names of the joints that follow curves"),
 }
 ALL_NAMES = {**NAMES, **LATER_NAMES}
 
@@ -179,8 +180,10 @@ OF_STATES = (Dataset("states/value", ("nx",), "any", "state; unit per column in 
 OF_SIGNALS = (Dataset("signals/value", ("nu",), "any", "signal; unit per column in signals/units"),)
 #: What a file has only where there are ropes whose length is held or limited.
 OF_ROPES = (Dataset("ropes/tension", ("nt",), "N", "tension of the portion, positive where it pulls"),)
+#: What a file has only where joints follow curves.
+OF_CURVES = (Dataset("curves/contact", ("nv", 3), "m", "place where the joint touches its curve", GLOBAL),)
 #: What a file has only where the scene has some.
-LATER: tuple[Dataset, ...] = (*OF_STOPS, *OF_FRICTIONS, *OF_APPLIED, *OF_STATES, *OF_SIGNALS, *OF_ROPES)
+LATER: tuple[Dataset, ...] = (*OF_STOPS, *OF_FRICTIONS, *OF_APPLIED, *OF_STATES, *OF_SIGNALS, *OF_ROPES, *OF_CURVES)
 
 
 def datasets_for(sizes: Mapping[str, int]) -> tuple[Dataset, ...]:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
 from mbproj.functions.program import COORDINATE, Program, variable
 from mbproj.functions.standard import tabulated
-from mbproj.joints import COORDINATE_UNITS, INERTIA_UNITS, JOINTS, JointType, Parameter
+from mbproj.joints import COORDINATE_UNITS, INERTIA_UNITS, JOINTS, JointType
 from mbproj.scene.blocks.body import BODY
 from mbproj.scene.blocks.control.controllers import CONTROLLER
 from mbproj.scene.blocks.control.expression import NOT_FREE
@@ -22,6 +22,7 @@ from mbproj.scene.blocks.expectations import EXPECTATION
 from mbproj.scene.blocks.forces.dry_joints import slides_in_joints
 from mbproj.scene.blocks.forces.force_types import FORCE
 from mbproj.scene.blocks.forces.stops import limit_field
+from mbproj.scene.blocks.joint_parameters import parameter
 from mbproj.scene.blocks.motions import MOTION
 from mbproj.scene.blocks.parameters import NAME, NAME_RULE, Parameters
 from mbproj.scene.blocks.ropes.block import rope_record
@@ -32,13 +33,10 @@ from mbproj.scene.fields.alternatives import Alternatives, Variants
 from mbproj.scene.fields.checks import (
     Placed,
     different,
-    nonzero,
     not_along,
     of_these_bodies,
     pair_of,
     same_kind,
-    slot_count,
-    tooth_count,
 )
 from mbproj.scene.fields.choices import Choice, Reference
 from mbproj.scene.fields.containers import Check, Named, Record
@@ -51,6 +49,7 @@ from mbproj.scene.fields.placing import (
     BODY_POINT,
     FRAMES,
     JOINT_POINT,
+    ORIGIN_AND_POINT,
     PLANE,
     TWO_BODIES,
     TWO_POINTS,
@@ -71,11 +70,8 @@ FRAME_KEYS: Mapping[str, Mapping[str, Field[Placed]]] = {
     "face": {"axis": AXIS},
     "axes": {"axes": AXES},
 }
-#: The rules on parameters of joints, by the words in the joint table.
-RULES: Mapping[str, Callable[[float], float]] = {"nonzero": nonzero, "teeth": tooth_count, "slots": slot_count}
 
-#: Of a closed curve, and of an open one in its direction.
-SIDES = ("outside", "inside", "left", "right")
+
 NOWHERE = Pair((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 JOINT_TYPE = Choice("joint type", lambda: JOINTS)
 #: What a coupler takes in place of names of joints.
@@ -94,36 +90,26 @@ COUPLER: Mapping[str, Field[Any]] = {
 }
 
 
-def _parameter(given: Parameter) -> Field[Any]:
-    """What a parameter of the joint table is written as."""
-    if given.may_be in ("curve", "convex"):
-        return Reference("curve", "curves")
-    if given.may_be == "side":
-        return Choice("side", lambda: SIDES)
-    number: Field[float] = Number(given.unit, above=0.0 if given.may_be == "positive" else None)
-    if given.may_be in RULES:
-        number = Converted(number, RULES[given.may_be])
-    return number if given.many is None else List(number, given.many, given.words)
-
-
 def _joint_variant(type_name: str, kind: JointType) -> Record[Joint]:
     """What a joint of this type is written as."""
     units = {name: COORDINATE_UNITS[row[0]] for name, row in kind.coordinates.items()}
     if kind.frame == "joints" and not kind.couples:
         return Record(f"a {type_name} joint", {"type": JOINT_TYPE, **COUPLER}, _coupler, ("type", "of"), named=True)
     if kind.frame == "joints":
-        own = {name: _parameter(each) for name, each in kind.parameters.items()}
+        own = {name: parameter(each) for name, each in kind.parameters.items()}
         names = List(Reference("joint", "joints"), len(kind.couples), "names of joints")
         coupling = {"type": JOINT_TYPE, "joints": Converted(names, different), **own}
-        return Record(f"a {type_name} joint", coupling, _coupling, tuple(coupling), named=True)
+        both = tuple(key for key in coupling if key not in own or key in kind.required_parameters)
+        return Record(f"a {type_name} joint", coupling, _coupling, both, named=True)
     if kind.frame == "path":
         return rope_record(type_name, {"type": JOINT_TYPE, **_of_coordinates(type_name, units)})
     if kind.is_on_plane:
         return _on_plane(type_name, kind, units)
     frame = {**FRAME_KEYS[kind.frame], **({"x_axis": AXIS} if kind.x_axis != "none" else {})}
-    place = {"locations": TWO_POINTS} if kind.separate else {"location": JOINT_POINT}
+    two_points = ORIGIN_AND_POINT if {"curve", "curves"} & kind.parameters.keys() else TWO_POINTS
+    place = {"locations": two_points} if kind.separate else {"location": JOINT_POINT}
     keys: dict[str, Field[Any]] = {"type": JOINT_TYPE, "bodies": TWO_BODIES, **place, **frame}
-    keys |= {name: _parameter(each) for name, each in kind.parameters.items()}
+    keys |= {name: parameter(each) for name, each in kind.parameters.items()}
     if kind.merges:
         keys |= {"reaction": Flag(), "axes": FRAMES}
     keys |= _of_coordinates(type_name, units)
@@ -151,7 +137,7 @@ def _on_plane(type_name: str, kind: JointType, units: Mapping[str, str]) -> Reco
         **({"axis": BODY_DIRECTION} if kind.has_axis else {}),
         **({"x_axis": BODY_DIRECTION} if kind.x_axis == "required" else {}),
     }
-    own |= {name: _parameter(each) for name, each in kind.parameters.items()}
+    own |= {name: parameter(each) for name, each in kind.parameters.items()}
     keys = {"type": JOINT_TYPE, "bodies": TWO_BODIES, **own, **_of_coordinates(type_name, units)}
     sides = {"plane": 0, "centre": 1, "axis": 1, "x_axis": 1}
     checks = [Check(("bodies", key), of_side(key, side)) for key, side in sides.items() if key in own]

@@ -219,6 +219,9 @@ def _connected(found: Mapping[str, Any]) -> Iterator[Joint]:
             yield connected(joint, found["bodies"], found.get("motions", {}))
         elif "curve" in joint.parameters:
             yield replace(joint, parameters={**joint.parameters, "curve": curves[joint.parameters["curve"]]})
+        elif "curves" in joint.parameters:
+            both = tuple(curves[name] for name in joint.parameters["curves"])
+            yield replace(joint, parameters={**joint.parameters, "curves": both})
         else:
             yield joint if joint.couples is None else with_coupled(joint, joints)
 

@@ -24,7 +24,7 @@ from mbproj.scene.looks import Appearance, PlacedShape
 from mbproj.scene.stops import DistanceStop, Limit, PlaneStop
 
 if TYPE_CHECKING:
-    from mbproj.functions.curves.track import Track
+    from mbproj.functions.curves.track import SpaceTrack, Track
 
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -245,7 +245,7 @@ class Scene:
     states: tuple[ScalarState, ...] = ()
     controllers: tuple[Controller, ...] = ()
     elements: tuple[Element, ...] = ()
-    curves: tuple[Track, ...] = ()
+    curves: tuple[Track | SpaceTrack, ...] = ()
 
     def place(self, *path: str | int) -> Place | None:
         """Where the value at `path` stands, or the nearest value around it."""

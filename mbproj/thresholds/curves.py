@@ -28,6 +28,12 @@ class Curves:
         "8 nodes of Gauss: 1e-16",
     )
     places: int = threshold(128, "-", "numpy", "so many places a curve has at least", "chosen")
+    straight_turn: float = threshold(
+        1e-12, "rad", "numpy", "from place to place a tangent that turns by less is straight", "round-off of angles"
+    )
+    beyond_end: float = threshold(
+        0.1, "rad", "numpy", "so far a piece of two curves may turn beyond its end while it is held", "place_turn"
+    )
     smooth_curve: float = threshold(
         1e-7,
         "rad",

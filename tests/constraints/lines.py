@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from math import pi
 
-from mbproj.constraints.face import Face, FacePlace
+from mbproj.constraints.curves.face import Face, FacePlace
+from mbproj.constraints.curves.in_space import BesideFirst, BesideSecond, SpaceArc
+from mbproj.constraints.curves.profile import Arc, Lap, Profile
+from mbproj.constraints.curves.two_curves import Gap, PlaceOnFirst, PlaceOnSecond
 from mbproj.constraints.primitive import Primitive
-from mbproj.constraints.profile import Arc, Lap, Profile
 from mbproj.functions.curves.laws import Rise
 from mbproj.functions.curves.shapes import Followed, ellipse, of_law, polar, polyline, through
+from mbproj.functions.curves.space_curve import through_space
 
 CORNERS = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.5, 0.6), (0.0, 1.0)]
 RISES = [
@@ -30,6 +33,7 @@ LINES = {
     "spline": through([(1.0, 0.0), (0.2, 0.8), (-0.7, 0.3), (-0.4, -0.8)], closed=True),
     "open spline": through([(0.0, 0.0), (1.0, 0.2), (2.0, 0.0)], closed=False),
     "ellipse": ellipse((0.7, 0.4)),
+    "large": ellipse((3.0, 2.8)),
     "polyline": polyline(CORNERS, 0.1, closed=True),
     "open polyline": polyline(CORNERS[:3], 0.1, closed=False),
     "table": polar(TABLE),
@@ -38,7 +42,14 @@ LINES = {
     "flat": of_law(0.9, RISES, Followed("flat"), clockwise=False),
     "flat, clockwise": through([(1.0, 0.0), (0.1, -0.9), (-0.8, 0.1), (0.0, 0.8)], closed=True),
 }
+WIRES = {
+    "wire": through_space([(1.0, 0.0, 0.2), (0.2, 0.8, -0.3), (-0.7, 0.3, 0.4), (-0.4, -0.8, 0.0)], closed=True),
+    "open wire": through_space([(0.0, 0.0, 0.0), (1.0, 0.2, 0.3), (2.0, 0.0, -0.1)], closed=False),
+}
 ON_CURVES = {
+    "first beside a wire": BesideFirst(WIRES["wire"]),
+    "second beside a wire": BesideSecond(WIRES["wire"]),
+    "along a wire": SpaceArc(WIRES["wire"]),
     "outside": Profile(LINES["spline"], side=-1.0, reach=0.1),
     "inside": Profile(LINES["ellipse"], side=1.0),
     "held": Profile(LINES["ellipse"], piece=0, side=-1.0, reach=0.2),
@@ -50,5 +61,11 @@ ON_CURVES = {
     "place on a face": FacePlace(LINES["flat"]),
     "place on a face, clockwise": FacePlace(LINES["flat, clockwise"]),
     "face on a piece": Face(LINES["ellipse"], piece=0),
+    "two curves": Gap(LINES["ellipse"], LINES["flat"], side=-1.0, other_side=-1.0, reach=0.1),
+    "one in the other": Gap(LINES["large"], LINES["ellipse"], side=1.0, other_side=-1.0),
+    "two curves on pieces": Gap(LINES["ellipse"], LINES["large"], piece=0, other_piece=0, side=-1.0, other_side=-1.0),
+    "place on the first": PlaceOnFirst(LINES["ellipse"], LINES["flat"], side=-1.0, other_side=-1.0),
+    "place on the second": PlaceOnSecond(LINES["flat"], LINES["flat, clockwise"], side=-1.0, other_side=1.0),
+    "place on the first, hollow": PlaceOnFirst(LINES["spline"], LINES["ellipse"], side=-1.0, other_side=-1.0),
     "arc of an open one": Arc(LINES["open polyline"]),
 }

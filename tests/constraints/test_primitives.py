@@ -7,8 +7,10 @@ import pytest
 
 from mbproj.constraints import PRIMITIVES
 from mbproj.constraints.coupling import Coupling
-from mbproj.constraints.face import Face, FacePlace
-from mbproj.constraints.profile import Arc, Lap, Profile
+from mbproj.constraints.curves.face import Face, FacePlace
+from mbproj.constraints.curves.in_space import BesideFirst, BesideSecond, SpaceArc
+from mbproj.constraints.curves.profile import Arc, Lap, Profile
+from mbproj.constraints.curves.two_curves import Gap, PlaceOnFirst, PlaceOnSecond
 from mbproj.constraints.rope import Rope
 from mbproj.joints.ratios import mesh, thread
 from tests.constraints.lines import ON_CURVES, made
@@ -21,7 +23,8 @@ COUPLINGS = {
     "gear": Coupling(("angle", "angle"), *mesh((20.0, -35.0))),
     "three": Coupling(("angle", "along", "angle"), (0.3, -1.0, 0.2), 0.1),
 }
-OTHERS = (Coupling, Profile, Arc, Lap, Face, FacePlace, Rope)
+OTHERS = (Coupling, Profile, Arc, Lap, Face, FacePlace, Rope, Gap, PlaceOnFirst, PlaceOnSecond)
+OTHERS += (BesideFirst, BesideSecond, SpaceArc)
 #: Over a point, two sheaves and a drum; and with the angle of a drum.
 ROPE = Rope((0.0, 0.005, -0.008, 0.01), (0.3, 1.0, -2.0), 0.02)
 ROPES = {"rope": ROPE, "wound rope": Coupling(("rope", "angle"), (1.0, 0.1), 0.2, other=ROPE)}

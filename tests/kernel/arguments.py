@@ -43,7 +43,10 @@ def primitives(**changes: Any) -> Any:
         "weight": np.ones(2),
         "joins": np.zeros(2, int),
         "line": np.full(2, -1),
+        "other": np.full(2, -1),
         "lines": [],
+        "wire": np.full(2, -1),
+        "wires": [],
         "path": np.full(2, -1),
         "paths": [],
     }
@@ -51,7 +54,7 @@ def primitives(**changes: Any) -> Any:
 
 
 def no_primitives() -> Any:
-    nothing = {name: np.zeros(0, int) for name in ("kind", "joins", "line", "path")}
+    nothing = {name: np.zeros(0, int) for name in ("kind", "joins", "line", "other", "wire", "path")}
     nothing |= {"slots": slots(), "parameters": numbers()}
     return primitives(**nothing, offset=np.zeros(0), weight=np.zeros(0))
 

@@ -10,8 +10,10 @@ import pytest
 
 from mbproj.constraints import PRIMITIVES
 from mbproj.constraints.coupling import Coupling
-from mbproj.constraints.face import Face, FacePlace
-from mbproj.constraints.profile import Arc, Lap, Profile
+from mbproj.constraints.curves.face import Face, FacePlace
+from mbproj.constraints.curves.in_space import BesideFirst, BesideSecond, SpaceArc
+from mbproj.constraints.curves.profile import Arc, Lap, Profile
+from mbproj.constraints.curves.two_curves import Gap, PlaceOnFirst, PlaceOnSecond
 from mbproj.constraints.rope import Rope
 from mbproj.dynamics.assembly.assemble import coordinate_values
 from mbproj.dynamics.derivatives.linear_equations import Motion, linear_equations, tangent_force
@@ -23,7 +25,7 @@ from mbproj.joints import JOINTS
 from mbproj.joints.ratios import thread
 from mbproj.model import compile_system, initial_guess
 from mbproj.scene import read_scene
-from tests.constraints.lines import LINES, made
+from tests.constraints.lines import LINES, WIRES, made
 from tests.dynamics.force_scenes import BUSHINGS, FORCES, HEAD, ON_BODIES
 from tests.support import PARAMETERS, random_chain, with_flywheels
 
@@ -42,7 +44,8 @@ def romberg(f, levels: int = 6, h: float = 0.08):
     return rows[0]
 
 
-OTHERS = (Coupling, Profile, Arc, Lap, Face, FacePlace, Rope)
+OTHERS = (Coupling, Profile, Arc, Lap, Face, FacePlace, Rope, Gap, PlaceOnFirst, PlaceOnSecond)
+OTHERS += (BesideFirst, BesideSecond, SpaceArc)
 EACH = {
     **{name: made(kind) for name, kind in PRIMITIVES.items() if kind not in OTHERS},
     "rope": Rope((0.0, 0.05, -0.08), (0.3, 1.0)),
@@ -51,6 +54,12 @@ EACH = {
     "lap": Lap(LINES["ellipse"], offset=-0.1, scale=1.7),
     "face": Face(LINES["ellipse"]),
     "face_place": FacePlace(LINES["ellipse"]),
+    "beside_first": BesideFirst(WIRES["wire"]),
+    "beside_second": BesideSecond(WIRES["wire"]),
+    "space_arc": SpaceArc(WIRES["wire"]),
+    "two_curves": Gap(LINES["ellipse"], LINES["flat"], side=-1.0, other_side=-1.0, reach=0.1),
+    "place_on_first": PlaceOnFirst(LINES["ellipse"], LINES["flat"], side=-1.0, other_side=-1.0),
+    "place_on_second": PlaceOnSecond(LINES["ellipse"], LINES["flat"], side=-1.0, other_side=-1.0),
     "screw": Coupling(("along", "angle"), *thread(PARAMETERS["pitch"])),
 }
 

@@ -40,7 +40,8 @@ from mbproj.dynamics.equations.reflected import inertial_reaction
 from mbproj.dynamics.equations.teeth import Teeth
 from mbproj.dynamics.observe.reactions import applied_seen, reactions
 from mbproj.dynamics.observe.samples import Samples, join, keep_freed_memory
-from mbproj.dynamics.observe.tensions import tensions
+from mbproj.dynamics.observe.tensions import on_paths
+from mbproj.dynamics.observe.tooth_forces import on_bearings
 from mbproj.dynamics.observe.total_energy import AtStart, account, potential
 from mbproj.model.euler_parameters import product, rotation_matrix
 from mbproj.model.system import System
@@ -177,13 +178,11 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
         """Forces and torques of given components, signals, and tensions, by dataset, where there are some."""
         found = {**applied_seen(self.instant)} if self.system.forces.on_bodies.size else {}
         found |= {"signals/value": of_signals(self.instant)} if self.system.signals.size else {}
-        if self.system.names.tensions:
-            found["ropes/tension"] = tensions(self.system, self._seen, lambda: self.contacts["stops/force"])
-        return found
+        return found | on_paths(self.system, self.pose, self._seen, lambda: self.contacts["stops/force"])
 
     @cached_property
     def reactions(self) -> tuple[Numbers, Numbers]:
-        return reactions(self.system, self.pose, self._seen.multipliers)
+        return on_bearings(self.system, self.pose, *reactions(self.system, self.pose, self._seen.multipliers))
 
     def open_by(self, *, length: bool) -> Numbers:
         """The largest violation of each joint's rows of lengths or of angles, (T, nj)."""

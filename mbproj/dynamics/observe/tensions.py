@@ -11,6 +11,7 @@ import numpy as np
 from mbproj.arrays import Flags, Numbers
 from mbproj.constraints.rope import Rope
 from mbproj.dynamics.equations.kinematics import Pose
+from mbproj.dynamics.observe.places import place
 from mbproj.dynamics.observe.samples import Samples
 from mbproj.model.system import System
 
@@ -48,6 +49,20 @@ def _ends(system: System, length: int) -> Flags:
     assert stops is not None
     own = stops.joint_coordinate == length
     return own & (stops.side < 0.0) if np.any(own & (stops.side < 0.0)) else own
+
+
+def on_paths(system: System, pose: Pose, samples: Samples, pushes: Callable[[], Numbers]) -> dict[str, Numbers]:
+    """The tensions of ropes and the places where curves are touched, by dataset, where there are some."""
+    found = {"ropes/tension": tensions(system, samples, pushes)} if system.names.tensions else {}
+    own = system.touching
+    if own is not None:
+        members = system.coordinates.layout.members
+        x, columns = pose.places(system.coordinates), []
+        for number, offset in zip(own.coordinate, own.offset, strict=True):
+            member = members[system.coordinates.layout.member[number]]
+            columns.append(place(member.primitive, x[..., list(member.slots), :], offset))
+        found["curves/contact"] = np.stack(columns, axis=-2)
+    return found
 
 
 def tensions(system: System, samples: Samples, pushes: Callable[[], Numbers]) -> Numbers:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import Any, NamedTuple, TypeAlias
@@ -12,6 +12,7 @@ import numpy as np
 from mbproj.arrays import Array, Integers, Numbers
 from mbproj.dataclass import dataclass
 from mbproj.functions.curves.evaluated import Pieces
+from mbproj.functions.curves.pairs import Run, runs_of, touching
 from mbproj.functions.curves.piece import Piece, scaled
 from mbproj.functions.program import COORDINATE, Program, variable
 from mbproj.functions.standard import tabulated
@@ -40,6 +41,14 @@ class Places(NamedTuple):
     angle: Array
 
 
+def knots_at(start: Sequence[float], period: float) -> Program:
+    """The parameter itself as a table of pieces that begin there; `period`: 0 of a curve that is open."""
+    knots = tuple(start if period else [-np.inf, *start[1:]])
+    # each piece is its own number, so that no two are taken for one
+    rows = tuple((float(at % 2), 0.0, 0.0, 0.0) for at in range(len(start)))
+    return Program(tabulated(Table(knots, tuple(start), rows, period), variable(COORDINATE)))
+
+
 @dataclass(frozen=True)
 class PlaneCurve:
     """Pieces one after another, in m, until the parameter is `end`. A closed one begins again there.
@@ -50,6 +59,14 @@ class PlaneCurve:
     pieces: tuple[Piece, ...]
     end: float
     closed: bool
+
+    def __hash__(self) -> int:
+        return self._hash
+
+    @cached_property
+    def _hash(self) -> int:
+        """Of all numbers, once: a curve is looked up by each row that follows it."""
+        return hash((self.pieces, self.end, self.closed))
 
     def scaled(self, k: float) -> PlaneCurve:
         """The same k times as large, with the same parameter."""
@@ -132,11 +149,7 @@ class PlaneCurve:
     @cached_property
     def knots(self) -> Program:
         """The parameter itself as a table whose pieces are those of the curve: its switches are the curve's knots."""
-        start = [each.start for each in self.pieces]
-        knots = tuple(start if self.closed else [-np.inf, *start[1:]])
-        # each piece is its own number, so that no two are taken for one
-        rows = tuple((float(at % 2), 0.0, 0.0, 0.0) for at in range(len(start)))
-        return Program(tabulated(Table(knots, tuple(start), rows, self.period), variable(COORDINATE)))
+        return knots_at([each.start for each in self.pieces], self.period)
 
     def derivatives(self, s: Numbers, piece: Integers) -> Numbers:
         """The point and its first three derivatives at parameters (...) of these pieces, (4, 2, ...)."""
@@ -155,6 +168,18 @@ class PlaneCurve:
         """The same of the places whose outward normals point along m (..., 2); of a closed curve that is convex."""
         return self._settled(m, self._turned, self._newton_facing, held)
 
+    def touching(
+        self, other: PlaneCurve, d: Numbers, angle: Numbers, opposite: bool, held: tuple[int, int] = (FREE, FREE)
+    ) -> tuple[Numbers, Integers]:
+        """The parameters of the feet (..., 2) on this curve and another one, which is turned by angles (...) and moved
+        by d (..., 2), and their pieces. Their tangents are parallel there, or `opposite`."""
+        return touching((self, other), d, angle, opposite, held)
+
+    @cached_property
+    def runs(self) -> tuple[Run, ...]:
+        """Of places along which the tangent turns one way."""
+        return runs_of(self.places.angle)
+
     def _settled(self, d: Numbers, near: Start, newton: Step, held: int) -> tuple[Numbers, Integers]:
         """The parameters at which Newton's method ends for each of d (..., 2), and their pieces."""
         flat = d.reshape(-1, 2)
@@ -163,7 +188,7 @@ class PlaneCurve:
         for _ in range(THRESHOLDS.foot_passes):
             point = flat[active].real
             step = np.clip(newton(point, s[active], piece[active]), -reach, reach)
-            s[active], piece[active] = self._moved(s[active] + step, piece[active], held)
+            s[active], piece[active] = self.moved(s[active] + step, piece[active], held)
             active = active[np.abs(step) > self.settled]  # the step after would be round-off
             if not len(active):
                 break
@@ -190,7 +215,7 @@ class PlaneCurve:
         at = np.argmax(m[:, :1] * np.cos(angle) + m[:, 1:] * np.sin(angle), axis=-1)
         return self.places.s[own[at]].copy(), self.places.piece[own[at]].copy()
 
-    def _moved(self, s: Array, piece: Integers, held: int) -> tuple[Array, Integers]:
+    def moved(self, s: Array, piece: Integers, held: int) -> tuple[Array, Integers]:
         """Parameters and the pieces that they are on."""
         if held != FREE:
             return s, piece

@@ -49,6 +49,14 @@ def ellipse(half_axes: Point) -> PlaneCurve:
     return PlaneCurve((Piece(0.0, 0.0, Form.CARTESIAN, x, y),), FULL_TURN, True)
 
 
+def involute(base: float, start: float, end: float) -> PlaneCurve:
+    """Of the circle with the radius `base` about the origin, from one roll angle to another: the end of a cord that is
+    unrolled from the x axis on, counterclockwise or, at negative angles, clockwise."""
+    quarter = 0.5 * pi
+    piece = Piece(start - quarter, -quarter, Form.SUPPORT, polynomial((0.0, base)))
+    return PlaneCurve((piece,), end - quarter, False)
+
+
 def polyline(points: Sequence[Point], fillet: float, closed: bool) -> PlaneCurve:
     """Straight lines from point to point, with an arc of radius `fillet` in each corner; the parameter is the arc
     length. Raises ValueError with the number of the corner where the arc does not fit."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from mbproj.dataclass import dataclass
 from mbproj.functions.curves.plane_curve import PlaneCurve
+from mbproj.functions.curves.space_curve import SpaceCurve
 
 
 @dataclass(frozen=True)
@@ -31,3 +32,15 @@ class Track:
     def distance(self, side: str | None, radius: float) -> float:
         """How far to the left of the line the centre of a roller of this radius is, which touches the profile."""
         return (radius if self.is_left(side) else -radius) + self.roller
+
+
+@dataclass(frozen=True)
+class SpaceTrack:
+    """A curve in space."""
+
+    name: str
+    line: SpaceCurve
+
+    def scaled(self, k: float) -> SpaceTrack:
+        """The same k times as large."""
+        return SpaceTrack(self.name, self.line.scaled(k))

@@ -122,7 +122,7 @@ class LawSwitches:
         if program in rows:
             return self.system.row_owner(self.system.bodies + rows[program][0])
         if program in self.system.following:
-            return self._follower(*self.system.following[program])
+            return self._follower(*self.system.following[program][:2])
         if program >= self.system.first_rate:
             return f"state '{self.system.names.states[program - self.system.first_rate]}'"
         return f"force '{self.system.forces.program_owners[program]}'"
@@ -168,7 +168,7 @@ def switches_of(system: System) -> LawSwitches | None:
 
 def on_branches(system: System, held: Array) -> System:
     """A system with what its rows and laws that follow curves switch on these branches, one for each instruction."""
-    rows = {program: row for program, (row, _) in system.curved.items()} | _following(system, Of.ROW)
+    rows = {program: (row, 0) for program, (row, _) in system.curved.items()} | _following(system, Of.ROW)
     found, laws = system, _following(system, Of.LAW)
     if rows:
         found = replace(found, joints=rows_on_branches(system.joints, system.programs, rows, held))
@@ -179,6 +179,7 @@ def on_branches(system: System, held: Array) -> System:
     return found
 
 
-def _following(system: System, kind: Of) -> dict[int, int]:
-    """The number of each distance from a curve among the rows, the laws or the stops, by its program."""
-    return {program: at for program, (own, at) in system.following.items() if own is kind}
+def _following(system: System, kind: Of) -> dict[int, tuple[int, int]]:
+    """The number of each distance from a curve among the rows, the laws or the stops, by its program. With it stands
+    on which of two curves its foot is."""
+    return {program: (at, second) for program, (own, at, second) in system.following.items() if own is kind}

@@ -9,15 +9,18 @@ from itertools import pairwise
 import numpy as np
 
 from mbproj.constraints.coupling import COORDINATES, Coupling
-from mbproj.constraints.face import OnFace
-from mbproj.constraints.profile import Arc, Lap, OnCurve, Profile
+from mbproj.constraints.curves.face import OnFace
+from mbproj.constraints.curves.profile import Arc, Lap, OnCurve, Profile
+from mbproj.constraints.curves.two_curves import Gap, TwoCurves
 from mbproj.errors import InputError, Problem
 from mbproj.functions.curve import Curve
 from mbproj.functions.curves.track import Track
 from mbproj.functions.program import COORDINATE, Op
+from mbproj.model.compile.frames import local_frames, poses_of
+from mbproj.model.couplings import Toothed, Touching
 from mbproj.model.primitive_set import Binding
 from mbproj.scene.coupled import Coupled
-from mbproj.scene.records import Joint
+from mbproj.scene.records import GROUND, Joint, JointForce, Scene
 from mbproj.thresholds import THRESHOLDS
 
 _CALLED = {type(primitive): name for name, primitive in COORDINATES.items()}
@@ -107,6 +110,35 @@ def on_curve(kind: type[OnCurve], joint: Joint) -> OnCurve:
     return Profile(track.line, side=left, reach=left * track.distance(side, radius))
 
 
+def two_curves(kind: type[TwoCurves], joint: Joint) -> TwoCurves:
+    """The primitive of a joint by which two curves touch, each by default from its outside. The profile of one that was
+    made for a roller is as far to its left as the radius of that."""
+    tracks: tuple[Track, Track] = joint.parameters["curves"]
+    sides = [
+        1.0 if track.is_left(side) else -1.0
+        for track, side in zip(tracks, joint.parameters.get("sides", (None, None)), strict=True)
+    ]
+    (first, second), (side, other_side) = (track.line for track in tracks), sides
+    if kind is Gap:
+        reach = side * tracks[0].roller + other_side * tracks[1].roller
+        return Gap(first, second, side=side, other_side=other_side, reach=reach)
+    return kind(first, second, side=side, other_side=other_side)
+
+
+def touching_of(joints: Sequence[Joint], coordinates: Sequence[str]) -> tuple[Touching | None, tuple[str, ...]]:
+    """Those of joints, of whose coordinates these are the names, and the names of the joints."""
+    found = []
+    for joint in joints:
+        curves = joint.parameters.get("curves", (joint.parameters.get("curve"),))
+        if curves[0] is not None:
+            first = next(at for at, name in enumerate(coordinates) if name.startswith(f"{joint.name}."))
+            found.append((joint.name, first, getattr(curves[0], "roller", 0.0)))
+    if not found:
+        return None, ()
+    names, first_of, offset = zip(*found, strict=True)
+    return Touching(first_of, offset), names
+
+
 def rolling(joint: Joint) -> Coupling:
     """The row by which a roller does not slip: a lap of its centre, as a length, and its own turn, in metres."""
     lap, track = _lap(joint), joint.parameters["curve"]
@@ -121,3 +153,37 @@ def _lap(joint: Joint) -> Lap:
     offset = track.distance(joint.parameters.get("side"), joint.parameters["roller"])
     length = track.line.length - offset * track.line.turn
     return Lap(track.line, offset=offset, scale=(2.0 if track.line.closed else 0.5) * np.pi / length)
+
+
+def toothed(scene: Scene, joints: Sequence[Joint], coordinates: Sequence[str]) -> tuple[Toothed, ...]:
+    """Those among the joints, of whose coordinates these are the names. Raises InputError, at the gear, where its axes
+    are not parallel, or friction goes by what its bearings carry."""
+    number, found = {joint.name: at for at, joint in enumerate(joints)}, []
+    for joint in joints:
+        angle = joint.parameters.get("pressure_angle")
+        if angle is None or joint.couples is None:
+            continue
+        first, second = joint.couples.joints
+        _refuse(scene, joint, joints[number[first]], joints[number[second]])
+        own = [coordinates.index(f"{name}.angle") for name in (first, second)]
+        both = number[first], number[second]
+        found.append(Toothed(number[joint.name], both, (own[0], own[1]), joint.parameters["teeth"], angle))
+    return tuple(found)
+
+
+def _refuse(scene: Scene, gear: Joint, first: Joint, second: Joint) -> None:
+    place = scene.place("joints", gear.name, "pressure_angle")
+    frames = local_frames([first, second], poses := poses_of(scene))
+    axes = [frame[7] @ poses[joint.bodies[1]][1].T for frame, joint in zip(frames, (first, second), strict=True)]
+    if float(np.linalg.norm(np.cross(*axes))) > THRESHOLDS.rounding:
+        what = f"the axes of gear '{gear.name}' are not parallel: its pitch point is not known"
+        raise InputError(Problem(what, place, "leave 'pressure_angle' out"))
+    for joint in (first, second):
+        if joint.bodies[1] == GROUND:
+            what = f"the ground is the second body of joint '{joint.name}', and a wheel of gear '{gear.name}'"
+            raise InputError(Problem(what, place, "give the wheel as the second body of its joint"))
+        for force in scene.forces:
+            dry = force.coulomb.values() if isinstance(force, JointForce) and force.joint == joint.name else ()
+            if any(each.bearing is not None for each in dry):
+                what = f"friction '{force.name}' goes by what joint '{joint.name}' carries without the forces of teeth"
+                raise InputError(Problem(what, place, "give it a constant 'torque', or leave 'pressure_angle' out"))

@@ -10,12 +10,14 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.constraints import PRIMITIVES, Primitive
 from mbproj.constraints.coupling import Coupling
-from mbproj.constraints.profile import OnCurve
+from mbproj.constraints.curves.in_space import InSpace
+from mbproj.constraints.curves.profile import OnCurve
+from mbproj.constraints.curves.two_curves import TwoCurves
 from mbproj.constraints.rope import Rope
 from mbproj.errors import InputError, Place, Problem, placed_at
 from mbproj.joints import JOINTS
 from mbproj.joints.joint_type import Row
-from mbproj.model.compile.coupled import bound, on_curve, rolling
+from mbproj.model.compile.coupled import bound, on_curve, rolling, two_curves
 from mbproj.model.compile.rigid_groups import RigidGroups
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.model.primitive_set import Binding
@@ -63,6 +65,10 @@ def primitive_of(row: Row, joint: Joint) -> Primitive:
     kind, coupling = PRIMITIVES[row[0]], JOINTS[joint.type].coupling
     if issubclass(kind, OnCurve):
         return on_curve(kind, joint)
+    if issubclass(kind, InSpace):
+        return kind(joint.parameters["curve"].line)
+    if issubclass(kind, TwoCurves):
+        return two_curves(kind, joint)
     if kind is Coupling and "curve" in joint.parameters:
         return rolling(joint)
     if kind is Coupling and coupling is not None:

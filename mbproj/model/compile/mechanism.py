@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from importlib import import_module
 
 import numpy as np
@@ -13,6 +14,7 @@ from mbproj.constraints import PRIMITIVES
 from mbproj.elements import Element, Row, State
 from mbproj.errors import InputError, Problem
 from mbproj.joints import JOINTS
+from mbproj.model.compile.coupled import toothed, touching_of
 from mbproj.model.compile.elements import with_elements
 from mbproj.model.compile.elements.controllers import held_by_controllers
 from mbproj.model.compile.frames import SYMBOLS, Pose, local_frames, poses_of
@@ -90,6 +92,7 @@ def _without_elements(scene: Scene) -> tuple[System, list[Element]]:
     stops, stop_names = compile_stops(scene, groups.seats, poses, named)
     tangential, tangent_names = tangential_friction(scene, groups.seats, poses, stop_names)
     frictions = joined(dry.frictions, tangential)
+    touching, touching_names = touching_of(groups.joints, coordinate_names)
     bodies = [groups.seats[body.name] for body in scene.bodies]
     system = System(
         names=Names(
@@ -107,6 +110,7 @@ def _without_elements(scene: Scene) -> tuple[System, list[Element]]:
             stop_units=() if stops is None else stops.coordinates.units,
             frictions=(*dry.names, *tangent_names),
             tensions=tuple(_tensions(scene, groups.joints, ropes)),
+            touching=touching_names,
             friction_units=() if frictions is None else frictions.coordinates.units,
         ),
         mass=np.array([carrier.mass for carrier in groups.carriers]),
@@ -114,7 +118,7 @@ def _without_elements(scene: Scene) -> tuple[System, list[Element]]:
         gravity=np.array(scene.gravity),
         joints=bind(rows),
         coordinates=bind(coordinates),
-        couplings=compile_couplings(rows, coordinates),
+        couplings=replace(compile_couplings(rows, coordinates), teeth=toothed(scene, groups.joints, coordinate_names)),
         alignment=bind(alignment),
         body_carrier=np.array([seat.carrier for seat in bodies], dtype=np.intp),
         body_offset=np.array([seat.offset for seat in bodies]),
@@ -130,6 +134,7 @@ def _without_elements(scene: Scene) -> tuple[System, list[Element]]:
         stops=stops,
         frictions=frictions,
         bearings=dry.bearings,
+        touching=touching,
     )
     return system, _of_joints(scene, named, groups)
 

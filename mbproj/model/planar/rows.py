@@ -34,7 +34,9 @@ _CAUSES = {
     "lap": "counts along a curve that is not in the plane",
     "face": "follows a curve that is not in the plane",
     "face_place": "counts along a face that is not in the plane",
+    **dict.fromkeys(("two_curves", "place_on_first", "place_on_second"), "has curves that are not in the plane"),
     "arc": "counts along a curve that is not in the plane",
+    **dict.fromkeys(("beside_first", "beside_second", "space_arc"), "follows a curve in space"),
     "rope": "runs over sheaves at different depths, or out of the plane",
     "coupling": "couples coordinates that are not in the plane",
     "wheel_height": "rolls out of the plane",
@@ -43,6 +45,10 @@ _CAUSES = {
     "ellipsoid_slip": "rolls out of the plane",
     "edge_slip": "slides on an edge that is tilted",
 }
+#: Coordinates of the plane where all their vectors are in it.
+_IN_PLANE = frozenset(
+    ("angle", "profile", "arc", "lap", "face", "face_place", "two_curves", "place_on_first", "place_on_second")
+)
 #: Of what slips, the slots of the plane's normal and of the direction of the row.
 _OF_SLIP = {"ball_slip": (3, 1), "ellipsoid_slip": (3, 1), "edge_slip": (7, 7)}
 
@@ -137,7 +143,7 @@ def sides(bound: PrimitiveSet, seen: Seen) -> Integers:
             found = np.where(inside, INSIDE, np.where(upright[..., along], BESIDE, STRANGE))
             rolls = kind != "ellipsoid_slip" or _is_axis_across(level[..., 5:], upright[..., 5:])
             side[..., row] = np.where(rolls, found, STRANGE)
-        elif kind in ("angle", "profile", "arc", "lap", "face", "face_place"):
+        elif kind in _IN_PLANE:
             side[..., row] = np.where(_is_coordinate_inside(level, group.primitive), INSIDE, STRANGE)
     return side
 

@@ -58,6 +58,7 @@ _VECTORS = (
     ("bodies", "angular velocity", "rad/s", "bodies/angular_velocity"),
     ("markers", "acceleration", "m/s²", "markers/acceleration"),
     ("bodies", "acceleration", "m/s²", "bodies/acceleration"),
+    ("touching", "contact", "m", "curves/contact"),
 )
 
 

@@ -11,7 +11,7 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.joints import JOINTS
 from mbproj.pages.look.parts import Part, box, cylinder, ellipsoid, sphere, triad
-from mbproj.pages.look.plates import Outline, track
+from mbproj.pages.look.plates import Outline, Wire, track, wire
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,7 +20,8 @@ class Frame:
 
     `r` is the radius of a link, `reach` half the length of a pin, `travel` from where to where body 2's point moves
     along z1, all in m; `ground` is the side that is the ground, 0 where neither is. `radius`: that of the joint, 0
-    where it has none. `semi_axes`: those of an ellipsoid. `outline`: the curve of body 1."""
+    where it has none. `semi_axes`: those of an ellipsoid. `outlines`: the curves of bodies 1 and 2; `wire`: that
+    of body 1 in space."""
 
     points: tuple[Array, Array]
     z: tuple[Array, Array]
@@ -31,7 +32,8 @@ class Frame:
     ground: int
     radius: float = 0.0
     semi_axes: tuple[float, ...] = ()
-    outline: Outline | None = None
+    outlines: tuple[Outline, ...] = ()
+    wire: Wire | None = None
 
     def triad(self, side: int) -> Array:
         """The rotation (4,) of the frame in body `side`."""
@@ -168,19 +170,31 @@ def _pin_and_ball(frame: Frame) -> Iterator[tuple[int, Part]]:
 
 def _track(frame: Frame) -> Iterator[tuple[int, Part]]:
     """The curve of body 1, and on it a pin or a roller of body 2."""
-    assert frame.outline is not None
-    turn = frame.triad(1)
-    yield 1, track(frame.outline, frame.points[0], turn, frame.r)
-    yield 2, cylinder(frame.outline.roller or 0.8 * frame.r, 2.4 * frame.r, frame.points[1], frame.z[1])
+    (outline,) = frame.outlines
+    yield 1, track(outline, frame.points[0], frame.triad(1), frame.r)
+    yield 2, cylinder(outline.roller or 0.8 * frame.r, 2.4 * frame.r, frame.points[1], frame.z[1])
+
+
+def _wire(frame: Frame) -> Iterator[tuple[int, Part]]:
+    """The curve of body 1, and on it a ball of body 2."""
+    assert frame.wire is not None
+    yield 1, wire(frame.wire, frame.points[0], frame.triad(1), frame.r)
+    yield from _ball(frame)
 
 
 def _tappet(frame: Frame) -> Iterator[tuple[int, Part]]:
     """The disc of body 1, and the face of body 2, as wide as the disc asks for, with a stem behind."""
-    assert frame.outline is not None
-    yield 1, track(frame.outline, frame.points[0], frame.triad(1), frame.r)
-    edges = [2.4 * frame.r, 2.0 * (frame.outline.face + frame.r), 0.8 * frame.r]
+    (outline,) = frame.outlines
+    yield 1, track(outline, frame.points[0], frame.triad(1), frame.r)
+    edges = [2.4 * frame.r, 2.0 * (outline.face + frame.r), 0.8 * frame.r]
     yield 2, box(edges, frame.points[1] + 0.4 * frame.r * frame.z[1], frame.triad(2))
     yield 2, cylinder(0.8 * frame.r, 4.0 * frame.r, frame.points[1] + 2.4 * frame.r * frame.z[1], frame.z[1])
+
+
+def _tracks(frame: Frame) -> Iterator[tuple[int, Part]]:
+    """The curve of each body."""
+    for side, outline in enumerate(frame.outlines, 1):
+        yield side, track(outline, frame.points[side - 1], frame.triad(side), frame.r)
 
 
 def _two_balls(frame: Frame) -> Iterator[tuple[int, Part]]:
@@ -209,6 +223,8 @@ GLYPHS: Mapping[str, Glyph] = MappingProxyType(
         "blade": _blade,
         "track": _track,
         "tappet": _tappet,
+        "tracks": _tracks,
+        "wire": _wire,
     }
 )
 #: Of joints that name none, by their frame.

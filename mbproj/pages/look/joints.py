@@ -14,7 +14,7 @@ from mbproj.pages.look.glyphs import GLYPHS, STANDING, Frame, pedestal, sketch_o
 from mbproj.pages.look.layout import Layout
 from mbproj.pages.look.motion import Motion
 from mbproj.pages.look.parts import Part, cylinder
-from mbproj.pages.look.plates import outline_of
+from mbproj.pages.look.plates import both_outlines, wire_of
 from mbproj.scene.records import Joint, Scene
 
 #: A pin is at most this many thicknesses long to either side: through a body that is long along it, it has no need.
@@ -78,7 +78,8 @@ def _frame(joint: Joint, layout: Layout, motion: Motion, bodies: Sequence[Sequen
         ground=1 + pair.index(-1) if -1 in pair else 0,
         radius=abs(joint.parameters["radius"]) if "radius" in joint.parameters else 0.0,
         semi_axes=joint.parameters.get("semi_axes", ()),
-        outline=outline_of(joint),
+        outlines=both_outlines(joint),
+        wire=wire_of(joint),
     )
 
 

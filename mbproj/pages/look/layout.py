@@ -13,7 +13,7 @@ from mbproj.model.compile.frames import SYMBOLS, Pose, local_frames, poses_of
 from mbproj.model.compile.loads import local_ends
 from mbproj.model.compile.touching import place_of_contact
 from mbproj.pages.look.motion import Motion
-from mbproj.pages.look.plates import outline_of
+from mbproj.pages.look.plates import both_outlines, wire_of
 from mbproj.scene.records import GROUND, Bushing, Joint, PointForce, Scene
 from mbproj.scene.stops import DistanceStop, PlaneStop
 
@@ -61,7 +61,7 @@ class Layout:
         for name, frame in frames.items():
             cloud += [start.point(body, frame[f"p{side}"]) for side, body in enumerate(bodies[name], 1)]
         cloud += [start.point(number[marker.body], markers[marker.name]) for marker in scene.markers]
-        cloud += [start.point(bodies[joint.name][0], point) for joint in kept for point in _curve(joint, frames)]
+        cloud += [start.point(body, point) for joint in kept for body, point in _curves(joint, bodies, frames)]
         held, axes = _held(scene, bodies, frames)
         loose = frozenset(range(len(scene.bodies))) - held.keys()
         for owner, point in _softly(scene, number, poses, springs, held):
@@ -76,13 +76,19 @@ class Layout:
         return cls(number, bodies, frames, held, axes, loose, markers, springs, size, thickness)
 
 
-def _curve(joint: Joint, frames: Mapping[str, Mapping[str, Array]]) -> Array:
-    """The points (k, 3) of the curve that a joint follows, in the axes of its body 1."""
-    outline, frame = outline_of(joint), frames[joint.name]
-    if outline is None:
-        return np.zeros((0, 3))
-    x, z = frame["x1"], frame["z1"]
-    return np.asarray(frame["p1"] + outline.points @ np.array([x, np.cross(z, x)]))
+def _curves(
+    joint: Joint, bodies: Mapping[str, tuple[int, int]], frames: Mapping[str, Mapping[str, Array]]
+) -> Iterator[tuple[int, Array]]:
+    """The points of the curves of a joint, each with the body that has it, in that one's axes."""
+    frame = frames[joint.name]
+    for side, outline in enumerate(both_outlines(joint), 1):
+        x, z = frame[f"x{side}"], frame[f"z{side}"]
+        points = frame[f"p{side}"] + outline.points @ np.array([x, np.cross(z, x)])
+        yield from ((bodies[joint.name][side - 1], point) for point in points)
+    if (wire := wire_of(joint)) is not None:
+        x, z = frame["x1"], frame["z1"]
+        points = frame["p1"] + wire.points @ np.array([x, np.cross(z, x), z])
+        yield from ((bodies[joint.name][0], point) for point in points)
 
 
 def _held(

@@ -10,7 +10,7 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.functions.curves.shapes import drawn
-from mbproj.functions.curves.track import Track
+from mbproj.functions.curves.track import SpaceTrack, Track
 from mbproj.joints import JOINTS
 from mbproj.pages.look.parts import UPRIGHT, Mesh, Part
 from mbproj.scene.records import Joint
@@ -72,6 +72,13 @@ def _prism(outline: Array, axes: Array, thickness: float) -> Mesh:
     return Mesh(vertices, np.array(fan + back + sides, dtype=np.intp))
 
 
+class Wire(NamedTuple):
+    """The points (k, 3) of a curve in space in its own axes, in m, and whether it is closed."""
+
+    points: Array
+    closed: bool
+
+
 class Outline(NamedTuple):
     """The points (k, 2) of a profile in its own axes, in m, whether it is closed, and whether it is that of a disc; the
     `roller` that touches it, 0 of a point; and how far beside the axis a `face` is touched, 0 of none."""
@@ -90,16 +97,32 @@ def outline_of(joint: Joint) -> Outline | None:
         return None
     is_flat = JOINTS[joint.type].frame == "face"
     is_cam = is_flat or joint.type in ("cam", "cam_contact", "rolling_on_curve")
-    points = np.array(drawn(track.line, track.roller if is_cam else 0.0))
     angle = track.line.places.angle
     beside = (track.line.places.point * np.column_stack([np.cos(angle), np.sin(angle)])).sum(axis=1)
+    own = _outline(track, track.roller if is_cam else 0.0, joint.parameters.get("side") if is_cam else "inside")
+    roller = joint.parameters.get("roller", track.roller) if is_cam else 0.0
+    return own._replace(roller=roller, face=float(np.abs(beside).max()) if is_flat else 0.0)
+
+
+def both_outlines(joint: Joint) -> tuple[Outline, ...]:
+    """Those of both bodies of a joint whose curves touch; of another, that of body 1 if it has one."""
+    if "curves" not in joint.parameters:
+        own = outline_of(joint)
+        return () if own is None else (own,)
+    sides = joint.parameters.get("sides", (None, None))
+    return tuple(
+        _outline(track, track.roller, side) for track, side in zip(joint.parameters["curves"], sides, strict=True)
+    )
+
+
+def _outline(track: Track, left: float, side: str | None) -> Outline:
+    """Of what lies so far to the left of a curve, and is touched from a side."""
+    points = np.array(drawn(track.line, left))
     apart = np.linalg.norm(np.diff(points, axis=0), axis=1)
     points = points[np.append(True, apart > DISTINCT * apart.max())]
     closed = track.line.closed
-    solid = is_cam and closed and joint.parameters.get("side", "outside") == "outside" and _is_star(points)
-    roller = joint.parameters.get("roller", track.roller) if is_cam else 0.0
-    face = float(np.abs(beside).max()) if is_flat else 0.0
-    return Outline(points[:-1] if closed else points, closed, solid, roller, face)
+    solid = closed and (side or "outside") == "outside" and _is_star(points)
+    return Outline(points[:-1] if closed else points, closed, solid, 0.0, 0.0)
 
 
 def _is_star(points: Array) -> bool:
@@ -145,14 +168,49 @@ def _rail(outline: Outline, thick: float, wide: float) -> Mesh:
     vertices = np.concatenate(
         [np.column_stack([points + a * thick * across, np.full(count, b * wide)]) for a, b in corners]
     )
-    here = np.arange(count if outline.closed else count - 1)
+    return _tube(vertices, count, outline.closed)
+
+
+def wire_of(joint: Joint) -> Wire | None:
+    """Of a joint that follows a curve in space."""
+    track = joint.parameters.get("curve")
+    if not isinstance(track, SpaceTrack):
+        return None
+    points = track.line.places.point
+    apart = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    points = points[np.append(True, apart > DISTINCT * apart.max())]
+    return Wire(points[:-1] if track.line.closed else points, track.line.closed)
+
+
+def wire(own: Wire, point: Array, turn: Array, r: float) -> Part:
+    """A thin bar along a curve in space, in a frame with its origin at `point` (3,), turned by `turn` (4,)."""
+    points, count = own.points, len(own.points)
+    along = np.roll(points, -1, axis=0) - np.roll(points, 1, axis=0)
+    if not own.closed:
+        along[0], along[-1] = points[1] - points[0], points[-1] - points[-2]
+    along /= np.linalg.norm(along, axis=1)[:, None]
+    beside = np.empty_like(points)
+    last = np.eye(3)[int(np.argmin(np.abs(along[0])))]
+    for at, tangent in enumerate(along):  # what was beside before, made normal
+        last = last - (last @ tangent) * tangent
+        last = last / np.linalg.norm(last)
+        beside[at] = last
+    other, half = np.cross(along, beside), 0.5 * THICK * r
+    corners = [(1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0)]
+    vertices = np.concatenate([points + half * (a * beside + b * other) for a, b in corners])
+    return Part("mesh", (), point, turn, _tube(vertices, count, own.closed))
+
+
+def _tube(vertices: Array, count: int, closed: bool) -> Mesh:
+    """The solid whose corners are four rows of so many vertices."""
+    here = np.arange(count if closed else count - 1)
     after = (here + 1) % count
     faces = []
     for k in range(4):
         one, other = k * count, (k + 1) % 4 * count
         faces += [np.column_stack([one + here, other + here, other + after])]
         faces += [np.column_stack([one + here, other + after, one + after])]
-    if not outline.closed:
+    if not closed:
         starts, ends = np.arange(4) * count, np.arange(4) * count + count - 1
         faces += [starts[[[0, 2, 1], [0, 3, 2]]], ends[[[0, 1, 2], [0, 2, 3]]]]
     return Mesh(vertices, np.concatenate(faces).astype(np.intp), convex=False)

@@ -27,6 +27,7 @@ AXES = {
     "nx": ("states", "state"),
     "nu": ("signals", "signal"),
     "nt": ("tensions", "tension"),
+    "nv": ("touching", "touching"),
 }
 #: Components by their number: the dimension and their names.
 COMPONENTS = {3: ("axis", ("x", "y", "z")), 4: ("euler_parameter", ("0", "1", "2", "3"))}

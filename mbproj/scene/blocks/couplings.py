@@ -56,6 +56,10 @@ NOT_COUPLED: Mapping[str, str] = {
     "profile": "a distance from a curve",
     "face": "a distance from a curve",
     "face_place": "a place on a face",
+    "two_curves": "a distance from a curve",
+    "place_on_first": "a length along a curve",
+    "place_on_second": "a length along a curve",
+    "space_arc": "a length along a curve",
     "rope": "the length of a rope",
 }
 

@@ -12,7 +12,7 @@ from mbproj.scene.blocks.expectation_fit import fits
 from mbproj.scene.blocks.expectations import Given, expectation, subject
 from mbproj.scene.blocks.forces.dry_joints import friction_units
 from mbproj.scene.blocks.forces.stops import stop_units
-from mbproj.scene.blocks.observables import OBSERVABLES, OF_BUSHINGS, TENSION, Observable
+from mbproj.scene.blocks.observables import CONTACT, OBSERVABLES, OF_BUSHINGS, TENSION, Observable
 from mbproj.scene.blocks.passages import (
     RATIOS,
     GivenPassage,
@@ -57,6 +57,7 @@ def of_joints(joints: Mapping[str, Joint], expected: Expected) -> Iterator[Compl
         theirs = {coordinate for coordinate in COORDINATES if coordinate not in own}
         portions = joint.parameters["path"].portions if "path" in joint.parameters else 0
         theirs |= {f"{TENSION}{number}" for number in range(portions + 1, MOST_WHEELS + 2)}
+        theirs |= set() if {"curve", "curves"} & joint.parameters.keys() else {CONTACT}
         lacking = theirs | {f"{coordinate}{more}" for coordinate in theirs for more in ("_speed", *RATIOS)}
         if JOINTS[joint.type].merges and not joint.reaction:
             message = f"joint '{item}' merges its bodies, and nothing of it is recorded"

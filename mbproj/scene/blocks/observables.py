@@ -25,6 +25,8 @@ class Observable(NamedTuple):
 
 #: Of the portions of a rope, from 1 on.
 TENSION = "tension_"
+#: Where a joint touches its curve.
+CONTACT = "contact"
 _OF_JOINT_COORDINATES = {
     **{name: Observable(unit) for name, unit in COORDINATES.items()},
     **{f"{name}_speed": Observable(f"{unit}/s") for name, unit in COORDINATES.items()},
@@ -50,6 +52,7 @@ OBSERVABLES: Mapping[str, Mapping[str, Observable]] = MappingProxyType(
         "joint": {
             **_OF_JOINT_COORDINATES,
             **{f"{TENSION}{number}": Observable("N") for number in range(1, MOST_WHEELS + 2)},
+            CONTACT: Observable("m", 3),
             "reaction_force": Observable("N", 3),
             "reaction_torque": Observable("N*m", 3),
             "violation": Observable(""),

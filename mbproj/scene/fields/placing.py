@@ -19,6 +19,10 @@ from mbproj.scene.records import GROUND, Pair, Vector
 JOINT_POINT: Field[Placed] = Alternatives((Converted(POINT, shared), Named("body", POINT)))
 AXIS: Field[Placed] = Alternatives((Converted(DIRECTION, shared), Named("body", DIRECTION)))
 AXES: Field[Placed] = Alternatives((Converted(List(DIRECTION, 2, "axes"), two_axes), Named("body", DIRECTION)))
+#: The origin of a curve, and a point that may be there.
+ORIGIN_AND_POINT: Field[Placed] = Alternatives(
+    (Converted(List(POINT, 2, "points"), lambda points: Pair(*points)), Named("body", POINT))
+)
 TWO_POINTS: Field[Placed] = Alternatives((Converted(List(POINT, 2, "points"), two_points), Named("body", POINT)))
 TWO_BODIES: Field[Any] = Converted(List(Reference("body", "bodies", (GROUND,)), 2, "names of bodies"), different)
 #: The orientation of a frame of each body, in that body's axes.

@@ -12,7 +12,7 @@ from typing import Any
 from mbproj.dataclass import dataclass
 from mbproj.elements import Kind
 from mbproj.errors import InputError, Problem
-from mbproj.functions.curves.track import Track
+from mbproj.functions.curves.track import SpaceTrack, Track
 from mbproj.functions.program import COORDINATE, RATE, Program
 from mbproj.joints import COORDINATE_UNITS, JOINTS
 from mbproj.scene.blocks.control.named import names_channels
@@ -103,14 +103,15 @@ class _Larger:
 
     def _in(self, unit: str, value: Any) -> Any:
         """A number, or several, in a unit that may have metres in it; a curve; a path; or a name."""
-        if isinstance(value, Track):
+        if isinstance(value, Track | SpaceTrack):
             return value.scaled(self.k)
         if isinstance(value, Path):
             return value.changed(lambda at: replace(at, vector=self.vector(at.vector)), lambda n: n, self.k)
         if isinstance(value, str):
             return value
-        factor = self.k ** dimension_of(unit).length
-        return tuple(factor * each for each in value) if isinstance(value, tuple) else factor * value
+        if isinstance(value, tuple):
+            return tuple(self._in(unit, each) for each in value)
+        return self.k ** dimension_of(unit).length * value
 
     def _coupled(self, coupled: Coupled) -> Coupled:
         """A row in m is k times as large, and a length in it counts as before."""

@@ -8,29 +8,11 @@ import pytest
 from mbproj import InputError, read_scene_text
 from tests.kernel.scenes import needs_kernel
 from tests.mechanisms.curves.scenes import scene
+from tests.mechanisms.curves.touching import FLAT
 from tests.stops.runs import run
 
 pytestmark = needs_kernel
 BASE, LIFT, RISE, DWELL = 0.05, 0.02, np.radians(120.0), np.radians(60.0)
-#: A follower of 0.5 kg under a spring of 2000 N/m and 10 N, which meets the cam 13 mm beside its axis and 10 mm below.
-FLAT = """
-curves:
-  lift: {lift: {base: 50 mm, rises: [[120 deg, 20 mm, LAW], [60 deg, 20 mm, dwell],
-                                     [120 deg, 0 mm, LAW], [60 deg, 0 mm, dwell]]}, flat: true, clockwise: true}
-bodies:
-  shaft: {mass: 2, inertia: [0.01, 0.01, 0.01], position: [0, 0, 0]}
-  valve: {mass: 0.5, inertia: [0.001, 0.001, 0.001], position: [0, 0, 0.06]}
-joints:
-  A: {type: revolute, bodies: [ground, shaft], location: [0, 0, 0], axis: [0, -1, 0]}
-  P: {type: prismatic, bodies: [ground, valve], location: [0, 0, 0.05], axis: [0, 0, 1]}
-  K: {type: flat_follower, bodies: [shaft, valve], curve: lift, axis: [0, -1, 0], x_axis: [0, 0, 1],
-      locations: [[0, 0, 0], [0.013, 0, 0.05]], normal: [0, 0, 1]}
-forces:
-  spring: {type: spring_damper, points: {ground: [0, 0, 0.5], valve: [0, 0, 0.06]}, stiffness: 2000 N/m,
-           free_length: 0.445 m}
-motions:
-  drive: {joint: A, angle: {constant_speed: SPEED rad/s}}
-"""
 
 
 def law(angle, of="cycloidal"):

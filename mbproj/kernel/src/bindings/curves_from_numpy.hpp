@@ -7,12 +7,12 @@ namespace mbproj {
 
 // Pieces (start, origin, form, and the numbers of two functions), places (s, piece, x, y, length, angle).
 inline PlaneCurve plane_curve(const Numbers2& pieces, const Numbers2& places, double end, bool closed, int passes,
-                              double settled, double reach) {
+                              double settled, double straight, double beyond, double reach) {
     constexpr int numbers = PlaneCurve::numbers, terms = PlaneCurve::terms;
     require(pieces, {pieces.shape(0), 3 + 2 * numbers}, "pieces");
     require(places, {places.shape(0), 6}, "places");
     if (pieces.shape(0) == 0 || places.shape(0) < 2 || passes < 1) refuse("pieces", "are none");
-    PlaneCurve built{{}, {}, end, closed, passes, settled, reach, 0.0, 0.0};
+    PlaneCurve built{{}, {}, end, closed, passes, settled, straight, beyond, reach, 0.0, 0.0, {}};
     const auto count = [](const double* c) {
         int found = terms;
         while (found > 0 && c[found - 1] == 0.0) --found;
@@ -39,7 +39,8 @@ inline PlaneCurve plane_curve(const Numbers2& pieces, const Numbers2& places, do
         PlaneCurve::Piece& piece = built.pieces[number];
         if (piece.first < 0) piece.first = static_cast<int>(i);
         piece.last = static_cast<int>(i);
-        const PlaneCurve::Place place{row[0], row[2], row[3], row[4], row[5], number};
+        const PlaneCurve::Place place{row[0], row[2], row[3],           row[4],
+                                      row[5], number, std::cos(row[5]), std::sin(row[5])};
         if (i > 0) {
             const PlaneCurve::Place& before = built.places.back();
             built.stride = std::max(built.stride, std::hypot(place.x - before.x, place.y - before.y));
@@ -49,15 +50,51 @@ inline PlaneCurve plane_curve(const Numbers2& pieces, const Numbers2& places, do
     for (const PlaneCurve::Piece& piece : built.pieces)
         if (piece.first < 0 || piece.last <= piece.first) refuse("places", "leave a piece out");
     built.side = built.places.back().angle < built.places.front().angle ? -1.0 : 1.0;
+    built.runs = built.turning_runs();
     return built;
 }
 
-// What follows curves in planes: where and with which number it is, and the program whose switch is the knots.
-using FollowerNumbers = std::tuple<int, int, int>;
+// Pieces (start, origin, four coefficients of x, of y and of z, the direction across), places (s, piece, x, y, z, length).
+inline SpaceCurve space_curve(const Numbers2& pieces, const Numbers2& places, double end, bool closed, int passes,
+                              double settled, double reach) {
+    require(pieces, {pieces.shape(0), 17}, "pieces");
+    require(places, {places.shape(0), 6}, "places");
+    if (pieces.shape(0) == 0 || places.shape(0) < 2 || passes < 1) refuse("pieces", "are none");
+    SpaceCurve built{{}, {}, end, closed, passes, settled, reach};
+    for (std::size_t i = 0; i < pieces.shape(0); ++i) {
+        const double* row = pieces.data() + i * pieces.shape(1);
+        SpaceCurve::Piece piece{};
+        piece.start = row[0];
+        piece.origin = row[1];
+        for (int k = 0; k < 3; ++k) {
+            std::copy_n(row + 2 + 4 * k, 4, piece.c[k]);
+            piece.axis[k] = row[14 + k];
+        }
+        piece.first = piece.last = -1;
+        if (i > 0 && !(piece.start > built.pieces.back().start)) refuse("pieces", "do not increase");
+        built.pieces.push_back(piece);
+    }
+    if (!(end > built.pieces.back().start)) refuse("end", "comes before the last piece");
+    for (std::size_t i = 0; i < places.shape(0); ++i) {
+        const double* row = places.data() + 6 * i;
+        const int number = index_below(static_cast<int64_t>(row[1]), built.pieces.size(), "places");
+        SpaceCurve::Piece& piece = built.pieces[number];
+        if (piece.first < 0) piece.first = static_cast<int>(i);
+        piece.last = static_cast<int>(i);
+        built.places.push_back({row[0], {row[2], row[3], row[4]}, row[5], number});
+    }
+    for (const SpaceCurve::Piece& piece : built.pieces)
+        if (piece.first < 0 || piece.last <= piece.first) refuse("places", "leave a piece out");
+    return built;
+}
+
+// What follows curves in planes: where and with which number it is, the program whose switch is the knots, and whether it
+// is the second of two curves that touch.
+using FollowerNumbers = std::tuple<int, int, int, int>;
 
 template <class D> void add_followers(Model<D>& model, const std::vector<FollowerNumbers>& given) {
     auto loads = model.loads ? std::make_shared<Loads<D>>(*model.loads) : nullptr;
-    for (const auto& [kind, number, program] : given) {
+    for (const auto& [kind, number, program, second] : given) {
         const Of of = static_cast<Of>(index_below(kind, 3, "followers"));
         if (of == Of::law && !loads) refuse("followers", "have a law that the model does not");
         PrimitiveSet<D>& set = of == Of::row   ? model.constraints
@@ -71,13 +108,18 @@ template <class D> void add_followers(Model<D>& model, const std::vector<Followe
             if (Instance<D>& p = set.instances[i]; p.row == number && p.rows == 1) {
                 const int table = static_cast<int>(model.programs.operand[at + 1]);
                 const auto& start = model.programs.table_start;
-                if (!is_held(p.kind) || start[table + 1] - start[table] != static_cast<int>(p.line->pieces.size()))
+                if (!is_held(p.kind) || (second && !is_of_two(p.kind))) refuse("followers", "have another curve");
+                const std::size_t pieces = is_in_space(p.kind) ? p.wire->pieces.size()
+                                           : second            ? p.other->pieces.size()
+                                                               : p.line->pieces.size();
+                if (start[table + 1] - start[table] != static_cast<int>(pieces))
                     refuse("followers", "have another curve");
-                p.follower = static_cast<int>(model.curves.size());
+                (second ? p.other_follower : p.follower) = static_cast<int>(model.curves.size());
                 for (Instance<D>& other : set.instances)  // what counts along the curve there, in the row beside it
-                    if (of == Of::row && other.kind == Kind::lap && std::equal(p.slots, p.slots + 4, other.slots))
+                    if (of == Of::row && (other.kind == Kind::lap || other.kind == Kind::beside_second) &&
+                        std::equal(p.slots, p.slots + 4, other.slots))
                         other.follower = p.follower;
-                model.curves.push_back({static_cast<int>(i), program, of});
+                model.curves.push_back({static_cast<int>(i), program, of, second != 0});
             }
     }
     model.loads = std::move(loads);

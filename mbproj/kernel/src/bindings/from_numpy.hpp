@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <tuple>
@@ -122,6 +123,7 @@ inline void check_implicit_tableau(const Tableau& t, int most_stages) {
 // The curves in planes that instances follow, and the paths of ropes: their radii, their directions, and what is
 // not counted.
 using Lines = std::vector<std::shared_ptr<PlaneCurve>>;
+using Wires = std::vector<std::shared_ptr<SpaceCurve>>;
 using Paths = std::vector<std::vector<double>>;
 
 inline std::shared_ptr<const RopePath> rope_path(const std::vector<double>& numbers) {
@@ -144,7 +146,8 @@ template <class D> PrimitiveSet<D> primitive_set(std::size_t bodies, const Integ
                                                  const Numbers2& local, const Integers1& kind, const Integers2& slots,
                                                  const Numbers2& parameters, const Numbers1& offset,
                                                  const Numbers1& weight, const Integers1& joins, const Integers1& line,
-                                                 const Lines& lines, const Integers1& path, const Paths& paths) {
+                                                 const Integers1& other, const Lines& lines, const Integers1& wire,
+                                                 const Wires& wires, const Integers1& path, const Paths& paths) {
     const std::size_t attachments = body.shape(0), instances = kind.shape(0);
     require(is_point, {attachments}, "is_point");
     require(local, {attachments, D::axes}, "local");
@@ -154,6 +157,8 @@ template <class D> PrimitiveSet<D> primitive_set(std::size_t bodies, const Integ
     require(weight, {instances}, "weight");
     require(joins, {instances}, "joins");
     require(line, {instances}, "line");
+    require(other, {instances}, "other");
+    require(wire, {instances}, "wire");
     require(path, {instances}, "path");
     PrimitiveSet<D> set;
     for (std::size_t a = 0; a < attachments; ++a) {
@@ -185,8 +190,13 @@ template <class D> PrimitiveSet<D> primitive_set(std::size_t bodies, const Integ
         p.offset = offset.data()[i];
         p.weight = weight.data()[i];
         p.curve = -1;
-        if (p.on_line() != (line.data()[i] >= 0)) refuse("line", "is of what follows none, or lacks");
-        if (p.on_line()) p.line = lines[index_below(line.data()[i], lines.size(), "line")];
+        if (is_in_space(p.kind) != (wire.data()[i] >= 0)) refuse("wire", "is of what follows none, or lacks");
+        if (is_in_space(p.kind)) p.wire = wires[index_below(wire.data()[i], wires.size(), "wire")];
+        const bool in_plane = p.on_line() && !is_in_space(p.kind);
+        if (in_plane != (line.data()[i] >= 0)) refuse("line", "is of what follows none, or lacks");
+        if (in_plane) p.line = lines[index_below(line.data()[i], lines.size(), "line")];
+        if (is_of_two(p.kind) != (other.data()[i] >= 0)) refuse("other", "is of what touches none, or lacks");
+        if (is_of_two(p.kind)) p.other = lines[index_below(other.data()[i], lines.size(), "other")];
         if (p.coupled) {
             const bool follows = i > 0 && set.instances.back().row == p.row;
             if (!follows || p.kind == Kind::coincident || set.instances.back().kind == Kind::coincident)
@@ -251,6 +261,16 @@ template <class D> std::vector<Body<D>> bodies(const Numbers1& mass, const Numbe
         found.push_back(body);
     }
     return found;
+}
+
+// Rows of a model that may be left out.
+template <class D>
+std::optional<std::vector<int>> rows_from(const Model<D>& model, std::optional<std::vector<int>> rows) {
+    if (!rows) return rows;
+    for (std::size_t i = 0; i < rows->size(); ++i)
+        if ((*rows)[i] < (i ? (*rows)[i - 1] + 1 : 0) || (*rows)[i] >= model.constraints.rows)
+            refuse("left_out", "holds an index out of range");
+    return rows;
 }
 
 }  // namespace mbproj

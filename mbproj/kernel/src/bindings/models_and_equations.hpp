@@ -16,29 +16,22 @@
 
 namespace mbproj {
 
-// Rows of a model that may be left out.
-template <class D>
-std::optional<std::vector<int>> rows_from(const Model<D>& model, std::optional<std::vector<int>> rows) {
-    if (!rows) return rows;
-    for (std::size_t i = 0; i < rows->size(); ++i)
-        if ((*rows)[i] < (i ? (*rows)[i - 1] + 1 : 0) || (*rows)[i] >= model.constraints.rows)
-            refuse("left_out", "holds an index out of range");
-    return rows;
-}
-
 template <class D> void add_model(nb::module_& m, const char* primitives, const char* model) {
     nb::class_<PrimitiveSet<D>>(m, primitives)
         .def(
             "__init__",
             [](PrimitiveSet<D>* self, std::size_t bodies, Integers1 body, Integers1 is_point, Numbers2 local,
                Integers1 kind, Integers2 slots, Numbers2 parameters, Numbers1 offset, Numbers1 weight, Integers1 joins,
-               Integers1 line, const Lines& lines, Integers1 path, const Paths& paths) {
-                new (self) PrimitiveSet<D>(primitive_set<D>(bodies, body, is_point, local, kind, slots, parameters,
-                                                            offset, weight, joins, line, lines, path, paths));
+               Integers1 line, Integers1 other, const Lines& lines, Integers1 wire, const Wires& wires, Integers1 path,
+               const Paths& paths) {
+                new (self)
+                    PrimitiveSet<D>(primitive_set<D>(bodies, body, is_point, local, kind, slots, parameters, offset,
+                                                     weight, joins, line, other, lines, wire, wires, path, paths));
             },
             nb::kw_only(), nb::arg("bodies"), nb::arg("body"), nb::arg("is_point"), nb::arg("local"), nb::arg("kind"),
             nb::arg("slots"), nb::arg("parameters"), nb::arg("offset"), nb::arg("weight"), nb::arg("joins"),
-            nb::arg("line"), nb::arg("lines"), nb::arg("path"), nb::arg("paths"))
+            nb::arg("line"), nb::arg("other"), nb::arg("lines"), nb::arg("wire"), nb::arg("wires"), nb::arg("path"),
+            nb::arg("paths"))
         .def_ro("rows", &PrimitiveSet<D>::rows);
     nb::class_<Model<D>>(m, model)
         .def(

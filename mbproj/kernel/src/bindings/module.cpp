@@ -95,8 +95,18 @@ void add_settings(nb::module_& m) {
         .def(
             "__init__",
             [](PlaneCurve* self, Numbers2 pieces, Numbers2 places, double end, bool closed, int passes, double settled,
+               double straight, double beyond, double reach) {
+                new (self)
+                    PlaneCurve(plane_curve(pieces, places, end, closed, passes, settled, straight, beyond, reach));
+            },
+            nb::kw_only(), nb::arg("pieces"), nb::arg("places"), nb::arg("end"), nb::arg("closed"), nb::arg("passes"),
+            nb::arg("settled"), nb::arg("straight"), nb::arg("beyond"), nb::arg("reach"));
+    nb::class_<SpaceCurve>(m, "SpaceCurve")
+        .def(
+            "__init__",
+            [](SpaceCurve* self, Numbers2 pieces, Numbers2 places, double end, bool closed, int passes, double settled,
                double reach) {
-                new (self) PlaneCurve(plane_curve(pieces, places, end, closed, passes, settled, reach));
+                new (self) SpaceCurve(space_curve(pieces, places, end, closed, passes, settled, reach));
             },
             nb::kw_only(), nb::arg("pieces"), nb::arg("places"), nb::arg("end"), nb::arg("closed"), nb::arg("passes"),
             nb::arg("settled"), nb::arg("reach"));

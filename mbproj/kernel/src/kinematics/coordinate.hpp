@@ -20,11 +20,11 @@ template <class D> struct Coordinate {
             spoke[s] = pose[a.body].rotation * a.local;
             x[s] = a.is_point ? Point<D>(pose[a.body].position + spoke[s]) : spoke[s];
         }
-        if (p.on_line()) touch_ = on_curve::touch<D>(p, x, p.follower < 0 ? PlaneCurve::free : pose.piece(p.follower));
+        if (p.on_line()) touch_ = on_curve::touch<D>(p, x, pose.piece(p.follower), pose.piece(p.other_follower));
         gradient<D>(p, x, g, known());
     }
-    // The parameter of the foot of what follows a curve.
-    Scalar<D> foot() const { return touch_.foot.s; }
+    // The parameter of the foot of what follows a curve, or the second of two.
+    Scalar<D> foot(bool second) const { return second ? touch_.other.s : touch_.foot.s; }
     const Attachment<D>& attachment(int s) const { return set.attachments[p.slots[s]]; }
     Scalar<D> value() const { return mbproj::value<D>(p, x, known()); }
     // Of an angle with the whole turns that bring it next to what is expected of it.

@@ -172,11 +172,11 @@ private:
 
     // What a curve is a function of; of what follows one while it acts or touches, no number where it does not.
     Scalar<D> followed(const Model<D>& model, int curve, const Pose<D>& pose) const {
-        const auto [number, _, of] = model.curves[curve];
+        const auto [number, _, of, second] = model.curves[curve];
         if (of == Of::row) return pose.curved(curve);
         const bool acts = of == Of::law ? part.empty() || part[number] != 0.0 : touching.count(number) > 0;
         const PrimitiveSet<D>& set = of == Of::law ? model.loads->coordinates : model.stops.coordinates;
-        return acts ? Coordinate<D>(set, number, pose).foot() : free_branch;
+        return acts ? Coordinate<D>(set, number, pose).foot(second) : free_branch;
     }
     static Scalar<D> value(const Law<D>& law, const Coordinate<D>& along, const Channels<D>& channels) {
         return is_angle(along.p.kind) ? along.value(channels.expected(law.coordinate)) : along.value();

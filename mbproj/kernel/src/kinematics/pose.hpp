@@ -58,7 +58,8 @@ public:
         for (std::size_t c = 0; c < curves_.size(); ++c) {
             if (model_.curves[c].of != Of::row) continue;
             if (const Instance<D>& p = model_.constraints.instances[model_.curves[c].instance]; p.on_line()) {
-                touches_[c] = on_curve::touch<D>(p, Places(*this, p).x, piece(static_cast<int>(c)));
+                if (!model_.curves[c].second)
+                    touches_[c] = on_curve::touch<D>(p, Places(*this, p).x, piece(p.follower), piece(p.other_follower));
                 continue;
             }
             const Series<Scalar<D>> variables[law_variables] = {{}, {curved(c), 1.0, 0.0}, {}};
@@ -68,12 +69,14 @@ public:
     // What a curve is a function of, of a row.
     Scalar<D> curved(std::size_t number) const {
         const Instance<D>& p = model_.constraints.instances[model_.curves[number].instance];
-        return p.on_line() ? touches_[number].foot.s : value<D>(p, Places(*this, p).x);
+        if (!p.on_line()) return value<D>(p, Places(*this, p).x);
+        return model_.curves[number].second ? touches_[p.follower].other.s : touches_[number].foot.s;
     }
     // Where an instance that follows a curve touches it, if its row is held on pieces.
     const Touch<D>* touch(const Instance<D>& p) const { return p.follower < 0 ? nullptr : &touches_[p.follower]; }
-    // On which piece what follows a curve is held.
+    // On which piece what follows a curve is held; of none, on none.
     int piece(int number) const {
+        if (number < 0) return PlaneCurve::free;
         const int at = model_.programs.start[model_.curves[number].program] + 1;
         if (!held || isnan(held[at])) return PlaneCurve::free;
         const int table = static_cast<int>(model_.programs.operand[at]);

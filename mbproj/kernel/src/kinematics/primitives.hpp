@@ -5,7 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "kinematics/on_curve.hpp"
+#include "kinematics/angle.hpp"
+#include "kinematics/curves/on_curve.hpp"
 #include "kinematics/on_rope.hpp"
 #include "kinematics/rolling.hpp"
 
@@ -20,27 +21,6 @@ template <class D> void gradient(const Point<D>* x, Point<D>* g) {
 }
 template <class D> Scalar<D> curvature(const Point<D>* x_dot) { return 2.0 * value<D>(x_dot); }
 }  // namespace along
-
-namespace angle {
-template <class D> Scalar<D> value(const Point<D>* x) { return atan2(x[2].dot(x[1]), x[2].dot(x[0])); }
-template <class D> void gradient(const Point<D>* x, Point<D>* g) {
-    const Scalar<D> cosine = x[2].dot(x[0]), sine = x[2].dot(x[1]);
-    const Scalar<D> radius2 = cosine * cosine + sine * sine;
-    const Scalar<D> s = sine / radius2, c = cosine / radius2;
-    g[0] = -s * x[2];
-    g[1] = c * x[2];
-    g[2] = c * x[1] - s * x[0];
-}
-template <class D> Scalar<D> curvature(const Point<D>* x, const Point<D>* v) {
-    const Scalar<D> cosine = x[2].dot(x[0]), sine = x[2].dot(x[1]);
-    const Scalar<D> radius2 = cosine * cosine + sine * sine;
-    const Scalar<D> cosine_dot = v[2].dot(x[0]) + x[2].dot(v[0]), sine_dot = v[2].dot(x[1]) + x[2].dot(v[1]);
-    const Scalar<D> bend = 2.0 * (cosine * v[2].dot(v[1]) - sine * v[2].dot(v[0])) / radius2;
-    const Scalar<D> rate = (cosine * sine_dot - sine * cosine_dot) / radius2;
-    const Scalar<D> stretch = (cosine * cosine_dot + sine * sine_dot) / radius2;
-    return bend - 2.0 * rate * stretch;
-}
-}  // namespace angle
 
 // The angle less its whole turns, within [-π, π].
 template <class S> inline S nearest(const S& angle) { return angle - 2.0 * M_PI * nearbyint(angle / (2.0 * M_PI)); }
@@ -61,7 +41,13 @@ template <class D> Scalar<D> value(const Instance<D>& p, const Point<D>* x, cons
         case Kind::arc:
         case Kind::lap:
         case Kind::face:
-        case Kind::face_place: return on_curve::value<D>(p, x, touched<D>(p, x, known));
+        case Kind::face_place:
+        case Kind::two_curves:
+        case Kind::place_on_first:
+        case Kind::place_on_second:
+        case Kind::beside_first:
+        case Kind::beside_second:
+        case Kind::space_arc: return on_curve::value<D>(p, x, touched<D>(p, x, known));
         case Kind::rope: return on_rope::value<D>(p, x);
         case Kind::coincident: return 0.0;
         default: return rolling::value<D>(p, x);
@@ -86,7 +72,13 @@ void gradient(const Instance<D>& p, const Point<D>* x, Point<D>* g, const Touch<
         case Kind::arc:
         case Kind::lap:
         case Kind::face:
-        case Kind::face_place: on_curve::gradient<D>(p, x, touched<D>(p, x, known), g); break;
+        case Kind::face_place:
+        case Kind::two_curves:
+        case Kind::place_on_first:
+        case Kind::place_on_second:
+        case Kind::beside_first:
+        case Kind::beside_second:
+        case Kind::space_arc: on_curve::gradient<D>(p, x, touched<D>(p, x, known), g); break;
         case Kind::rope: on_rope::gradient<D>(p, x, g); break;
         case Kind::coincident: break;
         default: rolling::gradient<D>(p, x, g);
@@ -109,7 +101,13 @@ Scalar<D> curvature(const Instance<D>& p, const Point<D>* x, const Point<D>* x_d
         case Kind::arc:
         case Kind::lap:
         case Kind::face:
-        case Kind::face_place: return on_curve::curvature<D>(p, x, x_dot, touched<D>(p, x, known));
+        case Kind::face_place:
+        case Kind::two_curves:
+        case Kind::place_on_first:
+        case Kind::place_on_second:
+        case Kind::beside_first:
+        case Kind::beside_second:
+        case Kind::space_arc: return on_curve::curvature<D>(p, x, x_dot, touched<D>(p, x, known));
         case Kind::rope: return on_rope::curvature<D>(p, x, x_dot);
         case Kind::coincident: return 0.0;
         default: return rolling::curvature<D>(p, x, x_dot);

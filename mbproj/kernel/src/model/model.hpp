@@ -9,71 +9,16 @@
 #include <vector>
 
 #include "model/dimension.hpp"
+#include "model/kinds.hpp"
 #include "model/layout.hpp"
 #include "model/plane_curve.hpp"
 #include "model/programs.hpp"
 #include "model/rope_path.hpp"
+#include "model/space_curve.hpp"
 #include "model/thresholds.hpp"
+#include "model/two_curves.hpp"
 
 namespace mbproj {
-
-// The primitives that the kernel has: their names in mbproj.constraints, and how many points and vectors and how many
-// parameters each takes. Couplings are instances of these.
-enum class Kind : int {
-    coincident,
-    perpendicular,
-    along,
-    distance,
-    angle,
-    wheel_height,
-    ellipsoid_height,
-    profile,
-    arc,
-    lap,
-    face,
-    face_place,
-    rope,
-    wheel_slip_along,
-    wheel_slip_across,
-    ball_slip,
-    ellipsoid_slip,
-    edge_slip,
-};
-struct Form {
-    const char* name;
-    int slots, parameters;
-};
-constexpr Form forms[] = {{"coincident", 2, 0},
-                          {"perpendicular", 2, 0},
-                          {"along", 3, 0},
-                          {"distance", 2, 0},
-                          {"angle", 3, 0},
-                          {"wheel_height", 4, 1},
-                          {"ellipsoid_height", 6, 3},
-                          {"profile", 4, 2},
-                          {"arc", 4, 0},
-                          {"lap", 4, 2},
-                          {"face", 5, 0},
-                          {"face_place", 5, 0},
-                          {"rope", most_rope_slots, 0},
-                          {"wheel_slip_along", 8, 1},
-                          {"wheel_slip_across", 8, 1},
-                          {"ball_slip", 8, 1},
-                          {"ellipsoid_slip", 8, 3},
-                          {"edge_slip", 8, 0}};
-constexpr const Form& form_of(Kind kind) { return forms[static_cast<int>(kind)]; }
-constexpr int most(int Form::*of) {
-    int found = 1;  // no array is empty
-    for (const Form& form : forms) found = std::max(found, form.*of);
-    return found;
-}
-constexpr int most_slots = most(&Form::slots), most_parameters = most(&Form::parameters);
-// Whether its row is at velocity level: its gradient is that of no function, and its value is 0.
-constexpr bool is_slip(Kind kind) { return kind >= Kind::wheel_slip_along; }
-// Whether its value is known but for whole turns, which are counted.
-constexpr bool is_angle(Kind kind) { return kind == Kind::angle || kind == Kind::lap; }
-// Whether it is a distance from a curve, which is held on pieces of that.
-constexpr bool is_held(Kind kind) { return kind == Kind::profile || kind == Kind::face; }
 
 template <class D> struct Body {
     Scalar<D> mass;
@@ -103,11 +48,14 @@ template <class D> struct Instance {
     Scalar<D> weight;
     bool coupled;
     int curve;  // of the model: what the row is less, a function of this instance's value; or -1
-    std::shared_ptr<const PlaneCurve> line;  // of what follows a curve in a plane
-    std::shared_ptr<const RopePath> path;    // of a rope, which has as many slots as it needs
-    int follower = -1;                       // its number among the curves of the model, of what is held on pieces
+    std::shared_ptr<const PlaneCurve> line;   // of what follows a curve in a plane
+    std::shared_ptr<const PlaneCurve> other;  // of two that touch, the second
+    std::shared_ptr<const SpaceCurve> wire;   // of what follows a curve in space
+    std::shared_ptr<const RopePath> path;     // of a rope, which has as many slots as it needs
+    int follower = -1;                        // its number among the curves of the model, of what is held on pieces
+    int other_follower = -1;                  // likewise of the second curve
 
-    bool on_line() const { return kind >= Kind::profile && kind <= Kind::face_place; }
+    bool on_line() const { return kind >= Kind::profile && kind <= Kind::space_arc; }
 };
 
 template <class D> struct PrimitiveSet {
@@ -177,6 +125,7 @@ enum class Of : int { row, law, stop };
 struct Curve {
     int instance, program;
     Of of = Of::row;
+    bool second = false;  // of two curves that touch
 };
 
 // Coordinates that stops limit and dry friction resists, one instance each: what they are measured from, and from which of

@@ -18,6 +18,18 @@ template <class S> struct Foot {
     int piece;
 };
 
+// The integral of a speed from one parameter to another, by eight nodes of Gauss and Legendre.
+template <class S, class Speed> S gauss_length(double from, const S& to, const Speed& speed) {
+    static constexpr double nodes[] = {0.1834346424956498, 0.5255324099163290, 0.7966664774136267, 0.9602898564975363};
+    static constexpr double weights[] = {0.3626837833783620, 0.3137066458778873, 0.2223810344533745,
+                                         0.1012285362903763};
+    const S half = 0.5 * (to - from), middle = from + half;
+    S sum = 0.0;
+    for (int k = 0; k < 4; ++k)
+        for (const double side : {-1.0, 1.0}) sum += weights[k] * speed(S(middle + side * half * nodes[k]));
+    return half * sum;
+}
+
 struct PlaneCurve {
     static constexpr int terms = 8, numbers = terms + 3, orders = 5, free = -1;
     enum class Form : int { cartesian, polar, support };
@@ -34,17 +46,26 @@ struct PlaneCurve {
     struct Place {
         double s, x, y, length, angle;
         int piece;
+        double cosine, sine;  // of the angle
+    };
+    // Places along which the tangent turns one way, to the left or not.
+    struct Run {
+        int first, last;
+        bool left;
     };
 
     std::vector<Piece> pieces;
     std::vector<Place> places;
     double end;
     bool closed;
-    int passes;      // of Newton's method, at most
-    double settled;  // a step that is smaller is the last
-    double reach;    // how far a step may go
-    double stride;   // the largest distance from one place to the next
-    double side;     // 1 of a closed one that goes around its inside counterclockwise, else -1
+    int passes;       // of Newton's method, at most
+    double settled;   // a step that is smaller is the last
+    double straight;  // by so little a tangent does not turn
+    double beyond;    // by so much a piece may turn beyond its end
+    double reach;     // how far a step may go
+    double stride;    // the largest distance from one place to the next
+    double side;      // 1 of a closed one that goes around its inside counterclockwise, else -1
+    std::vector<Run> runs;
 
     double start() const { return pieces.front().start; }
 
@@ -113,21 +134,40 @@ struct PlaneCurve {
         return {at.s - (a * c.x[1] + b * c.y[1]) / slope, at.piece};
     }
 
+    // Along the piece that is held, or along all of them.
+    void move(Foot<double>& foot, double step, int held) const {
+        foot.s += step;
+        if (held != free) return;
+        if (closed) foot.s -= (end - start()) * std::floor((foot.s - start()) / (end - start()));
+        foot.piece = piece_at(foot.s);
+    }
+
     // The arc length from the beginning to a foot.
     template <class S> S length_at(const Foot<S>& foot) const {
         const int before = place_before(foot);
-        static constexpr double nodes[] = {0.1834346424956498, 0.5255324099163290, 0.7966664774136267,
-                                           0.9602898564975363};
-        static constexpr double weights[] = {0.3626837833783620, 0.3137066458778873, 0.2223810344533745,
-                                             0.1012285362903763};
-        const S half = 0.5 * (foot.s - places[before].s), middle = places[before].s + half;
-        S sum = 0.0;
-        for (int k = 0; k < 4; ++k)
-            for (const double side : {-1.0, 1.0}) {
-                const OnPiece<S> c = derivatives<S>(middle + side * half * nodes[k], foot.piece);
-                sum += weights[k] * sqrt(c.x[1] * c.x[1] + c.y[1] * c.y[1]);
+        return places[before].length + gauss_length<S>(places[before].s, foot.s, [&](const S& s) {
+                   const OnPiece<S> c = derivatives<S>(s, foot.piece);
+                   return S(sqrt(c.x[1] * c.x[1] + c.y[1] * c.y[1]));
+               });
+    }
+
+    // All places as runs.
+    std::vector<Run> turning_runs() const {
+        std::vector<Run> found;
+        int first = 0;
+        double way = 0.0;
+        const int last = static_cast<int>(places.size()) - 1;
+        for (int at = 0; at < last; ++at) {
+            const double step = places[at + 1].angle - places[at].angle;
+            if (std::abs(step) <= straight) continue;
+            if (way * step < 0.0) {
+                found.push_back({first, at, way > 0.0});
+                first = at;
             }
-        return places[before].length + half * sum;
+            way = step;
+        }
+        found.push_back({first, last, way >= 0.0});
+        return found;
     }
 
     // By how much the tangent has turned from the beginning to a foot, where it is t.
@@ -142,11 +182,7 @@ private:
         Foot<double> found{places[place].s, places[place].piece};
         for (int pass = 0; pass < passes; ++pass) {
             const double step = std::clamp(whole(derivatives(found.s, found.piece)), -reach, reach);
-            found.s += step;
-            if (held == free) {
-                if (closed) found.s -= (end - start()) * std::floor((found.s - start()) / (end - start()));
-                found.piece = piece_at(found.s);
-            }
+            move(found, step, held);
             if (!(std::abs(step) > settled)) break;
         }
         return found;

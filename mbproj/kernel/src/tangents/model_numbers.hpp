@@ -99,8 +99,9 @@ template <class D> PrimitiveSet<WithDuals<D>> with_duals(const PrimitiveSet<D>& 
     for (const Attachment<D>& a : from.attachments)
         to.attachments.push_back({a.body, a.is_point, with_duals(a.local), a.size});
     for (const Instance<D>& p : from.instances) {
-        Instance<WithDuals<D>> own{p.kind,   {},        p.slot_count, {},     p.row,  p.rows,    p.offset,
-                                   p.weight, p.coupled, p.curve,      p.line, p.path, p.follower};
+        Instance<WithDuals<D>> own{
+            p.kind,    {},      p.slot_count, {},      p.row,  p.rows, p.offset,   p.weight,
+            p.coupled, p.curve, p.line,       p.other, p.wire, p.path, p.follower, p.other_follower};
         std::copy(std::begin(p.slots), std::end(p.slots), own.slots);
         std::copy(std::begin(p.parameters), std::end(p.parameters), own.parameters);
         to.instances.push_back(own);

@@ -21,9 +21,12 @@ public:
         add(set.rows);
         for (const Attachment<D>& a : set.attachments) add(a.body, a.is_point);
         for (const Instance<D>& p : set.instances) {
-            add(static_cast<int>(p.kind), p.slot_count, p.row, p.rows, p.coupled, p.curve, p.follower);
+            add(static_cast<int>(p.kind), p.slot_count, p.row, p.rows, p.coupled, p.curve, p.follower,
+                p.other_follower);
             for (int k = 0; k < p.slot_count; ++k) add(p.slots[k]);
-            if (p.line) add_line(*p.line);
+            for (const auto& line : {p.line, p.other})
+                if (line) add_line(*line);
+            if (p.wire) add_wire(*p.wire);
             if (p.path) add_path(*p.path);
         }
     }
@@ -55,6 +58,14 @@ private:
         }
         add(line.end, line.closed);
     }
+    void add_wire(const SpaceCurve& wire) {
+        for (const SpaceCurve::Piece& piece : wire.pieces) {
+            add(piece.start, piece.origin);
+            for (const auto& row : piece.c)
+                for (const double number : row) add(number);
+        }
+        add(wire.end, wire.closed);
+    }
     void add_path(const RopePath& path) {
         add_all(path.radii), add_all(path.directions);
         add(path.wound);
@@ -72,7 +83,8 @@ template <class D> std::vector<double> structure_of(const Model<D>& model) {
     for (const DrivenRow<D>& row : model.driven) found.add(row.row, row.is_angle, row.coordinate, row.program);
     for (const Coupling& coupling : model.couplings)
         found.add(coupling.row, coupling.period, coupling.growth, coupling.curve, coupling.rolls);
-    for (const Curve& curve : model.curves) found.add(curve.instance, curve.program, static_cast<int>(curve.of));
+    for (const Curve& curve : model.curves)
+        found.add(curve.instance, curve.program, static_cast<int>(curve.of), curve.second);
     found.add_programs(model.programs);
     for (const Channel& channel : model.channels) found.add(static_cast<int>(channel.kind), channel.index);
     found.add(model.first_rate, model.flywheels.size(), model.layout.size());

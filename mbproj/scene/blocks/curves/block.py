@@ -1,8 +1,10 @@
-"""The `curves` block: curves in a plane, for cams and slots.
+"""The `curves` block: curves in a plane, for cams and slots, and in space, for slots.
 
 track: {points: [[0, 0], [1, 0.2], [2, 0]]}                            # a spline; closed: true closes it
 plate: {polyline: [[0, 0], [1, 0], [1, 1]], fillet: 20 mm, closed: true}
 disc:  {circle: 40 mm}                                                 # or ellipse: [0.7, 0.4]
+flank: {involute: {base: 38 mm, from: 5 deg, to: 40 deg}}              # of a tooth; by the angle that is unrolled
+wire:  {space_points: [[0, 0, 0], [1, 0.2, 0.1], [2, 0, 0.3]]}         # a spline in space; closed: true closes it
 drawn: {table: [[0 deg, 40 mm], [90 deg, 45 mm], [180 deg, 50 mm], [360 deg, 40 mm]]}
 lift:  {lift: {base: 40 mm, rises: [[120 deg, 20 mm, cycloidal], [60 deg, 20 mm, dwell], ...]}, roller: 12 mm}
 """
@@ -26,7 +28,7 @@ from mbproj.scene.records import KeyPath
 from mbproj.scene.text.nodes import Node, SequenceNode
 
 if TYPE_CHECKING:
-    from mbproj.functions.curves.track import Track
+    from mbproj.functions.curves.track import SpaceTrack, Track
 
 LENGTH = Number("m", above=0.0)
 #: How far the angles of a law may be from a whole turn, in rad.
@@ -79,6 +81,18 @@ RISES: Field[Any] = Converted(List(Row((Angle(above=0.0), Number("m"), LAW)), No
 LIFT: Record[dict[str, Any]] = Record("a lift law", {"base": LENGTH, "rises": RISES}, dict, ("base", "rises"))
 
 
+def _unrolled(**given: float) -> dict[str, float]:
+    if not (0.0 < given["from"] < given["to"] or given["from"] < given["to"] < 0.0):
+        hint = "give from and to in increasing order, both above 0 deg or both below: at 0 it has a cusp"
+        raise Unfit("has a cusp, or ends before it begins", hint)
+    return given
+
+
+INVOLUTE: Record[dict[str, float]] = Record(
+    "an involute", {"base": LENGTH, "from": Angle(), "to": Angle()}, _unrolled, ("base", "from", "to")
+)
+
+
 def _round(rows: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
     """Rows of a polar table, of one turn."""
     if len(rows) < 4:
@@ -95,9 +109,11 @@ def _round(rows: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], 
 
 KEYS: Mapping[str, Field[Any]] = {
     "points": POINTS,
+    "space_points": List(Row((Number("m"), Number("m"), Number("m"))), None, "points"),
     "polyline": POINTS,
     "circle": LENGTH,
     "ellipse": List(LENGTH, 2, "half axes"),
+    "involute": INVOLUTE,
     "table": Converted(List(Row((Angle(), Number("m"))), None, "rows"), _round),
     "lift": LIFT,
     "closed": Flag(),
@@ -106,15 +122,15 @@ KEYS: Mapping[str, Field[Any]] = {
     "flat": Flag(),
     "clockwise": Flag(),
 }
-SHAPES = ("points", "polyline", "circle", "ellipse", "table", "lift")
+SHAPES = ("points", "space_points", "polyline", "circle", "ellipse", "involute", "table", "lift")
 
 
-def _track(name: str, **given: Any) -> Track:
-    track: Track = import_module("mbproj.scene.blocks.curves.made").track_of(name, **given)
+def _track(name: str, **given: Any) -> Track | SpaceTrack:
+    track: Track | SpaceTrack = import_module("mbproj.scene.blocks.curves.made").track_of(name, **given)
     return track
 
 
-CURVE: Record[Track] = Record(
+CURVE: Record[Track | SpaceTrack] = Record(
     "a curve",
     KEYS,
     _track,

@@ -6,34 +6,59 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from mbproj.joints import JOINTS
+from mbproj.scene.blocks.curves.fit_two import fit_two
 from mbproj.scene.fields.containers import Check, Complaint
 from mbproj.scene.records import Joint, KeyPath
 
 if TYPE_CHECKING:
-    from mbproj.functions.curves.track import Track
+    from mbproj.functions.curves.plane_curve import PlaneCurve
+    from mbproj.functions.curves.space_curve import SpaceCurve
+    from mbproj.functions.curves.track import SpaceTrack, Track
 
 #: The joint that holds both ways what another type lets lift off.
-HOLDS = {"cam_contact": "cam", "flat_contact": "flat_follower"}
+HOLDS = {"cam_contact": "cam", "flat_contact": "flat_follower", "curve_contact": "curve_on_curve"}
 #: What is less bent is straight: the size of a curve over its largest radius of curvature.
 STRAIGHT = 1e-6
 
 
 def fit_curves(
-    curves: Mapping[str, Track], joints: Mapping[str, Joint], forces: Mapping[str, Any], motions: Mapping[str, Any]
+    curves: Mapping[str, Track | SpaceTrack],
+    joints: Mapping[str, Joint],
+    forces: Mapping[str, Any],
+    motions: Mapping[str, Any],
 ) -> Iterator[Complaint]:
     """A check that what is on a curve fits it."""
     for joint in joints.values():
-        track = curves.get(str(joint.parameters.get("curve")))
+        wrong = [*_of_other_kind(curves, joint)]
+        yield from wrong
+        if wrong:
+            continue
+        if (wire := curves.get(str(joint.parameters.get("curve")))) and JOINTS[joint.type].frame == "axis":
+            yield from _ends(wire.line, joint)
+            yield from _round_and_round(joint, {"displacement"} if wire.line.closed else set(), forces, motions)
+            said = f"joint '{joint.name}' is a slot in space: friction does not go by what it carries"
+            yield from _by_load(joint, forces, said, "give a constant 'force'")
+            continue
+        track: Any = curves.get(str(joint.parameters.get("curve")))
+        lifts = "gap" in JOINTS[joint.type].coordinates
+        both: list[Any] = [curves.get(name) for name in joint.parameters.get("curves", ())]
+        if both and None not in both:
+            yield from fit_two([each for each in both if each is not None], joint)
+            yield from _lifts(joint, forces, motions) if lifts else ()
+            closed = {f"displacement_{number}" for number, each in enumerate(both, 1) if each and each.line.closed}
+            yield from _round_and_round(joint, closed, forces, motions) if not lifts else ()
         if track is not None:
-            lifts = "gap" in JOINTS[joint.type].coordinates
-            yield from _lifts(track, joint, forces, motions) if lifts else ()
+            if lifts and not track.line.closed:
+                said = f"curve '{track.name}' is open: what lifts off may pass its end"
+                yield Complaint(("joints", joint.name, "curve"), said, "close it")
+            yield from _lifts(joint, forces, motions) if lifts else ()
             if JOINTS[joint.type].frame == "face":
                 yield from _under_face(track, joint)
                 continue
             yield from _on_curve(track, joint)
             yield from _rolls(track, joint, forces)
             if track.line.closed and not lifts:
-                yield from _round_and_round(joint, forces, motions)
+                yield from _round_and_round(joint, {"displacement"}, forces, motions)
 
 
 def _on_curve(curve: Track, joint: Joint) -> Iterator[Complaint]:
@@ -48,16 +73,41 @@ def _on_curve(curve: Track, joint: Joint) -> Iterator[Complaint]:
     if joint.type != "slot" and radius and side is None and not curve.line.closed:
         yield Complaint(path, "a roller on an open curve needs its 'side'", "give left or right, along the curve")
         return
-    if not curve.line.closed and joint.type != "cam_contact":
-        limit, length = joint.limits.get("displacement"), curve.line.length
-        low, high = (None, None) if limit is None else (limit.low, limit.high)
-        if low is None or high is None or low < 0.0 or high > length:
-            hint = f"give limits: {{displacement: {{range: [0, {length:.6g} m], rigid: true}}}}, or less of it"
-            at = path if limit is None else (*path, "limits", "displacement")
-            yield Complaint(at, f"joint '{joint.name}' may leave its curve, which ends", hint)
+    if joint.type != "cam_contact":
+        yield from _ends(curve.line, joint)
     if joint.type != "slot":
         distance = curve.distance(side, radius)
         yield from _fits(curve, joint, distance, radius)
+
+
+def _of_other_kind(curves: Mapping[str, Track | SpaceTrack], joint: Joint) -> Iterator[Complaint]:
+    """A slot in space has a curve in space, and all else one in a plane."""
+    if not joint.parameters.keys() & {"curve", "curves"}:
+        return
+    from mbproj.functions.curves.track import SpaceTrack
+
+    wants_space = any(each.may_be == "space_curve" for each in JOINTS[joint.type].parameters.values())
+    for key in ("curve", "curves"):
+        given = joint.parameters.get(key, ())
+        for name in (given,) if isinstance(given, str) else given:
+            track = curves.get(name)
+            if track is not None and isinstance(track, SpaceTrack) != wants_space:
+                said = f"curve '{name}' is in a plane" if wants_space else f"curve '{name}' is in space"
+                hint = "give 'space_points', or a 'slot'" if wants_space else "a joint of type 'space_slot' takes it"
+                yield Complaint(("joints", joint.name, key), said, hint)
+
+
+def _ends(line: PlaneCurve | SpaceCurve, joint: Joint) -> Iterator[Complaint]:
+    """What is on an open curve stays within it."""
+    if line.closed:
+        return
+    path: KeyPath = ("joints", joint.name)
+    limit, length = joint.limits.get("displacement"), line.length
+    low, high = (None, None) if limit is None else (limit.low, limit.high)
+    if low is None or high is None or low < 0.0 or high > length:
+        hint = f"give limits: {{displacement: {{range: [0, {length:.6g} m], rigid: true}}}}, or less of it"
+        at = path if limit is None else (*path, "limits", "displacement")
+        yield Complaint(at, f"joint '{joint.name}' may leave its curve, which ends", hint)
 
 
 def _under_face(curve: Track, joint: Joint) -> Iterator[Complaint]:
@@ -77,11 +127,9 @@ def _under_face(curve: Track, joint: Joint) -> Iterator[Complaint]:
         yield Complaint(path, said, "make it for the face: flat: true with a 'lift', or use a roller")
 
 
-def _lifts(curve: Track, joint: Joint, forces: Mapping[str, Any], motions: Mapping[str, Any]) -> Iterator[Complaint]:
+def _lifts(joint: Joint, forces: Mapping[str, Any], motions: Mapping[str, Any]) -> Iterator[Complaint]:
     """What may lift off has a limit that keeps it out of the profile, and nothing else acts along its gap."""
     path: KeyPath = ("joints", joint.name)
-    if not curve.line.closed:
-        yield Complaint((*path, "curve"), f"curve '{curve.name}' is open: what lifts off may pass its end", "close it")
     limit = joint.limits.get("gap")
     if limit is None or limit.low is None:
         at = path if limit is None else (*path, "limits", "gap")
@@ -97,15 +145,19 @@ def _lifts(curve: Track, joint: Joint, forces: Mapping[str, Any], motions: Mappi
 
 def _rolls(curve: Track, joint: Joint, forces: Mapping[str, Any]) -> Iterator[Complaint]:
     """A roller rolls: what it carries is no measure of friction along its curve."""
-    if joint.type == "slot" or not joint.parameters.get("roller", curve.roller):
-        return
+    if joint.type != "slot" and joint.parameters.get("roller", curve.roller):
+        said = f"joint '{joint.name}' has a roller, which rolls: what it carries does not resist it"
+        yield from _by_load(joint, forces, said, "give a constant 'force', or friction to the roller's pin")
+
+
+def _by_load(joint: Joint, forces: Mapping[str, Any], said: str, hint: str) -> Iterator[Complaint]:
+    """Dry frictions that go by what a joint carries."""
     for force in forces.values():
         dry = getattr(force, "coulomb", {}) if getattr(force, "joint", None) == joint.name else {}
         for coordinate, each in dry.items():
             if each.bearing is not None:
                 path = ("forces", force.name, "coulomb", *([coordinate] if coordinate else []), "coefficient")
-                said = f"joint '{joint.name}' has a roller, which rolls: what it carries does not resist it"
-                yield Complaint(path, said, "give a constant 'force', or friction to the roller's pin")
+                yield Complaint(path, said, hint)
 
 
 def _fits(curve: Track, joint: Joint, distance: float, radius: float) -> Iterator[Complaint]:
@@ -121,24 +173,27 @@ def _fits(curve: Track, joint: Joint, distance: float, radius: float) -> Iterato
     yield Complaint(("joints", joint.name, *key), said, f"the largest that does is {most:.4g} m")
 
 
-def _round_and_round(joint: Joint, forces: Mapping[str, Any], motions: Mapping[str, Any]) -> Iterator[Complaint]:
-    """What goes by the displacement along a closed curve, which begins anew with each round."""
+def _round_and_round(
+    joint: Joint, closed: set[str], forces: Mapping[str, Any], motions: Mapping[str, Any]
+) -> Iterator[Complaint]:
+    """What goes by the displacements along closed curves, which begin anew with each round."""
     hint = "act on another coordinate, or open the curve"
     for what in ("limits", "reflected_inertia"):
-        if "displacement" in getattr(joint, what):
+        if closed & getattr(joint, what).keys():
             said = "the displacement along a closed curve begins anew with each round"
             yield Complaint(("joints", joint.name, what), said, hint)
     for block, items in (("forces", forces), ("motions", motions)):
         for item in items.values():
-            if getattr(item, "joint", None) == joint.name and not (_turns(item) or _only_rubs(item)):
+            acts = getattr(item, "joint", None) == joint.name and bool(closed)
+            if acts and not (_turns(item, closed) or _only_rubs(item)):
                 said = f"'{item.name}' acts along a closed curve, whose displacement begins anew with each round"
                 yield Complaint((block, item.name), said, hint)
 
 
-def _turns(item: Any) -> bool:
-    """Whether a force or motion acts on what counts laps or turns alone."""
+def _turns(item: Any, closed: set[str]) -> bool:
+    """Whether a force or motion acts on none of these displacements."""
     names = {getattr(item, "coordinate", None), *getattr(item, "laws", ()), *getattr(item, "coulomb", ())} - {None}
-    return bool(names) and names <= {"lap", "angle"}
+    return bool(names) and not names & closed
 
 
 def _only_rubs(item: Any) -> bool:

@@ -8,14 +8,15 @@ from itertools import pairwise
 from typing import Any
 
 from mbproj.functions.curves.plane_curve import PlaneCurve
-from mbproj.functions.curves.shapes import Followed, ellipse, of_law, polar, polyline, through
+from mbproj.functions.curves.shapes import Followed, ellipse, involute, of_law, polar, polyline, through
 from mbproj.functions.curves.soundness import At, corner, crossing, undercut
-from mbproj.functions.curves.track import Track
+from mbproj.functions.curves.space_curve import through_space
+from mbproj.functions.curves.track import SpaceTrack, Track
 from mbproj.scene.fields.reading import Unfit
 
 #: What a key goes with.
 GOES_WITH: Mapping[str, tuple[str, ...]] = {
-    "closed": ("points", "polyline"),
+    "closed": ("points", "polyline", "space_points"),
     "fillet": ("polyline",),
     "roller": ("lift",),
     "flat": ("lift",),
@@ -23,11 +24,15 @@ GOES_WITH: Mapping[str, tuple[str, ...]] = {
 }
 
 
-def track_of(name: str, **given: Any) -> Track:
+def track_of(name: str, **given: Any) -> Track | SpaceTrack:
     """The curve that these keys give. Raises Unfit where they do not fit each other, or the curve is not sound."""
     for key, shapes in GOES_WITH.items():
         if key in given and not any(shape in given for shape in shapes):
             raise Unfit(f"has no use for '{key}'", f"it goes with {' or '.join(shapes)}")
+    if "space_points" in given:
+        closed = given.get("closed", False)
+        _refuse_few(given["space_points"], 3 if closed else 2)
+        return SpaceTrack(name, through_space(given["space_points"], closed))
     radius = given.get("roller", 0.0)
     followed = Followed("flat") if given.get("flat") else Followed("roller" if radius else "point", radius)
     line = _line(given, followed)
@@ -58,10 +63,12 @@ def _line(given: Mapping[str, Any], followed: Followed) -> PlaneCurve:
         if lowest <= 0.0:
             raise Unfit("goes through its axis", "give a larger 'base'")
         return of_law(lift["base"], lift["rises"], followed, given.get("clockwise", False))
+    if "involute" in given:
+        return involute(*(given["involute"][key] for key in ("base", "from", "to")))
     return ellipse(given["ellipse"] if "ellipse" in given else (given["circle"],) * 2)
 
 
-def _refuse_few(points: Sequence[tuple[float, float]], least: int) -> None:
+def _refuse_few(points: Sequence[tuple[float, ...]], least: int) -> None:
     if len(points) < least:
         raise Unfit(f"has {len(points)} points", f"give {least} or more")
     for number, (one, other) in enumerate(pairwise(points), 2):

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from mbproj.functions.curves.piece import Form
-from mbproj.functions.curves.track import Track
+from mbproj.functions.curves.track import SpaceTrack, Track
 
 #: What numbers are looked at for a last digit to this part of it, and with so many digits at most.
 ROUGHLY, DIGITS = 1e-6, 12
@@ -26,9 +26,11 @@ def grain(numbers: Sequence[float]) -> float:
     return 0.0
 
 
-def uncertainty(track: Track) -> tuple[float, float] | None:
+def uncertainty(track: Track | SpaceTrack) -> tuple[float, float] | None:
     """The unit in m to which the points of a closed curve were rounded, and what that does to the acceleration of a
     follower, in m per (rad/s)²: 12 r (N/2π)². None where that is not felt, or not known."""
+    if isinstance(track, SpaceTrack):
+        return None
     polar = track.line.pieces[0].form is Form.POLAR
     rows = track.rows[:-1] if polar else track.rows
     if not track.line.closed or len(rows) < FEWEST:

@@ -8,7 +8,7 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place, Problem
 from mbproj.functions.curves.soundness import largest_roller
-from mbproj.functions.curves.track import Track
+from mbproj.functions.curves.track import SpaceTrack, Track
 from mbproj.scene.records import Scene
 from mbproj.scene.text.suggestions import choose_from
 
@@ -59,7 +59,11 @@ def sheet_of(scene: Scene, name: str | None, rows: int) -> Sheet:
     wanted = next(iter(curves)) if name is None else name
     if wanted not in curves:
         raise InputError(Problem(f"unknown curve '{wanted}'", Place("NAME"), choose_from(wanted, list(curves))))
-    return sheet(curves[wanted], rows)
+    found = curves[wanted]
+    if isinstance(found, SpaceTrack):
+        said = f"curve '{wanted}' is in space, and has no profile"
+        raise InputError(Problem(said, Place("NAME"), "give one in a plane; mbproj animate shows this one"))
+    return sheet(found, rows)
 
 
 def sheet(track: Track, rows: int) -> Sheet:

@@ -1,30 +1,34 @@
 // What follows a curve: where it touches, its distance from the curve, and how far along it is. The definitions are those
-// of mbproj.constraints.profile, where each is explained.
+// of mbproj.constraints.curves.profile, where each is explained.
 #pragma once
 
-#include "kinematics/on_face.hpp"
+#include "kinematics/curves/in_space.hpp"
+#include "kinematics/curves/on_face.hpp"
+#include "kinematics/curves/on_two_curves.hpp"
 
 namespace mbproj {
 
 namespace on_curve {
 
-template <class D> Touch<D> touch(const Instance<D>& p, const Point<D>* x, int held = PlaneCurve::free) {
+template <class D> Touch<D> touch(const Instance<D>& p, const Point<D>* x, int held = PlaneCurve::free,
+                                  int other_held = PlaneCurve::free) {
+    if (is_of_two(p.kind)) return on_two_curves::touch<D>(p, x, held, other_held);
+    if (is_in_space(p.kind)) return in_space::touch<D>(p, x, held);
     const PlaneCurve& curve = *p.line;
     const bool faces = is_on_face(p.kind);
     const Point<D> line = faces ? x[2] : Point<D>(x[3] - x[2]);
     const Scalar<D> d[2] = {x[0].dot(line), x[1].dot(line)};
-    Touch<D> found{faces ? curve.facing(d[0], d[1], held) : curve.foot(d[0], d[1], held), {}, {}, 0.0, 0.0, 0.0};
+    Touch<D> found{};
+    found.foot = faces ? curve.facing(d[0], d[1], held) : curve.foot(d[0], d[1], held);
     const OnPiece<Scalar<D>> c = curve.derivatives(found.foot.s, found.foot.piece);
-    const Scalar<D> speed2 = c.x[1] * c.x[1] + c.y[1] * c.y[1], speed = sqrt(speed2);
+    const Bend<Scalar<D>> bend(c);
     found.c[0] = c.x[0];
     found.c[1] = c.y[0];
-    found.t[0] = c.x[1] / speed;
-    found.t[1] = c.y[1] / speed;
-    const Scalar<D> turn = c.x[1] * c.y[2] - c.y[1] * c.x[2], turn_s = c.x[1] * c.y[3] - c.y[1] * c.x[3];
-    const Scalar<D> stretch = c.x[1] * c.x[2] + c.y[1] * c.y[2];
+    found.t[0] = c.x[1] / bend.speed;
+    found.t[1] = c.y[1] / bend.speed;
     found.phi = found.t[0] * (d[1] - c.y[0]) - found.t[1] * (d[0] - c.x[0]);
-    found.kappa = turn / (speed2 * speed);
-    found.kappa_sigma = (turn_s - 3.0 * turn * stretch / speed2) / (speed2 * speed2);
+    found.kappa = bend.kappa;
+    found.kappa_sigma = bend.kappa_sigma;
     return found;
 }
 
@@ -39,6 +43,8 @@ template <class D> void gradient_along(const Point<D>* x, Scalar<D> first, Scala
 
 template <class D> Scalar<D> value(const Instance<D>& p, const Point<D>* x, const Touch<D>& at) {
     if (is_on_face(p.kind)) return on_face::value<D>(p, x, at);
+    if (is_of_two(p.kind)) return on_two_curves::value<D>(p, at);
+    if (is_in_space(p.kind)) return in_space::value<D>(p, at);
     if (p.kind == Kind::profile) return p.parameters[0] * at.phi - p.parameters[1];
     const Scalar<D> length = p.line->length_at(at.foot);
     if (p.kind == Kind::arc) return length;
@@ -54,6 +60,10 @@ template <class D> Scalar<D> way_factor(const Instance<D>& p, const Touch<D>& at
 template <class D> void gradient(const Instance<D>& p, const Point<D>* x, const Touch<D>& at, Point<D>* g) {
     if (is_on_face(p.kind))
         on_face::gradient<D>(p, x, at, g);
+    else if (is_of_two(p.kind))
+        on_two_curves::gradient<D>(p, x, at, g);
+    else if (is_in_space(p.kind))
+        in_space::gradient<D>(p, x, at, g);
     else if (p.kind == Kind::profile)
         gradient_along<D>(x, -p.parameters[0] * at.t[1], p.parameters[0] * at.t[0], g);
     else {
@@ -65,6 +75,8 @@ template <class D> void gradient(const Instance<D>& p, const Point<D>* x, const 
 template <class D>
 Scalar<D> curvature(const Instance<D>& p, const Point<D>* x, const Point<D>* x_dot, const Touch<D>& at) {
     if (is_on_face(p.kind)) return on_face::curvature<D>(p, x, x_dot, at);
+    if (is_of_two(p.kind)) return on_two_curves::curvature<D>(p, x, x_dot, at);
+    if (is_in_space(p.kind)) return in_space::curvature<D>(p, x, x_dot, at);
     const Point<D> line = x[3] - x[2], line_dot = x_dot[3] - x_dot[2];
     Scalar<D> rate[2], bias[2];
     for (int k = 0; k < 2; ++k) {

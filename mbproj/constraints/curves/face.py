@@ -7,7 +7,7 @@ from typing import ClassVar, final
 import numpy as np
 
 from mbproj.arrays import Integers, Numbers, dot
-from mbproj.constraints.profile import Contact, OnCurve
+from mbproj.constraints.curves.profile import Contact, OnCurve
 from mbproj.dataclass import dataclass
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from types import MappingProxyType
-from typing import ClassVar, Literal, NamedTuple, Protocol, TypeVar, final
+from typing import Any, ClassVar, Literal, NamedTuple, Protocol, TypeVar, final
 
 import numpy as np
 
@@ -28,7 +28,7 @@ class PlaneCurve(Protocol):
         """A program whose switches are the ends of the pieces."""
 
     @property
-    def contacts(self) -> dict[tuple[object, ...], Contact]:
+    def contacts(self) -> dict[tuple[object, ...], Any]:
         """Those of the last points."""
 
     @property
@@ -40,6 +40,11 @@ class PlaneCurve(Protocol):
 
     def facing(self, m: Numbers, held: int = FREE) -> tuple[Numbers, Integers]:
         """Those of the places whose outward normals point along m (..., 2)."""
+
+    def touching(
+        self, other: Any, d: Numbers, angle: Numbers, opposite: bool, held: tuple[int, int]
+    ) -> tuple[Numbers, Integers]:
+        """The parameters (..., 2) of the feet on this curve and another one, and their pieces."""
 
     def derivatives(self, s: Numbers, piece: Integers) -> Numbers:
         """The point and its first three derivatives by the parameter, (4, 2, ...)."""

@@ -1,5 +1,5 @@
 // A flat face on a closed convex curve: its distance, and where it touches. The definitions are those of
-// mbproj.constraints.face, where each is explained.
+// mbproj.constraints.curves.face, where each is explained.
 #pragma once
 
 #include "model/model.hpp"
@@ -11,6 +11,12 @@ namespace mbproj {
 template <class D> struct Touch {
     Foot<Scalar<D>> foot;
     Scalar<D> c[2], t[2], phi, kappa, kappa_sigma;
+    // Where two curves touch, of the second: the foot, what its point turned with it has along t and n, and its curvature.
+    Foot<Scalar<D>> other;
+    Scalar<D> q_t, q_n, other_kappa, other_kappa_sigma;
+    // On a curve in space, its derivatives there and the line to the point.
+    OnSpacePiece<Scalar<D>> space;
+    Scalar<D> line[3];
 
     Scalar<D> stretch() const { return 1.0 - kappa * phi; }
     Scalar<D> side() const { return kappa < 0.0 ? -1.0 : 1.0; }

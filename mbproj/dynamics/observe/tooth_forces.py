@@ -1,0 +1,51 @@
+"""Forces between teeth: where they act, and what the bearings of both wheels carry of them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mbproj.arrays import Numbers, cross, dot
+from mbproj.dynamics.equations.kinematics import Pose, attached
+from mbproj.model.system import System
+
+
+def on_bearings(system: System, pose: Pose, force: Numbers, torque: Numbers) -> tuple[Numbers, Numbers]:
+    """Reactions (T, nj, 3) in which gears push with their teeth, not with a pure torque on each wheel.
+
+    At the pitch point P the second wheel takes F = τ/r e ± |τ|/r tan α n, with its torque τ, e across the line of the
+    centres, and n from P to its centre; the first wheel takes -F. The two bearings carry what that is more than τ.
+    """
+    if not system.couplings.teeth:
+        return force, torque
+    force, torque = force.copy(), torque.copy()
+    places = attached(pose, system.reaction_body, system.reaction_local, np.ones(len(system.reaction_body)))
+    x = pose.places(system.coordinates)
+    for gear in system.couplings.teeth:
+        centres = [places[..., joint, :] for joint in gear.joints]
+        axes = [_axis(system, x, coordinate) for coordinate in gear.coordinates]
+        first, second = gear.teeth
+        line = _across(centres[1] - centres[0], axes[0])
+        pitch = centres[0] + line * (first / (first + second))
+        turning = dot(torque[..., gear.joint, :], axes[1])
+        out = _across(pitch - centres[1], axes[1])
+        radius = np.sqrt(dot(out, out))[..., None]
+        along = (turning[..., None] / radius) * cross(axes[1], out / radius)
+        aside = np.sign(second) * np.abs(turning)[..., None] / radius * np.tan(gear.pressure_angle) * out / radius
+        push = along - aside
+        both = (-push, turning * (first / second)), (push, turning)
+        for joint, centre, axis, (own, about) in zip(gear.joints, centres, axes, both, strict=True):
+            force[..., joint, :] -= own
+            torque[..., joint, :] += about[..., None] * axis - cross(pitch - centre, own)
+        force[..., gear.joint, :] = push
+        torque[..., gear.joint, :] = cross(pitch - places[..., gear.joint, :], push)
+    return force, torque
+
+
+def _axis(system: System, x: Numbers, coordinate: int) -> Numbers:
+    """That about which an angle counts, at places (T, S, 3)."""
+    first, second, _ = system.coordinates.layout.members[system.coordinates.layout.member[coordinate]].slots
+    return cross(x[..., first, :], x[..., second, :])
+
+
+def _across(vector: Numbers, axis: Numbers) -> Numbers:
+    return np.asarray(vector - dot(vector, axis)[..., None] * axis)

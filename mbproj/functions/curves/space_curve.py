@@ -1,0 +1,224 @@
+"""A curve in space: cubic pieces through points, the foot of a point, its arc length, and a frame across it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cached_property
+from itertools import pairwise, product
+from math import dist
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from mbproj.arrays import Array, Integers, Numbers
+from mbproj.dataclass import dataclass
+from mbproj.functions.curves.plane_curve import FREE, NODES, SETTLED, WEIGHTS, knots_at
+from mbproj.functions.program import Program
+from mbproj.functions.table import periodic, spline
+from mbproj.thresholds import THRESHOLDS
+
+Point3 = tuple[float, float, float]
+#: Directions of which each piece takes the one that is farthest from its tangents.
+DIRECTIONS = np.array([each for each in product((-1.0, 0.0, 1.0), repeat=3) if each > (0.0, 0.0, 0.0)])
+
+
+class SpacePiece(NamedTuple):
+    """From the parameter `start` on: cubic coefficients of x, y and z by s - origin."""
+
+    start: float
+    origin: float
+    coefficients: tuple[tuple[float, ...], ...]
+
+
+class SpacePlaces(NamedTuple):
+    """Points (m, 3) along a curve: their parameters, pieces and arc lengths from its beginning, (m,)."""
+
+    s: Array
+    piece: Integers
+    point: Array
+    length: Array
+
+
+@dataclass(frozen=True)
+class SpaceCurve:
+    """Pieces one after another, in m, until the parameter is `end`. A closed one begins again there. A piece goes on
+    beyond its ends as its functions do."""
+
+    pieces: tuple[SpacePiece, ...]
+    end: float
+    closed: bool
+
+    def __hash__(self) -> int:
+        return self._hash
+
+    @cached_property
+    def _hash(self) -> int:
+        """Of all numbers, once: a curve is looked up by each row that follows it."""
+        return hash((self.pieces, self.end, self.closed))
+
+    def scaled(self, k: float) -> SpaceCurve:
+        """The same k times as large, with the same parameter."""
+        pieces = tuple(
+            each._replace(coefficients=tuple(tuple(k * c for c in row) for row in each.coefficients))
+            for each in self.pieces
+        )
+        return replace(self, pieces=pieces)
+
+    @cached_property
+    def contacts(self) -> dict[tuple[object, ...], Any]:
+        """Feet of the last points, for whoever asks again."""
+        return {}
+
+    @cached_property
+    def starts(self) -> Array:
+        """Where the pieces begin, (n,)."""
+        return np.array([each.start for each in self.pieces])
+
+    @cached_property
+    def origins(self) -> Array:
+        """From where they count, (n,)."""
+        return np.array([each.origin for each in self.pieces])
+
+    @cached_property
+    def coefficients(self) -> Array:
+        """Those of their functions, (n, 3, 4)."""
+        return np.array([each.coefficients for each in self.pieces])
+
+    @property
+    def start(self) -> float:
+        """The parameter with which it begins."""
+        return self.pieces[0].start
+
+    @property
+    def period(self) -> float:
+        """Of the parameter; 0 of a curve that is open."""
+        return self.end - self.start if self.closed else 0.0
+
+    @property
+    def length(self) -> float:
+        """From its beginning to its end, in m."""
+        return float(self.places.length[-1])
+
+    @cached_property
+    def knots(self) -> Program:
+        """The parameter as a table whose switches are the ends of the pieces."""
+        return knots_at(self.starts.tolist(), self.period)
+
+    @cached_property
+    def axes(self) -> Array:
+        """Of each piece a direction across which its tangents stay, (n, 3)."""
+        found, ends = [], [*self.starts[1:].tolist(), self.end]
+        for at, (start, end) in enumerate(zip(self.starts.tolist(), ends, strict=True)):
+            slope = self.derivatives(np.linspace(start, end, 33), np.full(33, at))[1]
+            tangent = slope / np.linalg.norm(slope, axis=0)
+            unit = DIRECTIONS / np.linalg.norm(DIRECTIONS, axis=1)[:, None]
+            found.append(unit[np.argmin(np.abs(unit @ tangent).max(axis=1))])
+        return np.array(found)
+
+    @cached_property
+    def places(self) -> SpacePlaces:
+        """Points so near to each other that the one nearest to a point is next to that one's foot."""
+        ends, found = [*self.starts[1:].tolist(), self.end], []
+        for at, (start, end) in enumerate(zip(self.starts.tolist(), ends, strict=True)):
+            slope = self.derivatives(np.linspace(start, end, 65), np.full(65, at))[1]
+            tangent = slope / np.linalg.norm(slope, axis=0)
+            turn = np.arccos(np.clip((tangent[:, 1:] * tangent[:, :-1]).sum(axis=0), -1.0, 1.0)).max()
+            part = (end - start) / (self.end - self.start)
+            count = max(2, int(np.ceil(THRESHOLDS.places * part)), int(np.ceil(64.0 * turn / THRESHOLDS.place_turn)))
+            found.append((np.linspace(start, end, count + 1), np.full(count + 1, at, dtype=np.intp)))
+        s, piece = (np.concatenate(part) for part in zip(*found, strict=True))
+        steps = self._lengths(s[:-1], s[1:], piece[:-1])
+        steps[piece[1:] != piece[:-1]] = 0.0
+        return SpacePlaces(s, piece, self.derivatives(s, piece)[0].T, np.concatenate([[0.0], np.cumsum(steps)]))
+
+    @cached_property
+    def reach(self) -> float:
+        """How far a step of Newton's method may go: as far as places are from each other."""
+        return float(np.abs(np.diff(self.places.s)).max())
+
+    @property
+    def settled(self) -> float:
+        """A step of Newton's method that is smaller is the last."""
+        return SETTLED * max(abs(self.start), abs(self.end))
+
+    def derivatives(self, s: Numbers, piece: Integers) -> Numbers:
+        """The point and its first three derivatives at parameters (...) of these pieces, (4, 3, ...)."""
+        u = s - self.origins[piece]
+        c = np.moveaxis(self.coefficients[piece], (-2, -1), (0, 1))  # (3, 4, ...)
+        return np.stack(
+            [
+                c[:, 0] + u * (c[:, 1] + u * (c[:, 2] + u * c[:, 3])),
+                c[:, 1] + u * (2.0 * c[:, 2] + u * 3.0 * c[:, 3]),
+                2.0 * c[:, 2] + 6.0 * u * c[:, 3],
+                6.0 * c[:, 3] + 0.0 * u,
+            ]
+        )
+
+    def foot(self, d: Numbers, held: int = FREE) -> tuple[Numbers, Integers]:
+        """The parameters of the places nearest to points d (..., 3), complex too, and their pieces: of one piece where
+        that is `held`, beyond its ends too."""
+        flat = d.reshape(-1, 3)
+        s, piece = self._nearest(flat.real, held)
+        active = np.arange(len(flat))
+        for _ in range(THRESHOLDS.foot_passes):
+            step = np.clip(self._newton(flat[active].real, s[active], piece[active]), -self.reach, self.reach)
+            s[active] += step
+            if held == FREE:
+                if self.closed:
+                    s[active] = self.start + np.mod(s[active] - self.start, self.period)
+                at = np.searchsorted(self.starts, s[active], side="right") - 1
+                piece[active] = np.clip(at, 0, len(self.pieces) - 1)
+            active = active[np.abs(step) > self.settled]
+            if not len(active):
+                break
+        found: Numbers = s
+        if np.iscomplexobj(d):
+            for _ in range(2):
+                found = found + self._newton(flat, found, piece)
+        return found.reshape(d.shape[:-1]), piece.reshape(d.shape[:-1])
+
+    def _nearest(self, point: Array, held: int) -> tuple[Array, Integers]:
+        places = self.places
+        own = np.arange(len(places.s)) if held == FREE else np.flatnonzero(places.piece == held)
+        line = point[:, None, :] - places.point[own]
+        at = own[np.argmin((line * line).sum(axis=-1), axis=-1)]
+        return places.s[at].copy(), places.piece[at].copy()
+
+    def _newton(self, d: Numbers, s: Numbers, piece: Integers) -> Numbers:
+        """The step to (d - c)·c' = 0, of Gauss and Newton where the foot is not the nearest place."""
+        c, c1, c2, _ = self.derivatives(s, piece)
+        line, speed2 = d.T - c, (c1 * c1).sum(axis=0)
+        slope = (line * c2).sum(axis=0) - speed2
+        return np.asarray(-(line * c1).sum(axis=0) / np.where(slope.real < 0.0, slope, -speed2))
+
+    def length_at(self, s: Numbers, piece: Integers) -> Numbers:
+        """The arc length from the beginning to parameters (...) of these pieces, which may be complex."""
+        places = self.places
+        first = np.searchsorted(places.piece, piece)
+        last = np.searchsorted(places.piece, piece, side="right") - 2
+        before = np.clip(np.searchsorted(places.s, s.real, side="right") - 1, first, last)
+        return places.length[before] + self._lengths(places.s[before], s, piece)
+
+    def _lengths(self, start: Numbers, end: Numbers, piece: Integers) -> Numbers:
+        half = 0.5 * (end - start)
+        s = (start + half)[..., None] + half[..., None] * NODES
+        slope = self.derivatives(s, np.broadcast_to(piece[..., None], s.shape))[1]
+        return np.asarray(half * (np.sqrt((slope * slope).sum(axis=0)) * WEIGHTS).sum(axis=-1))
+
+
+def through_space(points: Sequence[Point3], closed: bool) -> SpaceCurve:
+    """The cubic spline through points, whose parameter adds up the distances between them: natural ends, or closed."""
+    whole = [*points, points[0]] if closed else [*points]
+    s = [0.0]
+    for one, other in pairwise(whole):
+        s.append(s[-1] + dist(one, other))
+    tables = [
+        periodic(rows[:-1], s[-1]) if closed else spline(rows, "natural")
+        for rows in ([(at, point[k]) for at, point in zip(s, whole, strict=True)] for k in range(3))
+    ]
+    pieces = [
+        SpacePiece(knot, origin, tuple(tuple(table.pieces[at]) for table in tables))
+        for at, (knot, origin) in enumerate(zip(tables[0].knots, tables[0].origins, strict=True))
+    ]
+    return SpaceCurve(tuple(pieces if closed else pieces[1:-1]), s[-1], closed)

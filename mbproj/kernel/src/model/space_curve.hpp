@@ -1,0 +1,117 @@
+// Curves in space: cubic pieces with their derivatives, the foot of a point, arc length. The definitions are those of
+// mbproj.functions.curves.space_curve, where each is explained.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "model/plane_curve.hpp"
+
+namespace mbproj {
+
+template <class S> S inner(const S* a, const S* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+template <class S> void cross(const S* a, const S* b, S* found) {
+    for (int k = 0; k < 3; ++k) found[k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
+}
+
+// A point and its derivatives by the parameter.
+template <class S> struct OnSpacePiece { S c[4][3]; };
+
+struct SpaceCurve {
+    static constexpr int free = PlaneCurve::free;
+    struct Piece {
+        double start, origin;
+        double c[3][4];
+        double axis[3];   // a direction across its tangents
+        int first, last;  // its places
+    };
+    struct Place {
+        double s, point[3], length;
+        int piece;
+    };
+
+    std::vector<Piece> pieces;
+    std::vector<Place> places;
+    double end;
+    bool closed;
+    int passes;      // of Newton's method, at most
+    double settled;  // a step that is smaller is the last
+    double reach;    // how far a step may go
+
+    double start() const { return pieces.front().start; }
+
+    template <class S> OnSpacePiece<S> derivatives(const S& s, int number) const {
+        const Piece& piece = pieces[number];
+        const S u = s - piece.origin;
+        OnSpacePiece<S> found;
+        for (int k = 0; k < 3; ++k) {
+            const double* c = piece.c[k];
+            found.c[0][k] = c[0] + u * (c[1] + u * (c[2] + u * c[3]));
+            found.c[1][k] = c[1] + u * (2.0 * c[2] + u * (3.0 * c[3]));
+            found.c[2][k] = 2.0 * c[2] + 6.0 * c[3] * u;
+            found.c[3][k] = 6.0 * c[3];
+        }
+        return found;
+    }
+
+    int piece_at(double s) const {
+        const auto after = std::upper_bound(pieces.begin(), pieces.end(), s,
+                                            [](double value, const Piece& piece) { return value < piece.start; });
+        return std::max(0, static_cast<int>(after - pieces.begin()) - 1);
+    }
+
+    // The place nearest to a point: of the piece that is held, beyond its ends too, or of all.
+    Foot<double> foot(const double* d, int held) const {
+        const int first = held == free ? 0 : pieces[held].first;
+        const int last = held == free ? static_cast<int>(places.size()) - 1 : pieces[held].last;
+        int best = first;
+        double least = std::numeric_limits<double>::infinity();
+        for (int at = first; at <= last; ++at) {
+            const double* p = places[at].point;
+            const double apart[3] = {d[0] - p[0], d[1] - p[1], d[2] - p[2]};
+            if (const double own = inner(apart, apart); own < least) least = own, best = at;
+        }
+        Foot<double> found{places[best].s, places[best].piece};
+        for (int pass = 0; pass < passes; ++pass) {
+            const OnSpacePiece<double> c = derivatives(found.s, found.piece);
+            const double line[3] = {d[0] - c.c[0][0], d[1] - c.c[0][1], d[2] - c.c[0][2]};
+            const double speed2 = inner(c.c[1], c.c[1]), slope = inner(line, c.c[2]) - speed2;
+            const double step = std::clamp(-inner(line, c.c[1]) / (slope < 0.0 ? slope : -speed2), -reach, reach);
+            found.s += step;
+            if (held == free) {
+                if (closed) found.s -= (end - start()) * std::floor((found.s - start()) / (end - start()));
+                found.piece = piece_at(found.s);
+            }
+            if (!(std::abs(step) > settled)) break;
+        }
+        return found;
+    }
+    // The same and how it changes: one more pass of Newton's method, in the numbers that are given.
+    template <class S> Foot<S> foot(const S* d, int held) const {
+        const double real[3] = {value_of(d[0]), value_of(d[1]), value_of(d[2])};
+        const Foot<double> at = foot(real, held);
+        const OnSpacePiece<double> c = derivatives(at.s, at.piece);
+        S along = 0.0;
+        double slope = -inner(c.c[1], c.c[1]);
+        for (int k = 0; k < 3; ++k) {
+            along += (d[k] - c.c[0][k]) * c.c[1][k];
+            slope += (real[k] - c.c[0][k]) * c.c[2][k];
+        }
+        return {at.s - along / slope, at.piece};
+    }
+
+    // The arc length from the beginning to a foot.
+    template <class S> S length_at(const Foot<S>& foot) const {
+        const Piece& piece = pieces[foot.piece];
+        int before = piece.first;
+        while (before + 1 < piece.last && places[before + 1].s <= foot.s) ++before;
+        return places[before].length + gauss_length<S>(places[before].s, foot.s, [&](const S& s) {
+                   const OnSpacePiece<S> c = derivatives<S>(s, foot.piece);
+                   return S(sqrt(inner(c.c[1], c.c[1])));
+               });
+    }
+};
+
+}  // namespace mbproj
