@@ -20,7 +20,7 @@ from mbproj.model.system import System
 from mbproj.studies.measure.mechanism import Mechanism
 
 #: Datasets that need accelerations, and those that need multipliers, by parts of their paths.
-ACCELERATIONS, MULTIPLIERS = ("acceleration", "forces/"), ("reaction", "motions/force")
+ACCELERATIONS, MULTIPLIERS = ("acceleration", "forces/"), ("reaction", "motions/force", "ropes/")
 
 
 class Model:

@@ -40,6 +40,8 @@ SEEN = (
     "forces/",
     "motions/",
     "states/",
+    "signals/",
+    "ropes/",
 )
 SEEN_ENERGIES = tuple(f"diagnostics/{name}_energy" for name in ("kinetic", "potential", "total"))
 #: Formulas for slopes: how many steps neighbours are away, and their weights. The first is taken where models on both
@@ -150,7 +152,7 @@ class Followed:
             return "the run starts at an equilibrium"
         if self.trace is None:
             return "the run is not made by the kernel"
-        odd = [path for path in self._paths if not path.startswith((*SEEN, "signals/")) and path not in SEEN_ENERGIES]
+        odd = [path for path in self._paths if not path.startswith(SEEN) and path not in SEEN_ENERGIES]
         return f"'{odd[0]}' is no function of the state" if odd else ""
 
     def slopes(
