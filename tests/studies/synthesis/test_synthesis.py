@@ -14,7 +14,7 @@ from mbproj.studies.design.written import best_scene
 from mbproj.studies.synthesis.linkage import met
 from mbproj.studies.synthesis.look import candidates, names_for
 from mbproj.studies.synthesis.spatial import SpatialFourBar
-from mbproj.studies.synthesis.synthesise import Synthesised, in_order, synthesise
+from mbproj.studies.synthesis.synthesise import Synthesised, doubt, in_order, synthesise
 from mbproj.studies.synthesis.topologies import FUNCTION, PATH, TOPOLOGIES
 from mbproj.studies.synthesis.wish import read_wanted
 from tests.cli.commands import mbproj as command
@@ -182,3 +182,11 @@ def test_the_simplest_of_those_that_are_as_good_is_chosen(tmp_path):
     assert [each.topology for each in in_order(found, 1.0)] == ["four_bar", "watt", "slider_crank"]
     better = [Synthesised("watt", 5, object(), 1e-4, {}), Synthesised("four_bar", 3, object(), 1e-3, {})]
     assert [each.topology for each in in_order(better, 1.0)] == ["watt", "four_bar"]
+
+
+def test_six_bars_that_carry_a_body_are_in_doubt(tmp_path):
+    """Unless they are exact: the table and its JSON say so."""
+    columns = [np.array([0.0, 0.3, 0.5]), np.array([0.0, 0.1, 0.4]), np.array([0.0, 0.2, 0.6])]
+    wanted = read_wanted(written(tmp_path, "positions", "x (m),z (m),angle (rad)", columns))
+    assert "not reliable" in doubt(wanted, "watt", 1e-4)
+    assert doubt(wanted, "watt", 1e-14) == doubt(wanted, "four_bar", 1e-4) == ""
