@@ -14,10 +14,11 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, nullcontext
+from contextlib import nullcontext
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import process_time
+from unittest.mock import patch
 
 import numpy as np
 from designs.scenes import FOUR_BAR, PENDULUM, SIX_BAR
@@ -31,6 +32,8 @@ from mbproj.studies.design.slopes.neighbours import Followed
 from mbproj.studies.design.spec import read_spec
 from mbproj.studies.design.written import best_scene
 
+#: Why dual numbers are not taken.
+ASKED = "differences were asked for"
 BOX = {
     "ax": (-0.3, 0.3),
     "az": (-0.3, 0.3),
@@ -83,17 +86,6 @@ def searched(path: Path) -> Design:
     return find_design(read_spec(path), 1, fresh=True)
 
 
-@contextmanager
-def differences_alone() -> Iterator[None]:
-    """Slopes are differences of runs."""
-    kept = Followed.why
-    Followed.why = property(lambda _: "differences were asked for")  # type: ignore[method-assign]
-    try:
-        yield
-    finally:
-        Followed.why = kept  # type: ignore[method-assign]
-
-
 def table(path: Path, headings: str, columns: np.ndarray) -> None:
     np.savetxt(path, columns, delimiter=",", header=headings, comments="", fmt="%.17g")
 
@@ -128,7 +120,7 @@ def path(folder: Path, given: argparse.Namespace) -> Iterator[str]:
         design, seconds = written(folder, scene, BOX, match, given.starts, seed), []
         for by_differences in (False, True)[: 1 + given.differences]:
             began = process_time()
-            with differences_alone() if by_differences else nullcontext():
+            with patch.object(Followed, "why", ASKED) if by_differences else nullcontext():
                 found = searched(design)
             seconds.append(process_time() - began)
             errors.append(float(np.sqrt(np.mean(found.trial.residuals**2))))
