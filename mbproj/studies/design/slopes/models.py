@@ -23,6 +23,13 @@ from mbproj.studies.measure.mechanism import Mechanism
 ACCELERATIONS, MULTIPLIERS = ("acceleration", "forces/"), ("reaction", "motions/force", "ropes/")
 
 
+def chosen_of(samples: Samples, rows: Array) -> Samples:
+    """Some of the samples, by their numbers."""
+    names = ("t", "y", "acceleration", "carried", "step_size", "work")
+    counters = {name: values[rows] for name, values in samples.counters.items()}
+    return replace(samples, **{name: getattr(samples, name)[rows] for name in names}, counters=counters)
+
+
 class Model:
     """A system in the kernel, and how it starts."""
 

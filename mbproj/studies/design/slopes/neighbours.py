@@ -26,7 +26,7 @@ from mbproj.model import compile_system
 from mbproj.registry import EQUILIBRIUM, is_explicit
 from mbproj.scene.records import Expectation, Scene, Settings
 from mbproj.scene.settings import settings_to_run
-from mbproj.studies.design.slopes.models import Model, compiled_like
+from mbproj.studies.design.slopes.models import Model, chosen_of, compiled_like
 from mbproj.studies.measure.measured_samples import MeasuredSamples
 from mbproj.studies.measure.mechanism import Mechanism
 
@@ -55,8 +55,8 @@ FORMULAS = (
 WIDE = ((-2.0, -1.0, 1.0, 2.0), (1.0 / 12.0, -2.0 / 3.0, 2.0 / 3.0, -1.0 / 12.0))
 #: The same to one side, of first order: for searches, whose slopes need not be exact.
 SIDES = (((0.0, 1.0), (-1.0, 1.0)), ((0.0, -1.0), (1.0, -1.0)))
-#: What changes less from neighbour to neighbour, in parts of itself, shows round-off.
-CHANGES = 1e-9
+#: What numbers usually change by from neighbour to neighbour, in parts of themselves, or of this.
+CHANGES, SMALL = 1e-5, 0.1
 Formula = tuple[tuple[float, ...], tuple[float, ...]]
 
 
@@ -107,6 +107,7 @@ class Followed:
         self.steps: FollowedSteps = TracedSteps()
         self.event_times = np.zeros(0)
         self._kept: list[Samples] = []
+        self.rows: Array | None = None  # the samples that measures look at; all where it is none
         self._models: dict[tuple[str, float], Model] = {}
         coordinates = mechanism.system.names.as_mapping()["coordinates"]
         self._paths = {path for each in measures for path in datasets(each, coordinates)}
@@ -170,7 +171,7 @@ class Followed:
         slopes: list[Slope] = [Slope.unknown(each if isinstance(each, str) else "") for each in found]
         if not known:
             return slopes
-        samples = join(self._kept)
+        samples = join(self._kept) if self.rows is None else chosen_of(join(self._kept), self.rows)
         y = own.states(samples)
         chosen = [(numbers[k], *found[k]) for k in known]
         directions = Directions(
@@ -250,15 +251,15 @@ class Followed:
 
 
 def _cut(formula: Formula, models: Sequence[Model], own: Model) -> float:
-    """What a formula may be off by for the numbers of models and their starts, in parts of each that changes: about the
-    square of what one of lower order differs by."""
+    """What a formula may be off by for the numbers of models and their starts, in parts of them: about the square of
+    what one of lower order differs by."""
     worst = 0.0
     for of in ("numbers", "start"):
         found, at = np.array([getattr(near, of) for near in models]), getattr(own, of)
         better = np.tensordot(formula[1], found, 1)
         rough = 0.5 * (found[2] - found[1]) if len(found) == len(WIDE[0]) else (found[1] - at) / formula[0][1]
-        seen = np.abs(better) > CHANGES * np.abs(at)
-        worst = max(worst, float(np.max(((better - rough)[seen] / better[seen]) ** 2, initial=0.0)))
+        usual = np.maximum(np.abs(better), CHANGES * np.maximum(np.abs(at), SMALL))
+        worst = max(worst, float(np.max(((better - rough) / usual) ** 2, initial=0.0)))
     return worst
 
 

@@ -8,10 +8,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from mbproj.analysis.expectations import measured
+from mbproj.analysis.expectations import components, measured
+from mbproj.analysis.observed import series
 from mbproj.arrays import Array
 from mbproj.errors import InputError, MbprojError, Place, Problem, SimulationError
-from mbproj.scene.records import Expectation, Scene, Settings
+from mbproj.scene.records import Expectation, Passage, Scene, Settings
 from mbproj.scene.sampling import output_every, output_interval, whole_steps
 from mbproj.studies.design.slopes.derivative import GRAIN
 from mbproj.studies.design.slopes.differences import CERTAIN, FOLLOWED, Slopes, Work, differences, off_by, tight
@@ -72,7 +73,9 @@ def _own_run(work: Work) -> tuple[Array, Followed]:
     """The measures (k,) of the scene's own run, and that run. Raises InputError where it fails."""
     try:
         followed = Followed(Mechanism.of(work.scene), work.settings, work.measures)
-        return _values(work, followed.run()), followed
+        samples = followed.run()
+        followed.rows = _rows(work, samples)
+        return _values(work, samples), followed
     except MbprojError as error:
         problem = Problem(f"the scene's own run fails: {error}", Place("--to"), "leave this number out")
         raise InputError(problem) from None
@@ -83,9 +86,25 @@ def _values(work: Work, samples: MeasuredSamples) -> Array:
     return np.array([np.nan if each is None else each.values[0] for each in found], dtype=float)
 
 
-def _by_duals(work: Work, followed: Followed, own: Array, x: Array, scale: Array) -> list[tuple[Slope, Array]]:
+def _rows(work: Work, samples: MeasuredSamples) -> Array | None:
+    """The samples that the measures look at, ascending, with the first and the last; None where some look at all."""
+    time = samples["time"]
+    rows = {0, len(time) - 1}
+    for each in work.measures:
+        found = measured(each, samples, work.settings.duration)
+        if found is None or isinstance(each.at, Passage):
+            return None
+        rows.add(int(np.searchsorted(time, found.time)))
+        if each.at == "range":
+            rows.add(int(np.argmin(components(each, series(each, samples))[:, 0])))
+    return np.array(sorted(rows))
+
+
+def _by_duals(
+    work: Work, followed: Followed, own: Array, x: Array, scale: Array, *, rough_ones: bool = False
+) -> list[tuple[Slope, Array]]:
     """Along the run, by each number, and what that may be off by beside the error of steps. Where a formula is not
-    certain to CERTAIN, by one of higher order."""
+    certain to CERTAIN, by one of higher order, unless `rough_ones` will do."""
 
     def number(j: int) -> Number:
         path, at = work.paths[j], float(x[j])
@@ -104,7 +123,7 @@ def _by_duals(work: Work, followed: Followed, own: Array, x: Array, scale: Array
         slope = found[j]
         return not slope.why and bool(np.any(off[j] > CERTAIN * np.abs(slope.slopes) + 10.0 * _grain(slope, own)))
 
-    rough = [j for j in range(len(x)) if uncertain(j)]
+    rough = [j for j in range(len(x)) if not rough_ones and uncertain(j)]
     for j, better in zip(rough, by(rough, (WIDE,)), strict=True):
         if not better.why:
             found[j], off[j] = better, _off(better, own)
@@ -138,7 +157,9 @@ def _add_discretisation(work: Work, followed: Followed, x: Array, scale: Array, 
         other = replace(work, settings=settings)
         try:
             again = followed.again(settings)
-            found = _by_duals(other, again, _values(other, again.run()), x, scale)
+            samples = again.run()
+            again.rows = _rows(other, samples)
+            found = _by_duals(other, again, _values(other, samples), x, scale, rough_ones=True)
         except (InputError, SimulationError):
             continue
         for j, (each, _) in enumerate(found):
