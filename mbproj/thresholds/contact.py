@@ -47,7 +47,7 @@ class Contact:
         "round-off of λ, with care",
     )
     balanced_to: float = threshold(
-        1e-13, "1", "both", "forces that a round changes by less, beside the largest, are balanced", "450 ε"
+        1e-13, "1", "kernel", "forces that a round changes by less, beside the largest, are balanced", "450 ε"
     )
     slips: float = threshold(
         1e-9,
@@ -57,10 +57,14 @@ class Contact:
         "round-off of λ, with care",
     )
     springs_give: float = threshold(
-        1e-6, "1 / smallest mass", "both", "springs that stand for rigid feet which slip give so much", "√ε, with care"
+        1e-6,
+        "1 / smallest mass",
+        "kernel",
+        "springs that stand for rigid feet which slip give so much",
+        "√ε, with care",
     )
     slips_beyond: float = threshold(
-        1e-5, "1", "both", "which feet slip is found where all bear less by this part", "10 × what springs give"
+        1e-5, "1", "kernel", "which feet slip is found where all bear less by this part", "10 × what springs give"
     )
     damped_from: float = threshold(
         1e-12, "1", "kernel", "the least damping of Newton's method for shares of a load, beside B", "5000 ε"

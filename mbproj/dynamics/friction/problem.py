@@ -4,7 +4,8 @@ is the kernel's, in kernel/src/laws/contact_problem.hpp."""
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from types import ModuleType
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -29,14 +30,27 @@ def contact_problem(B: Array, b: Array, cones: Sequence[Cone], give: float = 0.0
     """y (n,) of all rows, with which none that is held accelerates: pushes, and tangents that stick. None where no
     forces within the cones do that. B (n, n) is symmetric. Springs that `give`, in 1/kg, have an answer always. Raises
     InputError without a kernel."""
+    found: Array | None = law().contact_problem(thresholds(), numbers(B), numbers(b), list(cones), give)
+    return found
+
+
+def law() -> ModuleType:
+    """The kernel, which has the laws of contacts and dry friction. Raises InputError where there is none."""
     kernel = core()
     if kernel is None:
         hint = "install mbproj where a C++ compiler is, as 'mbproj help install it' says"
-        raise InputError(Problem("contacts that share a load need the compiled kernel", hint=hint))
-    found: Array | None = kernel.contact_problem(
-        kernel.Thresholds(of_the_kernel()), np.ascontiguousarray(B), np.ascontiguousarray(b), list(cones), give
-    )
-    return found
+        raise InputError(Problem("dry friction and contacts that share a load need the compiled kernel", hint=hint))
+    return kernel
+
+
+def thresholds() -> Any:
+    """Those of the kernel's laws."""
+    return law().Thresholds(of_the_kernel())
+
+
+def numbers(values: Array) -> Array:
+    """As the kernel takes them."""
+    return np.ascontiguousarray(values, dtype=float)
 
 
 def independent(B: Array, rows: Integers) -> Integers:

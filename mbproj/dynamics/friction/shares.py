@@ -3,13 +3,15 @@ pushes of all are parts of what these bear."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 
 from mbproj.arrays import Array, Flags, Integers
 from mbproj.dataclass import dataclass
-from mbproj.dynamics.friction.problem import independent
+from mbproj.dynamics.friction.problem import independent, law, numbers, thresholds
 from mbproj.model.contacts import Contacts
-from mbproj.thresholds import THRESHOLDS
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,34 +27,23 @@ class Shares:
     decides: bool
 
 
-def shares_of(N: Array, push: Array, pulled: Array) -> Shares | None:
-    """Of stops with rows N (S, f) that push so, (S,), where each push of 1 does `pulled` (S, f), its row and the
-    friction that slides by it; None where the rows of those that push, and of those that follow
-    from them, are independent. As their motion goes on they share as springs of one stiffness do."""
-    pushes = push > 0.0
-    if not pushes.any():
+def shares_of(N: Array, push: Array) -> Shares | None:
+    """Of stops with rows N (S, f) that push so, (S,), and rub nowhere; None where the rows of those that push, and of
+    those that follow from them, are independent. As their motion goes on they share as springs of one stiffness do."""
+    B = numbers(N @ N.T)
+    if len(independent(B, np.arange(len(B)))) == len(B):
         return None
-    B = N @ N.T
-    rows = independent(B, np.flatnonzero(pushes))
-    C = np.linalg.lstsq(N[rows].T, N.T, rcond=None)[0].T
-    apart = np.linalg.norm(C @ N[rows] - N, axis=1) > np.sqrt(THRESHOLDS.no_push) * np.linalg.norm(N, axis=1)
-    apart |= np.linalg.norm(N, axis=1) <= THRESHOLDS.no_push * np.linalg.norm(N, axis=1).max(initial=0.0)
-    if (~apart).sum() == len(rows):
-        return None
-    parts = C @ np.linalg.inv(C[pushes].T @ C[pushes])
-    borne = C[pushes].T @ push[pushes]
-    off = np.where(pushes, push - parts @ borne, 0.0)
-    open_to_all = null_space(C[pushes].T)
-    effect = np.abs(pulled[pushes].T @ open_to_all).max(initial=0.0)
-    decides = bool(effect > np.sqrt(THRESHOLDS.no_push) * np.abs(pulled).max())
-    return Shares(rows, parts + np.outer(off, borne) / (borne @ borne), ~pushes & ~apart, apart, decides)
+    return shares_from(law().shares_of(thresholds(), B, B, numbers(push)))
 
 
-def null_space(A: Array) -> Array:
-    """An orthonormal basis (k, n) of the x with A x = 0."""
-    _, sizes, rows = np.linalg.svd(A)
-    rank = int((sizes > np.sqrt(THRESHOLDS.no_push) * sizes.max(initial=0.0)).sum())
-    return np.asarray(rows[rank:].T)
+def shares_from(found: Sequence[Any] | None) -> Shares | None:
+    """As the kernel tells them."""
+    if found is None:
+        return None
+    rows, parts, idle, apart, decides = found
+    return Shares(
+        np.array(rows, dtype=np.intp), parts, np.array(idle, dtype=bool), np.array(apart, dtype=bool), decides
+    )
 
 
 def held_by(push: Array, touches: Integers, shares: Shares | None) -> Contacts:

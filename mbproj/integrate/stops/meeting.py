@@ -80,7 +80,7 @@ def _at_stops(system: System, stops: Stops, state: State, contacts: Contacts, me
         push = _pushes(touch, staying)
         which = np.flatnonzero(staying)
         N = touch.N[which]
-        after = replace(held_by(push, which, shares_of(N, push[which], N)), pushing=pushing)
+        after = replace(held_by(push, which, shares_of(N, push[which])), pushing=pushing)
         opens = touch.acceleration + touch.N @ (N.T @ push[which]) > touch.round_off
         idle = [k for k in contacts.held if staying[k] and not opens[k] and k not in (*after.touching, *after.idle)]
         after = replace(after, held=tuple(sorted((*after.held, *idle))))

@@ -14,9 +14,8 @@ from mbproj.dynamics.contact.impact import Rubbing
 from mbproj.dynamics.equations.constraint_equations import set_velocity
 from mbproj.dynamics.equations.gaps import counted_values
 from mbproj.dynamics.equations.kinematics import pose_of, twist_of
-from mbproj.dynamics.friction.balance import Balance
+from mbproj.dynamics.friction.balance import Balance, Balanced, Unbalanced, balanced
 from mbproj.dynamics.friction.changing import frictions_at, sliding_forces
-from mbproj.dynamics.friction.holding import Balanced, Unbalanced, balanced
 from mbproj.dynamics.friction.loads import grows_bounded
 from mbproj.dynamics.friction.shares import held_by
 from mbproj.dynamics.observe.bearings import Supports, load, supports

@@ -147,8 +147,7 @@ def least_shares(
     if len(resting) == 0 or len(contacts.touching) < 2:  # the forces at one point are unique
         return press, force
     touching = np.array(contacts.touching, dtype=np.intp)
-    own = (len(touching) + np.flatnonzero(frictions.stop[resting] == stop) for stop in touching)
-    cones = [Cone(at, tuple(rows.tolist()), _most(frictions, int(touching[at]))) for at, rows in enumerate(own)]
+    cones: list[Cone] = []
     press, force, B, known = press.copy(), force.copy(), np.zeros((0, 0)), b""
     for at in range(len(samples.t)):
         if known != samples.q[at].tobytes():
@@ -156,6 +155,10 @@ def least_shares(
             freedom = Freedom.at(system, samples.state(at))
             A = np.vstack([freedom.rows(stops)[touching], freedom.rows_of(frictions.coordinates)[resting]])
             B = A @ A.T
+            size = np.linalg.norm(A, axis=1)[len(touching) :]
+            able = size > THRESHOLDS.no_push * size.max()  # what nothing can move along bears nothing
+            of = [np.flatnonzero(able & (frictions.stop[resting] == stop)) + len(touching) for stop in touching]
+            cones = [Cone(at, tuple(rows.tolist()), _most(frictions, int(touching[at]))) for at, rows in enumerate(of)]
         borne = np.concatenate([press[at, touching], force[at, resting]])
         least = contact_problem(B, -B @ borne, cones)
         if least is not None:

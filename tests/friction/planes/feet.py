@@ -14,7 +14,7 @@ bodies:
 joints: {{{joint}}}
 forces:
 {feet}
-  push: {{type: force, body: box, location: [0, 0, {height}], axes: global, force: ["{push}*t", 0, 0]}}
+  push: {{type: force, body: box, location: [0, 0, {height}], axes: global, force: {force}}}
 """
 FOOT = """  {name}:
     type: stop
@@ -33,6 +33,7 @@ def box(
     velocity=(0, 0, 0),
     spin=(0, 0, 0),
     push=0,
+    force=None,
     height=0.25,
     duration=1.0,
     joint="",
@@ -44,7 +45,7 @@ def box(
         feet="".join(feet),
         velocity=list(map(float, velocity)),
         spin=list(map(float, spin)),
-        push=push,
+        force=force or f'["{push}*t", 0, 0]',
         height=height,
         duration=duration,
         joint=joint,

@@ -8,6 +8,7 @@ import itertools
 import numpy as np
 import pytest
 
+from mbproj.dynamics.friction.balance import Balance, forces
 from mbproj.integrate.outcome.marks import START
 from tests.friction.planes.feet import CORNERS, IN_PLANE, box
 from tests.stops.runs import run, simulated
@@ -119,3 +120,27 @@ def test_the_least_share_of_what_holds_is_reported():
     _, recorded = run(text)
     force = recorded["friction/force"][:, ::2]
     assert force == pytest.approx(np.repeat(-10.0 * recorded["time"][:, None], 2, axis=1), abs=1e-8)
+
+
+def test_feet_that_want_what_no_forces_give_are_soon_found_out():
+    """Two rows of friction are one, but for round-off: no forces hold both, and rounds would go on and on."""
+    row, rounds = np.array([1.0, 0.5]), []
+
+    def loads(y):
+        rounds.append(1)
+        return np.full(2, y[0])
+
+    problem = Balance(
+        A=np.array([[0.0, 1.0], row, row]),
+        b=np.array([-1e-15, 1e-16, -3e-16]),
+        static=np.full(2, 0.4),
+        sliding=np.full(2, 0.4),
+        direction=np.zeros(2),
+        partner=np.full(2, -1),
+        stop=np.zeros(2, dtype=int),
+        loads=loads,
+    )
+    y = forces(problem)
+    assert (np.abs(y[1:]) <= 0.4 * y[0] * (1.0 + 1e-12)).all()
+    assert (problem.accelerations(y)[:1] >= -1e-25).all()
+    assert len(rounds) < 5000

@@ -3,10 +3,9 @@
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
-#include "bindings/build_info.hpp"
 #include "bindings/curves_from_numpy.hpp"
+#include "bindings/laws_from_numpy.hpp"
 #include "bindings/loads_from_numpy.hpp"
-#include "laws/contact_problem.hpp"
 #include "stepping/samples.hpp"
 
 namespace mbproj {
@@ -15,6 +14,31 @@ void bind_plane(nb::module_& m);
 void bind_space(nb::module_& m);
 
 namespace {
+
+std::string eigen_version() {
+    return std::to_string(EIGEN_WORLD_VERSION) + "." + std::to_string(EIGEN_MAJOR_VERSION) + "." +
+           std::to_string(EIGEN_MINOR_VERSION);
+}
+
+// For `mbproj info --build`: names and values as text.
+nb::dict build_info() {
+    nb::dict info;
+    info["compiler"] = MBPROJ_COMPILER;
+    info["flags"] = MBPROJ_FLAGS;
+    info["build_type"] = MBPROJ_BUILD_TYPE;
+    info["eigen"] = eigen_version().c_str();
+    info["instruction_set"] = MBPROJ_INSTRUCTION_SET;
+    return info;
+}
+
+// Whether this processor and its operating system run what was compiled.
+bool runs_here() {
+#if defined(MBPROJ_NEEDS_V3)
+    return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
+#else
+    return true;
+#endif
+}
 
 // From numbers by name: all that the struct has, and no others.
 Thresholds thresholds(const nb::dict& given) {
@@ -29,29 +53,6 @@ Thresholds thresholds(const nb::dict& given) {
     });
     if (given.size() != taken) refuse("thresholds", "hold names that the kernel does not have");
     return made;
-}
-
-// The cone of a contact: its push, tangents, the most it holds, and the parts with which it slides.
-using ConeNumbers = std::tuple<int, std::vector<int>, double, std::vector<double>>;
-
-nb::object contact_problem_of(const Thresholds& thresholds, Numbers2 B, Numbers1 b,
-                              const std::vector<ConeNumbers>& given, double give) {
-    const std::size_t size = b.size();
-    require(B, {size, size}, "B");
-    std::vector<Cone> cones;
-    for (const auto& [push, tangents, most, slides] : given) {
-        if (push != -1) index_below(push, size, "push");
-        for (const int k : tangents) index_below(k, size, "tangents");
-        if (!slides.empty() && slides.size() != tangents.size()) refuse("slides", "do not fit the tangents");
-        cones.push_back({push, tangents, most, slides});
-    }
-    const std::vector<double> numbers_of_b = numbers(b, "b");
-    const auto count = static_cast<Eigen::Index>(size);
-    Eigen::VectorXd y;
-    if (!contact_problem(matrix(B, "B"), Eigen::Map<const Eigen::VectorXd>(numbers_of_b.data(), count), cones, give,
-                         thresholds, y))
-        return nb::none();
-    return array_of(std::vector<double>(y.begin(), y.end()), size);
 }
 
 void add_settings(nb::module_& m) {
@@ -255,8 +256,7 @@ NB_MODULE(_core, m) {
         "The primitives that it has by their numbers: name, how many points and vectors, how many parameters.");
     m.def("build_info", &build_info, "How this extension was compiled.");
     add_settings(m);
-    m.def("contact_problem", &contact_problem_of, nb::arg("thresholds"), nb::arg("B"), nb::arg("b"), nb::arg("cones"),
-          nb::arg("give"), "The forces of contacts and frictions that hold at an instant; None where none hold.");
+    add_laws(m);
     bind_plane(m);
     bind_space(m);
 }

@@ -64,7 +64,8 @@ public:
     }
     // None acts.
     void release() {
-        for (const FrictionLaw& law : laws_) equations_.applied().part[law.law] = 0.0;
+        auto& applied = equations_.applied();
+        for (const FrictionLaw& law : laws_) applied.part[law.law] = 0.0, applied.acts[law.law] = Acts::alone;
         equations_.hold_contacts({});
     }
 

@@ -80,8 +80,15 @@ public:
         border_.hold(rows);
         equations_.set_pose(t, y);
         if (!equations_.factor(Metric::mass) || !border_.factor(equations_.pose(), equations_.solver())) return;
+        for (Cone& cone : cones) {  // what nothing can move along bears nothing
+            auto& own = cone.tangents;
+            own.erase(std::remove_if(own.begin(), own.end(), [&](int row) { return !border_.moves(row); }), own.end());
+        }
         Vector borne(static_cast<Eigen::Index>(rows.size())), least;
-        for (std::size_t k = 0; k < rows.size(); ++k) borne[static_cast<Eigen::Index>(k)] = forces[rows[k].coordinate];
+        for (std::size_t k = 0; k < rows.size(); ++k) {
+            const auto row = static_cast<Eigen::Index>(k);
+            borne[row] = border_.moves(row) ? forces[rows[k].coordinate] : 0.0;
+        }
         const Eigen::MatrixXd& B = border_.operator_of_rows();
         if (!contact_problem(B, -B * borne, cones, 0.0, thresholds_, least)) return;
         for (std::size_t k = 0; k < rows.size(); ++k) forces[rows[k].coordinate] = least[static_cast<Eigen::Index>(k)];

@@ -1,0 +1,142 @@
+// The conditions of contact are fulfilled one after another until all are (non-smooth contact dynamics, Jean and Moreau 1992).
+#include "laws/friction_balance.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace mbproj {
+
+namespace {
+constexpr int most_rounds = 20000, most_turns = 50;
+// What moves by as much as so many rounds before, nearly, would take longer than most rounds to settle: rows that depend on each other
+// want what no forces give.
+constexpr int looks_back = 256;
+constexpr double stalls = 0.9;
+constexpr double huge = 1e200, tiny = std::numeric_limits<double>::min();
+
+std::size_t of(Eigen::Index k) { return static_cast<std::size_t>(k); }
+double largest(const Eigen::VectorXd& x) { return x.size() ? x.cwiseAbs().maxCoeff() : 0.0; }
+
+}  // namespace
+
+// What the push of each stop does, together with the friction that slides by it, as parts of all rows.
+Eigen::MatrixXd FrictionBalance::pulls() const {
+    Eigen::MatrixXd found = Eigen::MatrixXd::Identity(b.size(), stops);
+    for (Index k = 0; k < count(); ++k)
+        if (const int at = stop[of(k)]; at >= 0 && !rests(k)) found(stops + k, at) = -direction[k] * sliding[k];
+    return found;
+}
+
+// By the method of Gauss and Seidel, projected onto what each force may be; frictions at rest hold any unless `bounded`.
+bool FrictionBalance::relaxed(const Loads& loads, const Thresholds& thresholds, bool bounded, Vector& y) const {
+    const Vector sizes = B.diagonal();
+    const Eigen::MatrixXd pull = pulls(), pushed = B * pull;
+    y = Vector::Zero(b.size());
+    Vector a = b, before, load, after, step(count());
+    double scale = largest(b), moved_before = std::numeric_limits<double>::infinity();
+    for (Index i = 0; i < stops; ++i)
+        if (moves(i) && !(pushed(i, i) > 0.0)) return false;
+    for (Index k = 0; k < count(); ++k) {
+        if (!in_plane(k)) continue;
+        const Index i = stops + k, j = stops + partner[of(k)];
+        step[k] = 2.0 / (B(i, i) + B(j, j) + std::hypot(B(i, i) - B(j, j), 2.0 * B(i, j)));
+    }
+    const auto take = [&](Index i, double force) {
+        a += (force - y[i]) * B.col(i);
+        y[i] = force;
+    };
+    for (int round = 0; round < most_rounds; ++round) {
+        before = y;
+        loads(y, load);
+        if (!y.allFinite() || !load.allFinite() || !(largest(y) < huge)) return false;
+        for (Index i = 0; i < stops; ++i) {
+            if (!moves(i)) continue;
+            const double change = std::max(y[i] - a[i] / pushed(i, i), 0.0) - y[i];
+            a += change * pushed.col(i);
+            y += change * pull.col(i);
+        }
+        for (Index k = 0; k < count(); ++k) {
+            const Index i = stops + k;
+            const double bound = fixed[k] * load[k];
+            if (!rests(k)) {
+                if (stop[of(k)] < 0) take(i, -direction[k] * sliding[k] * load[k]);
+            } else if (!moves(i)) {
+                take(i, 0.0);
+            } else if (!in_plane(k)) {
+                const double wanted = y[i] - a[i] / sizes[i];
+                take(i, !bounded || is_within(k, wanted, bound) ? wanted : std::copysign(bound, wanted));
+            } else if (partner[of(k)] > k) {
+                const Index j = stops + partner[of(k)];
+                const double own = y[i] - step[k] * a[i], other = y[j] - step[k] * a[j];
+                const double part = bounded ? std::min(1.0, bound / std::max(std::hypot(own, other), tiny)) : 1.0;
+                take(i, part * own);
+                take(j, part * other);
+            }
+        }
+        loads(y, after);
+        const double moved = largest((y - before).cwiseProduct(sizes));
+        scale = std::max(scale, largest(y.cwiseProduct(sizes)));
+        const bool settled = ((load - after).array().abs() <= thresholds.balanced_to * load.array().abs()).all();
+        const bool still_now = moved <= thresholds.balanced_to * scale;
+        if (still_now && settled) return true;
+        if (round == 0 || round % looks_back) continue;
+        if (!still_now && moved > stalls * moved_before) return false;
+        moved_before = moved;
+    }
+    return false;
+}
+
+FrictionBalance::Flags FrictionBalance::beyond(const Loads& loads, const Vector& y) const {
+    Flags found(of(count()));
+    Vector load;
+    loads(y, load);
+    const Vector force = y.tail(count());
+    for (Index k = 0; k < count(); ++k) {
+        const double bound = fixed[k] * load[k];
+        const bool more =
+            at_wall(k) ? !is_within(k, force[k], bound) && std::abs(force[k]) > bound : with_partner(force, k) > bound;
+        found[of(k)] = rests(k) && more;
+    }
+    return found;
+}
+
+// y where those that hold more than they can slide against that: found where friction is so strong beside the push that it goes by
+// that one after the other does not lead there.
+bool FrictionBalance::slipping(const Loads& loads, const Thresholds& thresholds, const Vector& held, Vector& y) const {
+    const Flags slip = beyond(loads, held);
+    y = held;
+    for (int turn = 0; turn < most_turns; ++turn) {
+        FrictionBalance next = *this;
+        const Vector force = y.tail(count());
+        for (Index k = 0; k < count(); ++k) {
+            if (!slip[of(k)]) continue;
+            const double size = with_partner(force, k);
+            next.direction[k] -= size > 0.0 ? force[k] / size : 0.0;
+            next.sliding[k] = fixed[k];
+        }
+        Vector found;
+        if (!next.relaxed(loads, thresholds, true, found)) return false;
+        const Vector way = next.direction - direction, moved = (b + B * found).tail(count()).cwiseProduct(way);
+        for (Index k = 0; k < count(); ++k) {
+            const int other = partner[of(k)];
+            const double own = moved[k] + (other < 0 ? 0.0 : moved[other]);
+            if (slip[of(k)] && own < -thresholds.no_push * largest(b)) return false;
+        }
+        const double change = largest(found - y);
+        y = found;
+        if (change <= thresholds.slips * largest(found)) return true;
+    }
+    return false;
+}
+
+bool FrictionBalance::forces(const Loads& loads, const Thresholds& thresholds, Vector& y) const {
+    Vector held;
+    if (!relaxed(loads, thresholds, false, held)) return relaxed(loads, thresholds, true, y);
+    const Flags more = beyond(loads, held);
+    y = held;
+    if (std::find(more.begin(), more.end(), true) == more.end()) return true;
+    return relaxed(loads, thresholds, true, y) || slipping(loads, thresholds, held, y);
+}
+
+}  // namespace mbproj
