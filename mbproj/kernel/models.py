@@ -32,8 +32,8 @@ def _thresholds(core: ModuleType) -> Any:
 
 
 def space_model(core: ModuleType, system: System, layout: Layout) -> Any:
-    """The kernel's model of a system with six coordinates a body. Joints keep their numbers, rows their order; motions
-    follow the joints, as joints of one row each."""
+    """The kernel's model of a system with six coordinates a body. Its joints are those that have rows, in their order;
+    motions follow them, as joints of one row each."""
     n, rows = system.bodies, bound_in_space(system.rows)
     coordinates = bound_in_space(system.coordinates)
     model = core.SpaceModel(
@@ -144,13 +144,14 @@ def _space_bearings(system: System) -> dict[str, Any]:
         return _bearings([], [], (), np.zeros((0, 3)), np.zeros((0, 3)))
     body, point = system.reaction_body[bearings.joint], system.reaction_local[bearings.joint]
     numbers = zip(bearings.radial, bearings.axial, bearings.length, bearings.preload, strict=True)
-    whose = list(zip(bearings.joint.tolist(), body.tolist(), strict=True))
-    return _bearings(whose, list(numbers), bearings.parts, point, bearings.axis)
+    own = joints_with_rows(system.rows.owner)
+    whose = [(own.index(joint), each) for joint, each in zip(bearings.joint.tolist(), body.tolist(), strict=True)]
+    return _bearings(whose, list(numbers), _numbered(bearings.parts, own), point, bearings.axis)
 
 
 def _plane_bearings(system: System, plane: Plane) -> dict[str, Any]:
     """The same in a plane, where forces along the axis and moments have no say."""
-    bearings, own = system.bearings, joints_in_plane(plane).tolist()
+    bearings, own = system.bearings, joints_with_rows(plane.joints.owner)
     if bearings is None:
         return _bearings([], [], (), np.zeros((0, 2)), np.zeros((0, 2)))
     joints = [own.index(joint) for joint in bearings.joint.tolist()]
@@ -158,8 +159,12 @@ def _plane_bearings(system: System, plane: Plane) -> dict[str, Any]:
     numbers = [
         (radial, 0.0, np.inf, preload) for radial, preload in zip(bearings.radial, bearings.preload, strict=True)
     ]
-    parts = tuple(tuple((own.index(joint), part) for joint, part in each) for each in bearings.parts)
-    return _bearings(list(zip(joints, body, strict=True)), numbers, parts, none, none)
+    return _bearings(list(zip(joints, body, strict=True)), numbers, _numbered(bearings.parts, own), none, none)
+
+
+def _numbered(parts: tuple[tuple[tuple[int, float], ...], ...], own: list[int]) -> tuple[Any, ...]:
+    """Pairs of a joint and its part, with the numbers of the kernel's joints."""
+    return tuple(tuple((own.index(joint), part) for joint, part in each) for each in parts)
 
 
 def _bearings(
@@ -178,7 +183,7 @@ def _bearings(
 
 
 def plane_model(core: ModuleType, system: System, plane: Plane, layout: Layout) -> Any:
-    """The kernel's model of a planar system. Its joints are those with rows in the plane, by `joints_in_plane`."""
+    """The kernel's model of a planar system. Its joints are those with rows in the plane, by `joints_with_rows`."""
     coordinates = bound_in_plane(plane.coordinates)
     joints = bound_in_plane(plane.joints)
     rows = joint_and_motion_rows(system, plane, joints, coordinates)
@@ -240,9 +245,9 @@ def joint_and_motion_rows(system: System, plane: Plane, joints: Bound, coordinat
     return joined([joints, driven._replace(owner=np.arange(len(driven.kind)))])
 
 
-def joints_in_plane(plane: Plane) -> Integers:
-    """The system's numbers of the joints that have rows in the plane."""
-    return np.array(sorted({*plane.joints.owner.tolist()}), dtype=np.intp)
+def joints_with_rows(owner: Integers) -> list[int]:
+    """The system's numbers of the joints that own some of these rows: those that the kernel's model has."""
+    return sorted({*owner.tolist()})
 
 
 def plane_rows(plane: Plane) -> Integers:

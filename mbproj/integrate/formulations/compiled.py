@@ -44,14 +44,16 @@ PHASES = ("accelerations", "position projection", "velocity projection", "rest")
 
 
 class Compiled(ABC):
-    """A system in the kernel's coordinates. `dimension` names the kernel's classes, Space or Plane."""
+    """A system in the kernel's coordinates. `dimension` names the kernel's classes, Space or Plane; `joints` are the
+    system's numbers of the kernel's, which are those that have rows."""
 
     name: ClassVar[str]
     dimension: ClassVar[str]
 
-    def __init__(self, core: ModuleType | None, system: System, layout: Layout, model: Any) -> None:
+    def __init__(self, core: ModuleType | None, system: System, layout: Layout, joints: list[int], model: Any) -> None:
         assert core is not None
         self.core, self.system, self.layout, self.model = core, system, layout, model
+        self._joints = joints
         self.settled = ProjectionSettings()  # what the model's usual rows were found for: a penalty has more of them
 
     @property
@@ -120,9 +122,10 @@ class Compiled(ABC):
         beside = self.layout.shared(y, self.system.layout)
         return self.system.layout.joined({"positions": q, "velocities": v, "turns": turns, **beside})
 
-    @abstractmethod
     def joint(self, number: int) -> int:
         """The system's number of one of the kernel's joints; motions follow the joints, and then reflected inertias."""
+        beyond = number - len(self._joints)
+        return self._joints[number] if beyond < 0 else len(self.system.names.joints) + beyond
 
     @abstractmethod
     def row(self, number: int) -> int:

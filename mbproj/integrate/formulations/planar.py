@@ -17,7 +17,7 @@ from mbproj.dynamics.observe.samples import Samples
 from mbproj.integrate.formulations.compiled import Compiled
 from mbproj.integrate.formulations.reduced import Reduced, space_state
 from mbproj.integrate.formulations.redundant_rows import count_redundant
-from mbproj.kernel.models import joints_in_plane, plane_model, plane_row_scale, plane_rows
+from mbproj.kernel.models import joints_with_rows, plane_model, plane_row_scale, plane_rows
 from mbproj.model.planar import Plane
 from mbproj.model.system import System, layout_in_bodies
 
@@ -32,9 +32,9 @@ class InPlane(Compiled):
     def __init__(self, core: ModuleType | None, system: System, plane: Plane) -> None:
         of_a_body = np.array([system.length, system.length, 1.0] * 2)
         layout = layout_in_bodies(system, of_a_body, plane.coordinates.size)
-        super().__init__(core, system, layout, plane_model(core, system, plane, layout) if core else None)
+        model = plane_model(core, system, plane, layout) if core else None
+        super().__init__(core, system, layout, joints_with_rows(plane.joints.owner), model)
         self.plane = plane
-        self._joints = joints_in_plane(plane)
         self._rows = plane_rows(plane)
         self._space: Any = None
 
@@ -61,10 +61,6 @@ class InPlane(Compiled):
         found = np.zeros((*kept.shape[:-1], self.system.coordinates.size))
         found[..., self.plane.coordinates.source.source] = kept
         return found
-
-    def joint(self, number: int) -> int:
-        beyond = number - len(self._joints)
-        return int(self._joints[number]) if beyond < 0 else len(self.system.names.joints) + beyond
 
     def row(self, number: int) -> int:
         beyond = number - len(self._rows)

@@ -11,7 +11,7 @@ from mbproj.arrays import Array, Integers
 from mbproj.dynamics.observe.samples import Samples
 from mbproj.dynamics.symmetries import rigid_fields
 from mbproj.integrate.formulations.compiled import Compiled
-from mbproj.kernel.models import space_model
+from mbproj.kernel.models import joints_with_rows, space_model
 from mbproj.model.euler_parameters import matrix_L
 from mbproj.model.system import System, layout_in_bodies
 
@@ -26,7 +26,8 @@ class Reduced(Compiled):
     def __init__(self, core: ModuleType | None, system: System) -> None:
         of_a_body = np.array([system.length] * 3 + [1.0] * 4 + [system.length] * 3 + [1.0] * 3)
         layout = layout_in_bodies(system, of_a_body, system.coordinates.size)
-        super().__init__(core, system, layout, space_model(core, system, layout) if core else None)
+        model = space_model(core, system, layout) if core else None
+        super().__init__(core, system, layout, joints_with_rows(system.joints.owner), model)
 
     @property
     def degrees_of_freedom(self) -> int:
@@ -58,9 +59,6 @@ class Reduced(Compiled):
 
     def of_all(self, kept: Array) -> Array:
         return kept
-
-    def joint(self, number: int) -> int:
-        return number
 
     def row(self, number: int) -> int:
         return self.system.bodies + number

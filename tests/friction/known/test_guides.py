@@ -134,3 +134,28 @@ def test_each_coordinate_of_a_cylindrical_joint_has_its_own():
     assert recorded["joints/coordinate"][-1, 1] == pytest.approx(shifts[1], abs=1e-9)
     assert recorded["joints/coordinate"][-1, 0] == pytest.approx(8.0 - 0.5 * 0.2 * 0.3 * weight / 0.5, abs=1e-9)
     assert np.diff(recorded["friction/dissipation"], axis=0).min() >= -1e-12
+
+
+#: A telescope has no rows, and stands before the joint whose load counts; so does another joint behind that.
+ARMS = """
+mbproj: 1
+gravity: [0, 0, -9.81]
+simulation: {{duration: 0.2, integrator: dop853, tolerance: 1e-10, formulation: {formulation}}}
+bodies:
+  a: {{mass: 1, inertia: [0.05, 0.05, 0.05], position: [0.3, 0, 0]}}
+  b: {{mass: 3, inertia: [0.05, 0.05, 0.05], position: [0.9, 0, 0.1]}}
+joints:
+  rod: {{type: telescope, bodies: [ground, b], locations: [[0, 0, 1], [0.9, 0, 0.1]]}}
+  hinge: {{type: revolute, bodies: [ground, a], location: [0, 0, 0], axis: [0, 1, 0], speed: 5}}
+  elbow: {{type: revolute, bodies: [a, b], location: [0.6, 0, 0], axis: [0, 1, 0]}}
+forces:
+  friction: {{type: friction, joint: hinge, coulomb: {{coefficient: 0.3, radius: 0.05}}}}
+"""
+
+
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+def test_joints_without_rows_have_no_number_among_loads(formulation):
+    """Torque = μ r F with F of the joint that has the friction."""
+    _, recorded = run(ARMS.format(formulation=formulation))
+    across = np.linalg.norm(recorded["joints/reaction_force"][0, 1])
+    assert abs(recorded["friction/force"][0, 0]) == pytest.approx(0.3 * 0.05 * across, rel=1e-12)

@@ -50,7 +50,7 @@ public:
     bool factor(const Pose<D>& pose, KktSolver<D>& solver, bool reacts = false) {
         const auto count = static_cast<Eigen::Index>(rows_.size());
         see(pose);
-        B_.resize(count, count);
+        B_.resize(count, count), rests_.setZero(count);
         reactions_.resize(model_.all_rows(), count), loose_.resize(count);
         Vector unit = Vector::Zero(count), column;
         for (Eigen::Index k = 0; k < count; ++k) {
