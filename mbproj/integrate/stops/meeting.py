@@ -53,7 +53,7 @@ def meet(system: System, state: State, contacts: Contacts, met: Met, *, begins: 
 
 
 def _at_stops(system: System, stops: Stops, state: State, contacts: Contacts, met: Met) -> Meeting:
-    pushing, events = _compliant(system, stops, state, contacts)
+    pushing, events = _compliant(system, stops, state, contacts, met)
     touch = Touch(system, stops, state, pushing)
     touched = _marked(stops.size, (*contacts.held, *contacts.shares))
     still = THRESHOLDS.stop_rests * touch.size * met.fastest  # at rest all of the motion is round-off
@@ -131,7 +131,7 @@ def _with_friction(
 
 
 def _compliant(
-    system: System, stops: Stops, state: State, contacts: Contacts
+    system: System, stops: Stops, state: State, contacts: Contacts, met: Met
 ) -> tuple[dict[int, float], tuple[Event, ...]]:
     """The compliant stops that push from here on, with their damping."""
     pushing, events = dict(contacts.pushing), []
@@ -143,7 +143,7 @@ def _compliant(
         if k in contacts.pushing:
             continue
         inside = touch.gap[k] < -THRESHOLDS.touching * touch.size[k]
-        rests = touch.rate[k] <= touch.slow[k] and touch.acceleration[k] < 0.0
+        rests = touch.rate[k] <= touch.slow[k] and (touch.acceleration[k] < 0.0 or k == met.again)
         if inside or rests or touch.rate[k] < -touch.slow[k]:
             pushing[k] = stops.pushes_by(k, touch.N[k])
             events.append(Event(state.t, _name(system, k), "contact", -1))

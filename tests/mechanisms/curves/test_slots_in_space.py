@@ -74,6 +74,14 @@ joints:
     assert way.max() <= 0.4 + 1e-12
 
 
+def test_a_pin_may_be_at_the_origin_of_its_curve():
+    """The curve goes through its own origin, and both locations are one point."""
+    text = WIRE.replace("[0.3, 0, 0.02]", "[0, 0, 0]").replace("velocity: [0, 1.44, 0.3]", "velocity: [0, 0, 0]")
+    assert "locations: [[0, 0, 0], [0, 0, 0]]" in text
+    _, found = run(scene(text, "reduced", 0.02, "10 ms"))
+    np.testing.assert_allclose(found["curves/contact"][:, 0], found["bodies/position"][:, 1], atol=1e-13)
+
+
 def test_friction_along_a_wire_takes_its_work():
     """A constant force against the motion: the energy lost is the force times the way."""
     text = WIRE + "forces: {rubs: {type: friction, joint: K, coulomb: {force: 0.2 N}}}\n"

@@ -95,7 +95,7 @@ public:
         ContactState next = state_;
         std::vector<ContactEvent> events;
         const bool done =
-            touches(t, y, turns, next, events) && settle(t, y, turns, stop, released, interval, next, events);
+            touches(t, y, turns, released ? -1 : stop, next, events) && settle(t, y, turns, stop, released, interval, next, events);
         if (done) {
             next.events += static_cast<long>(events.size());
             events_.insert(events_.end(), events.begin(), events.end());
@@ -119,12 +119,12 @@ private:
 
     // The rigid stops that touch at a state and their border, without contacts; those that give way push from here on, or no more.
     // False where nothing can move against some.
-    bool touches(double t, const Vector& y, const std::vector<long>& turns, ContactState& next,
+    bool touches(double t, const Vector& y, const std::vector<long>& turns, int met, ContactState& next,
                  std::vector<ContactEvent>& events) {
         friction_.acting.release();
         equations_.set_pose(t, y.data());
         equations_.set_velocities(y.data(), false);
-        if (!equations_.factor(Metric::mass) || !compliant_.meet(t, y, turns, speed(y), next, events)) return false;
+        if (!equations_.factor(Metric::mass) || !compliant_.meet(t, y, turns, met, speed(y), next, events)) return false;
         std::vector<int> found;
         for (int k = 0; k < static_cast<int>(laws_.size()); ++k) {
             if (!laws_[k].is_rigid()) continue;
