@@ -29,7 +29,7 @@ from mbproj.studies.sweep.arrays import write_arrays
 from mbproj.studies.sweep.case import Task, Work, run_case
 from mbproj.studies.sweep.folder import Folder
 from mbproj.studies.sweep.keys import Keys
-from mbproj.studies.sweep.row import Row, Status
+from mbproj.studies.sweep.row import CaseRow, Status
 from mbproj.studies.sweep.run import run_sweep
 from mbproj.studies.sweep.spec import read_spec
 from mbproj.studies.sweep.summary import write_table
@@ -116,7 +116,7 @@ def growth(cases: int) -> None:
         def keep() -> None:
             for number in range(spec.design.count):
                 values = spec.design.case(number)
-                row = Row(Status.DONE, (float(number),), formulation="planar", seconds=0.02)
+                row = CaseRow(Status.DONE, (float(number),), formulation="planar", seconds=0.02)
                 folder.store.add(keys.of(values), dict(zip(spec.design.paths, values, strict=True)), row)
 
         parts: dict[str, Callable[[], object]] = {

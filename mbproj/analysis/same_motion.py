@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from mbproj.analysis.common_quantities import KINDS, Columns, floors, one_sided, reactions_left_out, shared_columns
 from mbproj.analysis.comparison import common_samples
-from mbproj.analysis.shared import KINDS, Columns, floors, one_sided, reactions_left_out, shared_columns
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem

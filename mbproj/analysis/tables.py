@@ -31,7 +31,7 @@ Quantity: TypeAlias = tuple[str, str, str, int | None]
 
 
 @dataclass(frozen=True, eq=False)
-class Table:
+class QuantityTable:
     """A name such as "body-crank", column headings such as "position_x (m)", and what reads their values (T, columns)
     from the results, which are open then."""
 
@@ -46,19 +46,19 @@ class Table:
             yield from values[first : first + AT_ONCE].tolist()
 
 
-def tables(results: Results, corners: Sequence[tuple[str, str, str]] = ()) -> Iterator[Table]:
+def tables(results: Results, corners: Sequence[tuple[str, str, str]] = ()) -> Iterator[QuantityTable]:
     """All tables of these results; time is the first column of each, or the coordinate that they are shown over, and
     then time. `corners` are the markers of transmission angles."""
     over = results.shown_over
     for table in _over_time(results):
         yield table if over is None or table.name in NOT_OVER else _over(results, table)
     if over is not None:
-        yield _over(results, Table("ratios", *_ratios(results, over)))
+        yield _over(results, QuantityTable("ratios", *_ratios(results, over)))
     for first, corner, second in corners:
         markers = [results.marker(name).position for name in (first, corner, second)]
         angle = np.stack([results.time, transmission_angle(*markers)], axis=1)
         heading = f"angle between {first} and {second} (rad)"
-        found = Table(f"transmission-{corner}", ("time (s)", heading), partial(_as_it_is, angle))
+        found = QuantityTable(f"transmission-{corner}", ("time (s)", heading), partial(_as_it_is, angle))
         yield found if over is None else _over(results, found)
 
 
@@ -66,13 +66,13 @@ def _as_it_is(values: Array) -> Array:
     return values
 
 
-def _over(results: Results, table: Table) -> Table:
+def _over(results: Results, table: QuantityTable) -> QuantityTable:
     """The table with the coordinate before time; its unit is SI's, whatever pictures show."""
     over = results.shown_over
     assert over is not None
     values = np.radians(over.values) if over.unit == "rad" else over.values
     headings = (f"{over.name} ({over.unit})", *table.headings)
-    return Table(table.name, headings, lambda: np.concatenate([values[:, None], table.read()], axis=1))
+    return QuantityTable(table.name, headings, lambda: np.concatenate([values[:, None], table.read()], axis=1))
 
 
 def _ratios(results: Results, over: Over) -> tuple[tuple[str, ...], Callable[[], Array]]:
@@ -96,7 +96,7 @@ def _ratios(results: Results, over: Over) -> tuple[tuple[str, ...], Callable[[],
     return tuple(headings), read
 
 
-def _over_time(results: Results) -> Iterator[Table]:
+def _over_time(results: Results) -> Iterator[QuantityTable]:
     for kind, symbol, group in (("bodies", "n", "body"), ("markers", "k", "marker"), ("joints", "nj", "joint")):
         for column, name in enumerate(results.names(kind)):
             parts = [(dataset.path, dataset.unit) for dataset in DATASETS if dataset.symbol == symbol]
@@ -125,7 +125,7 @@ def _over_time(results: Results) -> Iterator[Table]:
     quantities = [(entry.path.partition("/")[2], entry.unit, entry.path, None) for entry in diagnostics]
     yield _table(results, "diagnostics", quantities)
     if len(results.time) and any(results.names(source.names) for source in SOURCES):
-        yield Table("loads", tuple(map(_heading, Load._fields)), partial(_loads, results))
+        yield QuantityTable("loads", tuple(map(_heading, Load._fields)), partial(_loads, results))
     if results.events:
         yield _events(results)
     if results.trust is not None:
@@ -142,21 +142,21 @@ def _heading(field: str) -> str:
     return field + units.get(field, "")
 
 
-def _events(results: Results) -> Table:
+def _events(results: Results) -> QuantityTable:
     """When steps ended because of an event; whose and what it was is in the results file."""
     headings: tuple[str, ...] = ("time (s)", "direction")
     values = np.array([[event.time, event.direction] for event in results.events])
     if results.names("stops"):
         headings = (*headings, "impulse (N s or N m s)", "energy (J)")
         values = np.hstack([values, [[event.impulse, event.energy] for event in results.events]])
-    return Table("events", headings, lambda: values)
+    return QuantityTable("events", headings, lambda: values)
 
 
-def _trust(trust: Trust) -> Table:
+def _trust(trust: Trust) -> QuantityTable:
     """The error of each marker of a certified run, and its uncertainty."""
     headings = [f"{quantity} of {name} (m)" for quantity in ("error", "uncertainty") for name in trust.names]
     values = np.concatenate([trust.time[:, None], trust.error, trust.uncertainty], axis=1)
-    return Table("trust", ("time (s)", *headings), lambda: values)
+    return QuantityTable("trust", ("time (s)", *headings), lambda: values)
 
 
 def _coordinates(results: Results, joint: str) -> Iterator[Quantity]:
@@ -197,13 +197,13 @@ def _not_unique(results: Results, column: int, joint: str) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _table(results: Results, name: str, quantities: list[Quantity], not_unique: tuple[str, ...] = ()) -> Table:
+def _table(results: Results, name: str, quantities: list[Quantity], not_unique: tuple[str, ...] = ()) -> QuantityTable:
     headings = ["time (s)"]
     for quantity, unit, path, column in quantities:
         size = prod(results.shape(path)[1 if column is None else 2 :])
         columns_of = [f"{quantity}{component}" for component in COMPONENTS[size]]
         headings += [f"{column} ({unit}{'; not unique' if column in not_unique else ''})" for column in columns_of]
-    return Table(name, tuple(headings), partial(_values, results, quantities))
+    return QuantityTable(name, tuple(headings), partial(_values, results, quantities))
 
 
 def _values(results: Results, quantities: list[Quantity]) -> Array:

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from mbproj.analysis.common_quantities import COMPARED
 from mbproj.analysis.loads.largest import loads_of
 from mbproj.analysis.same_motion import MotionComparison, compare_motions
-from mbproj.analysis.shared import COMPARED
-from mbproj.analysis.tables import Table as TimeTable
-from mbproj.analysis.tables import tables
+from mbproj.analysis.tables import QuantityTable, tables
 from mbproj.calls.again import opened
 from mbproj.calls.given import Quantity, amount, by_arguments, names_of
 from mbproj.errors import InputError, Place, Problem
@@ -81,7 +80,7 @@ def written(
     return files
 
 
-def named(found: Mapping[str, TimeTable], name: str) -> str:
+def named(found: Mapping[str, QuantityTable], name: str) -> str:
     """The name of a table. Raises InputError with the nearest where there is none."""
     if name not in found:
         raise InputError(Problem(f"there is no table '{name}'", hint=choose_from(name, found)))

@@ -14,8 +14,8 @@ from mbproj.linear.equilibrium.find import Equilibrium
 from mbproj.linear.equilibrium.started import assembled_start
 from mbproj.linear.equilibrium.steady import refuse_unsteady
 from mbproj.linear.modes import Modes
+from mbproj.linear.root_loci import Trace, trace
 from mbproj.linear.state_space.model import LinearModel, linear_model
-from mbproj.linear.traces import Trace, trace
 from mbproj.model import compile_system
 from mbproj.registry import SCENE_START
 from mbproj.scene.problem_places import placed_in

@@ -12,7 +12,7 @@ from mbproj.linear.equilibrium.balance import Turning
 from mbproj.linear.equilibrium.find import equilibrium
 from mbproj.linear.equilibrium.started import assembled_start, start_state
 from mbproj.linear.equilibrium.steady import refuse_unsteady, steady_turn
-from mbproj.linear.reference import Reference, reference_at
+from mbproj.linear.reference import LinearReference, reference_at
 from mbproj.linear.states import state_at, stored_state
 from mbproj.model import System
 from mbproj.model.system import Conditions
@@ -25,7 +25,7 @@ from mbproj.scene.records import Scene
 
 def reference_of(
     scene: Scene, system: System, where: SupportsFloat | str, results: str | Path | None, steady: str | None
-) -> Reference:
+) -> LinearReference:
     """The motion that the options name. Raises InputError at the option where there is none."""
     if (steady is not None) != (where == STEADY):
         hint = "give both: --at steady --steady A.angle=60rpm"
@@ -44,7 +44,7 @@ def reference_of(
         return reference_at(system, stored_state(system, opened, time), at)
 
 
-def _balanced(scene: Scene, system: System, steady: str | None) -> Reference:
+def _balanced(scene: Scene, system: System, steady: str | None) -> LinearReference:
     """The equilibrium, or the steady turn."""
     start = assembled_start(scene, system)
     turning, held = steady_of(system, start, steady)

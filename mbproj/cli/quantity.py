@@ -83,7 +83,7 @@ class Millimetres(click.ParamType):  # type: ignore[type-arg]
         return found
 
 
-class Names(click.ParamType):  # type: ignore[type-arg]
+class QuantityNames(click.ParamType):  # type: ignore[type-arg]
     """Several words: "gopm,gpopm"."""
 
     name = "names"
@@ -93,7 +93,7 @@ class Names(click.ParamType):  # type: ignore[type-arg]
         return tuple(part.strip() for part in value.split(","))
 
 
-class Corners(Names):
+class Corners(QuantityNames):
     """Three markers: the second is the corner of an angle."""
 
     name = "corners"

@@ -16,7 +16,7 @@ FORMATS = ("png", "svg", "pdf", "html")
 def draw_start(path: Path, scene: Scene, system: System, state: State) -> None:
     """Writes the picture or page. Raises InputError where the name is of neither, or the file must not be replaced."""
     from mbproj.outputs import PAGE, write_text
-    from mbproj.pages.look.motion import motion_at
+    from mbproj.pages.appearance.motion import motion_at
 
     ending = path.suffix[1:].lower()
     if ending not in FORMATS:
@@ -32,8 +32,8 @@ def draw_start(path: Path, scene: Scene, system: System, state: State) -> None:
         return
     from mbproj.figures.kinds.mechanism import draw_start as drawn
     from mbproj.figures.save import save
-    from mbproj.pages.look.mechanism import look_of
-    from mbproj.pages.look.view import view_of
+    from mbproj.pages.appearance.mechanism import look_of
+    from mbproj.pages.appearance.view import view_of
 
     look = look_of(scene, motion, meshes_of(scene))
     save(drawn(look, view_of(scene, motion, look), motion), path)

@@ -12,7 +12,7 @@ from mbproj.errors import InputError, Place, Problem
 from mbproj.model import System, compile_system, initial_guess
 from mbproj.model.system import Conditions
 from mbproj.outputs import SCENE, make_folder, write_text
-from mbproj.pages.look.motion import motion_at
+from mbproj.pages.appearance.motion import motion_at
 from mbproj.scene import read_scene_text
 from mbproj.scene.records import Scene
 from mbproj.scene.text.rewrite import Changes, with_changes

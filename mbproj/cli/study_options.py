@@ -11,7 +11,7 @@ import click
 from mbproj.cli.completion import File, Folder, some_of
 from mbproj.cli.explained import Part, option
 from mbproj.cli.figure_options import look
-from mbproj.cli.quantity import Names, Positive
+from mbproj.cli.quantity import Positive, QuantityNames
 from mbproj.registry import PROJECTIONS
 from mbproj.registry import integrator_choices as known_integrators
 
@@ -23,7 +23,7 @@ Command = TypeVar("Command", bound=Callable[..., Any])
 at = option(
     Part.ACCURACY,
     "--at",
-    type=Names(),
+    type=QuantityNames(),
     metavar="A,B,..",
     help="Markers whose error counts, or bodies of a scene without markers [default: all].",
 )
@@ -93,7 +93,7 @@ def projections(default: str) -> Callable[[Command], Command]:
     return option(
         Part.PROJECTION,
         "--projections",
-        type=Names(),
+        type=QuantityNames(),
         metavar="A,B,..",
         help=text,
         shell_complete=some_of(lambda: PROJECTIONS),
@@ -106,7 +106,7 @@ def integrators(default: str) -> Callable[[Command], Command]:
     return option(
         Part.INTEGRATION,
         "--integrators",
-        type=Names(),
+        type=QuantityNames(),
         metavar="A,B,..",
         help=text,
         shell_complete=some_of(known_integrators),

@@ -8,8 +8,8 @@ from typing import Any
 
 from matplotlib.figure import Figure, SubFigure
 
+from mbproj.figures.fitted_text import fitted, width
 from mbproj.figures.style import STYLE, legend_size, print_size, styled
-from mbproj.figures.words import fitted, width
 
 #: Free at both sides of the page together, inches.
 SIDES = 0.3

@@ -13,10 +13,10 @@ from matplotlib.ticker import NullFormatter
 
 from mbproj.analysis.thinned import MANY, thinned
 from mbproj.arrays import Array
+from mbproj.figures.fitted_text import fitted, literal
 from mbproj.figures.margins import put_legend, small_print
 from mbproj.figures.style import AXIS_HEIGHT, PANEL_HEIGHT, label_size, line, page_height, page_width
 from mbproj.figures.units import tick_degrees
-from mbproj.figures.words import fitted, literal
 
 TIME = "time (s)"
 #: Below this a violation is drawn as this: a logarithm has no zero, and nothing below says more than zero does.

@@ -20,7 +20,7 @@ MAX_ROWS, LOWER = 8, 0.75
 
 
 @dataclass(frozen=True, eq=False)
-class Quantity:
+class PanelQuantity:
     """What a panel shows: the words on its axis and its unit. Values are those of a result in SI: (T), (T, 1), or (T,
     k) with a name and a look for each of the `parts`; whether it is not unique, and grey, and whether the panel is
     `held` to the scale of others, where hardly anything moves."""
@@ -33,11 +33,11 @@ class Quantity:
     held: bool = True
 
 
-Row = tuple[Quantity | None, ...]
+Row = tuple[PanelQuantity | None, ...]
 
 
 @dataclass(frozen=True, eq=False)
-class Group:
+class PanelGroup:
     """Rows of panels that belong together (None: no panel), and what is compared below them where results are
     overlaid, of vectors their length; `name` is the label of their axes."""
 
@@ -46,9 +46,9 @@ class Group:
     name: str = ""
 
 
-def fitting(groups: Sequence[Group], results: Sequence[Results]) -> list[Group]:
+def fitting(groups: Sequence[PanelGroup], results: Sequence[Results]) -> list[PanelGroup]:
     """The first groups, one at least, that a page has room for."""
-    kept: list[Group] = []
+    kept: list[PanelGroup] = []
     for group in groups:
         kept.append(group)
         if len(kept) > 1 and len(_listed(kept, results)) > MAX_ROWS:
@@ -56,7 +56,7 @@ def fitting(groups: Sequence[Group], results: Sequence[Results]) -> list[Group]:
     return kept
 
 
-def draw(results: Sequence[Results], labels: Sequence[str], groups: Sequence[Group], remark: str = "") -> Figure:
+def draw(results: Sequence[Results], labels: Sequence[str], groups: Sequence[PanelGroup], remark: str = "") -> Figure:
     """The groups below each other: a line for each part of a quantity, or for each of several results."""
     listed = _listed(groups, results)
     heights = [LOWER if is_difference else 1.0 for _, _, is_difference in listed]
@@ -83,7 +83,7 @@ def draw(results: Sequence[Results], labels: Sequence[str], groups: Sequence[Gro
     return panels.finish(figure, remark="; ".join(filter(None, said)), with_legend=with_legend)
 
 
-def _listed(groups: Sequence[Group], results: Sequence[Results]) -> list[tuple[Group, Row, bool]]:
+def _listed(groups: Sequence[PanelGroup], results: Sequence[Results]) -> list[tuple[PanelGroup, Row, bool]]:
     """All rows, and whether each is one of differences."""
     compares = len(results) > 1 and differences.comparable(results)
     found = []
@@ -93,7 +93,7 @@ def _listed(groups: Sequence[Group], results: Sequence[Results]) -> list[tuple[G
     return found
 
 
-def _lines(axis: Axes, results: Sequence[Results], labels: Sequence[str], quantity: Quantity) -> None:
+def _lines(axis: Axes, results: Sequence[Results], labels: Sequence[str], quantity: PanelQuantity) -> None:
     for index, (result, label) in enumerate(zip(results, labels, strict=True)):
         values = quantity.read(result)
         if values is None:

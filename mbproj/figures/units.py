@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MultipleLocator
 
-from mbproj.analysis.shared import floors
+from mbproj.analysis.common_quantities import floors
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.results import Results

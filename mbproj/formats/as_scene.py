@@ -10,7 +10,7 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.errors import Place
-from mbproj.formats.mechanism import Bare, Connection, Mechanism, Part, Quantity
+from mbproj.formats.mechanism import Bare, Connection, ImportedBody, Mechanism, Quantity
 from mbproj.formats.placed import quaternion
 from mbproj.formats.yaml_text import WIDTH, flow, lines
 
@@ -83,7 +83,7 @@ def _origin(place: Place | None, file: str) -> str:
     return f"line {place.line}" if place.file == file else f"{place.file}:{place.line}"
 
 
-def _body(part: Part) -> dict[str, Any]:
+def _body(part: ImportedBody) -> dict[str, Any]:
     entry: dict[str, Any] = {"mass": Quantity(part.mass, "kg"), "inertia": _inertia(part.inertia)}
     entry["position"] = part.position
     turned = quaternion(part.rotation)

@@ -15,7 +15,7 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.errors import Place
-from mbproj.formats.mechanism import Connection, Mechanism, Names, Part, Quantity, Same
+from mbproj.formats.mechanism import Connection, ImportedBody, ImportedNames, Mechanism, Quantity, Same
 
 #: Axes that are parallel or normal to each other up to this, rad, and lines that meet up to this part of a metre.
 EXACT = 1e-9
@@ -61,7 +61,7 @@ class Twist:
     velocity: Array
 
     @classmethod
-    def of(cls, part: Part) -> Twist:
+    def of(cls, part: ImportedBody) -> Twist:
         """That of a body."""
         turning = part.rotation @ part.angular_velocity
         return cls(turning, part.velocity - np.cross(turning, part.position))
@@ -73,7 +73,7 @@ class Twist:
             return Twist(self.turning, self.velocity + moved)
         return Twist(self.turning + moved, self.velocity - np.cross(moved, single.point))
 
-    def on(self, part: Part) -> Part:
+    def on(self, part: ImportedBody) -> ImportedBody:
         """The body, moving so."""
         velocity = self.velocity + np.cross(self.turning, part.position)
         return replace(part, velocity=velocity, angular_velocity=part.rotation.T @ self.turning)
@@ -109,7 +109,7 @@ def connect(
         twist = twist.then(single)
         if not last:
             carried = mechanism.part(bodies[1])
-            between = Part(second, 0.0, np.zeros((3, 3)), single.point, carried.rotation, single.place)
+            between = ImportedBody(second, 0.0, np.zeros((3, 3)), single.point, carried.rotation, single.place)
             mechanism.insert(twist.on(between), bodies[1])
         name = own(single.name)
         coordinate = "angle" if single.turns else "displacement"
@@ -238,11 +238,11 @@ def _forces(mechanism: Mechanism, joint: str, single: Single, which: dict[str, s
 
 def free_name(mechanism: Mechanism, wanted: str) -> str:
     """A name for a force that no other has."""
-    return Names(frozenset(mechanism.forces)).own(wanted)
+    return ImportedNames(frozenset(mechanism.forces)).own(wanted)
 
 
 def follow(
-    mechanism: Mechanism, names: Names, ends: tuple[str, str], ratio: float, constant: float, place: Place
+    mechanism: Mechanism, names: ImportedNames, ends: tuple[str, str], ratio: float, constant: float, place: Place
 ) -> None:
     """Couples the coordinate of a joint with that of another: s = ratio s' + constant, both counted from the pose.
     `ends` are what they became, `joint.coordinate`."""

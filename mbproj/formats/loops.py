@@ -10,7 +10,7 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.errors import Place
 from mbproj.formats.geometry import Pose
-from mbproj.formats.mechanism import Connection, Mechanism, Names, Same
+from mbproj.formats.mechanism import Connection, ImportedNames, Mechanism, Same
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +26,7 @@ class Loop:
 
 
 def add_loops(
-    mechanism: Mechanism, loops: list[Loop], frames: Mapping[str, Pose], called: Mapping[str, str], names: Names
+    mechanism: Mechanism, loops: list[Loop], frames: Mapping[str, Pose], called: Mapping[str, str], names: ImportedNames
 ) -> None:
     """Adds their joints, with a point and an axis in each body; `frames` are those of the links, in global axes."""
     for loop in loops:

@@ -84,7 +84,7 @@ class Bare(str):
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class ImportedBody:
     """A body: inertia (3, 3) about its centre of mass in its axes; its pose in global axes, columns of `rotation`.
 
     `velocity` is global, `angular_velocity` in body axes. `look` is its `appearance` as the scene has it."""
@@ -104,7 +104,7 @@ class Part:
         return np.asarray(self.rotation.T @ (point - self.position))
 
 
-ORIGIN = Part(GROUND, 0.0, np.zeros((3, 3)), np.zeros(3), np.eye(3))
+ORIGIN = ImportedBody(GROUND, 0.0, np.zeros((3, 3)), np.zeros(3), np.eye(3))
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,7 +134,7 @@ class Mechanism:
     kind: str
     file: str
     gravity: Array
-    parts: dict[str, Part] = field(default_factory=dict)
+    parts: dict[str, ImportedBody] = field(default_factory=dict)
     joints: dict[str, Connection] = field(default_factory=dict)
     forces: dict[str, Mapping[str, Any]] = field(default_factory=dict)
     motions: dict[str, Mapping[str, Any]] = field(default_factory=dict)
@@ -147,16 +147,16 @@ class Mechanism:
     followers: dict[str, tuple[str, str]] = field(default_factory=dict)
     adjust: str = ""
 
-    def part(self, name: str) -> Part:
+    def part(self, name: str) -> ImportedBody:
         """A body, or the ground."""
         return ORIGIN if name == GROUND else self.parts[name]
 
     def mark(self, wanted: str, body: str, point: Array) -> None:
         """Adds a marker at a global point (3,) of a body."""
-        name = Names(frozenset(self.markers)).own(wanted)
+        name = ImportedNames(frozenset(self.markers)).own(wanted)
         self.markers[name] = (body, self.part(body).local(point))
 
-    def insert(self, part: Part, before: str) -> None:
+    def insert(self, part: ImportedBody, before: str) -> None:
         """Adds a body, in the order before another one that it carries."""
         parts = list(self.parts.items())
         at = next((index for index, (name, _) in enumerate(parts) if name == before), len(parts))
@@ -194,7 +194,7 @@ class Mechanism:
 LONGEST_NAME = 80
 
 
-class Names:
+class ImportedNames:
     """Names that mbproj can have, each once; what was changed is kept."""
 
     def __init__(self, reserved: frozenset[str] = frozenset()) -> None:
@@ -221,7 +221,7 @@ class Names:
         return "".join(letters[0] for letters in alike).rstrip("_-.")
 
 
-def said_of(mechanism: Mechanism, kind: str, names: Names) -> Iterator[Said]:
+def said_of(mechanism: Mechanism, kind: str, names: ImportedNames) -> Iterator[Said]:
     """Rows on names that were changed."""
     changed = [f"'{_cut(old)}' is '{new}'" for old, new in names.renamed.items() if old]
     if changed:

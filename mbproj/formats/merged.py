@@ -16,7 +16,7 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.formats.chains import EXACT, Single, before_coordinates, crossing
 from mbproj.formats.geometry import unit
-from mbproj.formats.mechanism import Connection, Mechanism, Names, Part, Same
+from mbproj.formats.mechanism import Connection, ImportedBody, ImportedNames, Mechanism, Same
 
 #: Points are as far apart in both bodies up to this, m, and are two where they are farther.
 ALIKE, APART = 1e-12, 1e-6
@@ -69,7 +69,7 @@ def _is_free_turn(mechanism: Mechanism, joint: Connection, used: set[str]) -> bo
     return joint.type == "revolute" and joint.name in mechanism.tree and not joint.keys and joint.name not in used
 
 
-def _massless(part: Part) -> bool:
+def _massless(part: ImportedBody) -> bool:
     return not part.mass and not part.inertia.any()
 
 
@@ -93,8 +93,10 @@ def _replace(mechanism: Mechanism, chain: Sequence[Connection], point: Array) ->
     """One joint where the first was; the links between are gone."""
     kind, names = KINDS[len(chain)], [joint.name for joint in chain]
     axes = np.array([_single(mechanism, joint).axis for joint in chain]) if len(chain) == 2 else None
-    own = Names(frozenset(mechanism.joints)).own(
-        before_coordinates(names, ("angle_1", "angle_2", "angle_3")[: len(names)]) or Names.beginning(names) or names[0]
+    own = ImportedNames(frozenset(mechanism.joints)).own(
+        before_coordinates(names, ("angle_1", "angle_2", "angle_3")[: len(names)])
+        or ImportedNames.beginning(names)
+        or names[0]
     )
     before = dict(mechanism.joints)
     mechanism.joints.clear()
@@ -122,8 +124,8 @@ def with_hinges(mechanism: Mechanism) -> None:
         axes = _axes(first, second)
         if axes is None:
             continue
-        own = Names.beginning([first.name, second.name]) or first.name
-        name = own if own in (first.name, second.name) else Names(frozenset(mechanism.joints)).own(own)
+        own = ImportedNames.beginning([first.name, second.name]) or first.name
+        name = own if own in (first.name, second.name) else ImportedNames(frozenset(mechanism.joints)).own(own)
         hinge = Connection(name, "revolute", first.bodies, first.points, axes, place=first.place)
         held = {second.name: None, first.name: hinge}
         before = dict(mechanism.joints)

@@ -14,7 +14,7 @@ from mbproj.dataclass import dataclass
 from mbproj.formats.geometry import Pose
 from mbproj.formats.mechanism import Mechanism, Same
 from mbproj.formats.placed import placed
-from mbproj.scene.looks import MESH_FORMATS
+from mbproj.scene.appearance import MESH_FORMATS
 
 #: No shape of a scene has so many m.
 LARGEST = 1e6

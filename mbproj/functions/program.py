@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from enum import IntEnum
 
 from mbproj.dataclass import dataclass
-from mbproj.functions.table import Table
+from mbproj.functions.table import CubicTable
 
 
 class Op(IntEnum):
@@ -64,7 +64,7 @@ class Instruction:
 
     op: Op
     operand: float = 0.0
-    table: Table | None = None
+    table: CubicTable | None = None
 
 
 Code = tuple[Instruction, ...]

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
 from mbproj.functions.program import CHANNELS, Instruction, Op, Program
-from mbproj.functions.table import Table
+from mbproj.functions.table import CubicTable
 from mbproj.thresholds import THRESHOLDS
 
 #: Changes of a function's value, slope and second derivative up to this part of the largest are round-off.
@@ -63,10 +63,10 @@ class ProgramSet:
             self.reads[index],
         )
 
-    def _table(self, number: int) -> Table:
+    def _table(self, number: int) -> CubicTable:
         own = slice(*self.table_start[number : number + 2].tolist())
         pieces = tuple((c0, c1, c2, c3) for c0, c1, c2, c3 in self.piece[own].tolist())
-        return Table(
+        return CubicTable(
             tuple(self.knot[own].tolist()), tuple(self.origin[own].tolist()), pieces, float(self.period[number])
         )
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from mbproj.functions.program import TIME, Code, Instruction, Op, apply, number, variable
-from mbproj.functions.table import Table
+from mbproj.functions.table import CubicTable
 
 T = variable(TIME)
 
@@ -36,6 +36,6 @@ def smooth_step(first: float, last: float, start: float, duration: float) -> Cod
     return apply(Op.ADD, number(first), change)
 
 
-def tabulated(table: Table, variable: Code = T) -> Code:
+def tabulated(table: CubicTable, variable: Code = T) -> Code:
     """The table's value at a variable."""
     return (*variable, Instruction(Op.TABLE, table=table))

@@ -13,7 +13,7 @@ SWEEPS = 40
 
 
 @dataclass(frozen=True)
-class Table:
+class CubicTable:
     """Pieces, each valid from its knot to the next: c0 + c1 u + c2 u² + c3 u³ with u = x - origin.
 
     The first piece begins at -∞. `origin` is the knot but for that one, whose origin is the first row's. A table that
@@ -26,7 +26,7 @@ class Table:
     period: float = 0.0
 
 
-def spline(rows: Sequence[tuple[float, float]], ends: str) -> Table:
+def spline(rows: Sequence[tuple[float, float]], ends: str) -> CubicTable:
     """The cubic spline through rows (x, y), two at least, x increasing (de Boor 1978, ch. IV).
 
     `ends` "natural": y'' = 0 at both, so that the lines beyond continue it twice differentiable; "clamped": y' = 0.
@@ -34,7 +34,7 @@ def spline(rows: Sequence[tuple[float, float]], ends: str) -> Table:
     return _hermite(rows, _slopes(rows, ends))
 
 
-def periodic(rows: Sequence[tuple[float, float]], period: float) -> Table:
+def periodic(rows: Sequence[tuple[float, float]], period: float) -> CubicTable:
     """The cubic spline through rows (x, y), three at least with x of one period, that repeats with it. Its slopes by
     the iteration of Gauss and Seidel, which gains a factor of four a sweep."""
     rows = sorted((x % period, y) for x, y in rows)
@@ -49,10 +49,10 @@ def periodic(rows: Sequence[tuple[float, float]], period: float) -> Table:
             neighbours = h[i] * slopes[i - 1] + h[i - 1] * slopes[(i + 1) % count]
             slopes[i] = 0.5 * (wanted - neighbours) / (h[i - 1] + h[i])
     table = _hermite([*rows, (x[0] + period, y[0])], [*slopes, slopes[0]])
-    return Table(table.knots[1:-1], table.origins[1:-1], table.pieces[1:-1], period)
+    return CubicTable(table.knots[1:-1], table.origins[1:-1], table.pieces[1:-1], period)
 
 
-def polygon(rows: Sequence[tuple[float, float]]) -> Table:
+def polygon(rows: Sequence[tuple[float, float]]) -> CubicTable:
     """Straight lines from row to row."""
     steps = [(y1 - y0) / (x1 - x0) for (x0, y0), (x1, y1) in pairwise(rows)]
     pieces = [(y, step, 0.0, 0.0) for (_, y), step in zip(rows, steps, strict=False)]
@@ -83,7 +83,7 @@ def _slopes(rows: Sequence[tuple[float, float]], ends: str) -> list[float]:
     return slopes[::-1]
 
 
-def _hermite(rows: Sequence[tuple[float, float]], slopes: Sequence[float]) -> Table:
+def _hermite(rows: Sequence[tuple[float, float]], slopes: Sequence[float]) -> CubicTable:
     """The cubics that have these values and slopes at the rows."""
     pieces = []
     for ((x0, y0), (x1, y1)), (s0, s1) in zip(pairwise(rows), pairwise(slopes), strict=True):
@@ -98,8 +98,8 @@ def _table(
     pieces: Sequence[tuple[float, float, float, float]],
     first: float,
     last: float,
-) -> Table:
+) -> CubicTable:
     """The pieces between the rows, with lines of the slopes `first` and `last` beyond them."""
     x = [row[0] for row in rows]
     lines = (rows[0][1], first, 0.0, 0.0), (rows[-1][1], last, 0.0, 0.0)
-    return Table((-inf, *x), (x[0], *x), (lines[0], *pieces, lines[1]))
+    return CubicTable((-inf, *x), (x[0], *x), (lines[0], *pieces, lines[1]))

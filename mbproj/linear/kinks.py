@@ -17,15 +17,15 @@ from mbproj.errors import InputError, Problem
 from mbproj.functions.program import CHANNELS, COORDINATE, RATE
 from mbproj.functions.program_set import ProgramSet
 from mbproj.functions.series import constant_series, run, slope
-from mbproj.linear.held import refuse_loads
-from mbproj.linear.reference import Reference
+from mbproj.linear.reference import LinearReference
+from mbproj.linear.resting_contacts import refuse_loads
 from mbproj.model.forces import Forces
 from mbproj.thresholds import THRESHOLDS
 
 HINT = "linearise beside the kink, or smooth the force"
 
 
-def refuse_kinks(reference: Reference) -> None:
+def refuse_kinks(reference: LinearReference) -> None:
     """Raises InputError that names the forces and states which have no slope at the reference, or another one on either
     side. The first are those of two points that have met, or of the root of a square: a stop at its edge, dry friction
     at rest. Raises it where controllers act."""
@@ -35,7 +35,7 @@ def refuse_kinks(reference: Reference) -> None:
     refuse_bends(reference)
 
 
-def refuse_bends(reference: Reference) -> None:
+def refuse_bends(reference: LinearReference) -> None:
     """The same, and of what controllers compute at instants."""
     _refuse_touching(reference)
     refuse_loads(reference.system, "has no linear part here")
@@ -47,7 +47,7 @@ def refuse_bends(reference: Reference) -> None:
         raise InputError(problems)
 
 
-def _refuse_touching(reference: Reference) -> None:
+def _refuse_touching(reference: LinearReference) -> None:
     """Raises InputError that names the rigid stops which touch at the reference: they act on one side alone."""
     system, motion = reference.system, reference.motion
     if system.stops is None:
@@ -62,7 +62,7 @@ def _refuse_touching(reference: Reference) -> None:
         raise InputError(problems)
 
 
-def _kinks(reference: Reference, forces: Forces) -> Iterator[tuple[str, str]]:
+def _kinks(reference: LinearReference, forces: Forces) -> Iterator[tuple[str, str]]:
     """Who has a kink, and what it is."""
     instant, laws = reference.motion.instant(reference.system), forces.laws
     state = law_state(instant)
@@ -80,7 +80,7 @@ def _kinks(reference: Reference, forces: Forces) -> Iterator[tuple[str, str]]:
                 yield f"force '{owner}'", why
 
 
-def _of_channels(reference: Reference) -> Iterator[tuple[str, str]]:
+def _of_channels(reference: LinearReference) -> Iterator[tuple[str, str]]:
     """The same of functions that name channels, along these."""
     system = reference.system
     if not system.channels.size:

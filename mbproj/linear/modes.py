@@ -18,7 +18,7 @@ from mbproj.dynamics.equations.forces import law_state
 from mbproj.linear.eigenvalues import eigen, shares_of_states
 from mbproj.linear.kinks import refuse_kinks
 from mbproj.linear.reduction.projected import projected, refuse_large_rolling
-from mbproj.linear.reference import Reference
+from mbproj.linear.reference import LinearReference
 from mbproj.linear.sparse_modes import sparse_eigen
 from mbproj.model.forces import Forces
 from mbproj.model.primitive_set import PrimitiveSet
@@ -42,7 +42,7 @@ class Modes(Tabled):
     `kinetic` (k, b) and `strain` (k, e): parts of the modes' energies, of what `kinetic_names` and `strain_names` say.
     `freedom` is the number of degrees of freedom, `turns` whether the tangent space turns along the motion."""
 
-    reference: Reference
+    reference: LinearReference
     eigenvalues: Numbers
     shapes: Numbers
     coordinates: Numbers
@@ -128,7 +128,7 @@ def leading(shares: Array) -> list[int]:
     return [index for index in order[:2] if shares[index] >= least and shares[index] > 0.0]
 
 
-def modes(reference: Reference, count: int | None = None) -> Modes:
+def modes(reference: LinearReference, count: int | None = None) -> Modes:
     """All modes, or the `count` slowest; of large mechanisms few, and all that grow where they move. Raises InputError
     where a force has a kink there, or nothing holds a motion without mass. Raises it where a large mechanism that
     moves, or whose elements have states, is too free."""
@@ -156,7 +156,7 @@ FEW = 10
 
 
 def described(
-    reference: Reference, values: Numbers, ξ: Numbers, x: Numbers, share: Array, freedom: int, *, turns: bool
+    reference: LinearReference, values: Numbers, ξ: Numbers, x: Numbers, share: Array, freedom: int, *, turns: bool
 ) -> Modes:
     """Modes from eigenvalues (k,), virtual displacements (6n, k) in global axes and states of elements (K, k), of any
     size, and the part (k, K) that these take."""
@@ -200,7 +200,7 @@ def _alone(moved: Array, x: Numbers, unit: Array) -> Numbers:
     return np.where(still, 1.0 / np.where(still, largest, 1.0), 0.0)
 
 
-def _changes(bound: PrimitiveSet, reference: Reference, in_body: Numbers) -> Numbers:
+def _changes(bound: PrimitiveSet, reference: LinearReference, in_body: Numbers) -> Numbers:
     """What the coordinates of a set do in each mode, (k, m)."""
     g = row_motion(bound, reference.motion.carried()).G
     found = np.zeros((bound.size, len(in_body)), dtype=complex)
@@ -208,7 +208,7 @@ def _changes(bound: PrimitiveSet, reference: Reference, in_body: Numbers) -> Num
     return found.T
 
 
-def _kinetic(system: System, reference: Reference, in_body: Numbers) -> tuple[tuple[str, ...], Array]:
+def _kinetic(system: System, reference: LinearReference, in_body: Numbers) -> tuple[tuple[str, ...], Array]:
     """Twice the mean kinetic energy at unit speed, (k, b), and whose it is."""
     shift, turn = in_body[..., :3], in_body[..., 3:]
     own = system.mass * np.sum(np.abs(shift) ** 2, axis=-1)
@@ -219,7 +219,7 @@ def _kinetic(system: System, reference: Reference, in_body: Numbers) -> tuple[tu
 
 
 def _strain(
-    system: System, reference: Reference, in_body: Numbers, values: Numbers, kinetic: Array
+    system: System, reference: LinearReference, in_body: Numbers, values: Numbers, kinetic: Array
 ) -> tuple[tuple[str, ...], Array]:
     """The same of what forces along coordinates keep, (k, e); the rest is of gravity and of preload. Of a mode that
     oscillates both energies have one mean, ½ |λ|² of the kinetic one at unit speed. Of one that does not, what dampers
@@ -244,7 +244,7 @@ def _strain(
     return names, np.concatenate([kept, rest[:, None]], axis=1)
 
 
-def _of_bushings(forces: Forces, matrices: Array, reference: Reference, in_body: Numbers) -> Array:
+def _of_bushings(forces: Forces, matrices: Array, reference: LinearReference, in_body: Numbers) -> Array:
     """The same of each bushing, (k, B), with these matrices (B, 6, 6)."""
     bushings = forces.bushings
     g = bushing_gradient(bushings, reference.motion.pose)
@@ -254,7 +254,7 @@ def _of_bushings(forces: Forces, matrices: Array, reference: Reference, in_body:
     return np.asarray(np.einsum("kbi,bij,kbj->kb", change.conj(), matrices, change).real)
 
 
-def law_slopes_at(reference: Reference) -> tuple[Array, Array]:
+def law_slopes_at(reference: LinearReference) -> tuple[Array, Array]:
     """∂F/∂s and ∂F/∂s' of each law, (E,)."""
     instant = reference.motion.instant(reference.system)
     return law_slopes(instant, law_state(instant))

@@ -7,7 +7,7 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State, coordinate_values
-from mbproj.dynamics.derivatives.linear_equations import Motion, constraint_rows, mass_blocks, tangent_force
+from mbproj.dynamics.derivatives.linear_equations import MotionAtTime, constraint_rows, mass_blocks, tangent_force
 from mbproj.dynamics.derivatives.tangent import tangent_velocities
 from mbproj.dynamics.derivatives.tangent_space import tangent_lengths, tangent_space
 from mbproj.dynamics.equations.equations_of_motion import tangent_mass_matrix
@@ -17,8 +17,8 @@ from mbproj.dynamics.equations.motions import drive_at
 from mbproj.dynamics.rank.right_hand_sides import tangent_gamma
 from mbproj.errors import InputError, Problem
 from mbproj.linear.bordered import Bordered
-from mbproj.linear.held import held_at
 from mbproj.linear.independent_rows import independent_rows
+from mbproj.linear.resting_contacts import held_at
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
@@ -34,13 +34,13 @@ class Imbalance:
 
 
 @dataclass(frozen=True, eq=False)
-class Reference:
+class LinearReference:
     """A motion with its multipliers λ (m,) of the joints' rows and then the motions'. `turning` (3,): Ω in rad/s of the
     axes that turn with it. `where` it is: "start", "equilibrium", "steady", or a time. `held`: the dry frictions that
     hold, each by one of the last rows of the joints."""
 
     system: System
-    motion: Motion
+    motion: MotionAtTime
     multipliers: Array
     imbalance: Imbalance
     where: str
@@ -63,21 +63,21 @@ class Reference:
         return f"at {self.where}" if self.where.isalpha() else f"at t = {self.motion.t:.6g} s"
 
 
-def reference_at(system: System, state: State, where: str) -> Reference:
+def reference_at(system: System, state: State, where: str) -> LinearReference:
     """The motion through a consistent state: the accelerations and multipliers are those of the equations of motion."""
     held = held_at(system, state)
     system = held.system
     pose = pose_of(state.q)
     twist, u = twist_of(pose, state.v), tangent_velocities(pose, state.v)
     expected = coordinate_values(system, pose) + 2.0 * np.pi * state.turns
-    still = Motion(state.t, state.q, u, np.zeros_like(u), expected, state.x)
+    still = MotionAtTime(state.t, state.q, u, np.zeros_like(u), expected, state.x)
     γ = tangent_gamma(system, pose, twist, drive_at(system, state.t))
     force = tangent_force(system, still)
     solve = _by_bordered if system.bodies > THRESHOLDS.dense_modes else _by_tangent_space
     change, multipliers, left = solve(system, still, force, γ)
-    motion = Motion(state.t, state.q, u, change, expected, state.x)
+    motion = MotionAtTime(state.t, state.q, u, change, expected, state.x)
     largest = largest_force(system, still, force)
-    return Reference(system, motion, multipliers, imbalance(system, left, largest), where, np.zeros(3), held.by)
+    return LinearReference(system, motion, multipliers, imbalance(system, left, largest), where, np.zeros(3), held.by)
 
 
 def refuse_rolling(system: System, what: str) -> None:
@@ -88,7 +88,7 @@ def refuse_rolling(system: System, what: str) -> None:
         raise InputError(Problem(said, system.joint_places[joint], "`mbproj run` and `mbproj modes` do"))
 
 
-def _by_tangent_space(system: System, still: Motion, force: Array, γ: Array) -> tuple[Array, Array, Array]:
+def _by_tangent_space(system: System, still: MotionAtTime, force: Array, γ: Array) -> tuple[Array, Array, Array]:
     """u' (6n,), λ (m,), and the forces (6n,) that the tangent space leaves."""
     space = tangent_space(system, constraint_rows(system, still).dense())
     M, lengths = tangent_mass_matrix(system, still.pose), tangent_lengths(system)
@@ -99,7 +99,7 @@ def _by_tangent_space(system: System, still: Motion, force: Array, γ: Array) ->
     return change, multipliers, space.N @ free / lengths**2
 
 
-def _by_bordered(system: System, still: Motion, force: Array, γ: Array) -> tuple[Array, Array, Array]:
+def _by_bordered(system: System, still: MotionAtTime, force: Array, γ: Array) -> tuple[Array, Array, Array]:
     """The same for large mechanisms, by sparse matrices."""
     from scipy.sparse import diags
 
@@ -110,7 +110,7 @@ def _by_bordered(system: System, still: Motion, force: Array, γ: Array) -> tupl
     return change, multipliers, left / lengths**2
 
 
-def largest_force(system: System, motion: Motion, force: Array) -> float:
+def largest_force(system: System, motion: MotionAtTime, force: Array) -> float:
     """The largest torque, or force times the mechanism's length, in N m, that acts on a body (6n,), or along what a
     force acts along: those on a body may cancel each other."""
     largest = float(np.abs(force * tangent_lengths(system)).max(initial=0.0))

@@ -14,7 +14,7 @@ from mbproj.dynamics.derivatives.linear_equations import LinearEquations, linear
 from mbproj.linear.bordered import Bordered, diagonal
 from mbproj.linear.independent_rows import independent_rows
 from mbproj.linear.reduction.frames import in_axes
-from mbproj.linear.reference import Reference
+from mbproj.linear.reference import LinearReference
 from mbproj.thresholds import THRESHOLDS
 
 #: The start of Arnoldi's iteration.
@@ -30,7 +30,7 @@ class SparseEigen:
     freedom: int
 
 
-def sparse_eigen(reference: Reference, count: int) -> SparseEigen:
+def sparse_eigen(reference: LinearReference, count: int) -> SparseEigen:
     """The `count` slowest modes of a mechanism at rest whose elements have no states."""
     system, motion = reference.system, reference.motion
     equations = in_axes(linear_equations(system, motion, reference.multipliers), motion, reference.turning)
@@ -44,7 +44,7 @@ def sparse_eigen(reference: Reference, count: int) -> SparseEigen:
 class _Pencil:
     """K, D, M and G of one mechanism; scratch of one search."""
 
-    def __init__(self, reference: Reference, equations: LinearEquations, rows: Integers) -> None:
+    def __init__(self, reference: LinearReference, equations: LinearEquations, rows: Integers) -> None:
         self.system, self.G, self.rows = reference.system, equations.rows.G, rows
         self.M, self.D, self.K = (part.sparse() for part in (equations.M, equations.D, equations.K))
         self.freedom = self.M.shape[0] - len(rows)

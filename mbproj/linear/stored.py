@@ -6,9 +6,9 @@ import numpy as np
 
 from mbproj.arrays import Array, Numbers
 from mbproj.dynamics.equations.kinematics import attached
+from mbproj.linear.mode_notes import notes_on
 from mbproj.linear.modes import Modes
-from mbproj.linear.traces import Trace
-from mbproj.linear.words import notes_on
+from mbproj.linear.root_loci import Trace
 from mbproj.model.euler_parameters import product
 from mbproj.results.linear.modes_file import StoredModes
 

@@ -15,7 +15,7 @@ from mbproj.errors import InputError, Place, Problem
 from mbproj.functions.program_set import ProgramSet, flatten
 
 
-class Kind(IntEnum):
+class ChannelKind(IntEnum):
     """What a channel is: a state of elements, a joint coordinate, or its rate."""
 
     STATE = 0
@@ -35,7 +35,7 @@ class Channels:
     index: Integers
 
     @classmethod
-    def of(cls, channels: Sequence[tuple[Kind, int]]) -> Channels:
+    def of(cls, channels: Sequence[tuple[ChannelKind, int]]) -> Channels:
         """In this order."""
         numbers = np.array(channels, dtype=np.intp).reshape(-1, 2)
         return cls(numbers[:, 0].copy(), numbers[:, 1].copy())
@@ -48,7 +48,7 @@ class Channels:
     @property
     def is_state(self) -> npt.NDArray[np.bool_]:
         """Which are states of elements, (c,); the others are of joint coordinates."""
-        return np.asarray(self.kind == Kind.STATE)
+        return np.asarray(self.kind == ChannelKind.STATE)
 
 
 #: Of a system whose functions name none.

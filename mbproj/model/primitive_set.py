@@ -46,7 +46,7 @@ class Member(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Layout:
+class SetLayout:
     """What a set has whatever its numbers are: scenes that differ in numbers alone share it.
 
     Per attachment: `body` (S,) (the ground is the last index), `side` (S,) 1 or 2, `is_point` (S,) 1 for points and 0
@@ -100,7 +100,7 @@ class PrimitiveSet:
     Per attachment `local` (S, 3) in body axes; per row `offset` (m,), what is subtracted from the primitives' values.
     """
 
-    layout: Layout
+    layout: SetLayout
     local: Array
     offset: Array
 
@@ -223,7 +223,7 @@ def bind(bindings: Sequence[Binding]) -> PrimitiveSet:
 
 
 @lru_cache(LAYOUTS)
-def _kept_layout(bound: tuple[tuple[Any, ...], ...]) -> Layout:
+def _kept_layout(bound: tuple[tuple[Any, ...], ...]) -> SetLayout:
     """The layout, shared by all sets that have it: nobody may write to it."""
     layout = _layout(bound)
     arrays = [part for part in vars(layout).values() if isinstance(part, np.ndarray)]
@@ -232,7 +232,7 @@ def _kept_layout(bound: tuple[tuple[Any, ...], ...]) -> Layout:
     return layout
 
 
-def _layout(bound: tuple[tuple[Any, ...], ...]) -> Layout:
+def _layout(bound: tuple[tuple[Any, ...], ...]) -> SetLayout:
     """The layout of primitives, each with its owner and then a body and a side for each slot."""
     primitives: list[Primitive] = [each[0] for each in bound]
     attachments = [slot for _, _, *slots in bound for slot in slots]
@@ -253,7 +253,7 @@ def _layout(bound: tuple[tuple[Any, ...], ...]) -> Layout:
         is_length[rows] = primitive.unit == "m"
         groups.append(Group(primitive, slots, rows))
     entry_row, entry_slot = _entries(groups)
-    return Layout(
+    return SetLayout(
         tuple(groups),
         body=np.array([body for body, _ in attachments], dtype=np.intp),
         side=np.array([side for _, side in attachments], dtype=np.intp),

@@ -20,7 +20,7 @@ def write_csv(
     rows: Iterable[Sequence[object]],
     *,
     form: str = "",
-    kind: kinds.Kind | None = None,
+    kind: kinds.FileKind | None = None,
     force: bool = False,
     hint: str = ELSEWHERE,
 ) -> Path:

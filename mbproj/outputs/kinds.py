@@ -30,7 +30,7 @@ MARKDOWN_MARK = "<!-- table written by mbproj -->"
 
 
 @dataclass(frozen=True)
-class Kind:
+class FileKind:
     """What a file is called, as in "a CSV table", and whether mbproj wrote the regular file at a path."""
 
     what: str
@@ -44,7 +44,7 @@ class Kind:
             return False
 
 
-def picture(file_format: str) -> Kind:
+def picture(file_format: str) -> FileKind:
     """A picture in one of the formats png, pdf and svg: its signature and our mark."""
     signature, mark = _PICTURES[file_format]
 
@@ -52,10 +52,10 @@ def picture(file_format: str) -> Kind:
         head, tail = _ends(path)
         return head.startswith(signature) and mark in head + tail
 
-    return Kind(f"a {file_format.upper()} picture", wrote)
+    return FileKind(f"a {file_format.upper()} picture", wrote)
 
 
-def film(file_format: str) -> Kind:
+def film(file_format: str) -> FileKind:
     """A film in one of the formats gif and mp4: its signature and our mark, a comment."""
     at, signature = _FILMS[file_format]
 
@@ -63,10 +63,10 @@ def film(file_format: str) -> Kind:
         head, tail = _ends(path)
         return head[at:].startswith(signature) and MARK.encode() in head + tail
 
-    return Kind(f"a film in {file_format.upper()}", wrote)
+    return FileKind(f"a film in {file_format.upper()}", wrote)
 
 
-def csv(headings: Sequence[str], last: Sequence[str] = ()) -> Kind:
+def csv(headings: Sequence[str], last: Sequence[str] = ()) -> FileKind:
     """A CSV table: the first line begins with the first two of these headings, but for what stands in brackets, and
     ends with the `last`."""
     wanted, ended = _columns(",".join(headings[:2])), list(last)
@@ -76,20 +76,20 @@ def csv(headings: Sequence[str], last: Sequence[str] = ()) -> Kind:
         found = _columns(first.decode("utf-8", "replace"))
         return found[: len(wanted)] == wanted and found[len(found) - len(ended) :] == ended
 
-    return Kind("a CSV table", wrote)
+    return FileKind("a CSV table", wrote)
 
 
-def latex() -> Kind:
+def latex() -> FileKind:
     """A table for LaTeX: its first line."""
-    return Kind("a table for LaTeX", _begins_with(LATEX_MARK.encode()))
+    return FileKind("a table for LaTeX", _begins_with(LATEX_MARK.encode()))
 
 
-def markdown() -> Kind:
+def markdown() -> FileKind:
     """A table in Markdown: its first line."""
-    return Kind("a table in Markdown", _begins_with(MARKDOWN_MARK.encode()))
+    return FileKind("a table in Markdown", _begins_with(MARKDOWN_MARK.encode()))
 
 
-def hdf5(file_format: str) -> Kind:
+def hdf5(file_format: str) -> FileKind:
     """An HDF5 file whose attribute `format` is this text."""
 
     def names_it(path: Path) -> bool:
@@ -110,7 +110,7 @@ def hdf5(file_format: str) -> Kind:
             return False
         return names_it(path)
 
-    return Kind("an HDF5 file", wrote)
+    return FileKind("an HDF5 file", wrote)
 
 
 def _begins_with(text: bytes) -> Callable[[Path], bool]:
@@ -131,13 +131,13 @@ def _ends(path: Path) -> tuple[bytes, bytes]:
 
 
 #: A page says so in its head.
-PAGE = Kind("a page", _begins_with(b'<meta name="generator" content="mbproj">'))
-JUNIT = Kind("a JUnit report", _begins_with(b'<testsuites name="mbproj '))
-MODEL = Kind("a model", _begins_with(b"<!-- Written by mbproj "))
-LOOPS = Kind("a file of loops", _begins_with(b"# Loops of "))
-SCENE_SCHEMA = Kind("a schema", _begins_with(b'"title": "mbproj scene"'))
+PAGE = FileKind("a page", _begins_with(b'<meta name="generator" content="mbproj">'))
+JUNIT = FileKind("a JUnit report", _begins_with(b'<testsuites name="mbproj '))
+MODEL = FileKind("a model", _begins_with(b"<!-- Written by mbproj "))
+LOOPS = FileKind("a file of loops", _begins_with(b"# Loops of "))
+SCENE_SCHEMA = FileKind("a schema", _begins_with(b'"title": "mbproj scene"'))
 #: A scene is its author's, whoever wrote its first version: it is never ours to replace.
-SCENE = Kind("a scene to replace", lambda path: False)
-DESIGNED = Kind("a design that was found", _begins_with(b"# Found by mbproj "))
-DESIGN_DRAWN = Kind("what pictures show of a design", _begins_with(b'{"format": "mbproj design 1"'))
-NOTEBOOK = Kind("a notebook to replace", lambda path: False)
+SCENE = FileKind("a scene to replace", lambda path: False)
+DESIGNED = FileKind("a design that was found", _begins_with(b"# Found by mbproj "))
+DESIGN_DRAWN = FileKind("what pictures show of a design", _begins_with(b'{"format": "mbproj design 1"'))
+NOTEBOOK = FileKind("a notebook to replace", lambda path: False)

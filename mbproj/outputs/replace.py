@@ -9,13 +9,13 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from mbproj.errors import InputError, Problem
-from mbproj.outputs.kinds import Kind
+from mbproj.outputs.kinds import FileKind
 
 ELSEWHERE = "choose another with -o"
 
 
 @contextmanager
-def replacing(path: Path, kind: Kind, *, force: bool = False, hint: str = ELSEWHERE) -> Iterator[Path]:
+def replacing(path: Path, kind: FileKind, *, force: bool = False, hint: str = ELSEWHERE) -> Iterator[Path]:
     """A new empty file beside `path`, to write into. Where the block ends well it becomes `path`; else it is removed.
 
     Nobody else can read or write it before. Raises InputError where `path` must not be replaced (see
@@ -37,14 +37,14 @@ def replacing(path: Path, kind: Kind, *, force: bool = False, hint: str = ELSEWH
             draft.unlink(missing_ok=True)
 
 
-def write_text(path: Path, text: str, kind: Kind, *, force: bool = False, hint: str = ELSEWHERE) -> Path:
+def write_text(path: Path, text: str, kind: FileKind, *, force: bool = False, hint: str = ELSEWHERE) -> Path:
     """Writes `text` in UTF-8 as `replacing` does, as it stands: no line end is changed."""
     with replacing(path, kind, force=force, hint=hint) as draft:
         draft.write_bytes(text.encode())
     return path
 
 
-def check_replaceable(path: Path, kind: Kind, *, force: bool = False, hint: str = ELSEWHERE) -> Path:
+def check_replaceable(path: Path, kind: FileKind, *, force: bool = False, hint: str = ELSEWHERE) -> Path:
     """Where a file for `path` is to be written: `path`, or what it is a link to.
 
     Raises InputError where something else than a file is there, or, unless `force`, a file that is not of this kind of

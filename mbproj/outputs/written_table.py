@@ -9,7 +9,7 @@ from typing import Any
 from mbproj.errors import InputError, Place, Problem
 from mbproj.outputs.csv_table import write_csv
 from mbproj.outputs.escapes import escaped
-from mbproj.outputs.kinds import MARKDOWN_MARK, Kind, csv, latex, markdown
+from mbproj.outputs.kinds import MARKDOWN_MARK, FileKind, csv, latex, markdown
 from mbproj.outputs.latex_table import write_latex
 from mbproj.outputs.replace import check_replaceable, replacing
 
@@ -31,8 +31,8 @@ def write_table(path: Path, headings: Sequence[str], rows: Iterable[Sequence[Any
     return _WRITERS[path.suffix.lower()](path, headings, filled, force=force)
 
 
-def _kind(path: Path, first: Sequence[str]) -> Kind:
-    kinds: Mapping[str, Callable[[], Kind]] = {".csv": lambda: csv(first), ".tex": latex, ".md": markdown}
+def _kind(path: Path, first: Sequence[str]) -> FileKind:
+    kinds: Mapping[str, Callable[[], FileKind]] = {".csv": lambda: csv(first), ".tex": latex, ".md": markdown}
     if path.suffix.lower() not in kinds:
         hint = f"end it in {', '.join(kinds)}"
         raise InputError(Problem(f"'{path}' is not the name of a table", OPTION, hint))

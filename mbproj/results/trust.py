@@ -64,7 +64,7 @@ class Trust:
 
 
 @dataclass(frozen=True)
-class Entry:
+class TrustDataset:
     """A dataset of the group: its axes ("S" samples, "k" points, "E" limits), unit, description."""
 
     axes: str
@@ -72,23 +72,25 @@ class Entry:
     description: str
 
 
-LAYOUT: Mapping[str, Entry] = MappingProxyType(
+LAYOUT: Mapping[str, TrustDataset] = MappingProxyType(
     {
-        "limits": Entry("E", "m", "limits of the error that the horizons are of"),
-        "error": Entry("Sk", "m", "distance to the better solution at the samples of the run"),
-        "uncertainty": Entry("Sk", "m", "largest error that the better solution itself may have"),
-        "horizon": Entry("kE", "s", "first time at which the error exceeds the limit; infinite where it does not"),
-        "horizon_low": Entry("kE", "s", "first time at which the error can exceed the limit"),
-        "horizon_high": Entry("kE", "s", "first time by which the error must have exceeded the limit"),
-        "growth_rate": Entry("k", "1/s", "a of exp(a t) fitted to the largest error so far"),
-        "growth_power": Entry("k", "1", "p of t^p fitted to the largest error so far"),
+        "limits": TrustDataset("E", "m", "limits of the error that the horizons are of"),
+        "error": TrustDataset("Sk", "m", "distance to the better solution at the samples of the run"),
+        "uncertainty": TrustDataset("Sk", "m", "largest error that the better solution itself may have"),
+        "horizon": TrustDataset(
+            "kE", "s", "first time at which the error exceeds the limit; infinite where it does not"
+        ),
+        "horizon_low": TrustDataset("kE", "s", "first time at which the error can exceed the limit"),
+        "horizon_high": TrustDataset("kE", "s", "first time by which the error must have exceeded the limit"),
+        "growth_rate": TrustDataset("k", "1/s", "a of exp(a t) fitted to the largest error so far"),
+        "growth_power": TrustDataset("k", "1", "p of t^p fitted to the largest error so far"),
     }
 )
 #: The poses of the better solution, "n" bodies.
-POSES: Mapping[str, Entry] = MappingProxyType(
+POSES: Mapping[str, TrustDataset] = MappingProxyType(
     {
-        "position": Entry("Sn3", "m", "centres of mass in the better solution; nan where that has ended"),
-        "orientation": Entry("Sn4", "1", "Euler parameters there, scalar first, body to global"),
+        "position": TrustDataset("Sn3", "m", "centres of mass in the better solution; nan where that has ended"),
+        "orientation": TrustDataset("Sn4", "1", "Euler parameters there, scalar first, body to global"),
     }
 )
 #: What the growth law may be; "": none.

@@ -38,7 +38,7 @@ from mbproj.scene.fields.checks import (
     pair_of,
     same_kind,
 )
-from mbproj.scene.fields.choices import Choice, Reference
+from mbproj.scene.fields.choices import Choice, NameReference
 from mbproj.scene.fields.containers import Check, Named, Record
 from mbproj.scene.fields.fields import Converted, Field, Flag, List, Text
 from mbproj.scene.fields.functions import Function, table
@@ -97,7 +97,7 @@ def _joint_variant(type_name: str, kind: JointType) -> Record[Joint]:
         return Record(f"a {type_name} joint", {"type": JOINT_TYPE, **COUPLER}, _coupler, ("type", "of"), named=True)
     if kind.frame == "joints":
         own = {name: parameter(each) for name, each in kind.parameters.items()}
-        names = List(Reference("joint", "joints"), len(kind.couples), "names of joints")
+        names = List(NameReference("joint", "joints"), len(kind.couples), "names of joints")
         coupling = {"type": JOINT_TYPE, "joints": Converted(names, different), **own}
         both = tuple(key for key in coupling if key not in own or key in kind.required_parameters)
         return Record(f"a {type_name} joint", coupling, _coupling, both, named=True)
@@ -236,7 +236,7 @@ JOINT: Variants[Joint] = Variants("type", JOINT_TYPE, _joint_variants())
 
 MARKER: Record[Marker] = Record(
     "a marker",
-    {"body": Reference("body", "bodies"), "location": BODY_POINT},
+    {"body": NameReference("body", "bodies"), "location": BODY_POINT},
     lambda name, body, location: (
         Marker(name, body, location) if isinstance(location, tuple) else Marker(name, body, location[body], local=True)
     ),

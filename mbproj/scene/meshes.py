@@ -13,8 +13,8 @@ import numpy as np
 from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem, warn_once
+from mbproj.scene.appearance import MeshFile
 from mbproj.scene.fields.rotations import to_matrix
-from mbproj.scene.looks import MeshFile
 from mbproj.scene.records import Scene
 
 #: Triangles of all meshes of a scene, and bytes of one file, that are drawn at most.

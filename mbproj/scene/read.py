@@ -27,7 +27,6 @@ from mbproj.scene.records import Force, Joint, JointForce, KeyPath, Scene, Setti
 from mbproj.scene.settings import Merged, check_settings, flatten, merge, read_options, settings_of
 from mbproj.scene.text.changes import Change, changed
 from mbproj.scene.text.document import compose
-from mbproj.scene.text.kept import Kept
 from mbproj.scene.text.nodes import (
     MappingNode,
     Node,
@@ -40,6 +39,7 @@ from mbproj.scene.text.nodes import (
     from_value,
     mapping,
 )
+from mbproj.scene.text.reading_cache import ReadingCache
 from mbproj.scene.text.source import MAX_BYTES, read_text
 
 if TYPE_CHECKING:
@@ -94,7 +94,7 @@ class SceneText:
             problem = Problem(wrong, root.place, "it begins with 'mbproj: 1'")
             raise InputError(in_text_order([*self._problems, problem]))
         self.root, self.text, self.path = root, text, path
-        self._is_read, self._kept = False, Kept()
+        self._is_read, self._kept = False, ReadingCache()
 
     def units(self) -> Mapping[KeyPath, str]:
         """The SI units of the scene's numbers, by their paths, where they are known."""
@@ -114,7 +114,9 @@ class SceneText:
         """The scene with these changes, as `read_scene` takes them."""
         root, wrong_changes = changed(self.root, parameters)
         root, from_files, wrong_files = with_matrices(root, self.path)
-        kept = self._kept if self._kept.is_full else Kept() if self._is_read else None  # a single one is not taken down
+        kept = (
+            self._kept if self._kept.is_full else ReadingCache() if self._is_read else None
+        )  # a single one is not taken down
         places = {**self._kept.places, (): root.place}
         problems = [*self._problems, *wrong_changes, *wrong_files]
         reading = Reading(items=_items(root), places=places, problems=problems, kept=kept)

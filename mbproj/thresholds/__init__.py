@@ -20,13 +20,13 @@ from mbproj.thresholds.dependence import Dependence
 from mbproj.thresholds.elimination import Elimination
 from mbproj.thresholds.invariants import Invariants
 from mbproj.thresholds.linear import Linear
-from mbproj.thresholds.looks import Looks
 from mbproj.thresholds.passages import Passages
 from mbproj.thresholds.ropes import Ropes
+from mbproj.thresholds.sampling import Looks
 from mbproj.thresholds.searches import Searches
 from mbproj.thresholds.steps import Automatic, Steps
 
-__all__ = ["THRESHOLDS", "Row", "Thresholds", "of_the_kernel", "table"]
+__all__ = ["THRESHOLDS", "ThresholdRow", "Thresholds", "of_the_kernel", "table"]
 
 
 @final
@@ -68,7 +68,7 @@ _DECLARED: dict[str, Field[Any]] = {
 THRESHOLDS = Thresholds()
 
 
-class Row(NamedTuple):
+class ThresholdRow(NamedTuple):
     """One threshold; `used_by` says whether NumPy's code, the kernel's, or both have it."""
 
     name: str
@@ -79,10 +79,10 @@ class Row(NamedTuple):
     source: str
 
 
-def table() -> list[Row]:
+def table() -> list[ThresholdRow]:
     """All thresholds, group by group."""
     return [
-        Row(
+        ThresholdRow(
             name,
             getattr(THRESHOLDS, name),
             **{key: entry.metadata[key] for key in ("unit", "used_by", "why", "source")},

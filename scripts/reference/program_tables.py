@@ -19,7 +19,7 @@ from mbproj.figures.sweeps import PICTURES
 from mbproj.results.layout import ALL_NAMES, CONSTANTS, DATASETS, LATER
 from mbproj.results.linear.model_file import LAYOUT as MODEL
 from mbproj.results.linear.modes_file import LAYOUT as MODES
-from mbproj.results.linear.parts import Layout
+from mbproj.results.linear.parts import FileLayout
 from mbproj.studies.stability.quantities import QUANTITIES
 from mbproj.studies.verify.checks import CHECKS
 from mbproj.thresholds import table as threshold_table
@@ -56,7 +56,7 @@ def model_file() -> str:
     return _parts(MODEL)
 
 
-def _parts(layout: Layout) -> str:
+def _parts(layout: FileLayout) -> str:
     rows = [
         (code(part.path), " × ".join(map(str, part.shape)), part.unit, part.kind, part.description)
         for part in layout.parts

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from mbproj.analysis.common_quantities import COMPARED
 from mbproj.analysis.same_motion import MotionComparison, compare_motions
-from mbproj.analysis.shared import COMPARED
 from mbproj.errors import InputError
 from mbproj.results import ResultsWriter, open_results
 from tests.results.pendulum_blocks import NAMES, block, scene, times

@@ -16,7 +16,7 @@ from mbproj.elements import Element, Force, Row, State
 from mbproj.errors import InputError
 from mbproj.functions.curve import Curve
 from mbproj.functions.program import COORDINATE, TIME, Instruction, Op, Program, apply, number, variable
-from mbproj.functions.table import Table, periodic
+from mbproj.functions.table import CubicTable, periodic
 from mbproj.model import compile_system, initial_guess
 from mbproj.model.compile.elements import with_elements
 from mbproj.studies.measure.mechanism import Mechanism
@@ -128,7 +128,7 @@ def parabolas(first=0.0, begin=RISE):
     rise = (0.0, first, c), (c * SPAN**2, 2 * c * SPAN, -c), (HEIGHT, 0.0, -c), (c * SPAN**2, -2 * c * SPAN, c)
     knots = tuple(begin + SPAN * k for k in range(5))
     pieces = tuple((*piece, 0.0) for piece in (*rise, (0.0, 0.0, 0.0)))
-    table = Table(knots, knots, pieces, 2 * np.pi)
+    table = CubicTable(knots, knots, pieces, 2 * np.pi)
     return Program((Instruction(Op.VARIABLE, COORDINATE), Instruction(Op.TABLE, 0.0, table)))
 
 
@@ -187,7 +187,7 @@ def test_a_function_with_a_smooth_switch_is_located(formulation):
 def test_a_cam_knows_its_own_knots_beside_tables_of_forces(formulation):
     """A force by a table that is 0 where the follower is changes nothing, and has pieces of its own."""
     pieces = *((0.0, 0.0, 0.0, 0.0),) * 3, (0.0, 1.0, 0.0, 0.0)
-    table = Table((-np.inf, -2.0, 1.0, 2.0), (-2.0, -2.0, 1.0, 2.0), pieces)
+    table = CubicTable((-np.inf, -2.0, 1.0, 2.0), (-2.0, -2.0, 1.0, 2.0), pieces)
     code = (Instruction(Op.VARIABLE, COORDINATE), Instruction(Op.TABLE, 0.0, table))
     nothing = Element("nothing", forces=(Force("rail.displacement", Program(code)),))
     element = cam("cam", "pin.angle", "rail.displacement", parabolas())

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from mbproj.figures.fitted_text import CUT, width, wrapped
 from mbproj.figures.kinds import KINDS, draw
 from mbproj.figures.margins import MOST_LINES
 from mbproj.figures.panels import finish, panels, plot
 from mbproj.figures.save import save
 from mbproj.figures.style import line
-from mbproj.figures.words import CUT, width, wrapped
 from mbproj.results import open_results
 from tests.figures.geometry import outside, overlapping, texts
 from tests.results.pendulum_blocks import NAMES, block, record, scene, times

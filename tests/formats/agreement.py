@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mbproj.dynamics.assembly.assemble import State, coordinate_values
-from mbproj.dynamics.derivatives.linear_equations import Motion, tangent_force
+from mbproj.dynamics.derivatives.linear_equations import MotionAtTime, tangent_force
 from mbproj.dynamics.derivatives.row_derivatives import row_motion
 from mbproj.dynamics.equations.equations_of_motion import tangent_mass_matrix
 from mbproj.dynamics.equations.kinematics import pose_of
@@ -161,7 +161,7 @@ def _compared(model, data, mechanism, scene, system) -> Agreement:
     flat = jacobian_6.reshape(6 * n, model.nv)
     weighed = flat.T @ tangent_mass_matrix(system, pose_of(q.ravel())) @ flat
     expected = coordinate_values(system, pose_of(state.q))
-    left = -flat.T @ tangent_force(system, Motion(0.0, q.ravel(), u.ravel(), change.ravel(), expected, state.x))
+    left = -flat.T @ tangent_force(system, MotionAtTime(0.0, q.ravel(), u.ravel(), change.ravel(), expected, state.x))
     forces = data.qfrc_bias, -data.qfrc_passive, -data.qfrc_actuator
     # In a body that nothing accelerates large terms cancel, ω × v among them.
     turning = np.abs(u[:, 3:]).max() * np.abs(u).max()
@@ -235,13 +235,13 @@ def _carried(system, q, jacobian_6, change, rates, known) -> None:
 
 
 def _motion(q, u, change):
-    return Motion(0.0, q.ravel(), u.ravel(), change.ravel(), np.zeros(0))
+    return MotionAtTime(0.0, q.ravel(), u.ravel(), change.ravel(), np.zeros(0))
 
 
 def _own(name):
-    from mbproj.formats.mechanism import Names
+    from mbproj.formats.mechanism import ImportedNames
 
-    return Names().own(name)
+    return ImportedNames().own(name)
 
 
 def _matrix(quaternion):

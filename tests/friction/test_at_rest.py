@@ -8,10 +8,10 @@ import pytest
 from mbproj import InputError, assemble, compile_system, initial_guess, read_scene_text
 from mbproj.linear.equilibrium.find import equilibrium
 from mbproj.linear.equilibrium.recorded import observed, write_results
-from mbproj.linear.held import held_at
+from mbproj.linear.mode_notes import notes_on
 from mbproj.linear.modes import modes
 from mbproj.linear.reference import reference_at
-from mbproj.linear.words import notes_on
+from mbproj.linear.resting_contacts import held_at
 from mbproj.results import open_results
 from tests.friction.belt import SCENE as BELT
 from tests.support import ROOT

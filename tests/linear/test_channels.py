@@ -11,11 +11,11 @@ from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.linear.equilibrium.find import equilibrium
 from mbproj.linear.equilibrium.solve import NoEquilibrium
+from mbproj.linear.mode_notes import notes_on
 from mbproj.linear.modes import modes
 from mbproj.linear.reduction.projected import projected
 from mbproj.linear.reference import reference_at
 from mbproj.linear.state_space.model import linear_model
-from mbproj.linear.words import notes_on
 from tests.model.driven_pendulum import RATES, driven
 
 #: Of the current, where the angle is held at 1 rad, and of the integral: 2 i = m g l sin 1, and 30 ∫e = 0.8 i.

@@ -16,7 +16,7 @@ from mbproj.constraints.curves.profile import Arc, Lap, Profile
 from mbproj.constraints.curves.two_curves import Gap, PlaceOnFirst, PlaceOnSecond
 from mbproj.constraints.rope import Rope
 from mbproj.dynamics.assembly.assemble import coordinate_values
-from mbproj.dynamics.derivatives.linear_equations import Motion, linear_equations, tangent_force
+from mbproj.dynamics.derivatives.linear_equations import MotionAtTime, linear_equations, tangent_force
 from mbproj.dynamics.derivatives.row_derivatives import Carried, force_derivative, second_derivatives, third_derivatives
 from mbproj.dynamics.derivatives.tangent import moved, tangent_velocities, velocities
 from mbproj.dynamics.equations.constraint_equations import set_bias, set_velocity
@@ -121,7 +121,7 @@ def random_motion(system, scene, t=0.7, seed=4):
     guess, rng = initial_guess(scene, system), np.random.default_rng(seed)
     q = moved(guess.q, 0.1 * rng.normal(size=6 * system.bodies))
     u, change = rng.normal(size=(2, 6 * system.bodies))
-    return Motion(t, q, u, change, coordinate_values(system, pose_of(q)))
+    return MotionAtTime(t, q, u, change, coordinate_values(system, pose_of(q)))
 
 
 def varied(motion, variation, h):
@@ -133,7 +133,7 @@ def varied(motion, variation, h):
     u, change = (x.reshape(bodies, 6).copy() for x in (motion.u + h * variation[1], motion.change + h * variation[2]))
     u[:, 3:] += h * np.cross(ω, turn)
     change[:, 3:] += h * (np.cross(ω_dot, turn) + np.cross(ω, turn_dot))
-    return Motion(motion.t, moved(motion.q, h * variation[0]), u.ravel(), change.ravel(), motion.expected)
+    return MotionAtTime(motion.t, moved(motion.q, h * variation[0]), u.ravel(), change.ravel(), motion.expected)
 
 
 def test_the_linear_equations_are_the_derivative_of_the_equations_of_motion(tmp_path):

@@ -11,7 +11,7 @@ from scipy.linalg import eigh
 
 from mbproj import read_scene_text
 from mbproj.dynamics import assemble
-from mbproj.dynamics.derivatives.linear_equations import Motion, constraint_rows
+from mbproj.dynamics.derivatives.linear_equations import MotionAtTime, constraint_rows
 from mbproj.dynamics.derivatives.tangent_space import tangent_space
 from mbproj.errors import InputError
 from mbproj.linear.bordered import along_tangent_space, tangent_space_of
@@ -34,7 +34,7 @@ def four_bars():
     assert system.bodies > THRESHOLDS.dense_modes
     state = assemble(system, initial_guess(scene, system))
     still = np.zeros(6 * system.bodies)
-    motion = Motion(state.t, state.q, still, still, np.zeros(system.coordinates.size), state.x)
+    motion = MotionAtTime(state.t, state.q, still, still, np.zeros(system.coordinates.size), state.x)
     return system, motion.pose, constraint_rows(system, motion)
 
 
@@ -69,7 +69,7 @@ def test_displacements_along_the_tangent_space_of_a_long_chain_leave_its_joints_
     system = compile_system(scene)
     state = assemble(system, initial_guess(scene, system))
     still = np.zeros(6 * system.bodies)
-    motion = Motion(state.t, state.q, still, still, np.zeros(system.coordinates.size), state.x)
+    motion = MotionAtTime(state.t, state.q, still, still, np.zeros(system.coordinates.size), state.x)
     G = constraint_rows(system, motion)
     found = tangent_space_of(system, motion.pose, G)
     assert found.freedom == 500

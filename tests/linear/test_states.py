@@ -15,11 +15,11 @@ from mbproj.integrate import simulate
 from mbproj.linear.equilibrium.find import equilibrium
 from mbproj.linear.equilibrium.recorded import write_results
 from mbproj.linear.equilibrium.solve import NoEquilibrium
+from mbproj.linear.mode_notes import notes_on
 from mbproj.linear.modes import modes
 from mbproj.linear.reference import reference_at
 from mbproj.linear.state_space.model import linear_model
 from mbproj.linear.stored import stored
-from mbproj.linear.words import notes_on
 from mbproj.results import open_results
 from mbproj.results.linear.modes_file import read_modes, write_modes
 from mbproj.thresholds import THRESHOLDS

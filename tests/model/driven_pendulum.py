@@ -10,7 +10,7 @@ from mbproj.dynamics import assemble
 from mbproj.functions.program import CHANNELS, Program
 from mbproj.functions.program_set import flatten
 from mbproj.model import compile_system, initial_guess
-from mbproj.model.channels import Channels, ElementStates, Kind
+from mbproj.model.channels import ChannelKind, Channels, ElementStates
 from mbproj.scene import read_scene_text, settings_to_run
 from mbproj.scene.expressions.compiled import compiled
 from mbproj.scene.expressions.syntax_tree import parse
@@ -32,7 +32,14 @@ forces:
 """
 NAMES = ("current", "integral", "filtered", "angle", "speed", "turn")
 CHANNELS_OF = Channels.of(
-    [(Kind.STATE, 0), (Kind.STATE, 1), (Kind.STATE, 2), (Kind.COORDINATE, 0), (Kind.RATE, 0), (Kind.COORDINATE, 1)]
+    [
+        (ChannelKind.STATE, 0),
+        (ChannelKind.STATE, 1),
+        (ChannelKind.STATE, 2),
+        (ChannelKind.COORDINATE, 0),
+        (ChannelKind.RATE, 0),
+        (ChannelKind.COORDINATE, 1),
+    ]
 )
 RATES = (
     "(20*(1 - angle) + 30*integral - 2*filtered - 0.8*current - 2*speed)/2e-3",

@@ -12,7 +12,7 @@ from mbproj.functions.program_set import flatten
 from mbproj.integrate import simulate
 from mbproj.kernel import core
 from mbproj.model import compile_system, initial_guess
-from mbproj.model.channels import Channels, ElementStates, Kind
+from mbproj.model.channels import ChannelKind, Channels, ElementStates
 from mbproj.scene import read_scene_text, settings_to_run
 from mbproj.scene.expressions.compiled import compiled
 from mbproj.scene.expressions.syntax_tree import parse
@@ -39,7 +39,9 @@ def with_states(system, texts, start=(0.0, 0.5), scale=(1.0, 1.0)):
     programs = [Program(compiled(parse(text), {}, variables)[0], text) for text in texts]
     own = ElementStates(np.array(start), np.array(scale), flatten(programs), np.zeros(len(start), dtype=bool))
     names = replace(system.names, states=("lag.x", "lag.z"), state_units=("V", "A/s"))
-    return replace(system, states=own, names=names, channels=Channels.of([(Kind.STATE, 0), (Kind.STATE, 1)]))
+    return replace(
+        system, states=own, names=names, channels=Channels.of([(ChannelKind.STATE, 0), (ChannelKind.STATE, 1)])
+    )
 
 
 def case(options, text=PENDULUM, texts=LAGS, **own):

@@ -10,8 +10,8 @@ import mbproj
 from mbproj.cli.main import mbproj as command
 from mbproj.figures.pages.modes import PICTURES
 from mbproj.linear.stored import stored
-from mbproj.pages.look.mechanism import look_of
-from mbproj.pages.look.motion import motion_at
+from mbproj.pages.appearance.mechanism import look_of
+from mbproj.pages.appearance.motion import motion_at
 from tests.figures.drawn import legend
 
 #: A mass that hangs at rest on a spring, gripped by friction, beside a crank that is driven in the plane y = 0.

@@ -8,10 +8,10 @@ import pytest
 from mbproj.dynamics import assemble
 from mbproj.model import compile_system, initial_guess
 from mbproj.model.euler_parameters import rotation_matrix
+from mbproj.pages.appearance.mechanism import look_of
+from mbproj.pages.appearance.motion import PoseHistory, motion_at
 from mbproj.pages.data.loads import load_groups
 from mbproj.pages.data.passages import carried, dips, passages
-from mbproj.pages.look.mechanism import look_of
-from mbproj.pages.look.motion import Motion, motion_at
 from mbproj.scene import read_scene_text
 
 FORCES = """\
@@ -82,7 +82,7 @@ def test_each_kind_of_spring_has_its_parts(drawn):
 def test_given_forces_are_those_of_the_scene_in_global_axes(drawn):
     _, system, motion, look = drawn
     times = np.array([0.0, 0.1, 0.4])
-    repeated = Motion(times, np.repeat(motion.position, 3, axis=0), np.repeat(motion.orientation, 3, axis=0))
+    repeated = PoseHistory(times, np.repeat(motion.position, 3, axis=0), np.repeat(motion.orientation, 3, axis=0))
     (forces, pushed), (torques, turned) = load_groups(system, look.loads, repeated)
     assert (forces.owners, forces.units, torques.owners) == (("wind", "jet"), ("N", "N"), ("spin",))
     zero = 0.0 * times
@@ -100,7 +100,7 @@ def parallelogram(angles):
     upright = np.broadcast_to([1.0, 0.0, 0.0, 0.0], turn.shape)
     half = 0.5 * np.stack([np.sin(angles), 0 * angles, np.cos(angles)], axis=-1)
     position = np.stack([half, np.array([2.0, 0.0, 0.0]) + half, 2 * half + [1.0, 0.0, 0.0]], axis=1)
-    return Motion(0.01 * np.arange(len(angles)), position, np.stack([turn, turn, upright], axis=1))
+    return PoseHistory(0.01 * np.arange(len(angles)), position, np.stack([turn, turn, upright], axis=1))
 
 
 def test_a_parallelogram_passes_a_singular_position_where_it_is_flat():

@@ -12,15 +12,15 @@ from hypothesis import strategies as st
 from mbproj import assemble, compile_system, initial_guess, read_scene, read_scene_text
 from mbproj.joints import JOINTS
 from mbproj.model.euler_parameters import rotation_matrix
-from mbproj.pages.look.equal_inertia import solid_of
-from mbproj.pages.look.gears import radii
-from mbproj.pages.look.glyphs import GLYPHS, sketch_of
-from mbproj.pages.look.layout import Layout
-from mbproj.pages.look.mechanism import look_of
-from mbproj.pages.look.motion import Motion, motion_at
-from mbproj.pages.look.parts import bar, turn_to
-from mbproj.pages.look.plates import hull, plate
-from mbproj.pages.look.view import view_of
+from mbproj.pages.appearance.equal_inertia import solid_of
+from mbproj.pages.appearance.gears import radii
+from mbproj.pages.appearance.glyphs import GLYPHS, sketch_of
+from mbproj.pages.appearance.layout import PartNumbers
+from mbproj.pages.appearance.mechanism import look_of
+from mbproj.pages.appearance.motion import PoseHistory, motion_at
+from mbproj.pages.appearance.parts import bar, turn_to
+from mbproj.pages.appearance.plates import hull, plate
+from mbproj.pages.appearance.view import view_of
 from mbproj.scene.records import Scene
 from tests.linear.closed_forms import chain
 from tests.support import MECHANISMS, random_chain
@@ -28,7 +28,7 @@ from tests.support import MECHANISMS, random_chain
 LENGTHS = st.floats(0.01, 10.0)
 
 
-def start(scene: Scene) -> Motion:
+def start(scene: Scene) -> PoseHistory:
     system = compile_system(scene)
     return motion_at(system, assemble(system, initial_guess(scene, system)).q)
 
@@ -130,7 +130,7 @@ def test_wheels_of_a_gear_meet_at_their_pitch_circles():
 def test_every_shipped_mechanism_is_drawn_where_its_joints_are(path):
     scene = read_scene(path)
     motion = start(scene)
-    look, layout = look_of(scene, motion, {}), Layout.of(scene, motion)
+    look, layout = look_of(scene, motion, {}), PartNumbers.of(scene, motion)
     assert {drawn.item for drawn in look.drawn if drawn.layer == "bodies"} == set(range(len(scene.bodies)))
     types = {joint.name: joint.type for joint in scene.joints}
     for name, (first, second) in layout.bodies.items():
@@ -167,5 +167,5 @@ def test_others_are_seen_from_above_and_one_side(name):
 @pytest.mark.parametrize("links", [5, 300])
 def test_links_of_a_long_chain_stay_slender(links):
     scene = read_scene_text(chain(links))
-    layout = Layout.of(scene, start(scene))
+    layout = PartNumbers.of(scene, start(scene))
     assert layout.thickness <= 0.1 / links  # of links of 1 m / links

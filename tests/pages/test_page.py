@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from mbproj import assemble, compile_system, initial_guess, read_scene, settings_to_run, simulate
+from mbproj.pages.appearance.motion import motion_at
 from mbproj.pages.data.pages import page_of, start_of
-from mbproj.pages.look.motion import motion_at
 from mbproj.pages.page.three_js import three_js
 from mbproj.pages.page.write import as_json, html
 from mbproj.results import ResultsWriter, open_results

@@ -15,9 +15,9 @@ from mbproj.figures.kinds.mechanism import draw_start
 from mbproj.figures.kinds.poses import picture_axes, projected
 from mbproj.joints import JOINTS
 from mbproj.model import compile_system, initial_guess
-from mbproj.pages.look.mechanism import look_of
-from mbproj.pages.look.motion import motion_at
-from mbproj.pages.look.view import view_of
+from mbproj.pages.appearance.mechanism import look_of
+from mbproj.pages.appearance.motion import motion_at
+from mbproj.pages.appearance.view import view_of
 from mbproj.results import open_results
 from mbproj.scene import read_scene
 from tests.pages.runs import FIVE_BAR, five_bar

@@ -6,8 +6,8 @@ import numpy as np
 
 import mbproj
 from mbproj.model.euler_parameters import product
-from mbproj.pages.look.mechanism import look_of
-from mbproj.pages.look.motion import Motion
+from mbproj.pages.appearance.mechanism import look_of
+from mbproj.pages.appearance.motion import PoseHistory
 from tests.rolling import scenes
 
 
@@ -19,7 +19,7 @@ def test_the_path_of_a_contact_is_on_the_plane_and_below_a_wheel():
     position = [np.cos(turns), np.sin(turns), np.full(5, scenes.RADIUS * np.sin(scenes.TILT))]
     about_z = np.column_stack([np.cos(half), 0 * half, 0 * half, np.sin(half)])
     orientation = product(about_z, np.array([np.cos(lean), 0.0, np.sin(lean), 0.0]))
-    motion = Motion(turns, np.column_stack(position)[:, None], orientation[:, None])
+    motion = PoseHistory(turns, np.column_stack(position)[:, None], orientation[:, None])
     (contact,) = look_of(scene, motion, {}).touching
     far = 1.0 + scenes.RADIUS * np.cos(scenes.TILT)
     expected = np.column_stack([far * np.cos(turns), far * np.sin(turns), 0.0 * turns])

@@ -8,8 +8,8 @@ from scipy.special import ellipeinc
 
 import mbproj
 from mbproj.errors import InputError
-from mbproj.pages.look.mechanism import look_of
-from mbproj.pages.look.motion import Motion
+from mbproj.pages.appearance.mechanism import look_of
+from mbproj.pages.appearance.motion import PoseHistory
 from tests.rolling import scenes
 from tests.rolling.rattleback import ellipsoid, of_rattleback, rattleback
 
@@ -87,7 +87,7 @@ def test_its_contact_is_drawn_on_the_plane_below_it():
     squares = 0.03**2 * np.cos(0.1) ** 2 + 0.2**2 * np.sin(0.1) ** 2, 0.02**2
     reach = np.sqrt(squares[0] * s**2 + squares[1] * c**2)
     middle = [[0.0, 0.01 * s, reach - 0.01 * c]]
-    motion = Motion(np.zeros(1), np.array([middle]), orientation[:, None])
+    motion = PoseHistory(np.zeros(1), np.array([middle]), orientation[:, None])
     (contact,) = look_of(scene, motion, {}).touching
     (found,) = contact.path(motion)
     assert found[2] == pytest.approx(0.0, abs=1e-15)

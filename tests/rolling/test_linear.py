@@ -9,7 +9,7 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 
 import mbproj
-from mbproj.dynamics.derivatives.linear_equations import Motion
+from mbproj.dynamics.derivatives.linear_equations import MotionAtTime
 from mbproj.dynamics.derivatives.slip_derivatives import slip_motion
 from mbproj.dynamics.derivatives.tangent import moved, velocities
 from mbproj.dynamics.equations.constraint_equations import set_velocity
@@ -142,7 +142,7 @@ def test_slip_near_a_motion_is_what_slips_there():
         return set_velocity(system.joints, pose, twist_of(pose, velocities(pose, moves)))[rows]
 
     def at(t):
-        return Motion(0.0, moved(q, t * u + 0.5 * t**2 * change), u + t * change, change, np.zeros(0)).carried()
+        return MotionAtTime(0.0, moved(q, t * u + 0.5 * t**2 * change), u + t * change, change, np.zeros(0)).carried()
 
     own = slip_motion(system.rows, at(0.0))
     from mbproj.dynamics.derivatives.row_derivatives import row_motion

@@ -141,7 +141,7 @@ def _page(
         raise InputError(Problem(message, hint="run it, and give its results"))
     from mbproj.linear.equilibrium.started import start_state
     from mbproj.model import compile_system
-    from mbproj.pages.look.motion import motion_at
+    from mbproj.pages.appearance.motion import motion_at
     from mbproj.scene import read_scene
 
     scene = read_scene(str(scenes[0]), {}, {})

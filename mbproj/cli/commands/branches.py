@@ -113,16 +113,16 @@ def _draw(what: Scene, system: System, found: Assemblies, picture: Path, *, forc
 
     from mbproj.figures.kinds.mechanism import draw_side_by_side
     from mbproj.figures.save import save
-    from mbproj.pages.look.mechanism import look_of
-    from mbproj.pages.look.motion import Motion, motion_at
-    from mbproj.pages.look.view import view_of
+    from mbproj.pages.appearance.mechanism import look_of
+    from mbproj.pages.appearance.motion import PoseHistory, motion_at
+    from mbproj.pages.appearance.view import view_of
     from mbproj.scene.meshes import meshes_of
 
     each = [motion_at(system, assembly.q) for assembly in found.found]
     position, orientation = (
         np.concatenate([getattr(one, name) for one in each]) for name in ("position", "orientation")
     )
-    motion = Motion(np.arange(float(len(each))), position, orientation)
+    motion = PoseHistory(np.arange(float(len(each))), position, orientation)
     look = look_of(what, motion, meshes_of(what))
     save(draw_side_by_side(look, view_of(what, motion, look), motion), picture, force=force)
 
@@ -150,7 +150,7 @@ def _facts(system: System, found: Assemblies) -> dict[str, Any]:
 
 
 def _poses(system: System, each: Assembly) -> dict[str, dict[str, list[float]]]:
-    from mbproj.pages.look.motion import motion_at
+    from mbproj.pages.appearance.motion import motion_at
 
     motion = motion_at(system, each.q)
     return {

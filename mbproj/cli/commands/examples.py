@@ -13,7 +13,7 @@ from mbproj.cli.explained import Part, explained, option
 from mbproj.errors import InputError, Problem
 
 if TYPE_CHECKING:
-    from mbproj.outputs.kinds import Kind
+    from mbproj.outputs.kinds import FileKind
 
 ELSEWHERE = "choose a folder you can write to"
 EXAMPLES = (
@@ -64,7 +64,7 @@ def command(folder: str | None, notebooks: str | None) -> None:
     _copy(copies, target, SCENE)
 
 
-def _copy(copies: Mapping[Path, Path], target: Path, kind: Kind) -> None:
+def _copy(copies: Mapping[Path, Path], target: Path, kind: FileKind) -> None:
     """Copies files into the folder `target`, all or none."""
     from mbproj.outputs import make_folder, write_text
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from mbproj.cli.design.found import Asked, options, search
 from mbproj.cli.explained import Part, explained, option
-from mbproj.cli.quantity import Names
+from mbproj.cli.quantity import QuantityNames
 
 EXAMPLES = (
     ("Find the smallest bearing load that the constraints allow.", "mbproj optimise load.yaml"),
@@ -23,7 +23,7 @@ EXAMPLES = (
 @option(
     Part.WHAT,
     "--topologies",
-    type=Names(),
+    type=QuantityNames(),
     metavar="A,B,..",
     help="Of four_bar, slider_crank, watt, stephenson, spatial_four_bar; or all.",
 )

@@ -12,7 +12,7 @@ from mbproj.cli import study_options
 from mbproj.cli.completion import scene_file
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.figure_options import check_picture, drawn
-from mbproj.cli.quantity import Names
+from mbproj.cli.quantity import QuantityNames
 from mbproj.cli.report.json_text import json_text
 
 if TYPE_CHECKING:
@@ -29,11 +29,17 @@ EXAMPLES = (
 
 @explained("sensitivity", EXAMPLES)
 @click.argument("scene", type=scene_file())
-@option(Part.WHAT, "--of", type=Names(), metavar="A,B,..", help="Expectations by name [default: all but diagnostics].")
+@option(
+    Part.WHAT,
+    "--of",
+    type=QuantityNames(),
+    metavar="A,B,..",
+    help="Expectations by name [default: all but diagnostics].",
+)
 @option(
     Part.WHAT,
     "--to",
-    type=Names(),
+    type=QuantityNames(),
     metavar="A,B,..",
     help="Parameters, or numbers by their paths [default: parameters].",
 )

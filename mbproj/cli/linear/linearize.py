@@ -10,7 +10,7 @@ import click
 from mbproj.cli.completion import results_file
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.linear.options import at_options, scene_argument
-from mbproj.cli.quantity import Names
+from mbproj.cli.quantity import QuantityNames
 from mbproj.cli.report.json_text import json_text
 from mbproj.cli.scene_options import parameters
 from mbproj.cli.study_options import force as force_option
@@ -37,7 +37,7 @@ EXAMPLES = (
 @option(
     Part.WHAT,
     "--inputs",
-    type=Names(),
+    type=QuantityNames(),
     required=True,
     metavar="A,B,..",
     help="Forces of the scene, joint coordinates (a force along them), components push.x, motions.",
@@ -45,7 +45,7 @@ EXAMPLES = (
 @option(
     Part.WHAT,
     "--outputs",
-    type=Names(),
+    type=QuantityNames(),
     required=True,
     metavar="A,B,..",
     help="Joint coordinates A.angle and A.angle_speed, markers tip.x and tip.velocity_x, reactions A.force_x, states.",
@@ -118,7 +118,7 @@ def stored(found: LinearModel, title: str) -> StoredModel:
 
 def numbers(found: LinearModel, scene: str, output: str) -> dict[str, Any]:
     """One object with stable keys."""
-    from mbproj.linear.words import is_balanced
+    from mbproj.linear.mode_notes import is_balanced
 
     named = ("states", "state_units", "inputs", "input_units", "outputs", "output_units")
     return {
@@ -134,7 +134,7 @@ def numbers(found: LinearModel, scene: str, output: str) -> dict[str, Any]:
 
 def report(found: LinearModel, title: str) -> str:
     """What the model is, and what one has to know of it."""
-    from mbproj.linear.words import is_balanced, unsteady_states
+    from mbproj.linear.mode_notes import is_balanced, unsteady_states
 
     def listed(names: tuple[str, ...], units: tuple[str, ...]) -> str:
         return ", ".join(f"{name} ({unit})" for name, unit in zip(names, units, strict=True))

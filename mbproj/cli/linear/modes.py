@@ -18,7 +18,7 @@ from mbproj.errors import InputError, Place, Problem, placed_at
 
 if TYPE_CHECKING:
     from mbproj.linear.modes import Modes
-    from mbproj.linear.traces import Trace
+    from mbproj.linear.root_loci import Trace
     from mbproj.scene import Scene
 
 #: Joint coordinates of a mode in the table, and modes.
@@ -111,7 +111,7 @@ def _traced(
     scene: str, changed: dict[str, str], place: tuple[str, str | None, str | None], count: int | None, vary: str
 ) -> tuple[Scene, Modes, Trace]:
     """The modes at each value of a parameter; the file and the table have those of the last one."""
-    from mbproj.linear.traces import trace
+    from mbproj.linear.root_loci import trace
     from mbproj.scene.ranges import Points, named_range
 
     name, span = named_range(vary, "--vary")
@@ -131,7 +131,7 @@ def _traced(
 
 def numbers(found: Modes, scene: str, output: str, trace: Trace | None) -> dict[str, Any]:
     """One object with stable keys."""
-    from mbproj.linear.words import is_balanced, notes_on
+    from mbproj.linear.mode_notes import is_balanced, notes_on
 
     reference, names = found.reference, found.reference.system.names
     every = range(len(found.eigenvalues))
@@ -181,7 +181,7 @@ def _trace_numbers(trace: Trace) -> dict[str, Any]:
 def report(found: Modes, title: str, trace: Trace | None) -> str:
     """The table, and what has to be known of it."""
     from mbproj.cli.report.table import columns
-    from mbproj.linear.words import notes_on
+    from mbproj.linear.mode_notes import notes_on
 
     shown = range(min(len(found.eigenvalues), SHOWN_MODES))
     head = ["mode", "Hz", "damping", "growth 1/s", "time s"]

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from mbproj.scene.ranges import Item
     from mbproj.studies.sweep.run import Progress
     from mbproj.studies.sweep.spec import Spec
-    from mbproj.studies.sweep.summary import Entry
+    from mbproj.studies.sweep.summary import CaseEntry
 
 #: Kinds of failure that are shown.
 KINDS = 10
@@ -64,7 +64,7 @@ def showing(hidden: bool) -> Iterator[Shown]:
         yield Shown(shown.say)
 
 
-def failures(entries: Iterable[Entry]) -> list[dict[str, Any]]:
+def failures(entries: Iterable[CaseEntry]) -> list[dict[str, Any]]:
     """The failed cases by what they say, most frequent first: each message with their number and the first of them."""
     found: dict[str, dict[str, Any]] = {}
     for number, entry in enumerate(entries):
@@ -89,7 +89,7 @@ def said(reached: Progress, kinds: list[dict[str, Any]]) -> str:
     return "\n".join(lines)
 
 
-def junit(spec: Spec, entries: Iterable[Entry]) -> str:
+def junit(spec: Spec, entries: Iterable[CaseEntry]) -> str:
     """A testsuite with a testcase a case."""
     found = []
     for number, entry in enumerate(entries):

@@ -11,7 +11,7 @@ import click
 from mbproj.cli import study_options
 from mbproj.cli.completion import scene_file, some_of
 from mbproj.cli.explained import Part, explained, option
-from mbproj.cli.quantity import Names, PositiveList
+from mbproj.cli.quantity import PositiveList, QuantityNames
 from mbproj.errors import InputError, Place, Problem
 from mbproj.registry import FORMULATIONS
 
@@ -54,7 +54,7 @@ EXAMPLES = (
 @option(
     Part.INTEGRATION,
     "--formulations",
-    type=Names(),
+    type=QuantityNames(),
     metavar="A,B",
     shell_complete=some_of(lambda: FORMULATIONS),
     help="Formulations to compare; with several, cost is counted in factorisations, not in time.",
@@ -62,7 +62,7 @@ EXAMPLES = (
 @option(
     Part.PROJECTION,
     "--energy-rows",
-    type=Names(),
+    type=QuantityNames(),
     metavar="A,B",
     shell_complete=some_of(lambda: ON_AND_OFF),
     help="Of false, true: whether velocities keep the energy balance, too [default: the scene's].",
@@ -81,7 +81,7 @@ def command(scene: str, changes: tuple[str, ...], **options: Any) -> None:
     """
     from mbproj.cli.report.progress import telling
     from mbproj.cli.scene_options import parameters
-    from mbproj.cli.studies.shared import StudyFiles
+    from mbproj.cli.studies.many_runs import StudyFiles
     from mbproj.scene import read_scene
     from mbproj.studies.compare.comparison import PROJECTIONS_COMPARED, compare
 
@@ -114,7 +114,7 @@ def _switches(names: Sequence[str] | None) -> tuple[bool, ...] | None:
 
 def _table(found: Comparison, rows: Sequence[Mapping[str, Any]]) -> str:
     from mbproj.cli.report.table import columns
-    from mbproj.cli.studies.shared import milliseconds, number
+    from mbproj.cli.studies.many_runs import milliseconds, number
 
     headings = ["", "|C|", "|C'|", "|C''|", "error, m", "drift, J", "integrator", "projection"]
     cost = ["CPU, ms", "spread"] if found.cost_in_time else []

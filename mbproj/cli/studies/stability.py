@@ -96,7 +96,7 @@ def command(
     stopped.
     """
     from mbproj.cli.report.progress import telling
-    from mbproj.cli.studies.shared import StudyFiles
+    from mbproj.cli.studies.many_runs import StudyFiles
     from mbproj.scene import read_scene
     from mbproj.studies.stability import stability
     from mbproj.studies.stability.quantities import quantity_named

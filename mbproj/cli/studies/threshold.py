@@ -51,7 +51,7 @@ def command(
     `mbproj run`. An interrupted study resumes where it stopped.
     """
     from mbproj.cli.report.progress import telling
-    from mbproj.cli.studies.shared import StudyFiles
+    from mbproj.cli.studies.many_runs import StudyFiles
     from mbproj.scene import read_scene
     from mbproj.studies.threshold.violation import threshold_study
 
@@ -70,7 +70,7 @@ def command(
 
 def _report(found: ThresholdStudy) -> str:
     from mbproj.cli.report.table import columns
-    from mbproj.cli.studies.shared import milliseconds, number
+    from mbproj.cli.studies.many_runs import milliseconds, number
 
     lines = []
     for index, row in enumerate(found.rows):

@@ -63,7 +63,7 @@ def command(scene: str, changes: tuple[str, ...], fresh: bool, **options: Any) -
     """
     from mbproj.cli.report.progress import telling
     from mbproj.cli.scene_options import parameters
-    from mbproj.cli.studies.shared import OTHER_FOLDER, StudyFiles
+    from mbproj.cli.studies.many_runs import OTHER_FOLDER, StudyFiles
     from mbproj.outputs import check_replaceable
     from mbproj.scene import read_scene
     from mbproj.studies.tradeoff.front import PROJECTIONS_TRIED, tradeoff
@@ -152,7 +152,7 @@ HEADINGS = ["is", "|C|", "CPU, ms", "spread", "evaluations", "projections", "set
 
 
 def _cells(found: Tradeoff, index: int) -> list[str]:
-    from mbproj.cli.studies.shared import milliseconds, number
+    from mbproj.cli.studies.many_runs import milliseconds, number
 
     trial, timing = found.trials[index], found.timings.get(index)
     spread = " to ".join(milliseconds(end) for end in timing.spread) if timing else "-"
@@ -169,7 +169,7 @@ def _cells(found: Tradeoff, index: int) -> list[str]:
 
 def _own(found: Tradeoff, own: int) -> Iterator[str]:
     """How far the scene's own setting is from the front."""
-    from mbproj.cli.studies.shared import milliseconds
+    from mbproj.cli.studies.many_runs import milliseconds
 
     trial = found.trials[own]
     if trial.failure is not None:

@@ -8,7 +8,7 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State, coordinate_values
-from mbproj.dynamics.derivatives.linear_equations import Motion, tangent_force
+from mbproj.dynamics.derivatives.linear_equations import MotionAtTime, tangent_force
 from mbproj.dynamics.derivatives.tangent import tangent_velocities, velocities
 from mbproj.dynamics.derivatives.tangent_space import tangent_space
 from mbproj.dynamics.equations.constraint_equations import set_bias, set_jacobian, tangent_jacobian
@@ -114,9 +114,9 @@ class Freedom:
         """λ (m,) with Gᵀλ = left, the smallest."""
         return np.asarray(self.smallest.T @ left)
 
-    def _moving(self, change: Array, counted: Array) -> Motion:
+    def _moving(self, change: Array, counted: Array) -> MotionAtTime:
         state = self.state
-        return Motion(state.t, state.q, tangent_velocities(self.pose, state.v), change, counted, state.x)
+        return MotionAtTime(state.t, state.q, tangent_velocities(self.pose, state.v), change, counted, state.x)
 
 
 def counted_coordinates(system: System, state: State) -> Array:

@@ -26,12 +26,12 @@ from mbproj.dynamics.equations.constraint_equations import set_bias, set_velocit
 from mbproj.dynamics.equations.forces import applied, law_state
 from mbproj.dynamics.equations.instant import Instant, no_states
 from mbproj.dynamics.equations.kinematics import Pose, Twist, body_rates, pose_of, twist_of
-from mbproj.model.channels import Kind
+from mbproj.model.channels import ChannelKind
 from mbproj.model.system import System
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class MotionAtTime:
     """A mechanism at one time: t in s, coordinates q (7n,), u = (r', ω) and u' (6n,), and the joints' coordinates
     (nc,), each angle to less than half a turn: from them angles in forces take their turns; states of elements (K,)."""
 
@@ -90,7 +90,7 @@ class LinearEquations:
     slip: SlipMotion | None = None
 
 
-def linear_equations(system: System, motion: Motion, multipliers: Array) -> LinearEquations:
+def linear_equations(system: System, motion: MotionAtTime, multipliers: Array) -> LinearEquations:
     """Near a motion with multipliers λ of the joints' rows and then the motions', (m,)."""
     carried, n = motion.carried(), system.bodies
     parts = [_inertia(system, motion), _reflected(system, motion, carried), _forces(system, motion, carried)]
@@ -101,7 +101,7 @@ def linear_equations(system: System, motion: Motion, multipliers: Array) -> Line
     return LinearEquations(M, added(n, [D, viscous]), added(n, [K, constraint, elastic]), rows, states, slip)
 
 
-def channel_equations(system: System, motion: Motion) -> tuple[Blocks, Blocks, StateEquations]:
+def channel_equations(system: System, motion: MotionAtTime) -> tuple[Blocks, Blocks, StateEquations]:
     """What forces that name channels add to D and K, and the equations of the states; what has no slope counts as
     constant."""
     n, channels, none = system.bodies, system.channels, added(system.bodies, [])
@@ -115,9 +115,9 @@ def channel_equations(system: System, motion: Motion) -> tuple[Blocks, Blocks, S
     states, angles, rates = (
         ((channels.kind == kind)[:, None] & (channels.index[:, None] == np.arange(size))).astype(float)
         for kind, size in (
-            (Kind.STATE, len(motion.x)),
-            (Kind.COORDINATE, system.coordinates.size),
-            (Kind.RATE, system.coordinates.size),
+            (ChannelKind.STATE, len(motion.x)),
+            (ChannelKind.COORDINATE, system.coordinates.size),
+            (ChannelKind.RATE, system.coordinates.size),
         )
     )
     G, G_rate, G_dot = coordinates.G.combined(angles), coordinates.G.combined(rates), coordinates.G_dot.combined(rates)
@@ -134,18 +134,18 @@ def channel_equations(system: System, motion: Motion) -> tuple[Blocks, Blocks, S
     )
 
 
-def constraint_rows(system: System, motion: Motion) -> Rows:
+def constraint_rows(system: System, motion: MotionAtTime) -> Rows:
     """G of the joints' rows and then the motions', (m, 6n)."""
     return row_motion(system.rows, motion.carried()).G
 
 
-def mass_blocks(system: System, motion: Motion) -> Blocks:
+def mass_blocks(system: System, motion: MotionAtTime) -> Blocks:
     """diag(m I, J) in (δr, δθ in body axes), with what reflected inertias add, (6n, 6n)."""
     parts = [_inertia(system, motion)[0], _reflected(system, motion, motion.carried())[0]]
     return added(system.bodies, parts)
 
 
-def tangent_force(system: System, motion: Motion) -> Array:
+def tangent_force(system: System, motion: MotionAtTime) -> Array:
     """f - M u' less all that is quadratic in the velocities, (6n,), in (N, N m in body axes) of each body: what the
     constraints have to balance. Raises SimulationError where a force has no finite value."""
     pose = motion.pose
@@ -165,7 +165,7 @@ def tangent_force(system: System, motion: Motion) -> Array:
     return found
 
 
-def _inertia(system: System, motion: Motion) -> tuple[Blocks, Blocks, Blocks]:
+def _inertia(system: System, motion: MotionAtTime) -> tuple[Blocks, Blocks, Blocks]:
     """M, D and K of the bodies' own inertia."""
     n, J = system.bodies, system.inertia
     ω, ω_dot = (part.reshape(n, 6)[:, 3:] for part in (motion.u, motion.change))
@@ -179,7 +179,7 @@ def _inertia(system: System, motion: Motion) -> tuple[Blocks, Blocks, Blocks]:
     return on_diagonal(M), on_diagonal(D), on_diagonal(K)
 
 
-def _reflected(system: System, motion: Motion, carried: Carried) -> tuple[Blocks, Blocks, Blocks]:
+def _reflected(system: System, motion: MotionAtTime, carried: Carried) -> tuple[Blocks, Blocks, Blocks]:
     """The same of reflected inertias, which exert -I s'' on their coordinates."""
     reflected, pose = system.reflected, motion.pose
     g = row_motion(reflected.rows, carried)
@@ -194,7 +194,7 @@ def _reflected(system: System, motion: Motion, carried: Carried) -> tuple[Blocks
     )
 
 
-def _forces(system: System, motion: Motion, carried: Carried) -> tuple[Blocks, Blocks, Blocks]:
+def _forces(system: System, motion: MotionAtTime, carried: Carried) -> tuple[Blocks, Blocks, Blocks]:
     """The same of the scene's forces; gravity is constant in these coordinates."""
     none = added(system.bodies, [])
     forces, bound, instant = system.forces, system.forces.laws.coordinates, motion.instant(system)

@@ -9,7 +9,7 @@ from mbproj.dataclass import dataclass
 
 
 @dataclass(frozen=True, eq=False)
-class Held:
+class HeldRows:
     """Rows that are independent: `C_q` (r, 7n), combinations of all rows by `weights` (m, r), or all as they are, None.
 
     Near a singular pose some combinations are not held: `left_out` (m, k), with the rows `weak` (k, 7n) that they make

@@ -17,7 +17,7 @@ from mbproj.functions.program import CHANNELS, TIME, Op
 from mbproj.functions.program_set import ProgramSet
 from mbproj.functions.series import Variables, failure, run, time_series
 from mbproj.functions.taylor import Series
-from mbproj.model.channels import Kind
+from mbproj.model.channels import ChannelKind
 from mbproj.model.system import System
 
 #: So many inputs are told.
@@ -56,7 +56,10 @@ class Instant:
         if not channels.is_state.all():
             value = bound.value(self.pose.places(bound))
             value = near(self.system, value, self.expected) if self.expected.shape[-1] else value
-            for kind, values in ((Kind.COORDINATE, value), (Kind.RATE, set_velocity(bound, self.pose, self.twist))):
+            for kind, values in (
+                (ChannelKind.COORDINATE, value),
+                (ChannelKind.RATE, set_velocity(bound, self.pose, self.twist)),
+            ):
                 found[..., channels.kind == kind] = values[..., channels.index[channels.kind == kind]]
         found[..., channels.is_state] = self.x[..., channels.index[channels.is_state]]
         return found
@@ -109,9 +112,9 @@ def _inputs(instant: Instant, programs: ProgramSet, index: int) -> str:
     read = {int(programs.operand[at]) - CHANNELS for at in own if programs.op[at] == Op.VARIABLE}
     said = []
     for channel in sorted(number for number in read if number >= 0):
-        kind, at = Kind(int(channels.kind[channel])), int(channels.index[channel])
-        name = names.states[at] if kind is Kind.STATE else names.coordinates[at]
+        kind, at = ChannelKind(int(channels.kind[channel])), int(channels.index[channel])
+        name = names.states[at] if kind is ChannelKind.STATE else names.coordinates[at]
         value = float(instant.channels[..., channel])
-        said.append(f"{name}{'_dot' if kind is Kind.RATE else ''} = {value:.6g}")
+        said.append(f"{name}{'_dot' if kind is ChannelKind.RATE else ''} = {value:.6g}")
     more = f" and {len(said) - MOST_INPUTS} more" if len(said) > MOST_INPUTS else ""
     return f", with {', '.join(said[:MOST_INPUTS])}{more}" if said else ""

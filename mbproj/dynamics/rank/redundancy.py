@@ -20,7 +20,7 @@ from mbproj.dynamics.rank.components import Component, component_rows, loops_of
 from mbproj.dynamics.rank.nearby import Nearby, nearby
 from mbproj.dynamics.rank.right_hand_sides import RightHandSides, right_hand_sides
 from mbproj.dynamics.rank.row_space import shares, split, unit_rows
-from mbproj.dynamics.rank.row_words import Row, name_rows
+from mbproj.dynamics.rank.row_words import NamedRow, name_rows
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
@@ -37,7 +37,7 @@ class DependentSet:
 
     rows: tuple[int, ...]
     unit: str
-    held: tuple[Row, ...]
+    held: tuple[NamedRow, ...]
     weights: Array
     permanent: bool | None
     residual: tuple[float, float]
@@ -144,7 +144,7 @@ def _dependent_set(
     members: list[int],
     permanent: bool | None,
     sides: RightHandSides,
-    names: list[Row],
+    names: list[NamedRow],
 ) -> DependentSet:
     first, others = part.rows[members[0]], part.rows[members[1:]]
     share = np.linalg.lstsq(unit_rows(others).T, first, rcond=None)[0] / np.linalg.norm(others, axis=1)

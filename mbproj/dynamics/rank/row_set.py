@@ -19,7 +19,7 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.constraint_equations import constraint, jacobian, time_derivative
-from mbproj.dynamics.equations.held_rows import Held
+from mbproj.dynamics.equations.held_rows import HeldRows
 from mbproj.dynamics.equations.kinematics import Pose
 from mbproj.dynamics.equations.motions import Drive
 from mbproj.dynamics.rank.row_space import row_distances
@@ -45,12 +45,12 @@ class RowSet:
         largest = np.full(system.constraints if not redundant else 1, THRESHOLDS.dependent)
         return cls(system, redundant, False, largest, np.zeros(system.constraints))
 
-    def to_close(self, pose: Pose, C: Array) -> Held:
+    def to_close(self, pose: Pose, C: Array) -> HeldRows:
         """The rows that correct a position which violates them by C."""
         C_q = jacobian(self.system, pose)
         return self._held(C_q, lambda sigma, weights: sigma**2 < THRESHOLDS.apart * abs(float(weights @ C)))
 
-    def to_move(self, pose: Pose, drive: Drive, v: Array | None = None) -> Held:
+    def to_move(self, pose: Pose, drive: Drive, v: Array | None = None) -> HeldRows:
         """The rows that velocities are to meet at a pose, or accelerations, where the velocity v counts as well."""
         C_q = jacobian(self.system, pose)
         C = rates = np.zeros(self.system.constraints)
@@ -79,16 +79,16 @@ class RowSet:
         row = int(np.argmin(parts))
         return float(parts[row]), float(self.largest[row])
 
-    def _held(self, C_q: Array, is_blind: Callable[[float, Array], bool]) -> Held:
+    def _held(self, C_q: Array, is_blind: Callable[[float, Array], bool]) -> HeldRows:
         """All rows where they are independent, or their combinations."""
         if not self.redundant and not self.watching:
-            return Held(C_q)
+            return HeldRows(C_q)
         rows, factors = self._scaled(C_q)
         part, largest = 1.0, 1.0
         if not self.redundant:
             part, largest = self.part(row_distances(rows))
             if part >= THRESHOLDS.near_singular:
-                return Held(C_q, nearness=part)
+                return HeldRows(C_q, nearness=part)
         return self._combined(C_q, rows, factors, part, largest, is_blind)
 
     def _combined(
@@ -99,7 +99,7 @@ class RowSet:
         part: float,
         largest: float,
         is_blind: Callable[[float, Array], bool],
-    ) -> Held:
+    ) -> HeldRows:
         """Combinations by singular values, of which those are left out near a singular pose that are blind."""
         if self.redundant and self.system.rolls:
             return self._by_level(C_q, rows, factors)
@@ -114,14 +114,14 @@ class RowSet:
                 break
             kept -= 1
         if kept == len(rows):
-            return Held(C_q, nearness=part)
+            return HeldRows(C_q, nearness=part)
         held = weights[:, :kept] / np.median(factors)
         if kept == rank:
-            return Held(held.T @ C_q, held, nearness=part)
+            return HeldRows(held.T @ C_q, held, nearness=part)
         out = weights[:, kept:rank]
-        return Held(held.T @ C_q, held, out, U[:, kept:rank] / factors[:, None], out.T @ C_q, nearness=part)
+        return HeldRows(held.T @ C_q, held, out, U[:, kept:rank] / factors[:, None], out.T @ C_q, nearness=part)
 
-    def _by_level(self, C_q: Array, rows: Array, factors: Array) -> Held:
+    def _by_level(self, C_q: Array, rows: Array, factors: Array) -> HeldRows:
         """Combinations of the rows at position level, and then what rows at velocity level ask for beyond these: no
         combination of both leaves a part of a joint open."""
         held, slow = ~self.system.is_velocity, self.system.is_velocity
@@ -138,7 +138,7 @@ class RowSet:
         weights[slow, first:], idle[slow, U.shape[1] - first :] = beyond[:, :last], beyond[:, last:]
         weights = factors[:, None] * weights / np.median(factors)
         shares = self._smallest(weights, factors[:, None] * idle)
-        return Held(weights.T @ C_q, weights, nearness=self.part(self.distances(C_q))[0], shares=shares)
+        return HeldRows(weights.T @ C_q, weights, nearness=self.part(self.distances(C_q))[0], shares=shares)
 
     def _smallest(self, weights: Array, idle: Array) -> Array:
         """Combinations (m, r) with the smallest λ of joints and motions, forces times the mechanism's length: less what

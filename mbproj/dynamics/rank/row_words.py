@@ -15,7 +15,7 @@ from mbproj.thresholds import THRESHOLDS
 
 
 @dataclass(frozen=True)
-class Row:
+class NamedRow:
     """A row of a joint, or of a motion: its owner's name, and what it holds, as "along x" or "about [0.6, 0, 0.8]"."""
 
     kind: str
@@ -23,16 +23,16 @@ class Row:
     holds: str
 
 
-def name_rows(system: System, pose: Pose) -> list[Row]:
+def name_rows(system: System, pose: Pose) -> list[NamedRow]:
     """Every row of C but the norm rows, in their order; directions are global, at this pose."""
     joints = [
-        Row("joint", system.names.joints[owner], holds)
+        NamedRow("joint", system.names.joints[owner], holds)
         for owner, holds in zip(system.joints.owner, _held(system.joints, pose), strict=True)
     ]
-    return [*joints, *(Row("motion", name, "") for name in system.names.motions)]
+    return [*joints, *(NamedRow("motion", name, "") for name in system.names.motions)]
 
 
-def listed(rows: Iterable[Row], most: int | None = None) -> str:
+def listed(rows: Iterable[NamedRow], most: int | None = None) -> str:
     """Rows as one reads them, gathered by owner: "joint 'A' (along y, about x), motion 'm'"; at most so many owners."""
     gathered: dict[tuple[str, str], list[str]] = {}
     for row in rows:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Kind:
+class PictureKind:
     """A kind of picture: its module in this folder, one line on it, and the names (in `needs`) without which it does
     not apply. `usual`: most results have those, so a note says where they are missing. `of_motion`: it shows the
     motion, so what is not to be trusted is marked. `function`: what draws it in the module. `by_default`: it is drawn
@@ -35,27 +35,29 @@ class Kind:
     over: bool = False
 
 
-KINDS: Mapping[str, Kind] = MappingProxyType(
+KINDS: Mapping[str, PictureKind] = MappingProxyType(
     {
-        "markers": Kind("markers", "position and velocity of each marker", "markers", over=True),
-        "paths": Kind("paths", "path of each marker in a plane", "markers"),
-        "coordinates": Kind("coordinates", "joint coordinates and their speeds", "coordinates", over=True),
-        "violation": Kind(
+        "markers": PictureKind("markers", "position and velocity of each marker", "markers", over=True),
+        "paths": PictureKind("paths", "path of each marker in a plane", "markers"),
+        "coordinates": PictureKind("coordinates", "joint coordinates and their speeds", "coordinates", over=True),
+        "violation": PictureKind(
             "violation", "violation of the constraints, position and velocity", of_motion=False, over=True
         ),
-        "joints": Kind("joints", "violation of each joint, lengths and angles", "joints", of_motion=False, over=True),
-        "reactions": Kind("reactions", "reaction force and torque of each joint", "joints", over=True),
-        "loads": Kind(
+        "joints": PictureKind(
+            "joints", "violation of each joint, lengths and angles", "joints", of_motion=False, over=True
+        ),
+        "reactions": PictureKind("reactions", "reaction force and torque of each joint", "joints", over=True),
+        "loads": PictureKind(
             "loads.polar",
             "polar diagram of each joint's force, what motions take over the cycle",
             "joints",
             of_motion=False,
             by_default=False,
         ),
-        "forces": Kind(
+        "forces": PictureKind(
             "driven", "what forces act along, and their size", "forces", usual=False, function="draw_forces", over=True
         ),
-        "motions": Kind(
+        "motions": PictureKind(
             "driven",
             "what motions prescribe, and what they take",
             "motions",
@@ -63,9 +65,11 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
             function="draw_motions",
             over=True,
         ),
-        "stops": Kind("driven", "gap and force of each stop", "stops", usual=False, function="draw_stops", over=True),
-        "ropes": Kind("loads.ropes", "length and tensions of each rope", "tensions", usual=False, over=True),
-        "friction": Kind(
+        "stops": PictureKind(
+            "driven", "gap and force of each stop", "stops", usual=False, function="draw_stops", over=True
+        ),
+        "ropes": PictureKind("loads.ropes", "length and tensions of each rope", "tensions", usual=False, over=True),
+        "friction": PictureKind(
             "driven",
             "rate, force and lost energy of each dry friction",
             "frictions",
@@ -73,11 +77,11 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
             function="draw_friction",
             over=True,
         ),
-        "energy": Kind(
+        "energy": PictureKind(
             "energy", "kinetic, potential and total energy, and the energy balance", of_motion=False, over=True
         ),
-        "steps": Kind("steps", "step size and iterations of the projection", of_motion=False),
-        "mechanism": Kind(
+        "steps": PictureKind("steps", "step size and iterations of the projection", of_motion=False),
+        "mechanism": PictureKind(
             "mechanism",
             "the mechanism at its start, or at the times of --at",
             "scene",
@@ -85,7 +89,7 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
             by_default=False,
             takes="times",
         ),
-        "ratios": Kind(
+        "ratios": PictureKind(
             "kinematics.ratios",
             "velocity ratios and mechanical advantages to --over",
             "over",
@@ -94,7 +98,7 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
             by_default=False,
             over=True,
         ),
-        "transmission": Kind(
+        "transmission": PictureKind(
             "kinematics.ratios",
             "the angles of --transmission",
             "markers",
@@ -104,7 +108,7 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
             takes="corners",
             over=True,
         ),
-        "trust": Kind("trust", "error of each marker, of certified runs", "trust", usual=False, of_motion=False),
+        "trust": PictureKind("trust", "error of each marker, of certified runs", "trust", usual=False, of_motion=False),
     }
 )
 
@@ -139,7 +143,7 @@ def why_not(kind: str, results: Sequence[Results]) -> str | None:
 
 def _unreadable(results: Sequence[Results]) -> str | None:
     """Why the scene that one of the results holds cannot be read."""
-    scene_of = import_module("mbproj.pages.look.recorded").scene_of
+    scene_of = import_module("mbproj.pages.appearance.recorded").scene_of
     try:
         for result in results:
             scene_of(result)

@@ -10,7 +10,7 @@ from mbproj.analysis.reactions import shortened
 from mbproj.arrays import Array
 from mbproj.figures import rows, shown
 from mbproj.figures.differences import SIGN, coinciding
-from mbproj.figures.rows import Group, Quantity
+from mbproj.figures.rows import PanelGroup, PanelQuantity
 from mbproj.figures.style import styled
 from mbproj.figures.units import units_of
 from mbproj.results import Results
@@ -34,7 +34,7 @@ def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
     return rows.draw(results, labels, groups, "; ".join(filter(None, remarks)))
 
 
-def _group(results: Sequence[Results], name: str) -> Group:
+def _group(results: Sequence[Results], name: str) -> PanelGroup:
     def value(result: Results) -> Array | None:
         return result.coordinate(name).value if name in result.names("coordinates") else None
 
@@ -43,6 +43,6 @@ def _group(results: Sequence[Results], name: str) -> Group:
 
     own = [result.coordinate(name) for result in results if name in result.names("coordinates")]
     units = units_of(own[0].unit, [each.value for each in own])
-    row = Quantity(name, units.value, value), Quantity("speed", units.speed, speed)
-    apart = Quantity(SIGN, units.value, value), Quantity(SIGN, units.speed, speed)
-    return Group((row,), apart)
+    row = PanelQuantity(name, units.value, value), PanelQuantity("speed", units.speed, speed)
+    apart = PanelQuantity(SIGN, units.value, value), PanelQuantity(SIGN, units.speed, speed)
+    return PanelGroup((row,), apart)

@@ -16,7 +16,7 @@ from mbproj.dataclass import dataclass
 from mbproj.figures import rows, shown
 from mbproj.figures.differences import SIGN, alike
 from mbproj.figures.margins import small_print
-from mbproj.figures.rows import Group, Quantity, Row
+from mbproj.figures.rows import PanelGroup, PanelQuantity, Row
 from mbproj.figures.style import styled
 from mbproj.figures.units import Unit, units_of
 from mbproj.results import Results
@@ -119,7 +119,9 @@ def _unit(results: Sequence[Results], kind: str, name: str) -> str:
     return first.names(f"{kind[:-1]}_units")[first.names(kind).index(name)]
 
 
-def _group(results: Sequence[Results], kind: str, dataset: str, own: tuple[str, ...], names: Sequence[str]) -> Group:
+def _group(
+    results: Sequence[Results], kind: str, dataset: str, own: tuple[str, ...], names: Sequence[str]
+) -> PanelGroup:
     """Of one result a row with a line a name; of several a row a name, what they act along once."""
     first = next(result for result in results if own[0] in result.names(kind))
     si = _unit(results, kind, own[0])
@@ -127,15 +129,15 @@ def _group(results: Sequence[Results], kind: str, dataset: str, own: tuple[str, 
     unit = units_of(si, [values for result in results if (values := read(result)) is not None]).value
     words, acts_in = ACTION[si]
     label = f"{own[0]}: gap" if kind == "stops" else _along(first, own, si, read)
-    along = Quantity(label, unit, read)
+    along = PanelQuantity(label, unit, read)
     if len(own) == 1:
-        listed: list[Row] = [(along, Quantity(words, acts_in, act))]
+        listed: list[Row] = [(along, PanelQuantity(words, acts_in, act))]
     elif len(results) == 1:
-        listed = [(along, Quantity(words, acts_in, act, tuple((name, names.index(name)) for name in own)))]
+        listed = [(along, PanelQuantity(words, acts_in, act, tuple((name, names.index(name)) for name in own)))]
     else:
-        each = [Quantity(f"{words} of {name}", acts_in, Columns(kind, (name,), "force")) for name in own]
+        each = [PanelQuantity(f"{words} of {name}", acts_in, Columns(kind, (name,), "force")) for name in own]
         listed = [(along, each[0]), *((None, other) for other in each[1:])]
-    return Group(tuple(listed), (Quantity(SIGN, unit, read), Quantity(SIGN, acts_in, act)))
+    return PanelGroup(tuple(listed), (PanelQuantity(SIGN, unit, read), PanelQuantity(SIGN, acts_in, act)))
 
 
 def _along(result: Results, own: tuple[str, ...], si: str, read: Columns) -> str:
@@ -150,7 +152,7 @@ def _along(result: Results, own: tuple[str, ...], si: str, read: Columns) -> str
     return of or (f"length of {own[0]}" if si == "m" else own[0])
 
 
-def _of_friction(results: Sequence[Results], name: str) -> tuple[Group, Group]:
+def _of_friction(results: Sequence[Results], name: str) -> tuple[PanelGroup, PanelGroup]:
     having = [result for result in results if name in result.names("frictions")]
     si = having[0].names("friction_units")[having[0].names("frictions").index(name)]
     word, acts_in = ACTION[si]
@@ -164,11 +166,11 @@ def _of_friction(results: Sequence[Results], name: str) -> tuple[Group, Group]:
         )
     )
     speed = units_of(si, [_way(result, name) for result in having]).speed
-    motion = Quantity(f"{name}: rate", speed, rate), Quantity(word, acts_in, force)
-    cost = Quantity("energy lost", ENERGY, energy), Quantity("power lost", POWER, power)
+    motion = PanelQuantity(f"{name}: rate", speed, rate), PanelQuantity(word, acts_in, force)
+    cost = PanelQuantity("energy lost", ENERGY, energy), PanelQuantity("power lost", POWER, power)
     return (
-        Group((motion,), (Quantity(SIGN, speed, rate), Quantity(SIGN, acts_in, force)), name),
-        Group((cost,), (Quantity(SIGN, ENERGY, energy), Quantity(SIGN, POWER, power)), name),
+        PanelGroup((motion,), (PanelQuantity(SIGN, speed, rate), PanelQuantity(SIGN, acts_in, force)), name),
+        PanelGroup((cost,), (PanelQuantity(SIGN, ENERGY, energy), PanelQuantity(SIGN, POWER, power)), name),
     )
 
 

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from mbproj.arrays import Array
 from mbproj.figures import panels, rows
 from mbproj.figures.differences import SIGN
-from mbproj.figures.rows import Group, Quantity
+from mbproj.figures.rows import PanelGroup, PanelQuantity
 from mbproj.figures.style import styled
 from mbproj.figures.units import Unit, sizes
 from mbproj.results import Results
@@ -37,14 +37,14 @@ def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
     return panels.finish(figure)
 
 
-def _overlaid() -> Group:
+def _overlaid() -> PanelGroup:
     kinetic, potential, total = (
-        Quantity(f"{energy} energy", JOULE, _reader(f"diagnostics/{energy}_energy")) for energy in ENERGIES
+        PanelQuantity(f"{energy} energy", JOULE, _reader(f"diagnostics/{energy}_energy")) for energy in ENERGIES
     )
     # How large the balance is says how good a run is: it keeps a scale of its own.
-    balance = Quantity(BALANCE, JOULE, _reader("diagnostics/energy_balance"), held=False)
-    apart = tuple(Quantity(f"{SIGN} of {each.words}", JOULE, each.read) for each in (kinetic, total))
-    return Group(((kinetic, potential), (total, balance)), apart)
+    balance = PanelQuantity(BALANCE, JOULE, _reader("diagnostics/energy_balance"), held=False)
+    apart = tuple(PanelQuantity(f"{SIGN} of {each.words}", JOULE, each.read) for each in (kinetic, total))
+    return PanelGroup(((kinetic, potential), (total, balance)), apart)
 
 
 def _reader(path: str) -> Callable[[Results], Array]:

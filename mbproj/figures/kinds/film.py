@@ -14,10 +14,10 @@ from mbproj.figures.kinds.mechanism import GHOST, MOST_PATHS, canvas, limits, ne
 from mbproj.figures.kinds.poses import draw_pose, projected
 from mbproj.figures.style import line, styled
 from mbproj.outputs import film, replacing
-from mbproj.pages.look.mechanism import Look, look_of
-from mbproj.pages.look.motion import Motion
-from mbproj.pages.look.recorded import motion_of, scene_of
-from mbproj.pages.look.view import View, view_of
+from mbproj.pages.appearance.mechanism import Look, look_of
+from mbproj.pages.appearance.motion import PoseHistory
+from mbproj.pages.appearance.recorded import motion_of, scene_of
+from mbproj.pages.appearance.view import View, view_of
 from mbproj.results import Results
 
 #: Pictures a second: what a GIF can say exactly, and browsers show; and how long a film is, in s of the watcher.
@@ -69,7 +69,7 @@ def pictures(results: Sequence[Results]) -> Iterator[Picture]:
 class _Stage:
     """The panel that poses are drawn on, with the paths of markers up to the time."""
 
-    def __init__(self, look: Look, motion: Motion, view: View) -> None:
+    def __init__(self, look: Look, motion: PoseHistory, view: View) -> None:
         figure, self.axis = canvas(view)
         figure.set_dpi(DOTS_PER_INCH)
         limits(self.axis, view)

@@ -12,7 +12,7 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.figures import panels, rows, shown, untrusted
 from mbproj.figures.differences import SIGN
-from mbproj.figures.rows import Group, Quantity
+from mbproj.figures.rows import PanelGroup, PanelQuantity
 from mbproj.figures.style import styled
 from mbproj.figures.units import METRES
 from mbproj.results import Results
@@ -73,7 +73,7 @@ def mark_untrusted(figure: Figure, results: Sequence[Results], limit: float) -> 
     return untrusted.shade(own, results, limit)
 
 
-def _apart(name: str, result: Results, moving: tuple[int, ...]) -> Group:
+def _apart(name: str, result: Results, moving: tuple[int, ...]) -> PanelGroup:
     """A row for components that can be seen together."""
     listed = []
     for together in legible(result.marker(name).position, result.marker(name).velocity):
@@ -84,19 +84,19 @@ def _apart(name: str, result: Results, moving: tuple[int, ...]) -> Group:
         some = "" if len(which) == len(moving) else ", ".join(part for part, _ in parts)
         words = (f"{name}: {some}", f"velocity {some}") if some else (f"position of {name}", "velocity")
         own = [(unit, Components(name, word, which)) for word, unit in PANELS]
-        listed.append(tuple(Quantity(text, *of, parts) for text, of in zip(words, own, strict=True)))
-    return Group(tuple(listed), name=name)
+        listed.append(tuple(PanelQuantity(text, *of, parts) for text, of in zip(words, own, strict=True)))
+    return PanelGroup(tuple(listed), name=name)
 
 
-def _overlaid(name: str, moving: tuple[int, ...]) -> Group:
+def _overlaid(name: str, moving: tuple[int, ...]) -> PanelGroup:
     listed = []
     for index in moving:
         component = "xyz"[index]
         row = [(unit, Components(name, word, (index,))) for word, unit in PANELS]
         words = f"{name}: {component}", f"velocity {component}"
-        listed.append(tuple(Quantity(text, *own) for text, own in zip(words, row, strict=True)))
-    apart = tuple(Quantity(SIGN, unit, Components(name, word, (0, 1, 2))) for word, unit in PANELS)
-    return Group(tuple(listed), apart, name)
+        listed.append(tuple(PanelQuantity(text, *own) for text, own in zip(words, row, strict=True)))
+    apart = tuple(PanelQuantity(SIGN, unit, Components(name, word, (0, 1, 2))) for word, unit in PANELS)
+    return PanelGroup(tuple(listed), apart, name)
 
 
 def legible(*histories: Array) -> list[tuple[int, ...]]:

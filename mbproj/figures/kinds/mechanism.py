@@ -9,13 +9,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mbproj.figures import panels
+from mbproj.figures.fitted_text import literal
 from mbproj.figures.kinds.poses import draw_pose, picture_axes, projected
 from mbproj.figures.style import line, page_width, styled
-from mbproj.figures.words import literal
-from mbproj.pages.look.mechanism import Look, look_of
-from mbproj.pages.look.motion import Motion
-from mbproj.pages.look.recorded import motion_of, scene_of
-from mbproj.pages.look.view import View, view_of
+from mbproj.pages.appearance.mechanism import Look, look_of
+from mbproj.pages.appearance.motion import PoseHistory
+from mbproj.pages.appearance.recorded import motion_of, scene_of
+from mbproj.pages.appearance.view import View, view_of
 from mbproj.results import Results
 
 #: How much of the colour of the first pose of a strobe picture is left; the last has all of it.
@@ -55,7 +55,7 @@ def draw(results: Sequence[Results], labels: Sequence[str], times: Sequence[floa
 
 
 @styled
-def draw_start(look: Look, view: View, motion: Motion) -> Figure:
+def draw_start(look: Look, view: View, motion: PoseHistory) -> Figure:
     """The picture of a scene that was not run."""
     figure, axis = canvas(view)
     draw_pose(axis, look, view, motion)
@@ -64,7 +64,7 @@ def draw_start(look: Look, view: View, motion: Motion) -> Figure:
 
 
 @styled
-def draw_side_by_side(look: Look, view: View, motion: Motion) -> Figure:
+def draw_side_by_side(look: Look, view: View, motion: PoseHistory) -> Figure:
     """A panel for each sample of the motion, numbered from 1 on."""
     count = len(motion.time)
     columns = min(MOST_COLUMNS, int(np.ceil(np.sqrt(count))) if count > 4 else count)
@@ -84,7 +84,7 @@ def draw_side_by_side(look: Look, view: View, motion: Motion) -> Figure:
     return figure
 
 
-def nearest(motion: Motion, time: float | None) -> int:
+def nearest(motion: PoseHistory, time: float | None) -> int:
     """The sample with a pose that is nearest to the time; the first where none is asked for."""
     whole = motion.finite
     return int(whole[0] if time is None else whole[np.argmin(np.abs(motion.time[whole] - time))])
@@ -143,7 +143,7 @@ def _round_below(length: float) -> float:
     return float(max(step * power for step in (1.0, 2.0, 5.0) if step * power <= length * (1.0 + 1e-9)))
 
 
-def _paths(axis: Axes, look: Look, motion: Motion, view: View) -> None:
+def _paths(axis: Axes, look: Look, motion: PoseHistory, view: View) -> None:
     """The paths of the first markers, and those on which what rolls touches its plane."""
     for each in look.touching:
         path = projected(each.path(motion), view)

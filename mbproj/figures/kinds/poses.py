@@ -11,11 +11,11 @@ from matplotlib.colors import to_rgb
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.pages.look.mechanism import Look, Span
-from mbproj.pages.look.motion import Motion
-from mbproj.pages.look.parts import Part, bar
-from mbproj.pages.look.plates import hull
-from mbproj.pages.look.view import View
+from mbproj.pages.appearance.mechanism import Look, Span
+from mbproj.pages.appearance.motion import PoseHistory
+from mbproj.pages.appearance.parts import Solid, bar
+from mbproj.pages.appearance.plates import hull
+from mbproj.pages.appearance.view import View
 
 ROD, SPRING = "#5d6875", "#2f8f6b"
 #: Colours of what is no body.
@@ -36,7 +36,9 @@ class Shape:
     edge: float = EDGE
 
 
-def draw_pose(axis: Axes, look: Look, view: View, motion: Motion, *, opacity: float = 1.0, order: float = 2.0) -> None:
+def draw_pose(
+    axis: Axes, look: Look, view: View, motion: PoseHistory, *, opacity: float = 1.0, order: float = 2.0
+) -> None:
     """Draws the first sample of the motion. `opacity` is that of all of it, `order` matplotlib's."""
     shapes = sorted(_shapes(look, view, motion), key=lambda shape: shape.depth)
     axis.add_collection(
@@ -65,7 +67,7 @@ def picture_axes(view: View) -> tuple[Array, Array]:
     return right, np.cross(view.eye, right)
 
 
-def _shapes(look: Look, view: View, motion: Motion) -> Iterator[Shape]:
+def _shapes(look: Look, view: View, motion: PoseHistory) -> Iterator[Shape]:
     """The polygons of all parts; what belongs to a joint lies before its bodies, which are as deep."""
     lift = {
         "bodies": 0.0,
@@ -84,7 +86,7 @@ def _shapes(look: Look, view: View, motion: Motion) -> Iterator[Shape]:
             yield Shape(hull(projected(points, view)), depth, colour)
 
 
-def _faces(part: Part, carrier: int, view: View, motion: Motion) -> Iterator[tuple[Array, float]]:
+def _faces(part: Solid, carrier: int, view: View, motion: PoseHistory) -> Iterator[tuple[Array, float]]:
     """Convex sets of global points (k, 3) that cover the part, each with how much light it gets (0 to 1)."""
     corners = _placed(part.outline(), carrier, motion)
     yield corners, 0.35
@@ -101,7 +103,7 @@ def _faces(part: Part, carrier: int, view: View, motion: Motion) -> Iterator[tup
                 yield _placed(own[on_face], carrier, motion), 0.2 + 0.8 * facing
 
 
-def _triangles(part: Part, carrier: int, base: str, view: View, motion: Motion) -> Iterator[Shape]:
+def _triangles(part: Solid, carrier: int, base: str, view: View, motion: PoseHistory) -> Iterator[Shape]:
     """The triangles of a mesh that look at the eye."""
     assert part.mesh is not None
     corners = _placed(part.outline(), carrier, motion)[part.mesh.triangles]
@@ -113,7 +115,7 @@ def _triangles(part: Part, carrier: int, base: str, view: View, motion: Motion) 
         yield Shape(outlines[number], float(depths[number]), colour, edge=0.0)
 
 
-def _placed(points: Array, carrier: int, motion: Motion) -> Array:
+def _placed(points: Array, carrier: int, motion: PoseHistory) -> Array:
     """Points of a carrier, global, at the first sample."""
     origin = motion.point(carrier, np.zeros(3))[0]
     axes = np.stack([motion.vector(carrier, unit)[0] for unit in np.eye(3)])
@@ -121,7 +123,9 @@ def _placed(points: Array, carrier: int, motion: Motion) -> Array:
     return placed
 
 
-def _draw_span(axis: Axes, span: Span, look: Look, view: View, motion: Motion, opacity: float, order: float) -> None:
+def _draw_span(
+    axis: Axes, span: Span, look: Look, view: View, motion: PoseHistory, opacity: float, order: float
+) -> None:
     """A rod as a bar, a spring as a zigzag line, a damper as a thick line in a thin one."""
     start, end = span.ends(motion)
     if span.kind == "rod":

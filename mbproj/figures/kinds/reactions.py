@@ -12,7 +12,7 @@ from mbproj.arrays import Array
 from mbproj.figures import panels, rows, shown
 from mbproj.figures.differences import SIGN
 from mbproj.figures.reaction import Reaction
-from mbproj.figures.rows import MAX_ROWS, Group, Quantity
+from mbproj.figures.rows import MAX_ROWS, PanelGroup, PanelQuantity
 from mbproj.figures.style import OPEN, styled
 from mbproj.figures.units import Unit, sizes
 from mbproj.results import Results
@@ -75,29 +75,29 @@ def _lines(result: Results, reactions: Sequence[Reaction]) -> list[tuple[str, Ar
     return [(reaction.joint, size, any(reaction.unique)) for reaction, size in sizes_of if size is not None]
 
 
-def _overlaid(found: Sequence[Sequence[Reaction]]) -> Iterator[Group]:
+def _overlaid(found: Sequence[Sequence[Reaction]]) -> Iterator[PanelGroup]:
     """Of one joint a row a component; of several a row a joint, with magnitudes. Below, how far vectors are apart."""
     for of in zip(*found, strict=True):
         pairs = [(reaction, word, unit) for reaction, (_, word, unit) in zip(of, KINDS, strict=False)]
-        apart = tuple(Quantity(SIGN, unit, reaction.vector) for reaction, _, unit in pairs)
+        apart = tuple(PanelQuantity(SIGN, unit, reaction.vector) for reaction, _, unit in pairs)
         if len(found[0]) > 1:
             row = [
-                Quantity(f"{each.joint}: |{word}|", unit, each.size, not_unique=not any(each.unique))
+                PanelQuantity(f"{each.joint}: |{word}|", unit, each.size, not_unique=not any(each.unique))
                 for each, word, unit in pairs
             ]
-            yield Group((tuple(row),), apart)
+            yield PanelGroup((tuple(row),), apart)
             continue
         listed = [tuple(_component(*pair, axis) for pair in pairs) for axis in range(3)]
-        yield Group(tuple(listed), apart)
+        yield PanelGroup(tuple(listed), apart)
 
 
-def _component(reaction: Reaction, word: str, unit: Unit, axis: int) -> Quantity:
+def _component(reaction: Reaction, word: str, unit: Unit, axis: int) -> PanelQuantity:
     def read(result: Results) -> Array | None:
         values = reaction.components(result)
         return None if values is None else values[:, axis]
 
     words = f"{reaction.joint}: {word} {'xyz'[axis]}"
-    return Quantity(words, unit, read, not_unique=not reaction.unique[axis])
+    return PanelQuantity(words, unit, read, not_unique=not reaction.unique[axis])
 
 
 def _left_out(results: Sequence[Results], names: Sequence[str]) -> Iterator[str]:

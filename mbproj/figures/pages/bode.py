@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 
 from mbproj.arrays import Array, Numbers
 from mbproj.figures import panels
+from mbproj.figures.fitted_text import literal
 from mbproj.figures.style import AXIS_HEIGHT, line, page_width, styled
-from mbproj.figures.words import literal
 from mbproj.results.linear.model_file import StoredModel
 
 #: Points of a curve, lines in the picture, and decades beside the slowest and the fastest mode.

@@ -13,8 +13,8 @@ from matplotlib.ticker import EngFormatter
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.figures import panels
+from mbproj.figures.fitted_text import fitted
 from mbproj.figures.style import SHADE, line, page_width, styled
-from mbproj.figures.words import fitted
 
 #: Height of a row of panels, and room for a method's name beside its costs, inches.
 ROW, NAME = 1.65, 1.2

@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 
 from mbproj.arrays import Array
 from mbproj.figures import panels
+from mbproj.figures.fitted_text import fitted
 from mbproj.figures.style import line, page_width, styled
-from mbproj.figures.words import fitted
 from mbproj.results.design.drawn import Drawn, Matched
 
 #: Height of a row of panels, inches; room for a name beside a matrix; numbers that are written into its cells at most.

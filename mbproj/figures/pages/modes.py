@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 
 from mbproj.arrays import Array, Numbers
 from mbproj.figures import panels
+from mbproj.figures.fitted_text import literal
 from mbproj.figures.style import AXIS_HEIGHT, line, page_width, styled
-from mbproj.figures.words import literal
 from mbproj.results.linear.modes_file import StoredModes
 
 #: Modes whose shapes are drawn, and bars in one of them.

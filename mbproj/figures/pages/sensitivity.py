@@ -9,8 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mbproj.figures import panels
+from mbproj.figures.fitted_text import fitted
 from mbproj.figures.style import line, page_width, styled
-from mbproj.figures.words import fitted
 from mbproj.results.views.table import Table
 
 #: Height of a bar, and of the rest of a measure's panel, inches; room for the name of a number; bars at most.

@@ -12,9 +12,9 @@ from matplotlib.patches import Patch
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.figures import panels
+from mbproj.figures.fitted_text import fitted, literal
 from mbproj.figures.margins import put_legend
 from mbproj.figures.style import AXIS_HEIGHT, page_width, styled
-from mbproj.figures.words import fitted, literal
 
 #: Fills of the states, from light to dark, so that they can be told apart without colour too.
 FILLS = {"holds": "#CFE8DC", "degrades": "#EDB44B", "fails": "#A33B1F"}

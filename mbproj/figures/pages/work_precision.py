@@ -13,9 +13,9 @@ from matplotlib.ticker import EngFormatter, LogLocator, NullFormatter
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.figures import panels
+from mbproj.figures.fitted_text import fitted, literal
 from mbproj.figures.margins import put_legend, small_print
 from mbproj.figures.style import SHADE, label_size, line, page_width, styled
-from mbproj.figures.words import fitted, literal
 
 #: Height of a row of panels, inches.
 ROW = 2.4

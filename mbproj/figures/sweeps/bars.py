@@ -11,8 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mbproj.arrays import Array
+from mbproj.figures.fitted_text import fitted
 from mbproj.figures.style import AXIS_HEIGHT, page_height, page_width
-from mbproj.figures.words import fitted
 
 #: Bars in one panel, the height of one and of what stands around them, room for a name, inches.
 MOST, BAR, AROUND, NAME = 12, 0.22, 0.34, 1.7

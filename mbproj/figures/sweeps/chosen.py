@@ -12,7 +12,7 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem
 from mbproj.figures.sweeps.scales import Scale, scale_of
-from mbproj.results.sweep.table import GRID, Column, Table
+from mbproj.results.sweep.table import GRID, Column, SweepTable
 from mbproj.scene.text.suggestions import choose_from
 
 #: Whether each case (N,) is one of those that are meant.
@@ -26,7 +26,7 @@ SALTELLI = "saltelli"
 class Chosen:
     """A table, the measures that are drawn, and the quantities that have more than one value in it."""
 
-    table: Table
+    table: SweepTable
     measures: tuple[Column, ...]
     over: tuple[Column, ...]
     left_out: str
@@ -54,7 +54,7 @@ class Chosen:
         return scale, scale.factor * column.values
 
 
-def choose(table: Table, of: Sequence[str], over: Sequence[str]) -> Chosen:
+def choose(table: SweepTable, of: Sequence[str], over: Sequence[str]) -> Chosen:
     """What is to be drawn `of` these measures `over` these quantities; all of them where none are named. Raises
     InputError for a name that the table does not have."""
     telling = [column for column in table.measured if column.varies] or table.measured
@@ -68,7 +68,7 @@ def choose(table: Table, of: Sequence[str], over: Sequence[str]) -> Chosen:
     return Chosen(table, measures, first + others, left_out)
 
 
-def _left_out(table: Table, measures: Sequence[Column]) -> str:
+def _left_out(table: SweepTable, measures: Sequence[Column]) -> str:
     others = [column.name for column in table.measured if column not in measures]
     return f"not drawn: {', '.join(others)}; choose with --of" if others else ""
 

@@ -10,12 +10,12 @@ from matplotlib.figure import Figure
 
 from mbproj.arrays import Array
 from mbproj.figures import panels
+from mbproj.figures.fitted_text import literal
 from mbproj.figures.shown import MAX_LINES
 from mbproj.figures.style import PANEL_HEIGHT, line, page_width, styled
 from mbproj.figures.sweeps.chosen import Cases, Chosen, middle_of_others
 from mbproj.figures.sweeps.marks import crosses_below
 from mbproj.figures.sweeps.scales import name, scale_of, spread_out
-from mbproj.figures.words import literal
 from mbproj.results.sweep.table import GRID, Column
 
 #: Lines of fewer points show them.

@@ -8,10 +8,10 @@ from matplotlib.figure import Figure
 
 from mbproj.analysis.sensitivity import rank_correlation, rank_interval
 from mbproj.figures import panels
+from mbproj.figures.fitted_text import fitted
 from mbproj.figures.style import line, styled
 from mbproj.figures.sweeps import SAMPLED, bars
 from mbproj.figures.sweeps.chosen import Chosen
-from mbproj.figures.words import fitted
 from mbproj.results.sweep.table import Column
 
 #: Fewer cases tell nothing.

@@ -12,8 +12,8 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator, NullLocator
 
 from mbproj.dataclass import dataclass
+from mbproj.figures.fitted_text import fitted
 from mbproj.figures.style import label_size
-from mbproj.figures.words import fitted
 from mbproj.results.sweep.table import Column
 
 #: Units beside SI ones: from which magnitude on downwards (the largest value is less), what it reads, its factor.

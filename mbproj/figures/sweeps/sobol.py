@@ -8,10 +8,10 @@ from matplotlib.figure import Figure
 
 from mbproj.analysis.sensitivity import Indices, sobol_indices
 from mbproj.figures import panels
+from mbproj.figures.fitted_text import fitted
 from mbproj.figures.style import line, styled
 from mbproj.figures.sweeps import bars
 from mbproj.figures.sweeps.chosen import SALTELLI, Chosen
-from mbproj.figures.words import fitted
 from mbproj.results.sweep.table import Column
 
 ALONE, WITH_OTHERS = "first order: alone", "total: with others too"

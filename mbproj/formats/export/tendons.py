@@ -15,7 +15,7 @@ from mbproj.formats.export.markup import Tag, tag
 from mbproj.formats.export.sheaves import Run, run_of
 from mbproj.formats.export.start import Start
 from mbproj.formats.export.tree import Tree
-from mbproj.formats.mechanism import Names, Same
+from mbproj.formats.mechanism import ImportedNames, Same
 from mbproj.scene.records import Joint, PointForce, Scene
 from mbproj.scene.stops import DistanceStop, Limit
 
@@ -35,7 +35,7 @@ class Tendons:
     say: Say
     section: Tag = field(default_factory=lambda: tag("tendon"))
     on: dict[str, list[Tag]] = field(default_factory=dict)
-    names: Names = field(default_factory=Names)
+    names: ImportedNames = field(default_factory=ImportedNames)
 
     def marks(self, body: str) -> list[Tag]:
         """Sites and shapes of a body."""

@@ -11,7 +11,7 @@ from mbproj.formats.export.markup import Tag, tag
 from mbproj.formats.export.start import start_of
 from mbproj.formats.export.tree import Branch, Freedom, tree_of
 from mbproj.formats.export.written import Written, say_unwritten
-from mbproj.formats.mechanism import Names, Same
+from mbproj.formats.mechanism import ImportedNames, Same
 from mbproj.formats.yaml_text import flow, lines
 from mbproj.scene.records import GROUND, Joint, PointForce, Scene
 from mbproj.scene.stops import DistanceStop, Limit
@@ -37,8 +37,8 @@ class _Urdf:
         self.bodies = {body.name: body for body in scene.bodies}
         self.tree = tree_of(scene, self.start, IN_TREE)
         self.acting = acting_on(scene, self.out.say)
-        self.links = Names(frozenset({"world", *self.bodies}))
-        self.joints = Names()
+        self.links = ImportedNames(frozenset({"world", *self.bodies}))
+        self.joints = ImportedNames()
         self.places = {GROUND: np.zeros(3)}
         self.root = tag("robot", name=scene.title)
         self.mimics: dict[str, Tag] = {}

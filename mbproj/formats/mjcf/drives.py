@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from mbproj.dataclass import dataclass
-from mbproj.formats.mechanism import Bare, Mechanism, Names, Signal, Signals
+from mbproj.formats.mechanism import Bare, ImportedNames, Mechanism, Signal, Signals
 from mbproj.formats.mjcf.compiled import Compiled
 from mbproj.formats.mjcf.laws import Law, Muscle, summed, within
 from mbproj.formats.yaml_text import number as shown
@@ -45,7 +45,7 @@ class Drive:
 def free_symbol(mechanism: Mechanism, wanted: str) -> str:
     """A name for a signal or a state that nothing else has, and that an expression can name."""
     taken = frozenset([*mechanism.forces, *mechanism.signals, *mechanism.states])
-    return Names(taken).own(re.sub(r"\W", "_", wanted))
+    return ImportedNames(taken).own(re.sub(r"\W", "_", wanted))
 
 
 def inputs_of(compiled: Compiled, number: int, name: str) -> tuple[str, ...]:

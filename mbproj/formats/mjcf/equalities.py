@@ -10,7 +10,7 @@ from numpy.polynomial import Polynomial
 from mbproj.arrays import Array
 from mbproj.errors import Place
 from mbproj.formats.geometry import IDENTITY, Pose, from_quaternion
-from mbproj.formats.mechanism import Bare, Connection, Mechanism, Names, Quantity, Same
+from mbproj.formats.mechanism import Bare, Connection, ImportedNames, Mechanism, Quantity, Same
 from mbproj.formats.mjcf.compiled import Compiled
 from mbproj.formats.mjcf.parts import Called
 from mbproj.formats.mjcf.tendons.measured import Sum, Tendons
@@ -43,7 +43,13 @@ def add_equalities(tendons: Tendons) -> None:
 
 
 def _held(
-    compiled: Compiled, mechanism: Mechanism, called: Called, names: Names, at: int, place: Place | None, shown: str
+    compiled: Compiled,
+    mechanism: Mechanism,
+    called: Called,
+    names: ImportedNames,
+    at: int,
+    place: Place | None,
+    shown: str,
 ) -> None:
     """A point (connect) or a frame (weld) of each of two bodies."""
     import mujoco

@@ -7,7 +7,7 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.errors import Place
 from mbproj.formats.chains import Coordinates, Single, Twist, connect, span
-from mbproj.formats.mechanism import Mechanism, Names, Part, Same
+from mbproj.formats.mechanism import ImportedBody, ImportedNames, Mechanism, Same
 from mbproj.formats.mjcf.compiled import Compiled
 from mbproj.formats.mjcf.parts import Called
 from mbproj.formats.placed import quaternion
@@ -17,7 +17,7 @@ FREE, BALL, SLIDE, HINGE = range(4)
 
 
 def add_joints(
-    compiled: Compiled, mechanism: Mechanism, called: Called, names: Names, coordinates: Coordinates
+    compiled: Compiled, mechanism: Mechanism, called: Called, names: ImportedNames, coordinates: Coordinates
 ) -> None:
     """Connects each body that moves with its parent; `coordinates` then has those of hinges and slides by name."""
     model = compiled.model
@@ -118,7 +118,7 @@ def _ball(
     kinds: list[int],
     number: int,
     bodies: tuple[str, str],
-    names: Names,
+    names: ImportedNames,
     coordinates: Coordinates,
 ) -> None:
     """A ball alone, or slides before one: massless bodies between."""
@@ -133,7 +133,7 @@ def _ball(
         if not chain:
             continue
         between = f"{child}_{of}_ball"
-        massless = Part(between, 0.0, np.zeros((3, 3)), data.xanchor[ball].copy(), carried.rotation)
+        massless = ImportedBody(between, 0.0, np.zeros((3, 3)), data.xanchor[ball].copy(), carried.rotation)
         sign = 1.0 if of == "before" else -1.0
         twist = Twist.of(mechanism.part(parent if of == "before" else child))
         for each in chain:

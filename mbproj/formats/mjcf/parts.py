@@ -6,7 +6,7 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.formats.geometry import from_quaternion
-from mbproj.formats.mechanism import Mechanism, Names, Part, Same
+from mbproj.formats.mechanism import ImportedBody, ImportedNames, Mechanism, Same
 from mbproj.formats.mjcf.compiled import Compiled
 from mbproj.scene.records import GROUND
 
@@ -14,7 +14,7 @@ from mbproj.scene.records import GROUND
 Called = dict[int, str]
 
 
-def add_parts(compiled: Compiled, mechanism: Mechanism, names: Names) -> Called:
+def add_parts(compiled: Compiled, mechanism: Mechanism, names: ImportedNames) -> Called:
     """Adds the bodies at the pose of the start, in the order of the model, which begins at the ground."""
     import mujoco
 
@@ -36,7 +36,7 @@ def add_parts(compiled: Compiled, mechanism: Mechanism, names: Names) -> Called:
         inertia = inner @ np.diag(model.body_inertia[number]) @ inner.T
         velocity = np.zeros(6)
         mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_BODY, number, velocity, 0)
-        mechanism.parts[called[number]] = Part(
+        mechanism.parts[called[number]] = ImportedBody(
             called[number],
             float(model.body_mass[number]),
             0.5 * (inertia + inertia.T),

@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 
 from mbproj.formats.chains import Coordinates
-from mbproj.formats.mechanism import Mechanism, Names, Same, Wishes, said_of
+from mbproj.formats.mechanism import ImportedNames, Mechanism, Same, Wishes, said_of
 from mbproj.formats.merged import with_hinges
+from mbproj.formats.mjcf.appearance import add_markers, visuals
 from mbproj.formats.mjcf.compiled import compile_mjcf
 from mbproj.formats.mjcf.equalities import add_equalities
 from mbproj.formats.mjcf.joints import add_joints, start_of
-from mbproj.formats.mjcf.looks import add_markers, visuals
 from mbproj.formats.mjcf.parts import add_parts
 from mbproj.formats.mjcf.rest import say_rest
 from mbproj.formats.mjcf.source import source_of
@@ -30,7 +30,7 @@ def read_mjcf(root: Element, path: Path, wishes: Wishes) -> Mechanism:
     if compiled.disables("GRAVITY"):
         gravity = np.zeros(3)
     mechanism = Mechanism(root.get("model") or path.stem, "MJCF", str(path), gravity)
-    bodies, joints, coordinates = Names(frozenset({GROUND})), Names(), Coordinates()
+    bodies, joints, coordinates = ImportedNames(frozenset({GROUND})), ImportedNames(), Coordinates()
     called = add_parts(compiled, mechanism, bodies)
     add_joints(compiled, mechanism, called, joints, coordinates)
     tendons = Tendons(compiled, mechanism, called, coordinates, joints)

@@ -7,9 +7,9 @@ import numpy as np
 from mbproj.formats.chains import free_name
 from mbproj.formats.mechanism import Mechanism, Quantity, Same, Wishes
 from mbproj.formats.mjcf.actuators import add_actuators
+from mbproj.formats.mjcf.appearance import CAPSULE, PLANE, SPHERE
 from mbproj.formats.mjcf.compiled import Compiled
 from mbproj.formats.mjcf.joints import FREE
-from mbproj.formats.mjcf.looks import CAPSULE, PLANE, SPHERE
 from mbproj.formats.mjcf.parts import Called
 from mbproj.formats.mjcf.tendons.acting import add_tendons
 from mbproj.formats.mjcf.tendons.measured import Tendons

@@ -15,7 +15,7 @@ from mbproj.errors import InputError, Place, Problem
 from mbproj.formats.chains import Coordinates, Single, add_one, connect, follow, span
 from mbproj.formats.geometry import Pose, turn, unit
 from mbproj.formats.loops import Loop
-from mbproj.formats.mechanism import Connection, Mechanism, Names, Quantity, Same
+from mbproj.formats.mechanism import Connection, ImportedNames, Mechanism, Quantity, Same
 from mbproj.formats.sdf.frames import Frames
 from mbproj.formats.sdf.scopes import Scope, number, text, vector
 from mbproj.formats.xml import Element
@@ -119,7 +119,7 @@ def add_joint(
     joint: SdfJoint,
     links: Mapping[str, Pose],
     called: Mapping[str, str],
-    names: Names,
+    names: ImportedNames,
     coordinates: Coordinates,
     pose: Mapping[str, float],
 ) -> None:
@@ -194,7 +194,7 @@ def open_loop(mechanism: Mechanism, joint: SdfJoint) -> Loop | None:
 def add_mimics(
     mechanism: Mechanism,
     joints: Mapping[tuple[int, str], SdfJoint],
-    names: Names,
+    names: ImportedNames,
     coordinates: Coordinates,
     pose: Mapping[str, float],
 ) -> None:
@@ -232,7 +232,7 @@ def add_gearboxes(
     joints: Mapping[tuple[int, str], SdfJoint],
     links: Mapping[str, Pose],
     link_of: Callable[[Scope, str, Place], str],
-    names: Names,
+    names: ImportedNames,
     coordinates: Coordinates,
 ) -> None:
     """θ₂ = -ratio θ₁, turns of the child and the parent against a reference body about axes of joints with it."""

@@ -14,12 +14,12 @@ from mbproj.errors import InputError, Problem
 from mbproj.formats.chains import Coordinates
 from mbproj.formats.geometry import IDENTITY, Pose
 from mbproj.formats.loops import add_loops
-from mbproj.formats.mechanism import Mechanism, Names, Part, Same, Wishes, said_of
+from mbproj.formats.mechanism import ImportedBody, ImportedNames, Mechanism, Same, Wishes, said_of
 from mbproj.formats.merged import without_rings
+from mbproj.formats.sdf.appearance import visuals
 from mbproj.formats.sdf.frames import WORLD, Frames, full_name, in_link
 from mbproj.formats.sdf.inertias import inertia_of
 from mbproj.formats.sdf.joints import SdfJoint, add_gearboxes, add_joint, add_mimics, open_loop, read_joint
-from mbproj.formats.sdf.looks import visuals
 from mbproj.formats.sdf.rest import say_rest
 from mbproj.formats.sdf.scopes import Scope, scopes_of, text, vector
 from mbproj.formats.signals import add_motions
@@ -45,7 +45,7 @@ def read_sdf(root: Element, path: Path, wishes: Wishes) -> Mechanism:
     poses = _placed(links, joints, tree, still, wishes)
     title = scope.name or path.stem
     mechanism = Mechanism(title, "SDF", str(path), vector(scope.element, "gravity", GRAVITY))
-    bodies, names, coordinates = Names(frozenset({GROUND})), Names(), Coordinates()
+    bodies, names, coordinates = ImportedNames(frozenset({GROUND})), ImportedNames(), Coordinates()
     called = dict.fromkeys(still, GROUND)
     for name in _order(links, joints, tree, still):
         called[name] = bodies.own(_short(name, links))
@@ -218,7 +218,7 @@ def _add_part(mechanism: Mechanism, frames: Frames, link: tuple[Pose, Scope, Ele
     at, scope, element = link
     found = inertia_of(element, partial(in_link, frames, scope, at))
     centre = pose.position + pose.rotation @ found.centre
-    mechanism.parts[name] = Part(name, found.mass, found.inertia, centre, pose.rotation, element.place)
+    mechanism.parts[name] = ImportedBody(name, found.mass, found.inertia, centre, pose.rotation, element.place)
     if text(element, "gravity") in ("false", "0"):
         lift: Array = -found.mass * mechanism.gravity
         mechanism.forces[f"{name}_compensation"] = {"type": "force", "body": name, "force": lift}

@@ -12,10 +12,10 @@ from mbproj.errors import InputError, Problem
 from mbproj.formats.chains import Coordinates, Single, connect, follow, span
 from mbproj.formats.geometry import Pose, turn
 from mbproj.formats.loops import add_loops
-from mbproj.formats.mechanism import Mechanism, Names, Part, Same, Wishes, said_of
+from mbproj.formats.mechanism import ImportedBody, ImportedNames, Mechanism, Same, Wishes, said_of
 from mbproj.formats.merged import with_hinges, without_rings
 from mbproj.formats.signals import add_motions
-from mbproj.formats.urdf.looks import visuals
+from mbproj.formats.urdf.appearance import visuals
 from mbproj.formats.urdf.loops import loops_beside, loops_in
 from mbproj.formats.urdf.model import Urdf, UrdfJoint, number, read_urdf_model
 from mbproj.formats.visuals import add_visuals
@@ -39,7 +39,7 @@ def read_urdf(root: Element, path: Path, wishes: Wishes) -> Mechanism:
     loops = [*loops_in(root, model), *loops_beside(path, wishes.loops, model)]
     frames = _frames(model, wishes.pose, root)
     mechanism = Mechanism(root.get("name") or path.stem, "URDF", str(path), GRAVITY)
-    bodies, joints, coordinates = Names(frozenset({GROUND})), Names(), Coordinates()
+    bodies, joints, coordinates = ImportedNames(frozenset({GROUND})), ImportedNames(), Coordinates()
     called = {model.root: GROUND}
     for joint in model.down():
         still = called[joint.parent] == GROUND and joint.type == "fixed"
@@ -86,7 +86,7 @@ def _frames(model: Urdf, pose: Mapping[str, float], root: Element) -> dict[str, 
 def _add_part(mechanism: Mechanism, model: Urdf, name: str, link: str, frame: Pose) -> None:
     given = model.links[link]
     centre = frame.position + frame.rotation @ given.centre
-    mechanism.parts[name] = Part(name, given.mass, given.inertia, centre, frame.rotation, given.place)
+    mechanism.parts[name] = ImportedBody(name, given.mass, given.inertia, centre, frame.rotation, given.place)
     if given.massless:
         mechanism.say(f"link '{link}'", given.place, "has neither mass nor inertia, and none in the scene", Same.YES)
 
@@ -96,7 +96,7 @@ def _add_joint(
     joint: UrdfJoint,
     frames: Mapping[str, Pose],
     called: Mapping[str, str],
-    names: Names,
+    names: ImportedNames,
     coordinates: Coordinates,
     pose: Mapping[str, float],
 ) -> None:
@@ -153,7 +153,7 @@ def _say_unread(mechanism: Mechanism, shown: str, dynamics: Element) -> None:
 
 
 def _add_mimics(
-    mechanism: Mechanism, model: Urdf, names: Names, coordinates: Coordinates, pose: Mapping[str, float]
+    mechanism: Mechanism, model: Urdf, names: ImportedNames, coordinates: Coordinates, pose: Mapping[str, float]
 ) -> None:
     """s = multiplier s' + offset, with both coordinates counted from the pose."""
     for joint in model.joints.values():

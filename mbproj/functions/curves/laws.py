@@ -12,7 +12,7 @@ from mbproj.functions.curves.piece import TERMS, polynomial
 FULL_TURN = 2.0 * pi
 
 
-class Part(NamedTuple):
+class LawPiece(NamedTuple):
     """The law from x = `start` on: Σ c_k x^k + a sin(w x + p)."""
 
     start: float
@@ -44,7 +44,7 @@ class _Acceleration(NamedTuple):
     p: float = 0.0
 
 
-def _by_acceleration(*given: _Acceleration) -> tuple[Part, ...]:
+def _by_acceleration(*given: _Acceleration) -> tuple[LawPiece, ...]:
     """The law with these accelerations, up to a factor: at rest at x = 0, and 1 at x = 1."""
     parts, y, slope = [], 0.0, 0.0
     for each, end in zip(given, [*(after.start for after in given[1:]), 1.0], strict=True):
@@ -52,22 +52,23 @@ def _by_acceleration(*given: _Acceleration) -> tuple[Part, ...]:
         wave = (-a / w**2, w, p)
         c1 = slope - k * start + a / w * cos(w * start + p)
         c0 = y - c1 * start - 0.5 * k * start**2 - wave[0] * sin(w * start + p)
-        parts.append(Part(start, (c0, c1, 0.5 * k), wave))
+        parts.append(LawPiece(start, (c0, c1, 0.5 * k), wave))
         y = c0 + c1 * end + 0.5 * k * end**2 + wave[0] * sin(w * end + p)
         slope = c1 + k * end - a / w * cos(w * end + p)
     return tuple(
-        Part(each.start, tuple(c / y for c in each.coefficients), (each.wave[0] / y, *each.wave[1:])) for each in parts
+        LawPiece(each.start, tuple(c / y for c in each.coefficients), (each.wave[0] / y, *each.wave[1:]))
+        for each in parts
     )
 
 
 _EIGHTH = 0.125
-LAWS: Mapping[str, tuple[Part, ...]] = MappingProxyType(
+LAWS: Mapping[str, tuple[LawPiece, ...]] = MappingProxyType(
     {
-        "dwell": (Part(0.0, ()),),
+        "dwell": (LawPiece(0.0, ()),),
         "cycloidal": _by_acceleration(_Acceleration(0.0, 0.0, 1.0, 2.0 * pi)),
         "harmonic": _by_acceleration(_Acceleration(0.0, 0.0, 1.0, pi, 0.5 * pi)),
-        "polynomial_345": (Part(0.0, (0.0, 0.0, 0.0, 10.0, -15.0, 6.0)),),
-        "polynomial_4567": (Part(0.0, (0.0, 0.0, 0.0, 0.0, 35.0, -84.0, 70.0, -20.0)),),
+        "polynomial_345": (LawPiece(0.0, (0.0, 0.0, 0.0, 10.0, -15.0, 6.0)),),
+        "polynomial_4567": (LawPiece(0.0, (0.0, 0.0, 0.0, 0.0, 35.0, -84.0, 70.0, -20.0)),),
         "modified_sine": _by_acceleration(
             _Acceleration(0.0, 0.0, 1.0, 4.0 * pi),
             _Acceleration(_EIGHTH, 0.0, 1.0, 4.0 * pi / 3.0, pi / 3.0),

@@ -16,7 +16,7 @@ from mbproj.functions.curves.pairs import Run, runs_of, touching
 from mbproj.functions.curves.piece import Piece, scaled
 from mbproj.functions.program import COORDINATE, Program, variable
 from mbproj.functions.standard import tabulated
-from mbproj.functions.table import Table
+from mbproj.functions.table import CubicTable
 from mbproj.thresholds import THRESHOLDS
 
 #: Nodes and weights of Gauss and Legendre on [-1, 1]: between two places they give arc lengths to round-off.
@@ -46,7 +46,7 @@ def knots_at(start: Sequence[float], period: float) -> Program:
     knots = tuple(start if period else [-np.inf, *start[1:]])
     # each piece is its own number, so that no two are taken for one
     rows = tuple((float(at % 2), 0.0, 0.0, 0.0) for at in range(len(start)))
-    return Program(tabulated(Table(knots, tuple(start), rows, period), variable(COORDINATE)))
+    return Program(tabulated(CubicTable(knots, tuple(start), rows, period), variable(COORDINATE)))
 
 
 @dataclass(frozen=True)

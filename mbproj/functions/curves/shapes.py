@@ -12,7 +12,7 @@ from typing import Literal, NamedTuple
 from mbproj.functions.curves.laws import FULL_TURN, LAWS, Rise
 from mbproj.functions.curves.piece import Form, Piece, mirrored, polynomial
 from mbproj.functions.curves.plane_curve import PlaneCurve
-from mbproj.functions.table import Table, periodic, spline
+from mbproj.functions.table import CubicTable, periodic, spline
 
 Point = tuple[float, float]
 #: Of a line that arcs take up whole.
@@ -109,7 +109,7 @@ def _corner(points: Sequence[Point], at: int, fillet: float, closed: bool) -> _C
 
 def polar(rows: Sequence[Point]) -> PlaneCurve:
     """The periodic cubic spline through (angle in rad, radius), the last of which is the first a turn later."""
-    table: Table = periodic(rows[:-1], FULL_TURN)
+    table: CubicTable = periodic(rows[:-1], FULL_TURN)
     pieces = [
         Piece(knot, origin, Form.POLAR, polynomial(own))
         for knot, origin, own in zip(table.knots, table.origins, table.pieces, strict=True)

@@ -19,7 +19,7 @@ from mbproj.dynamics.equations.round_off import EPSILON
 from mbproj.dynamics.symmetries import rigid_fields
 from mbproj.model.system import System
 from mbproj.projection import Method, Projected, Projection
-from mbproj.projection.solve.invariants import Kept, corrected
+from mbproj.projection.solve.invariants import BalanceScratch, corrected
 from mbproj.scene.records import ProjectionSettings
 from mbproj.thresholds import THRESHOLDS
 
@@ -37,7 +37,7 @@ class Balance:
     method: Projection
     energy: bool
     fields: Array
-    kept: Kept
+    kept: BalanceScratch
     before: Array | None = None
     refused: bool = False
 
@@ -53,7 +53,7 @@ class Balance:
             fields = momenta_of(system, state)
         if not (settings.energy or len(fields)):
             return None
-        return cls(system, method, settings.energy, fields, Kept())
+        return cls(system, method, settings.energy, fields, BalanceScratch())
 
     def begin(self, formulation: FullFormulation, t: float, y: Array) -> None:
         """A new balance begins at y at t."""

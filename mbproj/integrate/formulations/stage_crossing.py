@@ -14,7 +14,7 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.dynamics.derivatives.linear_equations import Motion, channel_equations
+from mbproj.dynamics.derivatives.linear_equations import MotionAtTime, channel_equations
 from mbproj.dynamics.derivatives.tangent import tangent_velocities
 from mbproj.dynamics.equations.instant import Instant
 
@@ -42,7 +42,9 @@ class StageCrossing:
         pose, n = instant.pose, 7 * instant.system.bodies
         q = np.concatenate([pose.position[:-1], pose.orientation[:-1]], axis=1).ravel()
         u = tangent_velocities(pose, v)
-        motion = Motion(float(instant.t), q, u, np.zeros_like(u), np.asarray(instant.expected), np.asarray(instant.x))
+        motion = MotionAtTime(
+            float(instant.t), q, u, np.zeros_like(u), np.asarray(instant.expected), np.asarray(instant.x)
+        )
         D, K, states = channel_equations(instant.system, motion)
         T = np.zeros((instant.system.bodies, 6, instant.system.bodies, 7))
         every = np.arange(instant.system.bodies)

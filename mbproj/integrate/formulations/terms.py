@@ -8,7 +8,7 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.dynamics.equations.held_rows import Held
+from mbproj.dynamics.equations.held_rows import HeldRows
 
 
 class Accelerations(NamedTuple):
@@ -31,7 +31,7 @@ class Terms:
     C_q: Array
     Q: Array
     gamma: Array
-    held: Held
+    held: HeldRows
     lasting: Array
     power: Array
     driven: Array

@@ -15,7 +15,7 @@ from mbproj.dynamics.assembly.assemble import coordinate_values, nearest
 from mbproj.dynamics.blocks import Rows, added, stacked
 from mbproj.dynamics.derivatives.linear_equations import (
     LinearEquations,
-    Motion,
+    MotionAtTime,
     constraint_rows,
     linear_equations,
     tangent_force,
@@ -43,13 +43,13 @@ class Turning:
     rate: Array
     point: Array
 
-    def motion(self, t: float, q: Array, expected: Array, x: Array) -> Motion:
+    def motion(self, t: float, q: Array, expected: Array, x: Array) -> MotionAtTime:
         """The bodies' velocities and accelerations in it, with the states x of elements."""
         pose = pose_of(q)
         velocity = cross(self.rate, pose.position[:-1] - self.point)
         spin = (np.swapaxes(pose.rotation[:-1], -1, -2) @ self.rate[:, None])[..., 0]
         change = np.concatenate([cross(self.rate, velocity), np.zeros_like(velocity)], axis=1)
-        return Motion(t, q, np.concatenate([velocity, spin], axis=1).ravel(), change.ravel(), expected, x)
+        return MotionAtTime(t, q, np.concatenate([velocity, spin], axis=1).ravel(), change.ravel(), expected, x)
 
 
 REST = Turning(AT_REST, AT_REST)
@@ -153,7 +153,7 @@ class AnyBalance(Left, Protocol):
         """What is to be balanced."""
 
     @property
-    def motion(self) -> Motion:
+    def motion(self) -> MotionAtTime:
         """The pose, and how it moves."""
 
     @property
@@ -189,7 +189,7 @@ class Balance:
     first of the rows of joints and motions, then of what is held."""
 
     problem: Problem
-    motion: Motion
+    motion: MotionAtTime
     force: Array
     space: TangentSpace
     multipliers: Array
@@ -266,7 +266,7 @@ def _in_global(N: Array, turn: Array) -> Array:
     return rows.reshape(N.shape)
 
 
-def way(first: Motion, last: Motion) -> Numbers:
+def way(first: MotionAtTime, last: MotionAtTime) -> Numbers:
     """The shift and the turn, in the axes of the first pose, of each body between two poses, (6n,)."""
     here, there = first.pose, last.pose
     shift = there.position[:-1] - here.position[:-1]

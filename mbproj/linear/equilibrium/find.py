@@ -11,7 +11,7 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State, coordinate_values
 from mbproj.dynamics.contact.inside import stop_sizes
-from mbproj.dynamics.derivatives.linear_equations import Motion
+from mbproj.dynamics.derivatives.linear_equations import MotionAtTime
 from mbproj.dynamics.derivatives.tangent import accelerations, velocities
 from mbproj.dynamics.equations.gaps import gaps
 from mbproj.dynamics.equations.kinematics import pose_of
@@ -24,15 +24,15 @@ from mbproj.errors import InputError
 from mbproj.errors import Problem as Wrong
 from mbproj.integrate.stops.resting import RubsAtStart
 from mbproj.linear.equilibrium.balance import REST, Problem, Turning
+from mbproj.linear.equilibrium.direction_names import direction_words
 from mbproj.linear.equilibrium.holding import holding
 from mbproj.linear.equilibrium.sampled import settled
 from mbproj.linear.equilibrium.solve import NoEquilibrium, Solved, solve
-from mbproj.linear.equilibrium.words import direction_words
-from mbproj.linear.held import Held, held_at, refuse_loads
+from mbproj.linear.mode_notes import states_in
 from mbproj.linear.modes import modes
 from mbproj.linear.reduction.projected import refuse_large_rolling
-from mbproj.linear.reference import Imbalance, Reference, imbalance, refuse_rolling
-from mbproj.linear.words import states_in
+from mbproj.linear.reference import Imbalance, LinearReference, imbalance, refuse_rolling
+from mbproj.linear.resting_contacts import RestingContacts, held_at, refuse_loads
 from mbproj.model.system import Conditions, System
 from mbproj.results.views.table import Table, Tabled
 from mbproj.thresholds import THRESHOLDS
@@ -49,7 +49,7 @@ class Equilibrium(Tabled):
     by which dry `frictions` hold, and what these bear: by name, and `friction_force` (K,) along what each resists.
     `family`: of how many dimensions, as what rolls may come to rest in so many more directions than it has speeds."""
 
-    reference: Reference
+    reference: LinearReference
     acceleration: Array
     stable: bool | None
     unstable: str
@@ -116,7 +116,7 @@ def equilibrium(
     return _possible(system, _with_masses(system, problem, _solved(problem, q, expected), here))
 
 
-def _with_masses(system: System, problem: Problem, solved: Solved, here: Held) -> Equilibrium:
+def _with_masses(system: System, problem: Problem, solved: Solved, here: RestingContacts) -> Equilibrium:
     """What is described, with the masses that compliant stops see at the equilibrium, not at the start."""
     found = described(problem, solved, here)
     if system.stops is None or not system.stops.resistance.any():
@@ -171,7 +171,7 @@ def others(
     """Other equilibria, found from so many other poses that the joints reach; the same ones are left out."""
     if not count:
         return
-    motion, here = found.reference.motion, Held(found.reference.system, found.whole, found.reference.held)
+    motion, here = found.reference.motion, RestingContacts(found.reference.system, found.whole, found.reference.held)
     drive = drive_at(system, motion.t)
     problem = Problem.of(here.system, motion.t, motion.q, drive, held, motion.x, turning or REST)
     seen, rng = [motion.q], np.random.default_rng(SEED)
@@ -187,7 +187,7 @@ def others(
             yield other
 
 
-def _elsewhere(problem: Problem, motion: Motion, rng: np.random.Generator) -> Motion:
+def _elsewhere(problem: Problem, motion: MotionAtTime, rng: np.random.Generator) -> MotionAtTime:
     """A pose that the joints reach in a random direction."""
     far = rng.uniform(-THRESHOLDS.other_starts, THRESHOLDS.other_starts)
     if is_large(problem.system):
@@ -254,13 +254,13 @@ def _led_to(system: System, start: State, t: float) -> tuple[Array, Array]:
     return q, expected
 
 
-def described(problem: Problem, solved: Solved, here: Held) -> Equilibrium:
+def described(problem: Problem, solved: Solved, here: RestingContacts) -> Equilibrium:
     """What there is to say of an equilibrium, but for what frictions bear."""
     balance, system = solved.balance, problem.system
     rows, motion = system.constraints - system.bodies, balance.motion
     left: Imbalance = imbalance(system, balance.unbalanced / balance.lengths**2, balance.largest)
     where = "steady" if np.any(problem.turning.rate) else "equilibrium"
-    reference = Reference(system, motion, balance.multipliers[:rows], left, where, problem.turning.rate, here.by)
+    reference = LinearReference(system, motion, balance.multipliers[:rows], left, where, problem.turning.rate, here.by)
     stable, unstable, neutral = _stability(reference)
     if stable and is_large(system) and not solved.is_lowest:
         stable, unstable = False, "of a mode that is faster than its slowest"
@@ -277,7 +277,7 @@ def described(problem: Problem, solved: Solved, here: Held) -> Equilibrium:
     )
 
 
-def _stability(reference: Reference) -> tuple[bool | None, str, tuple[str, ...]]:
+def _stability(reference: LinearReference) -> tuple[bool | None, str, tuple[str, ...]]:
     """Whether no mode grows, along which motion one does, and the neutral directions."""
     try:
         found = modes(reference)

@@ -10,14 +10,14 @@ from mbproj.dynamics.friction.changing import frictions_at
 from mbproj.dynamics.observe.bearings import load, supports
 from mbproj.errors import InputError, Problem, SimulationError
 from mbproj.integrate.stops.resting import RubsAtStart, resting, rubs_of
-from mbproj.linear.reference import Reference
+from mbproj.linear.reference import LinearReference
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
 HINT = "simulate until it rests, or begin nearer to where it does"
 
 
-def holding(system: System, reference: Reference, state: State) -> tuple[dict[str, RubsAtStart], Array]:
+def holding(system: System, reference: LinearReference, state: State) -> tuple[dict[str, RubsAtStart], Array]:
     """The dry frictions of a mechanism by name, at an equilibrium in which they hold, and the force of each along what
     it resists, (K,). Raises InputError with those that do not hold."""
     if system.frictions is None:
@@ -34,7 +34,7 @@ def holding(system: System, reference: Reference, state: State) -> tuple[dict[st
     return found, rests.force
 
 
-def _slips(system: System, reference: Reference, state: State, name: str) -> Problem | None:
+def _slips(system: System, reference: LinearReference, state: State, name: str) -> Problem | None:
     """That a friction does not hold, with what it would have to; None where that is nothing but round-off."""
     frictions, names = system.frictions, system.names.frictions
     said = f"dry friction '{name}' does not hold where the other forces balance"

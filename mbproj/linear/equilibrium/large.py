@@ -14,7 +14,7 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import coordinate_values
-from mbproj.dynamics.derivatives.linear_equations import Motion, constraint_rows, linear_equations, tangent_force
+from mbproj.dynamics.derivatives.linear_equations import MotionAtTime, constraint_rows, linear_equations, tangent_force
 from mbproj.dynamics.derivatives.tangent import moved
 from mbproj.dynamics.equations.constraint_equations import constraint
 from mbproj.dynamics.equations.kinematics import pose_of
@@ -44,7 +44,7 @@ class LargeBalance:
     `unbalanced` (6n,): the displacement along which the constraints leave the rest, as large as that."""
 
     problem: Problem
-    motion: Motion
+    motion: MotionAtTime
     force: Array
     metric: Proximal
     multipliers: Array

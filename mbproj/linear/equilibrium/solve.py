@@ -16,7 +16,7 @@ from mbproj.dataclass import dataclass
 from mbproj.dynamics.derivatives.tangent_space import TangentSpace
 from mbproj.errors import ExitCode, MbprojError
 from mbproj.linear.equilibrium.balance import AnyBalance, Balance, Left, Problem, way
-from mbproj.linear.equilibrium.words import direction_words, lying_flat
+from mbproj.linear.equilibrium.direction_names import direction_words, lying_flat
 from mbproj.thresholds import THRESHOLDS
 
 

@@ -11,12 +11,12 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dynamics.blocks import Blocks, Rows, added, summed
-from mbproj.dynamics.derivatives.linear_equations import LinearEquations, Motion, StateEquations
+from mbproj.dynamics.derivatives.linear_equations import LinearEquations, MotionAtTime, StateEquations
 from mbproj.dynamics.derivatives.row_derivatives import RowMotion, tilde
 from mbproj.dynamics.derivatives.slip_derivatives import SlipMotion
 
 
-def in_axes(equations: LinearEquations, motion: Motion, turning: Array) -> LinearEquations:
+def in_axes(equations: LinearEquations, motion: MotionAtTime, turning: Array) -> LinearEquations:
     """The equations of virtual displacements (δr, δπ) in global axes, which turn with Ω (3,) in rad/s."""
     P, P_dot, P_ddot = _axes(motion, turning)
     M, D, K = equations.M, equations.D, equations.K
@@ -51,7 +51,7 @@ def _slip_in_axes(slip: SlipMotion, rows: RowMotion, axes: tuple[Array, Array, A
     )
 
 
-def _axes(motion: Motion, turning: Array) -> tuple[Array, Array, Array]:
+def _axes(motion: MotionAtTime, turning: Array) -> tuple[Array, Array, Array]:
     """P, P' and P'' of each body, (n, 6, 6)."""
     A, A_dot, A_ddot = (np.swapaxes(part[:-1], -1, -2) for part in motion.carried().rotation)
     spin = tilde(turning)

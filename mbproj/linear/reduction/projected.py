@@ -24,7 +24,7 @@ from mbproj.linear.bordered import tangent_space_of
 from mbproj.linear.eigenvalues import Reduced
 from mbproj.linear.reduction.frames import in_axes
 from mbproj.linear.reduction.slip import Slip, without_slip
-from mbproj.linear.reference import Reference
+from mbproj.linear.reference import LinearReference
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
@@ -78,7 +78,7 @@ class Projected:
         return Reduced(M, D, K, D_size, K_size, weighs)
 
 
-def projected(reference: Reference) -> Projected:
+def projected(reference: LinearReference) -> Projected:
     """The linear equations at a reference, on its tangent space."""
     system, motion = reference.system, reference.motion
     refuse_large_rolling(system)

@@ -10,11 +10,11 @@ import numpy as np
 from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.derivatives.law_derivatives import given_rows
-from mbproj.dynamics.derivatives.linear_equations import Motion
+from mbproj.dynamics.derivatives.linear_equations import MotionAtTime
 from mbproj.dynamics.derivatives.row_derivatives import rows_at
 from mbproj.dynamics.equations.kinematics import Pose
 from mbproj.errors import InputError, Problem
-from mbproj.linear.reference import Reference
+from mbproj.linear.reference import LinearReference
 from mbproj.model.system import System
 from mbproj.scene.text.suggestions import choose_from
 
@@ -30,7 +30,7 @@ class Inputs:
     motion: Integers
 
 
-def inputs_named(reference: Reference, names: Sequence[str]) -> Inputs:
+def inputs_named(reference: LinearReference, names: Sequence[str]) -> Inputs:
     """The inputs of these names. Raises InputError for one that there is not."""
     known = forces_known(reference.system, reference.motion)
     motions = reference.system.names.motions
@@ -55,7 +55,7 @@ def _motion_unit(system: System, name: str) -> str:
 Entry = tuple[str, Callable[[], Array]]
 
 
-def forces_known(system: System, motion: Motion) -> dict[str, Entry]:
+def forces_known(system: System, motion: MotionAtTime) -> dict[str, Entry]:
     """Every force by name: along joint coordinates "A.angle", along what a force of the scene acts on, and components
     of forces and torques on bodies, "push.x"."""
     pose, found = motion.pose, dict[str, Entry]()

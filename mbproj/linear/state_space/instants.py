@@ -18,11 +18,11 @@ from mbproj.dynamics.derivatives.law_derivatives import slopes_by_channels
 from mbproj.dynamics.derivatives.row_derivatives import row_motion
 from mbproj.errors import InputError, Problem
 from mbproj.linear.kinks import refuse_bends
-from mbproj.linear.reference import Reference
+from mbproj.linear.reference import LinearReference
 from mbproj.linear.state_space.inputs import inputs_named
 from mbproj.linear.state_space.model import LinearModel, assembled
 from mbproj.linear.state_space.outputs import Outputs
-from mbproj.model.channels import Actions, Kind
+from mbproj.model.channels import Actions, ChannelKind
 from mbproj.thresholds import THRESHOLDS
 
 
@@ -40,7 +40,7 @@ class Round:
         return np.asarray(found[np.argsort(-np.abs(found), kind="stable")])
 
 
-def round_of(reference: Reference) -> Round:
+def round_of(reference: LinearReference) -> Round:
     """Near a mechanism that rests. Raises InputError where it has no controller, or no linear part there; where it has
     periods without a common one; and where the model of `linearize` does not know it."""
     system = reference.system
@@ -58,7 +58,7 @@ def round_of(reference: Reference) -> Round:
     return Round(_product(A, jumps, _instants(system.actions, time), time), time)
 
 
-def _set_by(reference: Reference) -> Outputs:
+def _set_by(reference: LinearReference) -> Outputs:
     """What each entry of the actions is set to, as outputs of the linear model."""
     system, motion = reference.system, reference.motion
     actions, channels, count = system.actions, system.channels, len(reference.system.actions.state)
@@ -67,19 +67,19 @@ def _set_by(reference: Reference) -> Outputs:
     by = {
         kind: slopes @ ((channels.kind == kind)[:, None] & (channels.index[:, None] == np.arange(size))).astype(float)
         for kind, size in (
-            (Kind.COORDINATE, system.coordinates.size),
-            (Kind.RATE, system.coordinates.size),
-            (Kind.STATE, system.states.size),
+            (ChannelKind.COORDINATE, system.coordinates.size),
+            (ChannelKind.RATE, system.coordinates.size),
+            (ChannelKind.STATE, system.states.size),
         )
     }
     G, G_dot = rows.G.dense(), rows.G_dot.dense()
     return Outputs(
         tuple(system.names.states[state] for state in actions.state),
         tuple(system.names.state_units[state] for state in actions.state),
-        by[Kind.COORDINATE] @ G + by[Kind.RATE] @ G_dot,
-        by[Kind.RATE] @ G,
+        by[ChannelKind.COORDINATE] @ G + by[ChannelKind.RATE] @ G_dot,
+        by[ChannelKind.RATE] @ G,
         np.zeros((count, system.joints.size)),
-        by[Kind.STATE],
+        by[ChannelKind.STATE],
     )
 
 

@@ -23,7 +23,7 @@ from mbproj.errors import InputError, Place, Problem, placed_at
 from mbproj.linear.eigenvalues import heavy_and_light, held_by, is_damped
 from mbproj.linear.kinks import refuse_kinks
 from mbproj.linear.reduction.projected import Projected, projected
-from mbproj.linear.reference import Reference
+from mbproj.linear.reference import LinearReference
 from mbproj.linear.state_space.inputs import Inputs, inputs_named
 from mbproj.linear.state_space.outputs import Outputs, outputs_named
 from mbproj.linear.state_space.rolling import refuse_beside_rolling, rolling_states
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 class LinearModel(Tabled):
     """x' = A x + B u, y = C x + D u, of small changes from the reference. Names and units of x, u and y."""
 
-    reference: Reference
+    reference: LinearReference
     A: Array
     B: Array
     C: Array
@@ -74,7 +74,7 @@ class LinearModel(Tabled):
     __repr__ = Tabled.__repr__
 
 
-def linear_model(reference: Reference, inputs: Sequence[str], outputs: Sequence[str]) -> LinearModel:
+def linear_model(reference: LinearReference, inputs: Sequence[str], outputs: Sequence[str]) -> LinearModel:
     """The model at a reference that does not turn its tangent space. Raises InputError for unknown names, where the
     mechanism moves or is too free, and where motions without mass are damped, or held by nothing."""
     refuse_kinks(reference)
@@ -87,7 +87,7 @@ def linear_model(reference: Reference, inputs: Sequence[str], outputs: Sequence[
     return assembled(reference, u, y)
 
 
-def assembled(reference: Reference, u: Inputs, y: Outputs) -> LinearModel:
+def assembled(reference: LinearReference, u: Inputs, y: Outputs) -> LinearModel:
     """The same, of inputs and outputs that are known; kinks are for the caller."""
     here = projected(reference)
     if np.abs(here.N_dot).max(initial=0.0) > THRESHOLDS.rounding * np.abs(here.space.N).max(initial=1.0):
@@ -96,7 +96,7 @@ def assembled(reference: Reference, u: Inputs, y: Outputs) -> LinearModel:
     return _assembled(reference, here, u, y) if here.slip is None else _rolling(reference, here, u, y)
 
 
-def _rolling(reference: Reference, here: Projected, u: Inputs, y: Outputs) -> LinearModel:
+def _rolling(reference: LinearReference, here: Projected, u: Inputs, y: Outputs) -> LinearModel:
     """Of what rolls: fewer speeds than displacements."""
     to_body = _to_body(reference)
     found = rolling_states(here, to_body.T @ u.force)
@@ -117,7 +117,7 @@ def _rolling(reference: Reference, here: Projected, u: Inputs, y: Outputs) -> Li
     )
 
 
-def _assembled(reference: Reference, here: Projected, u: Inputs, y: Outputs) -> LinearModel:
+def _assembled(reference: LinearReference, here: Projected, u: Inputs, y: Outputs) -> LinearModel:
     system = reference.system
     N, pseudoinverse = here.space.N, here.space.pseudoinverse
     M, D, K = (part.matrix() for part in (here.equations.M, here.equations.D, here.equations.K))
@@ -222,7 +222,7 @@ def _refuse_rates_of_inputs(y: Outputs, to_body: Array | csr_matrix, at_once: Ar
         raise InputError(problems)
 
 
-def _to_body(reference: Reference) -> Array | csr_matrix:
+def _to_body(reference: LinearReference) -> Array | csr_matrix:
     """Virtual displacements in body axes from those in global axes, (6n, 6n)."""
     n = reference.system.bodies
     found = np.zeros((n, 6, 6))

@@ -14,7 +14,7 @@ from mbproj.dynamics.derivatives.tangent import velocities
 from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.observe.reactions import reactions
 from mbproj.errors import InputError, Problem
-from mbproj.linear.reference import Reference
+from mbproj.linear.reference import LinearReference
 from mbproj.scene.text.suggestions import choose_from
 
 
@@ -32,7 +32,7 @@ class Outputs:
     of_state: Array
 
 
-def outputs_named(reference: Reference, names: Sequence[str]) -> Outputs:
+def outputs_named(reference: LinearReference, names: Sequence[str]) -> Outputs:
     """The outputs of these names. Raises InputError for one that there is not."""
     system = reference.system
     joints = system.joints.size
@@ -64,7 +64,7 @@ Part = Array | float
 Entry = Callable[[], tuple[str, Part, Part, Part]]
 
 
-def _coordinates(reference: Reference) -> dict[str, Entry]:
+def _coordinates(reference: LinearReference) -> dict[str, Entry]:
     """ "A.angle" and "A.angle_speed"."""
     system = reference.system
     rows = row_motion(system.coordinates, reference.motion.carried())
@@ -79,13 +79,13 @@ def _coordinates(reference: Reference) -> dict[str, Entry]:
     return found
 
 
-def _states(reference: Reference) -> dict[str, Entry]:
+def _states(reference: LinearReference) -> dict[str, Entry]:
     """Those of elements, by their own names."""
     names = zip(reference.system.names.states, reference.system.names.state_units, strict=True)
     return {name: partial(lambda unit: (unit, 0.0, 0.0, 0.0), unit) for name, unit in names}
 
 
-def _markers(reference: Reference) -> dict[str, Entry]:
+def _markers(reference: LinearReference) -> dict[str, Entry]:
     """ "tip.x", and its velocity where the mechanism is at rest there, "tip.velocity_x"."""
     system, pose = reference.system, reference.motion.pose
 
@@ -105,7 +105,7 @@ def _markers(reference: Reference) -> dict[str, Entry]:
     return found
 
 
-def _reactions(reference: Reference) -> dict[str, Entry]:
+def _reactions(reference: LinearReference) -> dict[str, Entry]:
     """ "A.force_x" and "A.torque_x", on body 2 of the joint at its point, global axes."""
     system, count = reference.system, len(reference.system.names.joints)
     return {
@@ -116,7 +116,7 @@ def _reactions(reference: Reference) -> dict[str, Entry]:
     }
 
 
-def _reaction(reference: Reference, joint: int, kind: int, axis: int) -> tuple[str, Part, Part, Part]:
+def _reaction(reference: LinearReference, joint: int, kind: int, axis: int) -> tuple[str, Part, Part, Part]:
     """By the multipliers of the joint's own rows and the displacements of its bodies."""
     system, motion, bound = reference.system, reference.motion, reference.system.joints
     pose, own = motion.pose, reference.multipliers[: bound.size]

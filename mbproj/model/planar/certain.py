@@ -28,7 +28,7 @@ from mbproj.arrays import Array, Flags, Integers, cross
 from mbproj.dataclass import dataclass
 from mbproj.model.planar.normals import DIRECTIONS
 from mbproj.model.planar.rows import BESIDE, INSIDE, OUTSIDE, Seen, kind_of, see, sides
-from mbproj.model.primitive_set import Layout, PrimitiveSet
+from mbproj.model.primitive_set import PrimitiveSet, SetLayout
 from mbproj.thresholds import THRESHOLDS
 
 #: Verdicts that are kept.
@@ -82,7 +82,7 @@ def _axis(joints: PrimitiveSet, rotation: Array) -> int | None:
 
 
 @lru_cache(KEPT)
-def _pairs(layout: Layout) -> tuple[Integers, Integers]:
+def _pairs(layout: SetLayout) -> tuple[Integers, Integers]:
     """The pairs of vectors that one joint has in one body, each with itself, too."""
     joint = np.zeros(len(layout.body), dtype=np.intp)
     joint[layout.entry_slot] = layout.owner[layout.entry_row]
@@ -101,7 +101,7 @@ class _Verdict:
 
 
 @lru_cache(KEPT)
-def _verdict(layout: Layout, bodies: int, side: bytes, along: bytes, parallel: bytes) -> _Verdict:
+def _verdict(layout: SetLayout, bodies: int, side: bytes, along: bytes, parallel: bytes) -> _Verdict:
     """Whether what the first lines say holds, by the sides of rows (m,), by which attachments lie along n (S,), and by
     which of the pairs are parallel."""
     sides_of, is_along = np.frombuffer(side, dtype=np.intp), np.frombuffer(along, dtype=bool)
@@ -117,7 +117,7 @@ def _verdict(layout: Layout, bodies: int, side: bytes, along: bytes, parallel: b
 class _Row:
     """A row by its joint, its kind, its bodies, and the slots of the vectors across n that it binds."""
 
-    def __init__(self, layout: Layout, row: int, along: Flags) -> None:
+    def __init__(self, layout: SetLayout, row: int, along: Flags) -> None:
         member = layout.members[layout.member[row]]
         self.joint, self.kind = int(layout.owner[row]), kind_of(member.primitive)
         self.is_third = row == member.rows[-1]

@@ -12,7 +12,7 @@ from mbproj.constraints import Primitive
 from mbproj.constraints.wheel_height import WheelHeight
 from mbproj.dataclass import dataclass
 from mbproj.model.planar.rows import RowMap, Seen, kind_of
-from mbproj.model.primitive_set import LAYOUTS, Layout, Member, PrimitiveSet
+from mbproj.model.primitive_set import LAYOUTS, Member, PrimitiveSet, SetLayout
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +84,7 @@ class _Kept:
 
 
 @lru_cache(LAYOUTS)
-def _kept_layout(layout: Layout, inside: bytes, axes: bytes) -> _Kept:
+def _kept_layout(layout: SetLayout, inside: bytes, axes: bytes) -> _Kept:
     """Shared by all sets that have it: nobody may write to it."""
     acts = np.frombuffer(inside, dtype=bool).tolist()
     members = [(each, rows) for each in layout.members if (rows := [row for row in each.rows if acts[row]])]

@@ -12,13 +12,13 @@ from mbproj.dynamics.equations.forces import given_vectors
 from mbproj.dynamics.equations.instant import Instant
 from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.model.system import System
+from mbproj.pages.appearance.forces import LoadLook
+from mbproj.pages.appearance.motion import PoseHistory
 from mbproj.pages.data.passages import carried
-from mbproj.pages.data.series import XYZ, Group
-from mbproj.pages.look.forces import LoadLook
-from mbproj.pages.look.motion import Motion
+from mbproj.pages.data.series import XYZ, SeriesGroup
 
 
-def load_groups(system: System, looks: Sequence[LoadLook], motion: Motion) -> Iterator[tuple[Group, Array]]:
+def load_groups(system: System, looks: Sequence[LoadLook], motion: PoseHistory) -> Iterator[tuple[SeriesGroup, Array]]:
     """The group of all forces and that of all torques, with global components (T, 3w)."""
     if not looks:
         return
@@ -30,7 +30,7 @@ def load_groups(system: System, looks: Sequence[LoadLook], motion: Motion) -> It
         chosen = [at for at, look in enumerate(looks) if look.torque == torque]
         owners = tuple(looks[at].name for at in chosen)
         if owners:
-            group = Group(name, "forces", owners, XYZ, (unit,) * len(owners), "")
+            group = SeriesGroup(name, "forces", owners, XYZ, (unit,) * len(owners), "")
             yield group, vectors[:, chosen].reshape(len(vectors), -1)
 
 

@@ -9,14 +9,14 @@ import numpy as np
 from mbproj.arrays import Array, Numbers
 from mbproj.errors import InputError, Problem
 from mbproj.model.euler_parameters import product
+from mbproj.pages.appearance.mechanism import look_of
+from mbproj.pages.appearance.motion import PoseHistory
+from mbproj.pages.appearance.recorded import scene_of_modes
+from mbproj.pages.appearance.view import view_of
 from mbproj.pages.data.frames import THINNED
 from mbproj.pages.data.packing import Packer
 from mbproj.pages.data.pages import PageData
 from mbproj.pages.data.shown import look_data, motion_data, view_data
-from mbproj.pages.look.mechanism import look_of
-from mbproj.pages.look.motion import Motion
-from mbproj.pages.look.recorded import scene_of_modes
-from mbproj.pages.look.view import view_of
 from mbproj.results.linear.modes_file import StoredModes, read_modes
 
 #: The amplitude that a page opens with: of the mechanism's size, or of 1 rad.
@@ -34,7 +34,7 @@ def page_of_modes(path: Path, label: str) -> PageData:
     if not len(modes.eigenvalue):
         raise InputError(Problem(f"'{path}' has no mode to show", hint="its mechanism has no degree of freedom"))
     scene, meshes = scene_of_modes(path, modes.bodies)
-    pose = Motion(np.zeros(1), modes.position[None], modes.orientation[None])
+    pose = PoseHistory(np.zeros(1), modes.position[None], modes.orientation[None])
     size = look_of(scene, pose, meshes).size
     count = min(len(modes.eigenvalue), max(1, THINNED // (12 * max(len(modes.bodies), 1))))
     scales, shapes = unit_shapes(modes.displacement[:count], size)
@@ -91,7 +91,7 @@ def unit_shapes(displacement: Numbers, size: float) -> tuple[Array, Numbers]:
     return scales, parts / scales[:, None, None]
 
 
-def swung(modes: StoredModes, shapes: Numbers, size: float) -> Motion:
+def swung(modes: StoredModes, shapes: Numbers, size: float) -> PoseHistory:
     """The pose, and the two ends of each swing at the amplitude that the page opens with, for its real and imaginary
     part."""
     parts = AMPLITUDE * np.concatenate([sign * half for half in (shapes.real, shapes.imag) for sign in (1.0, -1.0)])
@@ -99,7 +99,7 @@ def swung(modes: StoredModes, shapes: Numbers, size: float) -> Motion:
     angle = np.linalg.norm(parts[..., 3:], axis=-1, keepdims=True)
     axis = parts[..., 3:] / np.where(angle > 0.0, angle, 1.0)
     turn = np.concatenate([np.cos(0.5 * angle), np.sin(0.5 * angle) * axis], axis=-1)
-    return Motion(np.zeros(len(parts)), modes.position + size * parts[..., :3], product(turn, modes.orientation))
+    return PoseHistory(np.zeros(len(parts)), modes.position + size * parts[..., :3], product(turn, modes.orientation))
 
 
 def _turning_on(modes: StoredModes, shapes: Numbers) -> Numbers:

@@ -11,16 +11,16 @@ from mbproj.analysis.trust import usual_limit
 from mbproj.arrays import Integers
 from mbproj.dataclass import dataclass
 from mbproj.model import System, compile_system
+from mbproj.pages.appearance.mechanism import Look, look_of
+from mbproj.pages.appearance.motion import PoseHistory
+from mbproj.pages.appearance.recorded import motion_of, scene_of
+from mbproj.pages.appearance.view import View, view_of
 from mbproj.pages.data.frames import Frames, frames_of, largest_between
 from mbproj.pages.data.loads import load_groups
 from mbproj.pages.data.packing import Packer
 from mbproj.pages.data.passages import passages
 from mbproj.pages.data.series import fitting, groups_of
 from mbproj.pages.data.shown import group_data, look_data, motion_data, path_data, view_data
-from mbproj.pages.look.mechanism import Look, look_of
-from mbproj.pages.look.motion import Motion
-from mbproj.pages.look.recorded import motion_of, scene_of
-from mbproj.pages.look.view import View, view_of
 from mbproj.results import Results
 from mbproj.scene.meshes import meshes_of
 from mbproj.scene.records import Scene
@@ -57,7 +57,7 @@ def page_of(
     return PageData(title, {"title": title, "view": view_data(_together(views)), "runs": runs}, packer)
 
 
-def start_of(scene: Scene, motion: Motion, title: str) -> PageData:
+def start_of(scene: Scene, motion: PoseHistory, title: str) -> PageData:
     """The page of a scene's start pose, without a run."""
     packer = Packer()
     look = look_of(scene, motion, meshes_of(scene))
@@ -79,7 +79,7 @@ def _run(
     result: Results,
     scene: Scene,
     look: Look,
-    motion: Motion,
+    motion: PoseHistory,
     label: str,
     packer: Packer,
     full: bool,
@@ -123,7 +123,7 @@ def _events(result: Results, frames: Frames) -> list[dict[str, Any]]:
     return found
 
 
-def _passages(system: System, motion: Motion) -> list[dict[str, Any]]:
+def _passages(system: System, motion: PoseHistory) -> list[dict[str, Any]]:
     return [
         {"time": time, "text": f"near a singular position: {part:.2g} of the usual distance", "kind": "passage"}
         for time, part in passages(system, motion)
@@ -141,19 +141,19 @@ def _trust(result: Results, limit: float | None) -> dict[str, Any] | None:
     return {"since": since, "limit": bound, "text": text, "solution": trust.solution}
 
 
-def _better(result: Results, trust: Mapping[str, Any] | None, rows: Integers) -> Motion | None:
+def _better(result: Results, trust: Mapping[str, Any] | None, rows: Integers) -> PoseHistory | None:
     """The better solution of a certified run at those of its frames from when on it is not to be trusted; None where
     there is nothing of it."""
     poses = result.better()
     if trust is None or trust["since"] is None or poses is None:
         return None
-    motion = Motion(result.time[: len(poses.position)], poses.position, poses.orientation)
+    motion = PoseHistory(result.time[: len(poses.position)], poses.position, poses.orientation)
     shown = np.intersect1d(rows, motion.finite)
     shown = shown[result.time[shown] >= trust["since"]]
     return motion.at(shown) if len(shown) else None
 
 
-def _ghost(label: str, run: Mapping[str, Any], motion: Motion, look: Look, packer: Packer) -> dict[str, Any]:
+def _ghost(label: str, run: Mapping[str, Any], motion: PoseHistory, look: Look, packer: Packer) -> dict[str, Any]:
     """A better solution beside the run that it is of."""
     bare: dict[str, Any] = {"groups": [], "events": [], "trust": None, "remarks": []}
     contacts = path_data(look, motion, packer)

@@ -11,14 +11,14 @@ from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.rank.components import component_rows, loops_of
 from mbproj.model.euler_parameters import product, rotation_matrix
 from mbproj.model.system import System
-from mbproj.pages.look.motion import Motion
+from mbproj.pages.appearance.motion import PoseHistory
 from mbproj.thresholds import THRESHOLDS
 
 #: Bodies beyond which nothing is looked for: it would take longer than all else.
 MOST_BODIES = 60
 
 
-def passages(system: System, motion: Motion) -> Iterator[tuple[float, float]]:
+def passages(system: System, motion: PoseHistory) -> Iterator[tuple[float, float]]:
     """The time (s) of the nearest frame of each passage, and how near it is: the smallest singular value of the rows of
     a loop there, relative to the largest that it has in this motion."""
     loops = loops_of(system) if system.bodies <= MOST_BODIES else []
@@ -45,7 +45,7 @@ def dips(values: Array, below: float) -> Iterator[int]:
             yield int(start + np.argmin(values[start:end]))
 
 
-def carried(system: System, motion: Motion) -> Array:
+def carried(system: System, motion: PoseHistory) -> Array:
     """The coordinates (T, 7n) of what carries the scene's bodies: each is where its first body says."""
     first = np.array([np.flatnonzero(system.body_carrier == carrier)[0] for carrier in range(system.bodies)])
     back = system.body_turn[first] * [1.0, -1.0, -1.0, -1.0]

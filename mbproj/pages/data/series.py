@@ -15,7 +15,7 @@ ROOM = 1_200_000
 
 
 @dataclass(frozen=True, eq=False)
-class Group:
+class SeriesGroup:
     """Series of one quantity: of the run (`kind` ""), or of each of `owners`, in `components` ("" for a number alone).
 
     `units`: one for the run, or one an owner. `logarithmic`: sizes that are shown on such a scale."""
@@ -62,32 +62,32 @@ _VECTORS = (
 )
 
 
-def groups_of(results: Results) -> Iterator[Group]:
+def groups_of(results: Results) -> Iterator[SeriesGroup]:
     """All groups that the results have, in the order of their worth."""
     for name, unit, path, logarithmic in _RUN:
-        yield Group(name, "", (), ("",), (unit,), path, logarithmic)
+        yield SeriesGroup(name, "", (), ("",), (unit,), path, logarithmic)
     for group in _of_columns(results):
         if group.owners:
             yield group
 
 
-def _of_columns(results: Results) -> Iterator[Group]:
+def _of_columns(results: Results) -> Iterator[SeriesGroup]:
     joints, along, units = (results.names(kind) for kind in ("joints", "coordinates", "coordinate_units"))
-    yield Group("violation", "joints", joints, ("",), ("m or rad",) * len(joints), "joints/violation", True)
-    yield Group("coordinate", "coordinates", along, ("",), units, "joints/coordinate")
-    yield Group("rate", "coordinates", along, ("",), tuple(f"{unit}/s" for unit in units), "joints/speed")
+    yield SeriesGroup("violation", "joints", joints, ("",), ("m or rad",) * len(joints), "joints/violation", True)
+    yield SeriesGroup("coordinate", "coordinates", along, ("",), units, "joints/coordinate")
+    yield SeriesGroup("rate", "coordinates", along, ("",), tuple(f"{unit}/s" for unit in units), "joints/speed")
     forces, lengths = results.names("forces"), results.names("force_units")
-    yield Group("coordinate", "forces", forces, ("",), lengths, "forces/coordinate")
-    yield Group("force", "forces", forces, ("",), _works(lengths), "forces/force")
+    yield SeriesGroup("coordinate", "forces", forces, ("",), lengths, "forces/coordinate")
+    yield SeriesGroup("force", "forces", forces, ("",), _works(lengths), "forces/force")
     ropes = results.names("tensions")
-    yield Group("tension", "tensions", ropes, ("",), ("N",) * len(ropes), "ropes/tension")
+    yield SeriesGroup("tension", "tensions", ropes, ("",), ("N",) * len(ropes), "ropes/tension")
     motions = results.names("motions")
-    yield Group("force", "motions", motions, ("",), _works(results.names("motion_units")), "motions/force")
+    yield SeriesGroup("force", "motions", motions, ("",), _works(results.names("motion_units")), "motions/force")
     for kind, of in (("states", "state"), ("signals", "signal")):
-        yield Group("value", kind, results.names(kind), ("",), results.names(f"{of}_units"), f"{kind}/value")
+        yield SeriesGroup("value", kind, results.names(kind), ("",), results.names(f"{of}_units"), f"{kind}/value")
     for kind, name, unit, path in _VECTORS:
         owners = results.names(kind)
-        yield Group(name, kind, owners, XYZ, (unit,) * len(owners), path)
+        yield SeriesGroup(name, kind, owners, XYZ, (unit,) * len(owners), path)
 
 
 def _works(units: Sequence[str]) -> tuple[str, ...]:
@@ -95,10 +95,10 @@ def _works(units: Sequence[str]) -> tuple[str, ...]:
     return tuple("N m" if unit == "rad" else "N" for unit in units)
 
 
-def fitting(groups: Iterable[Group], frames: int) -> tuple[list[Group], list[Group]]:
+def fitting(groups: Iterable[SeriesGroup], frames: int) -> tuple[list[SeriesGroup], list[SeriesGroup]]:
     """The groups for which there is room, and those that are left out."""
-    kept: list[Group] = []
-    left: list[Group] = []
+    kept: list[SeriesGroup] = []
+    left: list[SeriesGroup] = []
     room = ROOM
     for group in groups:
         size = group.columns * frames

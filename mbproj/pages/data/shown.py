@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.pages.appearance.mechanism import Look, Span
+from mbproj.pages.appearance.motion import PoseHistory
+from mbproj.pages.appearance.view import View
 from mbproj.pages.data.packing import Packer, step_of
-from mbproj.pages.data.series import Group
-from mbproj.pages.look.mechanism import Look, Span
-from mbproj.pages.look.motion import Motion
-from mbproj.pages.look.view import View
+from mbproj.pages.data.series import SeriesGroup
 
 #: Binary digits of positions, relative to the mechanism, as in float32; of Euler parameters; of series; of vertices of
 #: meshes; and how far positions may be from the middle, as a power of two of its step.
@@ -86,7 +86,7 @@ def look_data(look: Look, packer: Packer) -> dict[str, Any]:
     }
 
 
-def motion_data(motion: Motion, size: float, packer: Packer) -> dict[str, Any]:
+def motion_data(motion: PoseHistory, size: float, packer: Packer) -> dict[str, Any]:
     """The poses of a motion: positions from their middle, `size` is that of the mechanism in m."""
     count = len(motion.time)
     low, high = motion.position.min(axis=(0, 1)), motion.position.max(axis=(0, 1))
@@ -102,13 +102,13 @@ def motion_data(motion: Motion, size: float, packer: Packer) -> dict[str, Any]:
     }
 
 
-def path_data(look: Look, motion: Motion, packer: Packer) -> list[dict[str, Any]]:
+def path_data(look: Look, motion: PoseHistory, packer: Packer) -> list[dict[str, Any]]:
     """Where what rolls touches its plane in this motion, global, in m."""
     paths = ((each.name, each.path(motion)) for each in look.touching)
     return [{"name": name, "block": packer.add(path, step_of(path, POSITION))} for name, path in paths]
 
 
-def group_data(group: Group, values: Array, packer: Packer) -> dict[str, Any]:
+def group_data(group: SeriesGroup, values: Array, packer: Packer) -> dict[str, Any]:
     """A group with its series (F, c): of those on a logarithmic scale the powers of ten."""
     powers = np.log10(np.maximum(np.abs(values), ZERO)) if group.logarithmic else values
     return {

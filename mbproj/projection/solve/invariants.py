@@ -21,7 +21,7 @@ from mbproj.thresholds import THRESHOLDS
 
 
 @dataclass
-class Kept:
+class BalanceScratch:
     """Scratch of a run: the `energy` E0 in J and the momenta (k,) of the balance at hand. `largest` is their largest
     change of the velocities so far, as a part of them. Counted is how often the rows held, were left near rest
     (`rested`), or were refused. In J: the energy that they have `given`, signed; the largest size of that, `furthest`;

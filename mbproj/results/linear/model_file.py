@@ -12,25 +12,25 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.outputs import Kind, hdf5, replacing
-from mbproj.results.linear.parts import Layout, Part, read, write
+from mbproj.outputs import FileKind, hdf5, replacing
+from mbproj.results.linear.parts import FileLayout, RecordField, read, write
 from mbproj.scene.records import Scene
 
-LAYOUT = Layout(
+LAYOUT = FileLayout(
     "mbproj linear model",
     "a linear model",
     "mbproj linearize SCENE",
     (
-        Part("A", "model/A", ("x", "x"), "by its states", "x' = A x + B u"),
-        Part("B", "model/B", ("x", "u"), "by its states and inputs", "x' = A x + B u"),
-        Part("C", "model/C", ("y", "x"), "by its outputs and states", "y = C x + D u"),
-        Part("D", "model/D", ("y", "u"), "by its outputs and inputs", "y = C x + D u"),
-        Part("states", "model/states", ("x",), "1", "names of the states", kind="text"),
-        Part("state_units", "model/state_units", ("x",), "1", "their units", kind="text"),
-        Part("inputs", "model/inputs", ("u",), "1", "names of the inputs", kind="text"),
-        Part("input_units", "model/input_units", ("u",), "1", "their units", kind="text"),
-        Part("outputs", "model/outputs", ("y",), "1", "names of the outputs", kind="text"),
-        Part("output_units", "model/output_units", ("y",), "1", "their units", kind="text"),
+        RecordField("A", "model/A", ("x", "x"), "by its states", "x' = A x + B u"),
+        RecordField("B", "model/B", ("x", "u"), "by its states and inputs", "x' = A x + B u"),
+        RecordField("C", "model/C", ("y", "x"), "by its outputs and states", "y = C x + D u"),
+        RecordField("D", "model/D", ("y", "u"), "by its outputs and inputs", "y = C x + D u"),
+        RecordField("states", "model/states", ("x",), "1", "names of the states", kind="text"),
+        RecordField("state_units", "model/state_units", ("x",), "1", "their units", kind="text"),
+        RecordField("inputs", "model/inputs", ("u",), "1", "names of the inputs", kind="text"),
+        RecordField("input_units", "model/input_units", ("u",), "1", "their units", kind="text"),
+        RecordField("outputs", "model/outputs", ("y",), "1", "names of the outputs", kind="text"),
+        RecordField("output_units", "model/output_units", ("y",), "1", "their units", kind="text"),
     ),
 )
 #: A member of the files that others read, by which we know ours.
@@ -67,11 +67,11 @@ def _marked(magic: bytes) -> Callable[[Path], bool]:
 
 
 #: What a file of each ending is.
-KINDS: Mapping[str, Kind] = MappingProxyType(
+KINDS: Mapping[str, FileKind] = MappingProxyType(
     {
         ".h5": hdf5(LAYOUT.format),
-        ".npz": Kind("an .npz file", _marked(b"PK")),
-        ".mat": Kind("a .mat file", _marked(b"MATLAB 5.0")),
+        ".npz": FileKind("an .npz file", _marked(b"PK")),
+        ".mat": FileKind("a .mat file", _marked(b"MATLAB 5.0")),
     }
 )
 
@@ -93,7 +93,7 @@ def write_model(path: Path, model: StoredModel, scene: Scene, *, force: bool = F
     return path
 
 
-def _plain(value: Any, part: Part) -> Any:
+def _plain(value: Any, part: RecordField) -> Any:
     return np.array(list(value), dtype=np.str_) if part.kind == "text" else np.asarray(value)
 
 

@@ -12,29 +12,35 @@ from pathlib import Path
 
 from mbproj.arrays import Array, Numbers
 from mbproj.dataclass import dataclass
-from mbproj.results.linear.parts import Layout, Part, read, write
+from mbproj.results.linear.parts import FileLayout, RecordField, read, write
 from mbproj.results.provenance import Attribute
 from mbproj.scene.records import Scene
 
 GLOBAL = "global axes"
-LAYOUT = Layout(
+LAYOUT = FileLayout(
     "mbproj modes",
     "a file of modes",
     "mbproj modes SCENE",
     (
-        Part("bodies", "bodies/names", ("n",), "1", "names of the bodies", kind="text"),
-        Part("position", "bodies/position", ("n", 3), "m", "centre of mass at the pose that is linearised", GLOBAL),
-        Part(
+        RecordField("bodies", "bodies/names", ("n",), "1", "names of the bodies", kind="text"),
+        RecordField(
+            "position", "bodies/position", ("n", 3), "m", "centre of mass at the pose that is linearised", GLOBAL
+        ),
+        RecordField(
             "orientation", "bodies/orientation", ("n", 4), "1", "Euler parameters there, scalar first, body to global"
         ),
-        Part("coordinates", "joints/coordinate_names", ("nc",), "1", "names of the joint coordinates", kind="text"),
-        Part("coordinate_units", "joints/coordinate_units", ("nc",), "1", "their units, rad or m", kind="text"),
-        Part("coordinate", "joints/coordinate", ("nc",), "rad, m", "joint coordinates at the pose, turns counted"),
-        Part("names", "modes/names", ("k",), "1", "what moves most in each mode", kind="text"),
-        Part("eigenvalue", "modes/eigenvalue", ("k",), "1/s", "λ, one of each conjugate pair", kind="complex"),
-        Part("frequency", "modes/frequency", ("k",), "Hz", "|Im λ| / 2π"),
-        Part("damping_ratio", "modes/damping_ratio", ("k",), "1", "-Re λ / |λ|"),
-        Part(
+        RecordField(
+            "coordinates", "joints/coordinate_names", ("nc",), "1", "names of the joint coordinates", kind="text"
+        ),
+        RecordField("coordinate_units", "joints/coordinate_units", ("nc",), "1", "their units, rad or m", kind="text"),
+        RecordField(
+            "coordinate", "joints/coordinate", ("nc",), "rad, m", "joint coordinates at the pose, turns counted"
+        ),
+        RecordField("names", "modes/names", ("k",), "1", "what moves most in each mode", kind="text"),
+        RecordField("eigenvalue", "modes/eigenvalue", ("k",), "1/s", "λ, one of each conjugate pair", kind="complex"),
+        RecordField("frequency", "modes/frequency", ("k",), "Hz", "|Im λ| / 2π"),
+        RecordField("damping_ratio", "modes/damping_ratio", ("k",), "1", "-Re λ / |λ|"),
+        RecordField(
             "displacement",
             "modes/displacement",
             ("k", "n", 6),
@@ -43,7 +49,7 @@ LAYOUT = Layout(
             GLOBAL,
             "complex",
         ),
-        Part(
+        RecordField(
             "coordinate_shape",
             "modes/coordinate",
             ("k", "nc"),
@@ -51,9 +57,9 @@ LAYOUT = Layout(
             "change of each joint coordinate",
             kind="complex",
         ),
-        Part("states", "modes/state_names", ("K",), "1", "states of elements", kind="text", later=True),
-        Part("state_units", "modes/state_units", ("K",), "1", "their units", kind="text", later=True),
-        Part(
+        RecordField("states", "modes/state_names", ("K",), "1", "states of elements", kind="text", later=True),
+        RecordField("state_units", "modes/state_units", ("K",), "1", "their units", kind="text", later=True),
+        RecordField(
             "state_shape",
             "modes/state",
             ("k", "K"),
@@ -62,14 +68,22 @@ LAYOUT = Layout(
             kind="complex",
             later=True,
         ),
-        Part("state_share", "modes/state_share", ("k", "K"), "1", "the part of each in the mode", later=True),
-        Part("kinetic_names", "modes/kinetic_names", ("b",), "1", "what has kinetic energy", kind="text"),
-        Part("kinetic_share", "modes/kinetic_share", ("k", "b"), "1", "share of each in the mode's kinetic energy"),
-        Part("strain_names", "modes/strain_names", ("e",), "1", "what keeps energy, and gravity", kind="text"),
-        Part("strain_share", "modes/strain_share", ("k", "e"), "1", "share of each in the mode's potential energy"),
-        Part("varied", "traces/parameter", ("v",), "1", "the parameter that was varied; none without", kind="text"),
-        Part("trace_value", "traces/value", ("p",), "1", "its values"),
-        Part("trace", "traces/eigenvalue", ("p", "j"), "1/s", "λ at each, a column a mode; nan: none", kind="complex"),
+        RecordField("state_share", "modes/state_share", ("k", "K"), "1", "the part of each in the mode", later=True),
+        RecordField("kinetic_names", "modes/kinetic_names", ("b",), "1", "what has kinetic energy", kind="text"),
+        RecordField(
+            "kinetic_share", "modes/kinetic_share", ("k", "b"), "1", "share of each in the mode's kinetic energy"
+        ),
+        RecordField("strain_names", "modes/strain_names", ("e",), "1", "what keeps energy, and gravity", kind="text"),
+        RecordField(
+            "strain_share", "modes/strain_share", ("k", "e"), "1", "share of each in the mode's potential energy"
+        ),
+        RecordField(
+            "varied", "traces/parameter", ("v",), "1", "the parameter that was varied; none without", kind="text"
+        ),
+        RecordField("trace_value", "traces/value", ("p",), "1", "its values"),
+        RecordField(
+            "trace", "traces/eigenvalue", ("p", "j"), "1/s", "λ at each, a column a mode; nan: none", kind="complex"
+        ),
     ),
 )
 

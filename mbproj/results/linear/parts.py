@@ -29,7 +29,7 @@ VERSION = 1
 
 
 @dataclass(frozen=True)
-class Part:
+class RecordField:
     """The field `name` of a record at `path`. `shape`: numbers, or symbols, which mean one number throughout the file;
     a `kind` "text" is a list of texts. What files had `later` than others is empty in those."""
 
@@ -44,13 +44,13 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Layout:
+class FileLayout:
     """What a file of this `format` holds, `what` it is called, and what writes it."""
 
     format: str
     what: str
     writer: str
-    parts: tuple[Part, ...]
+    parts: tuple[RecordField, ...]
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ class StoredScene:
 
 def write(
     path: Path,
-    layout: Layout,
+    layout: FileLayout,
     values: Mapping[str, Any],
     attributes: Mapping[str, Attribute],
     scene: Scene,
@@ -89,7 +89,7 @@ def write(
     return path
 
 
-def _write_part(file: h5py.File, part: Part, value: Any) -> None:
+def _write_part(file: h5py.File, part: RecordField, value: Any) -> None:
     if part.kind == "text":
         create_text(file, part.path, list(value), part.description)
         return
@@ -103,7 +103,7 @@ def _write_part(file: h5py.File, part: Part, value: Any) -> None:
         describe(created, {"units": part.unit, "description": part.description, **frame})
 
 
-def read(path: Path, layout: Layout) -> tuple[dict[str, Any], dict[str, Any]]:
+def read(path: Path, layout: FileLayout) -> tuple[dict[str, Any], dict[str, Any]]:
     """The parts by their names, and the attributes. Raises InputError where the file is not of this format, damaged, or
     holds names that are not."""
     if not path.exists():
@@ -119,7 +119,7 @@ def scene_in(path: Path) -> StoredScene:
         return StoredScene(stored_scene.text(contents, "text"), path_then, overrides, stored_scene.meshes(contents))
 
 
-def _read(contents: Contents, layout: Layout) -> dict[str, Any]:
+def _read(contents: Contents, layout: FileLayout) -> dict[str, Any]:
     attributes = contents.attributes()
     if attributes.get("format") != layout.format:
         hint = f"write it with: {layout.writer}"
@@ -133,7 +133,7 @@ def _read(contents: Contents, layout: Layout) -> dict[str, Any]:
     return {part.name: _read_part(contents, part, sizes) for part in layout.parts}
 
 
-def _read_part(contents: Contents, part: Part, sizes: dict[str, int]) -> Any:
+def _read_part(contents: Contents, part: RecordField, sizes: dict[str, int]) -> Any:
     if part.later and not contents.has(part.path + "_real" * (part.kind == "complex")):
         return () if part.kind == "text" else np.zeros([_size(axis, sizes) for axis in part.shape])
     if part.kind == "text":
@@ -156,7 +156,7 @@ def _size(axis: str | int, sizes: Mapping[str, int]) -> int:
     return sizes.get(axis, 0) if isinstance(axis, str) else axis
 
 
-def _check(contents: Contents, part: Part, shape: Sequence[int], sizes: dict[str, int]) -> None:
+def _check(contents: Contents, part: RecordField, shape: Sequence[int], sizes: dict[str, int]) -> None:
     """One symbol means one number."""
     for axis, found in zip(part.shape, shape, strict=True):
         if isinstance(axis, str) and sizes.setdefault(axis, found) != found:

@@ -44,7 +44,7 @@ class Column:
 
 
 @dataclass(frozen=True, eq=False)
-class Table:
+class SweepTable:
     """N cases: what varies, what is measured (NaN where a case has none), and in a word how each ended. `shape` has the
     lengths of a grid, the last axis fastest, and is (N,) elsewhere; `samples` is what the design was asked for."""
 
@@ -64,7 +64,7 @@ class Table:
         return found
 
 
-def read_table(path: Path) -> Table:
+def read_table(path: Path) -> SweepTable:
     """The summary in a sweep's folder, or the file itself. Raises InputError where there is none, or it is damaged."""
     file = path / NAME if path.is_dir() else path
     if not file.is_file():
@@ -85,7 +85,7 @@ def version_of_table(path: Path) -> object:
         return contents.attributes().get("schema_version")
 
 
-def _read(contents: Contents, name: str) -> Table:
+def _read(contents: Contents, name: str) -> SweepTable:
     about = contents.attributes()
     if about.get("format") != FORMAT:
         raise InputError(Problem(f"'{contents.path}' is not the summary of a sweep", hint=WANTED))
@@ -104,7 +104,7 @@ def _read(contents: Contents, name: str) -> Table:
     if combine == GRID and coordinates:
         indices = np.indices(shape).reshape(len(shape), -1)
         coordinates = [values[index] for values, index in zip(coordinates, indices, strict=True)]
-    return Table(
+    return SweepTable(
         name=name,
         title=str(about.get("title", "")),
         combine=combine,

@@ -15,7 +15,7 @@ from mbproj.arrays import Array
 from mbproj.results.file.contents import Contents
 from mbproj.results.layout import Dataset
 from mbproj.results.members import Coordinate, Over
-from mbproj.results.views import frames, words
+from mbproj.results.views import frames, summary_text
 from mbproj.scene.records import Scene
 
 Same = TypeVar("Same", bound="Shown")
@@ -82,14 +82,14 @@ class Shown(ABC):
     def __repr__(self) -> str:
         if not self.contents.is_open:
             return f"Results of '{self.contents.path}', closed"
-        return words.as_text(self.title, self._rows())
+        return summary_text.as_text(self.title, self._rows())
 
     def _repr_html_(self) -> str | None:
         """What a notebook shows; None for the text of closed results."""
-        return words.as_html(self.title, self._rows()) if self.contents.is_open else None
+        return summary_text.as_html(self.title, self._rows()) if self.contents.is_open else None
 
     def _rows(self) -> list[tuple[str, str]]:
-        return words.rows(self.status, self.time, self.names, self.attributes)
+        return summary_text.rows(self.status, self.time, self.names, self.attributes)
 
     def to_pandas(self) -> Any:
         """A DataFrame: the index is time in s, columns are (kind, name, quantity): `["markers"]["tip"]["position_x"]`.
@@ -105,7 +105,7 @@ class Shown(ABC):
     @property
     def scene(self) -> Scene:
         """The scene of the run, read again. Raises InputError where its bodies are not those of the results."""
-        found: Scene = import_module("mbproj.pages.look.recorded").scene_of(self)
+        found: Scene = import_module("mbproj.pages.appearance.recorded").scene_of(self)
         return found
 
     @property

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from mbproj.dataclass import dataclass
 from mbproj.results.views.frames import needed
-from mbproj.results.views.words import escaped
+from mbproj.results.views.summary_text import escaped
 from mbproj.scene.text.suggestions import choose_from
 
 #: Rows that a prompt and a notebook show.

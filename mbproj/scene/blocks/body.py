@@ -15,6 +15,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from mbproj.scene.appearance import PlacedShape
 from mbproj.scene.fields import inertia, rotations
 from mbproj.scene.fields.alternatives import Alternatives
 from mbproj.scene.fields.checks import inertia_of
@@ -23,10 +24,9 @@ from mbproj.scene.fields.fields import Converted, Field, List
 from mbproj.scene.fields.orientation import ORIENTATION
 from mbproj.scene.fields.quantities import Number
 from mbproj.scene.fields.vectors import POINT, rows, vector
-from mbproj.scene.looks import PlacedShape
 from mbproj.scene.records import Body, Matrix, Quaternion, Vector
 from mbproj.scene.solids.appearance import APPEARANCE
-from mbproj.scene.solids.composed import Part, Solid, alone, mass_of, together
+from mbproj.scene.solids.composed import Solid, SolidPart, alone, mass_of, together
 from mbproj.scene.solids.shapes import A_SHAPE, SHAPE_FIELDS, Shape
 
 INERTIA: Field[Matrix] = Converted(
@@ -52,13 +52,13 @@ def has_volume(shape: Shape, density: float) -> Iterator[Complaint]:
 SHAPE: Record[Shape] = Record("a shape", SHAPE_FIELDS, lambda **given: next(iter(given.values())), choices=(A_SHAPE,))
 
 
-def _part(given: dict[str, Any]) -> Part:
+def _part(given: dict[str, Any]) -> SolidPart:
     shape = next(given[kind] for kind in SHAPE_FIELDS if kind in given)
     place = {key: given[key] for key in ("position", "orientation") if key in given}
-    return Part(shape, mass_of(shape, given.get("mass"), given.get("density")), **place)
+    return SolidPart(shape, mass_of(shape, given.get("mass"), given.get("density")), **place)
 
 
-PART: Field[Part] = Converted(
+PART: Field[SolidPart] = Converted(
     Record(
         "a shape",
         {
@@ -85,7 +85,7 @@ def _solid(given: dict[str, Any]) -> Solid:
         return solid
     if "shape" in given:
         shape = given["shape"]
-        return alone(Part(shape, mass_of(shape, given.get("mass"), given.get("density"))))
+        return alone(SolidPart(shape, mass_of(shape, given.get("mass"), given.get("density"))))
     return Solid(given["mass"], (0.0, 0.0, 0.0), given["inertia"])
 
 
@@ -100,7 +100,7 @@ def _body(given: dict[str, Any]) -> Body:
     return Body(given["name"], solid.mass, solid.inertia, position, shapes=shapes, **rest)
 
 
-def _seen(part: Part, centre: Vector) -> PlacedShape:
+def _seen(part: SolidPart, centre: Vector) -> PlacedShape:
     """What a part looks like, from the centre of mass."""
     x, y, z = (at - middle for at, middle in zip(part.position, centre, strict=True))
     return PlacedShape(part.shape.kind, part.shape.sizes, part.shape.axis, (x, y, z), part.orientation)

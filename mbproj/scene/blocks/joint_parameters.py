@@ -8,7 +8,7 @@ from typing import Any
 
 from mbproj.joints import Parameter
 from mbproj.scene.fields.checks import nonzero, slot_count, tooth_count
-from mbproj.scene.fields.choices import Choice, Reference
+from mbproj.scene.fields.choices import Choice, NameReference
 from mbproj.scene.fields.fields import Converted, Field, List
 from mbproj.scene.fields.quantities import Number
 from mbproj.scene.fields.reading import Unfit
@@ -38,7 +38,7 @@ RULES: Mapping[str, Callable[[float], float]] = {
 def parameter(given: Parameter) -> Field[Any]:
     """What a parameter of the joint table is written as."""
     if given.may_be in ("curve", "space_curve", "convex"):
-        return _several(given, Reference("curve", "curves"))
+        return _several(given, NameReference("curve", "curves"))
     if given.may_be == "side":
         return _several(given, Choice("side", lambda: SIDES))
     number: Field[float] = Number(given.unit, above=0.0 if given.may_be == "positive" else None)

@@ -10,7 +10,7 @@ from mbproj.functions.program import Code, Program
 from mbproj.functions.standard import harmonic, polynomial, smooth_step, tabulated, uniform
 from mbproj.scene.blocks.coordinates import COORDINATES
 from mbproj.scene.fields.alternatives import Alternatives
-from mbproj.scene.fields.choices import Reference
+from mbproj.scene.fields.choices import NameReference
 from mbproj.scene.fields.containers import OneOf, Record
 from mbproj.scene.fields.fields import Converted, Field, Schema
 from mbproj.scene.fields.functions import Function, table
@@ -89,7 +89,7 @@ _BY_UNIT: Mapping[str, Field[Driver]] = {unit: _function(unit) for unit in ("rad
 
 MOTION: Record[Motion] = Record(
     "a motion",
-    {"joint": Reference("joint", "joints"), **{name: _BY_UNIT[unit] for name, unit in COORDINATES.items()}},
+    {"joint": NameReference("joint", "joints"), **{name: _BY_UNIT[unit] for name, unit in COORDINATES.items()}},
     _motion,
     required=("joint",),
     choices=(OneOf(tuple(COORDINATES), needed=True, hint="a motion drives one; write another for the other"),),

@@ -34,7 +34,7 @@ class Choice(Field[str]):
 
 
 @dataclass(frozen=True)
-class Reference(Field[str]):
+class NameReference(Field[str]):
     """The name of an item of the top-level block `block`, or one of `besides`; `what` such an item is."""
 
     what: str
@@ -53,7 +53,7 @@ class Reference(Field[str]):
 
 
 def _pick(
-    field: Choice | Reference, node: Node, path: KeyPath, reading: Reading, *names: Collection[str]
+    field: Choice | NameReference, node: Node, path: KeyPath, reading: Reading, *names: Collection[str]
 ) -> str | None:
     """The node's text where it is among some names. These are put together for a message alone: there may be many."""
     if not isinstance(node, ScalarNode) or not node.text:

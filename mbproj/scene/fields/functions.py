@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 from mbproj.dataclass import dataclass
 from mbproj.functions.program import CHANNELS, COORDINATE, RATE, TIME, Program
-from mbproj.functions.table import Table, periodic, polygon, spline
+from mbproj.functions.table import CubicTable, periodic, polygon, spline
 from mbproj.scene.expressions.evaluate import CONSTANTS
 from mbproj.scene.expressions.syntax_tree import Expression, Name, names, walk
 from mbproj.scene.expressions.units import SYMBOLS, describe
@@ -134,7 +134,7 @@ def _increasing(rows: tuple[tuple[float, float], ...]) -> tuple[tuple[float, flo
     return rows
 
 
-def _repeated(rows: tuple[tuple[float, float], ...]) -> Table:
+def _repeated(rows: tuple[tuple[float, float], ...]) -> CubicTable:
     """The periodic spline whose last row is its first again."""
     if len(rows) < 4:
         raise Unfit(f"has {len(rows)} rows", "a periodic table has four or more, the last with the value of the first")
@@ -144,7 +144,7 @@ def _repeated(rows: tuple[tuple[float, float], ...]) -> Table:
 
 
 #: How a table is read between its rows.
-BETWEEN: Mapping[str, Callable[[Any], Table]] = {
+BETWEEN: Mapping[str, Callable[[Any], CubicTable]] = {
     "natural": partial(spline, ends="natural"),
     "clamped": partial(spline, ends="clamped"),
     "linear": polygon,
@@ -179,7 +179,7 @@ class _Row(Field[tuple[float, float]]):
         return {"description": self.expects, "type": "array", "prefixItems": numbers, "minItems": 2, "maxItems": 2}
 
 
-def table(unit: str | None, value_unit: str | None, ways: tuple[str, ...]) -> Field[Table]:
+def table(unit: str | None, value_unit: str | None, ways: tuple[str, ...]) -> Field[CubicTable]:
     """A table of values in `value_unit` over numbers in `unit`: rows alone (a natural spline), or {rows, between}."""
     rows: Field[Any] = Converted(List(_Row(Number(unit), Number(value_unit)), None, "rows"), _increasing)
     return Alternatives(

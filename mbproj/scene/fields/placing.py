@@ -8,7 +8,7 @@ from typing import Any
 
 from mbproj.scene.fields.alternatives import Alternatives
 from mbproj.scene.fields.checks import Placed, different, of_these_bodies, pair_of, shared, two_axes, two_points
-from mbproj.scene.fields.choices import Reference
+from mbproj.scene.fields.choices import NameReference
 from mbproj.scene.fields.containers import Complaint, Named, Record
 from mbproj.scene.fields.fields import Converted, Field, List
 from mbproj.scene.fields.orientation import ORIENTATION
@@ -24,7 +24,7 @@ ORIGIN_AND_POINT: Field[Placed] = Alternatives(
     (Converted(List(POINT, 2, "points"), lambda points: Pair(*points)), Named("body", POINT))
 )
 TWO_POINTS: Field[Placed] = Alternatives((Converted(List(POINT, 2, "points"), two_points), Named("body", POINT)))
-TWO_BODIES: Field[Any] = Converted(List(Reference("body", "bodies", (GROUND,)), 2, "names of bodies"), different)
+TWO_BODIES: Field[Any] = Converted(List(NameReference("body", "bodies", (GROUND,)), 2, "names of bodies"), different)
 #: The orientation of a frame of each body, in that body's axes.
 FRAMES: Field[Any] = Named("body", ORIENTATION)
 BODY_POINT: Field[Any] = Alternatives((POINT, Named("body", POINT)))

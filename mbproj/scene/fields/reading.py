@@ -15,8 +15,8 @@ from mbproj.scene.expressions.syntax_tree import Expression, names, parse
 from mbproj.scene.expressions.tokens import ExpressionError
 from mbproj.scene.expressions.units import SYMBOLS, Dimension
 from mbproj.scene.records import KeyPath
-from mbproj.scene.text.kept import Kept
 from mbproj.scene.text.nodes import Node, ScalarNode
+from mbproj.scene.text.reading_cache import ReadingCache
 
 
 class Unfit(Exception):
@@ -40,7 +40,7 @@ class Reading:
     problems: list[Problem] = field(default_factory=list)
     notes: list[Problem] = field(default_factory=list)
     units: dict[KeyPath, str] = field(default_factory=dict)
-    kept: Kept | None = None
+    kept: ReadingCache | None = None
     inner: Mapping[str, str] = field(default_factory=dict)
 
     def read(self, kind: Any, node: Node, path: KeyPath) -> Any:

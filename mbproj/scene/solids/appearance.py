@@ -13,6 +13,7 @@ from __future__ import annotations
 import re
 from typing import Any
 
+from mbproj.scene.appearance import COLOURS, MESH_FORMATS, Appearance, MeshFile, PlacedShape
 from mbproj.scene.fields.alternatives import Alternatives
 from mbproj.scene.fields.containers import OneOf, Record
 from mbproj.scene.fields.fields import Converted, Field, List, Text
@@ -20,7 +21,6 @@ from mbproj.scene.fields.orientation import ORIENTATION
 from mbproj.scene.fields.quantities import Number
 from mbproj.scene.fields.reading import Unfit
 from mbproj.scene.fields.vectors import POINT
-from mbproj.scene.looks import COLOURS, MESH_FORMATS, Appearance, MeshFile, PlacedShape
 from mbproj.scene.solids.shapes import A_SHAPE, SHAPE_FIELDS
 from mbproj.scene.text.suggestions import choose_from
 

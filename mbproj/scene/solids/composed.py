@@ -16,7 +16,7 @@ _ELEMENTS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
 
 @dataclass(frozen=True)
-class Part:
+class SolidPart:
     """A shape of mass `mass` in kg with its centre of mass at `position` in m, its axes turned by `orientation`."""
 
     shape: Shape
@@ -32,7 +32,7 @@ class Solid:
     mass: float
     centre: Vector
     inertia: Matrix
-    parts: tuple[Part, ...] = ()
+    parts: tuple[SolidPart, ...] = ()
 
 
 def mass_of(shape: Shape, mass: float | None, density: float | None) -> float:
@@ -49,12 +49,12 @@ def _possible(mass: float) -> float:
     return mass
 
 
-def alone(part: Part) -> Solid:
+def alone(part: SolidPart) -> Solid:
     """The solid of one part, which may be without mass."""
     return Solid(part.mass, part.position, _tensor([part], part.position), (part,))
 
 
-def together(parts: Iterable[Part]) -> Solid:
+def together(parts: Iterable[SolidPart]) -> Solid:
     """The solid of several parts, each of which has a mass; where they overlap the masses add.
 
     Raises Unfit where its mass or its moments are no finite numbers.
@@ -65,7 +65,7 @@ def together(parts: Iterable[Part]) -> Solid:
     return Solid(mass, (x, y, z), _tensor(parts, (x, y, z)), parts)
 
 
-def _tensor(parts: Iterable[Part], centre: Vector) -> Matrix:
+def _tensor(parts: Iterable[SolidPart], centre: Vector) -> Matrix:
     """The inertia tensor about `centre`: J = tr(S) I - S, S = ∫ x xᵀ dm, from each part's own by Steiner's theorem."""
     second = dict.fromkeys(_ELEMENTS, 0.0)
     for part in parts:

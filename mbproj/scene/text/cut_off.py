@@ -18,7 +18,7 @@ MOST = 50
 _WHOLE_NUMBER = re.compile(r"[-+]?[0-9]+")
 
 
-class Entry(NamedTuple):
+class WrittenKey(NamedTuple):
     """A key of a mapping as it was written, where it stands, and its value."""
 
     key: Node
@@ -46,13 +46,13 @@ def whole_items(items: Sequence[Node]) -> tuple[list[Node], list[Problem]]:
     return found, problems
 
 
-def whole_entries(entries: Sequence[Entry]) -> tuple[list[Entry], list[Problem]]:
+def whole_entries(entries: Sequence[WrittenKey]) -> tuple[list[WrittenKey], list[Problem]]:
     """The entries of a mapping in { } with values put together that commas cut off, and a problem for each."""
     if not any(
         isinstance(each.value, ScalarNode) and ("(" in each.value.text or not each.value.text) for each in entries
     ):
         return list(entries), []
-    found: list[Entry] = []
+    found: list[WrittenKey] = []
     problems = []
     at = 0
     while at < len(entries):
@@ -65,7 +65,7 @@ def whole_entries(entries: Sequence[Entry]) -> tuple[list[Entry], list[Problem]]
         elif following and _decimal_comma(value, following[0]):
             count, node = 2, replace(_joined([value, following[0]]), text=f"{_text(value)}.{_text(following[0])}")
             problems.append(_problem("{ }", node, f"decimals take a point: {_name(key)}: {node.text}"))
-        found.append(Entry(key, place, node if count else value))
+        found.append(WrittenKey(key, place, node if count else value))
         at += count or 1
     return found, problems
 
@@ -74,7 +74,7 @@ def _problem(inside: str, node: ScalarNode, hint: str) -> Problem:
     return Problem(f"this value is cut off: inside {inside} a comma ends it", node.place, hint)
 
 
-def _keys_alone(entries: Sequence[Entry]) -> list[Node]:
+def _keys_alone(entries: Sequence[WrittenKey]) -> list[Node]:
     """The keys of the entries up to the first that has a value."""
     alone: list[Node] = []
     for entry in entries:

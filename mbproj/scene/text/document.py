@@ -8,7 +8,7 @@ from dataclasses import replace
 import yaml
 
 from mbproj.errors import InputError, Place, Problem
-from mbproj.scene.text.cut_off import Entry, whole_entries, whole_items
+from mbproj.scene.text.cut_off import WrittenKey, whole_entries, whole_items
 from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode, SequenceNode
 from mbproj.scene.text.source import lines_of
 from mbproj.scene.text.syntax import syntax_problem
@@ -117,12 +117,12 @@ class _Composer:
                 places[key.text] = place
         return MappingNode(values, places, self._place(event))
 
-    def _entries(self, event: yaml.Event, depth: int) -> list[Entry]:
+    def _entries(self, event: yaml.Event, depth: int) -> list[WrittenKey]:
         entries = []
         while not isinstance(inner := next(self._events), yaml.MappingEndEvent):
             key = self._node(inner, depth + 1)
             place = key.place if isinstance(inner, yaml.ScalarEvent) else self._place(inner)
-            entries.append(Entry(key, place, self._node(next(self._events), depth + 1)))
+            entries.append(WrittenKey(key, place, self._node(next(self._events), depth + 1)))
         if getattr(event, "flow_style", False):
             entries, cuts = whole_entries(entries)
             self.problems += cuts

@@ -36,7 +36,7 @@ COUNTERS = ("steps", "evaluations", "projections", "projection_iterations", "vel
 
 
 @dataclass(frozen=True, eq=False)
-class Entry:
+class SettingResult:
     """One setting of a comparison: what it achieved; its solution; its error (T, k) in m; whose the energy drift is
     (None where the run failed); what it cost (None where costs are not compared in time, or the run failed)."""
 
@@ -92,7 +92,7 @@ class Comparison(Tabled):
     """Entries in the order asked for, and the reference of their errors. `cost_in_time` is False where the entries ran
     in several formulations, whose seconds do not compare; `notes` say what a reader should know."""
 
-    entries: tuple[Entry, ...]
+    entries: tuple[SettingResult, ...]
     reference: Reference
     cost_in_time: bool
     notes: tuple[str, ...]
@@ -151,8 +151,10 @@ def compare(
     return Comparison(entries, truth, len(taken) <= 1, (*notes, *_remarks(entries, truth, taken)))
 
 
-def _entry(label: str, solution: Solution, split: EnergySplit | None, truth: Reference, timing: Timing | None) -> Entry:
-    return Entry(label, measured(solution, truth), solution, error(solution, truth), split, timing)
+def _entry(
+    label: str, solution: Solution, split: EnergySplit | None, truth: Reference, timing: Timing | None
+) -> SettingResult:
+    return SettingResult(label, measured(solution, truth), solution, error(solution, truth), split, timing)
 
 
 def _run(shared: tuple[Scene, Array, bool], setting: Setting) -> tuple[Solution, EnergySplit | None]:
@@ -235,7 +237,7 @@ def labels_of(settings: Sequence[Setting]) -> list[str]:
     return [", ".join(word for word in own if word not in shared) or own[1] for own in words]
 
 
-def _remarks(entries: Sequence[Entry], truth: Reference, taken: set[str]) -> list[str]:
+def _remarks(entries: Sequence[SettingResult], truth: Reference, taken: set[str]) -> list[str]:
     """What a reader of the table should know."""
     found = [
         truth.words,

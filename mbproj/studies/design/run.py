@@ -26,7 +26,7 @@ from mbproj.studies.design.trial import Trial, Wish, tried
 from mbproj.studies.parallel.hand_out import Where
 from mbproj.studies.parallel.progress import Tell
 from mbproj.studies.parallel.resumable import resumable
-from mbproj.studies.store import Kept
+from mbproj.studies.store import ValueCache
 
 #: The engines that go by slopes.
 BY_SLOPES = (LEAST_SQUARES, QUADRATIC)
@@ -135,7 +135,7 @@ def find_design(
     `fresh`. Raises InputError where no design runs, KeyboardInterrupt after Ctrl-C: what was done is kept."""
     chosen, why = engine_of(spec, engine)
     wish = Wish.of(spec)
-    kept = Kept(["design", _identity(spec), chosen], fresh)
+    kept = ValueCache(["design", _identity(spec), chosen], fresh)
     points, first_is_own = points_of(spec)
     blocks = {f"look {k}": points[k : k + TOGETHER].tolist() for k in range(0, len(points), TOGETHER)}
     ranks = resumable(looked_at, wish, blocks, kept, where, "blocks of starting points", tell)

@@ -8,7 +8,7 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.dynamics.derivatives.linear_equations import Motion
+from mbproj.dynamics.derivatives.linear_equations import MotionAtTime
 from mbproj.dynamics.equations.forces import given_components, law_state
 from mbproj.errors import InputError, Place, Problem
 from mbproj.linear.state_space.inputs import forces_known
@@ -27,14 +27,14 @@ class Actuators:
     units: tuple[str, ...]
     weights: Array
 
-    def columns(self, motion: Motion) -> tuple[Array, Array]:
+    def columns(self, motion: MotionAtTime) -> tuple[Array, Array]:
         """B (6n, k): what a unit of each does to the bodies; and what of each is among the forces of the scene already,
         (k,)."""
         known = forces_known(self.system, motion)
         B = np.stack([known[entry][1]() for entry in self.entries], axis=1)
         return B, self._own(motion)
 
-    def _own(self, motion: Motion) -> Array:
+    def _own(self, motion: MotionAtTime) -> Array:
         forces, instant = self.system.forces, motion.instant(self.system)
         given, found = forces.on_bodies, dict[str, float]()
         if forces.laws.size:
@@ -47,7 +47,7 @@ class Actuators:
 
 
 def actuators(
-    system: System, free: System, motion: Motion, names: Sequence[str], weights: Mapping[str, float]
+    system: System, free: System, motion: MotionAtTime, names: Sequence[str], weights: Mapping[str, float]
 ) -> Actuators:
     """The actuators of these names of a `system`, which act on its mechanism without motions, `free`. Raises InputError
     for a name that there is not, or twice, and for a weight of what is no actuator."""

@@ -13,7 +13,7 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.dynamics.derivatives.linear_equations import Motion, tangent_force
+from mbproj.dynamics.derivatives.linear_equations import MotionAtTime, tangent_force
 from mbproj.dynamics.derivatives.row_derivatives import rows_at
 from mbproj.dynamics.derivatives.tangent_space import TangentSpace, tangent_space
 from mbproj.dynamics.equations.constraint_equations import set_bias, set_velocity
@@ -31,7 +31,7 @@ MISSING = 1e-7
 
 
 @dataclass(frozen=True, eq=False)
-class Balance:
+class PowerBalance:
     """Forces (T, k) of actuators and their rates (T, k); `off` (T,): the power balance, as a part of the largest power
     in it; `dead` (T,): where the actuators cannot move the mechanism, and their forces are NaN; `freedom` of the
     mechanism, and the `rank` of what the actuators reach of it."""
@@ -56,7 +56,7 @@ class _Sample:
     reached: Array
 
 
-def balance(actuators: Actuators, motions: Sequence[Motion]) -> Balance:
+def balance(actuators: Actuators, motions: Sequence[MotionAtTime]) -> PowerBalance:
     """The forces along the motion. Raises InputError where a freedom that takes a force has no actuator."""
     rubbing = Rubbing(actuators.system, motions)
     samples = [_at(replace(actuators, system=rubbing.at(motion)), motion) for motion in motions]
@@ -73,10 +73,10 @@ def balance(actuators: Actuators, motions: Sequence[Motion]) -> Balance:
     put_in = np.where(dead, gained.sum(axis=1), np.sum(force * rate, axis=1))
     largest = max(float(np.abs(gained).max(initial=0.0)), float(np.abs(force * rate)[~dead].max(initial=0.0)))
     off = np.abs(gained.sum(axis=1) - put_in) / (largest or 1.0)
-    return Balance(force, rate, off, dead, freedom, rank)
+    return PowerBalance(force, rate, off, dead, freedom, rank)
 
 
-def _at(actuators: Actuators, motion: Motion) -> _Sample:
+def _at(actuators: Actuators, motion: MotionAtTime) -> _Sample:
     system = actuators.system
     space = tangent_space(system, rows_at(system.rows, motion.pose).dense())
     B, own = actuators.columns(motion)
@@ -94,7 +94,7 @@ def _at(actuators: Actuators, motion: Motion) -> _Sample:
     return _Sample(force, B.T @ motion.u, gained, float(np.linalg.norm(left)), size, rank, space, reached)
 
 
-def _size(system: System, motion: Motion) -> float:
+def _size(system: System, motion: MotionAtTime) -> float:
     """The largest force of inertia, gravity or the scene on a body, as a torque at the length of the mechanism."""
     loads, u_dot = applied(motion.instant(system)), motion.change.reshape(-1, 6)
     inertia = system.mass[:, None] * u_dot[:, :3], (system.inertia @ u_dot[:, 3:, None])[..., 0]
@@ -105,7 +105,7 @@ def _size(system: System, motion: Motion) -> float:
     return max(*largest, *(float(np.abs(part).max(initial=0.0)) for part in turns), float(np.finfo(float).tiny))
 
 
-def _gained(system: System, motion: Motion, own: Array, B: Array) -> Array:
+def _gained(system: System, motion: MotionAtTime, own: Array, B: Array) -> Array:
     """The power in W that the actuators have to put in, term by term: what the kinetic energy gains by translation,
     rotation and reflected inertias, what gravity and the scene's other forces take. The tangent space has no part."""
     pose = motion.pose
@@ -128,7 +128,7 @@ def _gained(system: System, motion: Motion, own: Array, B: Array) -> Array:
     )
 
 
-def _refused(system: System, sample: _Sample, motion: Motion, rank: int) -> InputError:
+def _refused(system: System, sample: _Sample, motion: MotionAtTime, rank: int) -> InputError:
     """What has no actuator: the joint coordinates that move most where none reaches."""
     space = sample.space
     beyond = np.eye(space.freedom) - sample.reached @ sample.reached.T

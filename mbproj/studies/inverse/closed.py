@@ -18,7 +18,7 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State, coordinate_values, is_angle
 from mbproj.dynamics.blocks import Rows, stacked
-from mbproj.dynamics.derivatives.linear_equations import Motion
+from mbproj.dynamics.derivatives.linear_equations import MotionAtTime
 from mbproj.dynamics.derivatives.row_derivatives import rows_at, tilde
 from mbproj.dynamics.derivatives.tangent import moved
 from mbproj.dynamics.derivatives.tangent_space import TangentSpace, tangent_space
@@ -65,7 +65,7 @@ def given_rows(system: System, names: Sequence[str]) -> GivenRows:
 class Followed:
     """The motion at each time, and how far the closed mechanism is from what was given, (T, c), in its order."""
 
-    motions: list[Motion]
+    motions: list[MotionAtTime]
     off: Array
 
 
@@ -85,7 +85,7 @@ def follow(system: System, start: State, names: Sequence[str], splines: Sequence
     reached[: len(angles)] += 2.0 * np.pi * away
     expected = expected.copy()
     expected[list(rows.coordinates)] += 2.0 * np.pi * away
-    found: list[Motion] = []
+    found: list[MotionAtTime] = []
     off = []
     for t, target, rate, change in zip(times, *series, strict=True):
         if found:
@@ -95,7 +95,9 @@ def follow(system: System, start: State, names: Sequence[str], splines: Sequence
             q = _closed(system.at_positions, rows, q, reached + (target - reached) * part / parts, float(t))
             value = coordinate_values(system, pose_of(q))
             expected = value + 2.0 * np.pi * np.round((expected - value) / (2.0 * np.pi)) * is_angle(system)
-        motion, left = _moving(system, rows, Motion(float(t), q, *_still(q), expected, start.x), target, rate, change)
+        motion, left = _moving(
+            system, rows, MotionAtTime(float(t), q, *_still(q), expected, start.x), target, rate, change
+        )
         found.append(motion)
         off.append(left)
         reached = target
@@ -103,7 +105,7 @@ def follow(system: System, start: State, names: Sequence[str], splines: Sequence
     return Followed(found, np.array(off)[:, back])
 
 
-def _ahead(motion: Motion, t: float) -> Array:
+def _ahead(motion: MotionAtTime, t: float) -> Array:
     """What the bodies move by until t, to second order, (6n,)."""
     h = t - motion.t
     return h * motion.u + 0.5 * h**2 * motion.change
@@ -127,7 +129,7 @@ def _arms(system: System, pose: Pose) -> Array:
     return found
 
 
-def _markers(system: System, rows: GivenRows, motion: Motion) -> tuple[Rows, Array]:
+def _markers(system: System, rows: GivenRows, motion: MotionAtTime) -> tuple[Rows, Array]:
     """Rows of the markers' components by (δr, δθ in body axes), and the part ω × (ω × s) of their accelerations."""
     pose = motion.pose
     marker, axis = np.array(rows.components, dtype=np.intp).reshape(-1, 2).T
@@ -142,7 +144,7 @@ def _markers(system: System, rows: GivenRows, motion: Motion) -> tuple[Rows, Arr
 def _closed(system: System, rows: GivenRows, q: Array, target: Array, t: float) -> Array:
     """The closed pose next to q that is nearest to what is given."""
     for _ in range(ITERATIONS):
-        motion = Motion(t, q, *_still(q), np.zeros(system.coordinates.size))
+        motion = MotionAtTime(t, q, *_still(q), np.zeros(system.coordinates.size))
         space, K = _linear(system, rows, motion)
         C = constraint(system, motion.pose)[system.bodies :]
         close = -(space.pseudoinverse @ C)
@@ -158,7 +160,7 @@ def _closed(system: System, rows: GivenRows, q: Array, target: Array, t: float) 
     return q
 
 
-def _off(system: System, rows: GivenRows, motion: Motion, target: Array) -> Array:
+def _off(system: System, rows: GivenRows, motion: MotionAtTime, target: Array) -> Array:
     """How far what is given is from what the mechanism has; angles within half a turn."""
     off = target - _values(system, rows, motion.pose)
     angles = np.zeros(len(off), dtype=bool)
@@ -166,14 +168,14 @@ def _off(system: System, rows: GivenRows, motion: Motion, target: Array) -> Arra
     return np.where(angles, np.arctan2(np.sin(off), np.cos(off)), off)
 
 
-def _linear(system: System, rows: GivenRows, motion: Motion) -> tuple[TangentSpace, Array]:
+def _linear(system: System, rows: GivenRows, motion: MotionAtTime) -> tuple[TangentSpace, Array]:
     """The tangent space, and K (c, 6n)."""
     pose, index = motion.pose, np.array(rows.coordinates, dtype=np.intp)
     given = [rows_at(system.coordinates, pose).chosen(index), _markers(system, rows, motion)[0]]
     return tangent_space(system, rows_at(system.rows, pose).dense()), stacked(system.bodies, given).dense()
 
 
-def _turning(system: System, rows: GivenRows, motion: Motion) -> tuple[Array, Array]:
+def _turning(system: System, rows: GivenRows, motion: MotionAtTime) -> tuple[Array, Array]:
     """G'u (m,) and K'u (c,): the accelerations of the rows where u' is zero."""
     pose = motion.pose
     twist, change = motion.twist(pose), motion.change_of(pose)
@@ -204,14 +206,14 @@ def _open(freedom: int, told: int, t: float) -> InputError:
 
 
 def _moving(
-    system: System, rows: GivenRows, motion: Motion, target: Array, rate: Array, change: Array
-) -> tuple[Motion, Array]:
+    system: System, rows: GivenRows, motion: MotionAtTime, target: Array, rate: Array, change: Array
+) -> tuple[MotionAtTime, Array]:
     """The motion with its velocities and accelerations, and how far what is given is from it."""
     space, K = _linear(system, rows, motion)
     u = space.N @ _told(space, K, rows, rate, motion.t)
-    own = Motion(motion.t, motion.q, u, motion.change, motion.expected, motion.x)
+    own = MotionAtTime(motion.t, motion.q, u, motion.change, motion.expected, motion.x)
     G_dot_u, K_dot_u = _turning(system, rows, own)
     held = -(space.pseudoinverse @ G_dot_u)
     u_dot = held + space.N @ _told(space, K, rows, change - K_dot_u - K @ held, motion.t)
     left = -_off(system, rows, motion, target)
-    return Motion(motion.t, motion.q, u, u_dot, motion.expected, motion.x), left
+    return MotionAtTime(motion.t, motion.q, u, u_dot, motion.expected, motion.x), left

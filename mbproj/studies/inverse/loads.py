@@ -11,7 +11,7 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.dynamics.derivatives.linear_equations import Motion
+from mbproj.dynamics.derivatives.linear_equations import MotionAtTime
 from mbproj.errors import InputError, Place, Problem
 from mbproj.linear.equilibrium.started import assembled_start
 from mbproj.model import compile_system
@@ -174,7 +174,12 @@ def _unnamed(system: System) -> InputError:
 
 
 def _loads(
-    system: System, motions: Sequence[Motion], names: Sequence[str], weights: Mapping[str, float], *, states_known: bool
+    system: System,
+    motions: Sequence[MotionAtTime],
+    names: Sequence[str],
+    weights: Mapping[str, float],
+    *,
+    states_known: bool,
 ) -> ActuatorLoads:
     free = replace(system, motions=NO_MOTIONS)
     for motion in motions:

@@ -8,7 +8,7 @@ import numpy as np
 
 from mbproj.arrays import Array, cross
 from mbproj.dynamics.assembly.assemble import coordinate_values
-from mbproj.dynamics.derivatives.linear_equations import Motion
+from mbproj.dynamics.derivatives.linear_equations import MotionAtTime
 from mbproj.dynamics.derivatives.tangent import tangent_velocities
 from mbproj.dynamics.equations.gaps import gaps
 from mbproj.dynamics.equations.kinematics import pose_of
@@ -24,7 +24,7 @@ _MOTION = tuple(
 )
 
 
-def motions_of(system: System, results: Results) -> Iterator[Motion]:
+def motions_of(system: System, results: Results) -> Iterator[MotionAtTime]:
     """The motion at each sample. Raises InputError where the results are of other bodies."""
     if tuple(results.names("bodies")) != system.names.bodies:
         said = f"'{results.path}' has other bodies than the scene"
@@ -39,7 +39,7 @@ def motions_of(system: System, results: Results) -> Iterator[Motion]:
         change = _change(
             system, block["bodies/acceleration"][sample], block["bodies/angular_acceleration"][sample], u, state.q
         )
-        yield Motion(state.t, state.q, u, change, expected, state.x)
+        yield MotionAtTime(state.t, state.q, u, change, expected, state.x)
 
 
 def _change(system: System, acceleration: Array, angular: Array, u: Array, q: Array) -> Array:
@@ -52,7 +52,7 @@ def _change(system: System, acceleration: Array, angular: Array, u: Array, q: Ar
     return np.concatenate([r_ddot, ω_dot], axis=1).ravel()
 
 
-def refuse_unknown_forces(system: System, motion: Motion, *, states_known: bool) -> None:
+def refuse_unknown_forces(system: System, motion: MotionAtTime, *, states_known: bool) -> None:
     """Raises InputError where forces act that a motion does not tell: friction by the load of a bearing or at a stop, a
     stop that is touched, states of elements that nobody has."""
     frictions = system.frictions

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from mbproj.dynamics.derivatives.linear_equations import Motion
+from mbproj.dynamics.derivatives.linear_equations import MotionAtTime
 from mbproj.dynamics.equations.constraint_equations import set_velocity
 from mbproj.dynamics.equations.kinematics import body_rates
 from mbproj.model.contacts import Contacts, in_contact
@@ -17,11 +17,11 @@ from mbproj.thresholds import THRESHOLDS
 class Rubbing:
     """Scratch: a system with its dry frictions of their own force as laws, by the directions in which these slide."""
 
-    def __init__(self, system: System, motions: Iterable[Motion]) -> None:
+    def __init__(self, system: System, motions: Iterable[MotionAtTime]) -> None:
         self._system, self._by_directions = system, dict[tuple[float, ...], System]()
         self._fastest = 0.0 if system.frictions is None else max(_speed(system, each) for each in motions)
 
-    def at(self, motion: Motion) -> System:
+    def at(self, motion: MotionAtTime) -> System:
         """The system as it is at a sample of the motion."""
         frictions = self._system.frictions
         if frictions is None:
@@ -36,7 +36,7 @@ class Rubbing:
         return self._by_directions[found]
 
 
-def _speed(system: System, motion: Motion) -> float:
+def _speed(system: System, motion: MotionAtTime) -> float:
     """How fast the fastest part of the mechanism moves, in its lengths and rad per s."""
     twist = motion.twist(motion.pose)
     return float(np.abs(twist.velocity).max() / system.length + np.abs(body_rates(motion.pose, twist)).max())

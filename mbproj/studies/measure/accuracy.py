@@ -18,7 +18,7 @@ from mbproj.studies.measure.spans import stride_for
 from mbproj.studies.parallel.hand_out import Where
 from mbproj.studies.parallel.progress import Tell, silent
 from mbproj.studies.parallel.resumable import resumable
-from mbproj.studies.store import Kept
+from mbproj.studies.store import ValueCache
 
 
 @dataclass
@@ -55,7 +55,7 @@ def attempt(
     mechanism: Mechanism,
     settings: Sequence[Setting],
     reference: Reference,
-    kept: Kept | None = None,
+    kept: ValueCache | None = None,
     processes: Where = None,
     tell: Tell = silent,
 ) -> list[Measurement]:
@@ -63,5 +63,5 @@ def attempt(
     again."""
     keys = [f"measurement {setting.command_line()}" for setting in settings]
     items, yardstick = dict(zip(keys, settings, strict=True)), Yardstick(mechanism.scene, reference)
-    found = resumable(_measured, yardstick, items, kept or Kept(), processes, "runs", tell)
+    found = resumable(_measured, yardstick, items, kept or ValueCache(), processes, "runs", tell)
     return [Measurement.from_json(found[key]) for key in keys]

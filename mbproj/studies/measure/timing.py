@@ -11,7 +11,7 @@ from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.solve import sample_times, solve
 from mbproj.studies.parallel.progress import TIMING, Tell, silent
-from mbproj.studies.store import Kept
+from mbproj.studies.store import ValueCache
 
 #: A run that is shorter is repeated until it has taken this long, s.
 SHORTEST = 15e-3
@@ -67,7 +67,7 @@ def time_settings(
 
 
 def kept_timings(
-    kept: Kept, mechanism: Mechanism, settings: Sequence[Setting], until: float, repetitions: int, tell: Tell
+    kept: ValueCache, mechanism: Mechanism, settings: Sequence[Setting], until: float, repetitions: int, tell: Tell
 ) -> list[Timing]:
     """The timings of runs that record their end alone, at `until` s: those that are kept, or taken now, all of them
     together because they are taken in turn."""

@@ -7,14 +7,14 @@ from typing import Any
 
 from mbproj.studies.parallel.hand_out import Where, in_parallel
 from mbproj.studies.parallel.progress import Tell, with_words
-from mbproj.studies.store import Kept
+from mbproj.studies.store import ValueCache
 
 
 def resumable(
     function: Callable[[Any, Any], Any],
     shared: Any,
     items: Mapping[str, Any],
-    kept: Kept,
+    kept: ValueCache,
     processes: Where,
     phase: str,
     tell: Tell,

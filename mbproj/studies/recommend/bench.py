@@ -13,7 +13,7 @@ from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.reference import Reference, error
 from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.solve import solve
-from mbproj.studies.store import Kept
+from mbproj.studies.store import ValueCache
 
 
 @dataclass(eq=False)
@@ -25,7 +25,7 @@ class Bench:
     reference: Reference
     goal: float
     columns: tuple[int, ...]
-    kept: Kept = field(default_factory=Kept)
+    kept: ValueCache = field(default_factory=ValueCache)
     by_energy: bool = True
 
     def missed(self, tried: Measurement) -> float:

@@ -28,7 +28,7 @@ from mbproj.studies.parallel.progress import Tell, silent
 from mbproj.studies.recommend.bench import Bench
 from mbproj.studies.recommend.families import Family, closing, families
 from mbproj.studies.recommend.search import cheapest
-from mbproj.studies.store import Kept
+from mbproj.studies.store import ValueCache
 
 #: Settings that take at most so many times the fewest evaluations are timed.
 CONTENDERS = 1.25
@@ -133,7 +133,7 @@ def recommend(
     times = sampled(scene, until)
     tell("reference", 0, 1)
     truth = reference(mechanism, times)
-    kept = Kept(["recommend", mechanism.identity, times.tolist(), error, columns], fresh)
+    kept = ValueCache(["recommend", mechanism.identity, times.tolist(), error, columns], fresh)
     bench = Bench(mechanism, truth, error, columns, kept)
     base = closing(Setting.of(scene.settings))
     own = Setting.of(scene.settings) if scene.settings.step or scene.settings.tolerance else None

@@ -27,11 +27,11 @@ from mbproj.studies.measure.spans import span as until_of
 from mbproj.studies.parallel.hand_out import Where
 from mbproj.studies.parallel.progress import Tell, silent
 from mbproj.studies.parallel.resumable import resumable
-from mbproj.studies.stability.quantities import PARAMETER, Quantity, Span, quantity_named
+from mbproj.studies.stability.quantities import PARAMETER, Span, VariedQuantity, quantity_named
 from mbproj.studies.stability.small_motions import NAME, small_motions
 from mbproj.studies.stability.small_motions import PRECISION as PRECISE
 from mbproj.studies.stability.subject import FAILS, Limits, Point, Subject, cause_of
-from mbproj.studies.store import Kept
+from mbproj.studies.store import ValueCache
 from mbproj.thresholds import THRESHOLDS
 
 #: Methods that are tried where none is named, and values over the span.
@@ -145,7 +145,7 @@ def stability(
         "span": vars(whole),
         "points": points,
     }
-    kept = Kept(what, fresh)
+    kept = ValueCache(what, fresh)
     grid = values(whole, points)
     subjects = {name: _with_method(subject, name) for name in names}
     if quantity.of_forces and not integrators()[subject.setting.integrator].implicit:
@@ -186,7 +186,7 @@ def values(span: Span, points: int) -> list[float]:
     return [float(value) for value in grid]
 
 
-def _methods(quantity: Quantity, projections: Sequence[str] | None) -> tuple[str, ...]:
+def _methods(quantity: VariedQuantity, projections: Sequence[str] | None) -> tuple[str, ...]:
     """The methods to try. Raises InputError for one that there is not, or that has not what is varied."""
     option = quantity.option
     able = [name for name, entry in PROJECTIONS.items() if not option or option in entry.options]

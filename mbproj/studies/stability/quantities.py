@@ -28,7 +28,7 @@ class Span:
 
 
 @dataclass(frozen=True)
-class Quantity:
+class VariedQuantity:
     """One that can be varied. `option`: what a projection method has to have for it ("gains", "alpha"), or any; `run`
     judges a subject at a value; `of_forces`: it makes forces stiff, so that an implicit method is tried too.
     `of_motion`: it changes what the mechanism is, so that small motions are looked at too."""
@@ -101,48 +101,48 @@ def _duration_of(subject: Subject, value: float) -> Subject:
 
 
 #: Every quantity by name. A new one is a line here, and what it changes in `mbproj.studies.variants`.
-QUANTITIES: Mapping[str, Quantity] = MappingProxyType(
+QUANTITIES: Mapping[str, VariedQuantity] = MappingProxyType(
     {
-        "step": Quantity("s", "the integrator's fixed step", _steps, _step_of),
-        "mass-ratio": Quantity(
+        "step": VariedQuantity("s", "the integrator's fixed step", _steps, _step_of),
+        "mass-ratio": VariedQuantity(
             "",
             "every second body, counted from the ground along the joints, √r times as heavy, the others 1/√r times",
             _ratio(1e-12, 1e12, with_mass_ratio),
             _of_scene(with_mass_ratio),
         ),
-        "inertia-ratio": Quantity(
+        "inertia-ratio": VariedQuantity(
             "",
             "the same of the moments of inertia alone",
             _ratio(1e-12, 1e12, with_inertia_ratio),
             _of_scene(with_inertia_ratio),
         ),
-        "speed": Quantity(
+        "speed": VariedQuantity(
             "",
             "the start's velocities so many times, and the motions so many times as fast",
             _ratio(1e-3, 1e3, with_speed),
             _of_scene(with_speed),
         ),
-        "length-scale": Quantity(
+        "length-scale": VariedQuantity(
             "",
             "lengths, velocities and gravity so many times: the same motion in another unit of length",
             _ratio(1e-6, 1e6),
             _of_scene(rescaled),
         ),
-        "stiffness": Quantity(
+        "stiffness": VariedQuantity(
             "",
             "the stiffness of all springs so many times",
             _ratio(1e-6, 1e6, with_stiffness),
             _of_scene(with_stiffness),
             of_forces=True,
         ),
-        "damping": Quantity(
+        "damping": VariedQuantity(
             "",
             "the damping of all dampers so many times",
             _ratio(1e-6, 1e6, with_damping),
             _of_scene(with_damping),
             of_forces=True,
         ),
-        "baumgarte-gain": Quantity(
+        "baumgarte-gain": VariedQuantity(
             "1/s",
             "Baumgarte's gains α = β: whether |C| grows over 300 steps from an offset of 1e-8",
             _gains,
@@ -150,8 +150,8 @@ QUANTITIES: Mapping[str, Quantity] = MappingProxyType(
             "gains",
             growth,
         ),
-        "penalty": Quantity("", "the penalty α of mass-orthogonal and mmopm", _penalties, _penalty_of, "alpha"),
-        "duration": Quantity("s", "how long the run is", _durations, _duration_of),
+        "penalty": VariedQuantity("", "the penalty α of mass-orthogonal and mmopm", _penalties, _penalty_of, "alpha"),
+        "duration": VariedQuantity("s", "how long the run is", _durations, _duration_of),
     }
 )
 
@@ -160,7 +160,7 @@ QUANTITIES: Mapping[str, Quantity] = MappingProxyType(
 PARAMETER = "parameters."
 
 
-def _of_parameter(name: str) -> Quantity:
+def _of_parameter(name: str) -> VariedQuantity:
     """A parameter of the scene, from a tenth of it to ten times as much."""
 
     def span(subject: Subject) -> Span:
@@ -177,10 +177,10 @@ def _of_parameter(name: str) -> Quantity:
     def changed(subject: Subject, value: float) -> Subject:
         return replace(subject, scene=subject.scene.with_({name: value}))
 
-    return Quantity("", f"the scene's parameter {name}", span, changed, of_motion=True)
+    return VariedQuantity("", f"the scene's parameter {name}", span, changed, of_motion=True)
 
 
-def quantity_named(name: str) -> Quantity:
+def quantity_named(name: str) -> VariedQuantity:
     """One of `QUANTITIES`, or a parameter of the scene: `parameters.T`. Raises InputError for an unknown name."""
     if name.startswith(PARAMETER):
         return _of_parameter(name.removeprefix(PARAMETER))

@@ -28,7 +28,7 @@ from mbproj.scene.sampling import whole_steps
 from mbproj.scene.settings import settings_to_run
 from mbproj.studies.measure.measured_samples import MeasuredSamples
 from mbproj.studies.measure.mechanism import Mechanism
-from mbproj.studies.sweep.row import Row, Status
+from mbproj.studies.sweep.row import CaseRow, Status
 
 #: Scenes that a process keeps taken apart.
 SCENES = 4
@@ -56,29 +56,29 @@ class Task:
     values: tuple[float | str, ...]
 
 
-def run_case(work: Work, task: Task) -> Row:
+def run_case(work: Work, task: Task) -> CaseRow:
     """Runs a case. Its results file is written under a private name, and renamed when it is whole."""
     started = perf_counter()
     try:
         with time_limit(work.timeout):
             row = _run(work, task)
     except TimeIsUp:
-        row = Row(Status.TIMEOUT, message=f"stopped: it took longer than {work.timeout:g} s")
+        row = CaseRow(Status.TIMEOUT, message=f"stopped: it took longer than {work.timeout:g} s")
     except InputError as error:
         by_the_machine = isinstance(error.__cause__, OSError)  # no room, say: not a fault of the case
         status = Status.CRASHED if by_the_machine else Status.FAILED
-        row = Row(status, message="; ".join(problem.line() for problem in error.problems))
+        row = CaseRow(status, message="; ".join(problem.line() for problem in error.problems))
     except OutputError as error:
-        row = Row(Status.CRASHED, message=str(error))
+        row = CaseRow(Status.CRASHED, message=str(error))
     except MbprojError as error:
         row = _failed(error)
     except Exception as error:
         message, code = ending(error)
-        row = Row(Status.CRASHED if code == ExitCode.FAILED else Status.FAILED, message=message)
+        row = CaseRow(Status.CRASHED if code == ExitCode.FAILED else Status.FAILED, message=message)
     return replace(row, seconds=perf_counter() - started)
 
 
-def _run(work: Work, task: Task) -> Row:
+def _run(work: Work, task: Task) -> CaseRow:
     scene = _taken_apart(work.text, work.name).scene(dict(zip(work.paths, task.values, strict=True)))
     mechanism, settings = Mechanism.of(scene), settings_to_run(scene)
     if work.keep == "all":
@@ -108,19 +108,19 @@ def _sparse(settings: Settings, measures: Sequence[Expectation]) -> Settings:
 
 def _measured(
     work: Work, mechanism: Mechanism, settings: Settings, kept: MeasuredSamples, keep: Keep | None = None
-) -> tuple[Row, Report]:
+) -> tuple[CaseRow, Report]:
     """The case's row; `keep` takes the states that a run can go on from."""
     report = simulate(mechanism.system, mechanism.state, settings, kept, keep=keep, accounts=keep is not None)
     found = {each.name: measured(each, kept, settings.duration) for each in work.measures}
     values = tuple(np.nan if one is None else float(one.values[0]) for one in found.values())
-    return Row(Status.DONE, values, formulation=report.formulation), report
+    return CaseRow(Status.DONE, values, formulation=report.formulation), report
 
 
-def _failed(error: MbprojError) -> Row:
+def _failed(error: MbprojError) -> CaseRow:
     if not isinstance(error, SimulationError):
-        return Row(Status.FAILED, message=str(error))
+        return CaseRow(Status.FAILED, message=str(error))
     hint = f"; {error.hint}" if error.hint else ""
-    return Row(
+    return CaseRow(
         Status.FAILED,
         message=f"{error.cause}{hint}",
         time=error.time,
@@ -129,7 +129,7 @@ def _failed(error: MbprojError) -> Row:
     )
 
 
-def _recorded(work: Work, task: Task, mechanism: Mechanism, settings: Settings) -> Row:
+def _recorded(work: Work, task: Task, mechanism: Mechanism, settings: Settings) -> CaseRow:
     """The case, with its results file."""
     assert work.folder is not None
     whole, private = work.folder / f"{task.key}.h5", work.folder / f".{task.key}-{uuid4().hex[:8]}.h5"

@@ -22,7 +22,7 @@ class Status(str, Enum):
 
 
 @dataclass(frozen=True)
-class Row:
+class CaseRow:
     """The status of a case; its measures in their order (empty where it is not done). Where it failed: why, when in s
     and at which joint, as far as that is known; the formulation that ran; how long it took, in s of the clock; whether
     its results file is kept."""
@@ -52,7 +52,7 @@ _KINDS: Mapping[str, tuple[type, ...]] = {
 }
 
 
-def as_stored(key: str, parameters: Mapping[str, Any], names: Sequence[str], row: Row) -> list[Any]:
+def as_stored(key: str, parameters: Mapping[str, Any], names: Sequence[str], row: CaseRow) -> list[Any]:
     """The columns of a case, whose measures are known by these names."""
     values = {name: None if isnan(value) else value for name, value in zip(names, row.values, strict=False)}
     time = None if row.time is None or isnan(row.time) else float(row.time)
@@ -60,7 +60,7 @@ def as_stored(key: str, parameters: Mapping[str, Any], names: Sequence[str], row
     return [*texts, row.message, time, row.joint, row.formulation, float(row.seconds), int(row.kept)]
 
 
-def from_stored(columns: Sequence[Any]) -> tuple[dict[str, float | None], Row]:
+def from_stored(columns: Sequence[Any]) -> tuple[dict[str, float | None], CaseRow]:
     """The measures of a stored case by their names, and its row without them. Raises ValueError where it is not as
     `as_stored` gives it."""
     kinds = _KINDS.values()
@@ -71,4 +71,4 @@ def from_stored(columns: Sequence[Any]) -> tuple[dict[str, float | None], Row]:
     numbers = values.values() if isinstance(values, dict) else [""]
     if not isinstance(json.loads(parameters), dict) or not all(isinstance(each, float | None) for each in numbers):
         raise ValueError("parameters or measures are not what they should be")
-    return values, Row(Status(status), (), message, time, joint, formulation, seconds, bool(kept))
+    return values, CaseRow(Status(status), (), message, time, joint, formulation, seconds, bool(kept))

@@ -13,7 +13,7 @@ from mbproj.studies.parallel.workers import OVERDUE
 from mbproj.studies.sweep.case import Task, Work, run_case
 from mbproj.studies.sweep.folder import Folder
 from mbproj.studies.sweep.keys import Keys
-from mbproj.studies.sweep.row import Row, Status
+from mbproj.studies.sweep.row import CaseRow, Status
 from mbproj.studies.sweep.spec import Spec
 
 #: A case that does not stop by itself when its time is up is given so many times as long, and so many s.
@@ -80,10 +80,10 @@ def run_sweep(
     return progress
 
 
-def _lost(task: Task, why: str, seconds: float) -> Row:
+def _lost(task: Task, why: str, seconds: float) -> CaseRow:
     """The row of a case whose process was lost, or ended because it did not stop by itself."""
     status = Status.TIMEOUT if why.startswith(OVERDUE) else Status.CRASHED
-    return Row(status, message=why, seconds=seconds)
+    return CaseRow(status, message=why, seconds=seconds)
 
 
 class _Missing(Iterator[Task]):
@@ -114,7 +114,7 @@ class _Missing(Iterator[Task]):
         return self._keys.of(self._spec.design.case(number))
 
 
-def _is_whole(key: str, row: Row, spec: Spec, folder: Folder, retry_failed: bool) -> bool:
+def _is_whole(key: str, row: CaseRow, spec: Spec, folder: Folder, retry_failed: bool) -> bool:
     """Whether a case need not run again. What was stopped or crashed may get to its end now."""
     if row.status in (Status.TIMEOUT, Status.CRASHED) or (retry_failed and row.status == Status.FAILED):
         return False

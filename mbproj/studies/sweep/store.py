@@ -15,7 +15,7 @@ from typing import Any
 
 from mbproj.errors import ExitCode, MbprojError
 from mbproj.studies.sweep.database import FORMAT, open_whole, sealed, whole_values
-from mbproj.studies.sweep.row import Row, Status, as_stored, from_stored
+from mbproj.studies.sweep.row import CaseRow, Status, as_stored, from_stored
 
 
 class StoreLost(MbprojError):
@@ -58,19 +58,19 @@ class Store:
         with self._at_work():
             self._database.execute("DELETE FROM cases")
 
-    def add(self, key: str, parameters: Mapping[str, Any], row: Row) -> None:
+    def add(self, key: str, parameters: Mapping[str, Any], row: CaseRow) -> None:
         """Keeps a row, in place of one of the same case."""
         values = sealed(as_stored(key, parameters, self._measures, row))
         with self._at_work():
             self._database.execute(f"INSERT OR REPLACE INTO cases VALUES ({', '.join('?' * len(values))})", values)
 
-    def row(self, key: str) -> Row | None:
+    def row(self, key: str) -> CaseRow | None:
         """The row of a case; None where there is none, or it has not all that is measured now."""
         with self._at_work():
             found = self._database.execute("SELECT * FROM cases WHERE key = ?", [key]).fetchone()
             return None if found is None else self._row(found)
 
-    def rows(self) -> Iterator[tuple[str, Row]]:
+    def rows(self) -> Iterator[tuple[str, CaseRow]]:
         """All rows that have what is measured now, by their keys."""
         with self._at_work():
             for found in self._database.execute("SELECT * FROM cases"):
@@ -78,7 +78,7 @@ class Store:
                 if row is not None:
                     yield found[0], row
 
-    def _row(self, found: Sequence[Any]) -> Row | None:
+    def _row(self, found: Sequence[Any]) -> CaseRow | None:
         whole = whole_values("cases", FORMAT, found)
         if whole is None:
             raise sqlite3.DatabaseError("a row is not what was written")

@@ -7,25 +7,25 @@ from pathlib import Path
 from typing import Any
 
 from mbproj.dataclass import dataclass
-from mbproj.outputs import Kind, csv, write_csv
+from mbproj.outputs import FileKind, csv, write_csv
 from mbproj.results.sweep.layout import NOT_RUN
 from mbproj.scene.ranges.family import column_of, with_unit
 from mbproj.studies.sweep.design import Case
 from mbproj.studies.sweep.folder import OTHER, TABLE, Folder, checksum_of
 from mbproj.studies.sweep.keys import Keys
-from mbproj.studies.sweep.row import Row, Status
+from mbproj.studies.sweep.row import CaseRow, Status
 from mbproj.studies.sweep.spec import COLUMNS, Spec
 
 #: How our table is known, whatever varies in it.
-KIND: Kind = csv(COLUMNS[:1], COLUMNS[1:])
+KIND: FileKind = csv(COLUMNS[:1], COLUMNS[1:])
 
 
 @dataclass(frozen=True)
-class Entry:
+class CaseEntry:
     """A case, its row (None: it has not run), and its results file's name where that is kept."""
 
     values: Case
-    row: Row | None
+    row: CaseRow | None
     file: str
 
     @property
@@ -34,7 +34,7 @@ class Entry:
         return NOT_RUN if self.row is None else self.row.status.value
 
 
-def entries(spec: Spec, folder: Folder) -> Iterator[Entry]:
+def entries(spec: Spec, folder: Folder) -> Iterator[CaseEntry]:
     """All cases in the order of the design."""
     keys = Keys(spec.scene.text, spec.design.paths)
     for number in range(spec.design.count):
@@ -43,7 +43,7 @@ def entries(spec: Spec, folder: Folder) -> Iterator[Entry]:
         row = folder.store.row(key)
         file = folder.file_of(key)
         kept = row is not None and row.kept and file.exists()
-        yield Entry(values, row, str(file.relative_to(folder.path)) if kept else "")
+        yield CaseEntry(values, row, str(file.relative_to(folder.path)) if kept else "")
 
 
 def headings(spec: Spec) -> list[str]:
@@ -66,7 +66,7 @@ def write_table(spec: Spec, folder: Folder, force: bool = False) -> Path:
 def cells(spec: Spec, folder: Folder) -> Iterator[Sequence[Any]]:
     """The rows of the table, as `headings` has the columns; None where a case has no number."""
     for number, entry in enumerate(entries(spec, folder)):
-        row = entry.row or Row(Status.DONE)
+        row = entry.row or CaseRow(Status.DONE)
         numbers = row.values or (None,) * len(spec.measures)
         known = [None if value is None or value != value else value for value in numbers]
         ended = [entry.status, row.message, row.time, row.joint, row.formulation, row.seconds, entry.file]

@@ -20,7 +20,7 @@ from mbproj.studies.design.spec import read_spec
 from mbproj.studies.parallel.hand_out import Where
 from mbproj.studies.parallel.progress import Tell
 from mbproj.studies.parallel.resumable import resumable
-from mbproj.studies.store import Kept
+from mbproj.studies.store import ValueCache
 from mbproj.studies.synthesis.linkage import Linkage
 from mbproj.studies.synthesis.look import ARM, SPATIAL, bounds_of, candidates, names_for
 from mbproj.studies.synthesis.scenes import even_inputs, output_joint, scene_of, unit_of
@@ -80,7 +80,7 @@ def synthesise(
             message = f"no topology for {wanted.kind} is called '{name}'"
             raise InputError(Problem(message, Place("--topologies"), choose_from(name, able)))
     chosen = tuple(dict.fromkeys(names)) or able
-    kept = Kept(["synthesis", wanted.text, wanted.values.tolist(), _listed(wanted.times)], fresh)
+    kept = ValueCache(["synthesis", wanted.text, wanted.values.tolist(), _listed(wanted.times)], fresh)
     looked = resumable(candidates, wanted, {name: name for name in chosen}, kept, where, "topologies", tell)
     found = [_brought_to_an_end(wanted, name, looked[name], folder, where, fresh, force) for name in chosen]
     if not any(each.design for each in found):

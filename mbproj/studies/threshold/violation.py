@@ -27,7 +27,7 @@ from mbproj.studies.measure.spans import span
 from mbproj.studies.measure.timing import REPETITIONS, Timing, kept_timings
 from mbproj.studies.parallel.hand_out import Where
 from mbproj.studies.parallel.progress import Tell, silent
-from mbproj.studies.store import Kept
+from mbproj.studies.store import ValueCache
 
 #: Thresholds: powers of ten from these exponents on, for a mechanism of 1 m.
 EXPONENTS = range(-13, 0)
@@ -129,7 +129,7 @@ def threshold_study(
         "until": float(truth.times[-1]),
         "repetitions": repetitions,
     }
-    kept = Kept(what, fresh)
+    kept = ValueCache(what, fresh)
     trials = attempt(mechanism, settings, truth, kept, processes, tell)
     if trials[0].failure is not None:
         raise InputError(Problem(f"the scene's own setting fails: {trials[0].failure}", hint="choose a smaller step"))

@@ -31,7 +31,7 @@ from mbproj.studies.measure.spans import span
 from mbproj.studies.measure.timing import REPETITIONS, Timing, kept_timings
 from mbproj.studies.parallel.hand_out import Where
 from mbproj.studies.parallel.progress import Tell, silent
-from mbproj.studies.store import Kept
+from mbproj.studies.store import ValueCache
 from mbproj.studies.tradeoff.grid import Ladder, integrator_ladders, projection_ladders, schedule_ladders
 from mbproj.studies.tradeoff.near_front import CLOSED, projections_at_one_size, promising, to_time
 from mbproj.studies.tradeoff.pareto import cheapest, front
@@ -185,7 +185,7 @@ def tradeoff(
     truth, notes = certain_reference(mechanism, span(scene, until), own, names, tell)
     goal = max(ABOVE_FLOOR * float(truth.uncertainty[-1].max()), FINEST * mechanism.system.length)
     track = Track(Yardstick(scene, truth), goal, longest)
-    kept = Kept(_study(mechanism, truth, base, projections, names, longest, repetitions), fresh)
+    kept = ValueCache(_study(mechanism, truth, base, projections, names, longest, repetitions), fresh)
     mine = replace(own, formulation=base.formulation) if own.step or own.tolerance else None
     trials = _accuracy(track, base, mine, projections, names, kept, processes, tell)
     numbers = {trial.setting: index for index, trial in enumerate(trials)}
@@ -250,7 +250,7 @@ def _accuracy(
     own: Setting | None,
     projections: Sequence[str],
     names: Sequence[str],
-    kept: Kept,
+    kept: ValueCache,
     processes: Where,
     tell: Tell,
 ) -> list[Measurement]:

@@ -11,7 +11,7 @@ from mbproj.studies.measure.measurement import Measurement
 from mbproj.studies.parallel.hand_out import Where
 from mbproj.studies.parallel.progress import Tell
 from mbproj.studies.parallel.resumable import resumable
-from mbproj.studies.store import Kept
+from mbproj.studies.store import ValueCache
 from mbproj.studies.tradeoff.grid import Ladder
 
 #: A ladder is at its end when so many settings in a row have not brought the error below this part of the best.
@@ -48,7 +48,7 @@ def _sweep(track: Track, ladder: Ladder) -> list[dict[str, Any]]:
 
 
 def sweeps(
-    track: Track, ladders: Sequence[Ladder], kept: Kept, processes: Where, phase: str, tell: Tell
+    track: Track, ladders: Sequence[Ladder], kept: ValueCache, processes: Where, phase: str, tell: Tell
 ) -> list[list[Measurement]]:
     """The sweep of each ladder, in their order, in parallel; those that are kept are not run again."""
     keys = [f"sweep {ladder.base.command_line()}{' by tolerance' * ladder.by_tolerance}" for ladder in ladders]

@@ -37,7 +37,7 @@ DENSE = 40
 DEFINITE = 1e-12
 
 
-class Motion(NamedTuple):
+class ShortRun(NamedTuple):
     """Short runs from a state."""
 
     name: str
@@ -109,15 +109,15 @@ class Case:
         return self._from(self.state)
 
     @cached_property
-    def motions(self) -> tuple[Motion, ...]:
+    def motions(self) -> tuple[ShortRun, ...]:
         """From the scene's own start, and with velocities that rotate, translate, and do both."""
         states = {
             "from the scene's own start": self.mechanism.state,
             "rotating": self._moving(0.0, 1.0),
             "translating": self._moving(1.0, 0.0),
         }
-        others = (Motion(name, state, self._from(state)) for name, state in states.items())
-        return *others, Motion("rotating and translating", self.state, self.runs)
+        others = (ShortRun(name, state, self._from(state)) for name, state in states.items())
+        return *others, ShortRun("rotating and translating", self.state, self.runs)
 
     def _from(self, state: State) -> Halved:
         fastest = max(_fastest(self.system, state.v), self.rate)

@@ -19,7 +19,7 @@ from mbproj.studies.verify.finding import Found
 
 
 @dataclass(frozen=True)
-class Entry:
+class CheckEntry:
     """A check: a function of a case, and what it claims, in a line."""
 
     run: Callable[[Case], Found]
@@ -27,28 +27,30 @@ class Entry:
 
 
 #: Every check by name, in the order of the table. A new one is a function and a line here.
-CHECKS: Mapping[str, Entry] = MappingProxyType(
+CHECKS: Mapping[str, CheckEntry] = MappingProxyType(
     {
-        "popm-gpopm": Entry(corrections.popm_is_gpopm, "POPM = GPOPM where M is definite (Eq. 75)"),
-        "alpha": Entry(corrections.no_alpha, "MMOPM does not depend on α (Eq. 78)"),
-        "idempotent": Entry(corrections.idempotent, "correcting twice corrects once"),
-        "orthogonal": Entry(corrections.orthogonal, "corrections are orthogonal to what joints allow (Eqs. 38, 43)"),
-        "kernel-correction": Entry(corrections.kernel_correction, "the kernel's correction = Eq. 73"),
-        "eliminated": Entry(accelerations.eliminated_is_bordered, "Eqs. 80-81 = Eq. 14"),
-        "reduced": Entry(accelerations.reduced_is_bordered, "reduced solve = Eq. 14"),
-        "planar": Entry(accelerations.planar_is_bordered, "planar solve = Eq. 14"),
-        "power": Entry(balance.power, "joints do no work"),
-        "momentum": Entry(balance.momentum, "momentum changes by what acts from outside"),
-        "reaction": Entry(balance.action_is_reaction, "action = reaction in every joint"),
-        "units": Entry(invariance.units, "millimetres change nothing in GPOPM"),
-        "rotation": Entry(invariance.rotation, "turning the whole changes nothing"),
-        "translation": Entry(invariance.translation, "shifting the whole changes nothing"),
-        "renumbering": Entry(invariance.renumbering, "another order of the parts changes nothing"),
-        "order": Entry(order.observed_order, "the integrator keeps its order"),
-        "energy": Entry(order.energy_balance, "the energy balance converges"),
-        "closed": Entry(order.joints_closed, "joints are closed after every step"),
-        "linear": Entry(small_motions.small_motions, "the linear model = small motions"),
-        "turns": Entry(turns.teeth_kept, "gears keep their teeth, driven angles their turns"),
+        "popm-gpopm": CheckEntry(corrections.popm_is_gpopm, "POPM = GPOPM where M is definite (Eq. 75)"),
+        "alpha": CheckEntry(corrections.no_alpha, "MMOPM does not depend on α (Eq. 78)"),
+        "idempotent": CheckEntry(corrections.idempotent, "correcting twice corrects once"),
+        "orthogonal": CheckEntry(
+            corrections.orthogonal, "corrections are orthogonal to what joints allow (Eqs. 38, 43)"
+        ),
+        "kernel-correction": CheckEntry(corrections.kernel_correction, "the kernel's correction = Eq. 73"),
+        "eliminated": CheckEntry(accelerations.eliminated_is_bordered, "Eqs. 80-81 = Eq. 14"),
+        "reduced": CheckEntry(accelerations.reduced_is_bordered, "reduced solve = Eq. 14"),
+        "planar": CheckEntry(accelerations.planar_is_bordered, "planar solve = Eq. 14"),
+        "power": CheckEntry(balance.power, "joints do no work"),
+        "momentum": CheckEntry(balance.momentum, "momentum changes by what acts from outside"),
+        "reaction": CheckEntry(balance.action_is_reaction, "action = reaction in every joint"),
+        "units": CheckEntry(invariance.units, "millimetres change nothing in GPOPM"),
+        "rotation": CheckEntry(invariance.rotation, "turning the whole changes nothing"),
+        "translation": CheckEntry(invariance.translation, "shifting the whole changes nothing"),
+        "renumbering": CheckEntry(invariance.renumbering, "another order of the parts changes nothing"),
+        "order": CheckEntry(order.observed_order, "the integrator keeps its order"),
+        "energy": CheckEntry(order.energy_balance, "the energy balance converges"),
+        "closed": CheckEntry(order.joints_closed, "joints are closed after every step"),
+        "linear": CheckEntry(small_motions.small_motions, "the linear model = small motions"),
+        "turns": CheckEntry(turns.teeth_kept, "gears keep their teeth, driven angles their turns"),
     }
 )
 
@@ -66,7 +68,7 @@ def verify(scene: Scene, tell: Tell = silent) -> Verification:
     return Verification(tuple(found), case.choice.name)
 
 
-def _check(name: str, entry: Entry, case: Case) -> Check:
+def _check(name: str, entry: CheckEntry, case: Case) -> Check:
     try:
         result = entry.run(case)
     except np.linalg.LinAlgError as error:

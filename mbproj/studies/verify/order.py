@@ -10,7 +10,7 @@ from mbproj.dynamics import State
 from mbproj.integrate.events.law_switches import switches_of
 from mbproj.registry import PROJECTIONS, integrators, with_fixed_steps
 from mbproj.studies.measure.solve import Solution
-from mbproj.studies.verify.case import Case, Motion
+from mbproj.studies.verify.case import Case, ShortRun
 from mbproj.studies.verify.finding import Finding, Found
 from mbproj.studies.verify.rounded import EPS
 from mbproj.studies.verify.runs import ABOVE, Halved, Order
@@ -34,7 +34,7 @@ def observed_order(case: Case) -> Found:
     return min(told, key=lambda each: each.measured - each.allowed) if told else found[-1][1]
 
 
-def _order_of(case: Case, motion: Motion) -> Found:
+def _order_of(case: Case, motion: ShortRun) -> Found:
     runs, obstacle = motion.runs, _obstacle(case, motion)
     if obstacle:
         return obstacle
@@ -107,7 +107,7 @@ def _energy(solution: Solution) -> float:
     return float(solution.kinetic_energy.max() + potential.max() - potential.min())
 
 
-def _obstacle(case: Case, motion: Motion) -> str | None:
+def _obstacle(case: Case, motion: ShortRun) -> str | None:
     """Why no order can be expected; None where it can."""
     if motion.runs.split:
         return f"steps are split for what is shorter ({motion.runs.split}): there the error does not fall with the step"

@@ -25,7 +25,7 @@ from mbproj.registry import EQUILIBRIUM
 from mbproj.scene.records import Settings
 from mbproj.studies.verify.case import Case
 from mbproj.studies.verify.finding import Finding, Found
-from mbproj.studies.verify.turns import Kept
+from mbproj.studies.verify.turns import TurnRecorder
 
 #: Amplitude of the motion in lengths or radians, steps in which it is followed, and for how much of the slowest mode's
 #: period. Two runs, to either side, leave the square of the amplitude, and the steps their fourth power.
@@ -102,7 +102,7 @@ def _changes(case: Case, rest: Equilibrium, time: float) -> bool:
 
 def _end(case: Case, start: State, time: float, steps: int) -> Array:
     """The joints' coordinates after a time."""
-    kept = Kept()
+    kept = TurnRecorder()
     formulation = case.scene.settings.formulation
     settings = Settings(duration=time, step=time / steps, output_step=time, formulation=formulation, start=EQUILIBRIUM)
     simulate(case.system, start, settings, kept)

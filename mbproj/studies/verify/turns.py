@@ -26,7 +26,7 @@ def teeth_kept(case: Case) -> Found:
     them: the most over the scene's first steps."""
     if not (case.system.couplings.size or _driven_angles(case.system).size):
         return "there are no gears, screws or driven angles"
-    kept = Kept()
+    kept = TurnRecorder()
     simulate(case.system, case.mechanism.state, _short(case), kept)
     away = slipped(case.system, kept.coordinate, kept.prescribed)
     return Finding(away, WHOLE, f"teeth or turns, in {len(kept.coordinate) - 1} samples")
@@ -56,7 +56,7 @@ def _short(case: Case) -> Settings:
     return replace(own, duration=duration, output_step=duration / STEPS)
 
 
-class Kept:
+class TurnRecorder:
     """A recorder of the joints' coordinates and what motions prescribe."""
 
     def __init__(self) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from mbproj.scene import read_scene_text
-from mbproj.scene.looks import COLOURS, Appearance, PlacedShape
+from mbproj.scene.appearance import COLOURS, Appearance, PlacedShape
 
 TEXT = """\
 mbproj: 1

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import pytest
 
 from mbproj.errors import Place
-from mbproj.scene.fields.choices import Reference
+from mbproj.scene.fields.choices import NameReference
 from mbproj.scene.fields.reading import Reading
 from mbproj.scene.text.nodes import from_value
 from mbproj.scene.text.suggestions import MAX_NAMES, choose_from, did_you_mean
@@ -38,7 +38,7 @@ def test_hints_look_at_few_of_many_names(hint) -> None:
 def test_a_reference_looks_at_few_of_many_names(name: str, found: str | None) -> None:
     names, place = Names.fromkeys(NAMES), Place("f.yaml", 1, 1)
     reading = Reading(items={"bodies": names})
-    assert Reference("body", "bodies", ("ground",)).read(from_value(name, place), ("joints",), reading) == found
+    assert NameReference("body", "bodies", ("ground",)).read(from_value(name, place), ("joints",), reading) == found
     assert names.looked_at <= MAX_NAMES + 1
     wrong = "unknown body 'b4999x'; choose from: ground, b0, b1, "
     assert [problem.line()[:60] for problem in reading.problems] == (

@@ -13,7 +13,7 @@ from mbproj.studies.measure.reference import error, reference
 from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.solve import sample_times, solve
 from mbproj.studies.measure.timing import time_settings
-from mbproj.studies.store import Kept
+from mbproj.studies.store import ValueCache
 
 
 def exact_end(times: np.ndarray) -> np.ndarray:
@@ -85,8 +85,8 @@ def test_processes_and_what_is_kept_change_nothing(pendulum):
     settings = [Setting(step=0.1 / k) for k in (10, 20)] + [Setting("none", "dop853", tolerance=1e-6)]
     seen: list[tuple[str, int, int]] = []
     alone = attempt(pendulum, settings, found, processes=1)
-    first = attempt(pendulum, settings[:2], found, Kept("test"), processes=2)
-    whole = attempt(pendulum, settings, found, Kept("test"), processes=2, tell=lambda *told: seen.append(told))
+    first = attempt(pendulum, settings[:2], found, ValueCache("test"), processes=2)
+    whole = attempt(pendulum, settings, found, ValueCache("test"), processes=2, tell=lambda *told: seen.append(told))
     assert seen == [("runs", 2, 3), ("runs", 3, 3)]
     assert whole[:2] == first  # not run again: the seconds are the same, too
     assert [trial.error for trial in whole] == [trial.error for trial in alone]

@@ -17,7 +17,7 @@ import pytest
 import mbproj
 from mbproj.errors import MbprojWarning, warn_once
 from mbproj.studies.parallel.hand_out import in_parallel
-from mbproj.studies.store import Kept, cached, database, kept
+from mbproj.studies.store import ValueCache, cached, database, value_cache
 from mbproj.studies.store.encoding import decoded
 from tests.studies.parallel.drawn import Drawn
 from tests.studies.tasks import keep
@@ -43,35 +43,35 @@ def test_a_value_is_computed_once():
 
 
 def test_a_study_resumes_and_begins_fresh_where_that_is_asked_for():
-    Kept({"span": 1}).add("a", float("inf"))
-    again = Kept({"span": 1})
+    ValueCache({"span": 1}).add("a", float("inf"))
+    again = ValueCache({"span": 1})
     again.add("b", [1, None, {"c": "text"}])
-    whole = Kept({"span": 1})
+    whole = ValueCache({"span": 1})
     assert (whole["a"], whole["b"]) == (float("inf"), [1, None, {"c": "text"}])
-    assert "a" not in Kept({"span": 2})
-    assert "a" not in Kept({"span": 1}, fresh=True)
-    assert "b" not in Kept({"span": 1})
+    assert "a" not in ValueCache({"span": 2})
+    assert "a" not in ValueCache({"span": 1}, fresh=True)
+    assert "b" not in ValueCache({"span": 1})
 
 
 def test_what_other_code_has_kept_is_not_taken(tmp_path, monkeypatch):
-    kept._code.cache_clear()
-    Kept({"span": 1}).add("a", 1)
+    value_cache._code.cache_clear()
+    ValueCache({"span": 1}).add("a", 1)
     package = tmp_path / "mbproj"
     package.mkdir()
     (package / "__init__.py").write_text("changed = True\n")
     with monkeypatch.context() as patched:
         patched.setattr(mbproj, "__file__", str(package / "__init__.py"))
-        assert "a" in Kept({"span": 1})  # the code is read once in a process
-        kept._code.cache_clear()
-        assert "a" not in Kept({"span": 1})
-    kept._code.cache_clear()
-    assert "a" in Kept({"span": 1})
+        assert "a" in ValueCache({"span": 1})  # the code is read once in a process
+        value_cache._code.cache_clear()
+        assert "a" not in ValueCache({"span": 1})
+    value_cache._code.cache_clear()
+    assert "a" in ValueCache({"span": 1})
 
 
 def test_a_study_without_a_name_is_in_memory_alone(tmp_path):
-    alone = Kept()
+    alone = ValueCache()
     alone.add("a", 1)
-    assert (alone["a"], "a" in Kept(), store(tmp_path).exists()) == (1, False, False)
+    assert (alone["a"], "a" in ValueCache(), store(tmp_path).exists()) == (1, False, False)
 
 
 @pytest.mark.skipif(os.name != "posix", reason="modes of files")
@@ -140,7 +140,7 @@ def test_what_is_no_store_is_set_aside_with_one_line(tmp_path, spoil):
 
 def test_a_cache_folder_that_is_a_file_is_said_and_nothing_is_kept(tmp_path):
     (tmp_path / "cache").write_text("a file")
-    (line,) = said(lambda: [computed(1), computed(1), Kept("x").add("a", 1)])
+    (line,) = said(lambda: [computed(1), computed(1), ValueCache("x").add("a", 1)])
     assert line.startswith("studies keep nothing for the next time: [Errno 17] File exists: ")
     assert line.endswith("; MBPROJ_CACHE chooses another folder")
     assert (tmp_path / "cache").read_text() == "a file"

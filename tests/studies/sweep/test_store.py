@@ -11,14 +11,14 @@ import numpy as np
 import pytest
 
 from mbproj.errors import InputError, MbprojWarning
-from mbproj.studies.sweep.row import Row, Status
+from mbproj.studies.sweep.row import CaseRow, Status
 from mbproj.studies.sweep.store import Store
 from tests.studies.sweep.specs import swept, write
 
 ROWS = {
-    f"{number:032x}": Row(Status.DONE, (0.4936 + number, -0.0, float("nan")), seconds=-0.0)
+    f"{number:032x}": CaseRow(Status.DONE, (0.4936 + number, -0.0, float("nan")), seconds=-0.0)
     if number % 3
-    else Row(Status.FAILED, message="sqrt of a number below 0 \udcff", time=0.1 * number, joint="pin")
+    else CaseRow(Status.FAILED, message="sqrt of a number below 0 \udcff", time=0.1 * number, joint="pin")
     for number in range(60)
 }
 #: As the first format has it.

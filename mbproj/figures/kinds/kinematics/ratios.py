@@ -12,7 +12,7 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.figures import rows, shown
 from mbproj.figures.margins import small_print
-from mbproj.figures.rows import Group, Quantity
+from mbproj.figures.rows import PanelGroup, PanelQuantity
 from mbproj.figures.style import styled
 from mbproj.figures.units import DEGREES, Unit
 from mbproj.results import Results
@@ -51,13 +51,13 @@ def draw_ratios(results: Sequence[Results], labels: Sequence[str]) -> Figure:
     return rows.draw(results, labels, groups, "; ".join(filter(None, [cut, said])))
 
 
-def _group(results: Sequence[Results], name: str, input_unit: str) -> Group:
+def _group(results: Sequence[Results], name: str, input_unit: str) -> PanelGroup:
     unit = next(result.coordinate(name).unit for result in results if name in result.names("coordinates"))
     alike = unit == input_unit
     of_speeds, of_forces = ("", "") if alike else ("m/rad", "rad/m") if unit == "m" else ("rad/m", "m/rad")
-    ratio = Quantity(f"{name}: velocity ratio", Unit(of_speeds, ""), _Ratio(name, False), held=False)
-    advantage = Quantity("mechanical advantage", Unit(of_forces, ""), _Ratio(name, True), held=False)
-    return Group(((ratio, advantage),))
+    ratio = PanelQuantity(f"{name}: velocity ratio", Unit(of_speeds, ""), _Ratio(name, False), held=False)
+    advantage = PanelQuantity("mechanical advantage", Unit(of_forces, ""), _Ratio(name, True), held=False)
+    return PanelGroup(((ratio, advantage),))
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,9 @@ def draw_transmission(
 ) -> Figure:
     """A row a transmission angle, in degrees from 0 to 90."""
     groups = [
-        Group(((Quantity(f"at {own[1]}, to {own[0]} and {own[2]}", DEGREES.value, _Angle(own), held=False),),))
+        PanelGroup(
+            ((PanelQuantity(f"at {own[1]}, to {own[0]} and {own[2]}", DEGREES.value, _Angle(own), held=False),),)
+        )
         for own in corners
     ]
     figure = rows.draw(results, labels, rows.fitting(groups, results))

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from mbproj.dataclass import dataclass
-from mbproj.formats.mechanism import Bare, Mechanism, Names
+from mbproj.formats.mechanism import Bare, ImportedNames, Mechanism
 from mbproj.formats.mjcf.drives import free_symbol
 from mbproj.formats.mjcf.joints import HINGE, SLIDE
 from mbproj.formats.mjcf.laws import summed
@@ -108,7 +108,7 @@ def names_along(mechanism: Mechanism, name: str, along: list[Along]) -> list[str
     """Names of the forces along the coordinates."""
     names: list[str] = []
     for _ in along:
-        names.append(Names(frozenset([*mechanism.forces, *names])).own(name))
+        names.append(ImportedNames(frozenset([*mechanism.forces, *names])).own(name))
     return names
 
 

@@ -15,7 +15,7 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.errors import Place
 from mbproj.formats.chains import EXACT, Coordinates
-from mbproj.formats.mechanism import Connection, Mechanism, Names, Part, Quantity
+from mbproj.formats.mechanism import Connection, ImportedBody, ImportedNames, Mechanism, Quantity
 from mbproj.formats.mjcf.compiled import Compiled
 from mbproj.formats.mjcf.joints import HINGE, joint_name
 from mbproj.formats.mjcf.parts import Called
@@ -52,7 +52,7 @@ class Tendons:
     mechanism: Mechanism
     called: Called
     coordinates: Coordinates
-    names: Names
+    names: ImportedNames
     made: dict[tuple[str, int, int], str] = field(default_factory=dict)
     found: dict[int, list[Branch]] = field(default_factory=dict)
     acting: set[int] = field(default_factory=set)
@@ -210,9 +210,9 @@ class Tendons:
         name = self.name(number)
         joint, row = self.names.own(f"{name}_slider"), self.names.own(f"{name}_sum")
         self.made["slider", number, 0] = joint
-        body = Names(frozenset([*self.mechanism.parts, GROUND])).own(joint)
+        body = ImportedNames(frozenset([*self.mechanism.parts, GROUND])).own(joint)
         zero = np.zeros(3)
-        self.mechanism.insert(Part(body, 0.0, np.zeros((3, 3)), zero, np.eye(3), self.place(number)), "")
+        self.mechanism.insert(ImportedBody(body, 0.0, np.zeros((3, 3)), zero, np.eye(3), self.place(number)), "")
         place = self.place(number)
         self.mechanism.join(joint, "prismatic", (GROUND, body), zero, self._in_plane(number), place=place)
         of = {**coupled.weights, f"{joint}.displacement": -1.0}

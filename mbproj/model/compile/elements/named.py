@@ -26,7 +26,7 @@ from mbproj.functions.program import (
     variable,
 )
 from mbproj.functions.program_set import ProgramSet, flatten
-from mbproj.model.channels import Channels, Kind
+from mbproj.model.channels import ChannelKind, Channels
 from mbproj.model.system import System
 from mbproj.scene.expressions.compiled import compiled
 from mbproj.scene.expressions.syntax_tree import parse
@@ -61,14 +61,14 @@ class Named:
         names, known = system.names, system.channels
         self._system, self._signals, self._others = system, signals, others
         self._pushes = {f"{in_expressions(name)}.force": push for name, push in pushes.items()}
-        self._able = {name: (Kind.STATE, at) for at, name in enumerate(names.states)}
-        self._able |= {name: (Kind.COORDINATE, at) for at, name in enumerate(names.coordinates)}
-        self._able |= {f"{name}_dot": (Kind.RATE, at) for at, name in enumerate(names.coordinates)}
+        self._able = {name: (ChannelKind.STATE, at) for at, name in enumerate(names.states)}
+        self._able |= {name: (ChannelKind.COORDINATE, at) for at, name in enumerate(names.coordinates)}
+        self._able |= {f"{name}_dot": (ChannelKind.RATE, at) for at, name in enumerate(names.coordinates)}
         self._able |= {in_expressions(name): each for name, each in self._able.items()}
         self._laws = {f"{name}.force": at for at, name in enumerate(names.forces[: system.forces.laws.size])}
         self._laws |= {in_expressions(name): at for name, at in self._laws.items()}
         pairs = zip(known.kind.tolist(), known.index.tolist(), strict=True)
-        self._found = {(Kind(kind), index): at for at, (kind, index) in enumerate(pairs)}
+        self._found = {(ChannelKind(kind), index): at for at, (kind, index) in enumerate(pairs)}
         self._codes = dict[str, Code]()
         self._open: list[str] = []
 
@@ -130,7 +130,7 @@ class Named:
         """What an element reads."""
         return tuple(self.code(name, f"element '{element.name}'") for name in element.reads)
 
-    def _channel(self, kind: Kind, index: int) -> Code:
+    def _channel(self, kind: ChannelKind, index: int) -> Code:
         return variable(CHANNELS + self._found.setdefault((kind, index), len(self._found)))
 
     def _force(self, law: int) -> Code:
@@ -143,7 +143,7 @@ class Named:
             raise InputError(Problem(what, hint="read what the load comes from: a coordinate, a spring's force"))
         at = int(own.joint_coordinate[law])
         at = at if at >= 0 else system.names.coordinates.index(f"{name}.length")
-        s, rate = self._channel(Kind.COORDINATE, at), self._channel(Kind.RATE, at)
+        s, rate = self._channel(ChannelKind.COORDINATE, at), self._channel(ChannelKind.RATE, at)
         stretch = apply(Op.SUBTRACT, s, number(float(own.free[law])))
         total = apply(Op.MULTIPLY, number(-float(own.stiffness[law])), stretch) if own.stiffness[law] else number(0.0)
         if own.damping[law]:

@@ -36,7 +36,7 @@ WHOLE = 1e-9
 
 
 @dataclass(frozen=True)
-class Row(Field[tuple[Any, ...]]):
+class RowField(Field[tuple[Any, ...]]):
     """Values of several kinds in a list."""
 
     items: tuple[Field[Any], ...]
@@ -61,7 +61,7 @@ class Row(Field[tuple[Any, ...]]):
 
 
 LAW = Choice("lift law", lambda: LAWS)
-POINT: Row = Row((Number("m"), Number("m")))
+POINT: RowField = RowField((Number("m"), Number("m")))
 POINTS: Field[Any] = List(POINT, None, "points")
 
 
@@ -77,7 +77,7 @@ def _whole_turn(rises: tuple[tuple[float, float, str], ...]) -> tuple[Rise, ...]
     return found
 
 
-RISES: Field[Any] = Converted(List(Row((Angle(above=0.0), Number("m"), LAW)), None, "rises"), _whole_turn)
+RISES: Field[Any] = Converted(List(RowField((Angle(above=0.0), Number("m"), LAW)), None, "rises"), _whole_turn)
 LIFT: Record[dict[str, Any]] = Record("a lift law", {"base": LENGTH, "rises": RISES}, dict, ("base", "rises"))
 
 
@@ -109,12 +109,12 @@ def _round(rows: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], 
 
 KEYS: Mapping[str, Field[Any]] = {
     "points": POINTS,
-    "space_points": List(Row((Number("m"), Number("m"), Number("m"))), None, "points"),
+    "space_points": List(RowField((Number("m"), Number("m"), Number("m"))), None, "points"),
     "polyline": POINTS,
     "circle": LENGTH,
     "ellipse": List(LENGTH, 2, "half axes"),
     "involute": INVOLUTE,
-    "table": Converted(List(Row((Angle(), Number("m"))), None, "rows"), _round),
+    "table": Converted(List(RowField((Angle(), Number("m"))), None, "rows"), _round),
     "lift": LIFT,
     "closed": Flag(),
     "fillet": LENGTH,

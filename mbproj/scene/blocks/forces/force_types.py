@@ -16,7 +16,7 @@ from mbproj.scene.blocks.forces.friction import friction_record
 from mbproj.scene.blocks.forces.stops import stop_record
 from mbproj.scene.fields.alternatives import Variants
 from mbproj.scene.fields.checks import of_these_bodies
-from mbproj.scene.fields.choices import Choice, Reference
+from mbproj.scene.fields.choices import Choice, NameReference
 from mbproj.scene.fields.containers import Check, OneOf, Record
 from mbproj.scene.fields.fields import Field, List
 from mbproj.scene.fields.functions import Function, Varying, table
@@ -98,7 +98,7 @@ def _body_force(
 
 
 FORCE_TYPE = Choice("force type", lambda: FORCE_RECORDS)
-JOINT = Reference("joint", "joints")
+JOINT = NameReference("joint", "joints")
 AXES = Choice("axes", lambda: ("global", "body"))
 
 
@@ -112,7 +112,7 @@ def _on_joint(what: str, force: str, coordinate: str, unit: str, free: str) -> R
 
 def _on_body(what: str, key: str, unit: str, place: Mapping[str, Field[Any]]) -> Record[Force]:
     """A force or a torque of given components."""
-    body = {"type": FORCE_TYPE, "body": Reference("body", "bodies")}
+    body = {"type": FORCE_TYPE, "body": NameReference("body", "bodies")}
     components = List(Function(unit, names_channels=True), 3, "components")
     keys: dict[str, Field[Any]] = {**body, **place, key: components, "axes": AXES}
     checks = (Check(("body", "location"), of_these_bodies("location")),) if place else ()

@@ -14,7 +14,7 @@ from typing import Any
 from mbproj.scene.blocks.coordinates import COORDINATES
 from mbproj.scene.blocks.forces.coulomb import COULOMB
 from mbproj.scene.fields.alternatives import Alternatives
-from mbproj.scene.fields.choices import Choice, Reference
+from mbproj.scene.fields.choices import Choice, NameReference
 from mbproj.scene.fields.containers import Record
 from mbproj.scene.fields.fields import Converted, Field
 from mbproj.scene.fields.quantities import Number
@@ -46,7 +46,7 @@ def friction_record(force_type: Choice) -> Record[Force]:
         "a friction",
         {
             "type": force_type,
-            "joint": Reference("joint", "joints"),
+            "joint": NameReference("joint", "joints"),
             "coefficient": Alternatives(
                 (
                     Converted(COEFFICIENT, lambda coefficient: {"": coefficient}),

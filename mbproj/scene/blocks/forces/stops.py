@@ -16,7 +16,7 @@ from mbproj.dataclass import dataclass
 from mbproj.joints import COORDINATE_UNITS, JOINTS
 from mbproj.scene.blocks.forces.plane_friction import FRICTIONLESS, PLANE_FRICTION
 from mbproj.scene.fields.checks import of_these_bodies
-from mbproj.scene.fields.choices import Choice, Reference
+from mbproj.scene.fields.choices import Choice, NameReference
 from mbproj.scene.fields.containers import Check, Complaint, OneOf, Record
 from mbproj.scene.fields.fields import Field, Flag, Schema, T_co
 from mbproj.scene.fields.placing import BODY_DIRECTION, BODY_POINT, POINTS_OF, TWO_BODIES, TWO_POINTS, two_ends
@@ -196,7 +196,7 @@ def _between(shortest: float, longest: float) -> Iterator[Complaint]:
 
 def _record(what: str, make: Callable[..., Any], vectors: Mapping[str, Field[Any]]) -> Record[Any]:
     """Points or directions of one body."""
-    keys: dict[str, Field[Any]] = {"body": Reference("body", "bodies", (GROUND,)), **vectors}
+    keys: dict[str, Field[Any]] = {"body": NameReference("body", "bodies", (GROUND,)), **vectors}
     checks = tuple(Check(("body", key), of_these_bodies(key)) for key in vectors)
     return Record(what, keys, make, tuple(keys), checks)
 

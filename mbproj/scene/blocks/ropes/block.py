@@ -17,7 +17,7 @@ from dataclasses import replace
 from typing import Any
 
 from mbproj.scene.blocks.ropes.path import KINDS, Node, Path, along
-from mbproj.scene.fields.choices import Choice, Reference
+from mbproj.scene.fields.choices import Choice, NameReference
 from mbproj.scene.fields.containers import OneOf, Record
 from mbproj.scene.fields.fields import Converted, Field, Flag, List
 from mbproj.scene.fields.placing import BODY_POINT
@@ -60,7 +60,7 @@ def _node(at: Any = None, radius: float = 0.0, bends: str | None = None, turns: 
 NODE: Record[Node] = Record(
     "a place of a rope",
     {
-        **{kind: Reference("body", "bodies", (GROUND,)) for kind in KINDS},
+        **{kind: NameReference("body", "bodies", (GROUND,)) for kind in KINDS},
         "at": BODY_POINT,
         "radius": LENGTH,
         "bends": Choice("side", lambda: ("left", "right")),
@@ -83,7 +83,7 @@ def _several(nodes: tuple[Node, ...]) -> tuple[Node, ...]:
 KEYS: Mapping[str, Field[Any]] = {
     "path": Converted(List(NODE, None, "places"), _several),
     "normal": DIRECTION,
-    "frame": Reference("body", "bodies", (GROUND,)),
+    "frame": NameReference("body", "bodies", (GROUND,)),
     "length": LENGTH,
     "slack": Flag(),
     "free": Flag(),

@@ -14,7 +14,7 @@ from mbproj.model.system import System
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class PoseHistory:
     """Centres of mass `position` (T, n, 3) in m and Euler parameters `orientation` (T, n, 4) at `time` (T,) in s."""
 
     time: Array
@@ -27,9 +27,9 @@ class Motion:
         whole = np.isfinite(self.position).all(axis=(1, 2)) & np.isfinite(self.orientation).all(axis=(1, 2))
         return np.flatnonzero(whole)
 
-    def at(self, rows: Integers | Sequence[int]) -> Motion:
+    def at(self, rows: Integers | Sequence[int]) -> PoseHistory:
         """These samples alone."""
-        return Motion(self.time[rows], self.position[rows], self.orientation[rows])
+        return PoseHistory(self.time[rows], self.position[rows], self.orientation[rows])
 
     def point(self, body: int, local: Array) -> Array:
         """The path (T, 3) of a point of a body; of the ground (-1), which stays."""
@@ -45,9 +45,9 @@ class Motion:
         return turned
 
 
-def motion_at(system: System, q: Array) -> Motion:
+def motion_at(system: System, q: Array) -> PoseHistory:
     """All bodies of the scene at the coordinates q (7n,) of what carries them, as a motion of one sample."""
     pose = pose_of(q)
     position = attached(pose, system.body_carrier, system.body_offset, np.ones(len(system.body_carrier)))
     orientation = product(pose.orientation[system.body_carrier], system.body_turn)
-    return Motion(np.zeros(1), position[None], orientation[None])
+    return PoseHistory(np.zeros(1), position[None], orientation[None])

@@ -9,12 +9,12 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.model.compile.frames import poses_of
-from mbproj.pages.look.gears import pin, radii, slotted, wheel
-from mbproj.pages.look.glyphs import GLYPHS, STANDING, Frame, pedestal, sketch_of
-from mbproj.pages.look.layout import Layout
-from mbproj.pages.look.motion import Motion
-from mbproj.pages.look.parts import Part, cylinder
-from mbproj.pages.look.plates import both_outlines, wire_of
+from mbproj.pages.appearance.gears import pin, radii, slotted, wheel
+from mbproj.pages.appearance.glyphs import GLYPHS, STANDING, Frame, pedestal, sketch_of
+from mbproj.pages.appearance.layout import PartNumbers
+from mbproj.pages.appearance.motion import PoseHistory
+from mbproj.pages.appearance.parts import Solid, cylinder
+from mbproj.pages.appearance.plates import both_outlines, wire_of
 from mbproj.scene.records import Joint, Scene
 
 #: A pin is at most this many thicknesses long to either side: through a body that is long along it, it has no need.
@@ -28,14 +28,14 @@ class Drawn:
     """A part, the number of the body that carries it (-1: the ground), its layer ("bodies", "joints", "ground",
     "springs"), and the number of the body, joint or force that it belongs to."""
 
-    part: Part
+    part: Solid
     carrier: int
     layer: str
     item: int
 
 
 def joint_parts(
-    scene: Scene, layout: Layout, motion: Motion, bodies: Sequence[Sequence[Part]], up: Array
+    scene: Scene, layout: PartNumbers, motion: PoseHistory, bodies: Sequence[Sequence[Solid]], up: Array
 ) -> Iterator[Drawn]:
     """The parts of all joints; `bodies` are the parts of each body, `up` (3,) is against gravity."""
     middle = motion.position[motion.finite].mean(axis=(0, 1)) if len(motion.finite) else np.zeros(3)
@@ -57,7 +57,7 @@ def joint_parts(
                 yield Drawn(part, -1, "ground", item)
 
 
-def _frame(joint: Joint, layout: Layout, motion: Motion, bodies: Sequence[Sequence[Part]]) -> Frame:
+def _frame(joint: Joint, layout: PartNumbers, motion: PoseHistory, bodies: Sequence[Sequence[Solid]]) -> Frame:
     symbols, pair, r = layout.frames[joint.name], layout.bodies[joint.name], layout.thickness
     ends = [motion.point(body, symbols[f"p{side}"]) for side, body in enumerate(pair, 1)]
     slid = np.einsum("ti,ti->t", ends[1] - ends[0], motion.vector(pair[0], symbols["z1"]))[motion.finite]
@@ -83,7 +83,7 @@ def _frame(joint: Joint, layout: Layout, motion: Motion, bodies: Sequence[Sequen
     )
 
 
-def _circles(scene: Scene, joint: Joint, item: int, layout: Layout) -> Iterator[Drawn]:
+def _circles(scene: Scene, joint: Joint, item: int, layout: PartNumbers) -> Iterator[Drawn]:
     """The sheaves, wheels and drums of a rope."""
     poses, path = poses_of(scene), joint.parameters["path"]
     for node in path.nodes:
@@ -95,7 +95,7 @@ def _circles(scene: Scene, joint: Joint, item: int, layout: Layout) -> Iterator[
             yield Drawn(disc, carrier, "ground" if carrier < 0 else "joints", item)
 
 
-def _near(part: Part, point: Array, r: float) -> bool:
+def _near(part: Solid, point: Array, r: float) -> bool:
     """Whether the part's box holds the point."""
     corners = (part.outline() - part.position) @ part.rotation
     local = (point - part.position) @ part.rotation
@@ -111,7 +111,7 @@ def _front(frame: Frame, up: Array) -> Array:
     raise AssertionError("two coordinate axes are not both upright")
 
 
-def _wheels(joint: Joint, item: int, layout: Layout, motion: Motion) -> Iterator[Drawn]:
+def _wheels(joint: Joint, item: int, layout: PartNumbers, motion: PoseHistory) -> Iterator[Drawn]:
     """The two wheels of a gear, where its axes say how large they are; pulleys, and the pinion of a rack."""
     assert joint.couples is not None
     start = motion.at([0])
@@ -131,7 +131,7 @@ def _wheels(joint: Joint, item: int, layout: Layout, motion: Motion) -> Iterator
 
 
 def _geneva(
-    joint: Joint, item: int, layout: Layout, start: Motion, points: Sequence[Array], axes: Sequence[Array]
+    joint: Joint, item: int, layout: PartNumbers, start: PoseHistory, points: Sequence[Array], axes: Sequence[Array]
 ) -> Iterator[Drawn]:
     """The pin of the driver and the slotted wheel: at both zeros the pin is on the line of centres, in a slot."""
     assert joint.couples is not None

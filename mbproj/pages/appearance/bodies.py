@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.pages.look.equal_inertia import solid_of
-from mbproj.pages.look.parts import UPRIGHT, Mesh, Part, bar, sphere
-from mbproj.pages.look.plates import plate
-from mbproj.pages.look.shapes import part_of
+from mbproj.pages.appearance.equal_inertia import solid_of
+from mbproj.pages.appearance.parts import UPRIGHT, Mesh, Solid, bar, sphere
+from mbproj.pages.appearance.plates import plate
+from mbproj.pages.appearance.shapes import part_of
 from mbproj.scene.meshes import TriangleMesh
 from mbproj.scene.records import Body
 
@@ -37,13 +37,13 @@ def parts_of(
     mesh: TriangleMesh | None = None,
     *,
     loose: bool = False,
-) -> tuple[Part, ...]:
+) -> tuple[Solid, ...]:
     """The parts of a body whose joints and markers are at these points of its axes, (3,) from the centre of mass.
 
     `axes` are those about which its joints turn, None where one has none. `thickness` is the radius of a link in m,
     `mesh` what the body wears. A `loose` body has no joints: the points are those of what else holds it."""
     if mesh is not None:
-        return (Part("mesh", (), np.zeros(3), np.array(UPRIGHT), Mesh(mesh.vertices, mesh.triangles, convex=False)),)
+        return (Solid("mesh", (), np.zeros(3), np.array(UPRIGHT), Mesh(mesh.vertices, mesh.triangles, convex=False)),)
     look = body.appearance
     shapes = look.shapes if look is not None and look.shapes else body.shapes
     if shapes:
@@ -70,7 +70,7 @@ def _without_shapes(
     thickness: float,
     *,
     loose: bool,
-) -> tuple[Part, ...]:
+) -> tuple[Solid, ...]:
     points, centre = distinct(joints, SAME * thickness), np.zeros(3)
     solid = solid_of(body.mass, np.array(body.inertia), 0.8 * thickness)
     if solid is not None and _fits(solid, points, any_shape=loose):
@@ -92,7 +92,7 @@ def _without_shapes(
     return (*links, *_weight(solid, ends)) or (sphere(2.0 * thickness, centre),)
 
 
-def _weight(solid: Part | None, ends: Sequence[Array]) -> tuple[Part, ...]:
+def _weight(solid: Solid | None, ends: Sequence[Array]) -> tuple[Solid, ...]:
     """The solid at the end of a link, where it is not larger than that is long."""
     longest = max((float(np.linalg.norm(end)) for end in ends), default=0.0)
     if solid is None or float(np.ptp(solid.outline(), axis=0).max()) > 1.2 * longest:
@@ -100,7 +100,7 @@ def _weight(solid: Part | None, ends: Sequence[Array]) -> tuple[Part, ...]:
     return (solid,)
 
 
-def _shaft(joints: Sequence[Array], axes: Sequence[Array | None], thickness: float) -> tuple[Part, ...]:
+def _shaft(joints: Sequence[Array], axes: Sequence[Array | None], thickness: float) -> tuple[Solid, ...]:
     """A shaft with cranks, where all joints turn about parallel axes at different places along them: a bar along the
     axis of the first, and an arm to each of the others."""
     if len(joints) < 2 or any(axis is None for axis in axes):
@@ -118,7 +118,7 @@ def _shaft(joints: Sequence[Array], axes: Sequence[Array | None], thickness: flo
     return tuple(found)
 
 
-def _fits(solid: Part, points: Sequence[Array], *, any_shape: bool) -> bool:
+def _fits(solid: Solid, points: Sequence[Array], *, any_shape: bool) -> bool:
     """Whether the solid looks like the body: it reaches the joints, is not much longer than what they span, and is
     slender between two joints, flat among more. What springs hold may have `any_shape`."""
     corners = (solid.outline() - solid.position) @ solid.rotation
@@ -132,7 +132,7 @@ def _fits(solid: Part, points: Sequence[Array], *, any_shape: bool) -> bool:
     return (shaped or any_shape) and length <= LONGER * span and _reaches(solid, points, length)
 
 
-def _reaches(solid: Part, points: Sequence[Array], length: float) -> bool:
+def _reaches(solid: Solid, points: Sequence[Array], length: float) -> bool:
     """Whether all points are in the solid's box, grown a little."""
     half = (
         0.5 * np.array(solid.size)
@@ -142,11 +142,11 @@ def _reaches(solid: Part, points: Sequence[Array], length: float) -> bool:
     return all(bool((np.abs(solid.rotation.T @ point) <= half + MISSES * length).all()) for point in points)
 
 
-def _struts(drawn: Sequence[Part], points: Sequence[Array], radius: float) -> tuple[Part, ...]:
+def _struts(drawn: Sequence[Solid], points: Sequence[Array], radius: float) -> tuple[Solid, ...]:
     """A thin bar from the nearest part to each point that is off the body."""
     if not drawn:
         return ()
-    found: list[Part] = []
+    found: list[Solid] = []
     for point in points:
         near = min((_nearest(part, point) for part in drawn), key=lambda at: float(np.linalg.norm(point - at)))
         if np.linalg.norm(point - near) > OFF * radius:
@@ -154,7 +154,7 @@ def _struts(drawn: Sequence[Part], points: Sequence[Array], radius: float) -> tu
     return tuple(found)
 
 
-def _nearest(part: Part, point: Array) -> Array:
+def _nearest(part: Solid, point: Array) -> Array:
     """About the point of a part that is nearest to `point`."""
     if part.mesh is not None:
         corners = part.outline()

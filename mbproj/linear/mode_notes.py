@@ -9,7 +9,7 @@ import numpy as np
 from mbproj.dynamics.derivatives.law_derivatives import channel_slopes, state_slopes
 from mbproj.dynamics.equations.forces import state_rates
 from mbproj.linear.modes import Modes, leading
-from mbproj.linear.reference import Reference
+from mbproj.linear.reference import LinearReference
 from mbproj.thresholds import THRESHOLDS
 
 #: Dry frictions that are named at most.
@@ -51,7 +51,7 @@ def _listed(names: Sequence[str]) -> str:
     return ", ".join(f"'{name}'" for name in names[:MOST_HELD]) + more
 
 
-def unsteady_states(reference: Reference) -> str:
+def unsteady_states(reference: LinearReference) -> str:
     """That states of elements change at a reference, by what; nothing where they do not."""
     system = reference.system
     if not system.states.size:
@@ -65,6 +65,6 @@ def unsteady_states(reference: Reference) -> str:
     return f"states change here: {', '.join(told[k] for k in changing[:MOST_HELD])}" if len(changing) else ""
 
 
-def is_balanced(reference: Reference) -> bool:
+def is_balanced(reference: LinearReference) -> bool:
     """Whether no more than round-off of the forces is left."""
     return reference.imbalance.relative <= THRESHOLDS.balanced

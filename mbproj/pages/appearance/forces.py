@@ -10,9 +10,9 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.model.compile.frames import pose, poses_of
-from mbproj.pages.look.joints import Drawn
-from mbproj.pages.look.layout import Layout
-from mbproj.pages.look.parts import Mesh, Part, cylinder, triad
+from mbproj.pages.appearance.joints import Drawn
+from mbproj.pages.appearance.layout import PartNumbers
+from mbproj.pages.appearance.parts import Mesh, Solid, cylinder, triad
 from mbproj.scene.records import BodyForce, Bushing, JointForce, Scene
 from mbproj.scene.stops import OfBody, PlaneStop
 
@@ -34,7 +34,7 @@ class LoadLook:
     torque: bool
 
 
-def force_parts(scene: Scene, layout: Layout) -> Iterator[Drawn]:
+def force_parts(scene: Scene, layout: PartNumbers) -> Iterator[Drawn]:
     """The parts of bushings, torsion springs and planes; `item` is the number of the force in the scene, that of
     the first stop of a plane."""
     for item, force in enumerate(scene.forces):
@@ -53,7 +53,7 @@ def slides(scene: Scene) -> Iterator[JointForce]:
             yield force
 
 
-def loads(scene: Scene, layout: Layout) -> Iterator[LoadLook]:
+def loads(scene: Scene, layout: PartNumbers) -> Iterator[LoadLook]:
     """Where given forces and torques act."""
     for force in scene.forces:
         if isinstance(force, BodyForce):
@@ -77,7 +77,7 @@ def _acts_at(scene: Scene, force: BodyForce) -> Array:
     return location if force.local else rotation.T @ (location - position)
 
 
-def _bushing(scene: Scene, force: Bushing, item: int, layout: Layout) -> Iterator[Drawn]:
+def _bushing(scene: Scene, force: Bushing, item: int, layout: PartNumbers) -> Iterator[Drawn]:
     """A ring on the first body about a pin on the second, along the frames' z axes."""
     r, poses = layout.thickness, poses_of(scene)
     points, frames = (force.points.first, force.points.second), (force.axes.first, force.axes.second)
@@ -86,7 +86,7 @@ def _bushing(scene: Scene, force: Bushing, item: int, layout: Layout) -> Iterato
         point = np.array(given) if force.points.local else rotation.T @ (np.array(given) - position)
         turned = pose((0.0, 0.0, 0.0), axes)[1]
         z, x = (turned if force.axes.local else rotation.T @ turned)[:, [2, 0]].T
-        ring = Part("tube", (3.2 * r, 1.4 * r, 4.4 * r), point, triad(z, x))
+        ring = Solid("tube", (3.2 * r, 1.4 * r, 4.4 * r), point, triad(z, x))
         yield Drawn(cylinder(1.2 * r, 8.0 * r, point, z) if side else ring, layout.number[body], "springs", item)
 
 
@@ -104,7 +104,7 @@ class _Under:
         return bool(np.abs(self.normal - other.normal).max() < ONE_PLANE and beside < ONE_PLANE * size)
 
 
-def _plates(scene: Scene, layout: Layout) -> Iterator[Drawn]:
+def _plates(scene: Scene, layout: PartNumbers) -> Iterator[Drawn]:
     """A plate under the points that a plane stops, one for all of them, with its upper face in the plane."""
     planes: list[tuple[str, list[_Under]]] = []
     for item, stop in enumerate(scene.forces):
@@ -121,7 +121,7 @@ def _plates(scene: Scene, layout: Layout) -> Iterator[Drawn]:
         yield Drawn(_plate(found, layout), layout.number[body], "springs", found[0].item)
 
 
-def _plate(under: list[_Under], layout: Layout) -> Part:
+def _plate(under: list[_Under], layout: PartNumbers) -> Solid:
     normal, thick = under[0].normal, 2.0 * layout.thickness
     across = np.eye(3)[int(np.argmin(np.abs(normal)))]
     x = across - normal * float(normal @ across)
@@ -130,7 +130,7 @@ def _plate(under: list[_Under], layout: Layout) -> Part:
     low, high = (feet @ axes).min(axis=0), (feet @ axes).max(axis=0)
     across_it, along_it = (high - low)[:2] + PLATE * layout.size
     middle = axes @ (0.5 * (low + high)) - 0.5 * thick * normal
-    return Part("box", (float(across_it), float(along_it), thick), middle, triad(normal, x))
+    return Solid("box", (float(across_it), float(along_it), thick), middle, triad(normal, x))
 
 
 def _under(scene: Scene, stop: PlaneStop, item: int) -> _Under:
@@ -148,7 +148,7 @@ def _under(scene: Scene, stop: PlaneStop, item: int) -> _Under:
     return _Under(item, normal, point - normal * float(normal @ (point - location)))
 
 
-def spiral(point: Array, axis: Array, normal: Array, r: float) -> Part:
+def spiral(point: Array, axis: Array, normal: Array, r: float) -> Solid:
     """A flat ribbon that winds about the axis."""
     stations = round(TURNS * ROUND) + 1
     turn = np.linspace(0.0, 2.0 * np.pi * TURNS, stations)
@@ -163,4 +163,4 @@ def spiral(point: Array, axis: Array, normal: Array, r: float) -> Part:
     last = 4 * (stations - 1)
     ends = [[0, 1, 2], [0, 2, 3], [last, last + 2, last + 1], [last, last + 3, last + 2]]
     triangles = np.concatenate([sides, np.array(ends)]).astype(np.intp)
-    return Part("mesh", (), point, triad(axis, normal), Mesh(vertices, triangles, convex=False))
+    return Solid("mesh", (), point, triad(axis, normal), Mesh(vertices, triangles, convex=False))

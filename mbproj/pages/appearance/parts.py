@@ -25,7 +25,7 @@ class Mesh:
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class Solid:
     """One solid, its middle at `position` (3,) and turned by `orientation` (4,) in the axes of what carries it, m.
 
     kind       size
@@ -47,7 +47,7 @@ class Part:
         """(3, 3), to the axes of what carries it."""
         return rotation_matrix(self.orientation)
 
-    def moved(self, position: Array, orientation: Array) -> Part:
+    def moved(self, position: Array, orientation: Array) -> Solid:
         """The part on something that itself stands at this place of a larger whole."""
         at = position + rotation_matrix(orientation) @ self.position
         return replace(self, position=at, orientation=product(orientation, self.orientation))
@@ -73,17 +73,17 @@ _LATITUDE = np.linspace(-np.pi / 2, np.pi / 2, 13)
 SPHERE = np.concatenate([np.column_stack([np.cos(at) * CIRCLE, np.full(24, np.sin(at))]) for at in _LATITUDE])
 
 
-def box(edges: Sequence[float], position: Array, orientation: Sequence[float] | Array = UPRIGHT) -> Part:
+def box(edges: Sequence[float], position: Array, orientation: Sequence[float] | Array = UPRIGHT) -> Solid:
     """A box with these edges."""
-    return Part("box", tuple(edges), np.asarray(position, dtype=float), np.asarray(orientation, dtype=float))
+    return Solid("box", tuple(edges), np.asarray(position, dtype=float), np.asarray(orientation, dtype=float))
 
 
-def sphere(radius: float, position: Array) -> Part:
+def sphere(radius: float, position: Array) -> Solid:
     """A ball."""
-    return Part("sphere", (radius,), np.asarray(position, dtype=float), np.array(UPRIGHT))
+    return Solid("sphere", (radius,), np.asarray(position, dtype=float), np.array(UPRIGHT))
 
 
-def ellipsoid(semi_axes: Sequence[float], position: Array, orientation: Array) -> Part:
+def ellipsoid(semi_axes: Sequence[float], position: Array, orientation: Array) -> Solid:
     """An ellipsoid by its semi-axes along x, y and z."""
     rings, around = len(_LATITUDE), len(CIRCLE)
     first = (np.arange(rings - 1)[:, None] * around + np.arange(around)).ravel()
@@ -91,15 +91,15 @@ def ellipsoid(semi_axes: Sequence[float], position: Array, orientation: Array) -
     lower = np.column_stack([first, after, after + around])[around:]
     upper = np.column_stack([first, after + around, first + around])[:-around]
     triangles = np.concatenate([lower, upper])
-    return Part("mesh", (), np.asarray(position), orientation, Mesh(SPHERE * np.asarray(semi_axes), triangles))
+    return Solid("mesh", (), np.asarray(position), orientation, Mesh(SPHERE * np.asarray(semi_axes), triangles))
 
 
-def cylinder(radius: float, length: float, position: Array, axis: Array) -> Part:
+def cylinder(radius: float, length: float, position: Array, axis: Array) -> Solid:
     """A cylinder along `axis` about its middle."""
-    return Part("cylinder", (radius, length), np.asarray(position, dtype=float), turn_to(axis))
+    return Solid("cylinder", (radius, length), np.asarray(position, dtype=float), turn_to(axis))
 
 
-def bar(start: Array, end: Array, radius: float) -> tuple[Part, ...]:
+def bar(start: Array, end: Array, radius: float) -> tuple[Solid, ...]:
     """A round bar between two points, with round ends; a ball where they are one."""
     length = float(np.linalg.norm(end - start))
     ends = (sphere(radius, start), sphere(radius, end))

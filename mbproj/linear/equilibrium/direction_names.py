@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from mbproj.arrays import Array, cross
-from mbproj.dynamics.derivatives.linear_equations import Motion
+from mbproj.dynamics.derivatives.linear_equations import MotionAtTime
 from mbproj.dynamics.derivatives.row_derivatives import row_motion
 from mbproj.dynamics.derivatives.tangent_space import tangent_lengths
 from mbproj.dynamics.equations.kinematics import attached, slots_of
@@ -18,7 +18,7 @@ from mbproj.thresholds import THRESHOLDS
 MOST = 3
 
 
-def direction_words(system: System, motion: Motion, ξ: Array) -> str:
+def direction_words(system: System, motion: MotionAtTime, ξ: Array) -> str:
     """A virtual displacement (6n,), turns in body axes: "of A.angle, B.angle", or "'rod' shifts along -z"."""
     change = row_motion(system.coordinates, motion.carried()).G.times(ξ)
     scaled = np.abs(change) / np.where(system.coordinates.is_length, system.length, 1.0)
@@ -40,7 +40,7 @@ def direction_words(system: System, motion: Motion, ξ: Array) -> str:
     return f"in which '{name}' turns about {direction(turn / np.linalg.norm(turn))}"
 
 
-def lying_flat(system: System, motion: Motion) -> str | None:
+def lying_flat(system: System, motion: MotionAtTime) -> str | None:
     """The joint by which a wheel rolls that lies flat on its plane; None where all stand."""
     x = attached(motion.pose, *slots_of(system.joints))
     for group in system.joints.groups:

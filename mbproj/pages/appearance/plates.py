@@ -12,7 +12,7 @@ from mbproj.arrays import Array
 from mbproj.functions.curves.shapes import drawn
 from mbproj.functions.curves.track import SpaceTrack, Track
 from mbproj.joints import JOINTS
-from mbproj.pages.look.parts import UPRIGHT, Mesh, Part
+from mbproj.pages.appearance.parts import UPRIGHT, Mesh, Solid
 from mbproj.scene.records import Joint
 
 #: Points lie in a plane where they leave it by less than this many thicknesses; on a line likewise.
@@ -25,7 +25,7 @@ THICK, WIDE = 0.6, 1.6
 DISTINCT = 1e-6
 
 
-def plate(points: Sequence[Array], thickness: float) -> tuple[Part, ...]:
+def plate(points: Sequence[Array], thickness: float) -> tuple[Solid, ...]:
     """The plate with round corners about points (3,) in a plane; nothing where they are in none, or on a line."""
     cloud = np.array(points)
     middle = cloud.mean(axis=0)
@@ -36,7 +36,7 @@ def plate(points: Sequence[Array], thickness: float) -> tuple[Part, ...]:
     round_corner = 1.3 * thickness * np.column_stack([np.cos(turn), np.sin(turn)])
     spread = ((cloud - middle) @ axes[:2].T)[:, None, :] + round_corner
     outline = hull(spread.reshape(-1, 2))
-    return (Part("mesh", (), middle, np.array(UPRIGHT), _prism(outline, axes, thickness)),)
+    return (Solid("mesh", (), middle, np.array(UPRIGHT), _prism(outline, axes, thickness)),)
 
 
 def hull(points: Array) -> Array:
@@ -132,11 +132,11 @@ def _is_star(points: Array) -> bool:
     return bool((turn > 0.0).all() or (turn < 0.0).all())
 
 
-def track(outline: Outline, point: Array, turn: Array, r: float) -> Part:
+def track(outline: Outline, point: Array, turn: Array, r: float) -> Solid:
     """The solid of an outline in the plane of a frame with its origin at `point` (3,), turned by `turn` (4,); `r` is
     the radius of a link."""
     mesh = _disc(outline, WIDE * r) if outline.solid else _rail(outline, THICK * r, WIDE * r)
-    return Part("mesh", (), point, turn, mesh)
+    return Solid("mesh", (), point, turn, mesh)
 
 
 def _disc(outline: Outline, wide: float) -> Mesh:
@@ -182,7 +182,7 @@ def wire_of(joint: Joint) -> Wire | None:
     return Wire(points[:-1] if track.line.closed else points, track.line.closed)
 
 
-def wire(own: Wire, point: Array, turn: Array, r: float) -> Part:
+def wire(own: Wire, point: Array, turn: Array, r: float) -> Solid:
     """A thin bar along a curve in space, in a frame with its origin at `point` (3,), turned by `turn` (4,)."""
     points, count = own.points, len(own.points)
     along = np.roll(points, -1, axis=0) - np.roll(points, 1, axis=0)
@@ -198,7 +198,7 @@ def wire(own: Wire, point: Array, turn: Array, r: float) -> Part:
     other, half = np.cross(along, beside), 0.5 * THICK * r
     corners = [(1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0)]
     vertices = np.concatenate([points + half * (a * beside + b * other) for a, b in corners])
-    return Part("mesh", (), point, turn, _tube(vertices, count, own.closed))
+    return Solid("mesh", (), point, turn, _tube(vertices, count, own.closed))
 
 
 def _tube(vertices: Array, count: int, closed: bool) -> Mesh:

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from mbproj.model.euler_parameters import product
-from mbproj.pages.look.parts import Part, bar, sphere
-from mbproj.scene.looks import PlacedShape
+from mbproj.pages.appearance.parts import Solid, bar, sphere
+from mbproj.scene.appearance import PlacedShape
 
 _HALF = 0.5**0.5
 #: What turns z to the axis of a shape.
@@ -19,16 +19,16 @@ TO_AXIS: Mapping[str, tuple[float, ...]] = {
 }
 
 
-def part_of(shape: PlacedShape, thickness: float) -> tuple[Part, ...]:
+def part_of(shape: PlacedShape, thickness: float) -> tuple[Solid, ...]:
     """What a shape is drawn as; a rod and a point have no thickness of their own."""
     sizes, position, turn = shape.sizes, np.array(shape.position), np.array(shape.orientation)
     along = product(turn, np.array(TO_AXIS[shape.axis]))
     if shape.kind == "box":
-        return (Part("box", (sizes["a"], sizes["b"], sizes["c"]), position, turn),)
+        return (Solid("box", (sizes["a"], sizes["b"], sizes["c"]), position, turn),)
     if shape.kind == "cylinder":
-        return (Part("cylinder", (sizes["radius"], sizes["length"]), position, along),)
+        return (Solid("cylinder", (sizes["radius"], sizes["length"]), position, along),)
     if shape.kind == "tube":
-        return (Part("tube", (sizes["outer_radius"], sizes["inner_radius"], sizes["length"]), position, along),)
+        return (Solid("tube", (sizes["outer_radius"], sizes["inner_radius"], sizes["length"]), position, along),)
     if shape.kind == "rod":
         half = np.array([0.0, 0.0, 0.5 * sizes["length"]])
         return tuple(part.moved(position, along) for part in bar(-half, half, 0.7 * thickness))

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from mbproj.errors import InputError, Problem
-from mbproj.pages.look.motion import Motion
+from mbproj.pages.appearance.motion import PoseHistory
 from mbproj.results import Results
 from mbproj.results.linear.parts import scene_in
 from mbproj.scene import read_scene_text
@@ -33,9 +33,9 @@ def _read(text: str, stood: Path | None, overrides: Mapping[str, str], bodies: S
     return scene
 
 
-def motion_of(results: Results) -> Motion:
+def motion_of(results: Results) -> PoseHistory:
     """The motion of all bodies. Raises InputError where no sample has them all somewhere."""
-    motion = Motion(results.time, results["bodies/position"], results["bodies/orientation"])
+    motion = PoseHistory(results.time, results["bodies/position"], results["bodies/orientation"])
     if not len(motion.finite):
         message = f"'{results.path}' has no sample to show"
         raise InputError(Problem(message, hint=f"its status: {results.status}"))

@@ -11,7 +11,7 @@ from mbproj.arrays import Array, Flags, Integers
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State, coordinate_values
 from mbproj.dynamics.contact.freedom import Freedom
-from mbproj.dynamics.derivatives.linear_equations import Motion, constraint_rows
+from mbproj.dynamics.derivatives.linear_equations import MotionAtTime, constraint_rows
 from mbproj.dynamics.derivatives.row_derivatives import row_motion
 from mbproj.dynamics.derivatives.tangent import tangent_velocities
 from mbproj.dynamics.equations.gaps import counted_values
@@ -28,7 +28,7 @@ from mbproj.thresholds import THRESHOLDS
 
 
 @dataclass(frozen=True, eq=False)
-class Held:
+class RestingContacts:
     """The `system` with its compliant stops as laws and what its frictions do; `whole`: the same without the frictions;
     `by`: the names of those that hold, each by one of the last rows of the joints."""
 
@@ -37,13 +37,13 @@ class Held:
     by: tuple[str, ...] = ()
 
 
-def held_at(system: System, state: State, *, resting: bool = False) -> Held:
+def held_at(system: System, state: State, *, resting: bool = False) -> RestingContacts:
     """At a state; where all are `resting`, its velocities do not count. Raises InputError where a friction slides that
     goes by what its bearing carries."""
     whole = standing_on_stops(system, _soft(system, state))
     frictions = system.frictions
     if frictions is None:
-        return Held(whole, whole)
+        return RestingContacts(whole, whole)
     rests, of_joints = np.ones(frictions.size, dtype=bool), frictions.stop < 0
     if not resting:
         rests = at_rest(system, state, Contacts(), None, speed_of(system, state))
@@ -56,7 +56,7 @@ def held_at(system: System, state: State, *, resting: bool = False) -> Held:
         sliding={int(k): float(np.sign(rate[k])) for k in np.flatnonzero(~rests & of_joints)},
     )
     by = tuple(system.names.frictions[k] for k in contacts.stuck)
-    return Held(_named(whole, in_contact(whole, contacts), contacts), whole, by)
+    return RestingContacts(_named(whole, in_contact(whole, contacts), contacts), whole, by)
 
 
 def _soft(system: System, state: State) -> dict[int, float]:
@@ -90,7 +90,7 @@ def _independent(system: System, frictions: Frictions, state: State, among: Inte
     pose = pose_of(state.q)
     expected = coordinate_values(system, pose) + 2.0 * np.pi * state.turns
     u = tangent_velocities(pose, state.v)
-    motion = Motion(state.t, state.q, u, np.zeros_like(u), expected, state.x)
+    motion = MotionAtTime(state.t, state.q, u, np.zeros_like(u), expected, state.x)
     scale = np.where(frictions.coordinates.is_length, system.length, 1.0)
     g = row_motion(frictions.coordinates, motion.carried()).G.dense() / scale[:, None]
     rows = along_tangent_space(system, constraint_rows(system, motion), g)

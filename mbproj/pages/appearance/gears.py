@@ -8,8 +8,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.pages.look.parts import Part, bar, cylinder, triad
-from mbproj.pages.look.plates import Outline, track
+from mbproj.pages.appearance.parts import Solid, bar, cylinder, triad
+from mbproj.pages.appearance.plates import Outline, track
 
 #: Axes are parallel where the sine of their angle is below this.
 PARALLEL = 1e-6
@@ -29,20 +29,20 @@ def radii(points: Sequence[Array], axes: Sequence[Array], teeth: Sequence[float]
     return abs(teeth[0]) * distance / whole, abs(teeth[1]) * distance / whole
 
 
-def wheel(point: Array, axis: Array, normal: Array, radius: float, r: float) -> Iterator[Part]:
+def wheel(point: Array, axis: Array, normal: Array, radius: float, r: float) -> Iterator[Solid]:
     """A ring with two spokes, r thick."""
-    yield Part("tube", (radius + 0.3 * r, max(radius - 1.2 * r, 0.5 * radius), 1.2 * r), point, triad(axis, normal))
+    yield Solid("tube", (radius + 0.3 * r, max(radius - 1.2 * r, 0.5 * radius), 1.2 * r), point, triad(axis, normal))
     for spoke in (normal, np.cross(axis, normal)):
         yield bar(point - 0.9 * radius * spoke, point + 0.9 * radius * spoke, 0.4 * r)[0]
 
 
-def pin(point: Array, axis: Array, along: Array, crank: float, r: float) -> Iterator[Part]:
+def pin(point: Array, axis: Array, along: Array, crank: float, r: float) -> Iterator[Solid]:
     """The arm of a driver with its pin."""
     yield bar(point, point + crank * along, r)[0]
     yield cylinder(0.7 * r, 4.0 * r, point + crank * along, axis)
 
 
-def slotted(point: Array, axis: Array, along: Array, distance: float, slots: int, r: float) -> Part:
+def slotted(point: Array, axis: Array, along: Array, distance: float, slots: int, r: float) -> Solid:
     """A wheel whose slots reach as far as a pin comes; one of them is along `along`. They widen outward by as little
     as the pin is thick, so that all of the rim is seen from the middle."""
     rim, bottom = distance * np.cos(np.pi / slots), distance * (1.0 - np.sin(np.pi / slots)) - 0.8 * r

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.pages.look.parts import Part, box, triad
+from mbproj.pages.appearance.parts import Solid, box, triad
 
 #: Part of the larger by which two principal moments may differ and still be those of a body of revolution.
 ROUND = 1e-6
 
 
-def solid_of(mass: float, inertia: Array, thinnest: float) -> Part | None:
+def solid_of(mass: float, inertia: Array, thinnest: float) -> Solid | None:
     """A cylinder where two principal moments are equal, else a box, in body axes about the centre of mass.
 
     No edge is thinner than `thinnest`. None for a body without mass or moments: a point has no size."""
@@ -30,8 +30,8 @@ def solid_of(mass: float, inertia: Array, thinnest: float) -> Part | None:
     return box(edges.tolist(), np.zeros(3), triad(axes[:, 2], axes[:, 0]))
 
 
-def _cylinder(axial: float, across: float, axis: Array, normal: Array, thinnest: float) -> Part:
+def _cylinder(axial: float, across: float, axis: Array, normal: Array, thinnest: float) -> Solid:
     """A cylinder of mass 1: C = R²/2 along its axis, A = (3R² + L²)/12 across."""
     radius = max(np.sqrt(2.0 * axial), 0.5 * thinnest)
     length = max(np.sqrt(max(12.0 * across - 6.0 * axial, 0.0)), thinnest)
-    return Part("cylinder", (float(radius), float(length)), np.zeros(3), triad(axis, normal))
+    return Solid("cylinder", (float(radius), float(length)), np.zeros(3), triad(axis, normal))

@@ -10,8 +10,8 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.joints import JOINTS
-from mbproj.pages.look.parts import Part, box, cylinder, ellipsoid, sphere, triad
-from mbproj.pages.look.plates import Outline, Wire, track, wire
+from mbproj.pages.appearance.parts import Solid, box, cylinder, ellipsoid, sphere, triad
+from mbproj.pages.appearance.plates import Outline, Wire, track, wire
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,10 +41,10 @@ class Frame:
 
 
 #: Parts with the side of the joint that carries each: 1 or 2.
-Glyph = Callable[[Frame], Iterator[tuple[int, Part]]]
+Glyph = Callable[[Frame], Iterator[tuple[int, Solid]]]
 
 
-def _pin(frame: Frame) -> Iterator[tuple[int, Part]]:
+def _pin(frame: Frame) -> Iterator[tuple[int, Solid]]:
     """A pin along the axis, with a head at either end."""
     yield 1, cylinder(0.95 * frame.r, 2.0 * frame.reach, frame.points[0], frame.z[0])
     for end in (-1.0, 1.0):
@@ -52,22 +52,22 @@ def _pin(frame: Frame) -> Iterator[tuple[int, Part]]:
         yield 1, cylinder(1.35 * frame.r, 0.4 * frame.r, at, frame.z[0])
 
 
-def _ball(frame: Frame) -> Iterator[tuple[int, Part]]:
+def _ball(frame: Frame) -> Iterator[tuple[int, Solid]]:
     yield 2, sphere(1.6 * frame.r, frame.points[1])
 
 
-def _cross(frame: Frame) -> Iterator[tuple[int, Part]]:
+def _cross(frame: Frame) -> Iterator[tuple[int, Solid]]:
     """The cross of a universal joint: a pin in either body."""
     for side in (1, 2):
         yield side, cylinder(0.75 * frame.r, 6.0 * frame.r, frame.points[side - 1], frame.z[side - 1])
     yield 1, sphere(1.3 * frame.r, frame.points[0])
 
 
-def _weld(frame: Frame) -> Iterator[tuple[int, Part]]:
+def _weld(frame: Frame) -> Iterator[tuple[int, Solid]]:
     yield 1, box([2.6 * frame.r] * 3, frame.points[0], frame.triad(1))
 
 
-def _rail(frame: Frame) -> tuple[int, Part, int]:
+def _rail(frame: Frame) -> tuple[int, Solid, int]:
     """The rail along which a joint slides, the side that carries it, and the side of the slider. The ground carries
     it where it is one of the bodies."""
     side = 2 if frame.ground == 2 else 1
@@ -77,7 +77,7 @@ def _rail(frame: Frame) -> tuple[int, Part, int]:
     return side, cylinder(0.55 * frame.r, high - low, middle, frame.z[side - 1]), 3 - side
 
 
-def _slider(frame: Frame) -> Iterator[tuple[int, Part]]:
+def _slider(frame: Frame) -> Iterator[tuple[int, Solid]]:
     """A square block on a rail, or a square collar between two bodies that move."""
     side, rail, other = _rail(frame)
     if frame.ground:
@@ -86,15 +86,15 @@ def _slider(frame: Frame) -> Iterator[tuple[int, Part]]:
     yield other, box([3.4 * r, 3.4 * r, 5.0 * r], frame.points[other - 1], frame.triad(other))
 
 
-def _sleeve(frame: Frame) -> Iterator[tuple[int, Part]]:
+def _sleeve(frame: Frame) -> Iterator[tuple[int, Solid]]:
     """A round sleeve on a rail: it turns as well."""
     side, rail, other = _rail(frame)
     yield side, rail
     turn = frame.triad(other)
-    yield other, Part("tube", (1.9 * frame.r, 0.6 * frame.r, 5.0 * frame.r), frame.points[other - 1], turn)
+    yield other, Solid("tube", (1.9 * frame.r, 0.6 * frame.r, 5.0 * frame.r), frame.points[other - 1], turn)
 
 
-def _screw(frame: Frame) -> Iterator[tuple[int, Part]]:
+def _screw(frame: Frame) -> Iterator[tuple[int, Solid]]:
     """A nut on a rail with rings for its thread."""
     side, rail, other = _rail(frame)
     yield side, rail
@@ -103,11 +103,11 @@ def _screw(frame: Frame) -> Iterator[tuple[int, Part]]:
         yield side, cylinder(0.8 * frame.r, 0.25 * frame.r, rail.position + at * frame.z[side - 1], frame.z[side - 1])
     yield (
         other,
-        Part("tube", (2.2 * frame.r, 0.8 * frame.r, 3.0 * frame.r), frame.points[other - 1], frame.triad(other)),
+        Solid("tube", (2.2 * frame.r, 0.8 * frame.r, 3.0 * frame.r), frame.points[other - 1], frame.triad(other)),
     )
 
 
-def _on_line(frame: Frame) -> Iterator[tuple[int, Part]]:
+def _on_line(frame: Frame) -> Iterator[tuple[int, Solid]]:
     """A ball on the line of body 1."""
     low, high = frame.travel[0] - 4.0 * frame.r, frame.travel[1] + 4.0 * frame.r
     middle = frame.points[0] + 0.5 * (low + high) * frame.z[0]
@@ -115,28 +115,28 @@ def _on_line(frame: Frame) -> Iterator[tuple[int, Part]]:
     yield from _ball(frame)
 
 
-def _sheet(frame: Frame) -> Iterator[tuple[int, Part]]:
+def _sheet(frame: Frame) -> Iterator[tuple[int, Solid]]:
     """A piece of the plane of body 1."""
     half = 8.0 * frame.r
     yield 1, box([2.0 * half, 2.0 * half, 0.2 * frame.r], frame.points[0], frame.triad(1))
 
 
-def _puck(frame: Frame) -> Iterator[tuple[int, Part]]:
+def _puck(frame: Frame) -> Iterator[tuple[int, Solid]]:
     """A disc that slides and turns on a plane."""
     yield from _sheet(frame)
     yield 2, cylinder(2.4 * frame.r, 0.9 * frame.r, frame.points[1], frame.z[1])
 
 
-def _on_plane(frame: Frame) -> Iterator[tuple[int, Part]]:
+def _on_plane(frame: Frame) -> Iterator[tuple[int, Solid]]:
     yield from _sheet(frame)
     yield from _ball(frame)
 
 
-def _wheel(frame: Frame) -> Iterator[tuple[int, Part]]:
+def _wheel(frame: Frame) -> Iterator[tuple[int, Solid]]:
     """A rim with two spokes, which show how it turns."""
     width = 0.9 * frame.r
     wall = min(0.5 * frame.r, 0.15 * frame.radius)
-    yield 2, Part("tube", (frame.radius, frame.radius - wall, width), frame.points[1], frame.triad(2))
+    yield 2, Solid("tube", (frame.radius, frame.radius - wall, width), frame.points[1], frame.triad(2))
     for first, second in ((1.0, 0.0), (0.0, 1.0)):
         size = [
             2.0 * frame.radius * first + 0.35 * frame.r * second,
@@ -145,44 +145,44 @@ def _wheel(frame: Frame) -> Iterator[tuple[int, Part]]:
         yield 2, box([*size, 0.5 * width], frame.points[1], frame.triad(2))
 
 
-def _rolling_ball(frame: Frame) -> Iterator[tuple[int, Part]]:
+def _rolling_ball(frame: Frame) -> Iterator[tuple[int, Solid]]:
     """A ball with a band round it, which shows how it turns."""
     yield 2, sphere(frame.radius, frame.points[1])
     yield 2, cylinder(1.01 * frame.radius, 0.2 * frame.radius, frame.points[1], frame.x[1])
 
 
-def _ellipsoid(frame: Frame) -> Iterator[tuple[int, Part]]:
+def _ellipsoid(frame: Frame) -> Iterator[tuple[int, Solid]]:
     """An ellipsoid with a ball in front, which shows how it turns."""
     yield 2, ellipsoid(frame.semi_axes, frame.points[1], frame.triad(2))
     yield 2, sphere(0.12 * min(frame.semi_axes), frame.points[1] + frame.semi_axes[0] * frame.x[1])
 
 
-def _blade(frame: Frame) -> Iterator[tuple[int, Part]]:
+def _blade(frame: Frame) -> Iterator[tuple[int, Solid]]:
     """A blade along its edge."""
     yield 2, box([7.0 * frame.r, 2.0 * frame.r, 0.3 * frame.r], frame.points[1], frame.triad(2))
 
 
-def _pin_and_ball(frame: Frame) -> Iterator[tuple[int, Part]]:
+def _pin_and_ball(frame: Frame) -> Iterator[tuple[int, Solid]]:
     """The ends of a rod: a pin in body 1, a ball in body 2."""
     yield 1, cylinder(0.95 * frame.r, 4.0 * frame.r, frame.points[0], frame.z[0])
     yield from _ball(frame)
 
 
-def _track(frame: Frame) -> Iterator[tuple[int, Part]]:
+def _track(frame: Frame) -> Iterator[tuple[int, Solid]]:
     """The curve of body 1, and on it a pin or a roller of body 2."""
     (outline,) = frame.outlines
     yield 1, track(outline, frame.points[0], frame.triad(1), frame.r)
     yield 2, cylinder(outline.roller or 0.8 * frame.r, 2.4 * frame.r, frame.points[1], frame.z[1])
 
 
-def _wire(frame: Frame) -> Iterator[tuple[int, Part]]:
+def _wire(frame: Frame) -> Iterator[tuple[int, Solid]]:
     """The curve of body 1, and on it a ball of body 2."""
     assert frame.wire is not None
     yield 1, wire(frame.wire, frame.points[0], frame.triad(1), frame.r)
     yield from _ball(frame)
 
 
-def _tappet(frame: Frame) -> Iterator[tuple[int, Part]]:
+def _tappet(frame: Frame) -> Iterator[tuple[int, Solid]]:
     """The disc of body 1, and the face of body 2, as wide as the disc asks for, with a stem behind."""
     (outline,) = frame.outlines
     yield 1, track(outline, frame.points[0], frame.triad(1), frame.r)
@@ -191,13 +191,13 @@ def _tappet(frame: Frame) -> Iterator[tuple[int, Part]]:
     yield 2, cylinder(0.8 * frame.r, 4.0 * frame.r, frame.points[1] + 2.4 * frame.r * frame.z[1], frame.z[1])
 
 
-def _tracks(frame: Frame) -> Iterator[tuple[int, Part]]:
+def _tracks(frame: Frame) -> Iterator[tuple[int, Solid]]:
     """The curve of each body."""
     for side, outline in enumerate(frame.outlines, 1):
         yield side, track(outline, frame.points[side - 1], frame.triad(side), frame.r)
 
 
-def _two_balls(frame: Frame) -> Iterator[tuple[int, Part]]:
+def _two_balls(frame: Frame) -> Iterator[tuple[int, Solid]]:
     yield 1, sphere(1.4 * frame.r, frame.points[0])
     yield 2, sphere(1.4 * frame.r, frame.points[1])
 
@@ -239,13 +239,13 @@ def sketch_of(type_name: str) -> str:
     return kind.sketch or OF_FRAMES[kind.frame]
 
 
-def pedestal(point: Array, down: Array, across: Array, r: float) -> Iterator[Part]:
+def pedestal(point: Array, down: Array, across: Array, r: float) -> Iterator[Solid]:
     """What a joint on the ground stands on: a pyramid below `point` on a plate; `across` is where its front looks."""
-    from mbproj.pages.look.parts import UPRIGHT, Mesh
+    from mbproj.pages.appearance.parts import UPRIGHT, Mesh
 
     side = np.cross(down, across)
     corners = [(-1, -1), (1, -1), (1, 1), (-1, 1)]
     foot = [3.6 * r * down + r * (2.0 * a * side + 1.2 * b * across) for a, b in corners]
     triangles = np.array([[0, 2, 1], [0, 3, 2], [0, 4, 3], [0, 1, 4], [1, 2, 3], [1, 3, 4]])
-    yield Part("mesh", (), point, np.array(UPRIGHT), Mesh(np.array([0.0 * down, *foot]), triangles))
+    yield Solid("mesh", (), point, np.array(UPRIGHT), Mesh(np.array([0.0 * down, *foot]), triangles))
     yield box([6.0 * r, 3.4 * r, 0.5 * r], point + 3.85 * r * down, triad(down, side))

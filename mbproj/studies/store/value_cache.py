@@ -34,7 +34,7 @@ def cached(what: Any, compute: Callable[[], Value], records: Sequence[type], fre
     return value
 
 
-class Kept:
+class ValueCache:
     """What a study has done, by name, so that it resumes where it was interrupted: numbers, text, lists and mappings.
 
     A study is known by `what` it is about (anything JSON can hold) and by the machine, because times are among its

@@ -11,12 +11,12 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.joints import JOINTS
 from mbproj.model.compile.frames import poses_of
-from mbproj.pages.look.bodies import parts_of
-from mbproj.pages.look.forces import LoadLook, force_parts, loads, slides
-from mbproj.pages.look.joints import Drawn, joint_parts, up_of
-from mbproj.pages.look.layout import Layout, Touching, touching
-from mbproj.pages.look.motion import Motion
-from mbproj.scene.looks import Appearance
+from mbproj.pages.appearance.bodies import parts_of
+from mbproj.pages.appearance.forces import LoadLook, force_parts, loads, slides
+from mbproj.pages.appearance.joints import Drawn, joint_parts, up_of
+from mbproj.pages.appearance.layout import PartNumbers, Touching, touching
+from mbproj.pages.appearance.motion import PoseHistory
+from mbproj.scene.appearance import Appearance
 from mbproj.scene.meshes import TriangleMesh
 from mbproj.scene.records import Body, Joint, PointForce, Scene
 
@@ -70,7 +70,7 @@ class Span:
     normal: Array | None = None
     frame: int = -1
 
-    def ends(self, motion: Motion) -> tuple[Array, Array]:
+    def ends(self, motion: PoseHistory) -> tuple[Array, Array]:
         """Where it begins and ends at the first sample."""
         start, end = (motion.point(body, point)[0] for body, point in zip(self.carriers, self.points, strict=True))
         if self.normal is None:
@@ -103,9 +103,9 @@ class Look:
     gravity: Array
 
 
-def look_of(scene: Scene, motion: Motion, meshes: Mapping[str, TriangleMesh]) -> Look:
+def look_of(scene: Scene, motion: PoseHistory, meshes: Mapping[str, TriangleMesh]) -> Look:
     """What the scene looks like in this motion, with the `meshes` that its bodies wear."""
-    layout = Layout.of(scene, motion)
+    layout = PartNumbers.of(scene, motion)
     marked: dict[str, list[Array]] = {}
     for marker in scene.markers:
         marked.setdefault(marker.body, []).append(layout.markers[marker.name])
@@ -150,7 +150,7 @@ def _body_look(body: Body, number: int) -> BodyLook:
     return BodyLook(body.name, given.colour or COLOURS[number % len(COLOURS)], given.opacity)
 
 
-def _joint_look(joint: Joint, layout: Layout) -> JointLook:
+def _joint_look(joint: Joint, layout: PartNumbers) -> JointLook:
     """A coupling has no point of its own: it stands where the last of its joints does."""
     at = joint.name if joint.couples is None else joint.couples.joints[-1]
     frame = layout.frames[at]
@@ -159,7 +159,7 @@ def _joint_look(joint: Joint, layout: Layout) -> JointLook:
     )
 
 
-def _rope(scene: Scene, joint: Joint, layout: Layout) -> Iterator[Span]:
+def _rope(scene: Scene, joint: Joint, layout: PartNumbers) -> Iterator[Span]:
     """The straight parts of a rope."""
     path, poses = joint.parameters["path"], poses_of(scene)
 
@@ -175,7 +175,7 @@ def _rope(scene: Scene, joint: Joint, layout: Layout) -> Iterator[Span]:
         yield Span("rod", joint.name, carriers, (places[0], places[1]), thin, radii, normal, frame)
 
 
-def _spans(scene: Scene, layout: Layout) -> Iterator[Span]:
+def _spans(scene: Scene, layout: PartNumbers) -> Iterator[Span]:
     for joint in scene.joints:
         if "path" in joint.parameters:
             yield from _rope(scene, joint, layout)

@@ -7,9 +7,9 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.model.euler_parameters import rotation_matrix
-from mbproj.pages.look.joints import up_of
-from mbproj.pages.look.mechanism import Look
-from mbproj.pages.look.motion import Motion
+from mbproj.pages.appearance.joints import up_of
+from mbproj.pages.appearance.mechanism import Look
+from mbproj.pages.appearance.motion import PoseHistory
 from mbproj.scene.records import Scene
 
 #: Axes are parallel, and a motion is in a plane, to this.
@@ -36,7 +36,7 @@ class View:
     flat: bool
 
 
-def view_of(scene: Scene, motion: Motion, look: Look) -> View:
+def view_of(scene: Scene, motion: PoseHistory, look: Look) -> View:
     """The view that shows the whole motion."""
     whole = motion.finite
     some = motion.at(whole[np.unique(np.linspace(0, len(whole) - 1, SAMPLES).astype(int))])
@@ -69,7 +69,7 @@ def outermost(cloud: Array, margin: float) -> Array:
     return found
 
 
-def _cloud(look: Look, motion: Motion) -> Array:
+def _cloud(look: Look, motion: PoseHistory) -> Array:
     """Points (T, k, 3) that show where the mechanism is: corners of its bodies' parts, joints, markers, springs, what
     rolls and where it touches."""
     rolls = {each.name for each in look.touching}
@@ -91,7 +91,7 @@ def _corners(low: Array, high: Array) -> Array:
     return np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
 
 
-def _normal(look: Look, motion: Motion) -> Array | None:
+def _normal(look: Look, motion: PoseHistory) -> Array | None:
     """The normal (3,) of the plane of the motion: the common direction of the axes, or what nothing moves along and all
     turn about. None where there is none."""
     axes = [motion.vector(joint.bodies[1], joint.axis)[0] for joint in look.joints if joint.axis is not None]

@@ -33,7 +33,7 @@ class _Entry(NamedTuple):
     words: frozenset[str] = frozenset()
 
 
-class Kept:
+class ReadingCache:
     """The values of one reading, taken down by `keep`; `again` gives them to readings after it."""
 
     def __init__(self) -> None:

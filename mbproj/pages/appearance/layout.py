@@ -12,8 +12,8 @@ from mbproj.joints import JOINTS
 from mbproj.model.compile.frames import SYMBOLS, Pose, local_frames, poses_of
 from mbproj.model.compile.loads import local_ends
 from mbproj.model.compile.touching import place_of_contact
-from mbproj.pages.look.motion import Motion
-from mbproj.pages.look.plates import both_outlines, wire_of
+from mbproj.pages.appearance.motion import PoseHistory
+from mbproj.pages.appearance.plates import both_outlines, wire_of
 from mbproj.scene.records import GROUND, Bushing, Joint, PointForce, Scene
 from mbproj.scene.stops import DistanceStop, PlaneStop
 
@@ -24,7 +24,7 @@ STOUTEST = 0.1
 
 
 @dataclass(frozen=True, eq=False)
-class Layout:
+class PartNumbers:
     """By name: `number` of each body (the ground is -1), `bodies` of each joint by number, `frames` of each joint (the
     symbols p1, x1, y1, z1, p2, .. in the axes of their bodies), `markers` and `springs` as points of bodies, m. `held`:
     the points at which joints and bushings hold a body, by its number, those to the ground first. `axes` are those
@@ -44,7 +44,7 @@ class Layout:
     thickness: float
 
     @classmethod
-    def of(cls, scene: Scene, motion: Motion) -> Layout:
+    def of(cls, scene: Scene, motion: PoseHistory) -> PartNumbers:
         """The layout of a scene whose bodies start as `motion` has them."""
         number = {GROUND: -1} | {body.name: at for at, body in enumerate(scene.bodies)}
         poses = poses_of(scene)
@@ -160,7 +160,7 @@ class Touching:
     bodies: tuple[int, int]
     symbols: Array
 
-    def path(self, motion: Motion) -> Array:
+    def path(self, motion: PoseHistory) -> Array:
         """The places (T, 3) in a motion, m."""
         seen = []
         for at, (symbol, local) in enumerate(zip(SYMBOLS, self.symbols, strict=True)):
@@ -169,7 +169,7 @@ class Touching:
         return self.place(np.stack(seen, axis=1))
 
 
-def touching(scene: Scene, layout: Layout) -> Iterator[Touching]:
+def touching(scene: Scene, layout: PartNumbers) -> Iterator[Touching]:
     """Of all joints that roll or slide on an edge."""
     for joint in scene.joints:
         place = place_of_contact(joint)
