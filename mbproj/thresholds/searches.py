@@ -33,7 +33,7 @@ class Searches:
         1e-3, "1", "numpy", "a motion whose inertia falls to this part has lost it", "speeds grow 30-fold"
     )
     lost_mass_steps: int = threshold(
-        40, "-", "numpy", "where it loses it is looked for in so many steps, of locked_step / 5 or more", "seconds"
+        40, "-", "numpy", "where it loses it is looked for in so many steps, of short_way / 5 or more", "seconds"
     )
     locked_open: float = threshold(
         1e-5, "length, rad", "numpy", "what is open by more cannot be closed", "it misses by what the motions moved"

@@ -162,6 +162,8 @@ def report_unknown_key(key: str, place: Place, known: Iterable[str], what: str, 
     """Report a key that means nothing, with what it may have been."""
     known = tuple(known)
     hint = "put a space after the ':'" if ":" in key else did_you_mean(key, known)
+    if key.endswith("_dot") and "speed" in known:
+        hint = "the rate at the start is 'speed'"
     reading.report(f"unknown key '{key}'", place, hint or f"{what} takes {', '.join(known)}")
 
 
