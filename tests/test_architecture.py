@@ -134,7 +134,7 @@ FOLDERS = {
     "formats": ("mjcf", "urdf", "sdf", "export"),
     "analysis": ("kinematics", "contacts", "loads"),
     "linear": ("reduction", "equilibrium", "state_space"),
-    "pages": ("look", "data", "page"),
+    "pages": ("appearance", "data", "page"),
     "figures": ("pages", "kinds", "sweeps"),
     "calls": ("check",),
     "cli": ("report", "simulate", "studies", "linear", "design", "watch", "commands"),
