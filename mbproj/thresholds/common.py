@@ -45,7 +45,7 @@ class Common:
         "length, rad",
         "numpy",
         "a pose so far away is another one, of the same branch",
-        "what rolls slips by 1e-7 of such a way; lock-ups of tests/integrate/lock_up are met to 1e-5",
+        "far from round-off, near to a joint's turn; tests/integrate/test_lock_up.py",
     )
     long_way: float = threshold(
         0.2,

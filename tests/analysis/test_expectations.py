@@ -136,7 +136,7 @@ ITEMS = {"marker": "tip", "body": "bob", "joint": "A", "force": "spring", "motio
 def test_every_observable_has_a_series(results: Results, of: str) -> None:
     for quantity, observable in OBSERVABLES[of].items():
         if of == "joint" and quantity.startswith(
-            ("angle_1", "angle_2", "displacement", "length", "gap", "lap", "tension")
+            ("angle_1", "angle_2", "displacement", "length", "gap", "lap", "tension", "contact")
         ):
             continue  # the pendulum's joint has an angle only
         if quantity == TRANSMISSION_ANGLE or quantity.endswith((VELOCITY_RATIO, MECHANICAL_ADVANTAGE)):

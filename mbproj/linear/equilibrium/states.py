@@ -94,13 +94,15 @@ class BalanceWithStates:
         return found, np.block([[sizes / self.torque, np.abs(pushed)], [*map(np.abs, of_states)]])
 
     def after(self, step: Array) -> BalanceWithStates | None:
-        """The same after a step that leaves what no motion changes, uᵀη with uᵀK = 0, as it is; None where constraints
-        open, or a function has no value."""
+        """The same after a step that leaves what no motion changes, uᵀη with uᵀK = 0, as it is, and is no longer than
+        any; None where constraints open, or a function has no value."""
         f, problem = self.space.freedom, self.at.problem
         U, σ, V = np.linalg.svd(self.stiffness[0])
         none = σ <= THRESHOLDS.rounding * σ.max(initial=0.0)
         conserved, free = U[:, none].T, V[none].T
         step = step - free @ np.linalg.lstsq(conserved @ free, conserved @ step, rcond=None)[0]
+        length = float(np.linalg.norm(step[:f]))
+        step = step * min(1.0, THRESHOLDS.largest_radius / max(length, THRESHOLDS.nothing))
         there = self.at.after(step[:f], problem.x + problem.system.states.scale * step[f:])
         return None if there is None else replace(self, at=there)
 

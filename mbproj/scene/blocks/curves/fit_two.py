@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from mbproj.scene.fields.containers import Complaint
 from mbproj.scene.records import Joint, KeyPath
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from mbproj.functions.curves.track import Track
 
 
@@ -73,7 +73,7 @@ def _hollow(tracks: Sequence[Track], joint: Joint) -> Iterator[Complaint]:
     bulges = [_bulge(track, side, joint, n) for n, (track, side) in enumerate(zip(tracks, sides, strict=True))]
     for number in (0, 1):
         (points, own), (_, other) = bulges[number], bulges[1 - number]
-        worst = int(np.argmin(own))
+        worst = int(own.argmin())
         if own[worst] >= 0.0 or own[worst] + other.max() > 0.0:
             continue
         at, most = At(float(points[worst, 0]), float(points[worst, 1]), 0.0), float(other.max())
@@ -88,6 +88,8 @@ def _hollow(tracks: Sequence[Track], joint: Joint) -> Iterator[Complaint]:
 def _bulge(track: Track, side: str | None, joint: Joint, number: int) -> tuple[np.ndarray, np.ndarray]:
     """Points (k, 2) of a curve where it may be touched, and how its profile is bent there towards the other one, in
     1/m: negative where it is hollow."""
+    import numpy as np
+
     from mbproj.functions.curves.soundness import curvature
 
     places, κ = track.line.places, curvature(track.line)
