@@ -1,4 +1,4 @@
-"""Laws that come to those of the scene: what stops and dry friction do while they touch."""
+"""Laws of force that are added to those of the scene while stops touch and dry frictions slide."""
 
 from __future__ import annotations
 
@@ -16,10 +16,12 @@ from mbproj.model.primitive_set import Binding, bind, bindings
 
 @dataclass(frozen=True, eq=False)
 class AddedLaw:
-    """A force that goes by a program `push`, times the load of a `bearing` (-1: 1), along a coordinate s.
+    """A force along a coordinate s: the value of the program `push`, times the load of the bearing number `bearing`
+    (-1: 1).
 
-    `joint_coordinate` and `loses` as `Laws` has them, `owner` is the force's name for messages; `apart`: whether what
-    it loses is an integral of its own; `partner`, a number among those added, and `sliding` as `Laws` has them."""
+    `joint_coordinate`, `loses`, `partner` and `sliding` mean the same as in `Laws`; `partner` counts from the first law
+    added. `owner` is the name of the force, for messages. `apart`: whether a separate integral counts the energy it
+    loses."""
 
     along: Binding
     joint_coordinate: int
@@ -33,7 +35,7 @@ class AddedLaw:
 
 
 def with_laws(before: Forces, added: Sequence[AddedLaw]) -> Forces:
-    """The forces with these laws after their own."""
+    """Return the forces with the laws `added` after the laws that they have."""
     laws = before.laws
     own = [replace(law.along, owner=laws.size + at, offset=0.0) for at, law in enumerate(added)]
     none, owners = np.zeros(len(added)), tuple(law.owner for law in added)
@@ -59,5 +61,5 @@ def with_laws(before: Forces, added: Sequence[AddedLaw]) -> Forces:
 
 
 def _behind(count: int, number: int) -> int:
-    """A number among laws that come after so many; -1 stays."""
+    """Return the number of an added law among all laws, of which `count` come before; -1 stays -1."""
     return count + number if number >= 0 else -1

@@ -1,4 +1,4 @@
-"""Bearings as arrays: what joints carry, by which dry friction goes."""
+"""Bearings as arrays: the loads of joints, in proportion to which dry friction acts."""
 
 from __future__ import annotations
 
@@ -10,15 +10,17 @@ from mbproj.dataclass import dataclass
 
 @dataclass(frozen=True, eq=False)
 class Bearings:
-    """B loads of joints. A joint exerts the force F and the torque T on its body 2 at its point there. Along its axis z
-    a bearing of two supports at a distance ℓ carries
+    """B loads on which dry frictions depend. A joint exerts the force F and the torque T on its body 2, at its point
+    there. With z the joint's axis, a bearing with two supports at a distance ℓ carries
 
         load = preload + radial (|f₁| + |f₂|) + axial |F·z|,    f₁, f₂ = ½ (F - (F·z) z) ± (T × z)/ℓ.
 
-    `joint` (B,): its number. `axis` (B, 3): z in the axes of its body 2. `radial` and `axial` (B,): arms in m where the
-    friction is a torque, parts of the force (1 or 0) where it is a force. `length` ℓ (B,) in m, infinite where moments
-    do not count. `preload` (B,) in N m or N. The push of a stop is another load: Σ part λ. The λ is that of the only
-    row of each joint in `parts` (B,), pairs of a joint and its part; empty for all else.
+    `joint` (B,): the number of the joint. `axis` (B, 3): z in the axes of body 2. `radial` and `axial` (B,): arms in m
+    where the friction is a torque, factors (1 or 0) where it is a force. `length` ℓ (B,) in m, infinite where moments
+    do not count. `preload` (B,) in N m or N.
+
+    The push of a stop is a load of another kind: Σ part λ over the pairs (joint, part) in `parts` (B,), where λ is the
+    multiplier of that joint's only row. For bearings of joints `parts` is empty.
     """
 
     joint: Integers
@@ -36,5 +38,5 @@ class Bearings:
 
     @property
     def is_push(self) -> Flags:
-        """Which are the push of a stop, (B,)."""
+        """Whether each load is the push of a stop, (B,)."""
         return np.array([len(each) > 0 for each in self.parts], dtype=bool)

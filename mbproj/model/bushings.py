@@ -13,14 +13,15 @@ COORDINATES = {"x": "m", "y": "m", "z": "m", "rx": "rad", "ry": "rad", "rz": "ra
 
 @dataclass(frozen=True, eq=False)
 class Bushings:
-    """B bushings, each from a frame in one body to a frame in another.
+    """B bushings, each between a frame in one body and a frame in another.
 
-    `body` (B, 2). The frames in the axes of their bodies: `origin` (B, 2, 3), and `turn` (B, 2, 4), Euler parameters
-    from the frame to the body. With s the coordinates of a bushing, three translations and a rotation vector:
+    `body` (B, 2). Each frame in the axes of its body: `origin` (B, 2, 3), and `turn` (B, 2, 4), the Euler parameters of
+    the rotation from frame to body. With s the six coordinates of a bushing, three translations and a rotation vector
+    φ:
 
-        F = preload - stiffness s - damping w,   stiffness and damping (B, 6, 6), preload (B, 6),
+        F = preload - stiffness s - damping w,   stiffness and damping (B, 6, 6), preload (B, 6).
 
-    where w is s' of the translations, and for the rotation the relative angular velocity in place of φ'. There F is a
+    For the translations w is s'; for the rotation w is the relative angular velocity, in place of φ', and F is a
     torque. No block of `stiffness` or `damping` couples translations with the rotation.
     """
 
@@ -49,19 +50,20 @@ class Bushings:
 
     @property
     def turns_freely(self) -> Flags:
-        """Whether what a bushing exerts has nothing to do with how far its frames have turned, (B,): it resists their
-        angular velocity, or a way between their origins, alike in all directions."""
+        """Whether the relative rotation of its frames has no effect on what a bushing exerts, (B,). Such a bushing
+        resists only the distance of the origins, alike in all directions, and the relative angular velocity, alike
+        too."""
         rigid, viscous = self.stiffness, self.damping
         alike = _is_isotropic(rigid[:, :3, :3]) & _is_isotropic(viscous[:, 3:, 3:])
         others = (rigid[:, 3:, 3:], viscous[:, :3, :3], self.preload[:, None, :])
         return alike & ~np.any([part.any(axis=(1, 2)) for part in others], axis=0)
 
     def on_diagonal(self, matrices: Array) -> Array:
-        """The diagonals of `stiffness` or `damping`, (6B,)."""
+        """Return the diagonals of `stiffness` or `damping`, (6B,)."""
         return np.diagonal(matrices, axis1=1, axis2=2).ravel()
 
 
 def _is_isotropic(matrices: Array) -> Flags:
-    """Whether matrices (B, 3, 3) are multiples of 1, (B,)."""
+    """Whether each of the matrices (B, 3, 3) is a multiple of the identity, (B,)."""
     isotropic: Flags = (matrices == matrices[:, :1, :1] * np.eye(3)).all(axis=(1, 2))
     return isotropic

@@ -1,4 +1,5 @@
-"""What functions of a scene name, what has states of its own, what is driven and what controllers do, as arrays."""
+"""Channels (the scalars that functions of a scene name), states of elements, motions and controllers' actions, as
+arrays."""
 
 from __future__ import annotations
 
@@ -16,7 +17,7 @@ from mbproj.functions.program_set import ProgramSet, flatten
 
 
 class ChannelKind(IntEnum):
-    """What a channel is: a state of elements, a joint coordinate, or its rate."""
+    """The kind of a channel: a state of an element, a joint coordinate, or the rate of one."""
 
     STATE = 0
     COORDINATE = 1
@@ -25,10 +26,11 @@ class ChannelKind(IntEnum):
 
 @dataclass(frozen=True, eq=False)
 class Channels:
-    """c scalars that functions name beside the time and what they act along: variable CHANNELS + i of a program is
-    channel i.
+    """c scalars, beside the time and the force's own coordinate, that functions name. Variable CHANNELS + i of a
+    program is channel i.
 
-    `kind` (c,): see `Kind`; `index` (c,): among the states of elements, or the system's coordinates.
+    `kind` (c,): see `ChannelKind`. `index` (c,): a number among the states of elements or among the system's
+    coordinates.
     """
 
     kind: Integers
@@ -36,7 +38,7 @@ class Channels:
 
     @classmethod
     def of(cls, channels: Sequence[tuple[ChannelKind, int]]) -> Channels:
-        """In this order."""
+        """Return channels with these pairs of a kind and an index, in this order."""
         numbers = np.array(channels, dtype=np.intp).reshape(-1, 2)
         return cls(numbers[:, 0].copy(), numbers[:, 1].copy())
 
@@ -47,11 +49,11 @@ class Channels:
 
     @property
     def is_state(self) -> npt.NDArray[np.bool_]:
-        """Which are states of elements, (c,); the others are of joint coordinates."""
+        """Whether each channel is a state of an element, (c,); the others belong to joint coordinates."""
         return np.asarray(self.kind == ChannelKind.STATE)
 
 
-#: Of a system whose functions name none.
+#: The channels of a system whose functions name none.
 NO_CHANNELS = Channels.of([])
 
 
@@ -59,8 +61,8 @@ NO_CHANNELS = Channels.of([])
 class ElementStates:
     """K first-order states of elements, x' = program(t, channels).
 
-    `start`, `scale` (K,): with what a run begins, and what the absolute tolerance is relative to. `counts` (K,): those
-    that go on where all else rests.
+    `start` (K,): the initial values. `scale` (K,): the magnitude to which the absolute tolerance is relative. `counts`
+    (K,): whether a state goes on changing where all else is at rest.
     """
 
     start: Array
@@ -75,7 +77,7 @@ class ElementStates:
 
     @property
     def rests(self) -> Array:
-        """1 of each state that an equilibrium brings to rest, 0 of one that counts, (K,)."""
+        """1 for each state that an equilibrium brings to rest, 0 for a state that goes on counting, (K,)."""
         return np.where(self.counts, 0.0, 1.0)
 
 
@@ -84,23 +86,23 @@ NO_STATES = ElementStates(np.zeros(0), np.zeros(0), flatten([]), np.zeros(0, dty
 
 @dataclass(frozen=True, eq=False)
 class Energies:
-    """In J, of the time and channels: what elements keep, and what they have lost."""
+    """The energies in J, functions of time and channels, that elements have stored and that they have lost."""
 
     stored: ProgramSet
     lost: ProgramSet
 
 
-#: Of a scene without any.
+#: The signals of a scene without any.
 NO_SIGNALS = flatten([])
 NO_ENERGIES = Energies(flatten([]), flatten([]))
 
 
 @dataclass(frozen=True, eq=False)
 class Motions:
-    """k rheonomic rows s(q) - start - f(t) = 0 (Haug 1989, sect. 9.5).
+    """k rheonomic constraints s(q) - start - f(t) = 0 (Haug 1989, sect. 9.5), one row each.
 
-    `joint_coordinate` (k,): which of the system's coordinates each s is; `start` (k,): what the functions count from;
-    `programs`: the f. `places`: where each stands in the scene file.
+    `joint_coordinate` (k,): the number of s among the system's coordinates. `start` (k,): the value from which f
+    counts. `programs`: the functions f. `places`: the place of each motion in the scene file.
     """
 
     joint_coordinate: Integers
@@ -117,16 +119,17 @@ class Motions:
 NO_MOTIONS = Motions(np.zeros(0, dtype=np.intp), np.zeros(0), flatten([]), ())
 
 
-#: Of a controller in one run: each is kept with some 200 bytes.
+#: The most instants of a controller in one run: each takes some 200 bytes.
 MOST_INSTANTS = 2_000_000
 
 
 @dataclass(frozen=True, eq=False)
 class Actions:
-    """A actions at the times first + k period, k = 0, 1, ...; those at one time in their order.
+    """A actions of controllers at the times first + k period, k = 0, 1, ...; actions at one time run in their order.
 
-    `first`, `period` (A,) in s. `start` (A+1,): action a sets the states `state[start[a]:start[a + 1]]`, all at once,
-    to what their `programs` are of the time and channels before. `names` (A,): of their controllers, for messages.
+    `first`, `period` (A,) in s. Action a sets the states `state[start[a]:start[a + 1]]`, `start` (A+1,), all at once.
+    The new values are those of `programs` for the time and the channels before the action. `names` (A,): the
+    controllers, for messages.
     """
 
     first: Array
@@ -142,18 +145,18 @@ class Actions:
         return len(self.first)
 
     def sets(self, action: int) -> range:
-        """The entries of `state`, and the programs, of one of them."""
+        """Return the range of the entries of `state`, and of `programs`, that belong to an action."""
         return range(*self.start[action : action + 2].tolist())
 
     def is_held(self, states: int) -> npt.NDArray[np.bool_]:
-        """Which of so many states they set, (states,)."""
+        """Whether an action sets each of the `states` states, (states,)."""
         found: npt.NDArray[np.bool_] = np.zeros(states, dtype=bool)
         found[self.state] = True
         return found
 
     def instants(self, start: float, end: float, slack: float) -> Mapping[float, tuple[int, ...]]:
-        """The actions at each time from `start` to `end`; one at `start` but for `slack` is there. Raises InputError
-        where these are too many to be kept."""
+        """Return the actions at each time from `start` to `end`; an action within `slack` before `start` is at `start`.
+        Raises InputError where there are too many to be kept."""
         for name, period in zip(self.names, self.period.tolist(), strict=True):
             count = (end - start) / period
             if count > MOST_INSTANTS:

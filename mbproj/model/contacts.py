@@ -1,5 +1,5 @@
-"""A mechanism while some of its stops touch and some of its dry frictions stick or slide: rigid stops that touch and
-frictions that stick hold rows of C; compliant stops that push and frictions that slide are laws."""
+"""The mechanism for one combination of contacts. Rigid stops that touch and frictions that stick hold rows of C;
+compliant stops that push and frictions that slide are laws."""
 
 from __future__ import annotations
 
@@ -21,20 +21,25 @@ from mbproj.model.system import System
 
 #: Added to δ² under the root of its power, so that its derivatives are finite at δ = 0.
 TINY = 1e-60
-#: Before whose a contact is, the name of a row that it holds.
+#: The prefix of the name of a contact's row, before the name of its owner.
 CONTACT_OF = "contact of "
 
 
 @dataclass(frozen=True)
 class Contacts:
-    """The stops that touch: rigid ones that are `held`, in their order; compliant ones that push, with the damping c of
-    each in s/m or s/rad, or of those with a restitution κ 2k / ((p + 1) m), m the mass that it sees. And the dry
-    frictions: those that are `sliding`, with the sign of s', or the part of the direction along a tangent; those that
-    are `stuck` at this value of s; those that stick because others hold them, and are `bearing` this part, -1 to 1, of
-    their static force. Those in a plane that are `starting` or go `straight` to rest are slow, and keep their
-    direction. Where rows of stops that touch depend on each other only some are held: `shares` gives for each of them
-    pairs of a held stop and a part: its push is the sum of these parts of the pushes that the held ones would have
-    alone; those that are `idle` touch and do not push. Whether the motion depends on how they share is `decides`."""
+    """The stops that touch and the dry frictions that stick or slide, by their numbers.
+
+    Rigid stops that touch are `held`. Compliant stops are `pushing`, with the damping c of each in s/m or s/rad; for a
+    stop with a restitution the number is κ 2k / ((p + 1) m), m the mass that it meets.
+
+    Frictions that are `sliding` have the sign of s', or the component of the direction of sliding along their tangent.
+    Frictions that are `stuck` hold this value of s. Frictions that are `bearing` stick because others hold them, and
+    bear this part, -1 to 1, of their static force. Those in a plane that are `starting` to slide, or go `straight` to
+    rest, are slow and keep their direction.
+
+    Where rows of touching stops depend on each other, only some are held. `shares` gives for each such stop pairs (held
+    stop, part): its push is the sum of these parts of the pushes that the held stops would have alone. Stops that are
+    `idle` touch and do not push. `decides`: whether the motion depends on how the stops share."""
 
     held: tuple[int, ...] = ()
     pushing: Mapping[int, float] = field(default_factory=dict)
@@ -54,18 +59,18 @@ class Contacts:
 
     @property
     def slow(self) -> frozenset[int]:
-        """Those that slide in a plane and keep their direction."""
+        """The frictions that slide in a plane and keep their direction."""
         return self.straight | self.starting
 
     @property
     def rows(self) -> int:
-        """How many rows of C they hold."""
+        """The number of rows of C that the contacts hold."""
         return len(self.held) + len(self.stuck)
 
 
 def walls(system: System, contacts: Contacts) -> dict[int, int]:
-    """The held stops at which a friction along their own coordinate sticks, with that friction: their one row bears
-    what both do, and the friction is `bearing` no part by itself."""
+    """Return the held stops at which a friction along the stop's own coordinate sticks, with that friction. The stop's
+    row bears the force of both, so that the friction itself is `bearing` 0."""
     stops, frictions = system.stops, system.frictions
     if stops is None or frictions is None:
         return {}
@@ -78,7 +83,8 @@ def walls(system: System, contacts: Contacts) -> dict[int, int]:
 
 
 def at_walls(system: System, contacts: Contacts, closed: Iterable[int]) -> Contacts:
-    """The same where what sticks alone along the coordinate of a closed stop is held there by both."""
+    """Return the contacts with the stops in `closed` held, where exactly one friction along a stop's coordinate sticks.
+    The stop's row then replaces that of the friction."""
     stops, frictions = system.stops, system.frictions
     if stops is None or frictions is None or contacts.shares:
         return contacts
@@ -91,10 +97,11 @@ def at_walls(system: System, contacts: Contacts, closed: Iterable[int]) -> Conta
 
 
 def in_contact(system: System, contacts: Contacts) -> System:
-    """The mechanism with these contacts: after the joints' rows one for each stop that is held and then for each
-    friction that is stuck, as joints of their own; after the laws one for each stop that pushes, then one for each
-    friction that slides or bears a force. Each of these has an integral of what is lost. The same system where nothing
-    touches."""
+    """Return the mechanism with these contacts; the same system where nothing touches.
+
+    Rows follow those of the joints: one for each held stop, then one for each stuck friction, as joints of their own.
+    Laws follow those of the scene: one for each pushing stop, then one for each friction that slides or bears a force.
+    Each of these laws of frictions has an integral of the energy it loses."""
     stops, frictions, found = system.stops, system.frictions, system
     rows, laws = list[_Row](), list[AddedLaw]()
     if stops is not None:
@@ -115,7 +122,7 @@ def in_contact(system: System, contacts: Contacts) -> System:
 
 
 def _with_bounds(system: System, frictions: Frictions) -> System:
-    """With the functions by which frictions hold after all others of forces."""
+    """Return the system with the static bounds of changing frictions as the last programs of its forces."""
     forces, own = system.forces, frictions.varies
     names = tuple(_named(frictions.owners[k]) for k in own)
     bounds = flatten([static for _, static in own.values()])
@@ -124,8 +131,8 @@ def _with_bounds(system: System, frictions: Frictions) -> System:
 
 
 def standing_on_stops(system: System, pushing: Mapping[int, float]) -> System:
-    """The mechanism for equilibria and small motions: compliant stops, which `pushing` has, are laws of max(0, δ). The
-    same system without any. Rigid ones are left to the caller."""
+    """Return the mechanism for equilibria and small motions, the same system without compliant stops. The compliant
+    stops in `pushing` are laws of max(0, δ). The caller treats rigid stops."""
     stops = system.stops
     if stops is None or stops.is_rigid.all():
         return system
@@ -143,7 +150,7 @@ def standing_on_stops(system: System, pushing: Mapping[int, float]) -> System:
 
 @dataclass(frozen=True, eq=False)
 class _Row:
-    """Row k of some coordinates, to be held at a value."""
+    """Row k of some coordinates, to be held at the value `at`."""
 
     coordinates: PrimitiveSet
     k: int
@@ -152,7 +159,8 @@ class _Row:
     place: Place | None
 
     def bound(self, owner: int) -> Binding:
-        """s - at = 0. An angle counts from there, so that it is 0 there and knows no turns."""
+        """Return the constraint s - at = 0 as a binding. An angle counts from `at`, so that it is 0 there and needs no
+        turns."""
         (found,) = bindings(self.coordinates, [self.k])
         if self.coordinates.is_length[self.k]:
             return replace(found, owner=owner, offset=found.offset + self.at)
@@ -177,7 +185,7 @@ def _holding(system: System, held: list[_Row]) -> System:
 
 
 def _pushes(stops: Stops, pushing: Mapping[int, float], *, one_sided: bool = False) -> Iterator[AddedLaw]:
-    """The laws of stops that push; a law that is one-sided knows itself where it does."""
+    """The laws of stops that push; a one-sided law is zero by itself while its stop is open."""
     for k, by in pushing.items():
         (along,) = bindings(stops.coordinates, [k])
         push = _push(stops, k, by, one_sided)
@@ -185,22 +193,22 @@ def _pushes(stops: Stops, pushing: Mapping[int, float], *, one_sided: bool = Fal
 
 
 def bearing_numbers(system: System, frictions: Frictions, contacts: Contacts) -> list[int]:
-    """The bearing that each friction goes by, in the mechanism with these contacts: of those at stops that are held,
-    the push of the stop; -1 for none."""
+    """Return the number of the bearing on which each friction depends, in the mechanism with these contacts. For a
+    friction at a held stop it is the push of the stop; -1 for none."""
     found: list[int] = frictions.bearing.tolist()
     pushes = push_numbers(system, contacts)
     return [pushes.get(stop, found[k]) for k, stop in enumerate(frictions.stop.tolist())]
 
 
 def push_numbers(system: System, contacts: Contacts) -> dict[int, int]:
-    """The bearing that is the push of each stop that has one, those that rub and those that share."""
+    """Return the number, among the bearings, of the push of each stop that rubs or shares its push."""
     first, frictions = 0 if system.bearings is None else system.bearings.size, system.frictions
     rubbed = {stop for stop in contacts.held if frictions is not None and stop in frictions.stop}
     return {stop: first + at for at, stop in enumerate(sorted({*rubbed, *contacts.shares}))}
 
 
 def _with_pushes(system: System, stops: Stops, contacts: Contacts) -> Bearings | None:
-    """The bearings of joints, and then those that are pushes: no force but their parts."""
+    """Return the bearings of joints, followed by the pushes of stops, which consist of their `parts` alone."""
     pushes, own, joints = push_numbers(system, contacts), system.bearings, len(system.names.joints)
     if not pushes:
         return own
@@ -218,12 +226,12 @@ def _with_pushes(system: System, stops: Stops, contacts: Contacts) -> Bearings |
 
 
 def friction_laws(contacts: Contacts) -> list[int]:
-    """The frictions that are laws, in the order of these."""
+    """Return the frictions that are laws, in the order of these laws."""
     return sorted((*contacts.sliding, *contacts.bearing))
 
 
 def _frictions(frictions: Frictions, bearings: list[int], contacts: Contacts, first: int) -> Iterator[AddedLaw]:
-    """The laws of those that slide, and of those that bear a force. They come after `first` other added laws."""
+    """The laws of frictions that slide or bear a force; `first` is the number of added laws before them."""
     order = friction_laws(contacts)
     for k in order:
         (along,) = bindings(frictions.coordinates, [k])
@@ -248,7 +256,7 @@ def _frictions(frictions: Frictions, bearings: list[int], contacts: Contacts, fi
 
 
 def _falling(sliding: float, static: float, stribeck: float) -> Code:
-    """sliding + (static - sliding) exp(-(s'/stribeck)²): the sliding force alone without a Stribeck speed."""
+    """Return the code of sliding + (static - sliding) exp(-(s'/stribeck)²); of `sliding` without a Stribeck speed."""
     if stribeck == 0.0 or static == sliding:
         return number(sliding)
     part = apply(Op.DIVIDE, variable(RATE), number(stribeck))
@@ -257,13 +265,13 @@ def _falling(sliding: float, static: float, stribeck: float) -> Code:
 
 
 def _named(owner: str) -> str:
-    """The name in "force 'bumper'"."""
+    """Return the quoted name, as 'bumper' in "force 'bumper'"."""
     return owner.split("'")[1]
 
 
 def _push(stops: Stops, k: int, by: float, one_sided: bool) -> Code:
-    """The force along s: side k δᵖ max(0, 1 + c δ'), or with a restitution side k δᵖ (1 + d δ' / √(δ'² + r δᵖ⁺¹)).
-    `by` is c or r; one-sided, with max(0, δ)."""
+    """Return the code of a stop's force along s: side k δᵖ max(0, 1 + c δ'), or with a restitution side k δᵖ (1 + d δ'
+    / √(δ'² + r δᵖ⁺¹)). `by` is c or r. A one-sided law has max(0, δ) in place of δ."""
     side, bound, exponent = float(stops.side[k]), float(stops.bound[k]), float(stops.exponent[k])
     c, d = (by, 0.0) if np.isnan(stops.restitution[k]) else (0.0, float(stops.resistance[k]))
     depth = apply(Op.MULTIPLY, number(-side), apply(Op.SUBTRACT, variable(COORDINATE), number(bound)))
@@ -281,11 +289,12 @@ def _push(stops: Stops, k: int, by: float, one_sided: bool) -> Code:
 
 
 def _power(depth: Code, exponent: float) -> Code:
-    """δᵖ as δ (δ²)^((p - 1) / 2), with finite derivatives where δ is 0 or, by round-off, below."""
+    """Return the code of δᵖ as δ (δ²)^((p - 1) / 2). Its derivatives stay finite where δ is 0 or, by round-off,
+    below."""
     return depth if exponent == 1.0 else apply(Op.MULTIPLY, depth, _size(depth, exponent - 1.0))
 
 
 def _size(depth: Code, exponent: float) -> Code:
-    """|δ|ᵖ."""
+    """Return the code of |δ|ᵖ."""
     square = apply(Op.ADD, apply(Op.MULTIPLY, depth, depth), number(TINY))
     return (*square, Instruction(Op.POWER, 0.5 * exponent))

@@ -1,4 +1,5 @@
-"""What has switches of its own: rows that couple, known but for whole teeth or threads, and what follows curves."""
+"""Rows that couple coordinates, determined but for whole teeth or threads, and distances from curves with their
+feet."""
 
 from __future__ import annotations
 
@@ -24,13 +25,13 @@ from mbproj.functions.program_set import OF_ROWS, ProgramSet, flatten
 from mbproj.functions.series import constant_series, run
 from mbproj.model.primitive_set import Binding, PrimitiveSet, bind, bindings
 
-#: The primitives that are held on pieces of their curves.
+#: The primitives that are evaluated on one piece of a curve at a time.
 DISTANCES = (Profile, Face, Gap, BesideFirst)
 
 
 class Toothed(NamedTuple):
-    """A gear whose teeth load bearings: its joint, those of its two wheels, the numbers of their angles, the numbers of
-    teeth, and the pressure angle in rad."""
+    """A gear whose teeth load bearings. Numbers of its joint, of the joints of its two wheels and of their angles; the
+    numbers of teeth; and the pressure angle in rad."""
 
     joint: int
     joints: tuple[int, int]
@@ -41,14 +42,14 @@ class Toothed(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Couplings:
-    """k rows of the joints, each a sum of coordinates. Subtracted are a function of the first of them, where it has
-    one, and a multiple of a period.
+    """k rows of the joints, each a weighted sum of coordinates. Subtracted from it are a function of the first
+    coordinate, where the row has one, and a multiple of a period.
 
-    `row` (k,) of the joints' rows; `period` (k,) one tooth in rad, or one thread in m; 0 for none. `first` (k,): where
-    the entries of each begin, which are `coordinate` (e,), numbers of the system's coordinates, and `weight` (e,).
-    `program` (k,): the number of the function in `programs`, -1 for none; `growth` (k,): what a turn adds to it.
-    `rolls` (k,): whether it is a roller on a curve, whose lap, the period, and turn have no common measure. `teeth`:
-    the gears whose teeth load bearings.
+    `row` (k,): the number among the joints' rows. `period` (k,): one tooth in rad or one thread in m; 0 for none.
+    `first` (k,): the first of a row's entries in `coordinate` (e,), numbers of the system's coordinates, and `weight`
+    (e,). `program` (k,): the number of the function in `programs`, -1 for none. `growth` (k,): its increase in one
+    turn. `rolls` (k,): whether the row is that of a roller on a curve; its lap, the period, and its turn have no common
+    measure. `teeth`: the gears whose teeth load bearings.
     """
 
     row: Integers
@@ -74,7 +75,8 @@ class Couplings:
         return list(zip(self.row[own].tolist(), self.coordinate[self.first[own]].tolist(), strict=True))
 
     def sums(self, coordinate: Numbers) -> Numbers:
-        """Of the system's coordinates (..., nc), (..., k)."""
+        """Return the sums of the rows, without multiples of periods, (..., k), of the system's coordinates (...,
+        nc)."""
         found = np.asarray(np.add.reduceat(self.weight * coordinate[..., self.coordinate], self.first, axis=-1))
         for k in np.flatnonzero(self.program >= 0).tolist():
             s = coordinate[..., self.coordinate[self.first[k]]]
@@ -84,13 +86,13 @@ class Couplings:
         return found
 
     def whole(self, rows: Numbers) -> Numbers:
-        """The multiples of the periods that are nearest to (..., k)."""
+        """Return the multiples of the periods that are nearest to the rows (..., k)."""
         period = np.where(self.period > 0.0, self.period, 1.0)
         return np.asarray(np.where(self.period > 0.0, period * np.round(rows / period), 0.0))
 
     def rolled(self, raw: Numbers, expected: Array, apart: Numbers) -> npt.NDArray[np.longdouble]:
-        """The laps and turns of rollers on curves, (..., k), in metres. `raw` are coordinates (..., nc) as the pose has
-        them; `apart` (..., k): by how much the sums with those `expected` are more than the rows."""
+        """Return the whole laps and turns of rollers on curves, (..., k), in metres. `raw` are the coordinates (...,
+        nc) that follow from the pose. `apart` (..., k): the sums with the `expected` coordinates less the rows."""
         second = np.where(self.rolls, self.first + 1, self.first)
         roller, weight = self.coordinate[second], self.weight[second]
         turns = np.round((expected[..., roller] - raw[..., roller].real) / (2.0 * np.pi))
@@ -102,8 +104,8 @@ class Couplings:
 
 @dataclass(frozen=True, eq=False)
 class Followers:
-    """k distances from curves: `of`, their places among the rows of the joints, the coordinates of laws and those of
-    stops; `programs`, of the parameter of the foot, whose switches are the knots of the curves."""
+    """k distances from curves. `of`: their places among the rows of the joints, the laws and the stops. `programs`:
+    functions of the foot's parameter, whose switches are the knots of the curves."""
 
     of: tuple[Followed, ...]
     programs: ProgramSet
@@ -115,8 +117,8 @@ class Followers:
 
 
 class Of(IntEnum):
-    """Where a distance from a curve is: among the rows of the joints, the laws, or the stops. A stop follows its curve
-    while it touches: the kernel's loop knows that itself, for all others it is a row or a law then."""
+    """The list in which a distance from a curve stands: the rows of the joints, the laws, or the stops. A stop follows
+    its curve while it touches. The kernel's loop handles that itself; for others the stop is then a row or a law."""
 
     ROW = 0
     LAW = 1
@@ -124,7 +126,7 @@ class Of(IntEnum):
 
 
 class Followed(NamedTuple):
-    """A curve that is followed: by which distance, where that is and its number there; of two curves that touch, the
+    """A curve that a distance follows: the list (`kind`) and the number of the distance; of two curves that touch, the
     first (0) or the `second` (1)."""
 
     kind: Of
@@ -132,7 +134,7 @@ class Followed(NamedTuple):
     second: int = 0
 
 
-#: Rows of some programs: the number of each, and on which of two curves it has its foot.
+#: The row that belongs to each program, and whether the foot is on the first (0) or the second (1) of two curves.
 Rows: TypeAlias = "Mapping[int, tuple[int, int]]"
 
 NO_FOLLOWERS = Followers((), flatten([]))
@@ -140,15 +142,15 @@ NO_FOLLOWERS = Followers((), flatten([]))
 
 @dataclass(frozen=True, eq=False)
 class Touching:
-    """Joints that follow curves: the number of a coordinate of each that has the foot, and how far the profile is to
-    the left of the curve, in m."""
+    """Joints that follow curves: the number of the coordinate with the foot, and the distance of the profile to the
+    left of the curve, in m, of each."""
 
     coordinate: tuple[int, ...]
     offset: tuple[float, ...]
 
 
 def compile_followers(joints: PrimitiveSet, laws: PrimitiveSet, stops: PrimitiveSet | None) -> Followers:
-    """Those among the joints' rows, the laws and the stops."""
+    """Return the distances from curves among the joints' rows, the laws and the stops."""
     places, knots = list[Followed](), list[Program]()
     for kind, bound in ((Of.ROW, joints), (Of.LAW, laws), (Of.STOP, stops)):
         if bound is None or not any(isinstance(group.primitive, DISTANCES) for group in bound.groups):
@@ -166,8 +168,8 @@ def _curves(distance: Profile | Face | Gap | BesideFirst) -> tuple[PlaneCurve | 
 
 
 def rows_on_branches(rows: PrimitiveSet, programs: ProgramSet, of: Rows, held: Array) -> PrimitiveSet:
-    """Rows with the switches of some on the branches held, one for each instruction of the programs; `of`: the row of
-    each program."""
+    """Return the rows with the branches `held` of their switches, one for each instruction of the programs; `of` gives
+    the row of each program."""
     own = bindings(rows)
     for program, (row, second) in of.items():
         at, branches = rows.layout.member[row], programs.branches(program, held)
@@ -180,8 +182,8 @@ def rows_on_branches(rows: PrimitiveSet, programs: ProgramSet, of: Rows, held: A
 
 
 def feet(rows: PrimitiveSet, programs: ProgramSet, of: Rows, held: Array, places: Numbers) -> dict[int, float]:
-    """The parameter of the foot of each row that follows a curve, by its program `of` rows, on the branches held;
-    `places` are those of the rows' slots, (S, 3)."""
+    """Return the parameter of the foot, by program, of each row that follows a curve, on the branches `held`. `of`
+    gives the row of each program; `places` (S, 3) are the points and vectors of the rows' slots."""
     found, on_pieces = {}, dict[int, Primitive]()
     for program, (row, second) in of.items():
         own = on_pieces.get(row, rows.layout.members[rows.layout.member[row]].primitive)
@@ -195,7 +197,7 @@ def feet(rows: PrimitiveSet, programs: ProgramSet, of: Rows, held: Array, places
 
 
 def _on_branch(primitive: Primitive, branches: tuple[float, ...], second: int = 0) -> Primitive:
-    """A row with its switches on these branches, one for each instruction of its function."""
+    """Return the primitive with its switches on these branches, one for each instruction of its function."""
     piece = FREE if np.isnan(branches[-1]) else int(branches[-1])
     if isinstance(primitive, Coupling):
         along = primitive.other
@@ -207,7 +209,7 @@ def _on_branch(primitive: Primitive, branches: tuple[float, ...], second: int = 
 
 
 def compile_couplings(rows: Sequence[Binding], coordinates: Sequence[Binding]) -> Couplings:
-    """Those among the joints' rows, which share their slots with the coordinates that they couple."""
+    """Return the coupling rows among the joints' rows; they share slots with the coordinates that they couple."""
     first = np.cumsum([0, *(binding.primitive.rows for binding in rows)])
     row, period, growth, length, coordinate, rolls = [], [], [], [], [], []
     functions: list[Curve | None] = []
@@ -240,7 +242,7 @@ def compile_couplings(rows: Sequence[Binding], coordinates: Sequence[Binding]) -
 
 
 def _coordinate(part: Primitive, slots: Sequence[tuple[int, int, Array]], coordinates: Sequence[Binding]) -> int:
-    """The number of the joint coordinate that is this part of a row, on these points and vectors."""
+    """Return the number of the joint coordinate with this primitive on these points and vectors."""
     for number, binding in enumerate(coordinates):
         pairs = list(zip(slots, binding.slots, strict=False))
         same = type(binding.primitive) is type(part) and len(slots) == len(binding.slots)

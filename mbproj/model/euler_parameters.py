@@ -63,7 +63,8 @@ def product(first: Numbers, second: Numbers) -> Numbers:
 
 
 def turning(orientation: Numbers, rate: Numbers) -> Numbers:
-    """ω = 2 L Λ' in body axes, (..., 3): entry by entry, over many samples five times as fast as with the matrices."""
+    """Return ω = 2 L Λ' in body axes, (..., 3). Entry by entry it is five times as fast over many samples as with
+    matrices."""
     a0, a1, a2, a3 = (orientation[..., place] for place in range(4))
     b0, b1, b2, b3 = (rate[..., place] for place in range(4))
     return 2.0 * np.stack(

@@ -14,18 +14,19 @@ from mbproj.model.primitive_set import PrimitiveSet, bind
 
 @dataclass(frozen=True, eq=False)
 class Laws:
-    """E generalised forces, each on one coordinate s, positive where it drives s up:
+    """E generalised forces, each along one coordinate s, positive where it drives s up:
 
         F = -stiffness (s - free) - damping s' + program(t, s, s')
 
-    `coordinates`: the s as primitives, E rows. `joint_coordinate` (E,): which of the system's coordinates s is, so that
-    an angle counts the turns of its joint; -1 for distances. `stiffness`, `damping`, `free` (E,). `program` (E,): its
-    number in `Forces.programs`, -1 where a law has none. `loses` (E,): whether what the program gives is energy
-    lost, as a damper's, not work done. `bearing` (E,): whose load what the program gives is multiplied by, a number of
-    `System.bearings`; -1 for none. `apart` (E,): whether what it loses is an integral of its own.
-    `partner` (E,): of friction in a plane, the law along the other tangent, or -1; `sliding` (E, 2): the direction of
-    sliding along both. What its program gives of the speed in the plane is along the velocity, as long as that has not
-    turned round.
+    `coordinates`: the s as primitives, E rows. `joint_coordinate` (E,): the number of s among the system's coordinates,
+    so that an angle counts the turns of its joint; -1 for distances. `stiffness`, `damping`, `free` (E,). `program`
+    (E,): the number in `Forces.programs`, -1 for none. `loses` (E,): whether the work of the program is energy lost, as
+    in a damper. `bearing` (E,): the number in `System.bearings` of the load that multiplies the program; -1 for none.
+    `apart` (E,): whether a separate integral counts the energy it loses.
+
+    For friction in a plane `partner` (E,) is the law along the other tangent, else -1, and `sliding` (E, 2) the
+    direction of sliding along both tangents. Its program, of the speed in the plane, gives a force along the velocity,
+    as long as the velocity has not reversed.
     """
 
     coordinates: PrimitiveSet
@@ -55,8 +56,8 @@ class Laws:
 class BodyForces:
     """W given forces (N) and torques (N m), each on one body.
 
-    `body` (W,), `point` (W, 3) in the body's axes, `is_torque` (W,). The components are those of `program` (W, 3) in
-    axes that `turn` (W, 3, 3) takes to the body's where `in_body` (W,), and else to the global ones.
+    `body` (W,), `point` (W, 3) in the body's axes, `is_torque` (W,). `program` (W, 3): the numbers of the components'
+    programs. Where `in_body` (W,), `turn` (W, 3, 3) takes them to the body's axes; else they are in global axes.
     """
 
     body: Integers
@@ -74,10 +75,11 @@ class BodyForces:
 
 @dataclass(frozen=True, eq=False)
 class Forces:
-    """All forces of a scene but gravity. `law_owners`, `program_owners`, `bushing_names`: the names of the forces that
-    laws, programs and bushings belong to, for messages.
+    """All forces of a scene but gravity. They act along F coordinates: first those of the laws, then six of each
+    bushing.
 
-    What forces act along are the coordinates of the laws, and then six of each bushing, F in all.
+    `law_owners`, `program_owners`, `bushing_names`: the names of the forces to which laws, programs and bushings
+    belong, for messages.
     """
 
     laws: Laws
@@ -90,7 +92,7 @@ class Forces:
 
     @property
     def is_empty(self) -> bool:
-        """Whether there are none."""
+        """Whether the scene has no force."""
         return not (self.size or self.on_bodies.size)
 
     @property
@@ -142,5 +144,5 @@ def _nothing() -> Forces:
     )
 
 
-#: Of a scene without any.
+#: The forces of a scene without any.
 NO_FORCES = _nothing()

@@ -1,9 +1,9 @@
-"""The layout of y: the blocks of a state, and of what is integrated. Nobody else counts where in y something is.
+"""The layout of y: the blocks of a state, and of the integrated vector. No other module counts places in y.
 
 A state has positions q and velocities q' in 7 coordinates a body, the whole turns of the joints' coordinates, and the
-states of elements. A run integrates positions, velocities and states; beside them the work that forces have done, and
-angles that forces or gears follow from stage to stage. A block that is new is recorded, continued, looked at for
-numbers that are not finite, and controlled in its error by its entry here.
+states of elements. A run integrates positions, velocities and states. It also integrates the work of forces, and the
+angles that forces or gears follow from stage to stage. The entry of a new block here has it recorded, continued,
+checked for numbers that are not finite, and controlled in its error.
 """
 
 from __future__ import annotations
@@ -16,18 +16,18 @@ import numpy as np
 from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
 
-#: Of numbers whose errors have no say in the size of a step.
+#: The scale of numbers whose errors have no effect on the step size.
 UNCONTROLLED = np.inf
 
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """Some numbers of y, one after another.
+    """Some consecutive numbers of y.
 
-    `scale` (size,): what the absolute tolerance is relative to; `UNCONTROLLED` where errors have no say in the step.
-    `projected`: whether a projection moves them. `start` (size,): with what a run begins; None where the assembled pose
-    says it. `dataset`: where they are recorded as they are, by `names` and `units` (size,); None where only what
-    follows from them is recorded.
+    `scale` (size,): the magnitude to which the absolute tolerance is relative; `UNCONTROLLED` where errors do not limit
+    the step. `projected`: whether a projection moves them. `start` (size,): the initial values; None where the
+    assembled pose gives them. `dataset`: where they are recorded as they are, with `names` and `units` (size,); None
+    where only quantities derived from them are recorded.
     """
 
     name: str
@@ -40,17 +40,17 @@ class Block:
 
     @property
     def size(self) -> int:
-        """How many numbers."""
+        """The number of entries."""
         return len(self.scale)
 
     @property
     def is_controlled(self) -> bool:
-        """Whether its errors have a say in the step."""
+        """Whether its errors limit the step size."""
         return bool(np.isfinite(self.scale).all())
 
 
 def uncontrolled(name: str, size: int) -> Block:
-    """A block whose errors have no say in the step, and that begins with zeros."""
+    """Return a block that starts with zeros and whose errors do not limit the step size."""
     return Block(name, np.full(size, UNCONTROLLED), np.zeros(size))
 
 
@@ -66,30 +66,31 @@ class Layout:
         return {block.name: slice(*ends[i : i + 2]) for i, block in enumerate(self.blocks)}
 
     def __getitem__(self, name: str) -> slice:
-        """Where a block is."""
+        """Return the slice of a block in the vector."""
         return self._slices[name]
 
     def size_of(self, name: str) -> int:
-        """How many numbers a block has."""
+        """Return the number of entries of a block."""
         return self[name].stop - self[name].start
 
     @cached_property
     def size(self) -> int:
-        """Of the vector."""
+        """The number of entries of the vector."""
         return sum(block.size for block in self.blocks)
 
     @cached_property
     def controlled(self) -> slice:
-        """The blocks that come first: those whose errors are controlled."""
+        """The slice of the blocks whose errors are controlled; they come first."""
         return slice(0, sum(block.size for block in self.blocks if block.is_controlled))
 
     @cached_property
     def scale(self) -> Array:
-        """What the absolute tolerance is relative to, (size,)."""
+        """The magnitudes to which the absolute tolerance is relative, (size,)."""
         return np.concatenate([block.scale for block in self.blocks])
 
     def joined(self, parts: Mapping[str, Array | Integers]) -> Array:
-        """The vector (..., size) of these blocks, (..., their sizes); the others are as a run begins with them."""
+        """Return the vector (..., size) made of the blocks `parts`, each (..., its size); the others have their initial
+        values."""
         y = np.empty((*next(iter(parts.values())).shape[:-1], self.size))
         for block in self.blocks:
             y[..., self[block.name]] = parts[block.name] if block.start is None else parts.get(block.name, block.start)
@@ -97,13 +98,13 @@ class Layout:
 
     @property
     def recorded(self) -> dict[str, str]:
-        """The names of the blocks that are recorded as they are, by their datasets."""
+        """The names of the blocks that are recorded as they are, by dataset."""
         return {block.dataset: block.name for block in self.blocks if block.dataset and block.size}
 
     def shared(self, y: Array, other: Layout) -> dict[str, Array]:
-        """The blocks of y (..., size) that another layout has, too."""
+        """Return the blocks of y (..., size) that another layout also has."""
         return {block.name: y[..., self[block.name]] for block in self.blocks if block.name in other._slices}
 
     def changed(self, y: Array, parts: Mapping[str, Array | Integers]) -> Array:
-        """A copy of y with these blocks in place of its own."""
+        """Return a copy of y with the blocks `parts` in place of its own."""
         return self.joined({**self.shared(y, self), **parts})

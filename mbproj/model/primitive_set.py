@@ -13,14 +13,14 @@ from mbproj.arrays import Array, Integers, Numbers
 from mbproj.constraints import Primitive
 from mbproj.dataclass import dataclass
 
-#: Layouts that are kept: those of the sets of a few scenes, none of which has more primitives.
+#: The number of layouts that are kept, those of the sets of a few scenes, and the most primitives of such a set.
 LAYOUTS, MOST_KEPT = 64, 1000
 
 
 @dataclass(frozen=True, eq=False)
 class Binding:
-    """One primitive on its way into a set: what it binds, as (body index, side 1 or 2, local vector) per slot; its
-    value counts from `offset`."""
+    """One primitive to be bound in a set: its slots as (body index, side 1 or 2, local vector). `offset` is subtracted
+    from its value."""
 
     primitive: Primitive
     owner: int
@@ -47,13 +47,14 @@ class Member(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class SetLayout:
-    """What a set has whatever its numbers are: scenes that differ in numbers alone share it.
+    """The structure of a set, without its numbers: scenes that differ in numbers alone share it.
 
-    Per attachment: `body` (S,) (the ground is the last index), `side` (S,) 1 or 2, `is_point` (S,) 1 for points and 0
-    for vectors. Per row: `owner` (m,) the joint's index, `is_length` (m,) True for metres and False for radians.
-    `is_velocity` (m,): which rows are at velocity level, of primitives that are not integrable.
-    `members` are the primitives in the order of their rows, `member` (m,) says which one a row is of. `entry_row`,
-    `entry_slot` (e,) list the pairs of a row and an attachment in the order of `gradient_entries`.
+    Per attachment: `body` (S,), where the ground is the last index; `side` (S,), 1 or 2; `is_point` (S,), 1 for points
+    and 0 for vectors. Per row: `owner` (m,), the joint's index; `is_length` (m,), True for metres and False for
+    radians; `is_velocity` (m,), whether the row is at velocity level, of a primitive that is not integrable.
+
+    `members` are the primitives in the order of their rows; `member` (m,) is the number of the primitive of each row.
+    `entry_row`, `entry_slot` (e,) list the pairs of a row and an attachment in the order of `gradient_entries`.
     """
 
     groups: tuple[Group, ...]
@@ -84,7 +85,7 @@ class SetLayout:
 
     @cached_property
     def entry_is_point(self) -> Array:
-        """1 of each entry at a point, 0 at a vector, (e, 1)."""
+        """1 for each entry at a point, 0 at a vector, (e, 1)."""
         return self.is_point[self.entry_slot, None]
 
     @cached_property
@@ -106,7 +107,7 @@ class PrimitiveSet:
 
     @property
     def groups(self) -> tuple[Group, ...]:
-        """The instances, primitive by primitive."""
+        """The instances of primitives, grouped by primitive."""
         return self.layout.groups
 
     @property
@@ -131,12 +132,12 @@ class PrimitiveSet:
 
     @property
     def is_length(self) -> npt.NDArray[np.bool_]:
-        """Which rows are in metres, (m,)."""
+        """Whether each row is in metres, (m,)."""
         return self.layout.is_length
 
     @property
     def is_velocity(self) -> npt.NDArray[np.bool_]:
-        """Which rows are at velocity level, (m,)."""
+        """Whether each row is at velocity level, (m,)."""
         return self.layout.is_velocity
 
     @property
@@ -160,18 +161,18 @@ class PrimitiveSet:
         return self.layout.units
 
     def value(self, x: Numbers) -> Numbers:
-        """C (..., m) of the attachments' global points and vectors x (..., S, 3)."""
+        """Return C (..., m) for the attachments' global points and vectors x (..., S, 3)."""
         value = np.empty((*x.shape[:-2], self.size), dtype=x.dtype, order="F")
         for group in self.groups:
             value[..., group.rows] = group.primitive.value(x[..., group.slots, :])
         return value - self.offset
 
     def rate(self, x: Numbers, x_dot: Numbers) -> Numbers:
-        """∂C/∂x · x', (..., m)."""
+        """Return ∂C/∂x · x', (..., m)."""
         return self._of_motion(x, x_dot, lambda primitive: primitive.rate)
 
     def curvature(self, x: Numbers, x_dot: Numbers) -> Numbers:
-        """x'ᵀ C_xx x' of shape (..., m)."""
+        """Return x'ᵀ C_xx x', (..., m)."""
         return self._of_motion(x, x_dot, lambda primitive: primitive.curvature)
 
     def _of_motion(
@@ -184,7 +185,7 @@ class PrimitiveSet:
         return found
 
     def forces(self, x: Numbers, multipliers: Numbers) -> Numbers:
-        """∂C/∂xᵀ λ of each attachment, (..., S, 3), of multipliers (..., m)."""
+        """Return ∂C/∂xᵀ λ of each attachment, (..., S, 3), for multipliers λ (..., m)."""
         lead = np.broadcast_shapes(x.shape[:-2], multipliers.shape[:-1])
         forces = np.empty((*lead, *x.shape[-2:]), dtype=np.result_type(x, multipliers), order="F")
         for group in self.groups:
@@ -193,13 +194,13 @@ class PrimitiveSet:
         return forces
 
     def gradient_entries(self, x: Numbers) -> Numbers:
-        """∂C/∂x, its entries that can differ from zero, (..., e, 3): row `entry_row`, attachment `entry_slot`."""
+        """Return the entries of ∂C/∂x that can be nonzero, (..., e, 3): row `entry_row`, attachment `entry_slot`."""
         lead = x.shape[:-2]
         parts = [group.primitive.gradient(x[..., group.slots, :]).reshape(*lead, -1, 3) for group in self.groups]
         return np.concatenate(parts, axis=-2) if parts else np.zeros((*lead, 0, 3))
 
     def along(self, gradient: Numbers, direction: Numbers) -> Numbers:
-        """∂C/∂x · direction, (..., m), from `gradient_entries` and one vector per attachment, (..., S, 3)."""
+        """Return ∂C/∂x · direction, (..., m), from `gradient_entries` and one vector per attachment, (..., S, 3)."""
         along = direction[..., self.entry_slot, :]
         x, y, z = (gradient[..., axis] * along[..., axis] for axis in range(3))
         products = x + y + z
@@ -212,7 +213,7 @@ class PrimitiveSet:
 
 
 def bind(bindings: Sequence[Binding]) -> PrimitiveSet:
-    """The set of these primitives; rows in the order of the bindings."""
+    """Return the set of these primitives; rows are in the order of the bindings."""
     bound = tuple([(each.primitive, each.owner, *[slot[:2] for slot in each.slots]) for each in bindings])
     layout = _kept_layout(bound) if len(bound) <= MOST_KEPT else _layout(bound)
     return PrimitiveSet(
@@ -224,7 +225,7 @@ def bind(bindings: Sequence[Binding]) -> PrimitiveSet:
 
 @lru_cache(LAYOUTS)
 def _kept_layout(bound: tuple[tuple[Any, ...], ...]) -> SetLayout:
-    """The layout, shared by all sets that have it: nobody may write to it."""
+    """Return a layout. All sets that have it share it: nobody may write to it."""
     layout = _layout(bound)
     arrays = [part for part in vars(layout).values() if isinstance(part, np.ndarray)]
     for array in [*arrays, *[part for group in layout.groups for part in (group.slots, group.rows)]]:
@@ -233,7 +234,7 @@ def _kept_layout(bound: tuple[tuple[Any, ...], ...]) -> SetLayout:
 
 
 def _layout(bound: tuple[tuple[Any, ...], ...]) -> SetLayout:
-    """The layout of primitives, each with its owner and then a body and a side for each slot."""
+    """Return the layout of primitives, each given with its owner and then a body and a side for each slot."""
     primitives: list[Primitive] = [each[0] for each in bound]
     attachments = [slot for _, _, *slots in bound for slot in slots]
     height = [primitive.rows for primitive in primitives]
@@ -269,7 +270,7 @@ def _layout(bound: tuple[tuple[Any, ...], ...]) -> SetLayout:
 
 
 def bindings(bound: PrimitiveSet, rows: Sequence[int] | None = None) -> list[Binding]:
-    """A set's primitives again as they were bound, in the order of their rows; of all, or of those with these first
+    """Return the primitives of a set as bindings, in the order of their rows; of all, or of those with these first
     rows."""
     found = dict(_bindings(bound))
     return [found[row] for row in (sorted(found) if rows is None else rows)]

@@ -1,8 +1,8 @@
-"""Reflected inertias: what turns with a joint's coordinate behind a gear, and is no body of the scene.
+"""Reflected inertias: bodies behind a gear that turn with a joint's coordinate, and are not bodies of the scene.
 
-A flywheel of moment J that a train of ratio n drives from a joint's angle θ moves with n θ': its kinetic energy is
-½ J n² θ'² = ½ I θ'², and I = J n² is the inertia that the joint feels (the armature of robotics). Where on the bodies
-the flywheel sits, and which way its axis points, does not count: of its momentum nothing but I θ' is taken along.
+A flywheel of moment J that a train of ratio n drives from a joint's angle θ moves with n θ'. Its kinetic energy is ½ J
+n² θ'² = ½ I θ'², and I = J n² is the inertia that the joint feels (the armature of robotics). The place of the flywheel
+and the direction of its axis do not count: only the momentum I θ' is modelled.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from mbproj.model.primitive_set import PrimitiveSet, bind
 class ReflectedInertias:
     """k kinetic energies ½ I s'², each of one joint coordinate s.
 
-    `rows`: the coordinates as primitives, k rows; `joint_coordinate` (k,): which of the system's coordinates each is;
-    `inertia` (k,): I in kg m² of an angle, in kg of a displacement.
+    `rows`: the coordinates as primitives, k rows. `joint_coordinate` (k,): the number of each among the system's
+    coordinates. `inertia` (k,): I in kg m² for an angle, in kg for a displacement.
     """
 
     rows: PrimitiveSet
@@ -32,5 +32,5 @@ class ReflectedInertias:
         return len(self.inertia)
 
 
-#: Of a scene without any.
+#: The reflected inertias of a scene without any.
 NO_REFLECTED = ReflectedInertias(bind([]), np.zeros(0, dtype=np.intp), np.zeros(0))

@@ -36,13 +36,15 @@ from mbproj.model.stops import Stops
 
 @dataclass(frozen=True, eq=False)
 class Names:
-    """Names in the order of the arrays; coordinates as "joint.coordinate", with their units. `force_units`,
-    `motion_units`, `stop_units` and `friction_units` are those of what forces act along, motions drive, stops limit
-    and dry friction resists, m or rad. `forces` end with the reflected inertias, "joint.coordinate.inertia"; `stops`
-    are "joint.coordinate.low" and "...high", or the name of a force; `frictions` that, or "force.coordinate".
-    `applied` are the forces and torques of given components on bodies: of unit m a force, of rad a torque. `states` and
-    `signals` have any unit. `tensions` are those of ropes, "rope.tension_1"; `touching` are joints that follow curves.
-    `carriers` are what moves: bodies, and those that fixed joints have merged, which are called by their first."""
+    """Names in the order of the arrays, and units of some. `carriers` are the moving bodies: a group that fixed joints
+    have merged has the name of its first body. `coordinates` are "joint.coordinate". `force_units`, `motion_units`,
+    `stop_units` and `friction_units`, m or rad, belong to the coordinates along which forces act, motions drive, stops
+    limit and dry frictions resist.
+
+    `forces` end with reflected inertias, "joint.coordinate.inertia". `stops` are "joint.coordinate.low" and "...high",
+    or the name of a force. `frictions` are the name of a force, or "force.coordinate". `applied` are forces (unit
+    m) and torques (unit rad) with given components on bodies. `states` and `signals` have any unit. `tensions` are
+    those of ropes, "rope.tension_1"; `touching` are joints that follow curves."""
 
     bodies: tuple[str, ...]
     carriers: tuple[str, ...]
@@ -68,13 +70,13 @@ class Names:
     touching: tuple[str, ...] = ()
 
     def as_mapping(self) -> dict[str, tuple[str, ...]]:
-        """The names by kind, as a results file stores them."""
+        """Return the names by kind, as a results file stores them."""
         return {kind: getattr(self, kind) for kind in self.__dataclass_fields__ if kind != "carriers"}
 
 
 @dataclass(frozen=True, eq=False)
 class Conditions:
-    """Hard conditions at the start: values (c,) of the coordinates `index` (c,) into the system's coordinates."""
+    """Hard conditions at the start: the values (c,) of the system's coordinates with the numbers `index` (c,)."""
 
     index: Integers
     value: Array
@@ -82,14 +84,14 @@ class Conditions:
 
 @dataclass(frozen=True)
 class Adjustment:
-    """How far a joint's own frame was moved so that loops of rounded numbers close: `shift` in m, `tilt` in rad."""
+    """The displacement of a joint's own frame by which loops of rounded numbers close: `shift` in m, `tilt` in rad."""
 
     joint: str
     shift: float
     tilt: float
 
     def size(self, length: float) -> float:
-        """The larger of the shift and of what the tilt moves at this length, in m."""
+        """Return the larger of the shift and of the tilt times this length, in m."""
         return max(self.shift, self.tilt * length)
 
 
@@ -99,14 +101,13 @@ class System:
 
     `mass` (n,) in kg, `inertia` (n, 3, 3) in kg m² about the centre of mass in body axes, `gravity` (3,) in m/s².
     `joints`: the constraint rows of all joints; `coordinates`: their free coordinates; `couplings`: rows that couple
-    these; `alignment`: scalar products of vectors that assembly must not flip,
-    positive in a right pose. `body_carrier` (N,), `body_offset` (N, 3) and `body_turn` (N, 4): where each of the
-    scene's N bodies sits on its carrier. `marker_body` (k,), `marker_local` (k, 3). `reaction_body` (nj,),
-    `reaction_local` (nj, 3): body 2 of each joint and its point in it. `length` is the size of the mechanism in m: what
-    an absolute tolerance is taken relative to. `body_places`, `joint_places`: where each carrier and joint stands in
-    the scene file, for messages. `forces`, `stops`, `frictions` (dry ones that stick), `bearings` and `states` are None
-    where the scene has none. `actions`: what controllers do; `channels`: what functions name; `signals`: what a scene
-    calls by a name, of the time and these. `adjustments`: how far joints were moved from where the scene has them.
+    these; `alignment`: scalar products of vectors that are positive in a right pose, and that assembly must not flip.
+    `body_carrier` (N,), `body_offset` (N, 3), `body_turn` (N, 4): the seats of the scene's N bodies on their carriers.
+    `marker_body` (k,), `marker_local` (k, 3). `reaction_body` (nj,), `reaction_local` (nj, 3): body 2 of each joint and
+    its point there. `length`: the size of the mechanism in m, to which absolute tolerances are relative. `body_places`,
+    `joint_places`: places in the scene file, for messages. `stops`, `frictions` (dry ones that can stick) and
+    `bearings` are None without any. `actions`: those of controllers. `channels`: scalars that functions name.
+    `signals`: named functions of time and channels. `adjustments`: how far joints were moved.
     """
 
     names: Names
@@ -143,17 +144,17 @@ class System:
 
     @cached_property
     def layout(self) -> Layout:
-        """Of a state."""
+        """The layout of a state."""
         return state_layout(self)
 
     @cached_property
     def integrated(self) -> Layout:
-        """Of what a run integrates."""
+        """The layout of the vector that a run integrates."""
         return integrated_layout(self)
 
     @cached_property
     def programs(self) -> ProgramSet:
-        """The functions of forces, the rates of states, then those of couplings, of followers and of motions."""
+        """The functions of forces, the rates of states, and the functions of couplings, followers and motions."""
         owners = (self.forces, self.states, self.couplings, self.followers, self.motions)
         return joined([each.programs for each in owners if each is not None])
 
@@ -164,28 +165,28 @@ class System:
 
     @property
     def first_coupled(self) -> int:
-        """The number there of the first function of couplings."""
+        """The number in `programs` of the first function of couplings."""
         return self.first_rate + self.states.size
 
     @cached_property
     def curved(self) -> dict[int, tuple[int, int]]:
-        """The row of the joints and the coordinate of each function of couplings, by its number there."""
+        """The row of the joints and the coordinate of each function of couplings, by its number in `programs`."""
         return dict(enumerate(self.couplings.curved, self.first_coupled))
 
     @cached_property
     def followers(self) -> Followers:
-        """Distances from curves."""
+        """The distances from curves among rows, laws and stops."""
         stops = None if self.stops is None else self.stops.coordinates
         return compile_followers(self.joints, self.forces.laws.coordinates, stops)
 
     @cached_property
     def following(self) -> dict[int, Followed]:
-        """The place of each distance from a curve, by the number there of its program."""
+        """The place of each distance from a curve, by the number of its program in `programs`."""
         return dict(enumerate(self.followers.of, self.first_coupled + self.couplings.programs.size))
 
     @property
     def forces_name_channels(self) -> bool:
-        """Whether a force goes by more than the time and what it acts along."""
+        """Whether a force depends on channels other than the time and its own coordinate."""
         return any(self.programs.names_channels(index) for index in range(self.first_rate))
 
     @property
@@ -204,17 +205,17 @@ class System:
 
     @cached_property
     def is_velocity(self) -> Flags:
-        """Which rows of C are at velocity level, (m,): their values are 0 and stay so."""
+        """Whether each row of C is at velocity level, (m,); the value of such a row is 0."""
         return np.pad(self.joints.is_velocity, (self.bodies, self.driven))
 
     @property
     def rolls(self) -> bool:
-        """Whether rows are at velocity level."""
+        """Whether the joints have rows at velocity level."""
         return bool(self.joints.is_velocity.any())
 
     @cached_property
     def at_positions(self) -> System:
-        """The same with its rows at position level alone: what says where bodies can be."""
+        """The system with its rows at position level alone, which determine the admissible poses."""
         if not self.rolls:
             return self
         kept = [each for each in bindings(self.joints) if each.primitive.integrable]
@@ -227,22 +228,22 @@ class System:
 
     @property
     def has_contacts(self) -> bool:
-        """Whether there are stops or dry frictions, which change the equations on the way."""
+        """Whether there are stops or dry frictions, which change the equations during a run."""
         return self.stops is not None or self.frictions is not None
 
     @property
     def driven(self) -> int:
-        """The number of motions: the last rows of C."""
+        """The number of motions, whose rows are the last of C."""
         return self.motions.size
 
     @cached_property
     def row_scale(self) -> Array:
-        """What a row of C is measured against, (m,): `length` for rows in metres, 1 for the others."""
+        """The scale of each row of C, (m,): `length` for rows in metres, 1 for the others."""
         return np.concatenate([np.ones(self.bodies), np.where(self.rows.is_length, self.length, 1.0)])
 
     def row_owner(self, row: int) -> str:
-        """Whose row of C this is, for messages: "joint 'A'", "motion 'm'", or "Euler parameters of 'rod'". After the
-        last row follow those that stops and frictions have while they are held: "stop 'A.angle.low'"."""
+        """Return the owner of a row of C, for messages: "joint 'A'", "motion 'm'", or "Euler parameters of 'rod'". Rows
+        of stops and frictions in contact follow the last row: "stop 'A.angle.low'"."""
         if row >= self.constraints:
             stop = row - self.constraints
             friction = stop - len(self.names.stops)
@@ -257,16 +258,15 @@ class System:
 
 
 def state_layout(system: System) -> Layout:
-    """Of a state of a system, from which a run can begin."""
+    """Return the layout of a state of a system, from which a run can begin."""
     return Layout((*_motion(system), uncontrolled("turns", system.coordinates.size), _states(system)))
 
 
 def integrated_layout(system: System) -> Layout:
-    """Of what a run integrates: blocks whose errors are controlled come first.
+    """Return the layout of the vector that a run integrates: blocks whose errors are controlled come first.
 
-    Quadratures: where there are forces or motions, their work, what dampers lose, and what laws lose apart. Followed:
-    where forces act on angles, functions name them, or couplings ask for turns, all joint coordinates; integrated from
-    step to step, they tell each stage how far the wheels have turned."""
+    The quadratures are the work of forces and motions, the energy that dampers lose, and separate losses of laws. All
+    joint coordinates are followed where forces, functions or couplings use angles: each stage then knows the turns."""
     laws = system.forces.laws
     quadratures = 0 if system.forces.is_empty and not system.driven else 2 + int(laws.apart.sum())
     of_angles = ~system.coordinates.is_length[system.channels.index[~system.channels.is_state]]
@@ -277,15 +277,15 @@ def integrated_layout(system: System) -> Layout:
 
 
 def layout_in_bodies(system: System, of_a_body: Array, coordinates: int) -> Layout:
-    """The same where y begins with numbers for each body, positions and velocities together: `of_a_body` is what their
-    absolute tolerances are relative to; so many joint coordinates are there to be followed."""
+    """Return the layout of a vector that begins with the positions and velocities of each body. `of_a_body`: the scales
+    of a body's numbers for the absolute tolerance. `coordinates`: the number of joint coordinates to follow."""
     bodies = Block("bodies", np.tile(of_a_body, system.bodies), projected=True)
     *_, states, quadratures, followed = system.integrated.blocks
     return Layout((bodies, states, quadratures, uncontrolled("followed", coordinates if followed.size else 0)))
 
 
 def _motion(system: System) -> tuple[Block, Block]:
-    """q and q'."""
+    """Return the blocks of q and of q'."""
     scale = np.tile([system.length] * 3 + [1.0] * 4, system.bodies)
     units = (("m",) * 3 + ("1",) * 4) * system.bodies
     return (
@@ -295,6 +295,6 @@ def _motion(system: System) -> tuple[Block, Block]:
 
 
 def _states(system: System) -> Block:
-    """Those of elements."""
+    """Return the block of the states of elements."""
     x, names = system.states, system.names
     return Block("states", x.scale, x.start, dataset="states/value", names=names.states, units=names.state_units)

@@ -1,1 +1,1 @@
-"""Scene to System: names become indices, joints become primitives that are bound to bodies."""
+"""Compiles a scene to a System: names become indices, joints become primitives bound to bodies."""

@@ -18,7 +18,7 @@ from mbproj.scene.records import Bushing, Matrix, Scene
 def compile_bushings(
     scene: Scene, bushings: Sequence[Bushing], seats: Mapping[str, Seat], poses: Mapping[str, Pose]
 ) -> Bushings:
-    """All of them. Raises InputError where one is between two frames of one rigid body."""
+    """Return all bushings. Raises InputError where a bushing connects two frames of one rigid body."""
     frames = [[_frame(bushing, side, seats, poses) for side in (0, 1)] for bushing in bushings]
     body = np.array([[seats[name].carrier for name in bushing.bodies] for bushing in bushings], dtype=np.intp)
     for bushing, (first, second) in zip(bushings, body.reshape(-1, 2), strict=True):
@@ -40,7 +40,8 @@ def compile_bushings(
 def _frame(
     bushing: Bushing, side: int, seats: Mapping[str, Seat], poses: Mapping[str, Pose]
 ) -> tuple[Array, tuple[float, ...]]:
-    """The origin (3,) of a frame in the axes of its carrier, and the Euler parameters from the frame to these."""
+    """Return the origin (3,) of a bushing's frame in the axes of its carrier, and the Euler parameters of the rotation
+    from frame to carrier."""
     name = bushing.bodies[side]
     position, rotation = poses[name]
     point = np.array((bushing.points.first, bushing.points.second)[side])
@@ -51,7 +52,7 @@ def _frame(
 
 
 def _blocks(pairs: Sequence[tuple[Matrix, Matrix]]) -> Array:
-    """Matrices (B, 6, 6) of those of translation and of rotation."""
+    """Return block-diagonal matrices (B, 6, 6) from pairs of blocks (3, 3), translation and rotation."""
     found = np.zeros((len(pairs), 6, 6))
     for matrix, (translation, rotation) in zip(found, pairs, strict=True):
         matrix[:3, :3], matrix[3:, 3:] = translation, rotation

@@ -1,4 +1,4 @@
-"""Rows that couple coordinates of joints, from what a scene or an element says of them, and rows on curves."""
+"""Constraint rows that couple joint coordinates, and primitives of joints that follow curves."""
 
 from __future__ import annotations
 
@@ -27,8 +27,9 @@ _CALLED = {type(primitive): name for name, primitive in COORDINATES.items()}
 
 
 def bound(where: str, coupled: Coupled, constant: float, parts: Sequence[Binding], owner: int) -> Binding:
-    """The row with this constant, on the slots of the coordinates, `parts`. Its reaction is that on the second body of
-    the last. Raises InputError, which names `where`, where its function has edges or changes with a turn."""
+    """Return the row bound to the slots of the coordinates `parts`, with this constant. Its reaction is the one on the
+    second body of the last coordinate. Raises InputError, which names `where`, where the row's function has edges or
+    changes with a turn."""
     slots = [(body, side if part is parts[-1] else 1, local) for part in parts for body, side, local in part.slots]
     primitive = _coupling(where, coupled, parts)
     whole = primitive.period * np.round(constant / primitive.period) if primitive.period else 0.0
@@ -57,7 +58,7 @@ def _coupling(where: str, coupled: Coupled, parts: Sequence[Binding]) -> Couplin
 
 
 def _curve(where: str, coupled: Coupled, of_angle: bool) -> Curve:
-    """The function of a row."""
+    """Return the function of a row as a curve. Raises InputError where it names other channels or has edges."""
     assert coupled.function is not None
     if any(each.op is Op.VARIABLE and each.operand != COORDINATE for each in coupled.function.code):
         raise InputError(Problem(f"the function of {where} names more than its first coordinate", hint="add a force"))
@@ -71,8 +72,8 @@ def _curve(where: str, coupled: Coupled, of_angle: bool) -> Curve:
 
 
 def _looked_at(of_angle: bool) -> Iterator[tuple[float, float]]:
-    """From where to where functions are looked at for edges: of angles, in rad, more than a turn. Of lengths, in m,
-    each power of ten is looked at by itself, for what is large hides what is small."""
+    """The intervals in which a function is searched for edges: more than one turn of an angle, in rad. For a length, in
+    m, each power of ten is an interval of its own, because what is large hides what is small."""
     if of_angle:
         return iter([(-4.0, 4.0)])
     far = THRESHOLDS.edges_from * 10.0 ** np.arange(THRESHOLDS.edges_powers + 1)
@@ -80,7 +81,8 @@ def _looked_at(of_angle: bool) -> Iterator[tuple[float, float]]:
 
 
 def common_measure(sizes: Sequence[float]) -> float | None:
-    """The largest number of which these positive ones are multiples, 0 of none; None where they have none."""
+    """Return the largest number of which all these positive sizes are whole multiples; 0 for no sizes, None where there
+    is no such number."""
     if not sizes:
         return 0.0
     from fractions import Fraction  # with decimal it takes 3 ms, which a run without couplings does not need
@@ -94,8 +96,8 @@ def common_measure(sizes: Sequence[float]) -> float | None:
 
 
 def on_curve(kind: type[OnCurve], joint: Joint) -> OnCurve:
-    """The primitive of a joint that follows a curve. A slot guides a point along the line of the curve; what a cam
-    guides has the radius of the joint's roller or, where none is given, of that which the curve was made for."""
+    """Return the primitive of a joint that follows a curve. A slot guides a point along the line of the curve. A cam
+    guides a roller: its radius is the joint's or, where the joint gives none, the radius the curve was made for."""
     track: Track = joint.parameters["curve"]
     if kind is Arc:
         return Arc(track.line)
@@ -111,8 +113,8 @@ def on_curve(kind: type[OnCurve], joint: Joint) -> OnCurve:
 
 
 def two_curves(kind: type[TwoCurves], joint: Joint) -> TwoCurves:
-    """The primitive of a joint by which two curves touch, each by default from its outside. The profile of one that was
-    made for a roller is as far to its left as the radius of that."""
+    """Return the primitive of a joint at which two curves touch, by default on their outer sides. A curve that was made
+    for a roller has its profile to the left, at a distance of the roller's radius."""
     tracks: tuple[Track, Track] = joint.parameters["curves"]
     sides = [
         1.0 if track.is_left(side) else -1.0
@@ -126,7 +128,8 @@ def two_curves(kind: type[TwoCurves], joint: Joint) -> TwoCurves:
 
 
 def touching_of(joints: Sequence[Joint], coordinates: Sequence[str]) -> tuple[Touching | None, tuple[str, ...]]:
-    """Those of joints, of whose coordinates these are the names, and the names of the joints."""
+    """Return the joints that follow curves as `Touching`, None without any, and their names. `coordinates` are the
+    names of the system's coordinates."""
     found = []
     for joint in joints:
         curves = joint.parameters.get("curves", (joint.parameters.get("curve"),))
@@ -140,7 +143,8 @@ def touching_of(joints: Sequence[Joint], coordinates: Sequence[str]) -> tuple[To
 
 
 def rolling(joint: Joint) -> Coupling:
-    """The row by which a roller does not slip: a lap of its centre, as a length, and its own turn, in metres."""
+    """Return the row that keeps a roller from slipping. It couples the lap of the roller's centre, as a length, and the
+    turn of the roller, in metres."""
     lap, track = _lap(joint), joint.parameters["curve"]
     side = 1.0 if track.is_left(joint.parameters.get("side")) else -1.0
     period = 2.0 * np.pi / lap.scale if track.line.closed else 0.0
@@ -148,7 +152,8 @@ def rolling(joint: Joint) -> Coupling:
 
 
 def _lap(joint: Joint) -> Lap:
-    """How far the centre of a joint's roller has gone round, or along an open curve: a quarter turn to its end."""
+    """Return the lap of a roller's centre: how far it has gone round a closed curve; on an open curve a quarter turn is
+    at its end."""
     track: Track = joint.parameters["curve"]
     offset = track.distance(joint.parameters.get("side"), joint.parameters["roller"])
     length = track.line.length - offset * track.line.turn
@@ -156,8 +161,8 @@ def _lap(joint: Joint) -> Lap:
 
 
 def toothed(scene: Scene, joints: Sequence[Joint], coordinates: Sequence[str]) -> tuple[Toothed, ...]:
-    """Those among the joints, of whose coordinates these are the names. Raises InputError, at the gear, where its axes
-    are not parallel, or friction goes by what its bearings carry."""
+    """Return the gears whose teeth load bearings; `coordinates` are the names of the joints' coordinates. Raises
+    InputError at a gear whose axes are not parallel, or whose bearings' loads determine a friction."""
     number, found = {joint.name: at for at, joint in enumerate(joints)}, []
     for joint in joints:
         angle = joint.parameters.get("pressure_angle")

@@ -1,4 +1,4 @@
-"""Joints' frames, from the points and axes that the scene gives to what each body carries; all joints at once."""
+"""Frames of joints in the axes of their bodies, from the points and axes in the scene; all joints at once."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from mbproj.thresholds import THRESHOLDS
 
 #: A body's pose: its centre of mass (3,) and its rotation matrix (3, 3).
 Pose = tuple[Array, Array]
-#: What a joint binds, in this order along an axis of an array.
+#: The points and vectors that a joint binds, in their order along an axis of an array.
 SYMBOLS = ("p1", "x1", "y1", "z1", "p2", "x2", "y2", "z2")
 _NO_AXIS = Pair((0.0, 0.0, 1.0), (0.0, 0.0, 1.0), local=False)
 
 
 def local_frames(joints: Sequence[Joint], poses: Mapping[str, Pose]) -> Array:
-    """The joints' `SYMBOLS`, (joints, 8, 3), each in the axes of its own body; of joints that couple none others.
+    """Return the vectors `SYMBOLS` of joints that couple no others, (joints, 8, 3), each in the axes of its own body.
 
-    At the scene's pose x1 and x2 are the same direction, which makes it the zero of the joint's angle. Where the axes
-    do not agree yet, one is turned to the other by the least angle.
+    At the scene's pose x1 and x2 have the same direction, so that the joint's angle is zero there. Where the axes do
+    not agree yet, the shortest rotation takes one to the other.
     """
     if not joints:
         return np.zeros((0, len(SYMBOLS), 3))
@@ -61,7 +61,7 @@ def local_frames(joints: Sequence[Joint], poses: Mapping[str, Pose]) -> Array:
 
 
 def poses_of(scene: Scene) -> dict[str, Pose]:
-    """The pose that the scene gives to each body, and to the ground."""
+    """Return the pose of each body in the scene, and of the ground."""
     rotation = rotation_matrix(np.array([body.orientation for body in scene.bodies]).reshape(-1, 4))
     poses = {body.name: (np.array(body.position), turn) for body, turn in zip(scene.bodies, rotation, strict=True)}
     return poses | {GROUND: (np.zeros(3), np.eye(3))}
@@ -73,7 +73,7 @@ def pose(position: tuple[float, ...], orientation: tuple[float, ...]) -> Pose:
 
 
 def _global(pairs: Sequence[Pair], position: Array, rotation: Array) -> Array:
-    """What pairs of points or vectors are in global axes, (k, 2, 3)."""
+    """Return pairs of points or vectors in global axes, (k, 2, 3)."""
     given = np.array([(pair.first, pair.second) for pair in pairs], dtype=float)
     local = np.array([pair.local for pair in pairs])
     if local.any():

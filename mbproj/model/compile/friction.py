@@ -1,4 +1,4 @@
-"""The scene's dry friction as arrays: what can stick, the bearings that it goes by, and what is regularised."""
+"""The scene's dry friction as arrays: frictions that can stick, the loads they depend on, and regularised frictions."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from mbproj.scene.records import Joint, JointForce, Scene
 
 @dataclass(frozen=True, eq=False)
 class _Dry:
-    """A dry friction on its way into the arrays: where it is, and the number of its bearing (-1: none)."""
+    """A dry friction with its force, coordinate, and place in the scene, and the number of its bearing (-1: none)."""
 
     force: JointForce
     coordinate: str
@@ -37,13 +37,13 @@ class _Dry:
 
     @property
     def whole(self) -> str:
-        """The whole name of its coordinate."""
+        """The name of its coordinate with the joint: "joint.coordinate"."""
         return f"{self.force.joint}.{self.coordinate}"
 
 
 @dataclass(frozen=True, eq=False)
 class SmoothFriction:
-    """A regularised friction as a law: what it gives, times the load of the bearing of this number (-1: 1)."""
+    """A regularised friction as a law: a program, times the load of the bearing of this number (-1: 1)."""
 
     program: Program
     bearing: int
@@ -51,8 +51,8 @@ class SmoothFriction:
 
 @dataclass(frozen=True, eq=False)
 class DryFrictions:
-    """All dry friction of a scene: what can stick and what results call it; bearings; what is regularised, by force and
-    coordinate."""
+    """All dry friction of a scene: frictions that can stick, with their `names` in results; bearings; and regularised
+    frictions by force and coordinate."""
 
     frictions: Frictions | None = None
     bearings: Bearings | None = None
@@ -63,8 +63,10 @@ class DryFrictions:
 def compile_friction(
     scene: Scene, joints: Sequence[Joint], axes: Sequence[Array], coordinates: Mapping[str, Binding]
 ) -> DryFrictions:
-    """The dry friction on coordinates of joints. `joints` are those that the system has, `axes` their z axes in the
-    axes of body 2, `coordinates` all of theirs by whole name."""
+    """Return the dry friction on coordinates of joints.
+
+    `joints` are the joints of the system, `axes` their z axes in the axes of body 2. `coordinates` are all coordinates
+    of joints, by names such as "hinge.angle"."""
     loads: list[_Load] = []
     found = list(_found(scene, {joint.name: (at, joint) for at, joint in enumerate(joints)}, loads))
     sticking = [each for each in found if each.dry.regularised is None]
@@ -94,7 +96,7 @@ class _Load:
 
 
 def _found(scene: Scene, joints: Mapping[str, tuple[int, Joint]], loads: list[_Load]) -> Iterator[_Dry]:
-    """The dry frictions; what their bearings carry comes to `loads`."""
+    """The dry frictions of a scene; the loads of their bearings are appended to `loads`."""
     for force in scene.forces:
         for coordinate, dry in force.coulomb.items() if isinstance(force, JointForce) else ():
             assert isinstance(force, JointForce)
@@ -108,7 +110,7 @@ def _found(scene: Scene, joints: Mapping[str, tuple[int, Joint]], loads: list[_L
 
 
 def _load(at: int, joint: Joint, unit: str, bearing: Bearing) -> _Load:
-    """What a bearing carries: of a joint of number `at`, in N m on an angle and in N on a displacement."""
+    """Return the load of a bearing of joint number `at`: in N m for an angle, in N for a displacement."""
     radius = bearing.radius or 0.0
     if unit == "m":
         return _Load(at, 1.0, 0.0, bearing.length, bearing.preload)
@@ -152,14 +154,14 @@ def _frictions(sticking: Sequence[_Dry], coordinates: Mapping[str, Binding]) -> 
 
 
 def _sizes(dry: DryFriction) -> tuple[Program, Program]:
-    """What slides and what holds: not below 0, and what holds not below what slides."""
+    """Return the sliding and the static friction as functions: at least 0, and static at least sliding."""
     sliding = formula("max(0, f)", f=dry.sliding)
     return sliding, sliding if dry.static is dry.sliding else formula("max(f, g)", f=sliding, g=dry.static)
 
 
 def _smooth(dry: DryFriction, width: float) -> Program:
-    """-(sliding + (static - sliding) exp(-(s'/stribeck_speed)²)) tanh(s'/width), of the rate s', and of what changes
-    these."""
+    """Return -(sliding + (static - sliding) exp(-(s'/stribeck_speed)²)) tanh(s'/width) as a program. Its variables are
+    the rate s' and the channels on which the friction depends."""
     rate = variable(RATE)
     if isinstance(dry.sliding, Program) or isinstance(dry.static, Program):
         (f, g), v = _sizes(dry), Program(rate)

@@ -1,4 +1,4 @@
-"""What the scene says of the start: the guess of the pose and velocities, and the hard conditions on joints."""
+"""The start that a scene asks for: a guess of poses and velocities, and conditions on joint coordinates."""
 
 from __future__ import annotations
 
@@ -23,8 +23,9 @@ class Guess:
 
 
 def initial_guess(scene: Scene, system: System) -> Guess:
-    """The guess that the scene's bodies give, and what its joints demand. Λ' = ½ Lᵀ ω (Eq. 16). A body that has a pose
-    at the start carries those with it that it is one with."""
+    """Return the guess from the poses and velocities of the scene's bodies, and the conditions of its joints.
+
+    Λ' = ½ Lᵀ ω (Eq. 16). A body with a pose at the start carries the other bodies of its rigid group along."""
     carriers = rigid_groups(scene).carriers
     position = np.array([carrier.position for carrier in carriers])
     orientation = np.array([carrier.orientation for carrier in carriers])

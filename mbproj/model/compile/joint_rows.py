@@ -1,4 +1,4 @@
-"""The rows and the coordinates of joints, from the joint table and where their points and vectors are."""
+"""The rows and coordinates of joints, from the joint table and the joints' points and vectors."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def rows_of(
     groups: RigidGroups,
     place: Place | None,
 ) -> Iterator[Binding]:
-    """The rows of a joint; `coordinates` are those of all joints by whole name."""
+    """The rows of a joint; `coordinates` are those of all joints, by names such as "hinge.angle"."""
     if joint.couples is not None:
         parts = [coordinates[name] for name in joint.couples.of]
         with placed_at(place):
@@ -61,7 +61,7 @@ def rows_of(
 
 
 def primitive_of(row: Row, joint: Joint) -> Primitive:
-    """The row's primitive, with what it takes from the joint's parameters."""
+    """Return the primitive of a row, with the values it takes from the joint's parameters."""
     kind, coupling = PRIMITIVES[row[0]], JOINTS[joint.type].coupling
     if issubclass(kind, OnCurve):
         return on_curve(kind, joint)
@@ -79,7 +79,7 @@ def primitive_of(row: Row, joint: Joint) -> Primitive:
 
 
 def numbers_of(parameters: Mapping[str, Any]) -> dict[str, Any]:
-    """Parameters of a joint by the names that primitives have for them: of several numbers name_1, name_2 and so on."""
+    """Return a joint's parameters by the names that primitives use: a tuple `name` becomes name_1, name_2 and so on."""
     several = {name: value for name, value in parameters.items() if isinstance(value, tuple)}
     own = {f"{name}_{at}": each for name, value in several.items() for at, each in enumerate(value, 1)}
     return {**parameters, **own}
@@ -93,7 +93,7 @@ def _offset(
     groups: RigidGroups,
     place: Place | None,
 ) -> float:
-    """What row `number` of the joint counts from: 0, or what it keeps."""
+    """Return the offset of row `number` of a joint: 0, or the value that the row keeps."""
     kept = JOINTS[joint.type].kept
     if number not in kept:
         return 0.0
@@ -108,7 +108,8 @@ def _offset(
 
 
 def _kept(coupled: Coupled, parts: Sequence[Binding], groups: RigidGroups) -> float:
-    """The constant of a coupling: where none is given, weighted lengths keep the sum that they have."""
+    """Return the constant of a coupling. Where none is given, weighted lengths keep the sum they have at the scene's
+    pose."""
     if coupled.constant is not None:
         return coupled.constant
     weighted = zip(coupled.of.values(), parts, strict=True)
@@ -118,13 +119,13 @@ def _kept(coupled: Coupled, parts: Sequence[Binding], groups: RigidGroups) -> fl
 
 
 def at_scenes_pose(coordinate: Binding, groups: RigidGroups) -> float:
-    """A coordinate at the scene's pose, in m or rad: lengths alone are not zero there."""
+    """Return a coordinate at the scene's pose, in m or rad: all but lengths are zero there."""
     is_length = coordinate.primitive == _DISTANCE or isinstance(coordinate.primitive, Rope)
     return _value(coordinate.primitive, coordinate.slots, groups) if is_length else 0.0
 
 
 def _value(primitive: Primitive, slots: Sequence[tuple[int, int, Array]], groups: RigidGroups) -> float:
-    """The first row of a primitive at the scene's pose."""
+    """Return the value of the first row of a primitive at the scene's pose."""
     points = [
         _global(body, local, kind == "point", groups)
         for (body, _, local), kind in zip(slots, primitive.slots, strict=True)
@@ -133,7 +134,7 @@ def _value(primitive: Primitive, slots: Sequence[tuple[int, int, Array]], groups
 
 
 def _global(body: int, local: Array, is_point: bool, groups: RigidGroups) -> Array:
-    """A point or vector of a carrier as it is at the scene's pose."""
+    """Return a point or vector of a carrier in global axes at the scene's pose."""
     if body == len(groups.carriers):
         return local
     carrier = groups.carriers[body]

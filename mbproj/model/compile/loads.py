@@ -28,8 +28,10 @@ from mbproj.thresholds import THRESHOLDS
 
 @dataclass(frozen=True, eq=False)
 class _Entry:
-    """A law on its way into the arrays: the name of its force, what results call it, the primitive it acts along, which
-    joint coordinate that is (-1: none), and a regularised dry friction, which is its program."""
+    """A law with its name and coordinate: `force` is its force, `shown` its name in results, `along` its primitive.
+
+    `coordinate` is the number of the joint coordinate, -1 for none; a regularised dry `friction` replaces its
+    program."""
 
     law: Law
     force: str
@@ -40,19 +42,19 @@ class _Entry:
 
     @property
     def program(self) -> Program | None:
-        """What it gives beside a spring's and a damper's force."""
+        """The part of the force beside those of a spring and a damper."""
         return self.law.function if self.friction is None else self.friction.program
 
 
 class _Programs:
-    """The programs met so far, with the names of their forces."""
+    """Programs collected so far, with the names of their forces."""
 
     def __init__(self) -> None:
         self.programs: list[Program] = []
         self.owners: list[str] = []
 
     def number(self, program: Program | None, owner: str) -> int:
-        """The number of this program in the set, -1 where there is none."""
+        """Append a program and return its number; return -1 for None."""
         if program is None:
             return -1
         self.programs.append(program)
@@ -67,9 +69,11 @@ def compile_forces(
     coordinates: Mapping[str, Binding],
     smooth: Mapping[tuple[str, str], SmoothFriction],
 ) -> tuple[Forces, tuple[str, ...]]:
-    """The forces but for stops and friction that sticks, and what results call what they act
-    along: the force's name, with the coordinate where it acts on several. `coordinates` are the joints' by whole name,
-    `smooth` regularised frictions by force and coordinate. Raises InputError."""
+    """Return the forces other than stops and sticking friction, and their names in results.
+
+    The name is the force's, followed by the coordinate where the force acts on several. `coordinates` are those of
+    joints by names such as "hinge.angle", `smooth` the regularised frictions by force and coordinate. Raises
+    InputError."""
     entries: list[_Entry] = []
     for force in scene.forces:
         if isinstance(force, PointForce | JointForce) and force.element:
@@ -129,7 +133,7 @@ def _on_bodies(
 
 
 def _between_points(scene: Scene, force: PointForce, seats: Mapping[str, Seat], poses: Mapping[str, Pose]) -> _Entry:
-    """A law on the distance of two points; without a free length it is that of the scene's pose."""
+    """Return a law on the distance of two points. The default free length is the distance at the scene's pose."""
     slots, ends = [], []
     for side, (name, local) in enumerate(zip(force.bodies, local_ends(force, poses), strict=True), 1):
         position, rotation = poses[name]
@@ -149,7 +153,7 @@ def _between_points(scene: Scene, force: PointForce, seats: Mapping[str, Seat], 
 
 
 def local_ends(force: PointForce, poses: Mapping[str, Pose]) -> list[Array]:
-    """The two points of a force, each (3,) in the axes of its body."""
+    """Return the two points of a force, each (3,) in the axes of its body."""
     found = []
     for name, point in zip(force.bodies, (force.points.first, force.points.second), strict=True):
         position, rotation = poses[name]
@@ -158,7 +162,7 @@ def local_ends(force: PointForce, poses: Mapping[str, Pose]) -> list[Array]:
 
 
 def _distance(force: PointForce, poses: Mapping[str, Pose]) -> float:
-    """Of the two points of a force at the scene's pose, m."""
+    """Return the distance of the two points of a force at the scene's pose, in m."""
     first, second = (
         position + rotation @ local
         for (position, rotation), local in zip(
@@ -169,7 +173,7 @@ def _distance(force: PointForce, poses: Mapping[str, Pose]) -> float:
 
 
 def elements_of(scene: Scene, poses: Mapping[str, Pose]) -> list[Element]:
-    """The forces that are elements, each acting along its coordinate."""
+    """Return the forces that are elements, each with the coordinate that it acts along."""
     found = []
     for force in scene.forces:
         if not isinstance(force, PointForce | JointForce) or force.element is None:
@@ -198,7 +202,7 @@ def _end(body: str, point: Array) -> End:
 def _on_joint(
     force: JointForce, coordinates: Mapping[str, Binding], smooth: Mapping[tuple[str, str], SmoothFriction]
 ) -> list[_Entry]:
-    """The laws on coordinates of a joint."""
+    """Return the laws on coordinates of a joint."""
     index = {name: number for number, name in enumerate(coordinates)}
     entries = []
     for coordinate in force.coordinates:
@@ -211,7 +215,7 @@ def _on_joint(
 
 
 def _point(force: BodyForce, seats: Mapping[str, Seat], poses: Mapping[str, Pose]) -> Array:
-    """Where a given force acts, in its carrier's axes."""
+    """Return the point of action of a force on a body, in the axes of its carrier."""
     if force.location is None:
         return seats[force.body].offset
     position, rotation = poses[force.body]

@@ -1,4 +1,4 @@
-"""Scene to System: names become indices, joints become lists of primitives."""
+"""Compiles a scene to a System: names become indices, joints become lists of primitives."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ _PERPENDICULAR = PRIMITIVES["perpendicular"]()
 
 
 def compile_system(scene: Scene) -> System:
-    """The mechanism that the scene describes, as frozen arrays. Raises InputError where nothing in it can move, or an
-    element names what there is not."""
+    """Return the mechanism of the scene as frozen arrays. Raises InputError where nothing can move, or an element names
+    something that does not exist."""
     system, own = _without_elements(scene)
     most = scene.settings.adjust_joints
     if most is not None:
@@ -53,7 +53,7 @@ def compile_system(scene: Scene) -> System:
 
 
 def _without_elements(scene: Scene) -> tuple[System, list[Element]]:
-    """The system without its elements, and those that its joints have."""
+    """Return the system without elements, and the elements that come from its joints and motions."""
     groups = rigid_groups(scene)
     if not groups.carriers:
         raise InputError(Problem("nothing can move: every body is fixed to the ground", scene.place("bodies")))
@@ -140,7 +140,7 @@ def _without_elements(scene: Scene) -> tuple[System, list[Element]]:
 
 
 def _tensions(scene: Scene, joints: Sequence[Joint], ropes: Mapping[str, Wound]) -> Iterator[str]:
-    """One of each portion of a rope, where its length is held or limited."""
+    """The name of the tension of each portion of a rope whose length is held or limited."""
     driven = {motion.joint for motion in scene.motions}
     for joint in joints:
         if joint.name in ropes:
@@ -150,7 +150,8 @@ def _tensions(scene: Scene, joints: Sequence[Joint], ropes: Mapping[str, Wound])
 
 
 def _of_joints(scene: Scene, coordinates: Mapping[str, Binding], groups: RigidGroups) -> list[Element]:
-    """Motions, which are rows of a coordinate and the time, and reflected inertias; `coordinates` by whole name."""
+    """Return the motions and reflected inertias of a scene as an element. A motion is a row of a coordinate and the
+    time; `coordinates` are those of joints by names such as "hinge.angle"."""
     starts = {f"{joint.name}.{name}": start for joint in scene.joints for name, start in joint.start.items()}
     rows, inertias = list[Row](), dict[str, float]()
     for motion in scene.motions:
@@ -163,7 +164,8 @@ def _of_joints(scene: Scene, coordinates: Mapping[str, Binding], groups: RigidGr
 
 
 def _symbols(groups: RigidGroups, poses: Mapping[str, Pose]) -> dict[str, Symbols]:
-    """What each joint binds, in the axes of the carriers; a coupling has its reaction where its last joint has."""
+    """Return the points and vectors of each joint in the axes of the carriers. A coupling has the symbols of its last
+    joint, where its reaction acts."""
     own = [joint for joint in groups.joints if joint.couples is None]
     found: dict[str, Symbols] = {}
     for joint, frame in zip(own, _seated(own, local_frames(own, poses), groups), strict=True):
@@ -176,7 +178,7 @@ def _symbols(groups: RigidGroups, poses: Mapping[str, Pose]) -> dict[str, Symbol
 
 
 def _seated(joints: Sequence[Joint], frames: Array, groups: RigidGroups) -> Array:
-    """The frames (joints, 8, 3) of joints in the axes of the carriers of their bodies."""
+    """Return the frames (joints, 8, 3) of joints, turned from the axes of bodies to those of their carriers."""
     number = {name: at for at, name in enumerate(groups.seats)}
     bodies = np.array([[number[name] for name in joint.bodies] for joint in joints], dtype=np.intp).reshape(-1, 2)
     turn = np.array([seat.turn for seat in groups.seats.values()])[bodies]
@@ -186,7 +188,7 @@ def _seated(joints: Sequence[Joint], frames: Array, groups: RigidGroups) -> Arra
 
 
 def _reaction(bound: Symbols) -> tuple[int, int, Array]:
-    """Body 2 of a joint and its point there."""
+    """Return body 2 of a joint, its side, and the joint's point on it."""
     return bound["p2"]
 
 
@@ -202,8 +204,8 @@ def _marker_local(marker: Marker, poses: Mapping[str, Pose], groups: RigidGroups
 
 
 def _length(groups: RigidGroups, symbols: Iterable[Symbols]) -> float:
-    """The largest distance of a joint's point from its body's centre of mass; without joints the largest radius of
-    gyration; 1 m where there is neither."""
+    """Return the length of the mechanism: the largest distance of a joint's point from its body's centre of mass.
+    Without joints it is the largest radius of gyration, and else 1 m."""
     ground = len(groups.carriers)
     ends = [bound[point] for bound in symbols for point in ("p1", "p2") if point in bound]
     arm = max((math.sqrt(local @ local) for body, _, local in ends if body != ground), default=0.0)

@@ -1,8 +1,8 @@
-"""The resistance of a compliant stop from the restitution that it is to have.
+"""The resistance of a compliant stop that gives it a wanted coefficient of restitution.
 
-A mass m meets F = k δᵖ (1 + d w), w = δ' / √(δ'² + κ 2V/m), V = k δᵖ⁺¹ / (p + 1), and loses energy by w alone. Let
-σ² = δ'² / (δ'² + 2V/m) be the part of the energy E that is kinetic. Then w = σ / √(σ² + κ (1 - σ²)), and E changes by
-d(ln E)/dσ = 2 d w σ / (1 + d w (1 - σ²)) while σ goes from 1 through 0 to -1. So the restitution
+A mass m meets F = k δᵖ (1 + d w), w = δ' / √(δ'² + κ 2V/m), V = k δᵖ⁺¹ / (p + 1), and loses energy by w alone. Let σ² =
+δ'² / (δ'² + 2V/m) be the part of the energy E that is kinetic. Then w = σ / √(σ² + κ (1 - σ²)), and E changes by d(ln
+E)/dσ = 2 d w σ / (1 + d w (1 - σ²)) while σ goes from 1 through 0 to -1. So the restitution
 
     ln e = - ∫ d w σ / (1 + d w (1 - σ²)) dσ   from -1 to 1
 
@@ -22,16 +22,16 @@ from mbproj.arrays import Array
 
 #: Nodes of the quadrature in ln σ.
 NODES = 400
-#: Below this e κ = 8 e⁴, to 5e-12 of itself.
+#: Below this restitution e, κ = 8 e⁴ with a relative error of 5e-12.
 SMALL = 1e-6
 TINY = float(np.finfo(float).tiny)
-#: How far below the scales of the integrand, which are 1 and κ^(1/2), the quadrature begins, in ln σ.
+#: The quadrature begins this far, in ln σ, below the scales of the integrand, which are 1 and κ^(1/2).
 BELOW = 16
 
 
 @lru_cache(maxsize=256)
 def resistance(e: float) -> tuple[float, float]:
-    """d and κ of a stop with this restitution, 0 < e <= 1: κ = 1 as long as d <= 1 is enough, else d = 1."""
+    """Return d and κ of a stop with restitution e, 0 < e <= 1: κ = 1 as long as d <= 1 suffices, else d = 1."""
     if e == 1.0:
         return 0.0, 1.0
     wanted = -math.log(e)
@@ -43,7 +43,7 @@ def resistance(e: float) -> tuple[float, float]:
 
 
 def _lost(d: float, kappa: float) -> float:
-    """-ln e. Approach and departure are added at each σ > 0."""
+    """Return -ln e of a stop with d and κ. The integrand sums approach and departure at each σ > 0."""
     x, weight = _quadrature()
     least = 0.5 * math.log(kappa) - BELOW
     sigma = np.exp(0.5 * least * (1.0 - x))
@@ -57,12 +57,12 @@ def _lost(d: float, kappa: float) -> float:
 
 @lru_cache(maxsize=1)
 def _quadrature() -> tuple[Array, Array]:
-    """Gauss and Legendre's nodes and weights on -1 … 1."""
+    """Return the Gauss-Legendre nodes and weights on -1 … 1."""
     return np.polynomial.legendre.leggauss(NODES)
 
 
 def _solve(rising: Callable[[float], float], low: float, high: float) -> float:
-    """The root of a function that rises, by bisection to round-off."""
+    """Return the root of a rising function, by bisection to round-off."""
     while low < (middle := 0.5 * (low + high)) < high:
         low, high = (middle, high) if rising(middle) < 0.0 else (low, middle)
     return middle

@@ -1,4 +1,4 @@
-"""Bodies that `fixed` joints make one: each group moves as a single carrier, with the mass and inertia of all."""
+"""Groups of bodies that `fixed` joints make one: each moves as one carrier, with the mass and inertia of the group."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from mbproj.scene.records import GROUND, Body, Joint, Scene
 
 @dataclass(frozen=True, eq=False)
 class Carrier:
-    """A rigid body of the system: mass, inertia (3, 3) about its centre of mass, its pose and motion as a guess.
+    """A rigid body of the system: mass, inertia (3, 3) about its centre of mass, and a guess of its pose and motion.
 
-    `orientation` (4,) are Euler parameters, `velocity` is global, `angular_velocity` in its axes.
+    `orientation` (4,) are Euler parameters; `velocity` is in global axes, `angular_velocity` in the carrier's axes.
     """
 
     name: str
@@ -32,37 +32,37 @@ class Carrier:
 
 @dataclass(frozen=True, eq=False)
 class Seat:
-    """Where a body sits on its carrier (index n is the ground): its centre of mass (3,) and its axes (3, 3) in the
-    carrier's axes."""
+    """The place of a scene's body on its carrier (index n: the ground). `offset` (3,) is the body's centre of mass and
+    `turn` (3, 3) its axes, both in the carrier's axes."""
 
     carrier: int
     offset: Array
     turn: Array
 
     def point(self, local: Array) -> Array:
-        """A point of the body, given in its axes, in the carrier's."""
+        """Return a point of the body in the carrier's axes; `local` is in the body's axes."""
         return self.offset + self.turn @ local
 
     def vector(self, local: Array) -> Array:
-        """A vector of the body, given in its axes, in the carrier's."""
+        """Return a vector of the body in the carrier's axes; `local` is in the body's axes."""
         return self.turn @ local
 
 
 @dataclass(frozen=True, eq=False)
 class RigidGroups:
-    """The carriers, the seat of every body by name, and the joints that are left between them."""
+    """The carriers, the seat of every body by name, and the joints that remain between carriers."""
 
     carriers: tuple[Carrier, ...]
     seats: Mapping[str, Seat]
     joints: tuple[Joint, ...]
 
 
-#: Where a body sits that is its own carrier.
+#: The seat of a body that is its own carrier.
 _AT_CENTRE = (np.zeros(3), np.eye(3))
 
 
 def rigid_groups(scene: Scene) -> RigidGroups:
-    """The scene with its merging joints carried out. A body on its own is its own carrier, to the last bit."""
+    """Merge the bodies of the scene that fixed joints connect. A body alone is its own carrier, to the last bit."""
     bodies = {body.name: body for body in scene.bodies}
     merging = _merging(scene)
     poses = poses_of(scene)
@@ -91,8 +91,8 @@ def rigid_groups(scene: Scene) -> RigidGroups:
 
 
 def _merging(scene: Scene) -> list[Joint]:
-    """The joints to carry out: not those of a group that another joint connects with itself. Its rows would then hold
-    one body to itself, and have no gradient that could show them as redundant."""
+    """Return the joints that merge their bodies, without those of a group that another joint connects with itself. The
+    rows of that joint would hold a body to itself, with no gradient that shows them as redundant."""
     merging = [joint for joint in scene.joints if JOINTS[joint.type].merges and not joint.reaction]
     group = {name: name for name in (GROUND, *(body.name for body in scene.bodies))}
     for joint in merging:
@@ -107,7 +107,7 @@ def _merging(scene: Scene) -> list[Joint]:
 
 
 def _group(root: str, merging: list[Joint], poses: Mapping[str, Pose]) -> dict[str, Pose]:
-    """The bodies held rigidly to `root`, with the poses that bring points and frames of the merging joints together."""
+    """Return the bodies held rigidly to `root`, with poses in which points and frames of the merging joints agree."""
     group, waiting = {root: poses[root]}, [root]
     while waiting:
         name = waiting.pop()
@@ -143,7 +143,7 @@ def _alone(body: Body) -> Carrier:
 
 
 def _composite(bodies: list[Body], group: Mapping[str, Pose]) -> Carrier:
-    """One body of several, in the axes of the first (parallel-axis theorem)."""
+    """Return the carrier of several bodies, in the axes of the first (parallel-axis theorem)."""
     first = bodies[0]
     start, axes = group[first.name]
     mass = sum(body.mass for body in bodies)

@@ -23,7 +23,7 @@ from mbproj.thresholds import THRESHOLDS
 
 @dataclass(frozen=True, eq=False)
 class _Side:
-    """One side of a limit on its way into the arrays; `coordinate` as `Stops.joint_coordinate` has it."""
+    """One side of a limit; `coordinate` means the same as `Stops.joint_coordinate`."""
 
     name: str
     owner: str
@@ -38,9 +38,10 @@ class _Side:
 def compile_stops(
     scene: Scene, seats: Mapping[str, Seat], poses: Mapping[str, Pose], coordinates: Mapping[str, Binding]
 ) -> tuple[Stops | None, tuple[str, ...]]:
-    """The stops, None where there are none, and their names: those of joints first. `coordinates` are the joints' by
-    whole name. Raises InputError where one is between two points of one rigid body, and where the scene has a law of
-    impacts and nothing rigid."""
+    """Return the stops, None without any, and their names; stops of joints come first.
+
+    `coordinates` are those of joints, by names such as "hinge.angle". Raises InputError where a stop acts between two
+    points of one rigid body, or where a law of impacts is chosen without a rigid stop."""
     sides = [*_of_joints(scene, coordinates), *_of_forces(scene, seats, poses)]
     if scene.settings.impact_law != "newton" and not any(np.isinf(side.law.stiffness) for side in sides):
         said = "'impact_law' does nothing: the scene has no rigid stop"
@@ -72,14 +73,14 @@ def _or_nan(numbers: Sequence[float | None]) -> Array:
 
 
 def _resistance(law: StopLaw) -> tuple[float, float]:
-    """d and κ; 0 and 1 where no restitution asks for them."""
+    """Return d and κ of a stop's law; 0 and 1 where no restitution is asked for."""
     if law.restitution is None or np.isinf(law.stiffness):
         return 0.0, 1.0
     return resistance(law.restitution)
 
 
 def _side(at: int) -> float:
-    """`Stops.side` of the least, 0, and of the most, 1."""
+    """Return `Stops.side` of the lower (0) or the upper (1) bound."""
     return -1.0 if at else 1.0
 
 
@@ -108,7 +109,7 @@ def _of_forces(scene: Scene, seats: Mapping[str, Seat], poses: Mapping[str, Pose
 
 
 def _distance(scene: Scene, force: DistanceStop, seats: Mapping[str, Seat], poses: Mapping[str, Pose]) -> Binding:
-    """The distance of two points."""
+    """Return the distance of the two points of a stop, as a binding."""
     points = [local_point(end, poses) for end in (force.first, force.second)]
     first, second = (
         position + rotation @ point
@@ -125,7 +126,7 @@ def _distance(scene: Scene, force: DistanceStop, seats: Mapping[str, Seat], pose
 
 
 def _from_plane(scene: Scene, force: PlaneStop, seats: Mapping[str, Seat], poses: Mapping[str, Pose]) -> Binding:
-    """How far a point, or the lowest point of a wheel, is from a plane, to the side of its normal."""
+    """Return the distance from a plane, along its normal, of a point or of the lowest point of a wheel."""
     _refuse_one_body(scene, force.name, "a plane and a point", seats[force.location.body], seats[force.point.body])
     carrier, location = seated(force.location, local_point(force.location, poses), seats)
     other, point = seated(force.point, local_point(force.point, poses), seats)
@@ -141,20 +142,20 @@ def _from_plane(scene: Scene, force: PlaneStop, seats: Mapping[str, Seat], poses
 
 
 def local_point(placed: OfBody, poses: Mapping[str, Pose]) -> Array:
-    """A point in the axes of its body."""
+    """Return a point in the axes of its body."""
     position, rotation = poses[placed.body]
     point = np.array(placed.vector)
     return point if placed.local else rotation.T @ (point - position)
 
 
 def local_vector(placed: OfBody, seats: Mapping[str, Seat], poses: Mapping[str, Pose]) -> Array:
-    """A direction in the axes of its body's carrier."""
+    """Return a direction in the axes of its body's carrier."""
     vector = np.array(placed.vector)
     return seats[placed.body].vector(vector if placed.local else poses[placed.body][1].T @ vector)
 
 
 def seated(placed: OfBody, local: Array, seats: Mapping[str, Seat]) -> tuple[int, Array]:
-    """The carrier of a point, and the point in its axes."""
+    """Return the carrier of a point, and the point in the carrier's axes."""
     seat = seats[placed.body]
     return seat.carrier, seat.point(local)
 

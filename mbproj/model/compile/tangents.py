@@ -23,7 +23,7 @@ from mbproj.scene.stops import PlaneStop
 def tangential_friction(
     scene: Scene, seats: Mapping[str, Seat], poses: Mapping[str, Pose], stops: Sequence[str]
 ) -> tuple[Frictions | None, tuple[str, ...]]:
-    """The friction at stops of these names, None where there is none, and its names: "floor.1", "floor.2"."""
+    """Return the friction at plane stops, None without any, and its names: "floor.1", "floor.2"."""
     rubbing = [force for force in scene.forces if isinstance(force, PlaneStop) and force.friction is not None]
     if not rubbing:
         return None, ()
@@ -46,7 +46,7 @@ def tangential_friction(
 
 
 def joined(first: Frictions | None, second: Frictions | None) -> Frictions | None:
-    """Those of joints, and after them those of stops."""
+    """Return the frictions of joints, and after them those of stops."""
     if first is None or second is None:
         return first or second
     both = [*bindings(first.coordinates), *bindings(second.coordinates)]
@@ -71,7 +71,7 @@ def joined(first: Frictions | None, second: Frictions | None) -> Frictions | Non
 
 
 def _tangents(force: PlaneStop, seats: Mapping[str, Seat], poses: Mapping[str, Pose]) -> list[Binding]:
-    """The rows along both tangents. A point moves along them, a ball and a wheel slip at their lowest points."""
+    """Return the rows along both tangents. A point moves along them; a ball or a wheel slips at its lowest point."""
     seat, triad = seats[force.normal.body], _triad(force, poses)
     carrier, location = seated(force.location, local_point(force.location, poses), seats)
     other, point = seated(force.point, local_point(force.point, poses), seats)
@@ -91,8 +91,9 @@ def _tangents(force: PlaneStop, seats: Mapping[str, Seat], poses: Mapping[str, P
 
 
 def _triad(force: PlaneStop, poses: Mapping[str, Pose]) -> Array:
-    """Two tangents of the plane and its normal as rows, in the axes of its body. The first is as near as can be to the
-    global axis to which the normal leans least. So planes along global axes have their tangents along these."""
+    """Return two tangents of the plane and its normal as rows (3, 3), in the axes of its body. The first is as near as
+    can be to the global axis most nearly normal to the plane's normal. So planes along global axes have tangents along
+    these."""
     rotation = poses[force.normal.body][1]
     normal = np.array(force.normal.vector)
     normal = rotation @ normal if force.normal.local else normal
@@ -104,5 +105,5 @@ def _triad(force: PlaneStop, poses: Mapping[str, Pose]) -> Array:
 
 
 def _slots(carrier: int, vectors: Array) -> list[tuple[int, int, Array]]:
-    """Vectors of the second body as slots of a row."""
+    """Return vectors of the second body as slots of a row."""
     return [(carrier, 2, vector) for vector in vectors]

@@ -1,4 +1,4 @@
-"""Where what rolls touches its plane: a point that no body carries along."""
+"""The point of contact of a joint that rolls on a plane: no body carries this point along."""
 
 from __future__ import annotations
 
@@ -14,12 +14,13 @@ from mbproj.model.compile.frames import SYMBOLS
 from mbproj.model.compile.joint_rows import primitive_of
 from mbproj.scene.records import Joint
 
-#: The slip of a wheel: what rolls along a line has no row of it.
+#: The slip of a wheel: a joint that rolls along a line has no row that names it.
 WHEEL = "wheel_slip_along"
 
 
 def place_of_contact(joint: Joint) -> Callable[[Array], Array] | None:
-    """The place (T, 3) at which its bodies touch, by its symbols (T, 8, 3), all global; None of what does not roll."""
+    """Return a function from the joint's symbols (T, 8, 3) to its points of contact (T, 3), all global. None for a
+    joint that does not roll."""
     kinds = [row[0] for row in JOINTS[joint.type].rows]
     found = [kind for kind in kinds if issubclass(PRIMITIVES[kind], Slip)]
     if not found and not JOINTS[joint.type].is_on_plane:

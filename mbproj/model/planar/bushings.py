@@ -1,4 +1,4 @@
-"""Bushings of a planar scene: which of them act in the plane through three coordinates, and with what stiffness.
+"""Bushings of a planar scene: three coordinates in the plane, with their stiffness, in place of six.
 
 Where the relative rotation is about the normal n, its vector is θ n, and the translation has a constant part along n:
 the six coordinates are linear in two components and θ, s = B y + s0. Then F in the plane is Bᵀ F, exactly; the joints
@@ -31,13 +31,13 @@ class PlanarBushings:
 
 
 def tilted_bushings(plane: Plane, bushings: Bushings) -> Integers:
-    """Those whose frames are not turned against each other about the normal alone."""
+    """Return the numbers of the bushings whose frames are not turned against each other about the normal alone."""
     turned = _relative(plane, bushings)
     return np.flatnonzero(np.abs(turned[:, 2, :2]).max(axis=-1, initial=0.0) > THRESHOLDS.rounding)
 
 
 def bushings_in_plane(plane: Plane, bushings: Bushings) -> PlanarBushings:
-    """All of them, none tilted."""
+    """Return all bushings in the plane; none may be tilted."""
     origin = _reference(plane, bushings) @ bushings.origin[..., None]
     ends = (plane.axes.T @ origin)[..., 0]
     depth = ends[..., 2] + np.append(plane.depth, 0.0)[bushings.body]
@@ -61,18 +61,19 @@ def bushings_in_plane(plane: Plane, bushings: Bushings) -> PlanarBushings:
 
 
 def _reference(plane: Plane, bushings: Bushings) -> Array:
-    """The orientations (B, 2, 3, 3) of the bodies at angle zero."""
+    """Return the orientations (B, 2, 3, 3) of the bodies at angle zero."""
     return np.concatenate([rotation_matrix(plane.reference), np.eye(3)[None]])[bushings.body]
 
 
 def _frames(plane: Plane, bushings: Bushings) -> Array:
-    """The orientations (B, 2, 3, 3) of the frames there."""
+    """Return the orientations (B, 2, 3, 3) of the bushings' frames where the bodies are at angle zero."""
     found: Array = _reference(plane, bushings) @ rotation_matrix(bushings.turn)
     return found
 
 
 def _relative(plane: Plane, bushings: Bushings) -> Array:
-    """The rotations (B, 3, 3) from frame 1 to frame 2 there, in the axes of the plane."""
+    """Return the rotations (B, 3, 3) from frame 1 to frame 2 where the bodies are at angle zero, in the axes of the
+    plane."""
     frames = _frames(plane, bushings)
     found: Array = plane.axes.T @ frames[:, 1] @ np.swapaxes(frames[:, 0], -1, -2) @ plane.axes
     return found

@@ -1,18 +1,21 @@
-"""Where the verdict on a plane cannot be another one with other numbers of the same topology: a search, or a sweep,
-then makes it once.
+"""Decides from the topology alone, where it can, that a mechanism is planar. A search or a sweep decides once.
 
-Let n be a global axis, and let every vector of the joints lie across n or along n, every row be inside or outside, none
+Let n be a global axis. Let every vector of the joints lie across n or along n, and every row be inside or outside, none
 tilted. Then `planar_reduction` takes n, whatever lengths and masses are:
 
 - Candidates for the normal are directions of vectors and normals of two. Each is n or lies across n, but for round-off.
 - Seen along another candidate e, rows outside are those of coincident points, and those of a vector along e. Of the
+
   vectors across n that one joint has in one body, only parallel ones do so together. Where this bound of the rows
   outside is below their number along n, n is the first candidate.
+
 - A joint that locks a shift along n, and turns about two directions across n that are fixed in one body, holds two
+
   bodies in one plane at any length. Where such joints connect all bodies to the ground, the rank is full.
 
-All that this rests on is compared with what it was before: the sides of rows, which vectors lie along n, and which of
-one joint in one body are parallel.
+
+The verdict is kept for these facts alone: the sides of rows, which vectors lie along n, and which vectors of one joint
+in one body are parallel.
 """
 
 from __future__ import annotations
@@ -31,14 +34,14 @@ from mbproj.model.planar.rows import BESIDE, INSIDE, OUTSIDE, Seen, kind_of, see
 from mbproj.model.primitive_set import PrimitiveSet, SetLayout
 from mbproj.thresholds import THRESHOLDS
 
-#: Verdicts that are kept.
+#: The number of verdicts that are kept.
 KEPT = 64
 
 
 @dataclass(frozen=True, eq=False)
 class CertainPlane:
-    """The plane's `axes` (3, 3), the joints as `seen` along them, and the `side` of each row (m,). Where the joints are
-    not certain to hold all bodies in it, `is_held` is False."""
+    """The plane's `axes` (3, 3), the joints as `seen` along them, and the `side` of each row (m,). `is_held` is False
+    where the topology does not show that the joints hold all bodies in the plane."""
 
     axes: Array
     seen: Seen
@@ -47,7 +50,8 @@ class CertainPlane:
 
 
 def certain_plane(joints: PrimitiveSet, position: Array, rotation: Array, length: float) -> CertainPlane | None:
-    """The plane of a mechanism at a pose, the ground last, where the topology alone tells it; else None."""
+    """Return the plane of a mechanism at a pose where the topology alone decides, else None; the ground is the last
+    body."""
     bodies = len(position) - 1
     axis = _axis(joints, rotation) if 0 < bodies <= THRESHOLDS.dense_bodies else None
     if axis is None:
@@ -68,7 +72,8 @@ def certain_plane(joints: PrimitiveSet, position: Array, rotation: Array, length
 
 
 def _axis(joints: PrimitiveSet, rotation: Array) -> int | None:
-    """The global axis that most of the first vectors lie along; None where none does. `candidate_normals` has it."""
+    """Return the global axis with most of the first vectors along it, None without one. `candidate_normals` contains
+    it."""
     first = np.flatnonzero(joints.is_point == 0.0)[:DIRECTIONS]
     vectors = (rotation[joints.body[first]] @ joints.local[first, :, None])[..., 0]
     found = np.zeros(3, dtype=np.intp)
@@ -83,7 +88,7 @@ def _axis(joints: PrimitiveSet, rotation: Array) -> int | None:
 
 @lru_cache(KEPT)
 def _pairs(layout: SetLayout) -> tuple[Integers, Integers]:
-    """The pairs of vectors that one joint has in one body, each with itself, too."""
+    """Return the pairs of vectors that belong to one joint and one body, including each vector with itself."""
     joint = np.zeros(len(layout.body), dtype=np.intp)
     joint[layout.entry_slot] = layout.owner[layout.entry_row]
     is_vector = layout.is_point == 0.0
@@ -94,7 +99,7 @@ def _pairs(layout: SetLayout) -> tuple[Integers, Integers]:
 
 @dataclass(frozen=True)
 class _Verdict:
-    """Whether n is the first candidate, and whether the joints hold all bodies in the plane."""
+    """`is_first`: whether n is the first candidate. `is_held`: whether the joints hold all bodies in the plane."""
 
     is_first: bool
     is_held: bool
@@ -102,8 +107,7 @@ class _Verdict:
 
 @lru_cache(KEPT)
 def _verdict(layout: SetLayout, bodies: int, side: bytes, along: bytes, parallel: bytes) -> _Verdict:
-    """Whether what the first lines say holds, by the sides of rows (m,), by which attachments lie along n (S,), and by
-    which of the pairs are parallel."""
+    """Return the verdict for the sides of rows (m,), the attachments along n (S,), and the pairs that are parallel."""
     sides_of, is_along = np.frombuffer(side, dtype=np.intp), np.frombuffer(along, dtype=bool)
     are_parallel = np.zeros((len(layout.body),) * 2, dtype=bool)
     are_parallel[_pairs(layout)] = np.frombuffer(parallel, dtype=bool)
@@ -115,7 +119,7 @@ def _verdict(layout: SetLayout, bodies: int, side: bytes, along: bytes, parallel
 
 
 class _Row:
-    """A row by its joint, its kind, its bodies, and the slots of the vectors across n that it binds."""
+    """A row with its joint, its kind, its bodies, and the slots of the vectors across n that it binds."""
 
     def __init__(self, layout: SetLayout, row: int, along: Flags) -> None:
         member = layout.members[layout.member[row]]
@@ -127,7 +131,7 @@ class _Row:
 
 
 def _most_elsewhere(rows: list[_Row], parallel: Flags) -> int:
-    """How many rows can be outside along a direction across n, or one that is neither, at most."""
+    """Return the most rows that can be outside along a direction that is not n."""
     most = sum(row.kind == "coincident" and row.is_third for row in rows)
     groups: dict[tuple[int, int], list[tuple[int, int]]] = {}
     for number, row in enumerate(rows):
@@ -166,6 +170,6 @@ def _links(outside: list[_Row], parallel: Flags) -> Iterator[frozenset[int]]:
 
 
 def _sine(first: Array, second: Array) -> Array:
-    """The sines of the angles between vectors (..., 3); 0 of those without a length."""
+    """Return the sines of the angles between vectors (..., 3); 0 where a vector has no length."""
     size = np.linalg.norm(first, axis=-1) * np.linalg.norm(second, axis=-1)
     return np.asarray(np.linalg.norm(cross(first, second), axis=-1) / np.where(size > 0.0, size, 1.0))

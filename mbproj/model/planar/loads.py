@@ -1,4 +1,4 @@
-"""Forces and motions of a planar scene: what of them acts in the plane, and what keeps a scene from being planar."""
+"""Forces and motions of a planar scene: those that act in the plane, and those for which a scene is not planar."""
 
 from __future__ import annotations
 
@@ -19,9 +19,10 @@ from mbproj.thresholds import THRESHOLDS
 
 
 def obstacle_in_plane(system: System, plane: Plane) -> str | None:
-    """What of loads, motions, stops and frictions is no function of the coordinates in the plane; None where all are.
+    """Return the first load, motion, stop or friction that is no function of the coordinates in the plane, in words;
+    None without any.
 
-    Forces out of the plane are none: the joints bear them.
+    Forces out of the plane are no obstacle: the joints bear them.
     """
     locked = np.flatnonzero(coordinates_in_plane(plane, system.motions.joint_coordinate) < 0)
     if len(locked):
@@ -46,8 +47,8 @@ def obstacle_in_plane(system: System, plane: Plane) -> str | None:
 
 
 def _friction_obstacle(system: System, plane: Plane) -> str | None:
-    """What dry friction takes from out of the plane: forces there, or moments, of which the plane knows nothing. Of the
-    two tangents of a stop one may be normal to the plane."""
+    """Return the friction that depends on forces or moments out of the plane, which the plane does not know; None
+    without any. Of the two tangents at a stop one may be normal to the plane."""
     bearings, frictions = system.bearings, system.frictions
     frames = np.concatenate([rotation_matrix(plane.reference), np.eye(3)[None]])
     if bearings is not None:
@@ -72,7 +73,7 @@ def _friction_obstacle(system: System, plane: Plane) -> str | None:
 def _leaves_plane(
     system: System, plane: Plane, along: PrimitiveSet, joint_coordinate: Integers, owners: Sequence[str]
 ) -> str | None:
-    """Which of the coordinates that something acts along, one each, is no function of those in the plane."""
+    """Return the first owner whose coordinate is no function of those in the plane, in words; None without any."""
     of_joints = joint_coordinate >= 0
     locked = np.flatnonzero(of_joints & (coordinates_in_plane(plane, joint_coordinate) < 0))
     if len(locked):
@@ -87,26 +88,27 @@ def _leaves_plane(
 
 
 def coordinates_in_plane(plane: Plane, joint_coordinate: Integers) -> Integers:
-    """The numbers in `plane.coordinates` of the system's joint coordinates (k,); -1 for none, and for -1."""
+    """Return the numbers in `plane.coordinates` of the system's joint coordinates (k,); -1 for one that is constant in
+    the plane, and for -1."""
     number = np.full(len(plane.constant) + plane.coordinates.size + 1, -1, dtype=np.intp)
     number[plane.coordinates.source.source] = np.arange(plane.coordinates.size)
     return number[joint_coordinate]
 
 
 def channels_in_plane(plane: Plane, channels: Channels) -> Integers:
-    """The numbers of channels (c,) among the states of elements or in `plane.coordinates`; -1 for none."""
+    """Return the numbers of channels (c,) among the states of elements or in `plane.coordinates`; -1 for none."""
     index = channels.index.copy()
     index[~channels.is_state] = coordinates_in_plane(plane, index[~channels.is_state])
     return index
 
 
 def locals_in_plane(plane: Plane, bound: PrimitiveSet) -> Array:
-    """The local vectors (S, 2) of a set's attachments in their bodies' planar axes."""
+    """Return the local vectors (S, 2) of a set's attachments in their bodies' planar axes."""
     return _in_axes(plane, bound)[:, :2]
 
 
 def _seen(system: System, plane: Plane, bound: PrimitiveSet) -> Seen:
-    """A set in plane axes at the plane's reference."""
+    """Return a set in plane axes at the plane's reference."""
     depth = np.append(plane.depth, 0.0)
     return seen_from(bound, _in_axes(plane, bound), depth[:, None] * [0.0, 0.0, 1.0], system.length)
 

@@ -1,4 +1,4 @@
-"""Directions that could be the normal of a planar scene's plane."""
+"""Candidates for the normal of a planar scene's plane."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from mbproj.arrays import Array, cross
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.thresholds import THRESHOLDS
 
-#: So many directions of the joints' vectors are looked at: a joint has three at most, and two of those in the plane, or
+#: The most directions of the joints' vectors that are considered. A joint has three at most, and two in the plane, or
 #: the normal itself, are enough.
 DIRECTIONS = 6
 
 
 def candidate_normals(joints: PrimitiveSet, rotation: Array) -> Array:
-    """Unit vectors (k, 3): the directions of the joints' vectors at a pose with rotation (n+1, 3, 3), then the normals
-    of pairs of them.
+    """Return unit vectors (k, 3): the directions of the joints' vectors at a pose with rotation (n+1, 3, 3), and then
+    the normals of pairs of them.
 
     In a planar scene each joint has the normal among its vectors, or a vector in the plane, or two vectors. The normal
     of the two is in the plane, or the plane's own; so two joints that are not alike give the normal. If all joints are
@@ -27,15 +27,16 @@ def candidate_normals(joints: PrimitiveSet, rotation: Array) -> Array:
     found = _distinct((rotation[joints.body[vectors]] @ joints.local[vectors, :, None])[..., 0], DIRECTIONS)
     first, second = np.triu_indices(len(found), k=1)
     across = cross(found[first], found[second])
-    across = across[_lengths(across) > THRESHOLDS.no_normal]  # those of nearly parallel vectors are not accurate
+    across = across[_lengths(across) > THRESHOLDS.no_normal]  # normals of nearly parallel vectors are not accurate
     apart = _lengths(cross(across[:, None], found)) > THRESHOLDS.one_direction
     others = _distinct(across[apart.all(axis=1)], DIRECTIONS**2 - len(found))
     return np.concatenate([found, others])
 
 
 def plane_axes(normal: Array) -> Array:
-    """Right-handed axes (3, 3) with columns e1, e2, n. Along a global axis n is that axis and e1, e2 are the other two
-    in cyclic order, so that coordinates are the same numbers; else the largest component of n is positive."""
+    """Return right-handed axes (3, 3) with columns e1, e2, n. A normal along a global axis becomes that axis, and e1,
+    e2 are the other two in cyclic order: coordinates keep their numbers. Else the largest component of n is
+    positive."""
     largest = int(np.argmax(np.abs(normal)))
     if math.hypot(normal[largest - 1], normal[largest - 2]) <= THRESHOLDS.rounding:
         return np.roll(np.eye(3), 2 - largest, axis=1)
@@ -47,7 +48,7 @@ def plane_axes(normal: Array) -> Array:
 
 
 def _distinct(vectors: Array, most: int) -> Array:
-    """The directions of vectors (k, 3), up to sign, in the order in which they appear; at most `most` of them."""
+    """Return the directions of vectors (k, 3), up to sign, in their order; at most `most` of them."""
     length = _lengths(vectors)
     left = vectors[length > 0.0] / length[length > 0.0, None]
     found: list[Array] = []

@@ -19,12 +19,15 @@ from mbproj.model.primitive_set import LAYOUTS, Member, PrimitiveSet, SetLayout
 class PlanarSet:
     """k primitives on S attachments, with m rows: those of a spatial set that act in the plane.
 
-    Per primitive: `primitives` (k,), `first_slot` (k,) its first attachment (the others follow), `row` (k,) its first
-    row (a coincident one has two, along e1 and e2, the others one), `owner` (k,) the joint. Per attachment: `body` (S,)
-    (the ground is the last index), `local` (S, 2) in the body's planar axes, which are e1 and e2 at angle zero,
-    `is_point` (S,) 1 for points and 0 for vectors. Per row: `offset` (m,). `source` makes the rows from the spatial
-    set's, and the spatial set's multipliers from theirs. A vector may point out of the plane, as those of a prismatic
-    joint can. Then `local` is its part in the plane, and `offset` takes up the constant that the rest adds.
+    Per primitive: `primitives` (k,); `first_slot` (k,), its first attachment, which the others follow; `row` (k,), its
+    first row; `owner` (k,), the joint. A coincident primitive has two rows, along e1 and e2, the others one.
+
+    Per attachment: `body` (S,), where the ground is the last index; `local` (S, 2) in the body's planar axes, which are
+    e1 and e2 at angle zero; `is_point` (S,), 1 for points and 0 for vectors. Per row: `offset` (m,). `source` makes the
+    rows from the spatial set's, and the spatial set's multipliers from the rows' multipliers.
+
+    A vector may point out of the plane, as in a prismatic joint. Then `local` is its part in the plane, and `offset`
+    contains the constant that the rest adds.
     """
 
     primitives: tuple[Primitive, ...]
@@ -49,12 +52,13 @@ class PlanarSet:
 
 
 def planar_set(bound: PrimitiveSet, seen: Seen, inside: npt.NDArray[np.bool_], axes: Array) -> PlanarSet:
-    """The primitives of `bound` whose rows are `inside` (m,), coincident ones along axes (3, 3)'s e1, e2 and n."""
+    """Return the primitives of `bound` whose rows are `inside` (m,); coincident ones along e1, e2 and n of `axes` (3,
+    3)."""
     kept = _kept_layout(bound.layout, inside.tobytes(), axes.tobytes())
     slots, source = kept.slots, kept.source
     whole, flat = bound.value(np.array([seen.x, seen.x * [1.0, 1.0, 0.0]]))
     for each in bound.layout.members:
-        if isinstance(each.primitive, WheelHeight):  # whose form in a plane knows that its axis stands across
+        if isinstance(each.primitive, WheelHeight):  # its planar form assumes that the axis is normal to the plane
             flat[list(each.rows)] = whole[list(each.rows)]
     return PlanarSet(
         primitives=kept.primitives,
@@ -71,8 +75,8 @@ def planar_set(bound: PrimitiveSet, seen: Seen, inside: npt.NDArray[np.bool_], a
 
 @dataclass(frozen=True, eq=False)
 class _Kept:
-    """What a planar set has whatever its numbers are: as there, with the attachments (S,) and rows (m,) of the spatial
-    set."""
+    """The parts of a `PlanarSet` that do not depend on its numbers, with the attachments (S,) and rows (m,) of the
+    spatial set."""
 
     primitives: tuple[Primitive, ...]
     first_slot: Integers
@@ -85,7 +89,7 @@ class _Kept:
 
 @lru_cache(LAYOUTS)
 def _kept_layout(layout: SetLayout, inside: bytes, axes: bytes) -> _Kept:
-    """Shared by all sets that have it: nobody may write to it."""
+    """Return the layout of a planar set. All sets that have it share it: nobody may write to it."""
     acts = np.frombuffer(inside, dtype=bool).tolist()
     members = [(each, rows) for each in layout.members if (rows := [row for row in each.rows if acts[row]])]
     kept = _Kept(
@@ -104,7 +108,7 @@ def _kept_layout(layout: SetLayout, inside: bytes, axes: bytes) -> _Kept:
 
 
 def _source(members: list[tuple[Member, list[int]]], axes: Array) -> RowMap:
-    """Each row from one of the spatial set's; those of coincident points from all three of theirs."""
+    """Return the map to the planar rows: one spatial row each, but all three rows of coincident points."""
     along: list[list[float]] = axes.T.tolist()
     row: list[int] = []
     source: list[int] = []

@@ -1,4 +1,4 @@
-"""A planar mechanism: three coordinates a body, x, y and θ, and the way there and back."""
+"""A planar mechanism: three coordinates a body, x, y and θ, and the conversions from and to seven."""
 
 from __future__ import annotations
 
@@ -19,8 +19,9 @@ class Plane:
     `axes` (3, 3): columns e1, e2 and the normal n, right-handed. `depth` (n,): n·r of each body in m, which does not
     change. `reference` (n, 4): the orientation at angle zero, the one at the pose of the reduction. `mass` (n,) in kg,
     `inertia` (n,) about n in kg m², `gravity` (2,) along e1 and e2 in m/s². `joints`: the rows that act in the plane.
-    `coordinates`: the joints' coordinates that can change, by its `source` the rows of the system's; `constant` (c,):
-    the indices of those that cannot, `constant_value` (c,) in m or rad.
+
+    `coordinates`: the joints' coordinates that can change; their `source` refers to the system's. `constant` (c,): the
+    indices of the coordinates that cannot change, and `constant_value` (c,) their values in m or rad.
     """
 
     axes: Array
@@ -35,9 +36,11 @@ class Plane:
     constant_value: Array
 
     def reduce(self, q: Array, v: Array) -> tuple[Array, Array]:
-        """p (..., 3n), holding (x, y, θ) a body with θ in (-2π, 2π], and u = p', from q and v = q' (..., 7n).
+        """Return p (..., 3n), that is (x, y, θ) of each body with θ in (-2π, 2π], and u = p', from q and v = q' (...,
+        7n).
 
-        What q and v have out of the plane is dropped, and so is the length of Λ; the other sign of Λ is a turn more.
+        Components of q and v out of the plane are dropped, and so is the length of Λ. The opposite sign of Λ gives a θ
+        that differs by one turn.
         """
         rows, rates = q.reshape(*q.shape[:-1], -1, 7), v.reshape(*v.shape[:-1], -1, 7)
         orientation = rows[..., 3:]
@@ -51,7 +54,7 @@ class Plane:
         return p.reshape(*q.shape[:-1], -1), u.reshape(*v.shape[:-1], -1)
 
     def expand(self, p: Array, u: Array, u_dot: Array) -> tuple[Array, Array, Array]:
-        """q, q' and q'' (..., 7n) of p, u = p' and u' = p'' (..., 3n).
+        """Return q, q' and q'' (..., 7n) from p, u = p' and u' = p'' (..., 3n).
 
         Λ = (cos θ/2, n sin θ/2) Λ_reference is a unit and continuous in θ, and has a period of two turns.
         """
@@ -61,11 +64,11 @@ class Plane:
         flat = [np.empty((*p.shape[:-1], 7 * len(self.mass)), order="F") for _ in range(3)]
         q, v, acceleration = (part.reshape(*p.shape[:-1], -1, 7) for part in flat)
         for whole, part in ((q, x), (v, x_dot), (acceleration, x_ddot)):
-            for axis, (along_x, along_y) in enumerate(self.axes[:, :2]):  # a product depends on the block's length
+            for axis, (along_x, along_y) in enumerate(self.axes[:, :2]):  # a product rounds by the block's length
                 whole[..., axis] = along_x * part[..., 0] + along_y * part[..., 1]
         q[..., :3] += self.depth[:, None] * self.axes[:, 2]
         orientation = cosine * self.reference + sine * self._turned
-        quarter = cosine * self._turned - sine * self.reference  # (0, n) Λ: the rate of Λ is ½ ω times that
+        quarter = cosine * self._turned - sine * self.reference  # (0, n) Λ: the rate of Λ is ½ ω times this
         q[..., 3:] = orientation
         with may_overflow():
             v[..., 3:] = spin * quarter
@@ -74,10 +77,10 @@ class Plane:
 
     @cached_property
     def _half_turn(self) -> Array:
-        """The product (0, n) Λ as a matrix (4, 4): Λ turned by 180 degrees about n."""
+        """The matrix (4, 4) of the product (0, n) Λ: it turns Λ by 180 degrees about n."""
         return product(np.array([0.0, *self.axes[:, 2]]), np.eye(4)).T
 
     @cached_property
     def _turned(self) -> Array:
-        """The reference orientations, so turned."""
+        """The reference orientations, turned by 180 degrees about n."""
         return self.reference @ self._half_turn.T

@@ -1,11 +1,11 @@
 """Whether the rows outside hold every body in the plane: full column rank in the motions out of it.
 
-Out of the plane a body has three motions: a shift along n and turns about e1 and e2. The rows are those of
-`dynamics/rank.py`: lengths are in units of the system's length, and rows have unit length. A row counts where it stands
-off from the span of those before it. A walk from the ground takes bodies one by one: a body whose rows to bodies that
-are already held have rank 3 is held too (the matrix is block triangular). It costs linear time and settles trees, and
-loops that close joint by joint; only what it leaves, piece by connected piece, needs a factor: dense, or sparse where
-there are many bodies.
+Out of the plane a body has three motions: a shift along n and turns about e1 and e2. As in `dynamics/rank`, lengths are
+in units of the system's length, and rows have unit length. A row counts where it is independent of the rows before it.
+
+A walk from the ground takes bodies one by one. A body whose rows to bodies already held have rank 3 is held too,
+because the matrix is block triangular. The walk costs linear time and settles trees, and loops that close joint by
+joint. Only connected pieces that it leaves need a factor: dense, or sparse where there are many bodies.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from mbproj.model.planar.rows import RowMap, Seen
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.thresholds import THRESHOLDS
 
-#: Per row: the three numbers that it has for each body it acts on, by body.
+#: Rows as mappings from each body to the three entries of the row for that body.
 Rows = list[dict[int, list[float]]]
-#: How many random motions of a large piece are looked at, their seed, and the passes of inverse iteration.
+#: The number of random motions that are tried on a large piece, their seed, and the passes of inverse iteration.
 MOTIONS, SEED, PASSES = 4, 3, 3
 
 
 def escape(bound: PrimitiveSet, seen: Seen, outside: RowMap, names: tuple[str, ...], length: float) -> str | None:
-    """Which of the bodies, by their `names`, the rows outside do not hold in the plane; None where they hold all."""
+    """Return, in words, a body that the rows outside do not hold in the plane; None where they hold all."""
     rows = _rows(bound, seen, outside, len(names), length)
     free = _not_reached(rows, len(names))
     for piece, own_rows in _pieces(rows, free):
@@ -38,7 +38,7 @@ def escape(bound: PrimitiveSet, seen: Seen, outside: RowMap, names: tuple[str, .
 
 
 def _rows(bound: PrimitiveSet, seen: Seen, outside: RowMap, bodies: int, length: float) -> Rows:
-    """The rows outside in (δz / length, turns about e1 and e2) of each body."""
+    """Return the rows outside in (δz / length, turns about e1 and e2) of each body."""
     gradient, arm = bound.gradient_entries(seen.x), seen.arm[bound.entry_slot]
     turn, owner = cross(arm, gradient), bound.body[bound.entry_slot]
     parts = np.column_stack([length * bound.is_point[bound.entry_slot] * gradient[:, 2], turn[:, :2]])
@@ -60,7 +60,7 @@ def _rows(bound: PrimitiveSet, seen: Seen, outside: RowMap, bodies: int, length:
 
 
 def _not_reached(rows: Rows, bodies: int) -> list[int]:
-    """The bodies that the walk from the ground does not reach."""
+    """Return the bodies that the walk from the ground does not reach."""
     rows_of: list[list[int]] = [[] for _ in range(bodies)]
     for index, row in enumerate(rows):
         for body in row:
@@ -81,7 +81,7 @@ def _not_reached(rows: Rows, bodies: int) -> list[int]:
 
 
 def _extend(basis: list[list[float]], part: list[float]) -> None:
-    """Gram-Schmidt: what is new in `part` joins the basis. Twice is enough (Kahan)."""
+    """Add the part that is independent of the basis to it (Gram-Schmidt). Two passes are enough (Kahan)."""
     x, y, z = part
     for _ in range(2):
         for a, b, c in basis:
@@ -93,7 +93,7 @@ def _extend(basis: list[list[float]], part: list[float]) -> None:
 
 
 def _pieces(rows: Rows, free: list[int]) -> list[tuple[list[int], Rows]]:
-    """The free bodies, connected by the rows between them, and these rows without the bodies that are held."""
+    """Return the free bodies in connected pieces, each with its rows, without the entries of bodies that are held."""
     piece_of = {body: [body] for body in free}
     left = [{body: part for body, part in row.items() if body in piece_of} for row in rows]
     left = [row for row in left if row]
@@ -112,8 +112,8 @@ def _pieces(rows: Rows, free: list[int]) -> list[tuple[list[int], Rows]]:
 
 
 def _moving(rows: Rows, piece: list[int]) -> int | None:
-    """The body of the piece that its rows let move most, the first of equals; None where their rank is full. Of a large
-    piece that has too few rows, the one with the fewest."""
+    """Return the body of a piece that its rows let move most, the first among equals; None where their rank is full.
+    For a large piece with too few rows, return the body with the fewest."""
     is_large = len(piece) > THRESHOLDS.dense_bodies
     if is_large and len(rows) < 3 * len(piece):
         rows_on = Counter(body for row in rows for body in row)
@@ -131,7 +131,7 @@ def _moving(rows: Rows, piece: list[int]) -> int | None:
 
 
 def _free_motions(row: Integers, body: Integers, values: Array, shape: tuple[int, int]) -> Array:
-    """A basis (k, b, 3) of the motions that all rows allow, from their entries (e, 3)."""
+    """Return a basis (k, b, 3) of the motions that all rows allow, from the rows' entries (e, 3)."""
     matrix = np.zeros((*shape, 3))
     matrix[row, body] = values
     _, values, vectors = np.linalg.svd(matrix.reshape(shape[0], 3 * shape[1]), full_matrices=True)
@@ -139,8 +139,9 @@ def _free_motions(row: Integers, body: Integers, values: Array, shape: tuple[int
 
 
 def _some_free_motions(row: Integers, body: Integers, values: Array, shape: tuple[int, int]) -> Array:
-    """Some random motions of a large piece that all rows allow, by inverse iteration with a sparse factor of RᵀR. What
-    the rows resist by less than the root of the shift counts as allowed: such a scene is run in space."""
+    """Return some random motions of a large piece that all rows allow, by inverse iteration with a sparse factor of
+    RᵀR. A motion counts as allowed where the rows resist it by less than the root of the shift: such a scene is run in
+    space."""
     from scipy import sparse
     from scipy.sparse.linalg import splu
 

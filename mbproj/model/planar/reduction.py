@@ -1,4 +1,4 @@
-"""From the system to its plane, or the reason why it has none."""
+"""Reduces a system to its plane, or gives the reason why it has none."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from mbproj.thresholds import THRESHOLDS
 
 @dataclass(frozen=True, eq=False)
 class NotPlanar:
-    """Why a scene is not planar, in words that name the joint or the body."""
+    """The reason why a scene is not planar, in words that name the joint or the body."""
 
     reason: str
 
 
 @dataclass(frozen=True, eq=False)
 class _Pose:
-    """Positions (n+1, 3), unit Euler parameters (n+1, 4) and rotation matrices (n+1, 3, 3), the ground last."""
+    """A pose: positions (n+1, 3), unit Euler parameters (n+1, 4) and rotation matrices (n+1, 3, 3), the ground last."""
 
     position: Array
     orientation: Array
@@ -38,10 +38,11 @@ class _Pose:
 
 
 def planar_reduction(system: System, q: Array) -> Plane | NotPlanar:
-    """The plane that the system's joints keep all bodies in, seen at the assembled pose q (7n,), or why there is none.
+    """Return the plane in which the joints keep all bodies, at the assembled pose q (7n,), or the reason why there is
+    none.
 
-    The verdict rests on the joints alone: not on where the bodies start to move, nor on symmetry of forces or inertia.
-    Of the candidates for the normal the one along which most rows hold the bodies comes first, and its is the reason.
+    The verdict rests on the joints alone: not on initial velocities, nor on symmetry of forces or inertia. Candidates
+    for the normal with most rows outside come first; the reason is that of the first candidate.
     """
     rows = np.concatenate([q.reshape(-1, 7), [[0.0, 0, 0, 1, 0, 0, 0]]])
     orientation = rows[:, 3:] / np.linalg.norm(rows[:, 3:], axis=1, keepdims=True)
@@ -66,8 +67,8 @@ def planar_reduction(system: System, q: Array) -> Plane | NotPlanar:
 
 
 def _candidates(system: System, pose: _Pose) -> list[tuple[Array, Seen, Integers]]:
-    """Axes (3, 3) to try, with the joints as seen along them and the side of each row: first those with which most rows
-    are outside, and of these fewest inside."""
+    """Return the axes (3, 3) to try, the joints as seen along them, and the side of each row. Candidates with most rows
+    outside come first, and among these the ones with fewest inside."""
     normals = candidate_normals(system.joints, pose.rotation)
     if not len(normals):
         return []
@@ -79,7 +80,7 @@ def _candidates(system: System, pose: _Pose) -> list[tuple[Array, Seen, Integers
 
 
 def _reduction(system: System, pose: _Pose, axes: Array, joints: Seen, side: Integers) -> Plane | NotPlanar:
-    """The plane with these axes, or what is against it."""
+    """Return the plane with these axes, or the reason against it."""
     parts = split(system.joints, joints, side)
     if isinstance(parts, Refusal):
         return _not_planar(f"joint '{system.names.joints[parts.joint]}' {parts.cause}, seen in the plane", axes)
@@ -90,7 +91,7 @@ def _reduction(system: System, pose: _Pose, axes: Array, joints: Seen, side: Int
 
 
 def _plane(system: System, pose: _Pose, axes: Array, joints: Seen, side: Integers) -> Plane | NotPlanar:
-    """The plane with these axes, which the joints hold the bodies in, or the angle that is against it."""
+    """Return the plane with these axes, in which the joints hold the bodies, or the angle that is tilted against it."""
     n, inside = system.bodies, side == INSIDE
     coordinates = _seen(system.coordinates, pose, axes, system.length)
     changing = _changing(system.coordinates, coordinates)
@@ -119,8 +120,8 @@ def _seen(bound: PrimitiveSet, pose: _Pose, axes: Array, length: float) -> Seen:
 
 
 def _changing(bound: PrimitiveSet, seen: Seen) -> npt.NDArray[np.bool_]:
-    """The coordinates that can change, (nc,): angles between vectors in the plane, and displacements along a vector
-    that is not the normal. What is tilted otherwise belongs to motions that the joint locks with its plane."""
+    """Whether each coordinate can change, (nc,): angles between vectors in the plane, and displacements along a vector
+    that is not the normal. Other tilted coordinates belong to motions that the joint locks."""
     side = sides(bound, seen)
     shift = np.zeros(bound.size, dtype=bool)
     for group in bound.groups:
@@ -129,7 +130,7 @@ def _changing(bound: PrimitiveSet, seen: Seen) -> npt.NDArray[np.bool_]:
 
 
 def _in_plane_rate(bound: PrimitiveSet, seen: Seen) -> Array:
-    """The coordinates' rates, (nc,), while body 2 of each joint turns about n."""
+    """Return the rates of the coordinates, (nc,), while body 2 of each joint turns about n at 1 rad/s."""
     turning = cross(np.array([0.0, 0.0, 1.0]), seen.arm) * (bound.side == 2)[:, None]
     return bound.along(bound.gradient_entries(seen.x), turning)
 

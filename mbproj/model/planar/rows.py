@@ -1,16 +1,16 @@
-"""Which of the joints' rows act in a plane, and which hold the bodies in it.
+"""Classifies the joints' rows: those that act in a plane, and those that hold the bodies in it.
 
 All is seen in plane axes (e1, e2, n). In a motion in the plane every point keeps its component along n, and every
 vector its own, so that a row is one of these:
 
-    inside    a function of what lies in the plane alone: coincident along e1 and e2, perpendicular and along with
+    inside    a function of components in the plane alone: coincident along e1 and e2, perpendicular and along with
               vectors in the plane, distance between points of one depth, angle with vectors in the plane,
-              places on curves in it, and what couples such coordinates;
+              places on curves in it, and couplings of such coordinates;
     outside   constant in such a motion, its gradient in the plane is zero: coincident along n, perpendicular with one
               vector along n, along with the vector along n;
     tilted    neither, unless the joint's other rows help (`tilt`);
     strange   no function of 2-vectors: a screw, a distance between different depths, an angle out of the plane;
-    beside    slip along n, at velocity level: none in such a motion, and no say in what holds the bodies in the plane.
+    beside    slip along n, at velocity level: zero in such a motion, and without effect on what holds the bodies.
 """
 
 from __future__ import annotations
@@ -45,11 +45,11 @@ _CAUSES = {
     "ellipsoid_slip": "rolls out of the plane",
     "edge_slip": "slides on an edge that is tilted",
 }
-#: Coordinates of the plane where all their vectors are in it.
+#: Primitives that act in the plane where all their vectors are in it.
 _IN_PLANE = frozenset(
     ("angle", "profile", "arc", "lap", "face", "face_place", "two_curves", "place_on_first", "place_on_second")
 )
-#: Of what slips, the slots of the plane's normal and of the direction of the row.
+#: For each kind of slip, the slots of the plane's normal and of the direction of the row.
 _OF_SLIP = {"ball_slip": (3, 1), "ellipsoid_slip": (3, 1), "edge_slip": (7, 7)}
 
 
@@ -63,41 +63,43 @@ class RowMap:
     weight: Array
 
     def rows(self, values: Array) -> Array:
-        """W C, (..., size), from C (..., m)."""
+        """Return W C, (..., size), from C (..., m)."""
         return _summed(self.weight * values[..., self.source], self.row, self.size)
 
     def multipliers(self, made: Array, count: int) -> Array:
-        """Wᵀ λ, (..., m), of the set's m = `count` rows, from the multipliers λ (..., size) of the new ones."""
+        """Return Wᵀ λ, (..., m), of the set's m = `count` rows, from the multipliers λ (..., size) of the new rows."""
         return _summed(self.weight * made[..., self.row], self.source, count)
 
 
 @dataclass(frozen=True, eq=False)
 class Seen:
     """A set's attachments in plane axes: `arm` (..., S, 3) from the body's centre of mass, `x` (..., S, 3) from the
-    origin. Vectors that are in the plane or along n up to round-off are made exactly so. `extent` in m is what depths
-    are measured against."""
+    origin. Vectors that are in the plane, or along n, up to round-off are made exactly so. Depths are compared with
+    `extent` in m."""
 
     arm: Array
     x: Array
     extent: float
 
     def along(self, number: int) -> Seen:
-        """What is seen in one of several axes."""
+        """Return the attachments in the axes of this number, of several."""
         return Seen(self.arm[number], self.x[number], self.extent)
 
 
 def kind_of(primitive: Primitive) -> str:
-    """The primitive's name in PRIMITIVES, or that of its class."""
+    """Return the primitive's name in PRIMITIVES, or that of its class."""
     return _NAMES.get(type(primitive), type(primitive).__name__)
 
 
 def see(bound: PrimitiveSet, position: Array, rotation: Array, axes: Array, length: float) -> Seen:
-    """The set in plane axes (..., 3, 3) at a pose: position (n+1, 3) and rotation (n+1, 3, 3), the ground last."""
+    """Return a set's attachments in plane axes (..., 3, 3) at a pose: position (n+1, 3) and rotation (n+1, 3, 3), the
+    ground last."""
     return seen_from(bound, (rotation[bound.body] @ bound.local[..., None])[..., 0] @ axes, position @ axes, length)
 
 
 def seen_from(bound: PrimitiveSet, arm: Array, centre: Array, length: float) -> Seen:
-    """The same from the arms (..., S, 3) and the centres of mass (..., n+1, 3), both in plane axes."""
+    """Return a set's attachments from their arms (..., S, 3) and the centres of mass (..., n+1, 3), both in plane
+    axes."""
     vector = bound.is_point == 0.0
     level = vector & (np.abs(arm[..., 2]) <= THRESHOLDS.rounding)
     upright = vector & (np.linalg.norm(arm[..., :2], axis=-1) <= THRESHOLDS.rounding)
@@ -107,7 +109,7 @@ def seen_from(bound: PrimitiveSet, arm: Array, centre: Array, length: float) -> 
 
 
 def sides(bound: PrimitiveSet, seen: Seen) -> Integers:
-    """INSIDE, OUTSIDE, TILTED, STRANGE or BESIDE of each row on its own, (..., m)."""
+    """Return the side of each row on its own: INSIDE, OUTSIDE, TILTED, STRANGE or BESIDE, (..., m)."""
     side = np.full((*seen.x.shape[:-2], bound.size), STRANGE, dtype=np.intp)
     depth = seen.x[..., 2]
     is_level, is_upright = depth == 0.0, (seen.x[..., 0] == 0.0) & (seen.x[..., 1] == 0.0)
@@ -149,24 +151,25 @@ def sides(bound: PrimitiveSet, seen: Seen) -> Integers:
 
 
 def _is_axis_across(level: npt.NDArray[np.bool_], upright: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
-    """Where one axis of three is along n; the others are then in the plane."""
+    """Whether one of three axes is along n, and the others therefore in the plane."""
     return np.asarray(upright.any(axis=-1) & (level | upright).all(axis=-1), dtype=bool)
 
 
 def _is_coordinate_inside(level: npt.NDArray[np.bool_], primitive: Primitive) -> npt.NDArray[np.bool_]:
-    """Where a coordinate is one of the plane's: all its vectors are in it; `level` (..., k, s) says which are."""
+    """Whether a coordinate acts in the plane: all its vectors are in it. `level` (..., k, s): whether each slot's
+    vector is."""
     vectors = [kind == "vector" for kind in primitive.slots]
     return np.asarray(level[..., vectors].all(axis=-1), dtype=bool)
 
 
 def strangeness(bound: PrimitiveSet, row: int) -> str:
-    """What a strange row does, as words that follow its joint's name."""
+    """Return the cause of a strange row, in words that follow its joint's name."""
     kind = next(kind_of(group.primitive) for group in bound.groups if row in group.rows)
     return _CAUSES.get(kind, f"has no planar form ({kind})")
 
 
 def _summed(terms: Array, place: Integers, size: int) -> Array:
-    """The sums (..., size) of the terms (..., k) that have the same place (k,)."""
+    """Return the sums (..., size) of the terms (..., k) that have the same place (k,)."""
     if terms.ndim == 1:
         return np.asarray(np.bincount(place, terms, minlength=size), dtype=float)
     total = np.zeros((size, *terms.shape[:-1]))

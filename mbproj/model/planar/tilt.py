@@ -1,13 +1,16 @@
-"""Rows that are neither inside nor outside on their own, but in combination.
+"""Splits rows that are neither inside nor outside on their own, but in combination.
 
-A prismatic joint's vectors x and y stand across its axis, at any angle to the plane's normal n. So none of its rows
-need be inside or outside. The rows of a joint that share all but their vector (`along`), or their two bodies
-(`perpendicular`), are a block: they lock shifts along, or turns about, the directions that theirs span. Where n is one
-of these directions, the block splits: as many rows as there is motion in the plane for them to lock are inside, and the
-others, less multiples of these, are outside. For `along` that holds in every pose. For `perpendicular` it holds where
-the joint is closed: the row inside keeps the bodies from turning about n, and without such a turn the others have no
-gradient in the plane; in a joint that is open by an angle δ they have one of the order of δ, which is dropped. Where n
-is not among the directions, the joint is tilted and the scene is not planar.
+A prismatic joint's vectors x and y are normal to its axis, at any angle to the plane's normal n. So none of its rows
+need be inside or outside. Rows of a joint that differ only in their vector (`along`), or have the same two bodies
+(`perpendicular`), form a block. A block locks shifts along, or turns about, the directions that its rows span.
+
+Where n is one of these directions, the block splits. As many rows as there is motion in the plane for them to lock are
+inside. The others, less multiples of these, are outside.
+
+For `along` that holds in every pose. For `perpendicular` it holds where the joint is closed: the row inside keeps the
+bodies from turning about n, and without such a turn the others have no gradient in the plane. In a joint that is open
+by an angle δ they have a gradient of the order of δ, which is dropped. Where n is not among the directions, the joint
+is tilted and the scene is not planar.
 """
 
 from __future__ import annotations
@@ -28,7 +31,7 @@ _NORMAL = np.array([0.0, 0.0, 1.0])
 
 @dataclass(frozen=True, eq=False)
 class Refusal:
-    """Why rows do not split: the joint's index, and what it does, as words that follow its name."""
+    """The reason why rows do not split: the joint's index, and the cause in words that follow the joint's name."""
 
     joint: int
     cause: str
@@ -36,7 +39,7 @@ class Refusal:
 
 @dataclass(frozen=True, eq=False)
 class Split:
-    """`inside` (m,) marks the rows that act in the plane, `outside` makes those that hold the bodies in it. The rows of
+    """`inside` (m,) marks the rows that act in the plane; `outside` makes the rows that hold the bodies in it. Rows of
     coincident points are along e1, e2 and n here."""
 
     inside: npt.NDArray[np.bool_]
@@ -45,8 +48,8 @@ class Split:
 
 @dataclass(frozen=True, eq=False)
 class _Block:
-    """Rows (k,) of one joint, the directions (k, 3) in plane axes that they lock, and which components of a direction
-    are motion in the plane: e1 and e2 of a shift, n of a turn."""
+    """Rows (k,) of one joint and the directions (k, 3) that they lock, in plane axes. `in_plane` selects the components
+    of a direction that are motion in the plane: e1 and e2 of a shift, n of a turn."""
 
     joint: int
     rows: Integers
@@ -55,7 +58,7 @@ class _Block:
 
 
 def split(bound: PrimitiveSet, seen: Seen, side: Integers) -> Split | Refusal:
-    """The rows inside and outside, from the `sides` of each on its own; or the first joint that does not split."""
+    """Return the rows inside and outside, from the side of each on its own; or the first joint that does not split."""
     strange = np.flatnonzero(side == STRANGE)
     if len(strange):
         return Refusal(int(bound.owner[strange[0]]), strangeness(bound, int(strange[0])))
@@ -101,12 +104,14 @@ def _tilted_blocks(bound: PrimitiveSet, seen: Seen, side: Integers) -> Iterator[
 
 
 def _shift(bound: PrimitiveSet, seen: Seen, slots: Integers) -> tuple[bytes, Array]:
-    """What an `along` row shares with others, and the direction of the shift that it locks: its vector."""
+    """Return the key by which an `along` row belongs to a block, and the direction of the shift that it locks: its
+    vector."""
     return bound.body[slots].tobytes() + bound.local[slots[1:]].tobytes(), seen.x[slots[0]]
 
 
 def _turn(bound: PrimitiveSet, seen: Seen, slots: Integers) -> tuple[bytes, Array]:
-    """The same of a `perpendicular` row: a·(φ × b) = φ·(b × a) for a turn φ of b's body relative to a's."""
+    """Return the key by which a `perpendicular` row belongs to a block, and the axis of the turn that it locks. For a
+    turn φ of b's body relative to a's, a·(φ × b) = φ·(b × a)."""
     a, b = seen.x[slots]
     return bound.body[slots].tobytes(), cross(b, a)
 
@@ -119,7 +124,8 @@ def _spans_normal(directions: Array) -> bool:
 
 
 def _eliminated(parts: Array) -> tuple[list[int], Array]:
-    """Rows of `parts` (k, d) that span all of them, the largest first, and the coefficients (k, p) of all by these."""
+    """Return rows of `parts` (k, d) that span all, the largest first, and the coefficients (k, p) of all rows in
+    these."""
     pivots: list[int] = []
     coefficients, rest = np.zeros((len(parts), 0)), parts
     while np.abs(rest).max() > THRESHOLDS.rounding:

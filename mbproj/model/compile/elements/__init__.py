@@ -1,4 +1,4 @@
-"""Elements, signals and controllers as arrays, and what their functions name."""
+"""Compiles elements, signals and controllers to arrays, and resolves the names in their functions."""
 
 from mbproj.model.compile.elements.arrays import with_elements
 

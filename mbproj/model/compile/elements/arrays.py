@@ -1,4 +1,4 @@
-"""Elements as arrays: what they add to a system."""
+"""Adds elements, signals and controllers to a system."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ from mbproj.model.system import System
 def with_elements(
     system: System, elements: Sequence[Element], signals: Sequence[Signal] = (), controllers: Sequence[Controller] = ()
 ) -> System:
-    """The system with these elements, signals that its functions name, and what controllers do. Raises InputError that
-    names what an element or a function reads and that there is not, or a row whose function cannot be one."""
+    """Return the system with these elements, signals and controllers. Raises InputError where an element or a function
+    names something that does not exist, or the function of a row is not admissible."""
     states = [(named_within(element, state.name), state) for element in elements for state in element.states]
     names = replace(
         system.names,
@@ -72,7 +72,7 @@ def with_elements(
 
 
 def _frictions(system: System, channels: Named) -> Frictions | None:
-    """Those of a system, with its channels in what they go by."""
+    """Return the dry frictions of a system, with channels in place of names in their functions."""
     own = system.frictions
     if own is None or not own.varies:
         return own
@@ -85,7 +85,7 @@ def _frictions(system: System, channels: Named) -> Frictions | None:
 
 
 def _read(system: System, elements: Sequence[Element], signals: Sequence[Signal]) -> Iterator[str]:
-    """What functions of a scene name beside those of elements."""
+    """The names that functions of a scene read; elements list those of their own functions themselves."""
     yield from (name for programs in system.forces.programs.reads for name in programs)
     for programs in () if system.frictions is None else system.frictions.varies.values():
         yield from (name for program in programs for name in program.reads)
@@ -95,7 +95,8 @@ def _read(system: System, elements: Sequence[Element], signals: Sequence[Signal]
 
 
 def _pushes(elements: Sequence[Element]) -> Iterator[tuple[str, tuple[str, Callable[[Named], Program]]]]:
-    """What forces that have a name of their own give, once what their elements read has its channels."""
+    """The forces of elements that have names, as functions: the coordinate each acts along, and its program once the
+    names that its element reads have channels."""
 
     def push(channels: Named, element: Element, force: Force) -> Program:
         return _Naming(element, channels, channels.of_element(element))(force.push)
@@ -107,7 +108,8 @@ def _pushes(elements: Sequence[Element]) -> Iterator[tuple[str, tuple[str, Calla
 
 
 def _lost(elements: Sequence[Element], named: Mapping[str, _Naming]) -> Iterator[Program]:
-    """What elements lose beside what their forces lose: less by what an element stores whose forces all lose."""
+    """The energies lost by elements, beside those lost by their forces. Where all forces of an element lose energy, its
+    stored energy is subtracted."""
     for element in elements:
         if element.lost:
             yield named[element.name](element.lost)
@@ -117,7 +119,7 @@ def _lost(elements: Sequence[Element], named: Mapping[str, _Naming]) -> Iterator
 
 
 def _after(before: ElementStates, own: ElementStates) -> ElementStates:
-    """States after others."""
+    """Return the states `own` after the states `before`."""
     parts = before, own
     start, scale, counts = (
         np.concatenate([getattr(part, name) for part in parts]) for name in ("start", "scale", "counts")
@@ -127,15 +129,15 @@ def _after(before: ElementStates, own: ElementStates) -> ElementStates:
 
 @dataclass(frozen=True, eq=False)
 class _Naming:
-    """What the programs of an element see: the codes of what it reads, and how expressions call them."""
+    """Resolves the names in the programs of an element: `codes` are the codes of the names that the element reads."""
 
     element: Element
     channels: Named
     codes: tuple[Code, ...]
 
     def __call__(self, program: Program | str, of: str = "") -> Program:
-        """The program `of` a part, with the system's channels. Raises InputError where it is an expression that cannot
-        be read."""
+        """Return a program of the element with the system's channels; `of` names the part, for messages. Raises
+        InputError where it is an expression that cannot be read."""
         if isinstance(program, str):
             reads = {called(name): CHANNELS + at for at, name in enumerate(self.element.reads)}
             program = expression_of(self.element, program, VARIABLES | reads)
@@ -145,7 +147,7 @@ class _Naming:
 
 
 def _with_forces(system: System, elements: Sequence[Element], pushes: Sequence[Sequence[Program]]) -> System:
-    """With the laws of the elements, whose programs are these."""
+    """Return the system with the forces of the elements as laws, whose programs are `pushes`."""
     names, own = system.names, bindings(system.coordinates)
     forces = [(element, force) for element in elements for force in element.forces]
     programs = [program for own in pushes for program in own]

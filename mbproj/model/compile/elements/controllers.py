@@ -1,4 +1,4 @@
-"""Controllers as arrays: what they hold are states that do not change by themselves, and actions set them."""
+"""Controllers as arrays: the outputs that they hold are states with a zero derivative, which actions set."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from mbproj.functions.program_set import flatten
 from mbproj.model.channels import NO_ACTIONS, Actions
 from mbproj.model.compile.elements.named import Named
 
-#: What is computed and does not stand yet.
+#: The name of the state that holds an output computed but delayed.
 COMPUTED = "{}.computed"
 CONSTANT = Program(number(0.0))
 
 
 def held_by_controllers(controllers: Sequence[Controller]) -> list[Element]:
-    """Their states: what is held, where there is a delay what is computed, and what is remembered."""
+    """Return the states of the controllers: outputs held, outputs computed but delayed, and remembered values."""
     return [Element(controller.name, states=tuple(_states(controller))) for controller in controllers]
 
 
@@ -31,13 +31,14 @@ def _states(controller: Controller) -> Iterator[State]:
 
 
 def read_by(controllers: Sequence[Controller]) -> Iterator[str]:
-    """What their functions name."""
+    """The names that the functions of controllers read."""
     for controller in controllers:
         yield from (name for each in (*controller.hold, *controller.states) for name in each.program.reads)
 
 
 def actions_of(controllers: Sequence[Controller], channels: Named, states: Sequence[str]) -> Actions:
-    """What they do, in their order: with a delay, first what was computed comes to stand, and then they compute."""
+    """Return the actions of controllers, in their order. With a delay the computed outputs take effect first, and then
+    the next ones are computed."""
     if not controllers:
         return NO_ACTIONS
     first, period, names = list[float](), list[float](), list[str]()
@@ -69,12 +70,6 @@ def actions_of(controllers: Sequence[Controller], channels: Named, states: Seque
     )
 
 
-def _each(sets: Sequence[Sequence[object]], names: Sequence[str]) -> Iterator[str]:
-    """The name of each entry."""
-    for entries, name in zip(sets, names, strict=True):
-        yield from (name for _ in entries)
-
-
 def _stands(controller: str, each: Held) -> Program:
-    """What was computed, from its own delay on."""
+    """Return the program that gives a delayed output the value computed before."""
     return Program(variable(CHANNELS), each.name, (f"{controller}.{COMPUTED.format(each.name)}",))

@@ -1,4 +1,4 @@
-"""Coordinates beside those of joints that elements name: places of markers, distances, lengths of forces."""
+"""Coordinates other than those of joints that elements name: coordinates of markers, distances, lengths of forces."""
 
 from __future__ import annotations
 
@@ -16,17 +16,18 @@ from mbproj.model.primitive_set import Binding, bind, bindings
 from mbproj.model.system import System
 from mbproj.scene.text.suggestions import choose_from
 
-#: The place of a marker: its distance from the ground's origin along each axis of the ground.
+#: The coordinates of a marker: its distance from the ground's origin along each axis of the ground.
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
-#: Of which joint these coordinates are.
+#: The owner of a coordinate that belongs to no joint.
 NO_JOINT = -1
 Slot = tuple[int, int, Array]
 
 
 def with_measured(system: System, elements: Sequence[Element], read: Iterable[str] = ()) -> System:
-    """The system with these among its coordinates: "tip.x" of a marker, "rope.left" of an element's `lengths`, and
-    "spring.length" of a force between two points, which elements or `read` name. Raises InputError where a length names
-    a marker that there is not, or two of one body."""
+    """Return the system with the coordinates added that elements or `read` name.
+
+    These are "tip.x" of a marker, "rope.left" of an element's `lengths`, and "spring.length" of a force between two
+    points. Raises InputError where a length names a marker that does not exist, or two points of one body."""
     able, known = measurable(system, elements), system.names.coordinates
     by_expressions = {name.replace("-", "_"): name for name in able}
     written = (*(name for element in elements for name in _named(element)), *_measured(read))
@@ -43,7 +44,7 @@ def with_measured(system: System, elements: Sequence[Element], read: Iterable[st
 
 
 def _named(element: Element) -> Iterator[str]:
-    """All coordinates that it names; of a force that it reads, what that goes by."""
+    """The names of all coordinates that an element names; for a force that it reads, also the force's coordinate."""
     yield from _measured(element.reads)
     yield from (force.along for force in element.forces)
     yield from (name for row in element.rows for name in row.of)
@@ -51,14 +52,14 @@ def _named(element: Element) -> Iterator[str]:
 
 
 def _measured(read: Iterable[str]) -> Iterator[str]:
-    """The coordinates that names go by."""
+    """The names of the coordinates on which the names `read` may depend."""
     for name in read:
         yield name.removesuffix("_dot")
         yield f"{name.removesuffix('.force')}.length"
 
 
 def measurable(system: System, elements: Sequence[Element]) -> dict[str, Binding]:
-    """Those that may be named. Raises InputError as `with_measured` does."""
+    """Return all coordinates that can be added, by name. Raises InputError as `with_measured` does."""
     ground, laws, able = system.bodies, system.forces.laws, dict[str, Binding]()
     for marker in system.names.markers:
         for axis, direction in AXES.items():
@@ -96,7 +97,7 @@ def _end(system: System, end: End, side: int) -> Slot:
 
 
 def coordinate_of(system: System, element: Element, name: str) -> int:
-    """The number of a coordinate. Raises InputError where there is no such one."""
+    """Return the number of a coordinate. Raises InputError where it does not exist."""
     able = system.names.coordinates
     if name not in able:
         what = f"element '{element.name}' acts on '{name}', which there is not"

@@ -1,7 +1,7 @@
-"""What functions of a scene name, as codes of channels: coordinates, their rates, states, signals, forces of laws.
+"""Resolves names in functions of a scene to codes of channels: coordinates, rates, states, signals, forces of laws.
 
-A signal has no channel of its own: where it is named its code stands, and so does that of a law's force. So they have
-exact derivatives wherever functions have some. What depends on itself is an algebraic loop, which is refused.
+A signal has no channel of its own: its code is inserted where it is named, and so is the code of a law's force. So
+functions of them have exact derivatives. A signal that depends on itself is an algebraic loop, which is refused.
 """
 
 from __future__ import annotations
@@ -33,23 +33,25 @@ from mbproj.scene.expressions.syntax_tree import parse
 from mbproj.scene.expressions.tokens import ExpressionError
 from mbproj.scene.text.suggestions import choose_from
 
-#: What every expression may name beside the channels that are read.
+#: The variables that every expression may name beside the channels that are read.
 VARIABLES = {"t": TIME, "s": COORDINATE, "s_dot": RATE}
-#: What a function may unfold to, in instructions.
+#: The most instructions of a function once its signals are inserted.
 LONGEST = 100_000
-#: What to do about a loop.
+#: The hint for an algebraic loop.
 REMEDY = "let a state stand between, as {derivative: (wanted - it)/(1 ms)}"
 
 
 def in_expressions(name: str) -> str:
-    """How expressions of a scene call it: with _ for a hyphen, which is a minus there."""
+    """Return the form of a name in expressions of a scene: _ replaces each hyphen, which is a minus there."""
     return name.replace("-", "_")
 
 
 class Named:
-    """The names of a system that has its states and its measured coordinates; `signals` by name. `others` may be named
-    once somebody measures them: they are for messages alone. `pushes`: what forces of elements give, by the names of
-    these forces, with the coordinates that they act along."""
+    """Resolver of the names of a system that has its states and measured coordinates already.
+
+    `signals` are their programs by name. `others` are names that exist but have no channel yet, for hints in messages.
+    `pushes` are the forces of elements, by the names of the forces: the coordinate that each acts along, and its
+    program."""
 
     def __init__(
         self,
@@ -74,12 +76,12 @@ class Named:
 
     @property
     def channels(self) -> Channels:
-        """All that were named."""
+        """The channels of all names resolved so far."""
         return Channels.of(list(self._found))
 
     def code(self, name: str, reader: str) -> Code:
-        """What a name stands for. Raises InputError, which says whose function names it, where there is no such thing,
-        or it depends on itself."""
+        """Return the code of a name. Raises InputError, which names the `reader`, where the name does not exist or
+        depends on itself."""
         if name in self._codes:
             return self._codes[name]
         if name in self._open:
@@ -107,7 +109,7 @@ class Named:
         raise InputError(Problem(f"{reader} reads '{name}', which there is not", hint=hint))
 
     def resolved(self, program: Program, reader: str) -> Program:
-        """A function of the scene with the system's channels."""
+        """Return a function of the scene with channels in place of the names it reads."""
         if not program.reads:
             return program
         by = {CHANNELS + at: self.code(name, reader) for at, name in enumerate(program.reads)}
@@ -118,7 +120,7 @@ class Named:
         return replace(program, code=code, reads=())
 
     def resolved_set(self, programs: ProgramSet, owners: Sequence[str]) -> ProgramSet:
-        """All functions of a set, whose owners are these forces."""
+        """Return all functions of a set with channels in place of names; `owners` are the names of their forces."""
         if not any(programs.reads):
             return programs
         each = (programs.program(index) for index in range(programs.size))
@@ -127,15 +129,15 @@ class Named:
         )
 
     def of_element(self, element: Element) -> tuple[Code, ...]:
-        """What an element reads."""
+        """Return the codes of the names that an element reads."""
         return tuple(self.code(name, f"element '{element.name}'") for name in element.reads)
 
     def _channel(self, kind: ChannelKind, index: int) -> Code:
         return variable(CHANNELS + self._found.setdefault((kind, index), len(self._found)))
 
     def _force(self, law: int) -> Code:
-        """F = -k (s - free) - c s' + program(t, s, s') of a law, by channels. Raises InputError where it goes by a
-        load."""
+        """Return F = -k (s - free) - c s' + program(t, s, s') of a law as code. Raises InputError where the force
+        depends on a load."""
         system = self._system
         own, name = system.forces.laws, system.names.forces[law]
         if own.bearing[law] >= 0 or own.partner[law] >= 0:
@@ -155,7 +157,7 @@ class Named:
 
 
 def expression_of(element: Element, text: str, variables: Mapping[str, int]) -> Program:
-    """Of an element, as a program. Raises InputError where it cannot be read."""
+    """Return an expression of an element as a program. Raises InputError where it cannot be read."""
     try:
         return Program(compiled(parse(text), {}, variables)[0], text)
     except ExpressionError as error:
@@ -163,5 +165,5 @@ def expression_of(element: Element, text: str, variables: Mapping[str, int]) -> 
 
 
 def named_within(element: Element, name: str) -> str:
-    """What results call a part of an element: by both names; those of the scene itself have no element's."""
+    """Return the name of an element's part in results: element.part. Parts of the scene itself have no prefix."""
     return f"{element.name}.{name}" if element.name else name

@@ -1,4 +1,4 @@
-"""Rows of elements, which couple coordinates or drive one, and the inertias that coordinates move."""
+"""Constraint rows of elements, which couple coordinates or drive one, and inertias reflected to coordinates."""
 
 from __future__ import annotations
 
@@ -21,12 +21,13 @@ from mbproj.model.reflected import ReflectedInertias
 from mbproj.model.system import System
 from mbproj.scene.coupled import Coupled
 
-#: The smallest number with a reciprocal: an inertia that is less is none.
+#: The smallest number with a reciprocal: a smaller inertia counts as none.
 LEAST = float(np.finfo(float).tiny)
 
 
 def with_rows(system: System, elements: Sequence[Element]) -> System:
-    """With the rows of the elements. Raises InputError where a function cannot be that of a row."""
+    """Return the system with the rows of the elements. Raises InputError where a function is not admissible in a
+    row."""
     coupled, driven = list[tuple[Element, Row]](), list[tuple[Element, Row]]()
     for element in elements:
         for row in element.rows:
@@ -38,7 +39,7 @@ def with_rows(system: System, elements: Sequence[Element]) -> System:
 
 
 def _drives(row: Row) -> bool:
-    """Whether it is a motion: of one coordinate, and of the time alone."""
+    """Whether a row is a motion: it has one coordinate and a function of time alone."""
     return (
         list(row.of.values()) == [1.0]
         and isinstance(row.function, Program)
@@ -47,7 +48,7 @@ def _drives(row: Row) -> bool:
 
 
 def _with_couplings(system: System, rows: Sequence[tuple[Element, Row]]) -> System:
-    """With rows that couple coordinates, each a joint of its own."""
+    """Return the system with rows that couple coordinates, each as a joint of its own."""
     if not rows:
         return system
     names, own, coordinates = system.names, bindings(system.joints), bindings(system.coordinates)
@@ -71,7 +72,7 @@ def _with_couplings(system: System, rows: Sequence[tuple[Element, Row]]) -> Syst
 
 
 def _with_motions(system: System, rows: Sequence[tuple[Element, Row]]) -> System:
-    """With rows that drive coordinates: the last of C."""
+    """Return the system with rows that drive coordinates; they are the last rows of C."""
     if not rows:
         return system
     names, before = system.names, system.motions
@@ -94,7 +95,8 @@ def _with_motions(system: System, rows: Sequence[tuple[Element, Row]]) -> System
 
 
 def with_inertias(system: System, elements: Sequence[Element]) -> System:
-    """With what coordinates move beside the bodies. Raises InputError where an inertia is negative or not finite."""
+    """Return the system with inertias reflected to coordinates. Raises InputError where one is negative or not
+    finite."""
     own = dict[int, float]()
     for element in elements:
         for name, inertia in element.inertias.items():
