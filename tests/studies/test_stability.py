@@ -169,7 +169,7 @@ def test_a_study_resumes(monkeypatch):
     options = {"projections": ["gopm", "gpopm"], "points": 3, "processes": 1}
     scene = read_scene_text(PENDULUM)
     first = stability(scene, "duration", **options)
-    monkeypatch.setattr(bisection, "_walked", None)  # nothing is left to be run
+    monkeypatch.setattr(bisection, "_points_of", None)  # nothing is left to be run
     again = stability(scene, "duration", **options)
     assert again.tracks == first.tracks
 

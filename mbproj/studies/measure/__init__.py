@@ -1,1 +1,1 @@
-"""What every study measures with: a mechanism, a setting, a solution, a reference, errors, times."""
+"""Measuring, for every study: a mechanism, a setting, its solution, a reference for it, the errors and the times."""

@@ -1,4 +1,5 @@
-"""Many settings against one reference, in parallel; what was done is kept."""
+"""The accuracy of many settings against one reference, in parallel. Measurements that are stored are not taken
+again."""
 
 from __future__ import annotations
 
@@ -23,19 +24,21 @@ from mbproj.studies.store import ValueCache
 
 @dataclass
 class Yardstick:
-    """What measurements share: a scene, and the reference of their errors. It can be sent to a process."""
+    """A scene and the reference for the errors of all measurements. It can be sent to another process."""
 
     scene: Scene
     reference: Reference
 
     @cached_property
     def mechanism(self) -> Mechanism:
-        """Compiled and assembled once in each process."""
+        """The mechanism, compiled and assembled once in each process."""
         return Mechanism.of(self.scene)
 
     def measure(self, setting: Setting) -> Measurement:
-        """What one setting achieves over the times of the reference, or those of them that its steps meet. Its counters
-        and seconds are those of a run without samples between the steps, which cost evaluations of their own."""
+        """Measure one setting at the times of the reference, or at those of them that its fixed steps meet.
+
+        With error control, its counters and seconds come from a second run without samples between the steps, as these
+        cost evaluations."""
         times = self.reference.times
         stride = 1 if setting.step is None else stride_for(times, setting.step) or 1
         found = measured(solve(self.mechanism, setting, times[::stride]), self.reference.at_every(stride))
@@ -59,8 +62,8 @@ def attempt(
     processes: Where = None,
     tell: Tell = silent,
 ) -> list[Measurement]:
-    """A measurement of each setting over the times of the reference, in their order; those that are kept are not run
-    again."""
+    """Measure each setting against the reference; return the measurements in the order of `settings`. Those in the
+    store `kept` are not run again."""
     keys = [f"measurement {setting.command_line()}" for setting in settings]
     items, yardstick = dict(zip(keys, settings, strict=True)), Yardstick(mechanism.scene, reference)
     found = resumable(_measured, yardstick, items, kept or ValueCache(), processes, "runs", tell)

@@ -1,4 +1,5 @@
-"""Why an error cannot be kept, or known: chaos, round-off, too many kinks, or a reference that does not converge."""
+"""The reason why an error goal is missed or cannot be checked: chaos, round-off, too many kinks, or a poor
+reference."""
 
 from __future__ import annotations
 
@@ -11,17 +12,17 @@ from mbproj.studies.measure.reference import Reference
 from mbproj.studies.measure.uneven import not_smooth, uneven
 from mbproj.studies.parallel.progress import Tell, silent
 
-#: Round-off explains an uncertainty of which it makes this part.
+#: Round-off explains an uncertainty if it makes up at least this part of it.
 EXPLAINS = 0.1
-#: Errors that grow by this factor over the time that counts, exponentially, make chaos.
+#: A motion is chaotic where errors grow exponentially, by more than this factor over the study.
 CHAOS = 1e3
 
 
 def why_not(mechanism: Mechanism, reference: Reference, goal: float, until: float, tell: Tell = silent) -> str:
-    """What keeps an error of `goal` (m) from being kept, or known, after the time `until` (s), in words.
+    """Return in words why an error of `goal` (m) is missed, or cannot be checked, after the time `until` (s).
 
-    Starts that differ by round-off tell: where they part by a fair part of the goal, or of the reference's uncertainty,
-    round-off is the reason. Where they part exponentially, it is chaos.
+    Runs from starts that differ by round-off tell. Round-off is the reason where these runs part by a fair part of the
+    goal or of the reference's uncertainty. Where they part exponentially, the motion is chaotic.
     """
     uncertainty, times = reference.uncertainty.max(axis=1), reference.times
     ended = np.flatnonzero(~np.isfinite(uncertainty))

@@ -1,4 +1,5 @@
-"""A reference up to where it is certain: the end of the study, or the time from which on a motion is chaotic."""
+"""A reference up to the time until which it is certain: the end of the study, or the time when a motion becomes
+chaotic."""
 
 from __future__ import annotations
 
@@ -12,15 +13,15 @@ from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.spans import common_times
 from mbproj.studies.parallel.progress import Tell, silent
 
-#: A reference that is less certain than this part of the mechanism's size ends the study before its span.
+#: A study ends early where the reference is uncertain by more than this part of the mechanism's size.
 CERTAIN = 1e-6
 
 
 def certain_reference(
     mechanism: Mechanism, until: float, own: Setting, names: Sequence[str], tell: Tell = silent
 ) -> tuple[Reference, list[str]]:
-    """The reference up to `until` s, or as far as it is certain to `CERTAIN`, for a comparison of the integrators
-    `names` and the scene's setting; and notes on it. Raises InputError where nothing is certain."""
+    """The reference up to `until` (s), or to the last time at which it is certain to `CERTAIN`, and notes on it. It
+    serves to compare the integrators `names` and the setting `own`. Raises InputError where no time is certain."""
     steps = [own.step] if own.step is not None and own.step <= until else []
     tell("reference", 0, 1)
     found = reference(mechanism, common_times(until, steps), names)

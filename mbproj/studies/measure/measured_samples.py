@@ -1,4 +1,4 @@
-"""A recorder of the samples that measures need."""
+"""A recorder of the datasets that the measures of a study read."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ from mbproj.studies.measure.mechanism import Mechanism
 
 
 class MeasuredSamples:
-    """A recorder of the samples that some measures need; `recorder` records them all."""
+    """A recorder of the datasets that `measures` read. It passes each block on to `recorder`, which records
+    everything."""
 
     def __init__(self, mechanism: Mechanism, measures: Sequence[Expectation], recorder: Recorder | None = None) -> None:
         self._names: Mapping[str, tuple[str, ...]] = mechanism.system.names.as_mapping()
@@ -27,18 +28,18 @@ class MeasuredSamples:
         self.event_times = np.zeros(0)
 
     def names(self, kind: str) -> tuple[str, ...]:
-        """The names of the columns by kind."""
+        """The names of the columns of a kind, for example of "markers"."""
         return self._names[kind]
 
     def write(self, block: Block) -> None:
-        """Takes T samples."""
+        """Record a block of T samples."""
         for path, parts in self._parts.items():
             parts.append(block[path])
         if self._recorder is not None:
             self._recorder.write(block)
 
     def events(self, events: Sequence[Event]) -> None:
-        """Takes the events of the run, whose times (n,) in s are `event_times`."""
+        """Record the times of the run's events in `event_times` (n,), s."""
         self.event_times = np.array([event.time for event in events])
         if isinstance(self._recorder, EventRecorder):
             self._recorder.events(events)

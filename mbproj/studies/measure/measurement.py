@@ -1,4 +1,4 @@
-"""A measurement: what one setting achieved on a mechanism, in numbers that a line of JSON holds. Every study has it."""
+"""A measurement: the errors and the cost of one setting on a mechanism, as numbers that fit in a line of JSON."""
 
 from __future__ import annotations
 
@@ -17,11 +17,14 @@ from mbproj.studies.measure.solve import Solution
 
 @dataclass(frozen=True)
 class Measurement:
-    """A setting; its largest error by point (m), and when it was that large (s); its largest violations (m or rad, and
-    per s); its energy drift (J, and relative); its counters; its formulation. `seconds` its steps took, of processor
-    time, on a machine that others used too. Where it did not get to the end, `failure` is the cause, what was measured
-    is infinite, and nothing was counted. `doubt`: how far its energy is beyond what goes without a note of `mbproj run`
-    that the motion may be wrong: at most 1 without one."""
+    """The errors and the cost of one setting.
+
+    `error` is the largest error of each point (m), `when` the time of it (s). Violations are the largest in m or rad,
+    and per s. The energy drift is in J, and relative. `seconds` is the processor time of the steps, on a machine that
+    others may use too.
+
+    Where the run stopped early, `failure` is the cause, errors are infinite and counters empty. `doubt` is the energy
+    drift over the limit from which `mbproj run` warns that the motion may be wrong."""
 
     setting: Setting
     error: Mapping[str, float]
@@ -37,41 +40,41 @@ class Measurement:
     doubt: float = 0.0
 
     def as_json(self) -> dict[str, Any]:
-        """By name."""
+        """The values by name."""
         return asdict(self)
 
     @classmethod
     def from_json(cls, values: Mapping[str, Any]) -> Measurement:
-        """What `as_json` gave."""
+        """Build the measurement from the values that `as_json` gave."""
         setting = dict(values["setting"])
         setting["gains"] = None if setting["gains"] is None else tuple(setting["gains"])
         return cls(**{**values, "setting": Setting(**setting)})
 
     def at(self, points: tuple[str, ...] | None = None) -> float:
-        """The largest error of these points, or of all, m."""
+        """The largest error (m) of the given points, or of all points."""
         return self.error[self.worst(points)]
 
     def worst(self, points: tuple[str, ...] | None = None) -> str:
-        """The name of the point with the largest error, of these or of all."""
+        """The name of the point with the largest error, among the given points or all."""
         return max(points or tuple(self.error), key=self.error.__getitem__)
 
     @property
     def evaluations(self) -> float:
-        """Evaluations of the accelerations; infinite where it failed."""
+        """The number of evaluations of the accelerations; infinite where the run failed."""
         return self.counters.get("evaluations", inf)
 
     def of(self, points: tuple[str, ...]) -> Measurement:
-        """The same with the errors of these points alone."""
+        """Return this measurement with the errors of the given points only."""
         error, when = ({name: values[name] for name in points} for values in (self.error, self.when))
         return replace(self, error=error, when=when)
 
     def timed(self, seconds: float) -> Measurement:
-        """The same with another time."""
+        """Return this measurement with other `seconds`."""
         return replace(self, seconds=seconds)
 
 
 def measured(solution: Solution, reference: Reference) -> Measurement:
-    """What a solution was worth, held against the reference at all its times."""
+    """Measure the errors of a solution against the reference at all its times."""
     distance, report = error(solution, reference), solution.report
     largest, rows = distance.max(axis=0), np.argmax(distance, axis=0)
     by_point = dict(zip(reference.points, largest.tolist(), strict=True))

@@ -1,4 +1,4 @@
-"""A scene made ready to be run many times: compiled and assembled once."""
+"""A mechanism that is compiled and assembled once, ready to be run many times."""
 
 from __future__ import annotations
 
@@ -20,8 +20,7 @@ from mbproj.studies.measure.setting import Setting
 
 @dataclass(frozen=True, eq=False)
 class Mechanism:
-    """A scene with its system and its consistent start. `points` are what errors are measured at: the markers' names,
-    or the bodies' where the scene has no marker."""
+    """A scene with its system and its consistent start. `points` names its markers, or its bodies where it has none."""
 
     scene: Scene
     system: System
@@ -29,13 +28,14 @@ class Mechanism:
 
     @classmethod
     def of(cls, scene: Scene) -> Mechanism:
-        """Compiles and assembles. Raises InputError where the mechanism cannot be assembled."""
+        """Compile and assemble a scene. Raises InputError where the mechanism cannot be assembled."""
         system = compile_system(scene)
         return cls(scene, system, start_state(scene, system))
 
     @classmethod
     def to_choose_for(cls, scene: Scene) -> Mechanism:
-        """The same, for a study of settings. Raises InputError where a run has nothing to choose: it is kinematic."""
+        """Compile and assemble a scene for a study of settings. Raises InputError where the run is kinematic, as no
+        setting matters then."""
         found = cls.of(scene)
         if choose(found.system, found.state, scene.settings).kinematic:
             message = "0 degrees of freedom: the run is kinematic, exact at any setting; there is none to choose"
@@ -45,17 +45,18 @@ class Mechanism:
 
     @property
     def points(self) -> tuple[str, ...]:
-        """Names of the points, (k,)."""
+        """The names of the points at which errors are measured, (k,): markers, or bodies where the scene has no
+        marker."""
         return tuple(self.system.names.markers or self.system.names.bodies)
 
     @property
     def kind(self) -> str:
-        """What the points are: "markers" or "bodies"."""
+        """The kind of the points: "markers" or "bodies"."""
         return "markers" if self.system.names.markers else "bodies"
 
     def columns(self, names: Sequence[str] = ()) -> tuple[int, ...]:
-        """Numbers of the points with these names; of all where none is named. Raises InputError for one that is not
-        there."""
+        """The numbers of the named points, or of all points where no name is given. Raises InputError for an unknown
+        name."""
         for name in names:
             if name not in self.points:
                 problem = Problem(f"there is no '{name}' among the {self.kind}", hint=choose_from(name, self.points))
@@ -63,12 +64,13 @@ class Mechanism:
         return tuple(k for k, name in enumerate(self.points) if not names or name in names)
 
     def settings(self, setting: Setting, duration: float, output_step: float) -> Settings:
-        """Those of a run of the scene with `setting`. Raises InputError like it."""
+        """The settings of a run of the scene with `setting`, both times in s. Raises InputError where
+        `setting.settings` does."""
         return of_scene(self.scene, setting.settings(duration, output_step))
 
     @property
     def identity(self) -> dict[str, Any]:
-        """What it follows from, for the store."""
+        """All that the mechanism follows from, as the key of the store."""
         times, start = self.scene.settings.break_times, self.scene.settings.start
         started: dict[str, Any] = {"start": start} if start == EQUILIBRIUM else {}
         if self.scene.settings.adjust_joints is not None:
@@ -79,8 +81,8 @@ class Mechanism:
 
 
 def of_scene(scene: Scene, settings: Settings) -> Settings:
-    """The settings with what belongs to the scene: its break times, where it starts, how far joints may move, and
-    whether it is integrated though nothing is free."""
+    """Return the settings with the entries that belong to the scene. These are its break times, its kind of start,
+    `adjust_joints`, and whether a mechanism without freedom is integrated."""
     own = scene.settings
     return replace(
         settings,

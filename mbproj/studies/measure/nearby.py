@@ -1,4 +1,4 @@
-"""What round-off makes of a motion: runs from starts that differ by it."""
+"""The influence of round-off on a motion: runs from starts that differ by round-off."""
 
 from __future__ import annotations
 
@@ -13,19 +13,21 @@ from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.solve import Solution, solve
 from mbproj.studies.parallel.progress import PERTURBED_STARTS, Tell, silent
 
-#: The tolerance that round-off dominates.
+#: A tolerance so tight that round-off dominates the error.
 TIGHTEST = 1e-14
-#: Runs from perturbed starts, and the factor by which the truth may be farther off than the farthest of them.
+#: The number of perturbed starts, and the factor by which the true motion may be farther away than the farthest of
+#: them.
 PERTURBED, SAFETY = 4, 3.0
 
 
 def tight(mechanism: Mechanism, times: Array) -> Solution:
-    """A solution that is as good as round-off allows, where the equations are smooth."""
+    """A solution as accurate as round-off allows, where the equations are smooth."""
     return solve(mechanism, Setting(integrator="dop853", tolerance=TIGHTEST), times)
 
 
 def round_off(mechanism: Mechanism, of: Solution, tell: Tell = silent) -> Array:
-    """How far from a `tight` solution starts that differ by round-off may lead up to each time, (T, k), m."""
+    """A bound on the error that round-off causes in a `tight` solution up to each time, (T, k), m. It comes from runs
+    with perturbed starts."""
     others = []
     for seed in range(1, PERTURBED + 1):
         tell(PERTURBED_STARTS, seed - 1, PERTURBED)
@@ -35,7 +37,8 @@ def round_off(mechanism: Mechanism, of: Solution, tell: Tell = silent) -> Array:
 
 
 def spread(others: Sequence[Solution], of: Solution) -> Array:
-    """The largest distance so far of solutions to one of them, (T, k), m; infinite where one of them has ended."""
+    """The largest distance up to each time between the solution `of` and the others, (T, k), m. It is infinite from the
+    end of one of them on."""
     apart = np.max([np.linalg.norm(other.position - of.position, axis=-1) for other in others], axis=0)
     found: Array = np.maximum.accumulate(np.nan_to_num(apart, nan=np.inf))
     return found

@@ -1,4 +1,4 @@
-"""A mechanism whose start differs by round-off from that of another."""
+"""A mechanism with a start that differs by round-off."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from mbproj.linear.equilibrium.started import beside
 from mbproj.model import initial_guess
 from mbproj.studies.measure.mechanism import Mechanism
 
-#: Size of the difference in units of the round-off of the mechanism's coordinates.
+#: Size of the perturbation in units of the round-off of the mechanism's coordinates.
 UNITS = 4.0
 
 
 def perturbed(mechanism: Mechanism, seed: int) -> Mechanism:
-    """The mechanism from another start that is consistent too: each coordinate and velocity off by a random number of
-    the size of a few units in the last place of the largest."""
+    """Return the mechanism with a perturbed start that is consistent too. A random number of a few units in the last
+    place of the largest changes each coordinate and velocity."""
     random, system, state = np.random.default_rng(seed), mechanism.system, mechanism.state
     size = np.tile([system.length] * 3 + [1.0] * 4, system.bodies)
     ulp = UNITS * np.finfo(float).eps

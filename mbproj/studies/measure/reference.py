@@ -1,16 +1,15 @@
-"""A reference for trajectories, with its own uncertainty: two fine solutions that have as little in common as can be.
+"""A reference for trajectories, with its own uncertainty: two fine solutions, computed as differently as possible.
 
-Each is computed with fixed steps. They are halved until the solution moves by half as much as before or more, which
-is round-off, or the time for it is up: one by Dormand-Prince 5, one by Dormand-Prince 8, and where the mechanism has
-two formulations in the kernel each in its own. How far they are apart, and how far the check moved at its last halving,
-is what the reference is uncertain by.
+One solution is by Dormand-Prince 5, the other by Dormand-Prince 8, each in a formulation of its own where the kernel
+has two. Both have fixed steps. These are halved until round-off keeps the change of the solution from falling by half,
+or the time is up. The uncertainty follows from the distance of the two and from the change of the check at its last
+halving.
 
-Where a force or a motion is not smooth, fixed steps hit its kinks anywhere and converge by luck. Two solutions with
-error control, whose steps shrink there, take their place if they agree better; where they are farther from those with
-fixed steps than these are uncertain, one of the two has missed something. Then that distance is the uncertainty.
+Where laws have edges in the state, only error control ends steps at them. There both solutions have error control, with
+tolerances down to round-off.
 
-Stability alone may ask explicit methods for more steps than there is time for. Then the two are implicit methods that
-differ, to tolerances that fall until the time is up.
+Where stability would ask explicit methods for too many steps, the two are different implicit methods. Their tolerances
+fall until the time is up.
 """
 
 from __future__ import annotations
@@ -32,35 +31,38 @@ from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.solve import OFF_AXIS, Solution, solve, unseen
 from mbproj.studies.store import cached
 
-#: The integrators of the two solutions; the first is the reference unless it is among those compared and the other not.
+#: The integrators of the two solutions. The first is the reference; the second is, where only the first is among those
+#: compared.
 INTEGRATORS = ("dopri5", "dop853")
-#: The reference is uncertain by this multiple of how far it is from the check: both may be off to the same side.
+#: The uncertainty is this multiple of the distance from the check, because both solutions may err to the same side.
 SAFETY = 3.0
-#: Tolerance of their projections, below what any mechanism reaches: they go on until the violation no longer falls. A
-#: chaotic motion is as wrong as its least violation.
+#: Tolerance of the projections of both, below what any mechanism reaches: they iterate until the violation falls no
+#: more. In a chaotic motion the smallest violation grows.
 ROUND_OFF = 1e-16
-#: Steps that the halving begins with at least.
+#: The fewest steps that the halving begins with.
 FEWEST_STEPS = 200
 #: Seconds of processor time that each of the two solutions may take.
 SECONDS = 10.0
-#: Tolerances with error control.
+#: Tolerances of solutions with error control.
 TOLERANCES = (1e-12, 1e-13, 1e-14)
-#: The two of stiff mechanisms, and their tolerances: where stability asks an explicit method for so many steps.
+#: The integrators and tolerances for stiff mechanisms: those for which stability asks explicit methods for more than
+#: `STIFF` steps.
 IMPLICIT, STIFF_TOLERANCES, STIFF = ("esdirk4", "radau5"), tuple(10.0**-k for k in range(6, 13)), 50_000
-#: A solution is fine enough when it moves by less than this part of the mechanism's size.
+#: A solution is fine enough when a halving moves it by less than this part of the mechanism's size.
 GOAL = 1e-13
-#: Halving goes on while a solution moves by less than this part of what it moved by before.
+#: Halving helps where it moves a solution by less than this part of the movement at the halving before.
 FALLING = 0.5
-#: It does so at more than this part of the times and points.
+#: Halving goes on while it helps at more than this part of the times and points.
 PART = 0.1
 
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """Positions (T, k, 3) in m and velocities in m/s of `points` at `times` (T,), and by how much the positions are
-    `uncertain` at most up to each time, (T, k) in m; infinite where there is no reference. `method` and `check` say in
-    words how the two solutions were computed, `limit` why they are no better: one ended early, or time was up; empty
-    where round-off is the reason."""
+    """Positions (T, k, 3) in m and velocities in m/s of `points` at `times` (T,), with a bound on their error.
+
+    `uncertainty` (T, k), m, bounds the error of the positions up to each time; it is infinite where there is no
+    reference. `method` and `check` tell how the two solutions were computed. `limit` tells why they are no better: one
+    ended early, or time was up. It is empty where round-off is the reason."""
 
     points: tuple[str, ...]
     times: Array
@@ -73,13 +75,13 @@ class Reference:
 
     @property
     def words(self) -> str:
-        """What it is, for a reader of errors."""
+        """A line that tells how the reference was computed and how uncertain it is."""
         largest = float(self.uncertainty[-1].max())
         why = f" ({self.limit})" if self.limit and not np.isfinite(largest) else ""
         return f"reference: {self.method}; checked by {self.check}; uncertain by {largest:.1e} m{why}"
 
     def at_every(self, stride: int) -> Reference:
-        """The reference at every stride-th of its times alone."""
+        """The reference at every `stride`-th of its times."""
         return replace(
             self,
             times=self.times[::stride],
@@ -97,7 +99,8 @@ class Reference:
 def reference(
     mechanism: Mechanism, times: Array, compared: Collection[str] = (), seconds: float = SECONDS
 ) -> Reference:
-    """The reference of `mechanism` at `times` (as of `solve`) for a comparison of the integrators `compared`.
+    """The reference of `mechanism` at `times` (evenly spaced, as `solve` takes them), to compare the integrators
+    `compared`.
 
     It is kept on disk (`mbproj.studies.store`). Raises InputError where the mechanism cannot be run at all.
     """
@@ -108,7 +111,8 @@ def reference(
 
 
 def _is_stiff(mechanism: Mechanism, times: Array) -> bool:
-    """Whether explicit methods would need too many steps, as the forces are at the start. What cannot be run is not."""
+    """Whether explicit methods would need too many steps, judged by the forces at the start. False for what cannot be
+    run."""
     setting = Setting(integrator=INTEGRATORS[1], tolerance=TOLERANCES[0])
     try:
         settings = mechanism.settings(setting, float(times[-1]), float(times[1]))
@@ -118,8 +122,8 @@ def _is_stiff(mechanism: Mechanism, times: Array) -> bool:
 
 
 def _computed(mechanism: Mechanism, times: Array, first: str, second: str, seconds: float) -> Reference:
-    """Fixed steps, but where laws have edges in the state, at which steps end with error control alone, and where it is
-    stiff."""
+    """Compute the reference with fixed steps. Where laws have edges in the state, or the mechanism is stiff, compute it
+    with error control."""
     if first in IMPLICIT:
         return _checked(partial(_tight, tolerances=STIFF_TOLERANCES), mechanism, times, first, second, seconds)
     solved = _fine if switches_of(mechanism.system) is None else _tight
@@ -129,7 +133,7 @@ def _computed(mechanism: Mechanism, times: Array, first: str, second: str, secon
 def _checked(
     solved: Callable[..., _Fine], mechanism: Mechanism, times: Array, first: str, second: str, seconds: float
 ) -> Reference:
-    """The reference of two solutions of a kind."""
+    """Compute the reference from two solutions, both by the function `solved`."""
     fine = solved(mechanism, Setting(integrator=first, projection_tolerance=ROUND_OFF), times, seconds)
     if why := unseen(mechanism, fine.solution):
         raise InputError(Problem(why, hint=OFF_AXIS))
@@ -152,8 +156,8 @@ def _checked(
 
 @dataclass(frozen=True, eq=False)
 class _Fine:
-    """A solution, and by how much its points moved up to each time at the last halving of its steps, (T, k); whether
-    there was no time for more."""
+    """A solution, and how far its last refinement moved the points up to each time, (T, k), m. `out_of_time` tells that
+    time did not suffice for more."""
 
     solution: Solution
     moved: Array
@@ -161,7 +165,7 @@ class _Fine:
 
 
 def _fine(mechanism: Mechanism, setting: Setting, times: Array, seconds: float, instead: str = "") -> _Fine:
-    """Halves the steps until that does not help. Where the formulation is refused, `instead` takes its place."""
+    """Halve the fixed steps until that does not help. Where the formulation is refused, use `instead`."""
     interval, started = float(times[1] - times[0]), process_time()
     per_interval = max(1, -(-FEWEST_STEPS // (len(times) - 1)))
     size = mechanism.system.length
@@ -193,8 +197,8 @@ def _tight(
     instead: str = "",
     tolerances: Sequence[float] = TOLERANCES,
 ) -> _Fine:
-    """With error control, at tolerances that fall to what round-off dominates. Where the formulation is refused,
-    `instead` takes its place."""
+    """Solve with error control at falling tolerances, down to where round-off dominates. Where the formulation is
+    refused, use `instead`."""
     started, first = process_time(), solve(mechanism, replace(setting, tolerance=tolerances[0]), times)
     best = _Fine(first, np.full((len(times), 1), np.inf))
     if best.solution.failure and best.solution.failure.status == "refused":
@@ -216,8 +220,8 @@ def _limit(solutions: Sequence[_Fine], seconds: float) -> str:
 
 
 def _falls(before: Array, now: Array) -> bool:
-    """Whether halving the steps still helps at some of the times: a chaotic motion is far off at the end until its
-    steps are very fine, and down to round-off at the beginning long before."""
+    """Whether a halving of the steps helps at enough of the times. A chaotic motion needs very fine steps for its end,
+    while its beginning reaches round-off long before."""
     fallen = (now[1:] <= FALLING * before[1:]) & (now[1:] < np.inf)
     return bool(np.isinf(before[1:]).all() or np.mean(fallen) > PART)
 
@@ -236,6 +240,6 @@ def _words(solution: Solution) -> str:
 
 
 def error(solution: Solution, reference: Reference) -> Array:
-    """Distance of each point from the reference, (T, k) in m; infinite after a failure."""
+    """The distance of each point from the reference, (T, k) in m; infinite after a failure."""
     distance = np.linalg.norm(solution.position - reference.position, axis=2)
     return np.where(np.isnan(distance), np.inf, distance)

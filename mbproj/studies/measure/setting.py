@@ -1,4 +1,4 @@
-"""A setting: all that decides how accurate a run is and what it costs, apart from the mechanism itself."""
+"""A setting: all that decides the accuracy and the cost of a run, apart from the mechanism itself."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from mbproj.scene.settings import Merged, check_settings, option_name, read_opti
 from mbproj.scene.text.nodes import plain
 from mbproj.scene.text.suggestions import choose_from
 
-#: Below every violation that a run can have: a threshold for a scene whose own one is to have no effect.
+#: A threshold below every violation of a run: it switches off the scene's own one.
 NO_THRESHOLD = 1e-50
 
 
 @dataclass(frozen=True)
 class Setting:
-    """How to run a scene, by the names of the options of `mbproj run`. Either `step` (s) or `tolerance` is given; what
-    is None has the program's default, or does not apply to the method."""
+    """A way to run a scene, in the names of the options of `mbproj run`. Either `step` (s) or `tolerance` is given. A
+    value of None means the program's default, or an option that does not apply to the method."""
 
     projection: str = "gpopm"
     integrator: str = "rk4"
@@ -44,7 +44,7 @@ class Setting:
     gains: tuple[float, float] | None = None
 
     def __new__(cls, *values: object, **named: object) -> Setting:
-        """Raises InputError for a name that is none of a setting."""
+        """Raises InputError for an unknown name."""
         names = [each.name for each in fields(cls)]
         wrong = [name for name in named if name not in names]
         if wrong:
@@ -52,14 +52,14 @@ class Setting:
         return super().__new__(cls)
 
     def __post_init__(self) -> None:
-        """Numbers of NumPy become plain ones, so that they can be written."""
+        """Turn NumPy's numbers into Python's, so that they can be written as JSON."""
         for each in fields(self):
             value = plain(getattr(self, each.name))
             object.__setattr__(self, each.name, tuple(value) if isinstance(value, list) else value)
 
     @classmethod
     def of(cls, settings: Settings) -> Setting:
-        """That of a scene's settings; the duration and what is recorded are not part of it."""
+        """The setting that a scene's settings contain, without the duration and the choice of what is recorded."""
         inner = settings.projection
         return cls(
             projection=inner.method,
@@ -83,8 +83,8 @@ class Setting:
         )
 
     def projected_by(self, projection: str) -> Setting:
-        """The setting with this projection, and of its own what belongs to every method; all of it where the method is
-        its own."""
+        """Return this setting where `projection` is its own method. For another, return that method's default setting,
+        which keeps `acceleration`. It keeps the rows of energy and momentum too where the method corrects."""
         if projection == self.projection:
             return self
         corrects = projection in PROJECTIONS and PROJECTIONS[projection].corrects
@@ -92,8 +92,8 @@ class Setting:
         return Setting(projection, acceleration=self.acceleration, energy_row=energy, momentum_row=momentum)
 
     def options(self, over: Settings | None = None) -> dict[str, Any]:
-        """What to ask for on top of `over` (the program's defaults): projection, integrator, step or tolerance, and
-        whatever else differs. `read_scene` takes it as `simulation`."""
+        """The options that differ from `over` (by default the program's defaults), and always projection, integrator,
+        and step or tolerance. `read_scene` takes them as `simulation`."""
         base = asdict(Setting.of(over or Settings()))
         own = {name: value for name, value in asdict(self).items() if self._has(name)}
         named = ("integrator", "tolerance" if self.step is None else "step", "projection")
@@ -104,8 +104,8 @@ class Setting:
         return found
 
     def command_line(self, over: Settings | None = None) -> str:
-        """The options of `mbproj run`, e.g. "--integrator dop853 --tolerance 1e-8 --projection gpopm"; `over` are the
-        settings of the scene that they are for."""
+        """The options of `mbproj run` as one string, e.g. "--integrator dop853 --tolerance 1e-8 --projection gpopm".
+        `over` are the settings of the scene to be run."""
         return " ".join(f"{option_name(name)} {_written(value)}" for name, value in self.options(over).items())
 
     @property
@@ -136,11 +136,11 @@ class Setting:
         return settings_of(values)
 
     def _has(self, name: str) -> bool:
-        """Whether this setting's method has that option."""
+        """Whether the option `name` applies to this setting's method."""
         return name not in _OF_METHODS or (self.projection in PROJECTIONS and takes(self.projection, _OF_METHODS[name]))
 
 
-#: Options that only some methods have, with their keys in the scene's `projection`.
+#: The options that only some methods have, and their keys in the scene's `projection`.
 _OF_METHODS = {
     field.name: {
         "projection_tolerance": "tolerance",
@@ -157,12 +157,12 @@ _OF_METHODS = {
 
 
 def only_full(projections: Iterable[str]) -> list[str]:
-    """Those of the methods that exist in the full formulation alone."""
+    """The methods that exist only in the full formulation."""
     return [name for name in projections if name in PROJECTIONS and not PROJECTIONS[name].compiled]
 
 
 def _written(value: Any) -> str:
-    """A value as the command line reads it back to the last bit."""
+    """A value as text from which the command line reads exactly the same value."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, tuple | list):
@@ -171,6 +171,6 @@ def _written(value: Any) -> str:
 
 
 def shortest(value: float) -> str:
-    """The shortest decimal that reads back as this number: 1e-8, not 1e-08."""
+    """The shortest decimal from which exactly this number is read: 1e-8, not 1e-08."""
     mantissa, exponent, power = repr(value).partition("e")
     return f"{mantissa}e{int(power)}" if exponent else mantissa

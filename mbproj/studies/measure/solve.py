@@ -1,4 +1,4 @@
-"""solve(): one mechanism with one setting, as plain arrays; what goes wrong is part of the answer."""
+"""solve(): run a mechanism with a setting and return plain arrays. A failed run is an answer, not an exception."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.setting import Setting
 from mbproj.thresholds import THRESHOLDS
 
-#: Numbers of each marker or body.
+#: The datasets of markers and bodies, with the count of numbers for each marker or body.
 _PLACES = {
     "markers/position": 3,
     "markers/velocity": 3,
@@ -38,7 +38,7 @@ _SERIES = (
 
 @dataclass(frozen=True)
 class Failure:
-    """Why a setting did not get to the end: "failed" at `time` (s), or "refused" before the start."""
+    """The reason why a run did not get to its end: it "failed" at `time` (s), or was "refused" before the start."""
 
     status: str
     time: float
@@ -50,10 +50,11 @@ class Failure:
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """What a setting gave at `times` (T,) in s. Rows after a failure are NaN.
+    """The motion that a setting gives at `times` (T,), s. Rows after a failure are NaN.
 
-    Positions (T, k, 3) in m and velocities in m/s of markers and of bodies' centres, global axes, Euler parameters of
-    bodies (T, n, 4); energies in J and violations as in a results file, (T,); `report` is None where the run failed."""
+    Positions (T, k, 3) in m and velocities in m/s are those of markers and of bodies' centres, global axes. Euler
+    parameters of bodies are (T, n, 4). Energies (J) and violations, (T,), are as in a results file. `report` is None
+    where the run failed."""
 
     setting: Setting
     times: Array
@@ -73,25 +74,27 @@ class Solution:
 
     @property
     def position(self) -> Array:
-        """Of the points at which errors are measured, (T, k, 3): the markers, or the bodies where there are none."""
+        """The positions of the points at which errors are measured, (T, k, 3): markers, or bodies where there are no
+        markers."""
         return self.marker_position if self.marker_position.shape[1] else self.body_position
 
     @property
     def velocity(self) -> Array:
-        """Of the same points."""
+        """The velocities of the points at which errors are measured, (T, k, 3)."""
         return self.marker_velocity if self.marker_velocity.shape[1] else self.body_velocity
 
 
-#: What a solution consists of, for the store.
+#: The classes of a solution and its parts, which the store has to know.
 SOLUTION_RECORDS = (Solution, Failure, Setting, Report, EnergyAccount, RowsKept, Worst, Settings, ProjectionSettings)
 
 
-#: What to do about points that do not move.
+#: The hint for points that do not move.
 OFF_AXIS = "put a marker on what turns, off its axis"
 
 
 def unseen(mechanism: Mechanism, solution: Solution) -> str:
-    """Why a solution says nothing of errors: bodies move, but none of the points at which errors are measured."""
+    """The reason why a solution shows no errors, or "". Such a reason is that bodies move, but none of the points
+    does."""
     span, least = float(np.ptp(solution.times)), THRESHOLDS.dependent * mechanism.system.length
     moved = np.ptp(solution.position, axis=0).max(initial=0.0) + span * np.abs(solution.velocity).max(initial=0.0)
     at_rest = 0.5 * float(np.sum(mechanism.system.mass)) * (least / span) ** 2
@@ -102,27 +105,29 @@ def unseen(mechanism: Mechanism, solution: Solution) -> str:
 
 
 def sample_times(until: float, samples: int) -> Array:
-    """Times from 0 to `until` in s, (samples + 1,)."""
+    """Evenly spaced times from 0 to `until` in s, (samples + 1,)."""
     return np.linspace(0.0, until, samples + 1)
 
 
 def solve(mechanism: Mechanism | Scene, setting: Setting, times: Array) -> Solution:
-    """Runs `mechanism` from its start with `setting` and gives what it did at `times`: evenly spaced from 0 on, at
-    whole multiples of a fixed step. KeyboardInterrupt apart, nothing is raised for a run that does not succeed."""
+    """Runs `mechanism` from its start with `setting` and returns its motion at `times`. These are evenly spaced from 0
+    on, at whole multiples of a fixed step. A run that fails raises nothing: the solution has the failure."""
     ready = mechanism if isinstance(mechanism, Mechanism) else Mechanism.of(mechanism)
-    kept, report, failure = _Kept(ready, len(times)), None, None
+    recorder, report, failure = _SolutionRecorder(ready, len(times)), None, None
     try:
         settings = ready.settings(setting, float(times[-1]), float(times[1]))
-        report = replace(simulate(ready.system, ready.state, settings, kept), state=None)  # the store keeps no layouts
+        report = replace(
+            simulate(ready.system, ready.state, settings, recorder), state=None
+        )  # a layout cannot be stored
     except SimulationError as error:
         failure = Failure("failed", error.time, str(error))
     except InputError as error:
         failure = Failure("refused", 0.0, "; ".join(problem.message for problem in error.problems))
-    return Solution(setting=setting, times=times, report=report, failure=failure, **kept.arrays)
+    return Solution(setting=setting, times=times, report=report, failure=failure, **recorder.arrays)
 
 
-class _Kept:
-    """A recorder of what a solution holds."""
+class _SolutionRecorder:
+    """A recorder of the datasets of a solution."""
 
     def __init__(self, mechanism: Mechanism, samples: int) -> None:
         counts = {"markers": len(mechanism.system.names.markers), "bodies": len(mechanism.system.names.bodies)}
@@ -133,7 +138,7 @@ class _Kept:
         self._filled = 0
 
     def write(self, block: Block) -> None:
-        """Takes T samples."""
+        """Record a block of T samples."""
         rows = slice(self._filled, self._filled + len(block["time"]))
         for path, values in self._by_path.items():
             values[rows] = block[path]
@@ -141,7 +146,7 @@ class _Kept:
 
     @property
     def arrays(self) -> dict[str, Array]:
-        """By the names of `Solution`."""
+        """The arrays by their names in `Solution`."""
         return {_name(path): values for path, values in self._by_path.items()}
 
 

@@ -1,4 +1,4 @@
-"""When a study looks: sample times that fixed steps of several sizes meet."""
+"""The length of a study, and sample times that fixed steps of several sizes meet."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from mbproj.scene.records import Scene
 from mbproj.scene.sampling import DEFAULT_SAMPLES, MOST_SAMPLES
 from mbproj.studies.measure.solve import sample_times
 
-#: Samples that are wanted at least and at most, where the steps allow it.
+#: The fewest and the most samples, where the steps allow it.
 FEW, MANY = 200, 1000
-#: Samples where there is no fixed step, a number with many divisors.
+#: The number of samples where there is no fixed step: a number with many divisors.
 DEFAULT = 480
-#: No study goes on for so many steps: a common multiple of many may be no number of a computer.
+#: The largest common multiple of steps, in units of the shortest, that is converted to a floating-point number.
 FARTHEST = Fraction(10) ** 200
-#: How far a ratio of times may be from a whole number, relatively.
+#: The relative difference up to which a ratio of times counts as a whole number.
 WHOLE = 1e-9
 
 
 def span(scene: Scene, until: float | None) -> float:
-    """How long a study runs, in s: `until`, or the scene's duration. Raises InputError where neither is given."""
+    """The length of a study in s: `until`, or the scene's duration. Raises InputError where neither is given."""
     found = scene.settings.duration if until is None else until
     if found is None or not 0.0 < found < float("inf"):
         hint = "add it to 'simulation', or say how long on the command line"
@@ -35,8 +35,9 @@ def span(scene: Scene, until: float | None) -> float:
 
 
 def sampled(scene: Scene, until: float | None) -> Array:
-    """The times of the samples of a run of the scene (T,), s: every output step, or step, or a thousandth of the
-    duration; up to `until` s. Raises InputError where the scene has no duration, or they are too many to hold."""
+    """The sample times of a run of the scene, (T,), s: every output step, or every step, or every thousandth of the
+    duration, up to `until`. Raises InputError where the scene has no duration, or there are too many samples to
+    hold."""
     duration, settings = span(scene, until), scene.settings
     interval = min(duration, settings.output_step or settings.step or (settings.duration or duration) / DEFAULT_SAMPLES)
     if duration / interval > MOST_SAMPLES:
@@ -48,14 +49,14 @@ def sampled(scene: Scene, until: float | None) -> Array:
 
 
 def common_times(until: float, steps: Iterable[float]) -> Array:
-    """Times from 0 to `until` (s) that are whole multiples of every step (s), some hundreds where that is possible; to
-    the last common multiple where `until` is none. Raises InputError where there is no common multiple before it."""
+    """Times from 0 to `until` (s) that are whole multiples of every step (s): some hundreds where possible. They end at
+    the last common multiple before `until`. Raises InputError where there is none."""
     steps = tuple(steps)
     if not steps:
         return sample_times(until, DEFAULT)
     fractions = [Fraction(step / min(steps)).limit_denominator(10**7) for step in steps]
     whole = lcm(*(part.denominator for part in fractions))
-    multiple = Fraction(lcm(*(int(part * whole) for part in fractions)), whole)  # of the shortest step
+    multiple = Fraction(lcm(*(int(part * whole) for part in fractions)), whole)  # in units of the shortest step
     together = min(steps) * float(min(multiple, FARTHEST))
     ratio = until / together
     count = floor(ratio * (1.0 + WHOLE))
@@ -68,7 +69,7 @@ def common_times(until: float, steps: Iterable[float]) -> Array:
 
 
 def stride_for(times: Array, step: float) -> int | None:
-    """How many of the intervals of `times` a fixed step needs from sample to sample; None where it fits none."""
+    """The fewest intervals of `times` after which a fixed step meets a sample again; None where no number fits."""
     intervals, interval = len(times) - 1, float(times[1] - times[0])
     for stride in range(1, intervals + 1):
         ratio = stride * interval / step
@@ -78,5 +79,5 @@ def stride_for(times: Array, step: float) -> int | None:
 
 
 def divisors(number: int) -> list[int]:
-    """All of them, increasing."""
+    """All divisors of a number, in increasing order."""
     return [int(part) for part in np.flatnonzero(number % np.arange(1, number + 1) == 0) + 1]

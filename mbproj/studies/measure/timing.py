@@ -1,4 +1,4 @@
-"""What settings cost: timed alone, in turn, several times over, by the thread's own clock."""
+"""The cost of settings: processor time of the thread, each setting in turn, several rounds."""
 
 from __future__ import annotations
 
@@ -13,33 +13,33 @@ from mbproj.studies.measure.solve import sample_times, solve
 from mbproj.studies.parallel.progress import TIMING, Tell, silent
 from mbproj.studies.store import ValueCache
 
-#: A run that is shorter is repeated until it has taken this long, s.
+#: A shorter run is repeated until this time (s) has passed.
 SHORTEST = 15e-3
-#: A first run that is longer, and so not the time of what is done only once, counts as a repetition, s.
+#: A first run counts as a repetition where it takes longer than this (s). In a shorter one, what is done only once
+#: would weigh too much.
 LONG = 0.1
 REPETITIONS = 5
 
 
 @dataclass(frozen=True)
 class Timing:
-    """Seconds of processor time of the steps of one run, as each repetition found them (assembly and recording are not
-    among them)."""
+    """The processor time (s) of the steps of one run, from each repetition. Assembly and recording are not included."""
 
     samples: tuple[float, ...]
 
     @property
     def median(self) -> float:
-        """The middle one."""
+        """The median of the repetitions, s."""
         return median(self.samples)
 
     @property
     def spread(self) -> tuple[float, float]:
-        """The smallest and the largest."""
+        """The shortest and the longest repetition, s."""
         return min(self.samples), max(self.samples)
 
 
 def run_seconds(mechanism: Mechanism, setting: Setting, times: Array) -> float:
-    """Seconds of processor time of one run with these samples; infinite where it fails."""
+    """The processor time (s) of the steps of one run with samples at `times`; infinite where it fails."""
     report = solve(mechanism, setting, times).report
     return float("inf") if report is None else report.integration_cpu_seconds
 
@@ -51,8 +51,10 @@ def time_settings(
     repetitions: int = REPETITIONS,
     tell: Tell = silent,
 ) -> list[Timing]:
-    """A Timing for each setting, of runs with samples at `times` (T,), s. All are timed in turn, `repetitions` times
-    over, so that a slow spell of the machine meets all of them alike. `tell` counts the rounds."""
+    """Time each setting in runs with samples at `times` (T,), s.
+
+    Each of the `repetitions` rounds runs all settings in turn, so that a slow spell of the machine affects all alike.
+    `tell` counts the rounds."""
     tell(TIMING, 0, repetitions)
     pilots = [run_seconds(mechanism, setting, times) for setting in settings]
     tell(TIMING, 0, repetitions)
@@ -69,8 +71,8 @@ def time_settings(
 def kept_timings(
     kept: ValueCache, mechanism: Mechanism, settings: Sequence[Setting], until: float, repetitions: int, tell: Tell
 ) -> list[Timing]:
-    """The timings of runs that record their end alone, at `until` s: those that are kept, or taken now, all of them
-    together because they are taken in turn."""
+    """The timings of runs to `until` (s) that record only their end. They come from the store, or are taken together,
+    because settings are timed in turn."""
     key = " ".join(["timings", *(setting.command_line() for setting in settings)])
     if key not in kept:
         taken = time_settings(mechanism, settings, sample_times(until, 1), repetitions, tell)

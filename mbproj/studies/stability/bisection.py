@@ -1,4 +1,5 @@
-"""stability(): a map of where each method holds, degrades and fails over one quantity, with its limits by bisection."""
+"""stability(): a map of where each method holds, degrades and fails while one quantity varies. Bisection finds the
+limits."""
 
 from __future__ import annotations
 
@@ -34,31 +35,31 @@ from mbproj.studies.stability.subject import FAILS, Limits, Point, Subject, caus
 from mbproj.studies.store import ValueCache
 from mbproj.thresholds import THRESHOLDS
 
-#: Methods that are tried where none is named, and values over the span.
+#: The methods that are tried by default, and the number of grid values.
 METHODS, POINTS = ("none", "baumgarte", "gopm", "gpopm"), 25
-#: A limit is known to this part of itself. No more than so many changes of state are looked at closely.
+#: The relative precision of a limit, and the most changes of state that are bisected for a method.
 PRECISION, CHANGES = 0.005, 6
-#: Steps of a scene that says neither a step nor a tolerance.
+#: The number of steps for a scene that gives neither a step nor a tolerance.
 DEFAULT_STEPS = 1000
 
 
 @dataclass(frozen=True)
 class Change:
-    """Between `below` and `above`, which are nearly the same value, the state changes."""
+    """A change of state between two points, `below` and `above`, with nearly the same value."""
 
     below: Point
     above: Point
 
     @property
     def value(self) -> float:
-        """The limit: the geometric mean of the two."""
+        """The limit: the geometric mean of the two values."""
         return float(np.sqrt(self.below.value * self.above.value))
 
 
 @dataclass(frozen=True)
 class Track:
-    """What a method did: its name, the points of the grid and of the bisections by increasing value, and where the
-    state changes. `digits` of these are known."""
+    """The result of one method: its points by increasing value, from the grid and from bisection, and the changes of
+    state."""
 
     method: str
     points: tuple[Point, ...]
@@ -66,14 +67,14 @@ class Track:
 
     @property
     def digits(self) -> int:
-        """Of small motions more: they are looked at more closely."""
+        """The number of digits to which a change is known: more for small motions, which are bisected further."""
         return 8 if self.method == NAME else 4
 
 
 @dataclass(frozen=True)
 class StabilityMap(Tabled):
-    """The tracks of all methods over the quantity `vary`. `span`: what was looked at, and the scene's own value;
-    `analytic`: the limit that theory gives, where there is one; `setting`: what does not vary."""
+    """The tracks of all methods over the quantity `vary`. `span` has the range of values and the scene's own value.
+    `analytic` is the limit from theory, where there is one; `setting` is what all runs share."""
 
     title: str
     vary: str
@@ -88,7 +89,7 @@ class StabilityMap(Tabled):
 
     @property
     def table(self) -> Table:
-        """A row for each method and value: the column of the values has the name of what varies."""
+        """A table with a row for each method and value. Its column of values is named after the quantity."""
         names = {"value": self.vary, "closure": "open_by", "energy": "energy_off_by", "time": "first_bad_time"}
         return Table.of(
             {"projection": track.method} | {names.get(name, name): value for name, value in vars(point).items()}
@@ -98,7 +99,7 @@ class StabilityMap(Tabled):
 
     @property
     def line(self) -> str:
-        """What varies, and the limits of each method."""
+        """A line with the quantity and the limits of each method."""
         told = [
             f"{track.method} {', '.join(f'{change.value:.{track.digits}g}' for change in track.changes) or 'none'}"
             for track in self.tracks
@@ -122,13 +123,15 @@ def stability(
     fresh: bool = False,
     tell: Tell = silent,
 ) -> StabilityMap:
-    """Varies `vary` (a name of `QUANTITIES`, or `parameters.NAME`) from `low` to `high` for each projection method.
-    Of a parameter the first track is that of small motions.
+    """Vary `vary` (a name of `QUANTITIES`, or `parameters.NAME`) from `low` to `high` for each projection method. For a
+    parameter, the first track is that of small motions.
 
-    Raises InputError where the scene does not have what is to be varied, or a method is not concerned."""
+    Raises InputError where the scene does not have this quantity, or a projection method does not depend on it."""
     quantity, mechanism = quantity_named(vary), Mechanism.to_choose_for(scene)
     names = _methods(quantity, projections)
-    subject = Subject(scene, _fixed(mechanism, until_of(scene, until)), until_of(scene, until), limits or Limits())
+    subject = Subject(
+        scene, _with_fixed_step(mechanism, until_of(scene, until)), until_of(scene, until), limits or Limits()
+    )
     found = quantity.span(subject)
     whole = Span(low or found.low, found.own, high or found.high)
     if not 0.0 < whole.low < whole.high:
@@ -152,7 +155,7 @@ def stability(
         subjects |= _implicit(subjects)
     if quantity.of_motion:
         subjects = {NAME: replace(subject, is_linear=True), **subjects}
-    walked = resumable(_walked, (vary, grid), subjects, kept, processes, "methods", tell)
+    walked = resumable(_points_of, (vary, grid), subjects, kept, processes, "methods", tell)
     tracks = [_track(name, [Point.from_json(each) for each in points]) for name, points in walked.items()]
     analytic = real_axis_limit(tableau_of(subject.setting.integrator)) if quantity.option == "gains" else np.inf
     step = subject.setting.step or 1.0
@@ -171,14 +174,14 @@ def stability(
 
 
 def _unit_of(scene: Scene, vary: str) -> str:
-    """The SI unit of a parameter, "" where nobody knows."""
+    """The SI unit of a parameter; "" where the scene does not tell it."""
     if not vary.startswith(PARAMETER):
         return ""
     return SceneText(scene.text, "scene", scene.path).units().get(tuple(vary.split(".", 1)), "")
 
 
 def values(span: Span, points: int) -> list[float]:
-    """Values over a span, evenly spaced by their logarithms, with the scene's own among them."""
+    """The values of a span, evenly spaced in their logarithms, with the scene's own value among them."""
     grid = np.geomspace(span.low, span.high, points)
     nearest = int(np.argmin(np.abs(np.log(grid / span.own))))
     if span.low <= span.own <= span.high:
@@ -187,7 +190,7 @@ def values(span: Span, points: int) -> list[float]:
 
 
 def _methods(quantity: VariedQuantity, projections: Sequence[str] | None) -> tuple[str, ...]:
-    """The methods to try. Raises InputError for one that there is not, or that has not what is varied."""
+    """The methods to try. Raises InputError for an unknown method, or one without the option that is varied."""
     option = quantity.option
     able = [name for name, entry in PROJECTIONS.items() if not option or option in entry.options]
     for name in projections or ():
@@ -199,7 +202,7 @@ def _methods(quantity: VariedQuantity, projections: Sequence[str] | None) -> tup
 
 
 def _refuse_endless(*ends: Subject) -> None:
-    """Raises InputError where a run at an end of the span would not come to its end."""
+    """Raises InputError where a run at an end of the span would take too many steps."""
     for subject in ends:
         step, most = subject.setting.step, THRESHOLDS.most_steps
         if step is not None and subject.until / step > most:
@@ -207,8 +210,8 @@ def _refuse_endless(*ends: Subject) -> None:
             raise InputError(Problem(f"{message} steps, and at most {most:g} are made", hint="vary it less"))
 
 
-def _fixed(mechanism: Mechanism, until: float) -> Setting:
-    """The scene's setting with a fixed step: its own, or that which its tolerance takes on average."""
+def _with_fixed_step(mechanism: Mechanism, until: float) -> Setting:
+    """The scene's setting with a fixed step: its own, or the mean step that its tolerance leads to."""
     own = Setting.of(mechanism.scene.settings)
     if own.step is not None:
         return own
@@ -220,14 +223,14 @@ def _fixed(mechanism: Mechanism, until: float) -> Setting:
 
 
 def _with_method(subject: Subject, name: str) -> Subject:
-    """The subject with another projection method; options that it does not take are left behind."""
+    """Return the subject with another projection method, without the options that this method does not take."""
     own = subject.setting
     taken = {option: getattr(own, option) for option in PROJECTIONS[name].options}
     return replace(subject, setting=replace(own, **{"alpha": None, "gains": None, **taken}, projection=name))
 
 
 def _implicit(subjects: Mapping[str, Subject]) -> dict[str, Subject]:
-    """The same by an implicit method, where the kernel closes the joints."""
+    """The subjects with an implicit integrator, for each projection that corrects and that the kernel has."""
     return {
         f"{name}, {WHERE_STIFF}": replace(each, setting=replace(each.setting, integrator=WHERE_STIFF))
         for name, each in subjects.items()
@@ -235,8 +238,8 @@ def _implicit(subjects: Mapping[str, Subject]) -> dict[str, Subject]:
     }
 
 
-def _walked(shared: tuple[str, list[float]], subject: Subject) -> list[dict[str, Any]]:
-    """The points of a method: the grid, and then halves between neighbours of different states."""
+def _points_of(shared: tuple[str, list[float]], subject: Subject) -> list[dict[str, Any]]:
+    """The points of a method, as JSON: the grid, and then bisections between neighbours with different states."""
     vary, grid = shared
     quantity, precision = quantity_named(vary), PRECISE if subject.is_linear else PRECISION
     judge = small_motions if subject.is_linear else quantity.run
@@ -262,12 +265,12 @@ def _walked(shared: tuple[str, list[float]], subject: Subject) -> list[dict[str,
 
 
 def _gap(below: Point, above: Point) -> float:
-    """How far apart two values are, relatively."""
+    """The distance of two values in their logarithms."""
     return log(above.value / below.value)
 
 
 def _changes(points: Sequence[Point]) -> list[tuple[Point, Point]]:
-    """Neighbours of different states."""
+    """The pairs of neighbours with different states."""
     return [(one, two) for one, two in pairwise(points) if one.state != two.state]
 
 

@@ -1,7 +1,9 @@
-"""The limit of Baumgarte's gains: where an offset of C grows over 300 steps, and what the tableau says of it.
+"""The limit of Baumgarte's gains: the gains from which an offset of C grows over 300 steps, and the limit from the
+tableau.
 
-With α = β the violation obeys C'' + 2αC' + α²C = 0, whose double eigenvalue is -α: a Runge-Kutta method with the
-stability function R(z) = 1 + z bᵀ(I - zA)⁻¹1 keeps it bounded while |R(-αh)| <= 1 (Hairer & Wanner 1996, sect. IV.2).
+With α = β the violation obeys C'' + 2αC' + α²C = 0, whose double eigenvalue is -α. A Runge-Kutta method has the
+stability function R(z) = 1 + z bᵀ(I - zA)⁻¹1. It keeps the violation bounded while |R(-αh)| <= 1 (Hairer & Wanner 1996,
+sect. IV.2).
 """
 
 from __future__ import annotations
@@ -22,16 +24,18 @@ from mbproj.model.euler_parameters import product, rotation_matrix
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.stability.subject import FAILS, HOLDS, Point, Subject, cause_of
 
-#: Steps over which |C| is watched, and the offset that it starts from, in the mechanism's length.
+#: Steps over which |C| is watched, and the initial offset in units of the mechanism's length.
 STEPS, OFFSET = 300, 1e-8
 
 
 def growth(subject: Subject, value: float) -> Point:
-    """Whether an offset of C grows with these gains: `closure` is what is left of it after the last step, in lengths or
-    rad. It is the difference to a run without the offset, whose own C the integrator's error feeds all the time."""
+    """Test whether an offset of C grows with these gains.
+
+    The difference to a run without the offset is watched, because the integrator's error adds to C in both. `closure`
+    is this difference after the last step, in lengths or rad."""
     try:
         mechanism = Mechanism.of(subject.scene)
-        own, opened = (_violations(subject, each) for each in (mechanism, _opened(subject, mechanism)))
+        own, opened = (_violations(subject, each) for each in (mechanism, _shifted(subject, mechanism)))
     except MbprojError as error:
         where, time = (error.where, error.time) if isinstance(error, SimulationError) else (None, 0.0)
         return Point(value, FAILS, np.nan, np.nan, time, where, cause_of(error), ended=False)
@@ -47,8 +51,9 @@ def _step(subject: Subject) -> float:
     return subject.setting.step
 
 
-def _opened(subject: Subject, mechanism: Mechanism) -> Mechanism:
-    """The mechanism with its bodies shifted by the offset, to and fro; in its plane where that is where it moves."""
+def _shifted(subject: Subject, mechanism: Mechanism) -> Mechanism:
+    """Return the mechanism with its bodies shifted by random offsets. The offsets stay in the plane where the run is
+    planar."""
     state, random = mechanism.state, np.random.default_rng(0)
     shift = np.zeros((mechanism.system.bodies, 7))
     shift[:, :3] = OFFSET * mechanism.system.length * random.choice([-1.0, 1.0], (mechanism.system.bodies, 3))
@@ -60,7 +65,8 @@ def _opened(subject: Subject, mechanism: Mechanism) -> Mechanism:
 
 
 def _violations(subject: Subject, mechanism: Mechanism) -> Array:
-    """C of the joints and motions at the start and after the last step, (2, m), in the mechanism's length or rad."""
+    """The violation C of joints and motions at the start and after the last step, (2, m), in the mechanism's length or
+    rad."""
     span, kept, system = STEPS * _step(subject), list[Block](), mechanism.system
 
     class Kept:
@@ -75,7 +81,7 @@ def _violations(subject: Subject, mechanism: Mechanism) -> Array:
 
 
 def _coordinates(system: System, block: Block) -> Array:
-    """q (T, 7n) of the carriers, each from the first of the bodies that sit on it."""
+    """The coordinates q (T, 7n) of the carriers, each computed from the first body that is fixed to it."""
     first = [int(np.argmax(system.body_carrier == carrier)) for carrier in range(system.bodies)]
     back = system.body_turn[first] * np.array([1.0, -1.0, -1.0, -1.0])
     orientation = product(block["bodies/orientation"][:, first], back)
@@ -85,5 +91,5 @@ def _coordinates(system: System, block: Block) -> Array:
 
 
 def _worst(system: System, offset: Array) -> str:
-    """Whose row has grown most."""
+    """The owner of the row that has grown most."""
     return system.row_owner(system.bodies + int(np.argmax(np.abs(offset[-1]))))

@@ -1,4 +1,4 @@
-"""One run, judged: does it hold, degrade or fail, when first, and at which joint."""
+"""The verdict on one run: whether it holds, degrades or fails, from which time on, and at which joint."""
 
 from __future__ import annotations
 
@@ -16,30 +16,30 @@ from mbproj.scene.records import Settings
 from mbproj.studies.measure.mechanism import Mechanism, of_scene
 from mbproj.studies.stability.subject import DEGRADES, FAILS, HOLDS, Limits, Point, Subject, cause_of
 
-#: Samples of a run at most; between them nothing is looked at but the end.
+#: The most samples of a run. Between samples nothing is checked.
 SAMPLES = 400
-#: What counts as no energy: this part of the work of gravity over the mechanism's length.
+#: Energies below this part of the work of gravity over the mechanism's length count as zero.
 STILL = 1e-9
 
 
 def judged(subject: Subject, value: float) -> Point:
-    """Runs the subject and judges it. What goes wrong is part of the answer."""
+    """Run the subject and judge it. An error becomes the cause of a failed point."""
     try:
         mechanism = Mechanism.of(subject.scene)
     except MbprojError as error:
         return Point(value, FAILS, np.nan, np.nan, 0.0, None, cause_of(error), ended=False)
     watch, report, stopped = _Watch(mechanism.system), None, None
     try:
-        with np.errstate(all="ignore"):  # what overflows is a failure of the run, which says so itself
+        with np.errstate(all="ignore"):  # a run that overflows reports its failure itself
             report = simulate(mechanism.system, mechanism.state, settings_of(subject), watch)
     except MbprojError as error:
         stopped = error
     point = watch.point(value, subject.limits, stopped)
-    return point if report is None else _with_what_was_given(point, report, subject)
+    return point if report is None else _with_energy_row(point, report, subject)
 
 
-def _with_what_was_given(point: Point, report: Report, subject: Subject) -> Point:
-    """A balance that the row of the energy keeps is off by what that row has given."""
+def _with_energy_row(point: Point, report: Report, subject: Subject) -> Point:
+    """Return the point with the energy that the projection's energy row gave or took as an error of the balance."""
     limits, given = subject.limits, report.rows.furthest / max(report.exchanged, np.finfo(float).tiny)
     if point.state == FAILS or not given > max(limits.energy, point.energy):
         return replace(point, energy=max(point.energy, given)) if given > 0.0 else point
@@ -49,7 +49,7 @@ def _with_what_was_given(point: Point, report: Report, subject: Subject) -> Poin
 
 
 def settings_of(subject: Subject) -> Settings:
-    """The settings of the run, with a sample every few steps. Raises InputError where they do not fit."""
+    """The settings of the run, with a sample every few steps. Raises InputError where they do not fit each other."""
     step = subject.setting.step
     if step is None:
         return of_scene(subject.scene, subject.setting.settings(subject.until, subject.until / SAMPLES))
@@ -58,7 +58,7 @@ def settings_of(subject: Subject) -> Settings:
 
 
 class _Watch:
-    """A recorder that keeps how far each joint is open, and the energies."""
+    """A recorder of how far each joint is open, and of the energies."""
 
     def __init__(self, system: System) -> None:
         self._system = system
@@ -67,7 +67,7 @@ class _Watch:
         self._energies: list[Array] = []
 
     def write(self, block: Block) -> None:
-        """Takes T samples."""
+        """Record a block of T samples."""
         length, angle = block["joints/violation_length"], block["joints/violation_angle"]
         self._times.append(block["time"])
         self._open.append(np.maximum(length / self._system.length, angle))
@@ -75,13 +75,13 @@ class _Watch:
         self._energies.append(np.column_stack([block[f"diagnostics/{name}"] for name in names]))
 
     def point(self, value: float, limits: Limits, stopped: MbprojError | None) -> Point:
-        """The verdict."""
+        """Judge what was recorded. `stopped` is the error that ended the run, if any."""
         where = stopped.where if isinstance(stopped, SimulationError) else None
         end = stopped.time if isinstance(stopped, SimulationError) else 0.0
         cause = "" if stopped is None else f"stops at {end:.3g} s: {cause_of(stopped)}"
         if not self._times:
             return Point(value, FAILS, np.nan, np.nan, end, where, cause, ended=False)
-        times, opened, off = np.concatenate(self._times), np.concatenate(self._open), self._off()
+        times, opened, off = np.concatenate(self._times), np.concatenate(self._open), self._balance_error()
         widest = opened.max(axis=1, initial=0.0)
         good = np.isfinite(widest) & np.isfinite(off)
         bad = np.flatnonzero(~(good & (widest <= limits.closed) & (off <= limits.energy)))
@@ -98,9 +98,9 @@ class _Watch:
         said = what if state == DEGRADES or not cause else cause
         return Point(value, state, closure, energy, float(times[first]), joint or where, said, stopped is None)
 
-    def _off(self) -> Array:
-        """|balance| of each sample over the largest kinetic energy, |ΔV| and work so far, (T,); early on, when hardly
-        anything has moved, over the median of these."""
+    def _balance_error(self) -> Array:
+        """The error of the energy balance of each sample, (T,), relative to the largest kinetic energy, |ΔV| and work
+        so far. Early samples, before much has moved, are relative to the median of these sizes."""
         balance, kinetic, potential, work = np.concatenate(self._energies).T
         size = np.maximum.accumulate(kinetic) + np.maximum.accumulate(np.abs(work))
         size = size + np.maximum.accumulate(potential) - np.minimum.accumulate(potential)

@@ -1,4 +1,5 @@
-"""What can be varied: how a value of it changes a scene and its setting, from where to where, and who is concerned."""
+"""The quantities that can be varied: how a value changes the scene or its setting, their range, and the methods
+concerned."""
 
 from __future__ import annotations
 
@@ -20,7 +21,7 @@ from mbproj.studies.variants.rescaled import rescaled
 
 @dataclass(frozen=True)
 class Span:
-    """From where to where a quantity is varied, and its value in the scene itself, where the search begins."""
+    """The range in which a quantity is varied, and its value in the scene itself."""
 
     low: float
     own: float
@@ -29,9 +30,11 @@ class Span:
 
 @dataclass(frozen=True)
 class VariedQuantity:
-    """One that can be varied. `option`: what a projection method has to have for it ("gains", "alpha"), or any; `run`
-    judges a subject at a value; `of_forces`: it makes forces stiff, so that an implicit method is tried too.
-    `of_motion`: it changes what the mechanism is, so that small motions are looked at too."""
+    """A quantity that can be varied. `option` is the option that a projection method must have for it ("gains",
+    "alpha"), or "". `run` judges a subject at a value.
+
+    `of_forces`: the quantity makes forces stiff, so an implicit method is tried too. `of_motion`: the quantity changes
+    the mechanism itself, so small motions are judged too."""
 
     unit: str
     summary: str
@@ -48,7 +51,8 @@ def _of_scene(change: Callable[[Scene, float], Scene]) -> Callable[[Subject, flo
 
 
 def _ratio(low: float, high: float, change: Callable[[Scene, float], Scene] | None = None) -> Callable[[Subject], Span]:
-    """A factor that is 1 in the scene itself; `change` refuses scenes that do not have what it is of."""
+    """The span of a factor that is 1 in the scene itself. `change` raises InputError for scenes to which the factor
+    does not apply."""
 
     def span(subject: Subject) -> Span:
         if change is not None:
@@ -100,7 +104,7 @@ def _duration_of(subject: Subject, value: float) -> Subject:
     return replace(subject, until=value)
 
 
-#: Every quantity by name. A new one is a line here, and what it changes in `mbproj.studies.variants`.
+#: Every quantity by name. A new one is an entry here, and the function in `mbproj.studies.variants` that applies it.
 QUANTITIES: Mapping[str, VariedQuantity] = MappingProxyType(
     {
         "step": VariedQuantity("s", "the integrator's fixed step", _steps, _step_of),
@@ -112,32 +116,32 @@ QUANTITIES: Mapping[str, VariedQuantity] = MappingProxyType(
         ),
         "inertia-ratio": VariedQuantity(
             "",
-            "the same of the moments of inertia alone",
+            "as `mass-ratio`, of the moments of inertia alone",
             _ratio(1e-12, 1e12, with_inertia_ratio),
             _of_scene(with_inertia_ratio),
         ),
         "speed": VariedQuantity(
             "",
-            "the start's velocities so many times, and the motions so many times as fast",
+            "a factor on the velocities of the start and the speed of all motions",
             _ratio(1e-3, 1e3, with_speed),
             _of_scene(with_speed),
         ),
         "length-scale": VariedQuantity(
             "",
-            "lengths, velocities and gravity so many times: the same motion in another unit of length",
+            "a factor on lengths, velocities and gravity: the same motion in another unit of length",
             _ratio(1e-6, 1e6),
             _of_scene(rescaled),
         ),
         "stiffness": VariedQuantity(
             "",
-            "the stiffness of all springs so many times",
+            "a factor on the stiffness of all springs",
             _ratio(1e-6, 1e6, with_stiffness),
             _of_scene(with_stiffness),
             of_forces=True,
         ),
         "damping": VariedQuantity(
             "",
-            "the damping of all dampers so many times",
+            "a factor on the damping of all dampers",
             _ratio(1e-6, 1e6, with_damping),
             _of_scene(with_damping),
             of_forces=True,
@@ -156,12 +160,12 @@ QUANTITIES: Mapping[str, VariedQuantity] = MappingProxyType(
 )
 
 
-#: A number of the scene's parameters is named so.
+#: The prefix that names a parameter of the scene.
 PARAMETER = "parameters."
 
 
 def _of_parameter(name: str) -> VariedQuantity:
-    """A parameter of the scene, from a tenth of it to ten times as much."""
+    """A parameter of the scene, varied from a tenth of its value to ten times its value."""
 
     def span(subject: Subject) -> Span:
         known = subject.scene.parameters
@@ -181,7 +185,8 @@ def _of_parameter(name: str) -> VariedQuantity:
 
 
 def quantity_named(name: str) -> VariedQuantity:
-    """One of `QUANTITIES`, or a parameter of the scene: `parameters.T`. Raises InputError for an unknown name."""
+    """The quantity with this name in `QUANTITIES`, or the parameter of the scene: `parameters.T`. Raises InputError for
+    an unknown name."""
     if name.startswith(PARAMETER):
         return _of_parameter(name.removeprefix(PARAMETER))
     if name not in QUANTITIES:

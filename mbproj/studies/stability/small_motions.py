@@ -1,4 +1,5 @@
-"""Whether small motions about the equilibrium die away: by the modes, or from one round of instants to the next."""
+"""The stability of small motions about the equilibrium: from the modes, or from one round of a sampled controller's
+instants to the next."""
 
 from __future__ import annotations
 
@@ -13,14 +14,14 @@ from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.stability.subject import FAILS, HOLDS, Point, Subject, cause_of
 from mbproj.thresholds import THRESHOLDS
 
-#: What the track is called, and its limits are known to this part of themselves: each point is cheap.
+#: The name of the track, and the relative precision of its limits: each point costs little.
 NAME, PRECISION = "small motions", 1e-8
-#: Motions that grow by less in a round are neutral: a double eigenvalue 1 is split by √ε.
+#: Motions that grow by a smaller part in a round count as neutral: rounding splits a double eigenvalue 1 by √ε.
 GROWS = 2e-8
 
 
 def small_motions(subject: Subject, value: float) -> Point:
-    """Holds where none grows. What goes wrong is part of the answer."""
+    """Test that no small motion grows. An error becomes the cause of a failed point."""
     try:
         fault = _fault(Mechanism.of(subject.scene))
     except MbprojError as error:
@@ -29,7 +30,7 @@ def small_motions(subject: Subject, value: float) -> Point:
 
 
 def _fault(mechanism: Mechanism) -> str:
-    """How fast the fastest one grows; "" where none does."""
+    """A sentence on the fastest growing small motion; "" where none grows."""
     system = mechanism.system
     rest = equilibrium(system, mechanism.state)
     if rest.reference.held:

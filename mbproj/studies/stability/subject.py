@@ -1,4 +1,4 @@
-"""What a map is made of: a scene with a setting, and what became of it at one value of what is varied."""
+"""The subject of a stability map, a scene with a setting, and its result at one value of the quantity."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ HOLDS, DEGRADES, FAILS = "holds", "degrades", "fails"
 
 @dataclass(frozen=True)
 class Limits:
-    """A run holds while joints are open by no more than `closed` (the mechanism's lengths, rad). The energy balance may
-    be off by no more than `energy`, a part of the largest kinetic energy, |ΔV| and work; it fails where it stops, or is
-    beyond `open` or `lost`; in between it degrades."""
+    """The limits of the three states. A run holds while joints are open by at most `closed` (the mechanism's lengths,
+    rad), and the energy balance is off by at most `energy`. The latter is relative to the largest kinetic energy, |ΔV|
+    and work. A run fails where it stops, or exceeds `open` or `lost`; in between it degrades."""
 
     closed: float = 1e-6
     energy: float = 1e-2
@@ -29,7 +29,8 @@ class Limits:
 
 @dataclass(frozen=True)
 class Subject:
-    """A scene, run with a setting until a time in s; or not run, as its small motions are looked at."""
+    """A scene that is run with a setting until a time (s). With `is_linear` it is not run: its small motions are
+    judged."""
 
     scene: Scene
     setting: Setting
@@ -40,9 +41,10 @@ class Subject:
 
 @dataclass(frozen=True)
 class Point:
-    """What a run did at a value of what is varied: its state; how far joints were open at most (in the mechanism's
-    lengths, rad) and the energy balance off (relative), NaN where nothing was computed; when it first was not as it
-    should be (s), at which joint, and why, None and "" where it held; whether it `ended`, or stopped before."""
+    """The result of a run at one value of the quantity. `closure` is the largest opening of a joint (the mechanism's
+    lengths, rad), `energy` the largest relative error of the balance; NaN where not computed. `time` (s), `joint` and
+    `cause` tell when, where and why the run first exceeded a limit; None and "" where it holds. `ended` is False for a
+    run that stopped early."""
 
     value: float
     state: str
@@ -54,7 +56,7 @@ class Point:
     ended: bool = True
 
     def as_json(self) -> dict[str, Any]:
-        """By name; None for what is not a number."""
+        """The values by name, with None for what is infinite or NaN."""
         values = asdict(self)
         for name in ("closure", "energy"):
             values[name] = values[name] if abs(values[name]) < float("inf") else None
@@ -62,13 +64,13 @@ class Point:
 
     @classmethod
     def from_json(cls, values: Mapping[str, Any]) -> Point:
-        """What `as_json` gave."""
+        """Build the point from the values that `as_json` gave."""
         numbers = {name: float("nan") if values[name] is None else values[name] for name in ("closure", "energy")}
         return cls(**{**values, **numbers})
 
 
 def cause_of(error: MbprojError) -> str:
-    """Why a run did not get to its end, without its place and time."""
+    """The message of an error that ended a run, without its place and time."""
     if isinstance(error, InputError):
         return error.problems[0].message
     return error.cause if isinstance(error, SimulationError) else str(error)

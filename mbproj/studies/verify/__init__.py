@@ -1,4 +1,5 @@
-"""Verification: what the paper's mathematics says of a mechanism, computed on it, here, and held against round-off."""
+"""Verification: checks that the paper's identities and the laws of mechanics hold on a given mechanism, to
+round-off."""
 
 from mbproj.studies.verify.checks import verify
 

@@ -15,7 +15,7 @@ from mbproj.studies.verify.rounded import Rounded, concatenated, solve
 
 
 def eliminated_is_bordered(case: Case) -> Found:
-    """Eqs. 80-81 against Eq. 14: q'' and λ."""
+    """Compare q'' and λ of the eliminated equations (Eqs. 80-81) with those of the bordered equations (Eq. 14)."""
     if case.too_large:
         return case.too_large
     known = case.equations
@@ -25,7 +25,7 @@ def eliminated_is_bordered(case: Case) -> Found:
     bound, n = exact.accelerations().error + exact.eliminated().error, 7 * case.system.bodies
     found = [difference(other[:n], one[:n], bound[:n], np.tile([case.system.length] * 3 + [1.0] * 4, n // 7))]
     if len(one) > n:
-        # Eq. 81's multipliers carry γ beside them: the larger of the two is what round-off is relative to.
+        # Eq. 81 computes λ as a sum with γ. So its round-off is relative to the larger of the two.
         unit = 1.0 / case.system.row_scale[known.rows]
         largest = float(np.maximum(np.abs(one[n:]), np.abs(terms[3])).max())
         found.append(difference(other[n:], one[n:], bound[n:], unit, largest))
@@ -33,7 +33,7 @@ def eliminated_is_bordered(case: Case) -> Found:
 
 
 def reduced_is_bordered(case: Case) -> Found:
-    """The kernel in space against Eq. 14: r'', ω' and, where they are unique, λ."""
+    """Compare r'', ω' and, where it is unique, λ of the kernel's reduced formulation with the solution of Eq. 14."""
     if case.too_large or isinstance(case.reduced, str):
         return case.too_large or str(case.reduced)
     system, n = case.system, case.system.bodies
@@ -54,7 +54,7 @@ def reduced_is_bordered(case: Case) -> Found:
 
 
 def planar_is_bordered(case: Case) -> Found:
-    """The kernel in a plane against Eq. 14: x'', y'', θ''."""
+    """Compare x'', y'' and θ'' of the kernel's planar formulation with the solution of Eq. 14."""
     compiled = case.planar
     if case.too_large or isinstance(compiled, str):
         return case.too_large or str(compiled)
@@ -72,21 +72,22 @@ def planar_is_bordered(case: Case) -> Found:
 
 @dataclass(frozen=True, eq=False)
 class TangentSolution:
-    """r'' global and ω' in body axes, (6n,), and λ of the independent rows but the norm rows, with their bounds."""
+    """A solution in tangent coordinates: r'' (global axes) and ω' (body axes) of all bodies, (6n,), and the multipliers
+    λ of the independent rows without the norm rows; each with its error bound."""
 
     acceleration: Rounded
     multipliers: Rounded
 
 
 def tangent(case: Case) -> TangentSolution:
-    """Eq. 14's solution in these coordinates: ω' = 2 L Λ'', because L' Λ' = 0."""
+    """Return the solution of Eq. 14 in tangent coordinates. ω' = 2 L Λ'', because L' Λ' = 0."""
     n, solution = case.system.bodies, case.equations.accelerations()
     T = _to_tangent(case)
     return TangentSolution(Rounded.exact(T) @ solution[: 7 * n], solution[7 * n + n :])
 
 
 def _to_tangent(case: Case) -> Array:
-    """(6n, 7n): r and 2 L Λ of each body."""
+    """The matrix (6n, 7n) that maps (r'', Λ'') of each body to (r'', 2 L Λ'')."""
     n = case.system.bodies
     T = np.zeros((n, 6, n, 7))
     index = np.arange(n)
@@ -96,8 +97,8 @@ def _to_tangent(case: Case) -> Array:
 
 
 def _through_joints(case: Case) -> TangentSolution:
-    """The solution as the kernel finds it, from S = G W⁻¹ Gᵀ over the joints, for its bound; with bodies that W has no
-    inverse for, from A1 as Eqs. 80-81 do."""
+    """Solve with S = G W⁻¹ Gᵀ over the joints, as the kernel does, to bound the kernel's round-off. Where some body
+    makes W singular, solve with A1 instead (Eqs. 80-81)."""
     system, n, known = case.system, case.system.bodies, case.equations
     if case.indefinite:
         solution = known.eliminated()
@@ -105,7 +106,7 @@ def _through_joints(case: Case) -> TangentSolution:
     T = _to_tangent(case)
     back = np.asarray(np.linalg.pinv(T), dtype=float)  # δΛ = ½ Lᵀ δθ
     mass = Rounded.exact(tangent_mass_matrix(system, pose_of(case.state.q)))
-    kept = np.zeros((n, 7))  # Λ'' without ω': what keeps |Λ|
+    kept = np.zeros((n, 7))  # the part of Λ'' that does not depend on ω': it keeps |Λ| constant
     at, rate = case.state.q.reshape(-1, 7)[:, 3:], case.state.v.reshape(-1, 7)[:, 3:]
     kept[:, 3:] = -np.sum(rate**2, axis=1, keepdims=True) * at
     C_q, gamma = known.C_q[n:], known.gamma[n:] - known.C_q[n:] @ Rounded.exact(kept.ravel())
@@ -119,7 +120,8 @@ def _through_joints(case: Case) -> TangentSolution:
 
 
 def _in_plane(acceleration: Array, axes: Array, A: Array) -> Array:
-    """x'', y'' and θ'' (n, 3) of r'' and ω' (6n,); of bounds, with the absolute values of axes and rotations."""
+    """Return x'', y'' and θ'' (n, 3) of the accelerations r'' and ω' (6n,) of all bodies. Given error bounds, and the
+    absolute values of `axes` and `A`, return bounds."""
     parts = acceleration.reshape(-1, 6)
     turn = np.einsum("nij,nj->ni", A, parts[:, 3:])
     return np.column_stack([parts[:, :3] @ axes[:, :2], turn @ axes[:, 2]])

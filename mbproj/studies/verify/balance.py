@@ -1,4 +1,4 @@
-"""Checks of the laws of mechanics on recorded samples: power, momentum, and that joints act on both bodies alike."""
+"""Checks of the laws of mechanics at one state: power, momentum, and that each joint's forces are in balance."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ OPERATIONS = 8.0
 
 
 def power(case: Case) -> Found:
-    """d/dt (kinetic energy) is the power of gravity, forces and motions; joints do no work."""
+    """Check that the kinetic energy changes at the power of gravity, forces and motions: joints do no work."""
     if case.too_large:
         return case.too_large
     system, (force, torque), a = case.system, _loads(case), tangent(case).acceleration
@@ -48,7 +48,8 @@ def power(case: Case) -> Found:
 
 
 def _leak(case: Case) -> float:
-    """The power of reactions whose joints move apart by round-off: |λ| |C_q v + C_t|, with the round-off of both, W."""
+    """Bound the power (W) of the reactions in joints that move apart by round-off: |λ| |C_q v + C_t|, both with their
+    errors."""
     system, known, v = case.system, case.equations, Rounded.exact(case.state.v)
     apart = known.C_q @ v
     rate = time_derivative(system, drive_at(system, case.state.t))[known.rows]
@@ -57,7 +58,8 @@ def _leak(case: Case) -> float:
 
 
 def momentum(case: Case) -> Found:
-    """Momentum, and angular momentum about the origin, change by gravity, forces and what the ground's joints give."""
+    """Check that the linear momentum, and the angular momentum about the origin, change only by gravity, forces and
+    reactions of the ground."""
     if case.too_large:
         return case.too_large
     system, (force, torque), solution = case.system, _loads(case), tangent(case)
@@ -73,7 +75,7 @@ def momentum(case: Case) -> Found:
     rows = np.append(case.equations.rows[n:] - n, np.arange(len(turning)) + system.constraints - n)
     ground, ground_off = np.zeros(6), np.zeros(6)
     if len(rows):
-        wrench = _wrenches(case)[rows, -1]  # on the ground, about the origin
+        wrench = _wrenches(case)[rows, -1]  # forces and torques on the ground, about the origin
         ground = pull.value @ wrench
         ground_off = pull.error @ np.abs(wrench) + len(rows) * EPS * np.abs(pull.value) @ np.abs(wrench)
     total = np.concatenate([push.sum(axis=0), (turn + cross(position, push)).sum(axis=0)])
@@ -83,15 +85,15 @@ def momentum(case: Case) -> Found:
     sizes = np.concatenate([np.abs(push).sum(axis=0), (np.abs(turn) + np.abs(cross(position, push))).sum(axis=0)])
     sizes += np.abs(ground)
     allowed += 6 * (n + 1) * EPS * sizes
-    # The constraints act on the bodies with -Gᵀλ, and on the ground with what balances that.
+    # The constraint forces on the bodies are -Gᵀλ; those on the ground are in balance with them.
     scale = np.array([1.0] * 3 + [system.length] * 3)
     weight = float(np.abs(system.mass).max() * max(np.abs(motion[:, :3]).max(), np.linalg.norm(system.gravity)))
     return difference(total, ground, allowed, scale, max(float((sizes / scale).max()), weight))
 
 
 def action_is_reaction(case: Case) -> Found:
-    """The forces of each row of C and of each reflected inertia, on all their bodies and the ground, are in balance:
-    nothing changes where the whole mechanism is shifted or turned."""
+    """Check that the forces of each row of C, and of each reflected inertia, on all bodies and the ground sum to zero.
+    So do their torques. Hence no row changes where the whole mechanism is shifted or turned."""
     if case.system.constraints == case.system.bodies:
         return "no joints"
     wrench = _wrenches(case)
@@ -106,7 +108,8 @@ def action_is_reaction(case: Case) -> Found:
 
 
 def _loads(case: Case) -> tuple[Array, Array]:
-    """Gravity's and the scene's forces on the bodies (n, 3), global, and torques (n, 3) with the gyroscopic ones."""
+    """The forces (n, 3) on the bodies from gravity and the scene, global axes, and the torques (n, 3) with the
+    gyroscopic ones, body axes."""
     system, state = case.system, case.state
     pose = pose_of(state.q)
     twist = twist_of(pose, state.v)
@@ -118,12 +121,13 @@ def _loads(case: Case) -> tuple[Array, Array]:
 
 
 def _spun(inertia: Array, omega: Array) -> Array:
-    """J ω of each body, (n, 3)."""
+    """The product J ω of each body, (n, 3)."""
     return np.einsum("nij,nj->ni", inertia, omega)
 
 
 def _motion_multipliers(case: Case) -> tuple[Array, Array] | None:
-    """λ of the motions' rows and its bound; None where some of these rows depend on others."""
+    """The multipliers λ of the rows of motions, and their error bounds; None where one of these rows depends on
+    others."""
     driven, solution = case.system.driven, tangent(case).multipliers
     if not driven:
         return np.zeros(0), np.zeros(0)
@@ -134,7 +138,7 @@ def _motion_multipliers(case: Case) -> tuple[Array, Array] | None:
 
 
 def _reflected(case: Case) -> tuple[Array, Array, Array]:
-    """I s'' of each reflected inertia, a bound on its error, and s', (k,)."""
+    """The force I s'' of each reflected inertia, its error bound, and the rate s' of its coordinate; each (k,)."""
     reflected, n = case.system.reflected, case.system.bodies
     pose = pose_of(case.state.q)
     twist = twist_of(pose, case.state.v)
@@ -146,9 +150,9 @@ def _reflected(case: Case) -> tuple[Array, Array, Array]:
 
 
 def _wrenches(case: Case, *, sizes: bool = False) -> Array:
-    """The gradients of the rows but the norm rows, and then of the coordinates that have a reflected inertia. Each acts
-    on each body and the ground as a force and a torque about the origin in global axes, (m, n+1, 6); `sizes`: what they
-    are sums of, without signs."""
+    """The gradients of the rows without norm rows, then of the coordinates with a reflected inertia, as forces and
+    torques. They act on each body and the ground, torques about the origin, global axes, (m, n+1, 6). `sizes`: return
+    instead the size of the terms that each is the sum of."""
     pose = pose_of(case.state.q)
     sets = case.system.rows, case.system.reflected.rows
     G = np.concatenate([tangent_jacobian(bound, pose) for bound in sets])

@@ -1,4 +1,4 @@
-"""What all checks of a verification look at: a mechanism at its start, moving, and what computes it."""
+"""The case that all checks of a verification share: a mechanism, a moving state, and what is computed from it once."""
 
 from __future__ import annotations
 
@@ -28,53 +28,54 @@ from mbproj.model import System
 from mbproj.scene.records import Scene
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.verify.equations import Equations, equations_at, independent_rows
-from mbproj.studies.verify.runs import Halved, halved
+from mbproj.studies.verify.runs import ShortRuns, short_runs
 from mbproj.thresholds import THRESHOLDS
 
-#: Bodies up to which dense matrices are looked at: their bounds take some seconds at the most.
+#: Checks with dense matrices are made up to this number of bodies: there their error bounds take a few seconds.
 DENSE = 40
-#: A body without mass, or whose smallest moment of inertia is below this part of the largest, has no definite M.
+#: The mass matrix is not definite where a body has no mass, or a ratio of its smallest to its largest moment of inertia
+#: below this.
 DEFINITE = 1e-12
 
 
 class ShortRun(NamedTuple):
-    """Short runs from a state."""
+    """The short runs from one state, with different numbers of steps."""
 
     name: str
     state: State
-    runs: Halved
+    runs: ShortRuns
 
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """A mechanism, ready to be looked at from all sides."""
+    """A mechanism with all that its checks need, each computed when first asked for."""
 
     mechanism: Mechanism
 
     @property
     def scene(self) -> Scene:
-        """What the user wrote."""
+        """The scene of the mechanism."""
         return self.mechanism.scene
 
     @property
     def system(self) -> System:
-        """The same as arrays."""
+        """The scene compiled to arrays."""
         return self.mechanism.system
 
     @cached_property
     def choice(self) -> Choice:
-        """The formulation that a run of the scene takes."""
+        """The formulation that a run of the scene uses."""
         return choose(self.system, self.mechanism.state, self.scene.settings)
 
     @cached_property
     def state(self) -> State:
-        """The start, with a random velocity added."""
+        """The start with a random velocity added."""
         return self._moving(1.0, 1.0)
 
     def _moving(self, translating: float, rotating: float) -> State:
-        """The start, with a random velocity added. It is as near to these parts of translation and rotation as the
-        joints, and rigid stops that touch, allow: of the size of that of a fall through the mechanism's length, or of
-        what moves already."""
+        """Return the start with a random velocity added. `translating` and `rotating` scale the parts of that velocity.
+        It is projected onto what the joints, and rigid stops that touch, allow. Its size is `rate` times the
+        mechanism's length, or `rate`."""
         system, start = self.system, self.mechanism.state
         rows = scaled_jacobian(system, pose_of(start.q))[independent_rows(system, start.q)]
         weights = np.tile([system.length] * 3 + [1.0] * 4, system.bodies)
@@ -82,15 +83,15 @@ class Case:
         rate *= np.tile([translating] * 3 + [rotating] * 4, system.bodies)
         allowed = rate - np.linalg.lstsq(rows, rows @ rate, rcond=None)[0]
         touching = _touching(system, start) * weights
-        if (touching @ allowed < 0.0).any():  # into a stop: along it, then
+        if (touching @ allowed < 0.0).any():  # it would move into a stop: let it move along the stop
             rows = np.vstack([rows, touching])
             allowed = rate - np.linalg.lstsq(rows, rows @ rate, rcond=None)[0]
         return start.changed(velocities=start.v + weights * allowed)
 
     @cached_property
     def rate(self) -> float:
-        """How fast the mechanism is at its start, rad/s: as it moves, as gravity would move its length, and as forces
-        speed it up."""
+        """How fast the mechanism moves, rad/s: the largest of its rate at the start, √(g / length), and the square root
+        of its largest acceleration at the start. It is 1 where all of these are zero."""
         system, start = self.system, self.mechanism.state
         pulls = [float(np.linalg.norm(system.gravity)) / system.length]
         if not self.too_large:
@@ -100,17 +101,17 @@ class Case:
 
     @cached_property
     def equations(self) -> Equations:
-        """The equations at this state."""
+        """The equations of motion at `state`."""
         return equations_at(self.system, self.state)
 
     @cached_property
-    def runs(self) -> Halved:
-        """Short runs from this state."""
+    def runs(self) -> ShortRuns:
+        """The short runs from `state`."""
         return self._from(self.state)
 
     @cached_property
     def motions(self) -> tuple[ShortRun, ...]:
-        """From the scene's own start, and with velocities that rotate, translate, and do both."""
+        """The short runs from the scene's own start, and from starts that rotate, translate, and do both."""
         states = {
             "from the scene's own start": self.mechanism.state,
             "rotating": self._moving(0.0, 1.0),
@@ -119,35 +120,36 @@ class Case:
         others = (ShortRun(name, state, self._from(state)) for name, state in states.items())
         return *others, ShortRun("rotating and translating", self.state, self.runs)
 
-    def _from(self, state: State) -> Halved:
+    def _from(self, state: State) -> ShortRuns:
         fastest = max(_fastest(self.system, state.v), self.rate)
-        return halved(Mechanism(self.scene, self.system, state), fastest, slow=self.choice.compiled is None)
+        return short_runs(Mechanism(self.scene, self.system, state), fastest, slow=self.choice.compiled is None)
 
     @cached_property
     def displacement(self) -> Array:
-        """A random change of all coordinates, (7n,), of the order of the mechanism's length and 1 rad."""
+        """A random change of all coordinates, (7n,), of the size of the mechanism's length and of 1 for Euler
+        parameters."""
         weights = np.tile([self.system.length] * 3 + [1.0] * 4, self.system.bodies)
         return weights * np.random.default_rng(1).normal(size=len(weights))
 
     @property
     def reference(self) -> Array:
-        """The joints' coordinates at the state, turns counted, (nc,)."""
+        """The joints' coordinates at `state`, with turns counted, (nc,)."""
         return coordinate_values(self.system, pose_of(self.state.q)) + 2.0 * np.pi * self.state.turns
 
     @property
     def redundant(self) -> bool:
-        """Whether some rows depend on others."""
+        """Whether some constraint rows depend on others."""
         return len(self.equations.rows) < self.system.constraints
 
     @property
     def too_large(self) -> str | None:
-        """Why dense matrices are not looked at; None where they are."""
+        """The reason why checks with dense matrices do not apply; None where they do."""
         bodies = self.system.bodies
         return f"{bodies} bodies: dense matrices are looked at up to {DENSE}" if bodies > DENSE else None
 
     @property
     def indefinite(self) -> str | None:
-        """Why M is not definite even in tangent coordinates; None where it is."""
+        """The reason why M is not definite even in tangent coordinates; None where it is definite."""
         for name, mass, inertia in zip(self.system.names.carriers, self.system.mass, self.system.inertia, strict=True):
             moments = np.linalg.eigvalsh(inertia)
             if mass <= 0.0 or moments[0] <= DEFINITE * moments[-1]:
@@ -156,7 +158,7 @@ class Case:
 
     @cached_property
     def reduced(self) -> Reduced | str:
-        """The reduced formulation in the kernel, or why it is not available."""
+        """The kernel's reduced formulation, or the reason why it is not available."""
         found = core()
         if found is None:
             return "there is no compiled kernel"
@@ -172,13 +174,13 @@ class Case:
 
     @property
     def planar(self) -> Compiled | str:
-        """The planar formulation in the kernel, or why it is not available."""
+        """The kernel's planar formulation, or the reason why it is not available."""
         compiled = self.choice.compiled
         return compiled if compiled is not None and compiled.name == "planar" else self.not_planar
 
     @property
     def not_planar(self) -> str:
-        """Why it is not computed in a plane."""
+        """The reason why the case is not computed in a plane."""
         try:
             settings = replace(self.scene.settings, formulation="planar")
             choose(self.system, self.mechanism.state, settings)
@@ -188,7 +190,7 @@ class Case:
 
 
 def _touching(system: System, start: State) -> Array:
-    """The gradients of the gaps of rigid stops that touch, (k, 7n)."""
+    """The gradients of the gaps of the rigid stops that touch, (k, 7n)."""
     stops, pose = system.stops, pose_of(start.q)
     if stops is None:
         return np.zeros((0, 7 * system.bodies))
@@ -197,6 +199,7 @@ def _touching(system: System, start: State) -> Array:
 
 
 def _fastest(system: System, rates: Array) -> float:
-    """The largest of the rates of coordinates (7n,): speeds over the mechanism's length, and ω = 2 |Λ'|."""
+    """The largest rate, 1/s, in the rates of all coordinates (7n,): speeds over the mechanism's length, and ω = 2
+    |Λ'|."""
     parts = np.abs(rates.reshape(-1, 7))
     return max(float(parts[:, :3].max()) / system.length, 2.0 * float(parts[:, 3:].max()))

@@ -1,4 +1,4 @@
-"""verify(): the table of checks, and a certificate of what they found on a mechanism."""
+"""verify(): the table of checks, and a certificate with the result of each on a mechanism."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from mbproj.studies.verify.finding import Found
 
 @dataclass(frozen=True)
 class CheckEntry:
-    """A check: a function of a case, and what it claims, in a line."""
+    """A check: a function of a case, and the claim that it tests, in one line."""
 
     run: Callable[[Case], Found]
     claim: str
 
 
-#: Every check by name, in the order of the table. A new one is a function and a line here.
+#: Every check by name, in the order of the table. A new check is a function and a line here.
 CHECKS: Mapping[str, CheckEntry] = MappingProxyType(
     {
         "popm-gpopm": CheckEntry(corrections.popm_is_gpopm, "POPM = GPOPM where M is definite (Eq. 75)"),
@@ -56,12 +56,12 @@ CHECKS: Mapping[str, CheckEntry] = MappingProxyType(
 
 
 def verify(scene: Scene, tell: Tell = silent) -> Verification:
-    """Runs every check on a scene. `tell` is called with a phase, how many are done, and how many there are.
+    """Run every check on a scene. `tell` is called with the phase, the number of checks done, and the number of all.
 
     Raises InputError where the mechanism cannot be assembled or run at all, SimulationError where a function of the
     scene has no value at the start."""
     case, found = Case(Mechanism.of(scene)), []
-    _ = case.choice  # whether it can run at all
+    _ = case.choice  # raises where the scene cannot be run at all
     for done, (name, entry) in enumerate(CHECKS.items()):
         tell("checks", done, len(CHECKS))
         found.append(_check(name, entry, case))

@@ -1,4 +1,5 @@
-"""Checks of the projections: Eqs. 75 and 78, idempotent, orthogonal in their metric, the kernel's."""
+"""Checks of the projections: POPM = GPOPM (Eq. 75), no influence of α (Eq. 78), idempotent, orthogonal, and the
+kernel's correction."""
 
 from __future__ import annotations
 
@@ -20,16 +21,16 @@ from mbproj.studies.verify.equations import correction, penalised
 from mbproj.studies.verify.finding import Finding, Found, difference, worse
 from mbproj.studies.verify.rounded import Rounded
 
-#: Penalties of Eq. 78: from weak to what ref. 28 takes.
+#: Penalties α of Eq. 78: from weak ones to that of ref. 28.
 ALPHAS = (1e-3, 1e3, 1e7)
-#: How far joints are opened for the kernel's correction, in the mechanism's length and rad.
+#: Size of the displacement that opens the joints for the kernel's correction, in the mechanism's length and rad.
 OPENED = 1e-3
-#: Methods by the weight A that their corrections are smallest in: the identity, or M.
+#: The weight A of each method, in whose norm its corrections are smallest: the identity, or M.
 METRICS: Mapping[str, str] = MappingProxyType({"gopm": "I", "gpopm": "M"})
 
 
 def popm_is_gpopm(case: Case) -> Found:
-    """Eq. 75 in (δr, δθ), where M is diag(m I, J): POPM's correction against GPOPM's."""
+    """Compare POPM's correction with GPOPM's in (δr, δθ), where M is diag(m I, J) (Eq. 75)."""
     obstacle = case.too_large or case.indefinite
     if obstacle:
         return obstacle
@@ -45,10 +46,10 @@ def popm_is_gpopm(case: Case) -> Found:
 
 
 def no_alpha(case: Case) -> Found:
-    """Eq. 78: MMOPM's correction with several α against GPOPM's, each α with the round-off that it brings."""
+    """Compare MMOPM's correction for several α with GPOPM's (Eq. 78), each to the round-off that its α brings."""
     if case.too_large:
         return case.too_large
-    M, C_q, violation = _opened(case)
+    M, C_q, violation = _with_violation(case)
     known = _method("gpopm").correction(M.value, C_q.value, violation.value)
     own = correction(penalised(M, C_q, 1.0), C_q, violation).error
     found, departures = [], []
@@ -61,7 +62,7 @@ def no_alpha(case: Case) -> Found:
 
 
 def idempotent(case: Case) -> Found:
-    """v -> v + correction(C_q v) is a projector: what it has corrected it leaves, but for round-off."""
+    """Check that v -> v + correction(C_q v) is a projector: a second correction changes nothing but round-off."""
     if case.too_large:
         return case.too_large
     equations, v = case.equations, case.displacement
@@ -70,7 +71,7 @@ def idempotent(case: Case) -> Found:
     for name, A in _weights(M, C_q):
         first = _method(name).correction(M.value, C_q.value, C_q.value @ v)
         left = C_q @ Rounded.exact(v + first)
-        # Exactly corrected, nothing would be left: what the round-off of the first correction leaves is corrected.
+        # In exact arithmetic nothing is left to correct. The second correction acts on the round-off of the first.
         error = correction(A, C_q, C_q @ Rounded.exact(v)).error
         missed = left.error + np.abs(C_q.value) @ error
         second = _method(name).correction(M.value, C_q.value, left.value)
@@ -81,15 +82,16 @@ def idempotent(case: Case) -> Found:
 
 
 def orthogonal(case: Case) -> Found:
-    """Eqs. 38 and 43: A Δ has no part in the motions that C_q allows, with A = I for GOPM and M for GPOPM."""
+    """Check that A Δ is orthogonal to the motions that C_q allows (Eqs. 38 and 43), with A = I for GOPM and M for
+    GPOPM."""
     if case.too_large:
         return case.too_large
-    M, C_q, violation = _opened(case)
+    M, C_q, violation = _with_violation(case)
     rows, columns = C_q.value.shape
     if rows == columns:
         return "no degree of freedom: there are no motions to be orthogonal to"
     Z = np.linalg.svd(C_q.value)[2][rows:].T
-    # What round-off leaves of C_q Z, moved back onto the null space: by how much Z itself is off.
+    # The residual C_q Z, mapped back onto the null space, is the error of Z itself.
     left = Rounded.exact(C_q.value) @ Rounded.exact(Z)
     off = np.abs(np.linalg.pinv(C_q.value)) @ (left.error + np.abs(left.value))
     found = []
@@ -104,7 +106,7 @@ def orthogonal(case: Case) -> Found:
 
 
 def kernel_correction(case: Case) -> Found:
-    """One exact correction of an open pose by GPOPM: the kernel's block Cholesky against Eq. 73."""
+    """Compare one exact correction of an open pose by GPOPM: the kernel's block Cholesky with Eq. 73."""
     if case.too_large:
         return case.too_large
     if isinstance(case.reduced, str):
@@ -138,14 +140,14 @@ def kernel_correction(case: Case) -> Found:
 
 
 def _method(name: str, alpha: float | None = None) -> Projection:
-    """A correcting method of the program."""
+    """The projection method of this name, which must be one that corrects."""
     found = make_method(ProjectionSettings(method=name, alpha=alpha))
     assert isinstance(found, Projection)
     return found
 
 
 def _weight(name: str, M: Rounded, C_q: Rounded) -> Rounded:
-    """What a method solves with: its A of Eq. 28."""
+    """The matrix A of Eq. 28 that a method solves with."""
     return Rounded.exact(np.eye(len(M.value))) if name == "gopm" else penalised(M, C_q, 1.0)
 
 
@@ -154,14 +156,14 @@ def _weights(M: Rounded, C_q: Rounded) -> Iterator[tuple[str, Rounded]]:
         yield name, _weight(name, M, C_q)
 
 
-def _opened(case: Case) -> tuple[Rounded, Rounded, Rounded]:
-    """M and C_q, taken as they are, and a violation."""
+def _with_violation(case: Case) -> tuple[Rounded, Rounded, Rounded]:
+    """M and C_q, taken as exact, and the violation that `displacement` makes."""
     M, C_q = Rounded.exact(case.equations.M.value), Rounded.exact(case.equations.C_q.value)
     return M, C_q, Rounded.exact(C_q.value @ case.displacement)
 
 
 def _tangent(case: Case) -> tuple[Rounded, Rounded, Array]:
-    """M and the rows in (δr, δθ in body axes), (m, 6n), and a violation."""
+    """M and the rows in (δr, δθ in body axes), (m, 6n), without the norm rows, and a violation."""
     system, n = case.system, case.system.bodies
     C_q = case.equations.C_q.value[case.equations.rows >= n].reshape(-1, n, 7)
     L = matrix_L(case.state.q.reshape(-1, 7)[:, 3:])
@@ -172,7 +174,7 @@ def _tangent(case: Case) -> tuple[Rounded, Rounded, Array]:
 
 
 def _scale(case: Case) -> Array:
-    """What each coordinate is measured in, (7n,): the mechanism's length, or 1."""
+    """The unit of each coordinate, (7n,): the mechanism's length for positions, 1 for Euler parameters."""
     return np.tile([case.system.length] * 3 + [1.0] * 4, case.system.bodies)
 
 

@@ -1,5 +1,5 @@
-"""The equations of a mechanism at a state, M, C_q, Q and γ, with the round-off that they carry, and the paper's
-formulas with theirs."""
+"""The equations of a mechanism at a state (M, C_q, Q and γ) and the paper's formulas for them, with bounds on
+round-off."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from mbproj.dynamics.rank.row_space import scaled_jacobian, split
 from mbproj.model import System
 from mbproj.studies.verify.rounded import EPS, Rounded, bordered, concatenated, product, solve
 
-#: Computations from states that differ in the last bit, whose spread is the round-off of what enters the formulas.
+#: M, C_q, Q and γ are computed at this many neighbouring states too. Their spread is the round-off of the state.
 NEIGHBOURS = 4
 #: Operations behind one entry of M, C_q, Q or γ: products of three or four factors, summed over four Euler parameters.
 OPERATIONS = 8.0
@@ -25,7 +25,8 @@ OPERATIONS = 8.0
 
 @dataclass(frozen=True, eq=False)
 class Equations:
-    """M (7n, 7n), C_q (m, 7n), Q (7n,) and γ (m,) of the rows that are independent, which are `rows` (m,) of C."""
+    """M (7n, 7n), C_q (m, 7n), Q (7n,) and γ (m,) of the independent rows; `rows` (m,) are the numbers of these rows in
+    C."""
 
     M: Rounded
     C_q: Rounded
@@ -34,16 +35,16 @@ class Equations:
     rows: Integers
 
     def taken_exactly(self) -> Equations:
-        """The same without the round-off of what enters."""
+        """Return these equations as if their terms had no round-off."""
         M, C_q, Q, right = (Rounded.exact(term.value) for term in (self.M, self.C_q, self.Q, self.gamma))
         return Equations(M, C_q, Q, right, self.rows)
 
     def accelerations(self) -> Rounded:
-        """Eq. 14: q'' and λ, one after the other, (7n + m,)."""
+        """Solve Eq. 14: q'' followed by λ, (7n + m,)."""
         return solve(bordered(self.M, self.C_q), concatenated(self.Q, self.gamma))
 
     def eliminated(self) -> Rounded:
-        """Eqs. 80-81: the same through A1."""
+        """Solve Eqs. 80-81 with A1: q'' followed by λ, (7n + m,)."""
         A1 = penalised(self.M, self.C_q, 1.0)
         X, free = solve(A1, self.C_q.T), solve(A1, self.Q)
         multipliers = solve(self.C_q @ X, self.C_q @ free - self.gamma)
@@ -51,23 +52,23 @@ class Equations:
 
 
 def penalised(M: Rounded, C_q: Rounded, alpha: float) -> Rounded:
-    """A_α = M + α C_qᵀC_q, Eqs. 53 and 72."""
+    """The matrix A_α = M + α C_qᵀC_q, Eqs. 53 and 72."""
     return M + product(alpha, C_q.T @ C_q)
 
 
 def correction(A: Rounded, C_q: Rounded, violation: Rounded) -> Rounded:
-    """-A⁻¹C_qᵀ (C_q A⁻¹ C_qᵀ)⁻¹ violation, Eq. 28."""
+    """The correction -A⁻¹C_qᵀ (C_q A⁻¹ C_qᵀ)⁻¹ violation, Eq. 28."""
     X = solve(A, C_q.T)
     return -(X @ solve(C_q @ X, violation))
 
 
 def independent_rows(system: System, q: Array) -> Integers:
-    """The rows of C that do not depend on those before them, rows at velocity level last."""
+    """The numbers of the rows of C that do not depend on the rows before them. Rows at velocity level count as last."""
     return np.sort(split(scaled_jacobian(system, pose_of(q)), np.argsort(system.is_velocity, kind="stable"))[0])
 
 
 def equations_at(system: System, state: State) -> Equations:
-    """The equations at a state. Raises SimulationError where a function of the scene has no value."""
+    """The equations of motion at a state. Raises SimulationError where a function of the scene has no value."""
     rows, random = independent_rows(system, state.q), np.random.default_rng(0)
     values = _terms(system, state, state.q, state.v)
     spread = [np.zeros_like(value) for value in values]
@@ -84,7 +85,7 @@ def equations_at(system: System, state: State) -> Equations:
 
 
 def _terms(system: System, state: State, q: Array, v: Array) -> tuple[Array, Array, Array, Array]:
-    """M, C_q, Q and γ."""
+    """M, C_q, Q and γ at the coordinates q and velocities v."""
     pose = pose_of(q)
     twist, drive = twist_of(pose, v), drive_at(system, state.t)
     loads = applied(state.changed(positions=q, velocities=v).instant(system))
@@ -93,8 +94,8 @@ def _terms(system: System, state: State, q: Array, v: Array) -> tuple[Array, Arr
 
 
 def _neighbour(system: System, state: State, random: np.random.Generator) -> tuple[Array, Array]:
-    """q and v with each number off by as much as it is uncertain. That is ε of what it is computed from, the largest
-    coordinate or speed, or what the state leaves the joints open and moving apart by: redundant rows differ on that."""
+    """Return q and v with a random error in each number. It is of the size of ε times the largest coordinate or speed.
+    Where the state violates the constraints by more, it is of that size: redundant rows differ by as much."""
     q, v = state.q.reshape(-1, 7), state.v.reshape(-1, 7)
     violations = constraint_at(system, state.q, state.t), constraint_velocity_at(system, state.q, state.v, state.t)
     left, apart = (float(np.abs(violation / system.row_scale).max()) for violation in violations)
@@ -109,7 +110,8 @@ def _neighbour(system: System, state: State, random: np.random.Generator) -> tup
 
 
 def _by_kind(rows: Array) -> Array:
-    """For each entry the largest of those of its row, body and kind, positions or Euler parameters, (..., 7n)."""
+    """For each entry, the largest absolute value in its row among the same body's entries of its kind (positions or
+    Euler parameters), (..., 7n)."""
     parts = np.abs(rows.reshape(*rows.shape[:-1], -1, 7))
     size = np.empty_like(parts)
     for columns in (slice(3), slice(3, 7)):

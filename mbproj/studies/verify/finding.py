@@ -1,4 +1,4 @@
-"""What a check finds: a number, how large it may be, and whether that holds."""
+"""The finding of a check: a measured number, the bound on it, and whether the bound holds."""
 
 from __future__ import annotations
 
@@ -8,35 +8,36 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.studies.verify.rounded import EPS
 
-#: Where round-off alone may change a result by this part of itself, nothing can be told.
+#: Where round-off alone may change a result by more than this part of it, a comparison tells nothing.
 VACUOUS = 0.1
 
 
 @dataclass(frozen=True)
 class Finding:
-    """`measured` and the bound `allowed` on it, in the same unit; `remark`: what a reader should know besides."""
+    """A measured number and the bound `allowed` on it, in the same unit. `remark` is a note for the reader."""
 
     measured: float
     allowed: float
     remark: str = ""
-    #: Whether `measured` is to be at least `allowed` instead.
+    #: Whether `allowed` is a lower bound on `measured` instead of an upper one.
     at_least: bool = False
 
     @property
     def passed(self) -> bool:
-        """Whether it holds."""
+        """Whether the bound holds."""
         good = self.measured >= self.allowed if self.at_least else self.measured <= self.allowed
         return bool(good)
 
 
-#: What a check returns: what it found, or why it does not apply.
+#: The result of a check: its finding, or the reason why it does not apply.
 Found = Finding | str
 
 
 def difference(one: Array, other: Array, bound: Array, scale: Array | float = 1.0, whole: float | None = None) -> Found:
-    """Two results that are to be equal to within `bound`, componentwise, each in units of its `scale`, as parts of
-    `whole`: of the largest of `other` where that is not given. The component nearest to its bound, or farthest beyond
-    it, is told."""
+    """Compare two results that are to be equal to within `bound`, component by component.
+
+    Differences are in units of `scale`, as parts of `whole`, by default the largest component of `other`. Return the
+    component that is nearest to its bound or farthest beyond it, or the reason why nothing can be told."""
     if not one.size:
         return "nothing to compare"
     if whole is None:
@@ -53,7 +54,7 @@ def difference(one: Array, other: Array, bound: Array, scale: Array | float = 1.
 
 
 def worse(findings: list[Found]) -> Found:
-    """The finding that is nearest to its bound, or farthest beyond it; the first reason where there is none."""
+    """The finding that is nearest to its bound or farthest beyond it. Where there is none, return the first reason."""
     numbers = [each for each in findings if isinstance(each, Finding)]
     if not numbers:
         return findings[0]

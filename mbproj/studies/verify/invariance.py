@@ -1,4 +1,4 @@
-"""Checks that nothing depends on the unit of length, on where the mechanism is, or on the order of its parts."""
+"""Checks that results do not depend on the unit of length, the mechanism's place, or the order of its parts."""
 
 from __future__ import annotations
 
@@ -27,26 +27,27 @@ from mbproj.studies.verify.rounded import EPS, Rounded
 PLACES = "an element goes by places on the ground, or by distances of its own, which do not move along"
 #: Millimetres in a metre.
 MILLIMETRES = 1e3
-#: A rotation that mixes all axes.
+#: A rotation that mixes all three axes.
 ROTATION = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))[0]
 ROTATION = ROTATION * np.linalg.det(ROTATION)
 #: Why the unit of length cannot be changed.
 NO_UNITS = "elements, signals and states are data without units"
-#: Where the mechanism is shifted to, in its own lengths.
+#: The shift of the mechanism, in units of its length.
 SHIFT = np.array([3.0, -2.0, 5.0])
 
 
 def units(case: Case) -> Found:
-    """In millimetres GPOPM's correction and the accelerations are the same motion; GOPM's correction is not."""
+    """Check that in millimetres GPOPM's correction and the accelerations are the same motion. The remark says how far
+    GOPM's differs."""
     if case.scene.elements or names_channels(case.scene):
         return NO_UNITS
     scene, scale = rescaled(case.scene, MILLIMETRES), np.tile([MILLIMETRES] * 3 + [1.0] * 4, case.system.bodies)
-    found = _same(case, scene, np.diag(scale), np.zeros(len(scale)))
-    return replace(found, remark=_of_gopm(case, scene, scale)) if isinstance(found, Finding) else found
+    found = _compared(case, scene, np.diag(scale), np.zeros(len(scale)))
+    return replace(found, remark=_change_of_gopm(case, scene, scale)) if isinstance(found, Finding) else found
 
 
-def _of_gopm(case: Case, scene: Scene, scale: Array) -> str:
-    """By how much GOPM's correction changes."""
+def _change_of_gopm(case: Case, scene: Scene, scale: Array) -> str:
+    """Say by how much the change of unit changes GOPM's correction."""
     known, other = case.equations, _equations_of(case, scene, np.diag(scale), np.zeros(len(scale)))
     unit, shift = _scale(case.system), case.displacement
     own = Gopm().correction(known.M.value, known.C_q.value, known.C_q.value @ shift) / unit
@@ -58,36 +59,36 @@ def _of_gopm(case: Case, scene: Scene, scale: Array) -> str:
 
 
 def rotation(case: Case) -> Found:
-    """Turned about all axes."""
+    """Check that turning the whole mechanism about all axes changes nothing."""
     if _reads_places(case):
         return PLACES
     motion = RigidMotion(ROTATION, np.zeros(3))
-    return _same(case, motion.scene(case.scene), _turning(case.system, motion), np.zeros(7 * case.system.bodies))
+    return _compared(case, motion.scene(case.scene), _turning(case.system, motion), np.zeros(7 * case.system.bodies))
 
 
 def translation(case: Case) -> Found:
-    """Shifted by some of its lengths."""
+    """Check that shifting the whole mechanism changes nothing."""
     if _reads_places(case):
         return PLACES
     motion = RigidMotion(np.eye(3), case.system.length * SHIFT)
     shift = np.tile([*motion.shift, 0.0, 0.0, 0.0, 0.0], case.system.bodies)
-    return _same(case, motion.scene(case.scene), np.eye(len(shift)), shift)
+    return _compared(case, motion.scene(case.scene), np.eye(len(shift)), shift)
 
 
 def renumbering(case: Case) -> Found:
-    """Bodies, joints, forces and motions in another order."""
+    """Check that another order of bodies, joints, forces and motions changes nothing."""
     scene = renumbered(case.scene)
     order = _carriers(compile_system(scene), case.system)
     if order is None:
         return "fixed joints make several bodies one, and its axes are those of the first"
     T = np.zeros((len(order), 7, len(order), 7))
     T[np.arange(len(order)), :, order, :] = np.eye(7)
-    return _same(case, scene, T.reshape(7 * len(order), -1), np.zeros(7 * len(order)))
+    return _compared(case, scene, T.reshape(7 * len(order), -1), np.zeros(7 * len(order)))
 
 
-def _same(case: Case, scene: Scene, T: Array, shift: Array) -> Found:
-    """The correction of a violation, and the accelerations, of the mechanism of another scene, whose coordinates are
-    T q + shift, against those of the case."""
+def _compared(case: Case, scene: Scene, T: Array, shift: Array) -> Found:
+    """Compare the case with the mechanism of another scene, whose coordinates are T q + shift. Compared are the
+    violation of the constraints, the correction of a displacement, and the accelerations."""
     if case.too_large:
         return case.too_large
     system, q = compile_system(scene), T @ case.state.q + shift
@@ -108,7 +109,7 @@ def _same(case: Case, scene: Scene, T: Array, shift: Array) -> Found:
 
 
 def _equations_of(case: Case, scene: Scene, T: Array, shift: Array) -> Equations:
-    """The equations of another scene at the same state."""
+    """The equations of another scene's mechanism at the state of the case, moved to T q + shift."""
     state, system = case.state, compile_system(scene)
     turns = np.zeros(system.coordinates.size, dtype=np.intp)
     names = case.system.names.coordinates
@@ -119,25 +120,26 @@ def _equations_of(case: Case, scene: Scene, T: Array, shift: Array) -> Equations
 
 
 def _reads_places(case: Case) -> bool:
-    """Whether elements brought coordinates of their own, beside those of joints."""
+    """Whether some elements add coordinates of their own to those of the joints."""
     return compile_system(replace(case.scene, elements=())).coordinates.size < case.system.coordinates.size
 
 
 def _left_open(case: Case) -> float:
-    """By how much assembly leaves the joints open, in the mechanism's length or rad."""
+    """The largest violation that assembly leaves in the joints, in the mechanism's length or rad."""
     C = constraint_at(case.system, case.state.q, case.state.t)
     return float(np.abs(C / case.system.row_scale).max())
 
 
 def _correction(known: Equations, displacement: Rounded) -> Rounded:
-    """GPOPM's correction of the violation that a displacement makes."""
+    """GPOPM's correction, with its error bound, of the violation that a displacement makes."""
     bound = correction(penalised(known.M, known.C_q, 1.0), known.C_q, known.C_q @ displacement)
     value = Gpopm().correction(known.M.value, known.C_q.value, known.C_q.value @ displacement.value)
     return Rounded(value, bound.error)
 
 
 def _turning(system: System, motion: RigidMotion) -> Array:
-    """(7n, 7n): R on positions and p ⊗ on Euler parameters."""
+    """The matrix (7n, 7n) that turns all bodies: R acts on positions, the quaternion product with p on Euler
+    parameters."""
     n = system.bodies
     T = np.zeros((n, 7, n, 7))
     index = np.arange(n)
@@ -147,7 +149,8 @@ def _turning(system: System, motion: RigidMotion) -> Array:
 
 
 def _carriers(system: System, before: System) -> Integers | None:
-    """For each carrier of a system its number in the one before; None where their axes differ."""
+    """For each carrier of a system, its number in the system `before`. None where fixed joints unite bodies, as the
+    carriers' axes then differ."""
     if len(system.names.carriers) < len(system.names.bodies):
         return None
     return np.array([before.names.carriers.index(name) for name in system.names.carriers], dtype=np.intp)

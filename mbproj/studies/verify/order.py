@@ -1,4 +1,4 @@
-"""Checks of a short run with the scene's own settings: the integrator's order, the energy balance, closed joints."""
+"""Checks of short runs with the scene's own settings: the integrator's order, the energy balance, closed joints."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from mbproj.studies.measure.solve import Solution
 from mbproj.studies.verify.case import Case, ShortRun
 from mbproj.studies.verify.finding import Finding, Found
 from mbproj.studies.verify.rounded import EPS
-from mbproj.studies.verify.runs import ABOVE, Halved, Order
+from mbproj.studies.verify.runs import ABOVE, Order, ShortRuns
 from mbproj.thresholds import THRESHOLDS
 
 #: An observed order is rounded to the nearest whole number.
 ROUNDED = 0.5
-#: An order that is known no better than this tells nothing.
+#: An observed order with a larger uncertainty than this tells nothing.
 UNTOLD = 2.0
-#: Runs that an order takes.
+#: The fewest runs that give an order.
 FEWEST = 3
-#: Energy below this part of what the mass of the mechanism can have is none.
+#: Energies below this part of Σm (rate × length)² count as zero.
 STILL = 1e-12
 
 
 def observed_order(case: Case) -> Found:
-    """The power of the step with which the error at a run's end falls: the integrator's order, or more; of all motions
-    where it is least."""
+    """Check that the error at a run's end falls with the step at the integrator's order or faster. Of all motions the
+    one with the lowest order counts."""
     found = [(motion.name, _order_of(case, motion)) for motion in case.motions]
     told = [replace(each, remark=f"{each.remark}, {name}") for name, each in found if isinstance(each, Finding)]
     return min(told, key=lambda each: each.measured - each.allowed) if told else found[-1][1]
@@ -39,17 +39,17 @@ def _order_of(case: Case, motion: ShortRun) -> Found:
     if obstacle:
         return obstacle
     order = runs.order(runs.errors) if len(runs.solutions) >= FEWEST else None
-    if runs.failure is not None and runs.failure.status == "refused":  # a velocity that goes into a stop
+    if runs.failure is not None and runs.failure.status == "refused":  # the start moves into a stop
         return str(runs.failure)
     if order is None:
         unseen = "its error is no more than round-off and the projection leave: no order can be seen"
         return _stopped(case, runs) if runs.failure else unseen
-    return _against(case, order, "")
+    return _compared(case, order, "")
 
 
 def energy_balance(case: Case) -> Found:
-    """Energy less work plus what dampers lose, over the run: it falls with the step at the integrator's order, or is
-    round-off."""
+    """Check that the error of the energy balance falls with the step at the integrator's order, or is round-off. The
+    balance is the energy less the work, plus the losses of dampers."""
     motion = case.motions[-1]
     runs, obstacle = motion.runs, _obstacle(case, motion)
     if obstacle:
@@ -63,11 +63,11 @@ def energy_balance(case: Case) -> Found:
     order = runs.order(drifts)
     if order is None:
         return Finding(float(drifts.min()), ABOVE * runs.floor, "of the energy, at the best step: round-off")
-    return _against(case, order, f", from {drifts[0]:.0e} of the energy to {drifts.min():.0e}")
+    return _compared(case, order, f", from {drifts[0]:.0e} of the energy to {drifts.min():.0e}")
 
 
-def _against(case: Case, order: Order, remark: str) -> Found:
-    """An observed order against the integrator's: rounded to a whole number, and not surer than it is."""
+def _compared(case: Case, order: Order, remark: str) -> Found:
+    """Compare an observed order with the integrator's. It may be lower by its own uncertainty and by `ROUNDED`."""
     name = with_fixed_steps(case.scene.settings.integrator)
     wanted = integrators()[name].order
     if order.uncertainty > UNTOLD:
@@ -77,7 +77,7 @@ def _against(case: Case, order: Order, remark: str) -> Found:
 
 
 def joints_closed(case: Case) -> Found:
-    """The largest |C| after any step, against the stop test's tolerance."""
+    """Compare the largest |C| after any step with the tolerance of the stop test."""
     own = case.scene.settings.projection
     if not PROJECTIONS[own.method].corrects:
         return f"'{own.method}' does not close the joints"
@@ -95,30 +95,30 @@ def joints_closed(case: Case) -> Found:
     )
 
 
-def _stopped(case: Case, runs: Halved) -> Found:
-    """A run that does not get to its end at any step is a failure of the check."""
+def _stopped(case: Case, runs: ShortRuns) -> Found:
+    """Return a failed finding for runs that do not get to their end."""
     wanted = integrators()[with_fixed_steps(case.scene.settings.integrator)].order
     return Finding(0.0, wanted - ROUNDED, f"the run stops: {runs.failure}", at_least=True)
 
 
 def _energy(solution: Solution) -> float:
-    """The largest kinetic energy and change of the potential energy, J."""
+    """The largest kinetic energy plus the range of the potential energy, J."""
     potential = solution.potential_energy
     return float(solution.kinetic_energy.max() + potential.max() - potential.min())
 
 
 def _obstacle(case: Case, motion: ShortRun) -> str | None:
-    """Why no order can be expected; None where it can."""
+    """The reason why no order can be expected; None where one can."""
     if motion.runs.split:
         return f"steps are split for what is shorter ({motion.runs.split}): there the error does not fall with the step"
     if case.system.stops is not None and motion.runs.is_level:
         return "the motion meets a stop, which is followed in steps of its own: the error does not fall with the run's"
-    passed = motion.runs.passed or _begins_on(case, motion.state)
+    passed = motion.runs.passed or _edge_at_start(case, motion.state)
     return f"fixed steps pass over edges of laws, where no method keeps its order ({passed})" if passed else None
 
 
-def _begins_on(case: Case, state: State) -> str:
-    """The edge of a law that the runs begin on; "" where they begin on none."""
+def _edge_at_start(case: Case, state: State) -> str:
+    """The switch of a law that the start lies exactly on; "" where there is none."""
     switches = switches_of(case.system)
     if switches is None:
         return ""

@@ -20,14 +20,14 @@ EPS = float(np.finfo(float).eps)
 
 @dataclass(frozen=True, eq=False)
 class Rounded:
-    """A computed vector or matrix, and a bound on its difference from what exact arithmetic gives, componentwise."""
+    """A computed vector or matrix, and a componentwise bound on its difference from the exact result."""
 
     value: Array
     error: Array
 
     @classmethod
     def exact(cls, value: Array) -> Rounded:
-        """Numbers that are what they are."""
+        """Take numbers as exact: their error is zero."""
         return cls(value, np.zeros_like(value))
 
     @property
@@ -56,7 +56,7 @@ class Rounded:
 
 
 def product(factor: float, given: Rounded) -> Rounded:
-    """factor · x."""
+    """The product factor · x of a number and a vector or matrix."""
     value: Array = factor * given.value
     error: Array = abs(factor) * given.error + EPS * np.abs(value)
     return Rounded(value, error)
@@ -72,11 +72,11 @@ def solve(A: Rounded, b: Rounded) -> Rounded:
 
 
 def concatenated(*parts: Rounded) -> Rounded:
-    """Vectors one after another."""
+    """The vectors `parts`, one after another."""
     return Rounded(np.concatenate([part.value for part in parts]), np.concatenate([part.error for part in parts]))
 
 
 def bordered(A: Rounded, C: Rounded) -> Rounded:
-    """[[A, Cᵀ], [C, 0]]."""
+    """The block matrix [[A, Cᵀ], [C, 0]]."""
     none = np.zeros((len(C.value), len(C.value)))
     return Rounded(np.block([[A.value, C.value.T], [C.value, none]]), np.block([[A.error, C.error.T], [C.error, none]]))

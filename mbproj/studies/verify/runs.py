@@ -1,4 +1,4 @@
-"""One short run with the scene's own settings and 2, 3, 4, 6, 8, 12 .. steps: what its order is read from."""
+"""Short runs with the scene's own settings and 2, 3, 4, 6, 8, 12 .. steps, from which the order is determined."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from mbproj.studies.measure.solve import Failure, Solution, sample_times, solve
 from mbproj.studies.verify.rounded import EPS
 from mbproj.thresholds import THRESHOLDS
 
-#: The run takes so many times as long as the fastest part of the mechanism needs for 1 rad; the second where the first
-#: does not get to its end, passes over an edge of a law, or shows no order.
+#: Length of a run, in the time that the fastest part of the mechanism takes for 1 rad. The second is tried where runs
+#: of the first fail, pass over an edge of a law, or show no order.
 SPANS = (2.0, 0.5)
-#: Numbers of steps; only the first in the full formulation, which is a thousand times slower.
+#: Numbers of steps. The full formulation, a thousand times slower, uses only the first `FEWER` of them.
 STEPS, FEWER = tuple(sorted([*(2**power for power in range(1, 10)), *(3 * 2**power for power in range(8))])), 11
-#: An error that is not so many times above its round-off says nothing of the order.
+#: An error tells of the order only where it is this many times above its round-off.
 ABOVE = 10.0
-#: Errors that differ by less than this part do not fall: a method of order 1 has a half.
+#: Errors that differ by less than this part do not fall: doubling the steps of a method of order 1 halves its error.
 LEVEL = 0.1
-#: Runs from which an order is taken, and from which a line may bend; runs so many times coarser than the finest can be
-#: measured against that.
+#: An order is fitted to the last `FITTED` runs. From `BENT` runs on the fitted line may bend. Only runs with `COARSER`
+#: times fewer steps than the finest are measured against it.
 FITTED, BENT, COARSER = 6, 5, 4
-#: A run tells of the order where it has more steps than so many times its events.
+#: A run tells of the order only where its steps are more than this many times its events.
 CROWDED = 2
 
 
@@ -42,10 +42,12 @@ class Order:
 
 
 @dataclass(frozen=True, eq=False)
-class Halved:
-    """The runs that came to an end, by increasing number of `steps`; `failure` of one that did not, None where all did.
-    `length` (m) and `span` (s) are what errors are measured in; `floor`: what round-off and the stop test of the
-    projection leave of any error. `split`: whose short moves steps are split for; "" where for none."""
+class ShortRuns:
+    """The runs of a mechanism that came to their end, by increasing number of `steps`. `failure` is that of a run that
+    did not, or None.
+
+    `length` (m) and `span` (s) are the units of errors. `floor` is the error that round-off and the projection's stop
+    test leave in any run. `split` names a short movement for which steps are split; "" where there is none."""
 
     steps: Array
     solutions: tuple[Solution, ...]
@@ -57,13 +59,14 @@ class Halved:
 
     @property
     def passed(self) -> str:
-        """What the steps of one of them have passed over, where no method keeps its order; "" where that is nothing."""
+        """An edge of a law that the steps of a run passed over, so that no method keeps its order; "" where there is
+        none."""
         return next((each.report.passed for each in self.solutions if each.report and each.report.passed), "")
 
     @property
     def errors(self) -> Array:
-        """How far runs end from the finest, in orientations, and in positions and velocities of bodies and markers; of
-        the coarser ones."""
+        """The largest difference at the end between each of the coarser runs and the finest: in orientations, positions
+        and velocities of bodies and markers."""
         if not self.solutions:
             return np.zeros(0)
         ends = np.array([self._end(each) for each in self.solutions])
@@ -71,12 +74,13 @@ class Halved:
 
     @property
     def events(self) -> Integers:
-        """At how many times each run has met events, where its steps end."""
+        """The number of times at which each run met events. Steps end there."""
         return np.array([0 if each.report is None else each.report.events for each in self.solutions], dtype=np.intp)
 
     @property
     def is_level(self) -> bool:
-        """Whether steps end at events, and half of the errors do not fall at all: something else makes the steps."""
+        """Whether events occur and the coarser half of the errors is constant: then something else decides the length
+        of the steps."""
         coarse = self.errors[: len(self.errors) // 2]
         return (
             bool(self.events.any())
@@ -96,9 +100,9 @@ class Halved:
         )
 
     def order(self, values: Array) -> Order | None:
-        """The power of the step with which values, one for each of the first runs, fall: a line through the last of
-        them above round-off, logarithms over logarithms. Runs tell nothing whose steps end at events more than on their
-        own: those do not become shorter. None where fewer than three are left."""
+        """The power of the step with which `values`, one for each of the first runs, fall. A line is fitted to the
+        logarithms of the last values above round-off. Runs whose steps mostly end at events do not count: such steps do
+        not shorten. None where fewer than three runs are left."""
         low = np.flatnonzero(~(values > ABOVE * self.floor))
         above = values[: low[0]] if len(low) else values
         own = self.steps[: len(above)] > CROWDED * self.events[: len(above)]
@@ -106,9 +110,11 @@ class Halved:
 
 
 def order_of(steps: Array, values: Array) -> Order | None:
-    """The power with which values fall with the step; None of fewer than three values. Coarse steps may hide it. Then
-    the line bends by the next power of the step: log |c hᵖ (1 + a h)| ≈ log c + p log h + a h. The power is its slope
-    at the finest step, where that is higher and surer. Few values bend any line downwards."""
+    """Fit the power of the step with which values fall; None for fewer than three values.
+
+    Coarse steps may hide it. So from `BENT` values on the next power of the step enters: log |c hᵖ (1 + a h)| ≈ log c +
+    p log h + a h. Its slope at the finest step is taken where it is higher and less uncertain than the straight line's.
+    Fewer values would bend any line downwards."""
     x, y = np.log2(steps), np.log2(values)
     if len(x) < 3:
         return None
@@ -116,32 +122,33 @@ def order_of(steps: Array, values: Array) -> Order | None:
     if len(x) < BENT:
         return straight
     h = steps[0] / steps
-    bent = _slope(y, np.column_stack([-x, np.ones(len(x)), h + h[-1] * np.log(2.0) * x]))  # level at the finest step
+    # the last column has no slope at the finest step
+    bent = _slope(y, np.column_stack([-x, np.ones(len(x)), h + h[-1] * np.log(2.0) * x]))
     return bent if bent.value > straight.value and bent.uncertainty < straight.uncertainty else straight
 
 
 def _slope(y: Array, columns: Array) -> Order:
-    """The coefficient of the first column where columns fit y best."""
+    """The coefficient of the first column in the least-squares fit of y, and twice its standard error."""
     found = np.linalg.lstsq(columns, y, rcond=None)[0]
     residual = y - columns @ found
     spread = residual @ residual / (len(y) - columns.shape[1]) * np.linalg.inv(columns.T @ columns)[0, 0]
     return Order(float(found[0]), 2.0 * float(np.sqrt(spread)))
 
 
-def halved(mechanism: Mechanism, rate: float, slow: bool) -> Halved:
-    """The runs of a mechanism that turns at up to `rate` (rad/s); `slow`: whether steps are expensive."""
+def short_runs(mechanism: Mechanism, rate: float, slow: bool) -> ShortRuns:
+    """The runs of a mechanism that turns at up to `rate` (rad/s). `slow` says that steps are expensive."""
     longer, shorter = SPANS
-    found = _over(mechanism, longer / rate, slow)
+    found = _runs_over(mechanism, longer / rate, slow)
     if found.failure is None and not found.passed and found.order(found.errors) is not None:
         return found
-    again = _over(mechanism, shorter / rate, slow)
+    again = _runs_over(mechanism, shorter / rate, slow)
     if found.passed or again.passed:
         return found if again.passed else again
     return again if again.order(again.errors) is not None or found.failure is not None else found
 
 
-def _over(mechanism: Mechanism, span: float, slow: bool) -> Halved:
-    """The runs over a span in s."""
+def _runs_over(mechanism: Mechanism, span: float, slow: bool) -> ShortRuns:
+    """The runs over a span in s, with each number of steps."""
     own, times = Setting.of(mechanism.scene.settings), sample_times(span, 1)
     own = replace(own, integrator=with_fixed_steps(own.integrator))
     done, solutions, failure = [], [], None
@@ -153,15 +160,15 @@ def _over(mechanism: Mechanism, span: float, slow: bool) -> Halved:
         else:
             failure = found.failure
     projection = mechanism.scene.settings.projection
-    floor = max(_left(projection) / mechanism.system.length, STEPS[-1] * EPS)
+    floor = max(_left_open(projection) / mechanism.system.length, STEPS[-1] * EPS)
     coarsest = mechanism.settings(replace(own, step=span / STEPS[0], tolerance=None), span, span)
     splits = splits_of(mechanism.system, mechanism.state.t, coarsest)
     split = splits[0].owner if splits else ""
-    return Halved(np.array(done), tuple(solutions), failure, mechanism.system.length, span, floor, split)
+    return ShortRuns(np.array(done), tuple(solutions), failure, mechanism.system.length, span, floor, split)
 
 
-def _left(projection: ProjectionSettings) -> float:
-    """What a projection leaves open: m."""
+def _left_open(projection: ProjectionSettings) -> float:
+    """The largest violation that a projection may leave, m."""
     if not PROJECTIONS[projection.method].corrects or not projection.position:
         return 0.0
     stop = THRESHOLDS.paper_tolerance**0.75 if projection.test == "paper" else THRESHOLDS.closed_to

@@ -1,4 +1,4 @@
-"""Check of the linear model: beside its equilibrium a run follows the mode that it begins in."""
+"""Check of the linear model: near its equilibrium a run follows the mode in which it starts."""
 
 from __future__ import annotations
 
@@ -27,16 +27,18 @@ from mbproj.studies.verify.case import Case
 from mbproj.studies.verify.finding import Finding, Found
 from mbproj.studies.verify.turns import TurnRecorder
 
-#: Amplitude of the motion in lengths or radians, steps in which it is followed, and for how much of the slowest mode's
-#: period. Two runs, to either side, leave the square of the amplitude, and the steps their fourth power.
+#: Amplitude of the motion (the mechanism's length, or rad), number of steps, and duration as a part of the slowest
+#: mode's period. Half the difference of two runs with opposite amplitudes has an error of the amplitude squared; the
+#: steps have the fourth order.
 AMPLITUDE, STEPS, PART = 6e-5, 400, 0.25
 ALLOWED = 1e-6
-#: What the fastest mode turns in a step at most, rad, and how many steps there are at most.
+#: The largest phase of the fastest mode in one step, rad, and the most steps of a run.
 STABLE, MOST_STEPS = 1.0, 20_000
 
 
 def small_motions(case: Case) -> Found:
-    """By how much joint coordinates are off after a part of the slowest oscillation, beside its amplitude."""
+    """Check the joint coordinates after a part of the slowest oscillation against the mode. The error is relative to
+    the amplitude."""
     if case.too_large:
         return case.too_large
     if not case.system.coordinates.size:
@@ -53,24 +55,24 @@ def small_motions(case: Case) -> Found:
         return "no mode oscillates"
     mode = int(slow[0])
     time = PART * 2.0 * np.pi / float(abs(found.eigenvalues[mode]))
-    if _changes(case, rest, time):
+    if _depends_on_time(case, rest, time):
         return "forces or motions change with time, and the linear model with them"
     steps = max(STEPS, int(np.ceil(time * float(np.abs(found.eigenvalues).max()) / STABLE)))
     if steps > MOST_STEPS:
         return f"its modes are so far apart that following the slowest takes {steps} steps"
-    sides = [_beside(case, rest, found, mode, size) for size in (AMPLITUDE, -AMPLITUDE)]
+    sides = [_displaced_along(case, rest, found, mode, size) for size in (AMPLITUDE, -AMPLITUDE)]
     edge = _edge_between(case.system, *sides)
     if edge:
         return f"it rests at an edge, beside which it moves otherwise: {edge}"
-    ends = [_end(case, side, time, steps) for side in sides]
+    ends = [_final_coordinates(case, side, time, steps) for side in sides]
     moves: Numbers = found.coordinates[mode]
     expected = (moves * np.exp(found.eigenvalues[mode] * time)).real
     off = np.abs((ends[0] - ends[1]) / (2.0 * AMPLITUDE) - expected).max() / np.abs(moves).max()
     return Finding(float(off), ALLOWED, f"in the mode of {found.frequencies[mode]:.4g} Hz")
 
 
-def _beside(case: Case, rest: Equilibrium, found: Modes, mode: int, size: float) -> State:
-    """The equilibrium, moved along a mode, and moving in it."""
+def _displaced_along(case: Case, rest: Equilibrium, found: Modes, mode: int, size: float) -> State:
+    """The equilibrium, displaced by `size` along a mode and moving in that mode."""
     motion, λ = rest.reference.motion, found.eigenvalues[mode]
     ξ = found.shapes[mode].copy()
     ξ[:, 3:] = np.einsum("bji,bj->bi", motion.pose.rotation[:-1], ξ[:, 3:])
@@ -81,7 +83,7 @@ def _beside(case: Case, rest: Equilibrium, found: Modes, mode: int, size: float)
 
 
 def _edge_between(system: System, one: State, other: State) -> str:
-    """What is on another branch on the other side; "" where nothing is."""
+    """The law whose branch differs between two states; "" where no branch does."""
     switches = switches_of(system)
     if switches is None:
         return ""
@@ -91,8 +93,8 @@ def _edge_between(system: System, one: State, other: State) -> str:
     return f"{switches.owner(differ[0])}: {switches.what(differ[0])}" if len(differ) else ""
 
 
-def _changes(case: Case, rest: Equilibrium, time: float) -> bool:
-    """Whether what acts there, or what motions prescribe, is another one then."""
+def _depends_on_time(case: Case, rest: Equilibrium, time: float) -> bool:
+    """Whether the forces, or the prescribed motions, change within `time`."""
     motion, system = rest.reference.motion, case.system
     forces = [tangent_force(system, replace(motion, t=t)) for t in (motion.t, motion.t + 0.5 * time, motion.t + time)]
     drives = [drive_at(system, t) for t in (motion.t, motion.t + time)]
@@ -100,10 +102,10 @@ def _changes(case: Case, rest: Equilibrium, time: float) -> bool:
     return moves or any(not np.array_equal(forces[0], other) for other in forces[1:])
 
 
-def _end(case: Case, start: State, time: float, steps: int) -> Array:
-    """The joints' coordinates after a time."""
-    kept = TurnRecorder()
+def _final_coordinates(case: Case, start: State, time: float, steps: int) -> Array:
+    """The joints' coordinates at the end of a run of length `time` (s)."""
+    recorder = TurnRecorder()
     formulation = case.scene.settings.formulation
     settings = Settings(duration=time, step=time / steps, output_step=time, formulation=formulation, start=EQUILIBRIUM)
-    simulate(case.system, start, settings, kept)
-    return kept.coordinate[-1]
+    simulate(case.system, start, settings, recorder)
+    return recorder.coordinate[-1]

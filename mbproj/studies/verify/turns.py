@@ -1,4 +1,4 @@
-"""Check of the scene's own steps: gears keep their teeth, screws their threads, and driven angles count their turns."""
+"""Check of the scene's own steps: gears do not slip by teeth, screws by threads, or driven angles by turns."""
 
 from __future__ import annotations
 
@@ -15,26 +15,26 @@ from mbproj.scene.records import Settings
 from mbproj.studies.verify.case import Case
 from mbproj.studies.verify.finding import Finding, Found
 
-#: The scene is run for so many of its steps; with error control, for as many radians of its fastest part, in samples.
+#: Length of the run: this many of the scene's steps, or with error control this many radians of its fastest part.
 STEPS, RADIANS = 64, 20.0
-#: A smaller part of a tooth or turn is what the projection leaves open.
+#: A deviation below this part of a tooth or turn is an error that the projection leaves, not a slip.
 WHOLE = 0.5
 
 
 def teeth_kept(case: Case) -> Found:
-    """By how many teeth, threads or turns the recorded coordinates are away from where gears, screws and motions hold
-    them: the most over the scene's first steps."""
+    """Count the teeth, threads or turns by which recorded coordinates leave what gears, screws and motions prescribe.
+    The largest count over the scene's first steps is the finding."""
     if not (case.system.couplings.size or _driven_angles(case.system).size):
         return "there are no gears, screws or driven angles"
-    kept = TurnRecorder()
-    simulate(case.system, case.mechanism.state, _short(case), kept)
-    away = slipped(case.system, kept.coordinate, kept.prescribed)
-    return Finding(away, WHOLE, f"teeth or turns, in {len(kept.coordinate) - 1} samples")
+    recorder = TurnRecorder()
+    simulate(case.system, case.mechanism.state, _short(case), recorder)
+    away = slipped(case.system, recorder.coordinate, recorder.prescribed)
+    return Finding(away, WHOLE, f"teeth or turns, in {len(recorder.coordinate) - 1} samples")
 
 
 def slipped(system: System, coordinate: Array, prescribed: Array) -> float:
-    """From the joints' coordinates (T, nc) and what motions prescribe (T, k): the largest number of teeth, threads or
-    turns that any sample is away from the first."""
+    """The largest number of teeth, threads or turns by which any sample differs from the first. `coordinate` (T, nc)
+    are the joints' coordinates, `prescribed` (T, k) the values of motions."""
     sums, angles = system.couplings.sums(coordinate), _driven_angles(system)
     teeth = np.abs(sums - sums[0]) / np.where(system.couplings.period > 0.0, system.couplings.period, system.length)
     turns = np.abs(coordinate[:, system.motions.joint_coordinate] - prescribed)[:, angles] / (2.0 * np.pi)
@@ -42,12 +42,12 @@ def slipped(system: System, coordinate: Array, prescribed: Array) -> float:
 
 
 def _driven_angles(system: System) -> Integers:
-    """The motions that drive an angle."""
+    """The numbers of the motions that drive an angle."""
     return np.flatnonzero(~system.rows.is_length[system.joints.size :])
 
 
 def _short(case: Case) -> Settings:
-    """The scene's own settings, over its first steps."""
+    """The scene's own settings, shortened to its first steps."""
     own = settings_to_run(case.scene)
     assert own.duration is not None
     if own.step is not None:
@@ -57,21 +57,21 @@ def _short(case: Case) -> Settings:
 
 
 class TurnRecorder:
-    """A recorder of the joints' coordinates and what motions prescribe."""
+    """A recorder of the joints' coordinates and of the prescribed values of motions."""
 
     def __init__(self) -> None:
         self._blocks: list[Block] = []
 
     def write(self, block: Block) -> None:
-        """Takes T samples."""
+        """Record a block of T samples."""
         self._blocks.append(block)
 
     @property
     def coordinate(self) -> Array:
-        """(T, nc)."""
+        """The joints' coordinates, (T, nc)."""
         return np.concatenate([block["joints/coordinate"] for block in self._blocks])
 
     @property
     def prescribed(self) -> Array:
-        """(T, k)."""
+        """The prescribed values of motions, (T, k)."""
         return np.concatenate([block["motions/value"] for block in self._blocks])
