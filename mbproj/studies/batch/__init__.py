@@ -1,4 +1,4 @@
-"""Many scenes in parallel processes, their expectations checked."""
+"""Batches: many scenes run in parallel processes, with their expectations checked."""
 
 from mbproj.studies.batch.pool import run_batch
 from mbproj.studies.batch.result import SceneResult, Task, exit_code

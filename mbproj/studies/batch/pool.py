@@ -1,4 +1,4 @@
-"""Scenes in parallel processes; one that hangs or dies is replaced, and its scene is said to have failed."""
+"""Running scenes in parallel processes. A process that hangs or dies is replaced, and its scene counts as failed."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from mbproj.studies.parallel.hand_out import Where, in_parallel
 
 
 def run_batch(tasks: Sequence[Task], where: Where, timeout: float, done: Callable[[int, SceneResult], None]) -> None:
-    """Runs all tasks, and calls `done` with the number of each and its result as it ends.
+    """Runs all tasks, and calls `done` with the number and the result of each as it ends.
 
-    A scene that takes longer than `timeout` in s is stopped. Raises KeyboardInterrupt after SIGINT or SIGTERM. No
+    A scene that takes longer than `timeout` (s) is stopped. Raises KeyboardInterrupt after SIGINT or SIGTERM. No
     process is left behind.
     """
     for number, result in in_parallel(_run, Path.cwd(), tasks, where, _lost, timeout):
@@ -27,7 +27,7 @@ def _run(folder: Path, task: Task) -> SceneResult:
 
 
 def _lost(task: Task, why: str, seconds: float) -> SceneResult:
-    """The result of a task that its process did not get done; what was recorded so far can be read."""
+    """The result of a task whose process died or was stopped. Its recorded part can be read."""
     part = part_path(task.output)
     kept = part if task.keep and part.exists() else None
     if kept is not None:

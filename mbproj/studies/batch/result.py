@@ -1,4 +1,4 @@
-"""What is to be run, and what came of it."""
+"""The tasks of a batch and their results."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from mbproj.analysis import Outcome
 from mbproj.dataclass import dataclass
 from mbproj.errors import ExitCode
 
-#: What a scene's code means, in a word or two.
+#: The exit code of a scene in one or two words.
 WORDS = {
     ExitCode.DONE: "holds",
     ExitCode.CHECK_FAILED: "falls short",
@@ -22,7 +22,7 @@ WORDS = {
 
 @dataclass(frozen=True)
 class Task:
-    """A scene, where its results go, and whether they are kept there."""
+    """A scene, the file of its results, and whether that file is kept."""
 
     scene: Path
     output: Path
@@ -31,10 +31,9 @@ class Task:
 
 @dataclass(frozen=True)
 class SceneResult:
-    """What came of a scene: the exit code that it would have alone; what is wrong with it (a whole message); the
-    `outcomes` of its expectations in their order; how long it took, in s of the clock. `output` is where its results
-    are kept, `formulation` the one that ran; None where none did, or the process was lost.
-    """
+    """The result of a scene in a batch. `code` is the exit code that it would have alone, `message` the whole error
+    message. `outcomes` are those of its expectations, in their order. `seconds` is the time by the clock. `output` is
+    the file with its results, `formulation` that of the run; None where there is none."""
 
     scene: Path
     code: ExitCode
@@ -46,17 +45,17 @@ class SceneResult:
 
     @property
     def word(self) -> str:
-        """The result in a word or two; without expectations, a scene has only run."""
+        """The result in one or two words. A scene without expectations has only "ran"."""
         return WORDS[self.code] if self.code != ExitCode.DONE or self.outcomes else "ran"
 
     @property
     def worst(self) -> Outcome | None:
-        """The outcome that comes nearest to what is allowed, or is farthest beyond it."""
+        """The outcome that is closest to its limit or farthest beyond it."""
         return max(self.outcomes, key=lambda outcome: outcome.share, default=None)
 
 
 def exit_code(results: Iterable[SceneResult]) -> ExitCode:
-    """The code of all: FAILED where a scene could not be run, for wrong input in it too, or else CHECK_FAILED where one
-    falls short, or DONE. A fault of mbproj goes before."""
+    """The exit code of the batch. An internal error of mbproj goes first. Then comes FAILED where a scene could not be
+    run, wrong input included. Then comes CHECK_FAILED where an expectation is not met."""
     codes = {ExitCode.FAILED if result.code == ExitCode.BAD_INPUT else result.code for result in results}
     return min(codes - {ExitCode.DONE}, default=ExitCode.DONE)

@@ -1,4 +1,4 @@
-"""One scene of a batch: run, and held against what it expects."""
+"""Running one scene of a batch and checking its expectations."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ HERE = Path()
 
 
 def run_task(task: Task, folder: Path = HERE) -> SceneResult:
-    """Runs one scene and checks its expectations; the task's paths are from `folder`, wherever this process is.
-    Whatever goes wrong is in the result."""
+    """Runs one scene and checks its expectations. The task's paths are relative to `folder`, wherever this process is.
+    Any error is part of the result."""
     started = perf_counter()
     found: tuple[Outcome, ...] = ()
     code, message, formulation = ExitCode.DONE, "", None
@@ -49,7 +49,8 @@ def run_task(task: Task, folder: Path = HERE) -> SceneResult:
 
 @contextmanager
 def _output(task: Task, folder: Path) -> Iterator[Path]:
-    """Where the results go. Those that are not kept are removed; another machine writes them where it can."""
+    """The file for the results. A file that is not to be kept is removed. Without the folder of the task, on another
+    machine, it is in a temporary folder."""
     output = folder / task.output
     if task.keep or output.parent.is_dir():
         try:
@@ -63,7 +64,7 @@ def _output(task: Task, folder: Path) -> Iterator[Path]:
 
 
 def _outcomes(task: Task, path: Path, output: Path) -> tuple[tuple[Outcome, ...], str]:
-    """What became of the expectations, and the formulation that ran."""
+    """Run a scene into `output`; return the outcomes of its expectations and the formulation that ran."""
     started = perf_counter()
     scene = SceneText(read_text(path), str(task.scene), task.scene).scene()
     settings = settings_to_run(scene)

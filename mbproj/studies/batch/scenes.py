@@ -1,4 +1,4 @@
-"""Which scenes are meant by paths, and where their results go."""
+"""The scenes of a batch, found from paths, and the files for their results."""
 
 from __future__ import annotations
 
@@ -13,10 +13,12 @@ from mbproj.studies.batch.result import Task
 
 
 def scene_paths(paths: Iterable[Path]) -> list[Path]:
-    """The files among `paths`, those that a pattern matches (`*`, `?`, `[..]`, `**`: any directories), which not every
-    shell looks up, and of each directory its *.yaml, by name, not those of directories in it.
+    """The scene files that `paths` name: files, patterns (`*`, `?`, `[..]`, `**`: any directories), and directories.
+    Not every shell expands patterns. A directory stands for its own *.yaml files, by name, without those of its
+    subdirectories.
 
-    In the order of `paths`, each once. Raises InputError for what is not there, and for what has or matches no scene.
+    The files come in the order of `paths`, each once. Raises InputError for a missing path, and for one without a
+    scene.
     """
     found: list[Path] = []
     problems: list[Problem] = []
@@ -40,14 +42,15 @@ def scene_paths(paths: Iterable[Path]) -> list[Path]:
 
 
 def tasks(scenes: Sequence[Path], directory: Path, keep: bool) -> list[Task]:
-    """Each scene with its results file in `directory`: where they stand in several directories, so do their results.
+    """A task for each scene, with a results file in `directory`. Scenes in several directories have their results in
+    directories of the same names.
 
     Raises InputError where a directory cannot be made.
     """
     whole = [Path(os.path.realpath(scene)) for scene in scenes]
     common = Path(os.path.commonpath([path.parent for path in whole]))
     outputs = [directory / path.relative_to(common).with_suffix(".h5") for path in whole]
-    counts = Counter(outputs)  # a.yaml and a.yml are two scenes
+    counts = Counter(outputs)  # a.yaml and a.yml would have the same results file
     outputs = [
         output.with_name(f"{path.name}.h5") if counts[output] > 1 else output
         for output, path in zip(outputs, whole, strict=True)

@@ -1,1 +1,1 @@
-"""The trust horizon: how long a run agrees with a better solution of the same equations."""
+"""The trust horizon of a run: how long it agrees with a better solution of the same equations."""

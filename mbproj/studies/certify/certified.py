@@ -1,4 +1,4 @@
-"""A run with its certificate: the paths of its points are kept as they are recorded, and judged when it ends."""
+"""A run with a certificate: the positions of its points are recorded, and judged when the run ends."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ from mbproj.studies.parallel.progress import Tell, silent
 
 
 class CertificateRecorder(Protocol):
-    """What takes the blocks of a run and then its certificate, e.g. `mbproj.results.ResultsWriter`."""
+    """A recorder of a run's blocks and then its certificate, e.g. `mbproj.results.ResultsWriter`."""
 
     def write(self, block: Block) -> None:
-        """Takes T consecutive samples by dataset path."""
+        """Records T consecutive samples by dataset path."""
 
     def trust(self, trust: Trust) -> None:
-        """Takes the certificate."""
+        """Records the certificate."""
 
 
 @overload
@@ -59,10 +59,11 @@ def simulate_certified(
     keep: Keep | None = None,
 ) -> tuple[Report, Trust]: ...
 def simulate_certified(*given: Any, scene: Scene | None = None, **named: Any) -> tuple[Report, Trust]:
-    """`simulate` with its arguments, and how long its result can be trusted (see `certify`).
+    """Runs `simulate` with its arguments, and returns also how long the result can be trusted (see `certify`).
 
-    It takes the `scene` of the system too, whose better solutions it computes; or a `Mechanism` in place of the three.
-    A run that fails is certified up to there before its SimulationError is raised; one that is interrupted is not.
+    It needs the `scene` of the system too, to compute better solutions; or a `Mechanism` in place of system, state and
+    scene. A run that fails is certified up to its failure before SimulationError is raised; an interrupted one is not
+    certified.
     """
     system = given[0] if given else named.get("system")
     if isinstance(system, System):
@@ -83,7 +84,7 @@ def _certified(
     tell: Tell = silent,
     keep: Keep | None = None,
 ) -> tuple[Report, Trust]:
-    paths = _Paths(mechanism, recorder)
+    paths = _PointRecorder(mechanism, recorder)
     kinematic = choose(mechanism.system, mechanism.state, settings).kinematic
 
     def judge() -> Trust:
@@ -105,8 +106,8 @@ def _certified(
     return report, judge()
 
 
-class _Paths:
-    """A recorder that keeps the points' positions and hands everything on."""
+class _PointRecorder:
+    """A recorder of the points' positions, which passes everything on to another recorder."""
 
     def __init__(self, mechanism: Mechanism, recorder: CertificateRecorder | None) -> None:
         self._dataset, self._recorder = f"{mechanism.kind}/position", recorder
@@ -115,19 +116,19 @@ class _Paths:
         self.met: Sequence[Event] = ()
 
     def write(self, block: Block) -> None:
-        """Takes T samples."""
+        """Record a block of T samples."""
         self._times.append(block["time"])
         self._positions.append(block[self._dataset])
         if self._recorder is not None:
             self._recorder.write(block)
 
     def events(self, events: Sequence[Event]) -> None:
-        """Takes the events of the run."""
+        """Record the events of the run."""
         self.met = events
         if isinstance(self._recorder, EventRecorder):
             self._recorder.events(events)
 
     @property
     def arrays(self) -> tuple[Array, Array]:
-        """Times (T,) and positions (T, k, 3)."""
+        """The times (T,) and the positions (T, k, 3)."""
         return np.concatenate(self._times), np.concatenate(self._positions)

@@ -1,9 +1,9 @@
-"""The trust horizon: a run, a better solution of the same equations, and how long the two agree.
+"""The trust horizon: how long a run agrees with a better solution of the same equations.
 
-The better solution is DOP853 with GPOPM in the quickest formulation. Its tolerances fall a hundredfold until what it
-says does not depend on them any more: its distance to the one before bounds its own error, some fifty times too large
-where the method keeps its order. Where round-off comes first, runs from starts that differ by round-off show how far
-any solution in double precision may be from the truth. Horizons then become ranges.
+The better solution is DOP853 with GPOPM in the fastest formulation. Its tolerance falls by factors of 100 until the
+horizons no longer depend on it. The distance between the last two solutions bounds the error of the last one, some
+fifty times too large where the method keeps its order. Where round-off dominates first, runs from perturbed starts show
+how far any solution in double precision may be from the truth. Horizons then become ranges.
 """
 
 from __future__ import annotations
@@ -24,16 +24,17 @@ from mbproj.studies.measure.solve import OFF_AXIS, Solution, solve, unseen
 from mbproj.studies.measure.uneven import not_smooth, uneven
 from mbproj.studies.parallel.progress import Tell, silent
 
-#: Limits of the error in m that horizons are given for.
+#: The error limits in m for which horizons are given.
 LIMITS = tuple(10.0**power for power in range(-9, 1))
-#: Tolerances of the better solution: from the first on, by this factor, down to the last, which round-off dominates.
+#: The loosest tolerance of the better solution, and the factor to the next one. The last is `TIGHTEST`, which round-off
+#: dominates.
 LOOSEST, FACTOR = 1e-8, 1e-2
-#: Part of the distance between the two tightest tolerances that the tightest may still be off, where all is smooth.
+#: The error of the tightest solution, as a part of its distance to the one before, where forces are smooth.
 LEFT = 0.1
 
 
 def limits_of(given: Iterable[float]) -> tuple[float, ...]:
-    """Each limit once, increasing; all of `LIMITS` where none is given."""
+    """The given limits in increasing order, each once; `LIMITS` where none is given."""
     return tuple(sorted({float(limit) for limit in given})) or LIMITS
 
 
@@ -46,8 +47,8 @@ def certify(
     tell: Tell = silent,
     refusal: str = "",
 ) -> Trust:
-    """What a better solution says of a run with `settings` whose points (see `Mechanism`) were at `position` (T, k, 3),
-    m, at the sample times (T,), s. `limits` in m. With a `refusal` no figure is given, and that is why."""
+    """Judges a run with `settings` by a better solution. The run's points (see `Mechanism`) were at `position` (T, k,
+    3), m, at the sample times (T,), s. `limits` are in m. A `refusal` is the reason to give no figure."""
     tested = tuple(limits)
     if len(times) < 2:
         return _trust(mechanism, times, position, None, np.zeros(position.shape[:2]), tested, "nothing was run")
@@ -57,7 +58,7 @@ def certify(
     rungs = list(ladder(settings))
     for number, tolerance in enumerate(rungs):
         tell("certifying", number, len(rungs))
-        before, better = better, solve(mechanism, _better(tolerance), times)
+        before, better = better, solve(mechanism, _better_setting(tolerance), times)
         if why := unseen(mechanism, better):
             why = f"no figure: {why}; {OFF_AXIS}"
             return _trust(mechanism, times, position, None, np.full(position.shape[:2], np.inf), tested, why)
@@ -66,7 +67,7 @@ def certify(
             found = _trust(mechanism, times, position, better, uncertainty, tested, "")
             if settled(found.horizon_low, found.horizon_high, times).all():
                 return found
-    assert better is not None  # the ladder has at least one rung
+    assert better is not None  # there is at least one tolerance
     blame: tuple[str, ...] = ()
     uncertainty, rough = round_off(mechanism, better, tell), uneven(mechanism, float(times[-1]))
     if before is not None:
@@ -77,7 +78,8 @@ def certify(
 
 
 def ladder(settings: Settings) -> Iterator[float]:
-    """Tolerances of the better solution of a run with `settings`: always tighter than its own."""
+    """The tolerances of the better solution of a run with `settings`. All are tighter than the run's own, or the
+    tightest there is."""
     tolerance = min(LOOSEST, FACTOR * (settings.tolerance or 1.0))
     while tolerance > TIGHTEST / FACTOR**0.5:
         yield float(f"{tolerance:.2g}")
@@ -85,7 +87,7 @@ def ladder(settings: Settings) -> Iterator[float]:
     yield TIGHTEST
 
 
-def _better(tolerance: float) -> Setting:
+def _better_setting(tolerance: float) -> Setting:
     return Setting(integrator="dop853", tolerance=tolerance)
 
 
@@ -121,13 +123,14 @@ def _trust(
 
 
 def _growth(times: Array, error: Array, uncertainty: Array, extent: float) -> Growth:
-    """Of the error where it is known, or else of what round-off makes of the motion: the two grow alike."""
+    """The growth of the error where it is known, or else of the influence of round-off, which grows alike."""
     found = growth(times, error, uncertainty, extent)
     return found if found.law else growth(times, uncertainty, np.zeros_like(uncertainty), extent)
 
 
 def _remark(better: Solution, rough: Sequence[str]) -> str:
-    """Why horizons are ranges: the better solution has ended, `rough` forces, or round-off."""
+    """The reason why horizons are ranges: the better solution ended, the forces `rough` are not smooth, or
+    round-off."""
     if better.failure is not None:
         return f"the better solution {better.failure}; what comes after it is not known"
     if rough:

@@ -1,8 +1,9 @@
-"""The certificate of a kinematic run: its poses against those that Gauss-Newton steps in all coordinates close.
+"""The certificate of a kinematic run: its poses are compared with those that Gauss-Newton steps in all coordinates
+find.
 
-Nothing of the motion was integrated, so that no error grows. What a pose can be wrong by is what is left of C.
-That counts 1 / σ of C_q in lengths and rad, as far as the mechanism gives way to it. That both solutions stay on one
-branch is part of what is compared: each follows it by steps of its own.
+Nothing was integrated, so no error grows. The error of a pose comes from the residual of C, amplified by 1 / σ, where σ
+is the smallest singular value of C_q in lengths and rad. The comparison also tests that both solutions stay on one
+branch, because each follows it with steps of its own.
 """
 
 from __future__ import annotations
@@ -28,11 +29,12 @@ from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.parallel.progress import Tell, silent
 from mbproj.thresholds import THRESHOLDS
 
-#: Samples at which σ is computed, at most.
-LOOKS = 40
-#: A pose is closed to this, in lengths of the mechanism and rad.
+#: The most samples at which σ is computed.
+MOST_CHECKED = 40
+#: The residual at which a pose counts as closed, in lengths of the mechanism and rad.
 CLOSED = 1e-15
-#: What closing a pose may correct of the way to it, or in m and rad; and how often the way is halved for that.
+#: A step is halved, at most `MOST_HALVINGS` times, where closing the pose moves it by more than this part of the step
+#: and by more than `NEARLY` (m or rad).
 NEAR, NEARLY, MOST_HALVINGS = 0.1, 1e-3, 12
 SOLUTION = "Gauss-Newton steps in the full coordinates at the samples, which follow the motion by themselves"
 
@@ -40,15 +42,15 @@ SOLUTION = "Gauss-Newton steps in the full coordinates at the samples, which fol
 def certify_kinematic(
     mechanism: Mechanism, times: Array, position: Array, limits: Sequence[float], tell: Tell = silent
 ) -> Trust:
-    """What those poses say of a run whose points were at `position` (T, k, 3), m, at the sample times (T,), s; `limits`
-    in m. From the first sample on that they cannot follow, nothing is known."""
+    """Judges a kinematic run whose points were at `position` (T, k, 3), m, at the sample times (T,), s. `limits` are in
+    m. From the first sample on that the Gauss-Newton steps cannot reach, the error is unknown."""
     own = np.full(position.shape, np.nan)
     uncertainty, remark = np.zeros(position.shape[:2]), "nothing of the motion was integrated: no error grows"
-    largest, looks = 0.0, set(np.linspace(0, len(times) - 1, min(len(times), LOOKS)).astype(int).tolist())
+    largest, checked = 0.0, set(np.linspace(0, len(times) - 1, min(len(times), MOST_CHECKED)).astype(int).tolist())
     try:
-        for at, q in enumerate(_followed(mechanism, times)):
+        for at, q in enumerate(_poses_along(mechanism, times)):
             own[at] = _points(mechanism, q)
-            if at in looks:
+            if at in checked:
                 tell("certifying", at, len(times))
                 largest = max(largest, _round_off(mechanism, q))
     except (SimulationError, np.linalg.LinAlgError) as failure:
@@ -75,18 +77,18 @@ def certify_kinematic(
     )
 
 
-def _followed(mechanism: Mechanism, times: Array) -> Iterator[Array]:
-    """q (7n,) at each of the times, from the start on."""
+def _poses_along(mechanism: Mechanism, times: Array) -> Iterator[Array]:
+    """Yield q (7n,) at each of the times, following the motion from the start."""
     t, q = mechanism.state.t, mechanism.state.q
     for time in times.tolist():
-        q = _led(mechanism.system, t, q, time)
+        q = _pose_at(mechanism.system, t, q, time)
         t = time
         yield q
 
 
-def _led(system: System, t: float, q: Array, end: float, halvings: int = 0) -> Array:
-    """The pose at a time, from q at t: along its velocity and onto the constraints, in halves where these correct much
-    of that. Raises SimulationError where the branch cannot be told."""
+def _pose_at(system: System, t: float, q: Array, end: float, halvings: int = 0) -> Array:
+    """Follow the motion from q at time t to the time `end`: move along its velocity, then close the constraints. The
+    step is halved where closing moves the pose much. Raises SimulationError where the branch cannot be told."""
     drive = drive_at(system, end)
     rows, own = scaled_rows(system, pose_of(q), NO_CONDITIONS), slice(system.bodies, None)
     rate = shortest(rows, -time_derivative(system, drive_at(system, t))[own] / system.row_scale[own])
@@ -98,11 +100,11 @@ def _led(system: System, t: float, q: Array, end: float, halvings: int = 0) -> A
     if halvings == MOST_HALVINGS:
         raise branch_untold(end)
     middle = 0.5 * (t + end)
-    return _led(system, middle, _led(system, t, q, middle, halvings + 1), end, halvings + 1)
+    return _pose_at(system, middle, _pose_at(system, t, q, middle, halvings + 1), end, halvings + 1)
 
 
 def _points(mechanism: Mechanism, q: Array) -> Array:
-    """Where the points are, (k, 3)."""
+    """The positions of the points at q, (k, 3)."""
     system = mechanism.system
     markers = mechanism.kind == "markers"
     body, local = (system.marker_body, system.marker_local) if markers else (system.body_carrier, system.body_offset)
@@ -110,7 +112,7 @@ def _points(mechanism: Mechanism, q: Array) -> Array:
 
 
 def _round_off(mechanism: Mechanism, q: Array) -> float:
-    """What round-off in C leaves open of a point's position, m; infinite at a singular pose."""
+    """The error of a point's position that round-off in C allows, m; infinite at a singular pose."""
     system, pose = mechanism.system, pose_of(q)
     rows = scaled_rows(system, pose, NO_CONDITIONS).dense()
     values = np.linalg.svd(rows, compute_uv=False)

@@ -1,1 +1,1 @@
-"""Chosen methods on one mechanism, side by side."""
+"""The comparison of chosen settings on one mechanism, side by side."""

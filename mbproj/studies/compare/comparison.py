@@ -1,4 +1,4 @@
-"""compare(): chosen methods on one mechanism, side by side."""
+"""compare(): chosen methods, integrators and steps on one mechanism, side by side."""
 
 from __future__ import annotations
 
@@ -28,17 +28,19 @@ from mbproj.studies.parallel.hand_out import Where, in_parallel
 from mbproj.studies.parallel.progress import Tell, silent
 from mbproj.studies.store import cached
 
-#: What is compared unless something else is asked for: one of each kind that every formulation has.
+#: The projections that are compared by default: one of each kind that every formulation has.
 PROJECTIONS_COMPARED = ("none", "baumgarte", "gopm", "gpopm")
 
-#: What an entry counts.
+#: The counters in the row of a setting.
 COUNTERS = ("steps", "evaluations", "projections", "projection_iterations", "velocity_iterations", "factorisations")
 
 
 @dataclass(frozen=True, eq=False)
 class SettingResult:
-    """One setting of a comparison: what it achieved; its solution; its error (T, k) in m; whose the energy drift is
-    (None where the run failed); what it cost (None where costs are not compared in time, or the run failed)."""
+    """The result of one setting of a comparison: its measurement, its solution, and its error (T, k) in m.
+
+    `split` has the two parts of the energy drift, None where the run failed or has no split. `timing` is None where the
+    run failed, or costs are not compared in time."""
 
     label: str
     measurement: Measurement
@@ -49,8 +51,8 @@ class SettingResult:
 
     @property
     def numbers(self) -> dict[str, Any]:
-        """The entry in a row: largest violations and error (m) over the span, the energy drift at its end (J) in its
-        two parts, CPU seconds (median, smallest, largest), counters; NaN where there is none."""
+        """The numbers of a row: the largest violations and error (m), the energy drift at the end (J) and its two
+        parts, CPU seconds (median, smallest, largest), counters. A number that does not exist is NaN."""
         found, timing = self.measurement, self.timing
         parts = (nan, nan) if self.split is None else (self.split.integrator[-1], self.split.projection[-1])
         low, high = timing.spread if timing else (nan, nan)
@@ -64,7 +66,7 @@ class SettingResult:
             "energy_drift": float(sum(parts)),
             "energy_drift_integrator": float(parts[0]),
             "energy_drift_projection": float(parts[1]),
-            **self._of_row(),
+            **self._energy_row_numbers(),
             "cpu_seconds": timing.median if timing else nan,
             "cpu_seconds_lowest": low,
             "cpu_seconds_highest": high,
@@ -72,8 +74,9 @@ class SettingResult:
             "failure": found.failure or "",
         }
 
-    def _of_row(self) -> dict[str, float]:
-        """What the row of the energy gave, signed and in sum, J. At how many steps it was closed, left, refused."""
+    def _energy_row_numbers(self) -> dict[str, float]:
+        """The numbers of the energy row: what it gave, signed and in sum, J; the steps that it closed, left alone, and
+        refused."""
         report = self.solution.report
         if not self.measurement.setting.energy_row or report is None:
             return {}
@@ -89,8 +92,8 @@ class SettingResult:
 
 @dataclass(frozen=True, eq=False)
 class Comparison(Tabled):
-    """Entries in the order asked for, and the reference of their errors. `cost_in_time` is False where the entries ran
-    in several formulations, whose seconds do not compare; `notes` say what a reader should know."""
+    """The results of all settings, in the order asked for, and the reference of their errors. `cost_in_time` is False
+    where they ran in several formulations, whose seconds do not compare. `notes` are for the reader."""
 
     entries: tuple[SettingResult, ...]
     reference: Reference
@@ -99,12 +102,12 @@ class Comparison(Tabled):
 
     @property
     def table(self) -> Table:
-        """A row an entry: its label, and its numbers."""
+        """A table with a row for each setting: its label and its numbers."""
         return Table.of({"label": entry.label, **entry.numbers} for entry in self.entries)
 
     @property
     def line(self) -> str:
-        """How many settings, and for how long."""
+        """A line with the number of settings and the duration."""
         return f"{len(self.entries)} settings until t = {self.reference.times[-1]:.6g} s"
 
     __repr__ = Tabled.__repr__
@@ -126,9 +129,10 @@ def compare(
     tell: Tell = silent,
 ) -> Comparison:
     """Runs every projection with every integrator and every step (s) or tolerance over `until` s, without or with the
-    row of the energy. Runs that were made before are not made again, unless `fresh`.
+    energy row. Results come from the store where they are there, unless `fresh`.
 
-    What is not given is the scene's. Raises InputError for what cannot be run at all; a setting that fails is an entry.
+    The scene's own settings complete what is not given. Raises InputError for what cannot be run at all; a setting that
+    fails is an entry of the result.
     """
     settings, notes = _settings(scene, projections, integrators, steps, tolerances, formulations, energy_rows)
     mechanism = Mechanism.to_choose_for(scene)
@@ -148,7 +152,7 @@ def compare(
     timings = dict(zip(alive, taken_times, strict=True))
     labels = labels_of(settings)
     entries = tuple(_entry(labels[n], *found[n], truth, timings.get(n)) for n in range(len(settings)))
-    return Comparison(entries, truth, len(taken) <= 1, (*notes, *_remarks(entries, truth, taken)))
+    return Comparison(entries, truth, len(taken) <= 1, (*notes, *_notes(entries, truth, taken)))
 
 
 def _entry(
@@ -158,7 +162,8 @@ def _entry(
 
 
 def _run(shared: tuple[Scene, Array, bool], setting: Setting) -> tuple[Solution, EnergySplit | None]:
-    """One entry's solution and energy split, from the cache where they are there; runs in a process of its own."""
+    """The solution and energy split of one setting, from the store where they are there. This runs in a worker
+    process."""
     scene, times, fresh = shared
     mechanism = Mechanism.to_choose_for(scene)
     what = ["compare", mechanism.identity, times.tolist(), asdict(setting)]
@@ -166,10 +171,12 @@ def _run(shared: tuple[Scene, Array, bool], setting: Setting) -> tuple[Solution,
 
 
 def _solved(mechanism: Mechanism, setting: Setting, times: Array) -> tuple[Solution, EnergySplit | None]:
-    """A solution, and the split of its drift: none of `auto`, whose steps are not all of one method."""
+    """Solve with a setting and split the energy drift. There is no split for `auto`, whose steps use several methods,
+    and with contacts."""
     solution = solve(mechanism, setting, times)
     try:
-        changes = mechanism.system.has_contacts  # impacts, sticking and sliding belong to neither part
+        # impacts, sticking and sliding are neither the integrator's nor the projection's work
+        changes = mechanism.system.has_contacts
         undivided = bool(solution.failure) or setting.integrator == AUTOMATIC or changes
         return solution, None if undivided else energy_split(mechanism, solution)
     except SimulationError:
@@ -185,7 +192,8 @@ def _settings(
     formulations: Sequence[str] | None,
     rows: Sequence[bool] | None,
 ) -> tuple[list[Setting], list[str]]:
-    """The product of what was asked for, in one formulation unless several are asked for; and why that one."""
+    """All combinations of what was asked for, and notes. They are in one formulation unless several are asked for; a
+    note tells why in that one."""
     own, notes = Setting.of(scene.settings), []
     sizes: list[dict[str, Any]] = [{"step": step, "tolerance": None} for step in (() if steps is None else steps)]
     sizes += [{"step": None, "tolerance": tolerance} for tolerance in (() if tolerances is None else tolerances)]
@@ -212,7 +220,7 @@ def _settings(
             sizes,
             [own] if rows is None else [replace(own, energy_row=row) for row in rows],
         )
-        if (_estimates(integrator) if size["step"] is None else integrator != AUTOMATIC)
+        if (_takes_tolerance(integrator) if size["step"] is None else integrator != AUTOMATIC)
     ]
     if not found:
         message = f"{', '.join(methods or [own.integrator])}: no error estimate, which a tolerance needs"
@@ -221,24 +229,25 @@ def _settings(
             raise InputError(Problem(message, Place("--steps"), "give --tolerances"))
         raise InputError(Problem(message, Place("--tolerances"), "add --integrators dop853, or give --steps"))
     for setting in found:
-        setting.settings(1.0, setting.step or 1.0)  # raises InputError for a name that is not there
+        setting.settings(1.0, setting.step or 1.0)  # raises InputError for an unknown name
     return list(dict.fromkeys(found)), notes
 
 
-def _estimates(integrator: str) -> bool:
-    """Whether an integrator can be run to a tolerance; one that is not there is left to be complained of."""
+def _takes_tolerance(integrator: str) -> bool:
+    """Whether an integrator can run with a tolerance. An unknown one counts as able: another check reports it."""
     return integrator not in integrator_choices() or is_embedded(integrator)
 
 
 def labels_of(settings: Sequence[Setting]) -> list[str]:
-    """For a legend: of each setting's label the words in which they differ, and where that is none the projection."""
+    """Labels for a legend: the words in which the labels of the settings differ, or the projection where they do
+    not."""
     words = [[each.formulation, *each.label.split(", ")] for each in settings]
     shared = set.intersection(*map(set, words))
     return [", ".join(word for word in own if word not in shared) or own[1] for own in words]
 
 
-def _remarks(entries: Sequence[SettingResult], truth: Reference, taken: set[str]) -> list[str]:
-    """What a reader of the table should know."""
+def _notes(entries: Sequence[SettingResult], truth: Reference, taken: set[str]) -> list[str]:
+    """Notes for a reader of the table."""
     found = [
         truth.words,
         *(f"{entry.label}: {entry.solution.failure}" for entry in entries if entry.solution.failure),

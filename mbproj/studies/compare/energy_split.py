@@ -1,9 +1,9 @@
-"""Whose work an energy drift is: the integrator's, or the projection's.
+"""The energy drift of a run, split into the part of the integrator and the work of the projection.
 
-Each step of a run is repeated from the state before it, once without projection and once with it, in the formulation of
-the run. What the first changes of E - W + D is the integrator's part, what the second differs from it the projection's
-work; their sum is the drift: to round-off with fixed steps; with error control to the second order in the violation,
-because the kernel then projects with the factor of another stage.
+Each step is repeated from the state before it, once without projection and once with it, in the formulation of the run.
+The change of E - W + D in the first is the integrator's part. The difference of the second from the first is the
+projection's work. Their sum is the drift: with fixed steps to round-off, with error control to second order in the
+violation. There the kernel projects with the factor of another stage.
 """
 
 from __future__ import annotations
@@ -33,23 +33,23 @@ from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.solve import Solution
 
-#: Samples with which the steps of an error-controlled run are looked for, at first and at most.
+#: The first and the largest number of samples with which the steps of a run with error control are looked for.
 SAMPLES, MOST_SAMPLES = 4000, 4_000_000
 
 
 @dataclass(frozen=True, eq=False)
 class EnergySplit:
-    """What the integrator changed of the energy balance, and what work the projections did, both cumulated up to
-    `times` (T,), (T,) in J. The drift is their sum."""
+    """The part of the integrator and the work of the projections in the energy drift, each cumulated up to `times`
+    (T,), (T,) in J. Their sum is the drift."""
 
     times: Array
     integrator: Array
     projection: Array
 
 
-class _End(NamedTuple):
-    """The end of one step: the state, W - D over the step in J, and what the kernel carries on from it, the
-    rows that hold and what implicit stages begin with: the mark of the run, and W - D there."""
+class _StepEnd(NamedTuple):
+    """The end of one step: its state, and W - D over the step in J. `carried` is what the next step needs: the mark of
+    the run, and W - D at the mark."""
 
     state: State
     work: float
@@ -57,7 +57,7 @@ class _End(NamedTuple):
 
 
 def energy_split(mechanism: Mechanism, solution: Solution) -> EnergySplit:
-    """The split of a solution's drift at the solution's times. Raises SimulationError where the run does."""
+    """Split the energy drift of a solution at its times. Raises SimulationError where a repeated step fails."""
     setting, times = solution.setting, solution.times
     if not PROJECTIONS[setting.projection].corrects:
         return EnergySplit(times, solution.energy_balance, np.where(np.isnan(solution.energy_balance), np.nan, 0.0))
@@ -67,7 +67,7 @@ def energy_split(mechanism: Mechanism, solution: Solution) -> EnergySplit:
     free, closed = (_energies(mechanism, [pair[which].state for pair in pairs]) for which in (0, 1))
     work = np.array([pair[0].work for pair in pairs])
     integrator = free - np.concatenate([start, closed[:-1]]) - work
-    # A sample time inside a step has what was done up to the last step before it.
+    # A sample time inside a step has the sums up to the step before.
     row = np.searchsorted(ends, times * (1.0 + 1e-12), side="right") - 1
     return EnergySplit(times, _cumulated(integrator)[row], _cumulated(closed - free)[row])
 
@@ -80,8 +80,8 @@ def _energies(mechanism: Mechanism, states: list[State]) -> Array:
     return np.array([total_energy(mechanism.system, state) for state in states])
 
 
-def _steps(mechanism: Mechanism, setting: Setting, ends: Array) -> Iterator[tuple[_End, _End]]:
-    """The end of each step without and with projection; the next one starts from the second."""
+def _steps(mechanism: Mechanism, setting: Setting, ends: Array) -> Iterator[tuple[_StepEnd, _StepEnd]]:
+    """Repeat all steps; yield the end of each without and with projection. The next step starts from the second."""
     settings = mechanism.settings(setting, float(ends[-1]), float(ends[-1]))
     every, state = settings.projection.every, mechanism.state
     choice, carried = choose(mechanism.system, state, settings), (START, 0.0)
@@ -91,7 +91,7 @@ def _steps(mechanism: Mechanism, setting: Setting, ends: Array) -> Iterator[tupl
     for number, (begin, end) in enumerate(pairwise(ends.tolist()), start=1):
         free = _one_step(mechanism, choice, never, state, end - begin, carried)
         closed = free
-        if number % every == 0 or number == 1:  # with the first one the balance of the energy's row begins
+        if number % every == 0 or number == 1:  # the energy row's balance begins with the first step
             made = _one_step(mechanism, choice, always, state, end - begin, carried)
             kept = {name: value for name, value in made.carried[0].items() if name == "kept"}
             closed = made if number % every == 0 else free
@@ -102,13 +102,13 @@ def _steps(mechanism: Mechanism, setting: Setting, ends: Array) -> Iterator[tupl
 
 def _one_step(
     mechanism: Mechanism, choice: Choice, settings: Settings, state: State, h: float, carried: tuple[Mark, float]
-) -> _End:
-    """One step of size h (s), from a state with what is carried on. Raises SimulationError where there is none."""
+) -> _StepEnd:
+    """Make one step of size h (s) from a state and what is `carried` to it. Raises SimulationError where it fails."""
     single = replace(settings, step=h, duration=h, tolerance=None, output_step=None)
     if choice.compiled is None:
         full = FullFormulation.of(mechanism.system, state, single, choice.redundant)
         *_, last = march(full, state, Tally())
-        return _End(last.state, float(last.work[0] - last.work[1]))
+        return _StepEnd(last.state, float(last.work[0] - last.work[1]))
     run, (mark, before) = choice.compiled.run(state, single), carried
     if mark:
         own = mark if run.kept else {name: value for name, value in mark.items() if name != "kept"}
@@ -119,24 +119,24 @@ def _one_step(
         raise failure
     found = choice.compiled.samples({name: values[-1:] for name, values in block.items()}, {})
     work = float(found.work[0, 0] - found.work[0, 1])
-    return _End(found.state(0), work - before, (run.here(), work))
+    return _StepEnd(found.state(0), work - before, (run.here(), work))
 
 
 class _StepSizes:
-    """A recorder of the numbers and sizes of the steps in which samples lie."""
+    """A recorder of the number and the size of the step that each sample lies in."""
 
     def __init__(self) -> None:
         self.number: list[Integers] = []
         self.size: list[Array] = []
 
     def write(self, block: Block) -> None:
-        """Takes T samples."""
+        """Record a block of T samples."""
         self.number.append(block["diagnostics/steps"])
         self.size.append(block["diagnostics/step_size"])
 
 
 def _step_ends(mechanism: Mechanism, setting: Setting, until: float) -> Array:
-    """The times at which the steps of a run end, the start first, (N + 1,) in s."""
+    """The start time and the times at which the steps of a run end, (N + 1,) in s."""
     if setting.step is not None:
         count = whole_steps(setting.settings(until, until))
         return np.append(setting.step * np.arange(count), until)
@@ -146,7 +146,7 @@ def _step_ends(mechanism: Mechanism, setting: Setting, until: float) -> Array:
         simulate(mechanism.system, mechanism.state, mechanism.settings(setting, until, until / samples), kept)
         number, size = np.concatenate(kept.number)[1:], np.concatenate(kept.size)[1:]
         steps, first = np.unique(number, return_index=True)
-        if len(steps) == steps[-1]:  # no step without a sample in it
+        if len(steps) == steps[-1]:  # every step has a sample
             return np.append(np.concatenate([[0.0], np.cumsum(size[first][:-1])]), until)
         samples *= 8
     raise ValueError("the steps are too small to be found one by one")

@@ -1,1 +1,1 @@
-"""Inverse dynamics: the forces and torques of chosen actuators along a motion that is given."""
+"""Inverse dynamics: the forces and torques of chosen actuators that produce a given motion."""

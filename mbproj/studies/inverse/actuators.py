@@ -1,4 +1,4 @@
-"""Actuators by name: joint coordinates, motions, forces of the scene, components of forces on bodies."""
+"""Actuators, selected by name: joint coordinates, motions, forces of the scene, components of forces on bodies."""
 
 from __future__ import annotations
 
@@ -18,8 +18,9 @@ from mbproj.scene.text.suggestions import choose_from
 
 @dataclass(frozen=True, eq=False)
 class Actuators:
-    """k actuators of a system without motions, with their `names`. `entries`: by what their forces are known ("A.angle"
-    of a motion on it). `units`: N or N m. `weights` (k,): those of the squares of their forces."""
+    """The k actuators of a system whose motions are removed. `entries` are the names of the forces or coordinates that
+    they act on ("A.angle" for a motion of it). `units` are N or N m. `weights` (k,) multiply the squares of their
+    forces."""
 
     system: System
     names: tuple[str, ...]
@@ -28,8 +29,8 @@ class Actuators:
     weights: Array
 
     def columns(self, motion: MotionAtTime) -> tuple[Array, Array]:
-        """B (6n, k): what a unit of each does to the bodies; and what of each is among the forces of the scene already,
-        (k,)."""
+        """Return B (6n, k), the generalised force of a unit force of each actuator, and the force (k,) that the scene
+        already applies through each."""
         known = forces_known(self.system, motion)
         B = np.stack([known[entry][1]() for entry in self.entries], axis=1)
         return B, self._own(motion)
@@ -49,8 +50,8 @@ class Actuators:
 def actuators(
     system: System, free: System, motion: MotionAtTime, names: Sequence[str], weights: Mapping[str, float]
 ) -> Actuators:
-    """The actuators of these names of a `system`, which act on its mechanism without motions, `free`. Raises InputError
-    for a name that there is not, or twice, and for a weight of what is no actuator."""
+    """The actuators with these names. `system` is that of the scene, `free` the same without motions. Raises InputError
+    for an unknown name, for two actuators on one coordinate, and for a weight without an actuator."""
     known, driven = (
         forces_known(free, motion),
         dict(zip(system.names.motions, system.motions.joint_coordinate, strict=True)),

@@ -1,7 +1,8 @@
-"""The equations of motion solved for the forces of actuators: M u' + Gᵀλ = f + B p on the tangent space.
+"""The equations of motion M u' + Gᵀλ = f + B p on the tangent space, solved for the forces p of actuators.
 
-With N a null space matrix of G, NᵀB p = Nᵀ(M u' - f). The constraints have no part in it, and may be redundant.
-Of all p that balance, the one with the least Σ w p² is taken; where B has a column for each freedom there is only one.
+With a null space matrix N of G, NᵀB p = Nᵀ(M u' - f). The constraint forces drop out, and constraints may be redundant.
+Of all solutions p the one with the least Σ w p² is taken. Where the actuators are as many as the freedoms, there is
+only one.
 """
 
 from __future__ import annotations
@@ -22,19 +23,20 @@ from mbproj.dynamics.equations.kinematics import body_rates
 from mbproj.errors import InputError, Place, Problem
 from mbproj.model.system import System
 from mbproj.studies.inverse.actuators import Actuators
-from mbproj.studies.inverse.rubbing import Rubbing
+from mbproj.studies.inverse.rubbing import SlidingFrictions
 
-#: Singular values of NᵀB below this part of the largest column of B move nothing.
+#: Actuators move nothing along singular vectors of NᵀB with singular values below this part of its largest column.
 DEAD = 1e-8
-#: What may be missing of the forces, as a part of the largest: what is more has no actuator.
+#: The part of the largest force up to which a missing force is round-off. A freedom with a larger one lacks an
+#: actuator.
 MISSING = 1e-7
 
 
 @dataclass(frozen=True, eq=False)
 class PowerBalance:
-    """Forces (T, k) of actuators and their rates (T, k); `off` (T,): the power balance, as a part of the largest power
-    in it; `dead` (T,): where the actuators cannot move the mechanism, and their forces are NaN; `freedom` of the
-    mechanism, and the `rank` of what the actuators reach of it."""
+    """The forces (T, k) of actuators, and the rates (T, k) along which they act. `off` (T,) is the error of the power
+    balance over the largest power in it. `dead` (T,) tells where the actuators cannot move the mechanism; forces are
+    NaN there. `freedom` is the mechanism's number of freedoms, `rank` the number that the actuators reach."""
 
     force: Array
     rate: Array
@@ -57,8 +59,8 @@ class _Sample:
 
 
 def balance(actuators: Actuators, motions: Sequence[MotionAtTime]) -> PowerBalance:
-    """The forces along the motion. Raises InputError where a freedom that takes a force has no actuator."""
-    rubbing = Rubbing(actuators.system, motions)
+    """Compute the forces along a motion. Raises InputError where a freedom needs a force and has no actuator."""
+    rubbing = SlidingFrictions(actuators.system, motions)
     samples = [_at(replace(actuators, system=rubbing.at(motion)), motion) for motion in motions]
     rank, freedom = max(sample.rank for sample in samples), samples[0].space.freedom
     size = max(sample.size for sample in samples)
@@ -90,12 +92,13 @@ def _at(actuators: Actuators, motion: MotionAtTime) -> _Sample:
     force = V[:rank].T @ ((reached.T @ wanted) / σ[:rank]) / weights
     left = wanted - A @ (weights * force)
     size = _size(system, motion)
-    gained = _gained(system, motion, own, B)
+    gained = _power_terms(system, motion, own, B)
     return _Sample(force, B.T @ motion.u, gained, float(np.linalg.norm(left)), size, rank, space, reached)
 
 
 def _size(system: System, motion: MotionAtTime) -> float:
-    """The largest force of inertia, gravity or the scene on a body, as a torque at the length of the mechanism."""
+    """The largest inertial, gravitational or applied force on a body at a sample, N m; forces count at the mechanism's
+    length."""
     loads, u_dot = applied(motion.instant(system)), motion.change.reshape(-1, 6)
     inertia = system.mass[:, None] * u_dot[:, :3], (system.inertia @ u_dot[:, 3:, None])[..., 0]
     weight = system.mass[:, None] * system.gravity
@@ -105,9 +108,10 @@ def _size(system: System, motion: MotionAtTime) -> float:
     return max(*largest, *(float(np.abs(part).max(initial=0.0)) for part in turns), float(np.finfo(float).tiny))
 
 
-def _gained(system: System, motion: MotionAtTime, own: Array, B: Array) -> Array:
-    """The power in W that the actuators have to put in, term by term: what the kinetic energy gains by translation,
-    rotation and reflected inertias, what gravity and the scene's other forces take. The tangent space has no part."""
+def _power_terms(system: System, motion: MotionAtTime, own: Array, B: Array) -> Array:
+    """The terms of the power that the actuators supply, W: the changes of kinetic energy by translation, rotation and
+    reflected inertias, and the negative powers of gravity and of the scene's other forces. It does not use the tangent
+    space."""
     pose = motion.pose
     twist, change = motion.twist(pose), motion.change_of(pose)
     velocity, ω = twist.velocity[:-1], body_rates(pose, twist)[:-1]
@@ -129,7 +133,8 @@ def _gained(system: System, motion: MotionAtTime, own: Array, B: Array) -> Array
 
 
 def _refused(system: System, sample: _Sample, motion: MotionAtTime, rank: int) -> InputError:
-    """What has no actuator: the joint coordinates that move most where none reaches."""
+    """The error for a freedom without an actuator. It names the joint coordinates that move most along such
+    freedoms."""
     space = sample.space
     beyond = np.eye(space.freedom) - sample.reached @ sample.reached.T
     G = rows_at(system.coordinates, motion.pose).dense() @ space.N @ beyond

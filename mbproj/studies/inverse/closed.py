@@ -1,11 +1,11 @@
-"""A mechanism that follows a motion given of joint coordinates and markers, with its joints closed at each time.
+"""A mechanism that follows a given motion of joint coordinates and markers, with its joints closed at each time.
 
-The joints' rows hold exactly, C(q) = 0; what is given holds beside them in the sense of least squares, as measured
-coordinates of a closed loop contradict each other a little. With N a null space matrix of G, and given rows K,
+The joints' rows hold exactly, C(q) = 0. What is given holds in the least-squares sense, as measured coordinates of a
+closed loop contradict each other a little. With a null space matrix N of G, and the rows K of what is given,
 
     δξ = -G⁺C + N z,   |K δξ - (g(t) - s(q))|² least;   u = N z,  |K u - g'|² least;   and u' likewise.
 
-More coordinates than freedoms are so averaged, and fewer are refused.
+Where more coordinates than freedoms are given they are averaged; fewer are refused.
 """
 
 from __future__ import annotations
@@ -28,20 +28,20 @@ from mbproj.errors import InputError, Problem, SimulationError
 from mbproj.model.system import System
 from mbproj.studies.inverse.spline import Smoothed
 
-#: A step between two poses is divided until what is given moves by no more than this, in rad and parts of the length.
+#: A step between two poses is divided until what is given changes by at most this in each part, in rad and lengths.
 LONGEST = 0.2
-#: Newton's iterations, and where they end: corrections in rad and parts of the length.
+#: The most Newton iterations, and the size of a correction at which they end, in rad and lengths of the mechanism.
 ITERATIONS, CLOSED = 40, 1e-13
-#: Above this part of the length, or angle, the joints count as open.
+#: A larger violation than this, in lengths of the mechanism or rad, means that the joints are open.
 OPEN = 1e-10
-#: Singular values of K N below this part of the largest are a freedom that the given motion does not tell.
-UNTOLD = 1e-8
+#: The given motion does not determine a freedom whose singular value of K N is below this part of the largest.
+UNDETERMINED = 1e-8
 
 
 @dataclass(frozen=True, eq=False)
 class GivenRows:
-    """What a motion is given of: joint coordinates by their numbers, then components of markers (number, axis);
-    `scale` (c,): the length of the mechanism for what is in m, 1 for angles; `order`: where each stands in the file."""
+    """The coordinates whose motion is given: joint coordinates by number, then components of markers (marker, axis).
+    `scale` (c,) is the mechanism's length for lengths, 1 for angles. `order` is the place of each in the file."""
 
     coordinates: tuple[int, ...]
     components: tuple[tuple[int, int], ...]
@@ -50,7 +50,7 @@ class GivenRows:
 
 
 def given_rows(system: System, names: Sequence[str]) -> GivenRows:
-    """The rows of these names, which the system has."""
+    """The rows of these names, all of which the system has."""
     own = system.names
     coordinates = [k for k, name in enumerate(names) if name in own.coordinates]
     others = [k for k, name in enumerate(names) if name not in own.coordinates]
@@ -63,16 +63,16 @@ def given_rows(system: System, names: Sequence[str]) -> GivenRows:
 
 @dataclass(frozen=True, eq=False)
 class Followed:
-    """The motion at each time, and how far the closed mechanism is from what was given, (T, c), in its order."""
+    """The motion at each time, and the deviation of the mechanism from what was given, (T, c), in the order given."""
 
     motions: list[MotionAtTime]
     off: Array
 
 
 def follow(system: System, start: State, names: Sequence[str], splines: Sequence[Smoothed], times: Array) -> Followed:
-    """The motion of a system without motions from the pose of `start` on.
+    """Follow the given motion with a system without motions, from the pose of `start` on.
 
-    Raises InputError where what is given leaves a freedom open, SimulationError where the joints do not close.
+    Raises InputError where the given motion leaves a freedom open, SimulationError where the joints do not close.
     """
     rows = given_rows(system, names)
     series = np.stack([spline.at(times) for spline in splines], axis=-1)[:, :, list(rows.order)]
@@ -80,7 +80,7 @@ def follow(system: System, start: State, names: Sequence[str], splines: Sequence
     expected = coordinate_values(system, pose_of(start.q)) + 2.0 * np.pi * start.turns
     angles = is_angle(system)[list(rows.coordinates)].astype(bool)
     reached[: len(angles)] = expected[list(rows.coordinates)]
-    # The pose that the scene gives may be turns away from the first sample.
+    # The scene's pose and the first sample may differ by whole turns.
     away = np.round((series[0, 0, : len(angles)] - reached[: len(angles)]) / (2.0 * np.pi)) * angles
     reached[: len(angles)] += 2.0 * np.pi * away
     expected = expected.copy()
@@ -89,13 +89,13 @@ def follow(system: System, start: State, names: Sequence[str], splines: Sequence
     off = []
     for t, target, rate, change in zip(times, *series, strict=True):
         if found:
-            q = moved(q, _ahead(found[-1], float(t)))
+            q = moved(q, _displacement_until(found[-1], float(t)))
         parts = max(1, int(np.ceil(np.abs((target - reached) / rows.scale).max() / LONGEST)))
         for part in range(1, parts + 1):
-            q = _closed(system.at_positions, rows, q, reached + (target - reached) * part / parts, float(t))
+            q = _closed_pose(system.at_positions, rows, q, reached + (target - reached) * part / parts, float(t))
             value = coordinate_values(system, pose_of(q))
             expected = value + 2.0 * np.pi * np.round((expected - value) / (2.0 * np.pi)) * is_angle(system)
-        motion, left = _moving(
+        motion, left = _with_rates(
             system, rows, MotionAtTime(float(t), q, *_still(q), expected, start.x), target, rate, change
         )
         found.append(motion)
@@ -105,8 +105,8 @@ def follow(system: System, start: State, names: Sequence[str], splines: Sequence
     return Followed(found, np.array(off)[:, back])
 
 
-def _ahead(motion: MotionAtTime, t: float) -> Array:
-    """What the bodies move by until t, to second order, (6n,)."""
+def _displacement_until(motion: MotionAtTime, t: float) -> Array:
+    """The displacement of the bodies until time t, to second order, (6n,)."""
     h = t - motion.t
     return h * motion.u + 0.5 * h**2 * motion.change
 
@@ -117,20 +117,20 @@ def _still(q: Array) -> tuple[Array, Array]:
 
 
 def _values(system: System, rows: GivenRows, pose: Pose) -> Array:
-    """What is given, as the mechanism has it, (c,); angles without turns."""
+    """The values of the given coordinates at a pose, (c,), without whole turns."""
     places = pose.position[system.marker_body] + _arms(system, pose)
     own = coordinate_values(system, pose)[list(rows.coordinates)]
     return np.concatenate([own, [places[marker, axis] for marker, axis in rows.components]])
 
 
 def _arms(system: System, pose: Pose) -> Array:
-    """A s of each marker, (k, 3)."""
+    """The vector A s of each marker, from its body's centre, global axes, (k, 3)."""
     found: Array = (pose.rotation[system.marker_body] @ system.marker_local[..., None])[..., 0]
     return found
 
 
 def _markers(system: System, rows: GivenRows, motion: MotionAtTime) -> tuple[Rows, Array]:
-    """Rows of the markers' components by (δr, δθ in body axes), and the part ω × (ω × s) of their accelerations."""
+    """The rows of the markers' components in (δr, δθ in body axes), and the part ω × (ω × s) of their accelerations."""
     pose = motion.pose
     marker, axis = np.array(rows.components, dtype=np.intp).reshape(-1, 2).T
     body, local = system.marker_body[marker], system.marker_local[marker]
@@ -141,14 +141,14 @@ def _markers(system: System, rows: GivenRows, motion: MotionAtTime) -> tuple[Row
     return Rows.of(len(axis), system.bodies, each, body, entries), bias
 
 
-def _closed(system: System, rows: GivenRows, q: Array, target: Array, t: float) -> Array:
-    """The closed pose next to q that is nearest to what is given."""
+def _closed_pose(system: System, rows: GivenRows, q: Array, target: Array, t: float) -> Array:
+    """Close the joints near q; of all closed poses take the one nearest to the `target` of the given coordinates."""
     for _ in range(ITERATIONS):
         motion = MotionAtTime(t, q, *_still(q), np.zeros(system.coordinates.size))
         space, K = _linear(system, rows, motion)
         C = constraint(system, motion.pose)[system.bodies :]
         close = -(space.pseudoinverse @ C)
-        δ = close + space.N @ _told(space, K, rows, _off(system, rows, motion, target) - K @ close, t)
+        δ = close + space.N @ _least_squares(space, K, rows, _deviation(system, rows, motion, target) - K @ close, t)
         q = moved(q, δ)
         size = np.abs(δ / space.lengths).max(initial=0.0)
         if size <= CLOSED:
@@ -160,8 +160,8 @@ def _closed(system: System, rows: GivenRows, q: Array, target: Array, t: float) 
     return q
 
 
-def _off(system: System, rows: GivenRows, motion: MotionAtTime, target: Array) -> Array:
-    """How far what is given is from what the mechanism has; angles within half a turn."""
+def _deviation(system: System, rows: GivenRows, motion: MotionAtTime, target: Array) -> Array:
+    """The deviation of `target` from the mechanism's coordinates, (c,); angles within half a turn."""
     off = target - _values(system, rows, motion.pose)
     angles = np.zeros(len(off), dtype=bool)
     angles[: len(rows.coordinates)] = is_angle(system)[list(rows.coordinates)].astype(bool)
@@ -169,14 +169,14 @@ def _off(system: System, rows: GivenRows, motion: MotionAtTime, target: Array) -
 
 
 def _linear(system: System, rows: GivenRows, motion: MotionAtTime) -> tuple[TangentSpace, Array]:
-    """The tangent space, and K (c, 6n)."""
+    """The tangent space at a pose, and the rows K (c, 6n) of the given coordinates."""
     pose, index = motion.pose, np.array(rows.coordinates, dtype=np.intp)
     given = [rows_at(system.coordinates, pose).chosen(index), _markers(system, rows, motion)[0]]
     return tangent_space(system, rows_at(system.rows, pose).dense()), stacked(system.bodies, given).dense()
 
 
-def _turning(system: System, rows: GivenRows, motion: MotionAtTime) -> tuple[Array, Array]:
-    """G'u (m,) and K'u (c,): the accelerations of the rows where u' is zero."""
+def _bias_accelerations(system: System, rows: GivenRows, motion: MotionAtTime) -> tuple[Array, Array]:
+    """The accelerations G'u (m,) and K'u (c,) of the rows where u' is zero."""
     pose = motion.pose
     twist, change = motion.twist(pose), motion.change_of(pose)
     own, others = (
@@ -186,17 +186,17 @@ def _turning(system: System, rows: GivenRows, motion: MotionAtTime) -> tuple[Arr
     return own, np.concatenate([others[list(rows.coordinates)], _markers(system, rows, motion)[1]])
 
 
-def _told(space: TangentSpace, K: Array, rows: GivenRows, wanted: Array, t: float) -> Array:
-    """z (f,) with the least |K N z - wanted|. Raises InputError where freedoms are left open."""
+def _least_squares(space: TangentSpace, K: Array, rows: GivenRows, wanted: Array, t: float) -> Array:
+    """The z (f,) that minimises |K N z - wanted|. Raises InputError where the rows leave a freedom open."""
     A = (K @ space.N) / rows.scale[:, None]
     U, σ, V = np.linalg.svd(A, full_matrices=False)
-    rank = int(np.count_nonzero(σ > UNTOLD * σ.max(initial=0.0)))
+    rank = int(np.count_nonzero(σ > UNDETERMINED * σ.max(initial=0.0)))
     if rank < space.freedom:
-        raise _open(space.freedom, rank, t)
+        raise _undetermined(space.freedom, rank, t)
     return np.asarray(V.T @ ((U.T @ (wanted / rows.scale)) / σ))
 
 
-def _open(freedom: int, told: int, t: float) -> InputError:
+def _undetermined(freedom: int, told: int, t: float) -> InputError:
     missing = freedom - told
     message = (
         f"at t = {t:.6g} s the motion that is given tells {told} of {freedom} degrees of freedom, and "
@@ -205,15 +205,16 @@ def _open(freedom: int, told: int, t: float) -> InputError:
     return InputError(Problem(message, hint="give more joint coordinates or markers, or others near this pose"))
 
 
-def _moving(
+def _with_rates(
     system: System, rows: GivenRows, motion: MotionAtTime, target: Array, rate: Array, change: Array
 ) -> tuple[MotionAtTime, Array]:
-    """The motion with its velocities and accelerations, and how far what is given is from it."""
+    """Return the motion with its velocities and accelerations, and the deviation of the mechanism from what is
+    given."""
     space, K = _linear(system, rows, motion)
-    u = space.N @ _told(space, K, rows, rate, motion.t)
+    u = space.N @ _least_squares(space, K, rows, rate, motion.t)
     own = MotionAtTime(motion.t, motion.q, u, motion.change, motion.expected, motion.x)
-    G_dot_u, K_dot_u = _turning(system, rows, own)
+    G_dot_u, K_dot_u = _bias_accelerations(system, rows, own)
     held = -(space.pseudoinverse @ G_dot_u)
-    u_dot = held + space.N @ _told(space, K, rows, change - K_dot_u - K @ held, motion.t)
-    left = -_off(system, rows, motion, target)
+    u_dot = held + space.N @ _least_squares(space, K, rows, change - K_dot_u - K @ held, motion.t)
+    left = -_deviation(system, rows, motion, target)
     return MotionAtTime(motion.t, motion.q, u, u_dot, motion.expected, motion.x), left

@@ -1,4 +1,4 @@
-"""A CSV table that somebody has measured: headings as `time (s)`, numbers below."""
+"""Reading a CSV table of measurements: headings such as `time (s)`, then lines of numbers."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from mbproj.errors import InputError, Place, Problem
 from mbproj.scene.expressions.unit_text import unit_of
 from mbproj.scene.fields.quantities import agrees
 
-#: Bytes of a CSV file that is read, at most.
+#: The largest CSV file that is read, bytes.
 MOST_BYTES = 2**28
 _HEADING = re.compile(r"\s*(?P<name>.*?)\s*(?:[(\[]\s*(?P<unit>[^)\]]*?)\s*[)\]])?\s*")
 TIME_NAMES = ("time", "t")
@@ -22,8 +22,8 @@ TIME_NAMES = ("time", "t")
 
 @dataclass(frozen=True, eq=False)
 class Columns:
-    """`headings` are names and units ("" where none is said), of c columns; `rows` (T, c) as they are written, each in
-    its line of the file, `lines`; the headings are in `heading_line`."""
+    """A table with c columns. `headings` are pairs of a name and a unit ("" where there is none), from the line
+    `heading_line`. `rows` (T, c) are the numbers as written; `lines` are their line numbers."""
 
     headings: tuple[tuple[str, str], ...]
     heading_line: int
@@ -32,8 +32,8 @@ class Columns:
 
 
 def read_columns(path: Path, asked: str) -> Columns:
-    """The table in a file, which the option `asked` names. Raises InputError with file and line where it is no table,
-    or a cell is no finite number."""
+    """Read the table in a file. `asked` is the option that named the file. Raises InputError with file and line where
+    the file is no table, or a cell is no finite number."""
     lines = _lines(path, asked)
     if not lines:
         raise InputError(Problem("it is empty", Place(str(path)), "give a line of names, then a line for each sample"))
@@ -44,8 +44,8 @@ def read_columns(path: Path, asked: str) -> Columns:
 
 
 def factor_of(name: str, unit: str, wanted: str, place: Place) -> float:
-    """What numbers in `unit` are multiplied by to be in the SI unit that is `wanted`; 1 where none is said. Raises
-    InputError where it is unknown, or of another quantity."""
+    """The factor from `unit` to the SI unit `wanted`; 1 where the column has no unit. Raises InputError where the unit
+    is unknown, or of another quantity."""
     if not unit:
         return 1.0
     hint = f"give it in {wanted}" if wanted else "give it without a unit"
@@ -65,7 +65,7 @@ def _heading(cell: str) -> tuple[str, str]:
 
 
 def _lines(path: Path, asked: str) -> list[tuple[int, list[str]]]:
-    """The lines that are neither empty nor comments, with their numbers."""
+    """The lines that are neither empty nor comments, split into cells, with their numbers."""
     try:
         if path.stat().st_size > MOST_BYTES:
             raise InputError(Problem(f"it has more than {MOST_BYTES >> 20} MB", Place(str(path)), "thin it out"))

@@ -1,4 +1,4 @@
-"""Motions as they are given: columns of a CSV file, or the joint coordinates of a results file."""
+"""Given motions: columns of a CSV file, or the joint coordinates of a results file."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from mbproj.results import Results
 from mbproj.scene.text.suggestions import choose_from
 from mbproj.studies.inverse.columns import TIME_NAMES, Columns, factor_of, read_columns
 
-#: Samples that a spline of degree 5 needs.
+#: The fewest samples for a spline of degree 5.
 FEWEST = 6
 _MARKER = re.compile(r"(?P<marker>.+)\.(?:position_)?(?P<axis>[xyz])")
 
 
 @dataclass(frozen=True, eq=False)
 class GivenMotion:
-    """Samples at the times (T,) in s: values (T, c) of joint coordinates "crank.angle" and of positions of markers
-    "tip.x", by `names`, in the SI `units` rad and m."""
+    """Samples at the times (T,) in s. `values` (T, c) are joint coordinates such as "crank.angle" and positions of
+    markers such as "tip.x". `units` are rad or m."""
 
     names: tuple[str, ...]
     units: tuple[str, ...]
@@ -32,16 +32,16 @@ class GivenMotion:
 
 
 def known_columns(system: System) -> dict[str, str]:
-    """What a motion may be given of, with its unit."""
+    """The names of all coordinates whose motion can be given, with their SI units."""
     names = system.names
     found = dict(zip(names.coordinates, names.coordinate_units, strict=True))
     return found | {f"{marker}.{axis}": "m" for marker in names.markers for axis in "xyz"}
 
 
 def from_csv(system: System, path: Path) -> GivenMotion:
-    """The motion in a CSV file: its first line names the columns, `time (s), crank.angle (deg), tip.x (mm)`. Without a
-    unit they are in s, rad and m. Raises InputError with file and line where a cell is no number, a column names
-    nothing of the scene, or times do not ascend."""
+    """Read a motion from a CSV file. Its first line names the columns: `time (s), crank.angle (deg), tip.x (mm)`.
+    Without a unit they are in s, rad and m. Raises InputError with file and line where a cell is no number, a column is
+    unknown to the scene, or times do not ascend."""
     found = read_columns(path, "--given")
     place = Place(str(path), found.heading_line)
     columns = [_column(system, name, unit, place) for name, unit in found.headings]
@@ -63,20 +63,21 @@ def from_csv(system: System, path: Path) -> GivenMotion:
 
 
 def from_results(system: System, results: Results) -> GivenMotion:
-    """All joint coordinates that the results share with the scene. Raises InputError where there are none."""
+    """The motion of all joint coordinates that the results share with the scene. Raises InputError where there are
+    none."""
     shared = [name for name in system.names.coordinates if name in results.names("coordinates")]
     if not shared:
         have = choose_from("", system.names.coordinates, "the scene has")
         raise InputError(Problem(f"'{results.path}' has no joint coordinate of the scene", hint=have))
     units = dict(zip(system.names.coordinates, system.names.coordinate_units, strict=True))
-    last = np.append(np.diff(results.time) > 0.0, True)  # two samples at an event: the one after it
+    last = np.append(np.diff(results.time) > 0.0, True)  # of two samples at an event take the one after it
     values = np.stack([results.coordinate(name).value for name in shared], axis=1)
     found = GivenMotion(tuple(shared), tuple(units[name] for name in shared), results.time[last], values[last])
     return _checked(found, results.path, None)
 
 
 def _column(system: System, name: str, unit: str, place: Place) -> tuple[str, str, float]:
-    """The name of a column, its SI unit, and what its numbers are multiplied by."""
+    """The name of a column's coordinate, its SI unit, and the factor from the column's unit to it."""
     known = known_columns(system)
     marker = _MARKER.fullmatch(name)
     if name not in known and marker and f"{marker['marker']}.{marker['axis']}" in known:

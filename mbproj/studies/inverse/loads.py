@@ -1,4 +1,4 @@
-"""What actuators have to do so that a mechanism follows a motion: of a run, or of measured coordinates."""
+"""The loads of actuators along a motion, which is that of a run or measured."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ _NOTHING: Mapping[str, float] = {}
 
 
 class Smoothing(NamedTuple):
-    """What became of a column of the given motion: `noise` is what the spline was allowed to change, as a root of a
-    mean square; `largest` is how far the closed mechanism is from a sample at most, at the time `time`; `rms` its root
-    of the mean square. All in `unit`."""
+    """How a given column was smoothed. `noise` is the root mean square change allowed to the spline. `largest` is the
+    largest deviation of the closed mechanism from a sample, at the time `time` (s); `rms` is its root mean square. All
+    are in `unit`."""
 
     name: str
     unit: str
@@ -46,13 +46,14 @@ class Smoothing(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class ActuatorLoads:
-    """The forces of k actuators along a motion: `time` (T,) in s; `force` and `rate` (T, k) along what each acts on,
-    positive where it drives that up, in `units` "N m" and "N" and per s.
+    """The forces of k actuators along a motion. `time` (T,) is in s. `force` and `rate` (T, k) are along the coordinate
+    of each, in `units` "N m" or "N", and per s. A force is positive where it increases its coordinate.
 
-    `coordinate` (T, nc) are the joint coordinates of the motion. `freedom` is that of the mechanism, `rank` how much of
-    it the actuators reach; with more actuators than that, Σ w p² is least with these `weights` (k,). `balance` is the
-    largest error of the power balance, as a part of the largest power in it. `dead` (D,) are times in s at which the
-    actuators cannot move the mechanism; their forces are NaN there. `smoothing`: what became of the given columns.
+    `coordinate` (T, nc) are the joint coordinates of the motion. `freedom` is the mechanism's number of freedoms,
+    `rank` the number that the actuators reach. With more actuators than `rank`, Σ w p² is least with the `weights`
+    (k,). `balance` is the largest error of the power balance over the largest power in it. `dead` (D,) are times in s
+    at which the actuators cannot move the mechanism; their forces are NaN there. `smoothing` describes the given
+    columns.
     """
 
     names: tuple[str, ...]
@@ -72,22 +73,23 @@ class ActuatorLoads:
 
     @cached_property
     def power(self) -> Array:
-        """What each puts in, (T, k), in W."""
+        """The power that each actuator supplies, (T, k), in W."""
         return self.force * self.rate
 
     @property
     def shared(self) -> bool:
-        """Whether there are more actuators than they reach freedoms, so that they share the forces."""
+        """Whether the actuators are more than the freedoms that they reach, so that they share the forces."""
         return len(self.names) > self.rank
 
     def __getitem__(self, name: str) -> Array:
-        """The force of one actuator, (T,). Raises KeyError with the nearest name."""
+        """The force of the actuator `name`, (T,). Raises KeyError with the most similar name."""
         if name not in self.names:
             raise KeyError(f"there is no actuator '{name}'; {choose_from(name, self.names)}")
         return self.force[:, self.names.index(name)]
 
     def cycle(self, over: str) -> Cycle:
-        """A joint coordinate of the motion. Raises InputError with the nearest where there is none."""
+        """The joint coordinate `over` of the motion. Raises InputError with the most similar name where there is
+        none."""
         if over not in self.coordinates:
             hint = choose_from(over, self.coordinates)
             raise InputError(Problem(f"there is no joint coordinate '{over}'", Place("--over"), hint))
@@ -95,7 +97,8 @@ class ActuatorLoads:
         return Cycle(over, self.coordinate_units[column], self.coordinate[:, column])
 
     def largest(self, over: str | None = None) -> list[Load]:
-        """The largest force and power of each, as `mbproj info --loads` has them; the place is told by `over`."""
+        """The largest force and power of each actuator, as `mbproj info --loads` lists them. `over` names the
+        coordinate that tells where they occur."""
         alive = ~np.isnan(self.force).any(axis=1)
         cycle = None if over is None else self.cycle(over)
         found = {"forces/force": self.force, "forces/rate": self.rate}
@@ -113,7 +116,7 @@ class ActuatorLoads:
 def loads_of_results(
     scene: Scene, results: Results, names: Sequence[str] = (), weights: Mapping[str, float] = _NOTHING
 ) -> ActuatorLoads:
-    """Along the motion that a run of the scene recorded; the actuators are its motions where none are named."""
+    """The loads along the motion that a run of the scene recorded. By default the actuators are the scene's motions."""
     system = compile_system(scene)
     chosen = tuple(names) or system.names.motions
     if not chosen:
@@ -132,11 +135,11 @@ def loads_of_given(
     weights: Mapping[str, float] = _NOTHING,
     noise: Mapping[str, float] = _NOTHING,
 ) -> ActuatorLoads:
-    """Along a given motion, at its times. `noise` by unit ("rad", "m") is what smoothing may change, as a root of a
-    mean square; what is not named is estimated.
+    """The loads along a given motion, at its times. `noise` by unit ("rad", "m") is the root mean square change that
+    smoothing may make. Where a unit has none, it is estimated.
 
-    Without names the actuators are the motions of the scene, or the given joint coordinates where these are as many as
-    the degrees of freedom.
+    By default the actuators are the motions of the scene, or the given joint coordinates where these are as many as the
+    degrees of freedom.
     """
     system = compile_system(scene)
     free = replace(system, motions=NO_MOTIONS)

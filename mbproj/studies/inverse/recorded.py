@@ -1,4 +1,4 @@
-"""The motion that a run recorded: poses, velocities and accelerations of its samples, as they are."""
+"""The motion that a run recorded: poses, velocities and accelerations of its samples."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _MOTION = tuple(
 
 
 def motions_of(system: System, results: Results) -> Iterator[MotionAtTime]:
-    """The motion at each sample. Raises InputError where the results are of other bodies."""
+    """Yield the motion at each sample. Raises InputError where the results are of other bodies."""
     if tuple(results.names("bodies")) != system.names.bodies:
         said = f"'{results.path}' has other bodies than the scene"
         raise InputError(Problem(said, hint="give results of this scene, or the scene of these results"))
@@ -43,7 +43,7 @@ def motions_of(system: System, results: Results) -> Iterator[MotionAtTime]:
 
 
 def _change(system: System, acceleration: Array, angular: Array, u: Array, q: Array) -> Array:
-    """u' (6n,) of the carriers, each as its first body says."""
+    """The accelerations u' (6n,) of the carriers, each from the first body fixed to it."""
     first = np.array([np.flatnonzero(system.body_carrier == carrier)[0] for carrier in range(system.bodies)])
     turn, offset = rotation_matrix(system.body_turn[first]), system.body_offset[first]
     ω, ω_dot = u.reshape(-1, 6)[:, 3:], (turn @ angular[first][..., None])[..., 0]
@@ -53,8 +53,8 @@ def _change(system: System, acceleration: Array, angular: Array, u: Array, q: Ar
 
 
 def refuse_unknown_forces(system: System, motion: MotionAtTime, *, states_known: bool) -> None:
-    """Raises InputError where forces act that a motion does not tell: friction by the load of a bearing or at a stop, a
-    stop that is touched, states of elements that nobody has."""
+    """Raises InputError where forces act that the motion does not determine. These are friction by the load of a
+    bearing or at a stop, a stop in contact, and element states that are not given."""
     frictions = system.frictions
     loaded = [] if frictions is None else np.flatnonzero((frictions.bearing >= 0) | (frictions.stop >= 0)).tolist()
     if loaded or (system.forces.laws.bearing >= 0).any():

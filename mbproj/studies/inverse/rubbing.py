@@ -1,4 +1,4 @@
-"""Dry friction along a given motion: it acts against the rate of its joint, and bears nothing where that rests."""
+"""Dry friction along a given motion: it acts against the rate of its joint, and is zero where the joint rests."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
 
-class Rubbing:
-    """Scratch: a system with its dry frictions of their own force as laws, by the directions in which these slide."""
+class SlidingFrictions:
+    """A system whose dry frictions act as sliding laws, cached by their directions of sliding."""
 
     def __init__(self, system: System, motions: Iterable[MotionAtTime]) -> None:
         self._system, self._by_directions = system, dict[tuple[float, ...], System]()
         self._fastest = 0.0 if system.frictions is None else max(_speed(system, each) for each in motions)
 
     def at(self, motion: MotionAtTime) -> System:
-        """The system as it is at a sample of the motion."""
+        """The system at a sample of the motion, with each friction sliding in its direction there."""
         frictions = self._system.frictions
         if frictions is None:
             return self._system
@@ -37,6 +37,6 @@ class Rubbing:
 
 
 def _speed(system: System, motion: MotionAtTime) -> float:
-    """How fast the fastest part of the mechanism moves, in its lengths and rad per s."""
+    """The speed of the fastest part of the mechanism, in its lengths and rad per s."""
     twist = motion.twist(motion.pose)
     return float(np.abs(twist.velocity).max() / system.length + np.abs(body_rates(motion.pose, twist)).max())

@@ -1,9 +1,9 @@
-"""Splines of degree 5 through measured samples, whose second derivatives are smooth: noise is smoothed as far as it is
-noise, and what smoothing changes is stated.
+"""Splines of degree 5 through measured samples, whose second derivatives are smooth. Only noise is smoothed, and the
+change is reported.
 
-A least-squares spline of FITPACK (Dierckx 1993) takes the fewest knots with which the root of the mean square change is
-at most σ. Where nobody gives σ it is estimated from divided differences of order 6, which vanish for polynomials of
-degree 5. Differences of noise do not become smaller with their order; those of a smooth motion do, and such a motion is
+A least-squares spline of FITPACK (Dierckx 1993) has the fewest knots for which the root mean square change is at most
+σ. Where σ is not given, it is estimated from divided differences of order 6, which vanish for polynomials of degree 5.
+Differences of noise do not become smaller with their order. Those of a smooth motion do, and such a motion is
 interpolated.
 """
 
@@ -19,17 +19,17 @@ from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place, Problem
 
 DEGREE = 5
-#: Orders of the differences that tell noise from a smooth motion, and how much smaller those of the higher order are
-#: where it is smooth: of noise they are alike.
+#: The orders of differences that tell noise from a smooth motion. In a smooth motion the differences of the higher
+#: order are smaller by at least this factor; in noise both are alike.
 ORDERS, SMOOTH = (6, 8), 0.3
-#: Beside the range of the values noise below this is round-off of the numbers, and is interpolated.
+#: Noise below this part of the largest value is round-off, and is interpolated.
 ROUND_OFF = 1e-13
 
 
 @dataclass(frozen=True, eq=False)
 class Smoothed:
-    """A spline: `at` gives value, first and second derivative at times (T,), (3, T). `noise` is σ, the largest root of
-    a mean square change; `change` (T,) is how far the spline is from each of the samples."""
+    """A spline. `at` returns its value, first and second derivative at times (T,), (3, T). `noise` is σ, the largest
+    root mean square change. `change` (T,) is the difference of the spline from each sample."""
 
     at: Callable[[Array], Array]
     noise: float
@@ -37,8 +37,8 @@ class Smoothed:
 
 
 def smoothed(time: Array, values: Array, noise: float | None) -> Smoothed:
-    """The spline through samples (T,) with noise of this size; None estimates it, 0 interpolates. Raises InputError
-    where FITPACK finds none."""
+    """Fit a spline to samples (T,) with noise of this root mean square. None estimates the noise, 0 interpolates.
+    Raises InputError where FITPACK finds no spline."""
     σ = _estimated(time, values) if noise is None else noise
     from scipy.interpolate import BSpline, make_interp_spline, splrep
 
@@ -57,16 +57,16 @@ def smoothed(time: Array, values: Array, noise: float | None) -> Smoothed:
 
 
 def _estimated(time: Array, values: Array) -> float:
-    """σ of the noise, 0 where the samples are those of a smooth motion, or too few to tell."""
+    """Estimate σ of the noise; 0 for samples of a smooth motion, or too few samples."""
     if len(time) <= 2 * ORDERS[1]:
         return 0.0
-    lower, higher = (_deviation(time, values, order) for order in ORDERS)
+    lower, higher = (_difference_rms(time, values, order) for order in ORDERS)
     is_smooth = higher < SMOOTH * lower or lower <= ROUND_OFF * float(np.abs(values).max(initial=0.0))
     return 0.0 if is_smooth else lower
 
 
-def _deviation(time: Array, values: Array, order: int) -> float:
-    """The root of the mean square of divided differences, weighted so that white noise of σ gives σ."""
+def _difference_rms(time: Array, values: Array, order: int) -> float:
+    """The root mean square of divided differences of an order, weighted so that white noise of σ gives σ."""
     rows = np.lib.stride_tricks.sliding_window_view
     nodes, found = rows(time, order + 1), rows(values, order + 1)
     apart = nodes[:, :, None] - nodes[:, None, :]

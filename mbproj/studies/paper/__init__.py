@@ -1,1 +1,1 @@
-"""The numerical examples of the paper."""
+"""The numerical examples of the paper, computed again."""

@@ -1,7 +1,6 @@
 """The numerical examples of the paper (sect. 5): its two mechanisms, its step, its stop test, its methods.
 
-Beside them one run that is as good as exact (DOP853 at a tight tolerance) says how far the paper's step is from the
-truth.
+A nearly exact run beside them (DOP853 at a tight tolerance) tells the error of the paper's step.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ from mbproj.mechanisms_folder import mechanism
 from mbproj.model import compile_system, initial_guess
 from mbproj.scene import read_scene, settings_to_run
 
-#: The methods of Figs. 4-5 and 9-10, by the names that the paper's legends give them.
+#: The methods of Figs. 4-5 and 9-10, by their names in the paper's legends.
 METHODS: Mapping[str, str] = {
     "direct integration": "none",
     "Baumgarte, α = β = 25": "baumgarte",
@@ -28,7 +27,7 @@ METHODS: Mapping[str, str] = {
     "MMOPM, α = 1e7": "mmopm",
     "GPOPM": "gpopm",
 }
-#: An error of the marker that counts as "not converged", m: a thousandth of a bar of the pendulum.
+#: An error of the marker, in m, that counts as "not converged": a thousandth of a bar of the pendulum.
 LIMIT = 1e-3
 
 _PAPER = {"step": "0.01", "integrator": "rk4", "acceleration": "bordered", "formulation": "full"}
@@ -37,7 +36,8 @@ _EXACT = {"tolerance": "1e-11", "integrator": "dop853", "output_step": "0.01", "
 
 @dataclass(frozen=True, eq=False)
 class History:
-    """One method's run: times (T,), marker position and velocity (T, 3), |C|∞ and |C'|∞ (T,); why it stopped early."""
+    """The run of one method: times (T,), position and velocity of the marker (T, 3), |C|∞ and |C'|∞ (T,), and why it
+    stopped early."""
 
     time: Array
     position: Array
@@ -49,9 +49,10 @@ class History:
 
 @dataclass(frozen=True, eq=False)
 class Example:
-    """One mechanism of the paper: a history by legend, and the error of GPOPM's marker over time (T,), m.
+    """The results of one mechanism of the paper: a history for each legend, and the error of GPOPM's marker over time
+    (T,), m.
 
-    `unconverged_from` is the time (s) from which on that error has exceeded `LIMIT`; None where it never does.
+    `unconverged_from` is the first time (s) at which that error exceeds `LIMIT`; None where it never does.
     """
 
     name: str
@@ -62,18 +63,18 @@ class Example:
     unconverged_from: float | None
 
 
-class _Kept:
-    """A recorder of what the figures show, of the first marker."""
+class _HistoryRecorder:
+    """A recorder of the first marker and of the violations."""
 
     def __init__(self) -> None:
         self.blocks: list[Block] = []
 
     def write(self, block: Block) -> None:
-        """Takes T samples."""
+        """Record a block of T samples."""
         self.blocks.append(block)
 
     def history(self, failure: str | None) -> History:
-        """All of them."""
+        """Join the recorded blocks to a history. `failure` is the reason why the run stopped early."""
 
         def all_of(path: str) -> Array:
             return np.concatenate([block[path] for block in self.blocks])
@@ -91,7 +92,7 @@ class _Kept:
 def run_example(name: str, duration: float, tell: Callable[[str], None] = lambda message: None) -> Example:
     """Runs the mechanism `name` ("five_bar" or "spatial_slider_crank") with every method of the paper.
 
-    `tell` is called with one line before each run. A run that fails is kept up to there.
+    `tell` is called with one line before each run. A run that fails is kept up to its failure.
     """
     histories = {}
     for legend, method in METHODS.items():
@@ -114,7 +115,7 @@ def run_example(name: str, duration: float, tell: Callable[[str], None] = lambda
 
 
 def marker_error(history: History, exact: History) -> Array:
-    """Distance of the marker from that of `exact` at the times they share, m."""
+    """The distance of the marker from that of `exact` at the times that both have, m."""
     shared = min(len(history.time), len(exact.time))
     distance: Array = np.linalg.norm(history.position[:shared] - exact.position[:shared], axis=1)
     return distance
@@ -122,7 +123,7 @@ def marker_error(history: History, exact: History) -> Array:
 
 def _run(name: str, duration: float, simulation: Mapping[str, str]) -> History:
     scene = read_scene(mechanism(name), {}, {"duration": repr(duration), **simulation})
-    system, kept, failure = compile_system(scene), _Kept(), None
+    system, kept, failure = compile_system(scene), _HistoryRecorder(), None
     try:
         simulate(system, assemble(system, initial_guess(scene, system)), settings_to_run(scene), kept)
     except SimulationError as error:

@@ -1,1 +1,1 @@
-"""Many simulations at once: worker processes, what they are sent, how far they are, what is kept."""
+"""Many simulations at once: worker processes, the messages to them, progress, and stored results."""

@@ -1,6 +1,6 @@
-"""in_bundles(): many short items, several of them sent together, so that handing them out costs little beside them.
+"""in_bundles(): many short items, sent together in bundles, so that sending them costs little.
 
-A bundle whose process dies is taken apart: only an item that was alone in its process is held responsible.
+A bundle whose process dies is sent again item by item: only an item that was alone in its process is blamed.
 """
 
 from __future__ import annotations
@@ -18,9 +18,10 @@ from mbproj.studies.parallel.hand_out import Where, in_parallel
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
-#: A bundle is to take this long, s, on this machine and on a cluster: a hundred times what handing it out costs.
+#: The duration of a bundle that is aimed at, s, on this machine and on a cluster: a hundred times the cost of sending
+#: it.
 SECONDS, SECONDS_THERE = 0.1, 0.5
-#: No bundle is so many times as large as the one before, nor holds more than so many items.
+#: The largest ratio of a bundle's size to that of the one before, and the most items in a bundle.
 GROWTH, LARGEST = 4, 1000
 
 
@@ -34,7 +35,7 @@ class Done(Generic[Result]):
 
 @dataclass(frozen=True)
 class Lost:
-    """A bundle did not come back: why, and after how long, s."""
+    """The fate of a bundle that did not come back: the reason, and after how long, s."""
 
     why: str
     seconds: float
@@ -51,8 +52,8 @@ def in_bundles(
     lost: Callable[[Item, str, float], Result],
     timeout: float | None = None,
 ) -> Generator[list[tuple[Item, Result]], None, None]:
-    """(item, function(shared, item)) for all items, some of them at a time, in the order in which they come to an end.
-    `lost` gives the result of one that does not come back, or takes longer than `timeout` in s."""
+    """Yield lists of (item, function(shared, item)), in the order in which bundles end. `lost` returns the result of an
+    item that does not come back, or takes longer than `timeout` in s."""
     bundles = _Bundles(iter(items), SECONDS_THERE if isinstance(where, Cluster) else SECONDS)
 
     def limit(bundle: tuple[Item, ...]) -> float | None:
@@ -67,7 +68,7 @@ def in_bundles(
 
 
 class _Bundles(Iterator[tuple[Item, ...]]):
-    """Bundles of items, sized by how long those before took."""
+    """An iterator over bundles of items. The duration of the bundles before decides their size."""
 
     def __init__(self, items: Iterator[Item], seconds: float) -> None:
         self._items, self._seconds = items, seconds
@@ -82,7 +83,7 @@ class _Bundles(Iterator[tuple[Item, ...]]):
         return found
 
     def returned(self, bundle: tuple[Item, ...], outcome: Outcome) -> None:
-        """Takes in how a bundle ended. Of one that was lost each item is tried alone."""
+        """Take note of how a bundle ended. The items of a lost bundle are tried again one by one."""
         if isinstance(outcome, Lost):
             self._again.extend(bundle if len(bundle) > 1 else ())
             return

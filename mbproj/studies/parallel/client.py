@@ -1,4 +1,4 @@
-"""A client of a running Dask cluster, and what is said where there is none."""
+"""A client of a running Dask cluster, and the errors where there is none."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from mbproj.errors import ExitCode, InputError, MbprojError, Place, Problem
 if TYPE_CHECKING:
     from distributed import Client
 
-#: For a scheduler to answer, s.
+#: Time for a scheduler to answer, s.
 CONNECT = 6.0
-#: What Dask raises where nobody answers, or its scheduler ends in the middle of a call: this and that.
+#: The exceptions of Dask where nobody answers, or the scheduler ends during a call: they vary.
 UNREACHABLE = (Exception, asyncio.CancelledError)
 
 
 @dataclass(frozen=True)
 class Cluster:
-    """A running cluster: the address of its scheduler, or the file that it writes for those who look for it."""
+    """A running cluster: the address of its scheduler, or the file in which the scheduler wrote it."""
 
     address: str = ""
     file: Path | None = None
@@ -34,12 +34,12 @@ class Cluster:
 
     @property
     def option(self) -> str:
-        """The option that names it."""
+        """The option of the command line that names the cluster."""
         return "--scheduler" if self.file is None else "--scheduler-file"
 
 
 class ClusterLost(MbprojError):
-    """The scheduler is gone, or has no workers."""
+    """The error where the scheduler has gone, or has no workers."""
 
     exit_code = ExitCode.FAILED
 
@@ -68,14 +68,14 @@ def connected(cluster: Cluster) -> Iterator[Client]:
 
 
 def _silence() -> None:
-    """Dask's own messages stay in its scheduler and workers: what concerns the user is said here."""
+    """Silence Dask's own messages in this process: mbproj reports what concerns the user."""
     for name in list(logging.root.manager.loggerDict):
         if name.split(".")[0] == "distributed":
             logging.getLogger(name).setLevel(logging.CRITICAL)
 
 
 def _address_in(file: Path, place: Place) -> str:
-    """What a scheduler has written there."""
+    """The address that a scheduler has written into a file."""
     try:
         found = json.loads(file.read_text(encoding="utf-8"))["address"]
         if isinstance(found, str):
@@ -89,7 +89,8 @@ def _address_in(file: Path, place: Place) -> str:
 
 
 def workplace(jobs: int | Cluster | None, scheduler: str | None, scheduler_file: Path | None) -> int | Cluster | None:
-    """Where the work is done. Raises InputError where two of them are given, or no cluster is there."""
+    """The place where the work is done: a number of processes, or a cluster. Raises InputError where two are given, or
+    the cluster cannot be reached."""
     given = [name for name, value in (("--jobs", jobs), ("--scheduler", scheduler)) if value is not None]
     given += [] if scheduler_file is None else ["--scheduler-file"]
     if len(given) > 1:
@@ -98,5 +99,5 @@ def workplace(jobs: int | Cluster | None, scheduler: str | None, scheduler_file:
     if scheduler is None and scheduler_file is None:
         return jobs
     cluster = Cluster(scheduler or "", scheduler_file)
-    with connected(cluster):  # before the work begins
+    with connected(cluster):  # raises before the work begins
         return cluster

@@ -1,7 +1,7 @@
 """Work on a running Dask cluster, whose workers have mbproj installed.
 
-Few tasks are out at a time, whatever their number. A worker that is lost is blamed on all that it had: here only an
-item that was out alone is held responsible. What a scheduler's end loses, the caller's store has.
+Only a few tasks are out at a time. Dask blames a lost worker on all tasks that it had. Here only an item that was out
+alone is blamed. The results that are lost with a scheduler are in the caller's store.
 """
 
 from __future__ import annotations
@@ -30,17 +30,17 @@ if TYPE_CHECKING:
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
-#: For a scheduler that was there to come back, s; between two looks at the workers.
+#: Time for a lost scheduler to come back, s, and time between two checks of the workers, s.
 GONE, REFRESH = 5.0, 1.0
-#: How often Ctrl-C is looked for, s.
+#: Time between two checks for Ctrl-C, s.
 LOOK = 0.1
-#: Tasks that are out for each thread: the one at work, and the next.
+#: Tasks that are out for each thread: the one in work, and the next.
 AHEAD = 2
-#: For workers to come, s, where Dask's setting `distributed.scheduler.no-workers-timeout` says nothing.
+#: Time for workers to appear, s, where Dask's setting `distributed.scheduler.no-workers-timeout` has no value.
 NO_WORKERS = 60.0
-#: How often Dask may give up an item that has done nothing wrong: its result was on a worker that was lost, say.
+#: How often Dask may give up an item that is not to blame, for example because a lost worker had its result.
 GIVEN_UP = 5
-#: What shared data a worker keeps unpacked.
+#: The number of shared data sets that a worker keeps unpacked.
 TASKS_KNOWN = 8
 
 
@@ -53,7 +53,8 @@ def on_cluster(
     timeout: Callable[[Item], float | None] | float | None = None,
     blamed: Callable[[Item], bool] = lambda item: True,
 ) -> Generator[tuple[int, Result], None, None]:
-    """As `in_parallel`, on a cluster. Raises InputError where it cannot be reached, ClusterLost where it ends."""
+    """Does on a cluster what `in_parallel` does. Raises InputError where the cluster cannot be reached, ClusterLost
+    where it ends."""
     with connected(cluster) as client, interruption() as asked:
         out = _Out(client, cluster, pickle.dumps((__version__, function, shared)))
         given, suspects, index = iter(items), deque[_Task](), -1
@@ -81,15 +82,14 @@ def on_cluster(
             out.withdraw()
 
 
-#: No item.
+#: The end of the items.
 _NONE: Any = object()
 
 
 @dataclass(eq=False)
 class _Task:
-    """An item that is out: its number, when it was sent, how long it may take (s; None: as long as it takes); whether
-    no other is out beside it; how often Dask gave it up; since when a worker has had it, as far as that was looked
-    at."""
+    """An item that is out. `sent` is when; `limit` is how long it may take (s), or None; `alone` tells that no other
+    item is out; `given_up` counts how often Dask gave it up. `begun` is when it was first seen at a worker."""
 
     index: int
     item: Any
@@ -101,7 +101,7 @@ class _Task:
     begun: float | None = None
 
     def is_overdue(self, now: float) -> bool:
-        """Whether it should have come back, even if it had to wait for the one before it."""
+        """Whether the item should have come back, even if it had to wait for the one before it."""
         return self.limit is not None and self.begun is not None and now > self.begun + AHEAD * self.limit
 
 
@@ -122,30 +122,30 @@ class _Out:
 
     @property
     def room(self) -> int:
-        """How many more tasks may go out."""
+        """The number of tasks that may still be sent."""
         if any(task.alone for task in self.tasks.values()):
             return 0
         return AHEAD * max(self._threads, 1) - len(self.tasks)
 
     def send(self, index: int, item: Any, limit: float | None, alone: bool = False, given_up: int = 0) -> None:
-        """An item goes out."""
+        """Send an item to the cluster."""
         with self._reaching():
             future = self._client.submit(_call, self._work, pickle.dumps(item), pure=False)
         self.tasks[future.key] = _Task(index, item, future, monotonic(), limit, alone, given_up)
         future.add_done_callback(lambda done: self._back.put(done.key))
 
     def ended(self) -> Iterator[tuple[_Task, Any, str | None]]:
-        """The tasks that have ended, each with its result, or why it was lost. Waits for a moment."""
+        """Wait a moment; yield the tasks that have ended, each with its result, or the reason why it was lost."""
         with suppress(Empty):
             task = self.tasks.pop(self._back.get(timeout=LOOK), None)
-            if task is not None:  # or it was overdue
+            if task is not None:  # None where the task was overdue and removed
                 yield from self._answered(task)
         if monotonic() - self._looked > REFRESH:
             yield from self._overdue()
             self._refresh()
 
     def _answered(self, task: _Task) -> Iterator[tuple[_Task, Any, str | None]]:
-        """The result of a task, or why it was lost. One that Dask gave up goes out again."""
+        """Yield the result of a task, or the reason why it was lost. A task that Dask gave up is sent again."""
         done, result, fault = self._taken(task.future)
         if done:
             yield task, result, None if fault is None else self._why(fault)
@@ -155,7 +155,7 @@ class _Out:
             raise self._gone()
 
     def _taken(self, future: Future) -> tuple[bool, Any, BaseException | None]:
-        """Whether the task has come to an end, its result, and its fault."""
+        """Return whether the task has ended, its result, and its exception."""
         with self._reaching(), suppress(CancelledError, asyncio.CancelledError):
             if future.status == "finished":
                 return True, pickle.loads(future.result()), None
@@ -164,7 +164,7 @@ class _Out:
         return False, None, None
 
     def _why(self, fault: BaseException) -> str:
-        """Why a task was lost. Raises what is not the end of its worker."""
+        """The reason why a task was lost. Raises an exception other than the end of its worker."""
         from distributed import KilledWorker
 
         if isinstance(fault, KilledWorker):
@@ -176,7 +176,7 @@ class _Out:
 
     @contextmanager
     def _reaching(self) -> Iterator[None]:
-        """What Dask raises in the block where it has lost its scheduler, in one way or another, is ClusterLost."""
+        """Raise ClusterLost for any exception in the block with which Dask reports a lost scheduler."""
         try:
             yield
         except UNREACHABLE as error:
@@ -187,7 +187,7 @@ class _Out:
             raise self._gone() from error
 
     def _overdue(self) -> Iterator[tuple[_Task, Any, str | None]]:
-        """Ends the workers of tasks that should have stopped by themselves."""
+        """Restart the workers of overdue tasks, and yield these tasks as lost."""
         if all(task.limit is None for task in self.tasks.values()) or self._client.status != "running":
             return
         now, had_by = monotonic(), {}
@@ -198,15 +198,15 @@ class _Out:
             for task in had:
                 task.begun = task.begun or now
             late = next((task for task in had if task.is_overdue(now)), None)
-            if late is not None:  # the others there go elsewhere
+            if late is not None:  # Dask sends this worker's other tasks elsewhere
                 del self.tasks[late.future.key]
                 late.future.cancel()
-                with suppress(*UNREACHABLE):  # it is gone already, or has no nanny
+                with suppress(*UNREACHABLE):  # the worker has gone already, or has no nanny
                     self._client.restart_workers([address], raise_for_error=False)
                 yield late, None, f"{OVERDUE} {late.limit:g} s"
 
     def _refresh(self) -> None:
-        """Looks how many threads there are, and whether anybody is there at all."""
+        """Count the threads of the workers, and check that the scheduler and some workers are there."""
         now = monotonic()
         threads = self._counted()
         if threads is None:
@@ -221,7 +221,7 @@ class _Out:
             raise ClusterLost(f"{message}; start some with 'dask worker', and go on with the same command")
 
     def _counted(self) -> int | None:
-        """How many threads the workers have; None where the scheduler does not answer."""
+        """The number of the workers' threads; None where the scheduler does not answer."""
         if self._client.status != "running":
             return None
         try:
@@ -234,14 +234,15 @@ class _Out:
         return ClusterLost(f"the scheduler at '{self._cluster}' is gone; {kept}")
 
     def withdraw(self) -> None:
-        """Nobody waits any more for what is out."""
+        """Cancel all tasks that are out."""
         if self.tasks and self._client.status == "running":
             with suppress(*UNREACHABLE):
                 self._client.cancel([task.future for task in self.tasks.values()])
 
 
 def _call(work: bytes, item: bytes) -> bytes:
-    """On a worker: the pickled result of the function for an item. Both come from the client that the user started."""
+    """Run on a worker: the pickled result of the function for an item. Both come from the client that the user
+    started."""
     version, function, shared = _unpacked(work)
     if version != __version__:
         message = f"a worker of the cluster has mbproj {__version__}, and this is {version}"

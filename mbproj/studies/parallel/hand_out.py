@@ -1,4 +1,4 @@
-"""in_parallel(): the one function that hands out work, in this process, on this machine, or on a Dask cluster."""
+"""in_parallel(): the one function that distributes work, in this process, on this machine, or on a Dask cluster."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ from mbproj.studies.parallel.workers import Worker, WorkerLost
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
-#: How many processes of this machine (None: one a processor), or a cluster.
+#: The number of processes on this machine (None: one for each processor), or a cluster.
 Where: TypeAlias = "int | Cluster | None"
 
-#: How often Ctrl-C is looked for, s.
+#: Time between two checks for Ctrl-C, s.
 LOOK = 0.1
-#: Processes at most for each processor: more only take memory.
+#: The most processes for each processor: more only take memory.
 MOST = 4
-#: Items that are out for each process: the one at work, and the next.
+#: Items that are out for each process: the one in work, and the next.
 AHEAD = 2
 
 
 def processors() -> int:
-    """How many this process may use."""
+    """The number of processors that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
@@ -47,14 +47,15 @@ def in_parallel(
     timeout: Callable[[Item], float | None] | float | None = None,
     blamed: Callable[[Item], bool] = lambda item: True,
 ) -> Generator[tuple[int, Result], None, None]:
-    """(index, function(shared, item)) for every item, in the order in which they come to an end.
+    """Yield (index, function(shared, item)) for every item, in the order in which they end.
 
-    `function` is a module's own; `shared` is sent to each process once. Where one process is enough everything happens
-    in this one. With `lost`, all items run elsewhere. `lost(item, why, seconds)` is the result of an item whose process
-    dies, or takes longer than its `timeout` in s; without, that is a RuntimeError. On a cluster an item that is
-    `blamed` for that is lost only when it was out alone. Few items are out at a time, so that there may be any number;
-    an iterator that had no more is asked again as long as some are out. Leaving the iterator early ends the processes;
-    SIGINT and SIGTERM raise KeyboardInterrupt.
+    `function` is a function of a module; `shared` is sent to each process once. Where one process is enough, this
+    process does the work. With `lost`, all items run in other processes. Then `lost(item, why, seconds)` is the result
+    of an item whose process dies, or takes longer than its `timeout` in s; without `lost` that raises RuntimeError. On
+    a cluster an item that is `blamed` counts as lost only when it was out alone.
+
+    Few items are out at a time, so there may be any number of them. An iterator that has ended is asked again while
+    items are out. Leaving the generator early ends the processes. SIGINT and SIGTERM raise KeyboardInterrupt.
     """
     if isinstance(where, Cluster):
         yield from on_cluster(function, shared, items, where, lost, timeout, blamed)
@@ -105,7 +106,7 @@ def in_parallel(
 
 
 class _Workers:
-    """The processes of a study. One is started when an item finds none idle, so that few items start few."""
+    """The processes of a study. A new one is started when an item finds none idle, so that few items start few."""
 
     def __init__(self, start: Callable[[], Worker]) -> None:
         self._start, self._lock = start, Lock()
@@ -114,7 +115,7 @@ class _Workers:
         self.idle: SimpleQueue[Worker] = SimpleQueue()
 
     def take(self) -> Worker:
-        """One that does nothing else. Raises WorkerLost where all were stopped meanwhile."""
+        """An idle worker, or a new one. Raises WorkerLost after `stop`."""
         with suppress(Empty):
             return self.idle.get_nowait()
         with self._lock:
@@ -124,7 +125,7 @@ class _Workers:
             return self._started[-1]
 
     def stop(self) -> None:
-        """Ends all, whatever they do."""
+        """Stop all workers, also busy ones."""
         with self._lock:
             self._stopped = True
         for worker in self._started:

@@ -1,4 +1,4 @@
-"""Many runs in parallel whose results are kept as they come, so that none is run twice."""
+"""Many runs in parallel, whose results are stored as they come, so that none is run twice."""
 
 from __future__ import annotations
 
@@ -20,9 +20,11 @@ def resumable(
     tell: Tell,
     best: Callable[[Any], tuple[Any, str]] | None = None,
 ) -> dict[str, Any]:
-    """function(shared, item), which JSON can hold, of every item by its key. Those that are kept are not run again;
-    `tell` is called with the phase and the number of items that are through. `best` gives a record's rank and words;
-    those of the least rank follow the phase."""
+    """The results function(shared, item) of all items by their keys, each of which JSON can hold. Results in the store
+    `kept` are not computed again.
+
+    `tell` is called with the phase and the number of items done. `best` returns the rank of a result and words on it;
+    the words of the least rank are added to the phase."""
     missing = [key for key in items if key not in kept]
     ranked = [] if best is None else [best(kept[key]) for key in items if key in kept]
 

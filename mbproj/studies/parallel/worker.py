@@ -1,4 +1,4 @@
-"""The program of a worker (`mbproj.studies.parallel.workers`): reads a function, what calls share, then items."""
+"""The program of a worker (`mbproj.studies.parallel.workers`): it reads a function, the shared data, then items."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from typing import Any, BinaryIO
 
 from mbproj.errors import MbprojWarning
 
-#: The first answer: what an item takes counts from there, not from the start of the process.
+#: The first answer. The time of an item counts from it, not from the start of the process.
 READY = "ready"
 
 
 def main() -> None:
-    """Says READY, and answers each item with (result, None, notes), or (None, the exception, notes); notes are what
-    mbproj warns of, which is for the caller to say."""
+    """Answer READY, then each item with (result, None, notes), or (None, the exception, notes). The notes are mbproj's
+    warnings, which the caller shows."""
     notes = _kept_warnings()
     answers = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
-    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # what a function prints is no answer
+    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # what a function prints must not mix with the answers
     messages: SimpleQueue[Any] = SimpleQueue()
     Thread(target=_listen, args=(messages,), daemon=True).start()
     function, shared = messages.get()
@@ -38,7 +38,7 @@ def main() -> None:
 
 
 def _answer(answers: BinaryIO, what: Any) -> None:
-    """Says it; where nobody listens any more the process ends."""
+    """Send an answer; end the process where nobody reads it any more."""
     data = pickle.dumps(what)
     try:
         answers.write(data)
@@ -48,7 +48,7 @@ def _answer(answers: BinaryIO, what: Any) -> None:
 
 
 def _kept_warnings() -> list[str]:
-    """A list to which the texts of mbproj's own warnings go from now on; others are shown as before."""
+    """A list to which mbproj's own warnings are added from now on; other warnings are shown as before."""
     kept: list[str] = []
     others = warnings.showwarning
 
@@ -63,10 +63,10 @@ def _kept_warnings() -> list[str]:
 
 
 def _listen(messages: SimpleQueue[Any]) -> None:
-    """Takes in what is sent. Ends the process, whatever it does, when nobody can send any more: when the one who waits
-    for results was killed, for example."""
+    """Put all messages into the queue. End the process, whatever it does, when the sender is gone: it may have been
+    killed."""
     while True:
         try:
             messages.put(pickle.load(sys.stdin.buffer))
-        except (EOFError, OSError, pickle.UnpicklingError):  # a message may end in its middle, too
+        except (EOFError, OSError, pickle.UnpicklingError):  # a message may break off, too
             os._exit(0)

@@ -1,9 +1,9 @@
-"""Workers: processes of one BLAS thread each, to which a function and its arguments are sent.
+"""Workers: processes with one BLAS thread each, to which a function and its arguments are sent.
 
-They are programs of their own (`mbproj.studies.parallel.worker`). So a script or a notebook that starts a study needs
-no guard of its main module. Nor do numbers depend on what the caller's process has loaded. They run the caller's
-mbproj, package and kernel, whatever the current folder holds. Tasks and results are pickled through the pipes between
-the two, which nobody else can write to; no file is ever unpickled.
+They run a program of their own (`mbproj.studies.parallel.worker`). So a script or a notebook that starts a study needs
+no guard of its main module. Nor do numbers depend on what the caller's process has loaded. Workers use the caller's
+mbproj, package and kernel, whatever the current folder holds. Tasks and results are pickled through pipes between the
+two processes, which nobody else can write to. No file is ever unpickled.
 """
 
 from __future__ import annotations
@@ -23,35 +23,35 @@ from mbproj.studies.parallel.worker import READY
 
 #: One BLAS thread: matrices are small, and each process has a processor of its own.
 THREADS = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-#: A worker's program; its arguments are the folder of the caller's package and the caller's `sys.path`. `python -m`
-#: would look for mbproj in the current folder first. Other modules are found as the caller finds them.
+#: The program of a worker. Its arguments are the folder of the caller's package and the caller's `sys.path`. `python
+#: -m` would look for mbproj in the current folder first. Other modules are found as the caller finds them.
 PROGRAM = (
     "import sys; sys.path[:] = sys.argv[1:]; import mbproj; del sys.path[0]; "
     "from mbproj.studies.parallel.worker import main; main()"
 )
-#: Options of the interpreter that decide what it looks for when it starts, by their names in `sys.flags`.
+#: Options of the interpreter that decide what it reads when it starts, by their names in `sys.flags`.
 FLAGS = {"isolated": "-I", "ignore_environment": "-E", "no_user_site": "-s", "no_site": "-S"}
 
 
-#: How the message of a WorkerLost begins whose time was up.
+#: The beginning of the message of a WorkerLost whose time was up.
 OVERDUE = "stopped: it took longer than"
 
 
 class WorkerLost(RuntimeError):
-    """A process that has died, or was ended because its time was up; the message says which."""
+    """The error for a process that died, or was stopped because its time was up; the message tells which."""
 
 
 class Worker:
     """A process that answers one item after another."""
 
     def __init__(self, function: Callable[[Any, Any], Any], shared: Any, notes: deque[str]) -> None:
-        """`notes` takes in what mbproj warns of there."""
+        """Start the process. mbproj's warnings in it are added to `notes`."""
         self._task, self._notes = (function, shared), notes
         self._stopped = False
         self.start()
 
     def start(self) -> None:
-        """A new process, in place of one that was lost."""
+        """Start a new process, in place of one that was lost."""
         if self._stopped:
             return
         flags = [option for name, option in FLAGS.items() if getattr(sys.flags, name)]
@@ -61,7 +61,7 @@ class Worker:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             env={**os.environ, **THREADS},
-            start_new_session=True,  # Ctrl-C is for the study, which then stops its workers
+            start_new_session=True,  # Ctrl-C goes to the study only, which then stops its workers
         )
         self._send(self._task)
         self._ready = False
@@ -101,11 +101,11 @@ class Worker:
         return result
 
     def stop(self) -> None:
-        """Ends the process, whatever it does."""
+        """Kill the process, also while it works."""
         self._stopped = True
         self.process.kill()
         self.process.wait()
         for pipe in (self.process.stdin, self.process.stdout):
             if pipe is not None:
-                with suppress(OSError):  # what was being sent has nobody to go to
+                with suppress(OSError):  # the process no longer reads what was being sent
                     pipe.close()

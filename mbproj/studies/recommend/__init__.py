@@ -1,1 +1,1 @@
-"""The cheapest setting that keeps an error."""
+"""The search for the cheapest setting that keeps an error below a goal."""

@@ -1,4 +1,4 @@
-"""Settings held against a reference, each once: the error at the points that matter, and what it cost."""
+"""A bench: it measures the error and the cost of settings against a reference, each setting once."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from mbproj.studies.store import ValueCache
 
 @dataclass(eq=False)
 class Bench:
-    """A mechanism and its reference; `goal` is the error asked for, m, at the points number `columns`. What was
-    measured is in `kept`. `by_energy`: whether a run of whose energy `mbproj run` would warn misses the goal."""
+    """A mechanism and its reference. `goal` is the largest error (m) allowed at the points with the numbers `columns`.
+    `kept` stores all measurements. With `by_energy`, a run whose energy `mbproj run` would warn of misses the goal."""
 
     mechanism: Mechanism
     reference: Reference
@@ -29,8 +29,7 @@ class Bench:
     by_energy: bool = True
 
     def missed(self, tried: Measurement) -> float:
-        """The error over the goal, or how far the energy is beyond what goes without a note: at most 1 where the goal
-        is kept."""
+        """The error over the goal, or the energy's doubt where that is larger; at most 1 where the goal is kept."""
         doubt = tried.doubt if self.by_energy and tried.doubt > 1.0 else 0.0
         return max(tried.at() / self.goal, doubt)
 
@@ -41,34 +40,35 @@ class Bench:
 
     @property
     def uncertainty(self) -> Array:
-        """By how much the reference is uncertain at most up to each time, (T,) m."""
+        """A bound on the reference's error at these points up to each time, (T,) m."""
         worst: Array = self.reference.uncertainty[:, self.columns].max(axis=1)
         return worst
 
     def shortened(self, until: float) -> Bench:
-        """The same up to another sample time, in s."""
+        """The bench with a reference that ends at an earlier sample time `until`, s."""
         kept, whole = self.reference.times <= until * (1.0 + 1e-9), self.reference
         arrays = {name: getattr(whole, name)[kept] for name in ("times", "position", "velocity", "uncertainty")}
         return replace(self, reference=replace(whole, **arrays))
 
     @property
     def points(self) -> tuple[str, ...]:
-        """The names of the points that count."""
+        """The names of the points whose error counts."""
         return tuple(self.reference.points[column] for column in self.columns)
 
     def measure(self, setting: Setting) -> Measurement:
-        """What the setting achieves at the points that count, computed where it is not among what is kept."""
+        """Measure a setting at these points, unless its measurement is stored."""
         key = f"{setting.command_line()} --duration {self.until!r}"
         if key not in self.kept:
             self.kept.add(key, self.fresh(setting, self.mechanism).as_json())
         return Measurement.from_json(self.kept[key])
 
     def fresh(self, setting: Setting, mechanism: Mechanism) -> Measurement:
-        """The same on a mechanism of the same scene, computed in any case."""
+        """Measure a setting at these points with `mechanism`, of the same scene, whether or not a measurement is
+        stored."""
         return measured(solve(mechanism, setting, self.reference.times), self.reference).of(self.points)
 
     def kept_until(self, setting: Setting) -> float:
-        """The last time (s) up to which a run with the setting keeps the goal."""
+        """The last time (s) up to which a run with this setting keeps the goal."""
         distance = error(solve(self.mechanism, setting, self.reference.times), self.reference)
         beyond = np.flatnonzero(distance[:, self.columns].max(axis=1) > self.goal)
         times = self.reference.times

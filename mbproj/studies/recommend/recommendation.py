@@ -1,7 +1,8 @@
-"""The cheapest setting that keeps an error: every integrator, with fixed steps and with error control.
+"""recommend(): the cheapest setting that keeps an error. All integrators are tried, with fixed steps and with error
+control.
 
-Costs are counted in evaluations of the accelerations, of the run as it will be, its samples included; those within a
-quarter of the fewest are then timed in turn. All settings close the joints after every step.
+The cost is the number of evaluations of the accelerations, including those for the samples. Settings within a quarter
+of the fewest evaluations are then timed in turn. All settings close the joints after every step.
 """
 
 from __future__ import annotations
@@ -30,18 +31,18 @@ from mbproj.studies.recommend.families import Family, closing, families
 from mbproj.studies.recommend.search import cheapest
 from mbproj.studies.store import ValueCache
 
-#: Settings that take at most so many times the fewest evaluations are timed.
+#: Settings with at most this multiple of the fewest evaluations are timed.
 CONTENDERS = 1.25
-#: Where the search in a family begins: the tolerance that is this part of the error over the mechanism's size.
+#: The search in a family with error control starts at this tolerance, relative to the error over the mechanism's size.
 FIRST = 0.1
-#: Implicit integrators are tried where stability alone asks for this part of the steps that an explicit one makes.
-HELD_UP = 0.5
-#: Part of the time that is given up at once where the error cannot be kept to the end.
+#: Implicit integrators are tried where stability alone needs at least this part of the steps of an explicit one.
+FOR_STABILITY = 0.5
+#: The part of the duration by which the study is shortened at a time where the error cannot be kept to the end.
 SHORTER = 0.02
 
 
 class Unreachable(MbprojError):
-    """No setting keeps the error, not even up to the first sample."""
+    """The error of a search in which no setting keeps the goal, not even up to the first sample."""
 
     exit_code = ExitCode.CHECK_FAILED
 
@@ -50,11 +51,11 @@ class Unreachable(MbprojError):
 class Recommendation(Tabled):
     """The cheapest setting found that keeps `goal` (m) at `points`, verified on a fresh run.
 
-    `best` is what that run achieved. `contenders` are those that were near, cheapest first; their seconds are medians
-    of several runs where they were timed. `own` is the scene's own setting where it has one. All of them are up to
-    `until` (s), which is before `wanted` where nothing keeps the error that long. The reference is uncertain by
-    `uncertain` (m); `method` and `check` are its two solutions in words; `why` says why the error cannot be kept longer
-    ("" if it can be). `settings` are those of the best run.
+    `best` is the measurement of that run. `contenders` are the settings of similar cost, cheapest first; where they
+    were timed, their seconds are medians of several runs. `own` is the scene's own setting, or None. All runs end at
+    `until` (s). That is before `wanted` where no setting keeps the error longer; `why` then gives the reason, and is ""
+    otherwise. The reference is uncertain by `uncertain` (m); `method` and `check` describe its two solutions.
+    `settings` are those of the best run.
     """
 
     goal: float
@@ -72,24 +73,25 @@ class Recommendation(Tabled):
 
     @property
     def setting(self) -> Setting:
-        """How to run the scene."""
+        """The recommended setting."""
         return self.best.setting
 
     @property
     def reached(self) -> bool:
-        """Whether the error is kept as long as was asked for."""
+        """Whether the error is kept up to the time that was asked for."""
         return self.until >= self.wanted * (1.0 - 1e-9)
 
     @property
     def table(self) -> Table:
-        """A row a setting: the best, those near it, the scene's own. `setting` has the options of mbproj run."""
+        """A table with a row for each setting: the best, those of similar cost, and the scene's own. Its column
+        `setting` has the options of mbproj run."""
         near = [("near", each) for each in self.contenders[1:]]
         own = [] if self.own is None else [("own", self.own)]
         return Table.of(_row(kind, each) for kind, each in [("best", self.best), *near, *own])
 
     @property
     def line(self) -> str:
-        """What is recommended."""
+        """A line with the recommended setting."""
         until = "" if self.reached else f" until t = {self.until:.6g} s only: {self.why}"
         return f"{self.setting.command_line()} keeps {self.goal:g} m{until}"
 
@@ -124,9 +126,9 @@ def recommend(
 ) -> Recommendation:
     """The cheapest setting of `scene` whose error at every sample up to `until` (s; the scene's duration) is at most
     `error` (m) at the markers `at` (all; the bodies' centres where there are none). Without `timed` the fewest
-    evaluations decide. What was tried is kept in the store: a search that was interrupted resumes, unless `fresh`.
+    evaluations decide. Measurements are stored: an interrupted search resumes, unless `fresh`.
 
-    Raises InputError for a name or duration that is not there, Unreachable where no setting keeps the error at all.
+    Raises InputError for an unknown name or a missing duration, Unreachable where no setting keeps the error at all.
     """
     mechanism = Mechanism.to_choose_for(scene)
     columns = mechanism.columns(at)
@@ -137,7 +139,7 @@ def recommend(
     bench = Bench(mechanism, truth, error, columns, kept)
     base = closing(Setting.of(scene.settings))
     own = Setting.of(scene.settings) if scene.settings.step or scene.settings.tolerance else None
-    first, bench = _first(bench, base, tell)
+    first, bench = _cheapest_of_first_family(bench, base, tell)
     contenders = _contenders(bench, base, first, tell)
     usual = [] if own is None else [bench.measure(own)]
     if timed:
@@ -159,9 +161,9 @@ def recommend(
     )
 
 
-def _first(bench: Bench, base: Setting, tell: Tell) -> tuple[Measurement, Bench]:
-    """The cheapest of the first family, which reaches the smallest errors; with a shorter time where that is needed,
-    because the motion is chaotic or the error near round-off."""
+def _cheapest_of_first_family(bench: Bench, base: Setting, tell: Tell) -> tuple[Measurement, Bench]:
+    """The cheapest setting of the first family, which reaches the smallest errors. The bench is shortened where the
+    motion is chaotic, or the goal near round-off."""
     wanted, whole, (family, *others) = bench.until, bench.reference, families(base, _interval(bench))
     tell("integrators", 0, 1 + len(others))
     certain = bench.uncertainty <= bench.goal
@@ -169,13 +171,13 @@ def _first(bench: Bench, base: Setting, tell: Tell) -> tuple[Measurement, Bench]
         if not certain[: len(bench.reference.times)].all():
             reach = float(bench.reference.times[max(int(np.argmin(certain)) - 1, 0)])
         else:
-            start = _start(bench, family)
+            start = _start_fineness(bench, family)
             found = cheapest(bench, family, start)
             if found is not None:
                 return found, bench
             assert family.finest is not None
             finest = bench.measure(family.setting(family.finest))
-            if bench.by_energy and finest.doubt > 1.0 and finest.at() <= bench.goal:  # no step makes the balance better
+            if bench.by_energy and finest.doubt > 1.0 and finest.at() <= bench.goal:  # no step improves the balance
                 bench = replace(bench, by_energy=False)
                 continue
             reach = min(bench.kept_until(family.setting(family.finest)), bench.until - SHORTER * wanted)
@@ -185,20 +187,20 @@ def _first(bench: Bench, base: Setting, tell: Tell) -> tuple[Measurement, Bench]
         bench = bench.shortened(reach)
 
 
-def _start(bench: Bench, family: Family) -> int:
-    """Where to begin in a family with error control."""
+def _start_fineness(bench: Bench, family: Family) -> int:
+    """The fineness at which the search in a family with error control starts."""
     tolerance = FIRST * bench.goal / bench.mechanism.system.length
     return family.at_error(1, tolerance / family.tolerance(1))
 
 
 def _contenders(bench: Bench, base: Setting, first: Measurement, tell: Tell) -> list[Measurement]:
-    """The cheapest of each family that is near the cheapest of all, fewest evaluations first."""
+    """The cheapest setting of each family, where its cost is near the least of all; fewest evaluations first."""
     found, intervals = [first], len(bench.reference.times) - 1
-    tried = list(families(base, _interval(bench), stiff=_is_held_up(bench, first)))
+    tried = list(families(base, _interval(bench), stiff=_limited_by_stability(bench, first)))
     for through, family in enumerate(tried[1:], 1):
         tell("integrators", through, len(tried))
         budget = CONTENDERS * min(one.evaluations for one in found)
-        start = _start(bench, family) if family.by_error else int(budget / family.fixed_cost(1, intervals))
+        start = _start_fineness(bench, family) if family.by_error else int(budget / family.fixed_cost(1, intervals))
         best = cheapest(bench, family, start, budget)
         found += [best] if best is not None else []
     found += _with_energy_row(bench, base, min(found, key=lambda one: one.evaluations))
@@ -207,28 +209,28 @@ def _contenders(bench: Bench, base: Setting, first: Measurement, tell: Tell) -> 
 
 
 def _with_energy_row(bench: Bench, base: Setting, best: Measurement) -> list[Measurement]:
-    """The cheapest of the family of the best one with the energy balance as a row of the projection, where that is
-    cheaper: on long runs of mechanisms without contacts, whose every event would begin a new balance."""
+    """The cheapest setting in the family of the best one with the energy balance as a row of the projection, where it
+    costs less. Each contact event would begin a new balance, so mechanisms with contacts have none."""
     if base.energy_row or bench.mechanism.system.has_contacts:
         return []
     setting = best.setting
     family = Family(replace(base, energy_row=True), setting.integrator, setting.step is None, _interval(bench))
-    start = round(_interval(bench) / setting.step) if setting.step else _start(bench, family)
+    start = round(_interval(bench) / setting.step) if setting.step else _start_fineness(bench, family)
     found = cheapest(bench, family, start, best.evaluations - 1)
     return [] if found is None else [found]
 
 
-def _is_held_up(bench: Bench, first: Measurement) -> bool:
-    """Whether the first family makes its steps for stability, rather than for accuracy."""
+def _limited_by_stability(bench: Bench, first: Measurement) -> bool:
+    """Whether stability, not accuracy, decides the steps of the first family."""
     settings = bench.mechanism.settings(first.setting, bench.until, _interval(bench))
     needed = steps_for_stability(bench.mechanism.system, bench.mechanism.state, settings)
-    return needed >= HELD_UP * first.counters["steps"]
+    return needed >= FOR_STABILITY * first.counters["steps"]
 
 
 def _timed(
     bench: Bench, contenders: Sequence[Measurement], usual: Sequence[Measurement], tell: Tell
 ) -> tuple[list[Measurement], list[Measurement]]:
-    """Both with the medians of their times, of runs with all samples; the fastest of the contenders first."""
+    """Return both lists with median times of runs with all samples; the contenders sorted, fastest first."""
     found = [*contenders, *usual]
     settings = [one.setting for one in found]
     timings = time_settings(bench.mechanism, settings, bench.reference.times, tell=tell)

@@ -1,4 +1,5 @@
-"""The cheapest setting of a family that keeps an error: by the method's order, and with a look beyond the result."""
+"""The search in a family for the cheapest setting that keeps an error. It uses the method's order and then looks for
+coarser settings."""
 
 from __future__ import annotations
 
@@ -9,39 +10,39 @@ from mbproj.studies.measure.measurement import Measurement
 from mbproj.studies.recommend.bench import Bench
 from mbproj.studies.recommend.families import Family
 
-#: A fixed step is found to this part.
+#: The relative precision to which a fixed step is found.
 RESOLUTION = 0.02
-#: The part of the goal that a proposal aims at, and at most so much finer or coarser in one go, in cost.
+#: The part of the goal that a proposal aims at, and the largest factor in cost from one proposal to the next.
 AIM, LEAP = 0.8, 4.0
-#: Errors do not fall evenly. Beyond the result, down to this part of its cost, each pace this part of the last,
-#: settings are tried as long as errors are at most so many times the goal.
+#: Errors do not fall evenly, so coarser settings than the result are tried. Each costs `PACE` of the one before, down
+#: to `BELOW` of the result's cost, while errors stay below `NEAR` times the goal.
 BELOW, PACE, NEAR = 0.5, 0.96, 20.0
 
 
 @dataclass
 class Bracket:
-    """What is known of a family's fineness: this one is too coarse, and one finer than `fine` is not wanted: it either
-    keeps the goal, or is beyond the budget."""
+    """The bounds of the search: `coarse` misses the goal; `fine` keeps it or is beyond the budget, or is None."""
 
     coarse: int = 0
     fine: int | None = None
 
     def is_closed(self, family: Family) -> bool:
-        """Whether the two are as near to each other as is asked for."""
+        """Whether the two bounds are as close to each other as the search needs."""
         if self.fine is None:
             return self.coarse == family.finest
         return self.fine - self.coarse <= (1 if family.by_error else max(1, int(RESOLUTION * self.fine)))
 
     def inside(self, fineness: int, family: Family) -> int:
-        """The nearest fineness that is open."""
+        """The fineness between the bounds that is nearest to the given one."""
         fineness = max(fineness, self.coarse + 1)
         highest = self.fine - 1 if self.fine is not None else family.finest
         return max(1, fineness if highest is None else min(fineness, highest))
 
 
 def cheapest(bench: Bench, family: Family, start: int, budget: float = inf) -> Measurement | None:
-    """The cheapest of the family, measured, that keeps the goal for at most `budget` evaluations; None without one."""
-    bracket = Bracket(fine=_first_beyond(bench, family, budget))
+    """The measurement of the family's cheapest setting that keeps the goal with at most `budget` evaluations; None
+    where there is none."""
+    bracket = Bracket(fine=_first_over_budget(bench, family, budget))
     fineness = bracket.inside(start, family)
     found: Measurement | None = None
     while not bracket.is_closed(family):
@@ -57,19 +58,19 @@ def cheapest(bench: Bench, family: Family, start: int, budget: float = inf) -> M
             if missed > NEAR:
                 return None
         fineness = bracket.inside(_proposed(family, bracket, fineness, missed), family)
-    return _beyond(bench, family, bracket, found)
+    return _coarser_by_chance(bench, family, bracket, found)
 
 
-def _first_beyond(bench: Bench, family: Family, budget: float) -> int | None:
-    """The coarsest fixed step that is beyond the budget; None where that is to be found out."""
+def _first_over_budget(bench: Bench, family: Family, budget: float) -> int | None:
+    """The coarsest fixed step that exceeds the budget; None where this is not known in advance."""
     if family.by_error or budget == inf:
         return None
     return int((budget - 1) / (family.fixed_cost(1, len(bench.reference.times) - 1) - 1)) + 1
 
 
 def _proposed(family: Family, bracket: Bracket, fineness: int, ratio: float) -> int:
-    """Where the goal should be met, from an error `ratio` times the goal; in the middle of what is left where that
-    lands outside, and not farther than a leap."""
+    """The fineness at which the goal should be met, given an error of `ratio` times the goal. It is at most a factor
+    `LEAP` away in cost. Where it lies outside the bracket, return the middle of the bracket."""
     lowest, highest = (family.at_cost(fineness, cost) for cost in (1.0 / LEAP, LEAP))
     if 0.0 < ratio < inf:
         guess = min(max(family.at_error(fineness, AIM / ratio), lowest), highest)
@@ -80,8 +81,8 @@ def _proposed(family: Family, bracket: Bracket, fineness: int, ratio: float) -> 
     return guess
 
 
-def _beyond(bench: Bench, family: Family, bracket: Bracket, found: Measurement | None) -> Measurement | None:
-    """What is found, or something coarser that keeps the goal by chance."""
+def _coarser_by_chance(bench: Bench, family: Family, bracket: Bracket, found: Measurement | None) -> Measurement | None:
+    """Look for a coarser setting that keeps the goal by chance; return the result `found` otherwise."""
     fineness = bracket.fine if found is not None and bracket.fine is not None else bracket.coarse + 1
     lowest, misses = family.at_cost(fineness, BELOW), 0
     while fineness > max(lowest, 1) and misses < 2:

@@ -1,4 +1,4 @@
-"""A recommendation written into its scene file: the `simulation` block in place, the rest of the text as it was."""
+"""Writing a recommendation into its scene file: only the `simulation` block changes."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ from mbproj.studies.measure.setting import Setting, shortest
 
 
 def write_back(scene: Scene, settings: Settings) -> Path:
-    """Makes `settings`, but for the duration, those of the scene's file; comments stay. The file is replaced at once.
+    """Writes `settings`, without the duration, into the scene's file and returns its path. Comments stay. The file is
+    replaced in one operation.
 
     Raises InputError where the scene is no file, its block cannot be changed in place, or it cannot be written.
     """
@@ -39,7 +40,7 @@ def write_back(scene: Scene, settings: Settings) -> Path:
 
 
 def changes_to(before: Settings, after: Settings) -> Changes:
-    """What differs in the block, by key."""
+    """The changes of the `simulation` block, by key."""
     changes: dict[str, Any] = {
         name: _text(getattr(after, name))
         for name in ("integrator", "step", "tolerance", "formulation", "acceleration", "output_step")

@@ -1,1 +1,1 @@
-"""The violation above which a projection is worth its cost."""
+"""The threshold study: the violation above which a projection is worth its cost."""

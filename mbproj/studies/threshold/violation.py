@@ -1,6 +1,6 @@
-"""threshold_study(): what it saves, and what it costs, to project only where the violation exceeds a threshold.
+"""threshold_study(): the savings and the cost of projecting only where the violation exceeds a threshold.
 
-The paper recommends it in one sentence (sect. 4.3) and tests nothing.
+The paper recommends this in one sentence (sect. 4.3) without a test.
 """
 
 from __future__ import annotations
@@ -29,21 +29,22 @@ from mbproj.studies.parallel.hand_out import Where
 from mbproj.studies.parallel.progress import Tell, silent
 from mbproj.studies.store import ValueCache
 
-#: Thresholds: powers of ten from these exponents on, for a mechanism of 1 m.
+#: Exponents of the thresholds, powers of ten, for a mechanism of 1 m.
 EXPONENTS = range(-13, 0)
-#: The error may be larger by this factor than with a projection after every step.
+#: The error may be this factor larger than with a projection after every step.
 TOLERATED = 1.1
-#: A threshold that leaves out a smaller part of the projections saves nothing.
+#: A threshold must save at least this part of the projections to be recommended.
 SAVES = 0.01
 
 
 @dataclass(frozen=True, eq=False)
 class ThresholdStudy(Tabled):
-    """Trials and timings (None where the run failed) of a setting: projected after every step, above each threshold, in
-    rising order, and never. `recommended` is the index of the largest threshold whose error is within a tenth of that
-    with all projections, None where that saves hardly any; `exceeded` are the indices of smaller ones whose error is
-    not: errors do not grow evenly. `points` are those whose
-    error counts; none are all."""
+    """Trials and timings (None where the run failed) of a setting. The first projects after every step, the next ones
+    above each threshold in rising order, the last never.
+
+    `recommended` is the index of the largest threshold whose error is tolerated; None where it saves hardly any
+    projection. `exceeded` are the indices of smaller thresholds with a larger error, as errors do not grow evenly.
+    `points` are those whose error counts; empty for all."""
 
     title: str
     trials: tuple[Measurement, ...]
@@ -55,24 +56,24 @@ class ThresholdStudy(Tabled):
     points: tuple[str, ...] = ()
 
     def saved(self, index: int) -> float:
-        """The part of the projections that a trial leaves out, NaN where it failed."""
+        """The part of the projections that a trial leaves out; NaN where it failed."""
         every = self.trials[0].counters.get("projections", 0)
         done = self.trials[index].counters.get("projections")
         return float("nan") if done is None or not every else 1.0 - done / every
 
     @property
     def rows(self) -> list[dict[str, Any]]:
-        """A row a trial, by column."""
+        """A row for each trial, by column."""
         return list(map(self._row, range(len(self.trials))))
 
     @property
     def table(self) -> Table:
-        """The same as a table."""
+        """A table with a row for each trial."""
         return Table.of(self.rows)
 
     @property
     def line(self) -> str:
-        """Of what, and what is recommended."""
+        """A line with the title and the recommendation."""
         best = None if self.recommended is None else self.trials[self.recommended].setting.threshold
         return f"{self.title}: {'project after every step' if best is None else f'threshold {best:g}'}"
 
@@ -112,7 +113,7 @@ def threshold_study(
 ) -> ThresholdStudy:
     """Varies the threshold (m or rad, and per s) of the scene's own setting, and measures error, violation and cost.
 
-    Raises InputError where that setting has no projection, or does not run."""
+    Raises InputError where the scene's setting has no projection, or does not run."""
     mechanism = Mechanism.to_choose_for(scene)
     columns = mechanism.columns(at)
     own = _every_step(Setting.of(scene.settings), scene)
@@ -172,7 +173,7 @@ def _every_step(own: Setting, scene: Scene) -> Setting:
 
 
 def _without(own: Setting) -> Setting:
-    """The same integration without projection."""
+    """Return the setting without projection."""
     return Setting(
         "none",
         own.integrator,
@@ -186,8 +187,8 @@ def _without(own: Setting) -> Setting:
 def _recommended(
     trials: Sequence[Measurement], at: tuple[str, ...], floor: float
 ) -> tuple[int | None, tuple[int, ...]]:
-    """The last of the thresholds (index from 1) whose error exceeds the first's by no more than is tolerated; None
-    where it saves hardly any. Then those before it that exceed it by more."""
+    """The index (from 1) of the last threshold whose error is tolerated, or None where it saves hardly any projection;
+    then the indices of the thresholds before it whose error is not tolerated."""
     errors = [trial.at(at) for trial in trials]
     limit = max(TOLERATED * errors[0], errors[0] + floor)
     last = max(index for index in range(len(errors)) if errors[index] <= limit)

@@ -1,1 +1,1 @@
-"""What accuracy costs on a mechanism, measured over a designed grid."""
+"""The trade-off between accuracy and cost on a mechanism, measured over a designed grid of settings."""

@@ -1,4 +1,4 @@
-"""The settings of a trade-off in families: what the lines of its diagrams are."""
+"""The families of a trade-off's settings: each family is a line of its diagrams."""
 
 from __future__ import annotations
 
@@ -10,18 +10,20 @@ from mbproj.studies.tradeoff.grid import schedule_label
 
 
 def kind(setting: Setting) -> str:
-    """The integrator, and by what its steps are chosen."""
+    """The integrator of a setting and how its step is chosen: fixed steps or a tolerance."""
     return f"{setting.integrator}, {'fixed steps' if setting.tolerance is None else 'tolerance'}"
 
 
 def by_integrator(trials: Sequence[Measurement]) -> dict[str, list[int]]:
-    """Indices of the trials with the projection of the first, after every step, by integrator and kind of step."""
+    """Indices of the trials that have the projection and schedule of the first trial, by integrator and kind of
+    step."""
     plain = schedule_label(trials[0].setting)
     return _grouped(trials, lambda setting: kind(setting) if schedule_label(setting) == plain else None)
 
 
 def studied(trials: Sequence[Measurement], front: Sequence[int]) -> str:
-    """The integrator and kind of step that was tried with several projections, and has the most of the front."""
+    """The integrator and kind of step with most settings on the front, among those that were tried with several
+    projections."""
     tried = {
         name: len({schedule_label(trials[index].setting) for index in indices})
         for name, indices in _grouped(trials, kind).items()
@@ -36,7 +38,7 @@ def by_projection(trials: Sequence[Measurement], name: str) -> dict[str, list[in
 
 
 def _grouped(trials: Sequence[Measurement], key: Callable[[Setting], str | None]) -> dict[str, list[int]]:
-    """Indices of the trials by what `key` says of their settings; those without are left out."""
+    """Indices of the trials, grouped by `key` of their settings; trials whose key is None are left out."""
     groups: dict[str, list[int]] = {}
     for index, trial in enumerate(trials):
         name = key(trial.setting)

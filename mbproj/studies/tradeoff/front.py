@@ -1,8 +1,8 @@
-"""tradeoff(): what accuracy costs on a mechanism, measured over a designed grid.
+"""tradeoff(): accuracy and cost of settings on a mechanism, measured over a designed grid.
 
-First every integrator is swept with one projection; those that are cheap somewhere, in evaluations, are swept with the
-other projections and schedules, too. All that runs in parallel. Then the settings near the front are timed: alone, in
-turn, several times over.
+First each integrator is swept with one projection. Integrators that need few evaluations for some error are then swept
+with the other projections and schedules. All sweeps run in parallel. Then the settings near the front are timed: alone,
+in turn, several times over.
 """
 
 from __future__ import annotations
@@ -37,12 +37,12 @@ from mbproj.studies.tradeoff.near_front import CLOSED, projections_at_one_size, 
 from mbproj.studies.tradeoff.pareto import cheapest, front
 from mbproj.studies.tradeoff.sweep import Track, sweeps
 
-#: Projections of the grid unless others are asked for: one of each kind that every formulation has.
+#: Projections of the grid by default: one of each kind that every formulation has.
 PROJECTIONS_TRIED = ("gpopm", "gopm", "none", "baumgarte")
-#: Sweeps end at this multiple of the reference's uncertainty, and at this part of the mechanism's size.
+#: Sweeps end at an error of this multiple of the reference's uncertainty, or of this part of the mechanism's size.
 ABOVE_FLOOR, FINEST = 3.0, 1e-11
 
-#: Columns of the table: of a setting, of its counters.
+#: Columns of the table: options of a setting, and counters of its run.
 SETTING = ("projection", "integrator", "step", "tolerance", "every", "threshold")
 COUNTERS = (
     "steps",
@@ -57,10 +57,10 @@ COUNTERS = (
 
 @dataclass(frozen=True, eq=False)
 class Tradeoff(Tabled):
-    """What the grid gave. `size` (m) is the mechanism's; `points` are those whose largest error counts; `timings` those
-    of the trials that were timed, by their index; `own` is the index of the scene's own setting, None where it has
-    none; `compared` are the indices of settings that differ in their projection alone; `notes` say what a reader should
-    know."""
+    """The trials of a grid of settings on a mechanism of `size` (m). The largest error of `points` counts.
+
+    `timings` are those of the trials that were timed, by their index. `own` is the index of the scene's own setting, or
+    None. `compared` are the indices of settings that differ only in their projection. `notes` are for the reader."""
 
     title: str
     size: float
@@ -84,7 +84,7 @@ class Tradeoff(Tabled):
 
     @cached_property
     def seconds(self) -> Array:
-        """Processor time where it was measured alone, (N,) in s; infinite elsewhere."""
+        """The processor time of settings that were timed alone, (N,) in s; infinite for the others."""
         timed = np.full(len(self.trials), inf)
         for index, timing in self.timings.items():
             timed[index] = timing.median
@@ -92,20 +92,22 @@ class Tradeoff(Tabled):
 
     @cached_property
     def front(self) -> tuple[int, ...]:
-        """Indices of the settings of which none is both cheaper and more accurate, the cheapest first."""
+        """Indices of the Pareto front, the cheapest setting first: no other setting is both cheaper and more
+        accurate."""
         return tuple(front(self.seconds, np.maximum(self.error, self.floor)).tolist())
 
     @cached_property
     def violation_front(self) -> tuple[int, ...]:
-        """The same for |C| in place of the error."""
+        """Indices of the Pareto front with |C| in place of the error, the cheapest setting first."""
         return tuple(front(self.seconds, self.violation).tolist())
 
     def cheapest(self, limit: float, closed: float = inf) -> int | None:
-        """The index of the cheapest setting with at most this error (m), and at most this |C| (m or rad)."""
+        """The index of the cheapest setting with an error (m) of at most `limit` and |C| (m or rad) of at most
+        `closed`."""
         return cheapest(self.seconds, np.where(self.violation <= closed, self.error, inf), limit)
 
     def most_accurate(self, seconds: float) -> int | None:
-        """The index of the most accurate setting that takes at most so long (s)."""
+        """The index of the most accurate setting that takes at most `seconds`."""
         return cheapest(self.error, self.seconds, seconds)
 
     @property
@@ -116,12 +118,12 @@ class Tradeoff(Tabled):
 
     @property
     def table(self) -> Table:
-        """A row a setting: `mbproj.studies.tradeoff.table.MEANING` says what the columns are."""
+        """A table with a row for each setting. `mbproj.studies.tradeoff.table.MEANING` describes its columns."""
         return Table.of(map(self._row, range(len(self.trials))))
 
     @property
     def line(self) -> str:
-        """How many settings, and for how long."""
+        """A line with the number of settings, the duration, and the number of failures."""
         failed = sum(trial.failure is not None for trial in self.trials)
         until = self.reference.times[-1]
         return (
@@ -168,24 +170,24 @@ def tradeoff(
     fresh: bool = False,
     tell: Tell = silent,
 ) -> Tradeoff:
-    """Measures accuracy against cost over `projections`, `integrators` (those explicit), steps, tolerances, schedules.
+    """Measures accuracy against cost over `projections`, `integrators` (by default the explicit ones), steps,
+    tolerances and schedules.
 
-    The error is the largest up to `until` s (the duration) of the markers `at` (all of them; the bodies' centres where
-    the scene has none). `longest`: sweeps end with a run of so many seconds. The study resumes where it was
-    interrupted, and gives the same tables again, unless it is to begin `fresh`. Raises InputError for what cannot be
-    run at all.
+    The error is the largest up to `until` s (the duration) at the markers `at` (all of them; the bodies' centres where
+    the scene has none). A sweep ends with a run that takes more than `longest` s. An interrupted study resumes, and a
+    finished one gives the same tables again, unless `fresh`. Raises InputError for what cannot be run at all.
     """
     mechanism = Mechanism.to_choose_for(scene)
     points = tuple(mechanism.points[k] for k in mechanism.columns(at))
     own, names = _own(scene, formulation), tuple(integrators or registry.explicit_integrators())
     for projection, name in product(projections, names):
-        free = name == registry.AUTOMATIC  # raises InputError for a name that is not there
+        free = name == registry.AUTOMATIC  # raises InputError for an unknown name
         Setting(projection, name, None if free else 1.0, 1e-3 if free else None).settings(1.0, 1.0)
-    base = replace(own, step=None, tolerance=None, formulation=formulation or _common(own, projections))
+    base = replace(own, step=None, tolerance=None, formulation=formulation or _common_formulation(own, projections))
     truth, notes = certain_reference(mechanism, span(scene, until), own, names, tell)
     goal = max(ABOVE_FLOOR * float(truth.uncertainty[-1].max()), FINEST * mechanism.system.length)
     track = Track(Yardstick(scene, truth), goal, longest)
-    kept = ValueCache(_study(mechanism, truth, base, projections, names, longest, repetitions), fresh)
+    kept = ValueCache(_store_key(mechanism, truth, base, projections, names, longest, repetitions), fresh)
     mine = replace(own, formulation=base.formulation) if own.step or own.tolerance else None
     trials = _accuracy(track, base, mine, projections, names, kept, processes, tell)
     numbers = {trial.setting: index for index, trial in enumerate(trials)}
@@ -217,12 +219,12 @@ def _own(scene: Scene, formulation: str | None) -> Setting:
     return own if formulation is None else replace(own, formulation=formulation)
 
 
-def _common(own: Setting, projections: Sequence[str]) -> str:
-    """One formulation for all, because seconds of several do not compare."""
+def _common_formulation(own: Setting, projections: Sequence[str]) -> str:
+    """The formulation of all runs: one, because the seconds of several formulations do not compare."""
     return "full" if only_full(projections) else own.formulation
 
 
-def _study(
+def _store_key(
     mechanism: Mechanism,
     truth: Reference,
     base: Setting,
@@ -231,7 +233,7 @@ def _study(
     longest: float,
     repetitions: int,
 ) -> dict[str, Any]:
-    """What it is known by in the store."""
+    """The key of the study in the store."""
     return {
         "study": "tradeoff",
         **mechanism.identity,
@@ -254,7 +256,8 @@ def _accuracy(
     processes: Where,
     tell: Tell,
 ) -> list[Measurement]:
-    """The trials of the grid: integrators, then projections and schedules of the promising ones and of the scene's."""
+    """The trials of the grid: first all integrators, then projections and schedules of the promising ladders and the
+    scene's own."""
     methods = [
         replace(base.projected_by(name), every=1, threshold=None, formulation=base.formulation) for name in projections
     ]

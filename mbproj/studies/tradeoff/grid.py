@@ -1,4 +1,4 @@
-"""The designed grid: ladders of settings that differ in nothing but the size of their steps, from coarse to fine."""
+"""The designed grid: ladders of settings that differ only in the size of their steps, from coarse to fine."""
 
 from __future__ import annotations
 
@@ -11,35 +11,35 @@ from mbproj.registry import AUTOMATIC, is_embedded
 from mbproj.studies.measure.setting import Setting, shortest
 from mbproj.studies.measure.spans import divisors
 
-#: Steps over the whole span: the fewest and the most that are tried, and the ratio from one size to the next at least.
+#: The fewest and the most steps over the whole span, and the least ratio between neighbouring numbers.
 FEWEST, MOST, RATIO = 20, 400_000, 1.4
-#: Tolerances from the loosest to the tightest, a decade apart: exponents.
+#: Exponents of the tolerances, from the loosest to the tightest, a decade apart.
 TOLERANCES = range(2, 14)
-#: Schedules: every k-th step, and thresholds as parts of the mechanism's size.
+#: Schedules of the projection: every k-th step, or above thresholds that are parts of the mechanism's size.
 EVERY = (2, 5, 20)
 THRESHOLDS = (1e-3, 1e-6, 1e-9)
 
 
 @dataclass(frozen=True)
 class Ladder:
-    """Settings that are `base` with a step, or where `by_tolerance` with a tolerance."""
+    """Settings that add to `base` a step or, with `by_tolerance`, a tolerance."""
 
     base: Setting
     by_tolerance: bool
 
     @property
     def label(self) -> str:
-        """A few words, e.g. "rk4, gpopm every 5 steps" or "dop853 to a tolerance, none"."""
+        """A short label, e.g. "rk4, gpopm every 5 steps" or "dop853 to a tolerance, none"."""
         base, method = self.base, f"{self.base.integrator}{' to a tolerance' if self.by_tolerance else ''}"
         return f"{method}, {schedule_label(base)}"
 
     def holds(self, setting: Setting) -> bool:
-        """Whether a setting has this integrator and kind of step."""
+        """Whether a setting has the integrator and the kind of step of this ladder."""
         by_tolerance = setting.tolerance is not None
         return (setting.integrator, by_tolerance) == (self.base.integrator, self.by_tolerance)
 
     def sizes(self, times: Array) -> list[Setting]:
-        """Its settings from coarse to fine: tolerances, or steps that meet some of `times`."""
+        """The settings of the ladder from coarse to fine: all tolerances, or steps that meet some of `times`."""
         if self.by_tolerance:
             return [replace(self.base, step=None, tolerance=float(f"1e-{k}")) for k in TOLERANCES]
         until = float(times[-1])
@@ -47,7 +47,7 @@ class Ladder:
 
 
 def schedule_label(setting: Setting) -> str:
-    """The projection and when it takes place."""
+    """The projection of a setting and its schedule."""
     text = setting.projection + " with energy row" * setting.energy_row
     if setting.every != 1:
         text += f" every {setting.every} steps"
@@ -55,7 +55,7 @@ def schedule_label(setting: Setting) -> str:
 
 
 def step_numbers(intervals: int) -> list[int]:
-    """Numbers of steps that are whole parts or multiples of `intervals`, at least `RATIO` apart."""
+    """Numbers of steps that divide `intervals` or are multiples of it, in ratios of at least `RATIO`."""
     parts = [part for part in divisors(intervals) if part >= FEWEST]
     numbers = [*parts, *(intervals * k for k in range(2, MOST // intervals + 1))]
     chosen: list[int] = []
@@ -66,7 +66,8 @@ def step_numbers(intervals: int) -> list[int]:
 
 
 def integrator_ladders(base: Setting, names: Sequence[str]) -> list[Ladder]:
-    """One ladder for each integrator with fixed steps, and one to a tolerance where it can."""
+    """A ladder with fixed steps for each integrator, and one with tolerances where the integrator estimates its
+    error."""
     found = []
     for name in names:
         if name != AUTOMATIC:
@@ -77,7 +78,7 @@ def integrator_ladders(base: Setting, names: Sequence[str]) -> list[Ladder]:
 
 
 def projection_ladders(ladder: Ladder, methods: Sequence[Setting]) -> list[Ladder]:
-    """The ladder with other projections; `methods` are settings of which the projection is taken."""
+    """The ladder with other projections: those of the settings `methods`."""
     base = ladder.base
     return [
         Ladder(_sizeless(method, integrator=base.integrator, formulation=base.formulation), ladder.by_tolerance)
@@ -86,7 +87,7 @@ def projection_ladders(ladder: Ladder, methods: Sequence[Setting]) -> list[Ladde
 
 
 def schedule_ladders(ladder: Ladder, size: float) -> list[Ladder]:
-    """The ladder with the energy balance as a row, and with its projection less often; `size` (m): of the mechanism."""
+    """The ladder with an energy row, and with less frequent projections. `size` (m) is the mechanism's."""
     often = [replace(ladder.base, every=k) for k in EVERY]
     above = [replace(ladder.base, threshold=float(f"{part * size:.1g}")) for part in THRESHOLDS]
     kept = [] if ladder.base.energy_row else [replace(ladder.base, energy_row=True)]

@@ -1,4 +1,4 @@
-"""Which settings of a grid are worth more: ladders for all projections, settings for a timing."""
+"""The settings of a grid that deserve more work: ladders to try with all projections, settings to time."""
 
 from __future__ import annotations
 
@@ -14,19 +14,20 @@ from mbproj.studies.measure.setting import Setting
 from mbproj.studies.tradeoff.grid import Ladder
 from mbproj.studies.tradeoff.pareto import excess
 
-#: A ladder is promising whose evaluations are within this factor of the fewest for one of the errors, a decade apart;
-#: so many of them are taken at most.
+#: A ladder is promising where its evaluations are within this factor of the fewest for some error limit. At most
+#: `PROMISING` ladders are chosen. The limits are a decade apart.
 NEAR_IN_EVALUATIONS, PROMISING = 1.5, 2
-#: Settings are timed whose first time is within this factor of the cheapest that is as good; so many at most.
+#: A setting is timed where its first time is within this factor of the cheapest one that is as good. At most
+#: `MOST_TIMED` settings are.
 NEAR_IN_TIME, MOST_TIMED = 1.5, 40
-#: An error below this is none: a mechanism that does not move, or a study of no time, has none at all.
+#: Errors below this count as zero, before a logarithm is taken. They occur where nothing moves, or the span is zero.
 NONE = 1e-300
-#: Joints count as closed whose rows are open by at most this part of the mechanism's size, or of 1 m.
+#: Joints count as closed where |C| is at most this part of the mechanism's size, or of 1 m.
 CLOSED = 1e-11
 
 
 def promising(ladders: Sequence[Ladder], swept: Sequence[Sequence[Measurement]]) -> list[Ladder]:
-    """The ladders with about the fewest evaluations for the most errors, a decade apart."""
+    """The ladders that need about the fewest evaluations for most of the error limits, which are a decade apart."""
     flat = [(number, trial) for number, trials in enumerate(swept) for trial in trials if np.isfinite(trial.at())]
     errors = np.array([trial.at() for _, trial in flat])
     evaluations = np.array([trial.counters["evaluations"] for _, trial in flat], dtype=float)
@@ -44,8 +45,9 @@ def promising(ladders: Sequence[Ladder], swept: Sequence[Sequence[Measurement]])
 
 
 def projections_at_one_size(trials: Sequence[Measurement], errors: Array, own: Setting | None) -> list[int]:
-    """Indices of settings of one integrator and one fixed step that differ in their projection alone: at the scene's
-    own size where those are the most, or else at the size whose best error is in the middle."""
+    """Indices of settings with one integrator and one fixed step that differ only in their projection. The largest such
+    group is taken. Of equally large groups, take the one with the scene's own setting, or else the one with the middle
+    error."""
     groups: dict[Any, list[int]] = {}
     for index, trial in enumerate(trials):
         if trial.setting.step is not None and trial.failure is None:
@@ -63,8 +65,8 @@ def projections_at_one_size(trials: Sequence[Measurement], errors: Array, own: S
 
 
 def to_time(trials: Sequence[Measurement], errors: Array, closed: float, always: Sequence[int]) -> list[int]:
-    """Indices of the settings near one of the fronts, the nearest first kept, and of `always`: of all settings, of
-    those alone whose |C| is at most `closed`, and of |C| in place of the error."""
+    """Indices of the settings to time: those near one of three fronts, and `always`. The fronts are of all settings, of
+    the settings with |C| of at most `closed`, and with |C| in place of the error."""
     seconds = np.array([trial.seconds for trial in trials])
     violations = np.array([trial.position_violation for trial in trials])
     fronts = (errors, np.where(violations <= closed, errors, inf), violations)

@@ -1,4 +1,4 @@
-"""A ladder of settings run from coarse to fine until it has nothing more to give."""
+"""The sweep of a ladder: its settings run from coarse to fine, until a finer one brings nothing more."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from mbproj.studies.parallel.resumable import resumable
 from mbproj.studies.store import ValueCache
 from mbproj.studies.tradeoff.grid import Ladder
 
-#: A ladder is at its end when so many settings in a row have not brought the error below this part of the best.
+#: A sweep ends when this many settings in a row have not brought the error below this part of the best error.
 PATIENCE, FALLING = 3, 0.7
 
 
 @dataclass(frozen=True)
 class Track:
-    """What every sweep has: what its trials are held against; the error (m) at which it may end; the seconds that a run
-    may take for a finer one to be tried."""
+    """The common data of all sweeps: the yardstick, the error (m) at which a sweep may end, and the seconds of a run
+    from which on no finer one is tried."""
 
     yardstick: Yardstick
     goal: float
@@ -29,7 +29,7 @@ class Track:
 
 
 def sweep(track: Track, ladder: Ladder) -> list[Measurement]:
-    """Trials of a ladder's settings from coarse to fine."""
+    """Run a ladder's settings from coarse to fine and return their measurements."""
     trials: list[Measurement] = []
     best, stuck = float("inf"), 0
     for setting in ladder.sizes(track.yardstick.reference.times):
@@ -50,7 +50,8 @@ def _sweep(track: Track, ladder: Ladder) -> list[dict[str, Any]]:
 def sweeps(
     track: Track, ladders: Sequence[Ladder], kept: ValueCache, processes: Where, phase: str, tell: Tell
 ) -> list[list[Measurement]]:
-    """The sweep of each ladder, in their order, in parallel; those that are kept are not run again."""
+    """Run the sweeps of all ladders in parallel; return them in the order of `ladders`. Sweeps in the store `kept` are
+    not run again."""
     keys = [f"sweep {ladder.base.command_line()}{' by tolerance' * ladder.by_tolerance}" for ladder in ladders]
     found = resumable(_sweep, track, dict(zip(keys, ladders, strict=True)), kept, processes, phase, tell)
     return [[Measurement.from_json(record) for record in found[key]] for key in keys]

@@ -12,7 +12,7 @@ from mbproj.outputs import hdf5, replacing
 from mbproj.studies.tradeoff.front import Tradeoff
 from mbproj.version import __version__
 
-#: What the columns mean, for the HDF5 file; others are the options and counters of a run.
+#: Descriptions of the columns, for the HDF5 file. The other columns are options and counters of a run.
 MEANING = {
     "setting": "options of mbproj run",
     "formulation": "coordinates of the run; empty where it failed",
@@ -36,7 +36,8 @@ KIND = hdf5(FORMAT)
 
 
 def write_hdf5(path: Path, found: Tradeoff, *, force: bool = False) -> Path:
-    """/trials with an array for each column of its table, /reference with times, positions and uncertainty."""
+    """Write a trade-off: /trials has an array for each column of its table, /reference has times, positions and
+    uncertainty."""
     with replacing(path, KIND, force=force) as draft, h5py.File(draft, "w") as file:
         file.attrs.update(
             {

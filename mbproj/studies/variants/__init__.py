@@ -1,1 +1,1 @@
-"""A scene seen from elsewhere, in other units, numbered otherwise, or with one quantity changed: each a new scene."""
+"""Variants of a scene: moved, in other units, in another order, or with one quantity changed. Each is a new scene."""

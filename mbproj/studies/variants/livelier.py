@@ -1,4 +1,4 @@
-"""A scene that moves faster, or whose springs or dampers are stiffer."""
+"""Variants of a scene that move faster, or have stiffer springs or dampers."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from mbproj.studies.variants.rescaled import scaled_matrix
 
 
 def with_speed(scene: Scene, factor: float) -> Scene:
-    """The start's velocities times a factor, and the motions so many times as fast; gravity and forces stay."""
+    """Multiply the start's velocities and the speed of all motions by a factor. Gravity and forces stay."""
     moving = any(any(body.velocity) or any(body.angular_velocity) for body in scene.bodies)
     if not (moving or scene.motions or any(any(joint.speed.values()) for joint in scene.joints)):
         what = "the scene starts at rest and has no motions: there is no speed to vary"
@@ -46,17 +46,18 @@ def with_speed(scene: Scene, factor: float) -> Scene:
 
 
 def with_stiffness(scene: Scene, factor: float) -> Scene:
-    """Every stiffness times a factor, those of stops too; dampers, tables and functions stay."""
+    """Multiply every stiffness by a factor, also those of stops. Dampers, tables and functions stay."""
     return _with_laws(scene, "stiffness", factor)
 
 
 def with_damping(scene: Scene, factor: float) -> Scene:
-    """Every damping times a factor; springs, tables and functions stay."""
+    """Multiply every damping by a factor. Springs, tables and functions stay."""
     return _with_laws(scene, "damping", factor)
 
 
 def _with_laws(scene: Scene, of: str, factor: float) -> Scene:
-    """The `stiffness` or the `damping` of every law, bushing and compliant stop times a factor."""
+    """Multiply the `stiffness` or the `damping` of every law, bushing and compliant stop by a factor. `of` names
+    which."""
     limits = [limit.law for joint in scene.joints for limit in joint.limits.values()]
     if not any(_has(force, of) for force in scene.forces) and not any(_gives(law, of) for law in limits):
         what = f"no force of the scene has a '{of}' to vary"
@@ -106,13 +107,13 @@ def _with_laws(scene: Scene, of: str, factor: float) -> Scene:
 
 
 def _gives(law: StopLaw, of: str) -> bool:
-    """Whether a stop has a stiffness that can vary, or a damping."""
+    """Whether a stop has a finite, positive stiffness, or damping."""
     value = getattr(law, of)
     return value is not None and 0.0 < value < math.inf
 
 
 def _in_units(kind: Kind, of: str) -> list[str]:
-    """The numbers of an element that are a stiffness, or a damping, by their units; the torsional ones too."""
+    """The names of an element's numbers that are a stiffness, or a damping, by their units; torsional ones included."""
     able = (STIFFNESS, TORSION_STIFFNESS) if of == "stiffness" else (DAMPING, TORSION_DAMPING)
     units = element_type(kind.type).units
     return [

@@ -1,4 +1,4 @@
-"""A scene moved rigidly: turned and shifted, with everything in it, gravity and forces included."""
+"""A scene turned and shifted as a whole, with gravity and forces."""
 
 from __future__ import annotations
 
@@ -28,18 +28,18 @@ from mbproj.studies.variants.programs import combined
 
 @dataclass(frozen=True, eq=False)
 class RigidMotion:
-    """x -> R x + s with a rotation R (3, 3) and a shift s (3,) in m."""
+    """The rigid motion x -> R x + s with a rotation R (3, 3) and a shift s (3,) in m."""
 
     rotation: Array
     shift: Array
 
     @property
     def parameters(self) -> Array:
-        """Euler parameters of R, (4,)."""
+        """The Euler parameters of R, (4,)."""
         return np.array(from_matrix(_rows(self.rotation)))
 
     def scene(self, scene: Scene) -> Scene:
-        """The scene moved."""
+        """Return the scene, moved."""
         return replace(
             scene,
             gravity=self._direction(scene.gravity),
@@ -64,7 +64,8 @@ class RigidMotion:
         )
 
     def _joint(self, joint: Joint) -> Joint:
-        """What a joint has in its bodies' axes stays; the ground's axes are the global ones, so they are turned."""
+        """Return a joint, moved. Vectors in a body's axes stay; those in the ground's axes, which are global, are
+        turned."""
         points = [self._point(joint.points.first), self._point(joint.points.second)]
         parameters, path = joint.parameters, joint.parameters.get("path")
         if path is not None:
@@ -85,7 +86,7 @@ class RigidMotion:
         return marker if stays else replace(marker, location=self._point(marker.location))
 
     def _orientations(self, bodies: tuple[str, str], axes: Orientations) -> Orientations:
-        """Frames moved: both where they are global, and of local ones what is the ground's."""
+        """Return two frames, moved: both where they are global, otherwise only the one given in the ground's axes."""
         first, second = (
             old if axes.local and name != "ground" else multiply(from_matrix(_rows(self.rotation)), old)
             for name, old in zip(bodies, (axes.first, axes.second), strict=True)
@@ -123,12 +124,12 @@ class RigidMotion:
 
 
 def _stays(placed: OfBody) -> bool:
-    """Whether a point or direction is given in the axes of a body that moves with all."""
+    """Whether a point or direction is given in the axes of a moving body, so that it does not change."""
     return placed.local and placed.body != "ground"
 
 
 def _of_ground(holder: Joint | PointForce | Bushing, pair: Pair, moved: list[Vector]) -> Pair:
-    """A pair moved: both where it is global, and of a local one what is the ground's."""
+    """Return a pair of vectors, moved: both where it is global, otherwise only the one given in the ground's axes."""
     if not pair.local:
         return Pair(moved[0], moved[1])
     kept = (pair.first, pair.second)

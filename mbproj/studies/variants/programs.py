@@ -1,4 +1,4 @@
-"""Functions of a scene made into others: multiplied, summed up, run faster."""
+"""Functions of a scene combined into others: multiplied, summed, or with a scaled argument."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from mbproj.functions.program import CHANNELS, Code, Op, Program, apply, number,
 
 
 def times(factor: float, program: Program) -> Program:
-    """factor · f."""
+    """The program factor · f."""
     return replace(program, code=apply(Op.MULTIPLY, number(factor), program.code))
 
 
 def combined(factors: Sequence[float], programs: Sequence[Program]) -> Program:
-    """Σ factor · f."""
+    """The program Σ factor · f."""
     reads = tuple(dict.fromkeys(name for program in programs for name in program.reads))
     parts = []
     for factor, program in zip(factors, programs, strict=True):
@@ -24,7 +24,8 @@ def combined(factors: Sequence[float], programs: Sequence[Program]) -> Program:
 
 
 def with_argument(program: Program, variable: int, factor: float) -> Program:
-    """f of factor · x, where x is the variable of this number (`TIME`, `COORDINATE`, `RATE`)."""
+    """The program f with its argument x replaced by factor · x. `variable` is the number of x (`TIME`, `COORDINATE`,
+    `RATE`)."""
     code: Code = ()
     for step in program.code:
         is_it = step.op is Op.VARIABLE and int(step.operand) == variable

@@ -1,4 +1,4 @@
-"""Masses or moments of inertia made unequal: every second body, counted from the ground along the joints, heavier."""
+"""Variants with uneven masses or moments of inertia: every second body, counted from the ground, is heavier."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from mbproj.studies.variants.rescaled import scaled_matrix
 
 
 def with_mass_ratio(scene: Scene, r: float) -> Scene:
-    """Bodies at an odd number of joints from the ground have √r times their mass and inertia, the others 1/√r times."""
+    """Multiply mass and inertia by √r for bodies at an odd number of joints from the ground, and by 1/√r for the
+    others."""
     return _alternating(
         scene,
         r,
@@ -22,7 +23,8 @@ def with_mass_ratio(scene: Scene, r: float) -> Scene:
 
 
 def with_inertia_ratio(scene: Scene, r: float) -> Scene:
-    """The same of the moments of inertia alone; masses stay."""
+    """Multiply only the inertia by √r for bodies at an odd number of joints from the ground, and by 1/√r for the
+    others."""
     return _alternating(
         scene, r, "inertia", lambda body, factor: replace(body, inertia=scaled_matrix(factor, body.inertia))
     )
@@ -38,8 +40,8 @@ def _alternating(scene: Scene, r: float, what: str, changed: Callable[[Body, flo
 
 
 def joints_from_ground(scene: Scene) -> dict[str, int]:
-    """How many joints each body is from the ground, on the shortest way. Where bodies are not joined to it, the first
-    of them counts as if it were."""
+    """The number of joints on the shortest path from the ground to each body. In a group of bodies that is not joined
+    to the ground, the first body counts as one joint away."""
     ways: dict[str, list[str]] = {name: [] for name in (GROUND, *(body.name for body in scene.bodies))}
     for joint in scene.joints:
         first, second = joint.bodies

@@ -14,7 +14,7 @@ Item = TypeVar("Item")
 
 
 def renumbered(scene: Scene, seed: int = 0) -> Scene:
-    """The scene in a random order; what it says is the same."""
+    """The same scene with its parts in a random order."""
     random = np.random.default_rng(seed)
 
     def shuffled(items: Sequence[Item]) -> tuple[Item, ...]:

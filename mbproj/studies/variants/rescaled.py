@@ -1,7 +1,7 @@
-"""A scene k times as large that moves alike: lengths, velocities and gravity times k, times and masses as they were.
+"""A scene k times as large that moves alike: lengths, velocities and gravity grow by k; times and masses stay.
 
-Forces are then k times, torques, energies and moments of inertia k² times as large: the same mechanism in another unit
-of length, k = 1000 for millimetres.
+Forces grow by k; torques, energies and moments of inertia grow by k². It is the same mechanism in another unit of
+length: k = 1000 for millimetres.
 """
 
 from __future__ import annotations
@@ -42,8 +42,8 @@ from mbproj.studies.variants.programs import times, with_argument
 
 
 def rescaled(scene: Scene, k: float) -> Scene:
-    """The scene k times as large. Raises InputError where it has elements, signals or states: their numbers have no
-    units."""
+    """Return the scene, k times as large. Raises InputError where it has elements, signals or states, because their
+    numbers have no units."""
     if scene.elements:
         what = f"element '{scene.elements[0].name}' is data without units: it cannot be made larger"
         raise InputError(Problem(what, hint="vary something else"))
@@ -64,7 +64,7 @@ def rescaled(scene: Scene, k: float) -> Scene:
 
 @dataclass(frozen=True)
 class _Larger:
-    """The factor, and the types of the joints by name."""
+    """The factor k, and the types of the joints by name."""
 
     k: float
     types: dict[str, str]
@@ -102,7 +102,8 @@ class _Larger:
         )
 
     def _in(self, unit: str, value: Any) -> Any:
-        """A number, or several, in a unit that may have metres in it; a curve; a path; or a name."""
+        """Return a value of the given `unit`, scaled by k for each metre in the unit: a number, a tuple, a curve or a
+        path. A name stays."""
         if isinstance(value, Track | SpaceTrack):
             return value.scaled(self.k)
         if isinstance(value, Path):
@@ -114,7 +115,8 @@ class _Larger:
         return self.k ** dimension_of(unit).length * value
 
     def _coupled(self, coupled: Coupled) -> Coupled:
-        """A row in m is k times as large, and a length in it counts as before."""
+        """Return a coupling, scaled. Where it couples a length, its whole row grows by k: weights and function are
+        adapted to the scaled coordinates."""
         units = {name: self._unit(*name.split(".")) for name in coupled.of}
         if self.k not in units.values():
             return coupled
@@ -150,7 +152,7 @@ class _Larger:
         return self._on_body(force)
 
     def _element(self, kind: Kind | None) -> Kind | None:
-        """The same with each value in its unit of length."""
+        """Return an element with each number scaled by its unit."""
         if kind is None:
             return None
         units = element_type(kind.type).units
@@ -166,7 +168,8 @@ class _Larger:
         return Limit(low, high, self._stop_law(limit.law, unit))
 
     def _stop_law(self, law: StopLaw, unit: float) -> StopLaw:
-        """The law of a stop on a coordinate whose unit of length is `unit`, as `_law` has it."""
+        """Return the law of a stop, scaled, where the coordinate is multiplied by `unit` (k for a length, 1 for an
+        angle)."""
         stiffer = self.k if unit == self.k else self.k**2
         damping = None if law.damping is None else law.damping / unit
         return replace(law, stiffness=stiffer * law.stiffness / unit**law.exponent, damping=damping)
@@ -176,7 +179,7 @@ class _Larger:
         return replace(friction, stribeck_speed=None if speed is None else self.k * speed)
 
     def _dry(self, dry: DryFriction, unit: float) -> DryFriction:
-        """Dry friction on a coordinate whose unit of length is `unit`; coefficients stay."""
+        """Return dry friction, scaled, where the coordinate is multiplied by `unit`. Friction coefficients stay."""
         larger = 1.0 if dry.bearing is not None else self.k if unit == self.k else self.k**2
 
         def speed(given: float | None) -> float | None:
@@ -199,7 +202,8 @@ class _Larger:
         return Bearing(radius, axial, self.k * bearing.length, self.k * bearing.preload)
 
     def _bushing(self, force: Bushing) -> Bushing:
-        """Against rotation k² times as strong; against translation as before, forces being k times as large."""
+        """Return a bushing whose torsional stiffness and damping are k² times as large. Translational ones stay: forces
+        and lengths both grow by k."""
         (elastic, torsional), (viscous, turning), (push, twist) = force.stiffness, force.damping, force.preload
         return replace(
             force,
@@ -219,12 +223,12 @@ class _Larger:
         return replace(force, components=(first, second, third), location=location)
 
     def _unit(self, joint: str, coordinate: str) -> float:
-        """k for a coordinate in metres, 1 for an angle."""
+        """The factor of a joint coordinate: k where it is in metres, 1 for an angle."""
         row = JOINTS[self.types[joint]].coordinates[coordinate]
         return self.k if COORDINATE_UNITS[row[0]] == "m" else 1.0
 
     def _law(self, law: Law, unit: float) -> Law:
-        """A law on a coordinate whose unit of length is `unit`: forces go with it, torques with k²."""
+        """Return a law, scaled, where the coordinate is multiplied by `unit`: a force grows by k, a torque by k²."""
         stiffer = 1.0 if unit == self.k else self.k**2
         return replace(
             law,
@@ -240,6 +244,6 @@ class _Larger:
 
 
 def scaled_matrix(factor: float, matrix: Matrix) -> Matrix:
-    """factor times a matrix of a record."""
+    """The product of a number and a matrix of a record."""
     first, second, third = ((factor * x, factor * y, factor * z) for x, y, z in matrix)
     return first, second, third
