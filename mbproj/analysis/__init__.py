@@ -1,4 +1,4 @@
-"""Pure functions of results: energy, violations, comparison, summary, expectations."""
+"""Analysis: pure functions of results. Energy, violations, comparison, summary, expectations."""
 
 from mbproj.analysis.comparison import Difference, common_samples, trajectory_difference
 from mbproj.analysis.energy import EnergyDrift, energy_drift

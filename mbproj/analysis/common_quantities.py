@@ -1,4 +1,4 @@
-"""What two results share of each quantity, side by side, so that it can be compared."""
+"""The quantities that two results have in common, side by side, so that they can be compared."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
 from mbproj.results import DATASETS, Results
 
-#: Kinds of names by the symbol of a dataset's columns.
+#: The kind of names that belongs to the symbol of a dataset's columns.
 KINDS = {"n": "bodies", "k": "markers", "nj": "joints", "nc": "coordinates", "nf": "forces", "nm": "motions"}
-#: The kind of names that holds the units, for columns with units of their own.
+#: The kind of names that holds the units of columns, where each column has its own unit.
 UNITS = {"nc": "coordinate_units", "nf": "force_units", "nm": "motion_units"}
 ENERGIES = ("kinetic_energy", "potential_energy", "total_energy", "work", "dissipation")
-#: Not the motion, but how well its joints are closed.
+#: Datasets that tell how well joints are closed, not what the motion is.
 LEFT_OUT = ("joints/violation", "joints/violation_length", "joints/violation_angle")
-#: What is compared, by its path in the results.
+#: The datasets that are compared.
 COMPARED = tuple(
     dataset
     for dataset in DATASETS
@@ -30,7 +30,8 @@ COMPARED = tuple(
 
 @dataclass(frozen=True, eq=False)
 class Columns:
-    """A quantity that both results have, in one unit: values (S, c, k) at the common times, for the `names` (c)."""
+    """A quantity that both results have, in one unit: values (S, c, k) of each at the common times, for the `names`
+    (c)."""
 
     path: str
     unit: str
@@ -39,7 +40,7 @@ class Columns:
 
 
 def shared_columns(first: Results, second: Results, rows: tuple[Integers, Integers]) -> Iterator[Columns]:
-    """All of `COMPARED` at these rows of each, columns in the order of the first."""
+    """Yield the datasets of `COMPARED` at these rows of each result. Columns are in the order of the first."""
     for dataset in COMPARED:
         if dataset.symbol is None:
             pair = first[dataset.path][rows[0]][:, None, None], second[dataset.path][rows[1]][:, None, None]
@@ -53,7 +54,7 @@ def shared_columns(first: Results, second: Results, rows: tuple[Integers, Intege
                 results[dataset.path][taken][:, columns].reshape(len(taken), len(names), -1)
                 for results, taken, columns in zip((first, second), rows, at, strict=True)
             )
-            if dataset.path in REACTIONS:  # what redundant joints share arbitrarily is no part of the motion
+            if dataset.path in REACTIONS:  # redundant joints share these arbitrarily
                 unique = unique_in_both(first, second, dataset.path, names)
                 one, other = np.where(unique, one, 0.0), np.where(unique, other, 0.0)
             if dataset.path == "bodies/orientation":  # q and -q are one orientation
@@ -62,8 +63,8 @@ def shared_columns(first: Results, second: Results, rows: tuple[Integers, Intege
 
 
 def unique_in_both(first: Results, second: Results, path: str, joints: Sequence[str]) -> Marks:
-    """Which components (c, 3) of the reactions `path` of these joints are unique in both results; all where these do
-    not say."""
+    """Mark the components (c, 3) of the reactions `path` of these joints that are unique in both results. All are where
+    a result has no marks."""
     unique = np.ones((len(joints), 3), dtype=bool)
     for results in (first, second):
         marks = results.constant(f"{path}_unique")
@@ -73,13 +74,13 @@ def unique_in_both(first: Results, second: Results, path: str, joints: Sequence[
 
 
 def reactions_left_out(first: Results, second: Results) -> dict[str, str]:
-    """The components of reactions that are not compared, for joints of both results, as "Fy Tx Tz"."""
+    """The components of reactions that are not compared, as "Fy Tx Tz", for the joints of both results."""
     joints = [name for name in first.names("joints") if name in set(second.names("joints"))]
     return open_components(joints, *(unique_in_both(first, second, path, joints) for path in REACTIONS))
 
 
 def _by_unit(results: Results, symbol: str, unit: str, names: list[str]) -> Iterator[tuple[str, tuple[str, ...]]]:
-    """The names by the unit of their columns. For "rad or m", "N m or N", ... each column has its own."""
+    """The names, grouped by the unit of their columns. In "rad or m", "N m or N", ... each column has its own unit."""
     if symbol not in UNITS:
         groups = {unit: tuple(names)}
     else:
@@ -89,8 +90,8 @@ def _by_unit(results: Results, symbol: str, unit: str, names: list[str]) -> Iter
 
 
 def floors(first: Results, second: Results) -> dict[str, float]:
-    """The smallest tolerance reference by unit, so that a quantity which is zero but for round-off is not compared with
-    zero: made from the mechanism's extent L, the duration T and the energy E that it exchanged."""
+    """The size, by unit, that a tolerance refers to at least. So a quantity of nothing but round-off is not compared
+    with zero. Sizes are made from the mechanism's extent L, the duration T and the exchanged energy E."""
     extent = max(float(np.ptp(results["bodies/position"], axis=(0, 1)).max()) for results in (first, second))
     length = extent or max(float(np.abs(results["bodies/position"]).max()) for results in (first, second)) or 1.0
     duration = max(float(np.ptp(results.time)) for results in (first, second)) or 1.0
@@ -113,5 +114,5 @@ def floors(first: Results, second: Results) -> dict[str, float]:
 
 
 def one_sided(first: Results, second: Results, kind: str) -> tuple[str, ...]:
-    """The names that only one of them has."""
+    """The names of a kind that only one of the two results has."""
     return tuple(sorted(set(first.names(kind)) ^ set(second.names(kind))))

@@ -1,4 +1,4 @@
-"""Two runs of the same mechanism, compared at the sample times that they share."""
+"""The comparison of two runs of one mechanism at the sample times that they share."""
 
 from __future__ import annotations
 
@@ -9,30 +9,30 @@ from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem
 from mbproj.results import Results
 
-#: Sample times are the same where they differ by less than this part of the sampling interval.
+#: Sample times count as equal where they differ by less than this part of the sampling interval.
 SAME_TIME = 1e-6
 
 
 @dataclass(frozen=True)
 class Difference:
-    """Distance in m between two paths (S) at the common `time` (S) in s."""
+    """The distance (S) in m between two paths at the common `time` (S) in s."""
 
     time: Array
     distance: Array
 
     @property
     def largest(self) -> float:
-        """The largest distance in m; NaN where a path is not a number."""
+        """The largest distance in m; NaN where a path has a NaN."""
         return float(np.max(self.distance))
 
     def first_above(self, limit: float) -> float | None:
-        """The first common time at which the distance is not within `limit`; None where it always is."""
+        """The first common time (s) at which the distance is above `limit` or NaN; None where there is none."""
         beyond = np.flatnonzero(~(self.distance <= limit))
         return float(self.time[beyond[0]]) if len(beyond) else None
 
 
 def common_samples(first: Array, second: Array) -> tuple[Integers, Integers]:
-    """Indices (S), (S) of the sample times (increasing, in s) that two series share; nothing is interpolated."""
+    """Indices (S), (S) of the sample times that two increasing series (s) share. Nothing is interpolated."""
     if len(first) == 0 or len(second) == 0:
         return np.zeros(0, dtype=np.intp), np.zeros(0, dtype=np.intp)
     intervals = np.concatenate([np.diff(first), np.diff(second)])
@@ -45,7 +45,8 @@ def common_samples(first: Array, second: Array) -> tuple[Integers, Integers]:
 
 
 def trajectory_difference(first: Results, second: Results, marker: str) -> Difference:
-    """How far a marker's two paths are apart. Raises InputError for an unknown marker or without common times."""
+    """The distance between the paths of a marker. Raises InputError for an unknown marker, and for results without
+    common times."""
     paths = first.marker(marker).position, second.marker(marker).position
     rows = common_samples(first.time, second.time)
     if len(rows[0]) == 0:

@@ -1,4 +1,4 @@
-"""What a scene expects of its run, held against the results."""
+"""The expectations of a scene, checked on the results of its run."""
 
 from __future__ import annotations
 
@@ -19,10 +19,9 @@ from mbproj.scene.sampling import SAME_TIME
 
 @dataclass(frozen=True)
 class Outcome:
-    """An expectation and what the run measured, in the unit of the expectation. `measured` holds the components asked
-    for, at the time `time` in s; both are None where the run has no such sample. `error` is the largest distance of a
-    component from the value; a bound has none. `unique` is False for a reaction that redundant joints share
-    arbitrarily."""
+    """An expectation and the measured value, in the unit of the expectation. `measured` holds its components, at the
+    time `time` (s); both are None where the run has no such sample. `error` is the largest deviation of a component; a
+    bound has none. `unique` is False for a reaction that redundant joints share arbitrarily."""
 
     expectation: Expectation
     measured: tuple[float, ...] | None = None
@@ -32,18 +31,18 @@ class Outcome:
 
     @property
     def checked(self) -> bool:
-        """Whether there was a sample to look at."""
+        """Whether there was a sample to check."""
         return self.measured is not None
 
     @property
     def holds(self) -> bool:
-        """Whether the expectation is met. NaN and a missing sample meet none."""
+        """Whether the expectation is met. NaN and a missing sample never meet one."""
         return self.share <= 1.0
 
     @property
     def share(self) -> float:
-        """How much of the allowed error is used: above 1 where the expectation is not met, infinite without a sample.
-        For a bound it is the part of the bound that the value reaches, where both have one sign."""
+        """The part of the allowed error that is used: above 1 where the expectation is not met, infinite without a
+        sample. For a bound, it is the value over the bound where both have one sign."""
         expected, measured = self.expectation, self.measured
         if measured is None:
             return inf
@@ -57,7 +56,7 @@ class Outcome:
 
 
 def _share_of_bound(number: float, bound: float) -> float:
-    """Above 1 where the number is beyond the bound, or not a number."""
+    """The part of a bound that a number reaches: above 1 where the number is beyond the bound or NaN."""
     share = number / bound if bound > 0.0 else 0.0
     if number <= bound:
         return max(share, 0.0)
@@ -65,7 +64,7 @@ def _share_of_bound(number: float, bound: float) -> float:
 
 
 def outcomes(expectations: Iterable[Expectation], results: Results) -> list[Outcome]:
-    """One for each expectation of the scene that the results come from, in its order."""
+    """The outcomes of all expectations, in their order."""
     return [outcome(expectation, results) for expectation in expectations]
 
 
@@ -78,20 +77,21 @@ def outcome(expectation: Expectation, results: Results) -> Outcome:
     if expectation.value is None:
         return Outcome(expectation, _plain(values), time, unique=unique)
     exact = np.array(expectation.value)
-    if expectation.quantity == "orientation" and values @ exact < 0.0:  # q and -q are one orientation
+    if expectation.quantity == "orientation" and values @ exact < 0.0:  # q and -q are the same orientation
         values = -values
     return Outcome(expectation, _plain(values), time, float(np.abs(values - exact).max()), unique)
 
 
 class Measured(NamedTuple):
-    """The components (k,) that an expectation or a measure asks for, and the time (s) of their sample."""
+    """The measured components (k,), and the time (s) of their sample."""
 
     values: Array
     time: float
 
 
 def measured(expectation: Expectation, samples: Samples, duration: float | None) -> Measured | None:
-    """What the samples of a run over `duration` in s have of it; None where they have no sample at that time."""
+    """Measure what an expectation names in the samples of a run over `duration` (s); None where they have no sample at
+    its time."""
     time = samples["time"]
     if not len(time):
         return None
@@ -103,8 +103,8 @@ def measured(expectation: Expectation, samples: Samples, duration: float | None)
 
 
 def _at_passage(expectation: Expectation, passage: Passage, samples: Samples, values: Array) -> Measured | None:
-    """What the curves are where a coordinate first has its value, between samples; None where it never has. Of a ratio
-    both speeds are looked at there: it has poles."""
+    """Measure between samples, where a coordinate first passes its value; None where it never does. A ratio has poles,
+    so its two speeds are interpolated."""
     time, column = samples["time"], list(samples.names("coordinates")).index(passage.coordinate)
     coordinate = samples["joints/coordinate"][:, column]
     events = samples.event_times
@@ -118,8 +118,8 @@ def _at_passage(expectation: Expectation, passage: Passage, samples: Samples, va
 
 
 def components(expectation: Expectation, values: Array) -> Array:
-    """The columns (T, k) that the expectation asks for; their magnitudes where it asks for the largest magnitude, how
-    far they are above the smallest where it asks for their range."""
+    """The columns (T, k) that the expectation names. They are absolute values for the largest magnitude, and
+    differences from the least value for the range."""
     if expectation.component == "norm":
         return np.linalg.norm(values, axis=1, keepdims=True)
     chosen = values[:, ["xyz".index(expectation.component)]] if expectation.component else values
@@ -129,7 +129,8 @@ def components(expectation: Expectation, values: Array) -> Array:
 
 
 def _row(expectation: Expectation, time: Array, values: Array, duration: float | None) -> int | None:
-    """The sample to look at; None where there is none at that time. A NaN is larger and smaller than any number."""
+    """The number of the sample to measure; None where there is none at that time. A NaN counts as the largest and the
+    smallest number."""
     moment = expectation.at
     assert not isinstance(moment, Passage)
     if isinstance(moment, str):

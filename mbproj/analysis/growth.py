@@ -1,4 +1,4 @@
-"""How the error of a path grows: exponentially, as in chaos, or as a power of time, as in regular motion."""
+"""The growth of a path's error: exponential, as in chaos, or a power of time, as in regular motion."""
 
 from __future__ import annotations
 
@@ -7,19 +7,20 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 
-#: An error counts where it is this many times its uncertainty, and below this part of the path's extent.
+#: An error counts where it is above this multiple of its uncertainty, and below this part of the path's extent.
 CLEAR, SATURATED = 10.0, 0.1
-#: A fit needs so many samples, and an error that grows by this factor over them.
+#: A fit needs this many samples, and growth of the error by this factor over them.
 SAMPLES, GROWTH = 10, 10.0
-#: Part of the time that is left out at the start, where the error has no history yet.
+#: The part of the time that is left out at the start, where the error has not yet grown.
 ONSET = 0.02
 NAN = float("nan")
 
 
 @dataclass(frozen=True)
 class Growth:
-    """Fits to the largest error so far, e ~ exp(rate t) with the rate in 1/s and e ~ t^power, and which of them is
-    nearer: "exponential", "power", or "" where the error does not grow enough to tell (rate and power are then NaN)."""
+    """The fits of e ~ exp(rate t), rate in 1/s, and e ~ t^power to the largest error up to each time. `law` names the
+    better fit: "exponential" or "power". It is "" where the error does not grow enough to tell; rate and power are then
+    NaN."""
 
     rate: float = NAN
     power: float = NAN
@@ -27,7 +28,7 @@ class Growth:
 
 
 def growth(time: Array, error: Array, uncertainty: Array, extent: float) -> Growth:
-    """The growth of an error (T) with its uncertainty (T), in m, at times (T) that begin at 0. `extent`: the size of
+    """Fit the growth of an error (T) with its uncertainty (T), in m, at times (T) from 0 on. `extent` is the size of
     the path in m."""
     error = np.maximum.accumulate(np.nan_to_num(error, nan=np.inf))
     uncertainty = np.nan_to_num(uncertainty, nan=np.inf, posinf=np.finfo(float).max / CLEAR)
@@ -42,7 +43,7 @@ def growth(time: Array, error: Array, uncertainty: Array, extent: float) -> Grow
 
 
 def _fit(x: Array, y: Array) -> tuple[float, float]:
-    """The slope of the straight line nearest to y(x), and the sum of squares that it leaves."""
+    """The slope of the least-squares line y(x), and the sum of squares of its residual."""
     x, y = x - x.mean(), y - y.mean()
     slope = float(x @ y / (x @ x))
     left = y - slope * x

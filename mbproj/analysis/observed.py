@@ -1,5 +1,4 @@
-"""The quantity that an expectation or a measure is about, over all samples of a run: recorded in a file, or kept in
-memory."""
+"""The quantity that an expectation or a measure names, over all samples of a run, from a file or from memory."""
 
 from __future__ import annotations
 
@@ -19,7 +18,7 @@ from mbproj.scene.blocks.observables import CONTACT, TENSION
 from mbproj.scene.blocks.passages import VELOCITY_RATIO, output_of
 from mbproj.scene.records import Expectation, Passage
 
-#: The names of the columns by what is observed, and where its samples stand.
+#: The kind of names that holds an observed thing.
 PLACES = {
     "marker": "markers",
     "body": "bodies",
@@ -31,12 +30,12 @@ PLACES = {
     "state": "states",
     "signal": "signals",
 }
-#: What stops, frictions and joints may share.
+#: The quantities that stops, frictions and joints may share arbitrarily.
 SHARED = ("force", "reaction_force", "reaction_torque")
 ENERGIES = ("diagnostics/kinetic_energy", "diagnostics/potential_energy")
 BALANCE = "diagnostics/energy_balance"
 _TRANSLATION, _ROTATION = ("x", "y", "z"), ("rx", "ry", "rz")
-#: By quantity of a bushing: its coordinates, and which of their columns.
+#: The coordinates of a bushing that make up a quantity, and the dataset of their columns.
 OF_BUSHINGS: Mapping[str, tuple[tuple[str, ...], str]] = {
     "translation": (_TRANSLATION, "coordinate"),
     "rotation": (_ROTATION, "coordinate"),
@@ -48,21 +47,21 @@ OF_BUSHINGS: Mapping[str, tuple[tuple[str, ...], str]] = {
 
 
 class Samples(Protocol):
-    """What has the samples of a run: `Results`, for example."""
+    """An object that has the samples of a run: `Results`, for example."""
 
     @property
     def event_times(self) -> Array:
-        """When steps ended at events, (n,), in s."""
+        """The times (n,), s, at which steps ended at events."""
 
     def __getitem__(self, path: str, /) -> npt.NDArray[Any]:
         """The array of a dataset of the results' layout."""
 
     def names(self, kind: str) -> Sequence[str]:
-        """The names of the columns by kind, as "markers"."""
+        """The names of the columns of a kind, such as "markers"."""
 
 
 def series(expectation: Expectation, samples: Samples) -> Array:
-    """All samples of the quantity that the expectation names: (T, k), k components."""
+    """All samples of the quantity that the expectation names: (T, k) with k components."""
     time = samples["time"]
     if expectation.over or expectation.between:
         return _kinematic(expectation, samples).reshape(len(time), 1)
@@ -71,7 +70,8 @@ def series(expectation: Expectation, samples: Samples) -> Array:
 
 
 def datasets(expectation: Expectation, coordinates: Sequence[str]) -> tuple[str, ...]:
-    """The paths of the datasets that `series` needs beside the time; `coordinates` are the names of the joints'."""
+    """The paths of the datasets that `series` reads beside the time. `coordinates` are the names of the joint
+    coordinates."""
     passed = ("joints/coordinate",) if isinstance(expectation.at, Passage) else ()
     if expectation.over or expectation.between:
         return ("joints/speed" if expectation.over else "markers/position", *passed)
@@ -83,7 +83,7 @@ def datasets(expectation: Expectation, coordinates: Sequence[str]) -> tuple[str,
 
 
 def is_unique(expectation: Expectation, results: Results) -> bool:
-    """Whether the constraints and the contacts determine it; True where the results do not say."""
+    """Whether the constraints and contacts determine the quantity; True where the results have no marks."""
     if expectation.quantity in SHARED and f"{expectation.of} '{expectation.item}'" in shared_at_contacts(results):
         return False
     of_rope = expectation.quantity.startswith(TENSION)
@@ -96,12 +96,13 @@ def is_unique(expectation: Expectation, results: Results) -> bool:
 
 
 def unique_in(expectation: Expectation, marks: npt.NDArray[np.bool_]) -> bool:
-    """Whether it is among the components of its joint's reaction (3,) that are unique."""
+    """Whether the marks (3,) of its joint's unique reaction components include the expectation's component, or all for
+    a vector."""
     return bool(marks["xyz".index(expectation.component)] if expectation.component in ("x", "y", "z") else marks.all())
 
 
 def _place(expectation: Expectation, coordinates: Sequence[str]) -> tuple[str, str, str]:
-    """The path of the dataset, and the kind and the name of the column."""
+    """The path of the dataset, and the kind and the name of its column."""
     item, quantity = expectation.item, expectation.quantity
     if quantity.startswith(TENSION):
         return "ropes/tension", "tensions", f"{item}.{quantity}"
@@ -119,7 +120,7 @@ def _place(expectation: Expectation, coordinates: Sequence[str]) -> tuple[str, s
 
 
 def _column(expectation: Expectation, samples: Samples) -> npt.NDArray[Any]:
-    """The column that the expectation names; of a bushing three."""
+    """The column that the expectation names; three columns for a bushing."""
     path, kind, name = _place(expectation, samples.names("coordinates"))
     names = list(samples.names(kind))
     if expectation.of == "force" and name not in names:
@@ -130,7 +131,7 @@ def _column(expectation: Expectation, samples: Samples) -> npt.NDArray[Any]:
 
 
 def _kinematic(expectation: Expectation, samples: Samples) -> Array:
-    """A velocity ratio or mechanical advantage to the input, or a transmission angle, (T,)."""
+    """The velocity ratio or mechanical advantage to the input, or the transmission angle, (T,)."""
     if expectation.between:
         names, position = list(samples.names("markers")), samples["markers/position"]
         first, second = (position[:, names.index(name)] for name in expectation.between)
@@ -146,13 +147,14 @@ def speeds(expectation: Expectation, samples: Samples) -> Array:
 
 
 def ratio_of(expectation: Expectation, pair: Array) -> Array:
-    """The ratio of these speeds (T, 2) that the expectation names, (T,)."""
+    """The velocity ratio or the mechanical advantage (T,) of the speeds `pair` (T, 2)."""
     ratio = velocity_ratio if expectation.quantity.endswith(VELOCITY_RATIO) else mechanical_advantage
     return ratio(pair[:, 0], pair[:, 1])
 
 
 def _diagnostic(expectation: Expectation, samples: Samples) -> Array:
-    """A series of the run, or the energy balance's size, in J or as a part of the energy that the run exchanged."""
+    """A diagnostic series of the run; for energy drift the size of the energy balance, in J or relative to the
+    exchanged energy."""
     name = expectation.quantity
     if not name.startswith("energy_drift"):
         return samples[f"diagnostics/{name}"]

@@ -1,4 +1,4 @@
-"""Reactions and forces of contacts that are not unique, in words: redundant joints, stops and frictions share them
+"""Reactions and contact forces that are not unique, in words: redundant joints, stops and frictions share them
 arbitrarily."""
 
 from __future__ import annotations
@@ -11,15 +11,15 @@ import numpy.typing as npt
 from mbproj.results import Results
 
 Marks = npt.NDArray[np.bool_]
-#: Reactions by their path in the results.
+#: The paths of reactions in the results.
 REACTIONS = ("joints/reaction_force", "joints/reaction_torque")
-#: Joints with the same components that are named.
+#: The most joints that are listed with the same components.
 SHOWN = 8
 
 
 def open_components(joints: Sequence[str], force_unique: Marks, torque_unique: Marks) -> dict[str, str]:
-    """The components that are not unique, by joint, as "Fy Tx Tz", from marks of the unique ones (nj, 3). Joints whose
-    reactions are unique are left out."""
+    """The components that are not unique, as "Fy Tx Tz", by joint. `force_unique` and `torque_unique` (nj, 3) mark the
+    unique ones. Joints with unique reactions are left out."""
     words = {}
     for name, *marks in zip(joints, force_unique, torque_unique, strict=True):
         pairs = zip("FT", marks, strict=True)
@@ -30,7 +30,8 @@ def open_components(joints: Sequence[str], force_unique: Marks, torque_unique: M
 
 
 def reactions_not_unique(results: Results) -> dict[str, str] | None:
-    """The same of a results file; None where it does not say."""
+    """The components that are not unique in a results file, as "Fy Tx Tz", by joint; None where the file has no
+    marks."""
     marks = [results.constant(f"{path}_unique") for path in REACTIONS]
     if marks[0] is None or marks[1] is None:
         return None
@@ -38,8 +39,8 @@ def reactions_not_unique(results: Results) -> dict[str, str] | None:
 
 
 def shared_at_contacts(results: Results) -> dict[str, float]:
-    """Whose forces contacts share arbitrarily at some time, as "stop 'a'", "friction 'b'", "joint 'C'", and when
-    first, s."""
+    """The first time (s) at which contacts share a force arbitrarily, by its owner: "stop 'a'", "friction 'b'", "joint
+    'C'"."""
     first: dict[str, float] = {}
     for event in results.events:
         if event.kind == "shared" and event.direction == 1:
@@ -48,8 +49,7 @@ def shared_at_contacts(results: Results) -> dict[str, float]:
 
 
 def in_words(components: Mapping[str, str]) -> str:
-    """The components by joint for a reader; joints with the same components stand together: "Fy Tx Tz of A, B, C,
-    D"."""
+    """A text of the components by joint. Joints with the same components stand together: "Fy Tx Tz of A, B, C, D"."""
     joints: dict[str, list[str]] = {}
     for joint, open_ in components.items():
         joints.setdefault(open_, []).append(joint)
@@ -57,6 +57,6 @@ def in_words(components: Mapping[str, str]) -> str:
 
 
 def shortened(words: Sequence[str], most: int) -> str:
-    """The first words, and how many more there are."""
+    """The first `most` words, and the number of the others."""
     more = f" and {len(words) - most} more" if len(words) > most else ""
     return ", ".join(words[:most]) + more

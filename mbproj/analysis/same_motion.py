@@ -1,4 +1,4 @@
-"""Whether two results are the same motion: the largest difference of each quantity, and where they part first."""
+"""The comparison of two results: the largest difference of each quantity, and where the motions first part."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from mbproj.results.views.table import Table, Tabled
 
 @dataclass(frozen=True)
 class Parting:
-    """The largest difference of a quantity: its size, the column's name, and the time in s."""
+    """A difference of a quantity: its size, the name of the column, and the time in s."""
 
     difference: float
     name: str
@@ -26,8 +26,8 @@ class Parting:
 
 @dataclass(frozen=True)
 class QuantityComparison:
-    """A quantity, by its path in the results, in `unit`: the `largest` difference, the difference `allowed`, and the
-    `first` difference beyond that, None where there is none. Vectors differ by a length, orientations by an angle."""
+    """The comparison of a quantity, by its path in the results, in `unit`: the `largest` difference, the difference
+    `allowed`, and the `first` one above that, or None. Vectors differ by a length, orientations by an angle."""
 
     quantity: str
     unit: str
@@ -38,9 +38,10 @@ class QuantityComparison:
 
 @dataclass(frozen=True)
 class MotionComparison(Tabled):
-    """Two results, compared at the `samples` times that both have. `counts`: samples of each; `ends`: their last times
-    in s, equal to within a sampling interval where `as_long`. `missing`: names that only one of them has, by kind.
-    `left_out`: by joint, the components of reactions that are not unique ("Fy Tx"), which are not compared."""
+    """The comparison of two results at the `samples` times that both have. `counts` are the numbers of samples of each;
+    `ends` the last times in s, equal to within a sampling interval where `as_long`. `missing` are the names that only
+    one has, by kind. `left_out` are the components of reactions, by joint, that are not unique ("Fy Tx"), and so not
+    compared."""
 
     quantities: tuple[QuantityComparison, ...]
     samples: int
@@ -52,18 +53,19 @@ class MotionComparison(Tabled):
 
     @property
     def same(self) -> bool:
-        """Whether they are the same motion, over the same time."""
+        """Whether the results are the same motion over the same time."""
         return self.as_long and self.parting is None
 
     @property
     def parting(self) -> QuantityComparison | None:
-        """The quantity that differs first; None where none does."""
+        """The quantity that first differs by more than allowed; None where none does."""
         apart = [each for each in self.quantities if each.first is not None]
         return min(apart, key=lambda each: each.first.time if each.first else np.inf, default=None)
 
     @property
     def table(self) -> Table:
-        """A row a quantity: its largest difference, of what, when, and what is allowed."""
+        """A table with a row for each quantity: its largest difference, the column and time of that, and the allowed
+        difference."""
         return Table.of(
             {
                 "quantity": each.quantity,
@@ -79,7 +81,7 @@ class MotionComparison(Tabled):
 
     @property
     def line(self) -> str:
-        """Whether they are the same motion."""
+        """A line that tells whether the results are the same motion."""
         parting = self.parting
         if parting is not None and parting.first is not None:
             return f"they part at t = {parting.first.time:.6g} s, in {parting.quantity}"
@@ -91,8 +93,9 @@ class MotionComparison(Tabled):
 def compare_motions(
     first: Results, second: Results, tolerance: float, absolute: Mapping[str, float] | None = None
 ) -> MotionComparison:
-    """Compares what both results have, without interpolation. A quantity may differ by `tolerance` times its largest
-    magnitude in either (`floors` covers quantities that are about zero), or by `absolute[path]` in SI units.
+    """Compares the quantities that both results have, without interpolation. A quantity may differ by `tolerance` times
+    its largest magnitude in either result, or by `absolute[path]` in SI units. Magnitudes below those of `floors` are
+    replaced by them.
 
     Raises InputError for mechanisms without a common body, or results without a common time.
     """
@@ -121,7 +124,7 @@ def _compared(
     columns: Columns, time: Array, least: Mapping[str, float], absolute: float | None, tolerance: float
 ) -> QuantityComparison:
     one, other = columns.values
-    with np.errstate(over="ignore", invalid="ignore"):  # a difference that is not finite is one
+    with np.errstate(over="ignore", invalid="ignore"):  # a difference that is not finite counts as a difference
         distance = np.linalg.norm(one - other, axis=-1)
         size = max(float(np.linalg.norm(values, axis=-1).max()) for values in columns.values)
     unit = columns.unit

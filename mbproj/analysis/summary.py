@@ -1,4 +1,4 @@
-"""A run in a few numbers."""
+"""The summary of a run in a few numbers."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from mbproj.results.layout import COUNTERS
 
 
 def summary(results: Results) -> dict[str, Any]:
-    """What a run did, by name: state, sizes, counters, violations with time and joint, energy drift.
+    """The numbers of a run by name: state, sizes, counters, violations with time and joint, energy drift.
 
-    Values are numbers, strings, lists, dictionaries of those, or None where there is nothing to say (no samples, no
-    joints). The names of numbers are those of `mbproj run --json`.
+    Values are numbers, strings, lists, dictionaries of those, or None where a number does not exist (no samples, no
+    joints). Names are those of `mbproj run --json`.
     """
     return {
         "title": results.title,

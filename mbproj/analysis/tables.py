@@ -1,5 +1,5 @@
-"""Results as tables of numbers by time: one for each body, marker, joint, force, motion, stop and dry friction;
-diagnostics."""
+"""Results as tables of numbers over time: one for each body, marker, joint, force, motion, stop and dry friction, and
+one of diagnostics."""
 
 from __future__ import annotations
 
@@ -20,35 +20,35 @@ from mbproj.results import DATASETS, Results, Trust
 from mbproj.results.loads.largest import SOURCES, Load
 from mbproj.results.members import Over
 
-#: Rows that are lists in memory at one time.
+#: The number of rows that are held as lists at one time.
 AT_ONCE = 1000
-#: How the components of a quantity are called, by their number.
+#: The endings of the names of components, by their number.
 COMPONENTS = {1: ("",), 3: ("_x", "_y", "_z"), 4: ("_0", "_1", "_2", "_3")}
-#: Tables that are not of all samples.
+#: Tables that do not have a row for each sample.
 NOT_OVER = ("loads", "events", "trust")
-#: What stands in a table: its name, its unit, and the dataset and column of the results that has it; None: all of that.
+#: A quantity in a table: its name, its unit, and its dataset and column in the results; None for all columns.
 Quantity: TypeAlias = tuple[str, str, str, int | None]
 
 
 @dataclass(frozen=True, eq=False)
 class QuantityTable:
-    """A name such as "body-crank", column headings such as "position_x (m)", and what reads their values (T, columns)
-    from the results, which are open then."""
+    """A table with a name such as "body-crank" and headings such as "position_x (m)". `read` returns its values (T,
+    columns) from the results, which must still be open."""
 
     name: str
     headings: tuple[str, ...]
     read: Callable[[], npt.NDArray[Any]]
 
     def rows(self) -> Iterator[list[Any]]:
-        """The values, a list a row; texts stand in the table of loads alone."""
+        """Yield each row as a list. Only the table of loads has texts."""
         values = self.read()
         for first in range(0, len(values), AT_ONCE):
             yield from values[first : first + AT_ONCE].tolist()
 
 
 def tables(results: Results, corners: Sequence[tuple[str, str, str]] = ()) -> Iterator[QuantityTable]:
-    """All tables of these results; time is the first column of each, or the coordinate that they are shown over, and
-    then time. `corners` are the markers of transmission angles."""
+    """Yield all tables of these results. The first column of each is time, or the coordinate that results are shown
+    over and then time. `corners` are the markers of transmission angles."""
     over = results.shown_over
     for table in _over_time(results):
         yield table if over is None or table.name in NOT_OVER else _over(results, table)
@@ -67,7 +67,7 @@ def _as_it_is(values: Array) -> Array:
 
 
 def _over(results: Results, table: QuantityTable) -> QuantityTable:
-    """The table with the coordinate before time; its unit is SI's, whatever pictures show."""
+    """Return the table with a column of the coordinate before time, in SI units."""
     over = results.shown_over
     assert over is not None
     values = np.radians(over.values) if over.unit == "rad" else over.values
@@ -76,7 +76,8 @@ def _over(results: Results, table: QuantityTable) -> QuantityTable:
 
 
 def _ratios(results: Results, over: Over) -> tuple[tuple[str, ...], Callable[[], Array]]:
-    """Velocity ratios and mechanical advantages of all coordinates to the input."""
+    """The headings, and a function for the values, of velocity ratios and mechanical advantages of all coordinates to
+    the input."""
     names, units = results.names("coordinates"), results.names("coordinate_units")
     others = [(name, unit) for name, unit in zip(names, units, strict=True) if name != over.name]
     own = over.unit
@@ -137,13 +138,13 @@ def _loads(results: Results) -> npt.NDArray[Any]:
 
 
 def _heading(field: str) -> str:
-    """Of a column of the loads: its own unit where every row has the same."""
+    """The heading of a column of loads, with a unit where all rows share it."""
     units = {"time": " (s)", "place": " (rad or m)", "put_in": " (J)", "taken_out": " (J)"}
     return field + units.get(field, "")
 
 
 def _events(results: Results) -> QuantityTable:
-    """When steps ended because of an event; whose and what it was is in the results file."""
+    """The table of the times at which steps ended at events. The owner and the kind of each are in the results file."""
     headings: tuple[str, ...] = ("time (s)", "direction")
     values = np.array([[event.time, event.direction] for event in results.events])
     if results.names("stops"):
@@ -153,7 +154,7 @@ def _events(results: Results) -> QuantityTable:
 
 
 def _trust(trust: Trust) -> QuantityTable:
-    """The error of each marker of a certified run, and its uncertainty."""
+    """The table of a certified run: the error of each marker, and its uncertainty."""
     headings = [f"{quantity} of {name} (m)" for quantity in ("error", "uncertainty") for name in trust.names]
     values = np.concatenate([trust.time[:, None], trust.error, trust.uncertainty], axis=1)
     return QuantityTable("trust", ("time (s)", *headings), lambda: values)
@@ -175,8 +176,8 @@ def _coordinates(results: Results, joint: str) -> Iterator[Quantity]:
 
 
 def own_unit(either: str, unit: str) -> str:
-    """The unit of a column of "rad or m", "N m or N", ...: the first where `unit` is rad, the second where it is m;
-    the only one where there is no other; `unit` itself of "any"."""
+    """The unit of one column of "rad or m", "N m or N", ... It is the first where `unit` is rad, the second where it is
+    m. A single unit stays; "any" means `unit` itself."""
     if either == "any":
         return unit
     first, _, second = either.partition(" or ")
@@ -207,9 +208,10 @@ def _table(results: Results, name: str, quantities: list[Quantity], not_unique: 
 
 
 def _values(results: Results, quantities: list[Quantity]) -> Array:
-    """Time and the quantities side by side."""
+    """The time and the quantities, as columns."""
     found = [results.time[:, None]]
     for _, _, path, column in quantities:
         values = results[path] if column is None else results[path][:, column]
-        found.append(values.reshape(len(values), prod(values.shape[1:])).copy())  # not a view of all bodies' values
+        # a copy, because a view would keep the values of all bodies
+        found.append(values.reshape(len(values), prod(values.shape[1:])).copy())
     return np.concatenate(found, axis=1)

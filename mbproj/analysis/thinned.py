@@ -1,4 +1,4 @@
-"""Of the points of a long line those that its picture needs: a million samples have no room on a page."""
+"""Thinning of long lines for a picture: a page has no room for a million points."""
 
 from __future__ import annotations
 
@@ -6,15 +6,15 @@ import numpy as np
 
 from mbproj.arrays import Array, Flags, Integers
 
-#: A line is thinned from so many points on.
+#: The number of points from which on a line is thinned.
 MANY = 20_000
-#: So many columns a page has, and rows: a third of a dot of ours, or less.
+#: The columns and rows of a page: each is at most a third of a printed dot.
 COLUMNS = 4000
 
 
 def thinned(x: Array, y: Array) -> tuple[Array, Array]:
-    """A line that looks the same on a page: over ascending x the first, the lowest, the highest and the last point of
-    each column; of another line every way from one dot to the next once."""
+    """Return fewer points of a line that look the same on a page. For ascending x these are the first, lowest, highest
+    and last point of each column. For another line they are each movement between two dots, once."""
     if len(x) < MANY:
         return x, y
     ascends = bool(np.isfinite(x).all() and (np.diff(x) >= 0.0).all())
@@ -26,14 +26,14 @@ def _over_time(x: Array, y: Array) -> tuple[Array, Array]:
     begins = np.flatnonzero(np.diff(column, prepend=-1))
     of = np.repeat(np.arange(len(begins)), np.diff(begins, append=len(x)))
     low, high = np.fmin.reduceat(y, begins)[of], np.fmax.reduceat(y, begins)[of]
-    kept = [begins, np.append(begins[1:], len(x)) - 1]  # the first of each column, and the last
-    kept += [_first(which, of) for which in (y == low, y == high, np.isnan(y))]  # what is no number leaves a gap
+    kept = [begins, np.append(begins[1:], len(x)) - 1]  # the first and the last point of each column
+    kept += [_first(which, of) for which in (y == low, y == high, np.isnan(y))]  # NaN leaves a gap
     at = np.unique(np.concatenate(kept))
     return x[at], y[at]
 
 
 def _first(which: Flags, of: Integers) -> Integers:
-    """The first of these points in each column."""
+    """The index of the first marked point in each column. `of` is the column of each point."""
     found = np.flatnonzero(which)
     places: Integers = found[np.unique(of[found], return_index=True)[1]]
     return places
@@ -57,5 +57,5 @@ def _path(x: Array, y: Array) -> tuple[Array, Array]:
 
 
 def _cells(values: Array, first: float, size: float) -> Integers:
-    """In which of the equal parts from `first` on values are."""
+    """The number of the cell that each value lies in. Cells have equal `size`, from `first` on."""
     return np.minimum(((values - first) / size).astype(np.int64), COLUMNS) if size > 0.0 else np.zeros(len(values), int)

@@ -1,4 +1,4 @@
-"""Where the constraints are violated most."""
+"""The largest violations of the constraints."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from mbproj.dataclass import dataclass
 
 @dataclass(frozen=True)
 class Peak:
-    """The largest value of a series, the time in s when it is first reached, and the name of its column."""
+    """The largest value of a series, the time (s) when it is first reached, and the name of its column."""
 
     value: float
     time: float
@@ -26,7 +26,7 @@ def peak(time: Array, values: Array, name: str) -> Peak:
 
 
 def worst(time: Array, values: Array, names: Sequence[str]) -> Peak | None:
-    """The largest of `values` (T, columns) with its column's name, T >= 1; None without columns."""
+    """The largest of `values` (T, columns), T >= 1, with the name of its column; None without columns."""
     if not names:
         return None
     row, column = np.unravel_index(int(np.argmax(values)), values.shape)

@@ -1,1 +1,1 @@
-"""The commands as functions: `mbproj.run`, `mbproj.modes` and others take a scene in any form, and return an object."""
+"""The commands as functions: `mbproj.run`, `mbproj.modes` and others take a scene in any form and return an object."""

@@ -1,4 +1,4 @@
-"""`mbproj.rerun` and `mbproj.continue_run`: a run repeated, or gone on with, from its results."""
+"""`mbproj.rerun` and `mbproj.continue_run`: repeat or continue a run from its results."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ def rerun(
 ) -> Results:
     """Repeats the run that wrote `results`, with the same scene and settings.
 
-    Where the new results go, and what is raised, is as in `run`. On the same build and machine the numbers are the same
-    to the last bit.
+    `output` and the errors raised are as in `run`. On the same build and machine the numbers are the same to the last
+    bit.
     """
     with by_arguments(), opened(results) as before:
         require_whole(before)
@@ -48,11 +48,11 @@ def continue_run(
     append: bool = False,
     progress: Progress | None = None,
 ) -> Results:
-    """Goes on with the run that wrote `results`, or that a kill has ended, to the time `until` in s from its start.
+    """Continues the run that wrote `results`, also a killed one, to the time `until` in s from its start.
 
-    Gives the samples that follow, in the file `output` or a temporary one. With `append`, all samples, old and new,
-    take the place of `results`. Raises InputError where there is nothing to go on with. On the same build and machine
-    the numbers are those of one long run, to the last bit.
+    Returns the samples that follow, in the file `output` or a temporary one. With `append`, all samples, old and new,
+    replace `results`. Raises InputError where the run cannot be continued. On the same build and machine the numbers
+    are those of one long run, to the last bit.
     """
     with by_arguments(), opened(results) as before:
         checkpoint, (scene, _) = checkpoint_of(before), stored_scene(before)
@@ -68,7 +68,7 @@ def continue_run(
 
 @contextmanager
 def opened(results: Results | str | Path) -> Iterator[Results]:
-    """Results, from their file where a path is given."""
+    """Yield results; open their file where a path is given."""
     if isinstance(results, Results):
         yield results
         return
@@ -77,8 +77,8 @@ def opened(results: Results | str | Path) -> Iterator[Results]:
 
 
 def stored_scene(results: Results) -> tuple[Scene, str]:
-    """The scene of a run, and what to call it: the name of its file, or of the results. Raises InputError where the
-    file is damaged there."""
+    """The scene of a run, and its name in messages: that of its file, or of the results. Raises InputError where the
+    stored scene is damaged."""
     name = str(results.scene_path or results.path)
     scene = read_scene_text(results.scene_text, name, results.overrides)
     _require_all(scene, results)
@@ -86,7 +86,7 @@ def stored_scene(results: Results) -> tuple[Scene, str]:
 
 
 def require_whole(results: Results) -> None:
-    """Raises InputError where a function in Python acted on the run, which the file does not have."""
+    """Raises InputError where a Python function acted on the run, because the file does not have it."""
     if "controller_period" in results.attributes:
         message = f"'{results.path}': a function in Python acted on the run, and is not in the file"
         raise InputError(Problem(message, hint="run it again in Python, with controller=f"))
@@ -103,14 +103,15 @@ def _require_all(scene: Scene, results: Results) -> None:
 
 
 def require_another(output: str, source: Path, what: str) -> None:
-    """Raises InputError where new results would replace those that they come from."""
+    """Raises InputError where new results would replace the results that they come from."""
     if os.path.realpath(output) == os.path.realpath(source):
         problem = Problem(f"'{output}' is the results file {what}", Place("--output"), "choose another name")
         raise InputError(problem)
 
 
 def checkpoint_of(before: Results) -> Checkpoint:
-    """The state to go on from. Raises InputError where there is none, or the run still goes on, or has failed."""
+    """The state from which a run can be continued. Raises InputError where there is none, and where the run is still
+    going on or has failed."""
     require_whole(before)
     if is_locked(before.path):
         raise InputError(Problem(f"the run that writes '{before.path}' still goes on", hint="wait for it, or stop it"))
@@ -131,8 +132,8 @@ def checkpoint_of(before: Results) -> Checkpoint:
 
 
 def longer(scene: Scene, checkpoint: Checkpoint, until: float | None, before: Results) -> Scene:
-    """The scene with the settings of the long run: samples come at the same times as before. Raises InputError where it
-    would end before the state to go on from."""
+    """The scene with the settings of the longer run; samples come at the same times as before. Raises InputError where
+    the run has already reached its end."""
     settings = scene.settings
     assert settings.duration is not None
     reached = float(before.time[-1]) if len(before.time) else 0.0

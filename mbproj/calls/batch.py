@@ -1,4 +1,4 @@
-"""`mbproj.batch`: many scenes run, and what they expect checked, in one call."""
+"""`mbproj.batch`: run many scenes and check their expectations, in one call."""
 
 from __future__ import annotations
 
@@ -18,23 +18,23 @@ from mbproj.studies.parallel.progress import Tell, silent
 
 @dataclass(frozen=True)
 class Batch(Tabled):
-    """What came of many scenes, in their order."""
+    """The results of many scenes, in their order."""
 
     results: tuple[SceneResult, ...]
 
     @property
     def holds(self) -> bool:
-        """Whether all ran, and all that they expect holds."""
+        """Whether all scenes ran and meet all their expectations."""
         return exit_code(self.results) == ExitCode.DONE
 
     @property
     def table(self) -> Table:
-        """A row a scene."""
+        """A table with a row for each scene."""
         return Table.of(map(_row, self.results), "scene", "result")
 
     @property
     def line(self) -> str:
-        """How many ended how."""
+        """A line that counts the scenes by their result."""
         words = [result.word for result in self.results]
         return ", ".join(f"{words.count(word)} {word}" for word in dict.fromkeys(words))
 
@@ -51,10 +51,10 @@ def batch(
     scheduler_file: Path | None = None,
     progress: Tell = silent,
 ) -> Batch:
-    """Runs the scenes at `paths`, files, folders or patterns ("**/*.yaml"), and checks what they expect.
+    """Runs the scenes at `paths` (files, folders or patterns such as "**/*.yaml") and checks their expectations.
 
     A scene may take `timeout` s. `keep` is the folder for results files, which are removed otherwise. Raises InputError
-    where there are no scenes; one that fails is a row.
+    where there are no scenes. A scene that fails is a row of the result.
     """
     given = [paths] if isinstance(paths, (str, Path)) else list(paths)
     with by_arguments():
@@ -74,7 +74,8 @@ def batch(
 
 @contextmanager
 def handed_out(scenes: Sequence[Path], keep: Path | None) -> Iterator[list[Task]]:
-    """The scenes and the paths of their results, which are kept, or removed when the block ends."""
+    """Yield a task for each scene. Results are in the folder `keep`, or in a temporary folder that is removed when the
+    block ends."""
     if keep is not None:
         yield tasks(scenes, keep, keep=True)
         return

@@ -1,4 +1,4 @@
-"""Results files as functions take them: `mbproj.export`, `compare_results`, `largest_loads`."""
+"""Functions of results files: `mbproj.export`, `compare_results`, `largest_loads`."""
 
 from __future__ import annotations
 
@@ -37,13 +37,12 @@ def export(
     transmission: Sequence[tuple[str, str, str]] = (),
     force: bool = False,
 ) -> dict[str, Path]:
-    """Writes results as tables into the folder `output`, and gives the file of each table.
+    """Writes results as tables into the folder `output`, and returns the file of each table.
 
-    There is one for each body, marker, joint, force and motion ("body-crank"), "loads" and "diagnostics"; `table` names
-    those that are wanted. `format` is "csv" or "latex". `over` is a joint coordinate with which each begins,
-    `per_turn` modulo a turn; it adds the table "ratios". `transmission` adds the angle at the second of three markers.
-    Raises InputError for a name that there is not, and where
-    something else stands there that `force` does not replace.
+    There is a table for each body, marker, joint, force and motion ("body-crank"), "loads" and "diagnostics"; `table`
+    selects some of them. `format` is "csv" or "latex". `over` is a joint coordinate that becomes the first column, with
+    `per_turn` modulo a turn. It adds the table "ratios". `transmission` adds the angle at the second of three markers.
+    Raises InputError for an unknown name, and for an existing file of another kind unless `force`.
     """
     with by_arguments(), opened(results) as found:
         if format not in (CSV, LATEX):
@@ -64,13 +63,13 @@ def written(
     *,
     force: bool,
 ) -> dict[str, Path]:
-    """The same, of results that are open; without `chosen` all tables."""
+    """Write the tables of open results as `export` does; all tables where none is `chosen`."""
     found, first = {each.name: each for each in tables(results, corners)}, stem(results)
     names = [named(found, name) for name in chosen] or list(found)
     make_folder(folder, OTHER_DIRECTORY)
     ending, is_csv = ("csv", True) if form == CSV else ("tex", False)
     files = {name: folder / _file_name(f"{first}-{name}.{ending}") for name in names}
-    for name, path in files.items():  # all or none
+    for name, path in files.items():  # check all files before the first is written
         kind = csv(found[name].headings) if is_csv else latex()
         check_replaceable(path, kind, force=force, hint=OTHER_DIRECTORY)
     write, digits = (write_csv, ".17g") if is_csv else (write_latex, ".6g")
@@ -81,14 +80,15 @@ def written(
 
 
 def named(found: Mapping[str, QuantityTable], name: str) -> str:
-    """The name of a table. Raises InputError with the nearest where there is none."""
+    """Return the name of a table. Raises InputError with the most similar name where there is none."""
     if name not in found:
         raise InputError(Problem(f"there is no table '{name}'", hint=choose_from(name, found)))
     return name
 
 
 def _file_name(name: str) -> str:
-    """The name, which comes from a file that anybody may have written, where it is that of a file and no path."""
+    """Return the name if it names a file in a folder, not a path. It comes from a results file that anybody may have
+    written."""
     if set(name) & {"/", "\\", "\0"}:
         problem = Problem(f"'{name}' cannot name a file", hint="the results were changed after mbproj wrote them")
         raise InputError(problem)
@@ -102,10 +102,10 @@ def compare_results(
     tolerance: Quantity = 1e-6,
     absolute: Mapping[str, Quantity] = _NOTHING,
 ) -> MotionComparison:
-    """Whether two results are the same motion, at the sample times that both have: `found.same`.
+    """Compares two results at the sample times that both have; `found.same` tells whether they are the same motion.
 
-    A quantity may differ by `tolerance` times its largest magnitude, or by what `absolute` allows by its path, as
-    {"bodies/position": "1 mm"}. Raises InputError where they cannot be compared.
+    A quantity may differ by `tolerance` times its largest magnitude, or by what `absolute` allows by its path, such as
+    {"bodies/position": "1 mm"}. Raises InputError where the results cannot be compared.
     """
     with by_arguments(), opened(first) as one, opened(second) as other:
         part = amount(tolerance, "tolerance", None, above=0.0)
@@ -113,7 +113,8 @@ def compare_results(
 
 
 def allowed(name: str, value: Quantity) -> float:
-    """A difference that a quantity is allowed, in its unit. Raises InputError where it is none."""
+    """The difference that a quantity is allowed, in its unit. Raises InputError for an unknown quantity, or a value
+    that is not a positive number in its unit."""
     units = {dataset.path: dataset.unit for dataset in COMPARED}
     if name not in units:
         hint = choose_from(name, units, "quantities")
@@ -124,9 +125,10 @@ def allowed(name: str, value: Quantity) -> float:
 
 
 def largest_loads(results: Results | str | Path, *, over: str | None = None) -> Table:
-    """The largest loads of a run, as `mbproj info --loads` finds them: a row a load, with the fields of `Load`.
+    """The largest loads of a run, as `mbproj info --loads` lists them: a table with a row for each load and the fields
+    of `Load`.
 
-    `over` names the coordinate that tells the place in the cycle. Raises InputError where there is none of this name.
+    `over` names the coordinate that tells the place in the cycle. Raises InputError for an unknown name.
     """
     with by_arguments(), opened(results) as found:
         return Table.of((load._asdict() for load in loads_of(found, over)), *Load._fields)

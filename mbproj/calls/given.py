@@ -1,4 +1,4 @@
-"""What a caller gives as a scene: a `Scene`, the path of a file, a text of several lines, or a mapping."""
+"""The forms in which a caller gives a scene (a `Scene`, a path, a text of several lines, a mapping) and numbers."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ Given: TypeAlias = "Scene | str | Path | Mapping[str, object]"
 Quantity: TypeAlias = "SupportsFloat | str"
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
-#: Options of the command line in a message, which a caller knows as arguments.
+#: Options of the command line in a message. The caller of a function knows them as arguments.
 _OPTION = re.compile(r"--([a-z][a-z-]*)")
-#: Those whose argument has another name.
+#: Options whose argument has another name.
 _RENAMED = {"from": "low", "to": "high", "limit": "limits", "set": "parameters"}
 
 
 def scene_of(given: Given, parameters: Mapping[str, object], options: Mapping[str, object]) -> Scene:
-    """The scene with other parameters (or values by their paths) and other settings, named as in `read_scene`.
+    """Return the scene with other parameters (or values by their paths) and other settings, named as in `read_scene`.
 
-    A text is told from a path by its end of line. Raises InputError where the scene is wrong, TypeError where `given`
-    is nothing that a scene could be.
+    A text has line ends, a path has none. Raises InputError where the scene is wrong, TypeError where `given` has no
+    form of a scene.
     """
     if isinstance(given, Scene):
         return with_options(given.with_(parameters) if parameters else given, options)
@@ -46,7 +46,7 @@ def scene_of(given: Given, parameters: Mapping[str, object], options: Mapping[st
 
 @contextmanager
 def by_arguments() -> Iterator[None]:
-    """Problems name the arguments of a function where they would name options: `step`, not `--step`."""
+    """Name arguments in the problems that the block raises, not options: `step`, not `--step`."""
     try:
         yield
     except InputError as error:
@@ -70,12 +70,14 @@ def _argument(text: str) -> str:
 def amount(
     value: Quantity, argument: str, unit: str | None, *, above: float | None = None, least: float | None = None
 ) -> float:
-    """A number of an argument in SI units, above a bound, or at least as large as one. Raises InputError."""
+    """The number of an argument in SI units. Raises InputError where it is not above `above`, or not at least
+    `least`."""
     return given_number(value, f"--{argument}", Number(unit, above=above, minimum=least))
 
 
 def amounts(values: Sequence[Quantity] | Quantity | None, argument: str, unit: str | None) -> tuple[float, ...] | None:
-    """Positive numbers: a list, an array, one of them, or text as "0.01,5 ms"; None stays None."""
+    """The positive numbers of an argument, given as a list, an array, one number, or a text such as "0.01,5 ms"; None
+    stays None."""
     if values is None:
         return None
     if isinstance(values, str):
@@ -86,19 +88,21 @@ def amounts(values: Sequence[Quantity] | Quantity | None, argument: str, unit: s
 
 
 def count_of(value: int, argument: str, *, least: int = 0) -> int:
-    """A whole number of an argument, also of NumPy. Raises InputError where it is too small, TypeError for no such."""
+    """The whole number of an argument, also NumPy's. Raises InputError where it is below `least`, TypeError where it is
+    not whole."""
     if index(value) < least:
         raise InputError(Problem(f"it must be at least {least}, found {value}", Place(argument)))
     return index(value)
 
 
 def names_of(given: str | Sequence[str]) -> tuple[str, ...]:
-    """Words: a list of them, or text as "gopm,gpopm"."""
+    """The names in a list of words, or in a text such as "gopm,gpopm"."""
     return tuple(part.strip() for part in given.split(",")) if isinstance(given, str) else tuple(map(str, given))
 
 
 def earlier(**names: str) -> Callable[[Callable[Arguments, Result]], Callable[Arguments, Result]]:
-    """Arguments of a function that had other names before, by these names: what was written then works."""
+    """Decorate a function whose arguments had other names in earlier versions, so that both names work. `names` maps
+    the earlier name to the current one."""
 
     def renamed(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
         @wraps(function)

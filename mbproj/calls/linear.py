@@ -1,4 +1,5 @@
-"""`mbproj.equilibrium`, `mbproj.modes` and `mbproj.linearize`: the commands of these names, in one call each."""
+"""`mbproj.equilibrium`, `modes`, `traces` and `linearize`: the commands on equilibria and linear models, in one call
+each."""
 
 from __future__ import annotations
 
@@ -27,11 +28,11 @@ _NOTHING: Mapping[str, object] = {}
 def equilibrium(
     scene: Given, *, at: Quantity = 0.0, steady: str | None = None, parameters: Mapping[str, object] = _NOTHING
 ) -> Equilibrium:
-    """Where a scene rests, downhill from its start; motions are held where they are at the time `at` in s.
+    """Finds where a scene rests, downhill from its start. Motions keep the value that they have at the time `at` in s.
 
-    With `steady`, "A.angle=60rpm", it turns steadily about a joint. `scene` and `parameters` are as in `run`. Raises
-    InputError where the scene is wrong, and `mbproj.linear.equilibrium.solve.NoEquilibrium`, a SimulationError, where
-    nothing balances the forces.
+    With `steady`, such as "A.angle=60rpm", it is a steady turn about a joint. `scene` and `parameters` are as in `run`.
+    Raises InputError where the scene is wrong. Raises `mbproj.linear.equilibrium.solve.NoEquilibrium`, a
+    SimulationError, where nothing balances the forces.
     """
     return equilibria(scene, at=at, steady=steady, starts=0, parameters=parameters)[0]
 
@@ -44,7 +45,7 @@ def equilibria(
     steady: str | None = None,
     parameters: Mapping[str, object] = _NOTHING,
 ) -> tuple[Equilibrium, ...]:
-    """The equilibrium, and others that are found from as many other `starts`; the rest is as in `equilibrium`."""
+    """Finds the equilibrium, and others from as many other `starts`. The other arguments are as in `equilibrium`."""
     with by_arguments():
         what, time, others = (
             scene_of(scene, parameters, {}),
@@ -70,10 +71,10 @@ def modes(
     results: str | Path | None = None,
     parameters: Mapping[str, object] = _NOTHING,
 ) -> Modes:
-    """The modes of a scene, the slowest `count` of them: frequencies, damping and shapes of small motions.
+    """The slowest `count` modes of a scene: frequencies, damping and shapes of small motions.
 
-    `at` says where: "start", "equilibrium", "steady" (with `steady`, "A.angle=60rpm"), or a time in s, of a run or of
-    the file `results`. `scene` and `parameters` are as in `run`.
+    `at` tells where: "start", "equilibrium", "steady" (with `steady`, such as "A.angle=60rpm"), or a time in s, of a
+    run or of the file `results`. `scene` and `parameters` are as in `run`.
     """
     with by_arguments():
         few = None if count is None else count_of(count, "count", least=1)
@@ -90,7 +91,8 @@ def traces(
     steady: str | None = None,
     parameters: Mapping[str, object] = _NOTHING,
 ) -> Trace:
-    """The modes traced over the `values` of the parameter `name`, as `modes --vary` does; the rest is as in `modes`."""
+    """The modes over `values` of the parameter `name`, as `modes --vary` traces them. The other arguments are as in
+    `modes`."""
     with by_arguments():
         few = None if count is None else count_of(count, "count", least=1)
         numbers = [amount(value, "values", None) for value in values]
@@ -115,7 +117,7 @@ def linearize(
 ) -> LinearModel:
     """The linear model x' = A x + B u, y = C x + D u of a scene, from `inputs` to `outputs`, named as in the command.
 
-    `at`, `steady` and `results` say where, as in `modes`. Raises InputError for a name that is no input or output.
+    `at`, `steady` and `results` tell where, as in `modes`. Raises InputError for a name that is no input or output.
     """
     with by_arguments():
         what = scene_of(scene, parameters, {})

@@ -1,4 +1,4 @@
-"""`mbproj.loads`: what actuators have to do so that a mechanism follows a motion, in one call."""
+"""`mbproj.loads`: the forces with which actuators make a mechanism follow a motion, in one call."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _NOTHING: Mapping[str, object] = {}
 _ALIKE: Mapping[str, float] = {}
 #: The first bytes of an HDF5 file.
 HDF5 = b"\x89HDF\r\n\x1a\n"
-#: What may be given as a motion.
+#: The forms in which a motion may be given.
 Motion: TypeAlias = "GivenMotion | Results | str | Path"
 
 
@@ -36,12 +36,14 @@ def loads(
 ) -> ActuatorLoads:
     """The forces of actuators along a motion: inverse dynamics.
 
-    `scene` is as in `run`, or results, whose motion is taken as it is recorded; a scene without `given` is run. `given`
-    is a CSV file, results, or a `GivenMotion` of joint coordinates and components of markers. `actuators` are joint
-    coordinates, motions, forces of the scene, components of forces on bodies; by default the motions, or what is
-    given. Where they are more than the freedoms they reach, Σ w p² is least with these `weights`, 1 each. `smooth`
-    says by unit ("rad", "m") what a spline may change of the given motion, as a root of a mean square; it is estimated
-    without.
+    `scene` is as in `run`, or results, whose recorded motion is used. Without `given`, a scene is run. `given` is a CSV
+    file, results, or a `GivenMotion` of joint coordinates and components of markers. `actuators` are joint coordinates,
+    motions, forces of the scene, components of forces on bodies. By default they are the scene's motions, or the given
+    coordinates.
+
+    Where the actuators are more than the freedoms that they reach, Σ w p² is least with these `weights`, 1 each by
+    default. `smooth` gives, by unit ("rad", "m"), the root mean square change that a spline may make to the given
+    motion. Where a unit has none, it is estimated.
 
     Raises InputError where the motion leaves a freedom open or takes a force that no actuator has. Raises
     SimulationError where the joints do not close along it.
@@ -59,7 +61,7 @@ def loads_of(
     smooth: Mapping[str, float],
     parameters: Mapping[str, object],
 ) -> ActuatorLoads:
-    """The same for the command, whose problems name options."""
+    """The loads as `loads` returns them, for the command: problems name its options."""
     if isinstance(scene, Results) or is_results(scene):
         if given is not None or parameters:
             message = "results have their motion and their parameters"
@@ -86,7 +88,7 @@ def _motion(scene: Scene, given: Motion) -> GivenMotion:
 
 
 def is_results(given: object) -> bool:
-    """Whether it is the path of an HDF5 file."""
+    """Whether `given` is the path of an HDF5 file."""
     if not isinstance(given, (str, Path)) or "\n" in str(given):
         return False
     try:

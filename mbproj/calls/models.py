@@ -1,4 +1,5 @@
-"""Scenes from elsewhere: `mbproj.import_model` of a model in another format, `new` of a template; `schema` of all."""
+"""Models in other formats: `mbproj.import_model` reads one, `export_model` writes one. `new` makes a scene from a
+template; `schema` describes scenes."""
 
 from __future__ import annotations
 
@@ -25,13 +26,13 @@ from mbproj.templates import TEMPLATES, written
 from mbproj.version import __version__
 
 _NOTHING: Mapping[str, object] = {}
-#: What writes a scene in a format.
+#: The writers of other formats.
 FORMATS = {"mjcf": as_mjcf, "urdf": as_urdf}
 
 
 @dataclass(frozen=True, eq=False)
 class Imported(Tabled):
-    """The scene's `text` made of a model, and of each element without a counterpart what happened with it."""
+    """The `text` of a scene made from a model, with notes on each element of the model that has no counterpart."""
 
     text: str
     mechanism: Mechanism
@@ -43,17 +44,17 @@ class Imported(Tabled):
 
     @property
     def same(self) -> bool:
-        """Whether nothing is known to make the scene's motion another than the model's."""
+        """Whether no known difference makes the scene's motion another than the model's."""
         return all(row.same is not Same.NO for row in self.mechanism.said)
 
     @property
     def table(self) -> Table:
-        """A row an element: what happened with it, and whether the motion is still the model's."""
+        """A table with a row for each element: what became of it, and whether the motion is still the model's."""
         return _table(self.mechanism.said)
 
     @property
     def line(self) -> str:
-        """How large it is."""
+        """A line with the size of the scene."""
         parts, joints = len(self.mechanism.parts), len(self.mechanism.joints)
         return f"{self.mechanism.title}: {parts} bodies, {joints} joints"
 
@@ -73,14 +74,16 @@ def import_model(
     contacts: bool = False,
     folder: str | Path | None = None,
 ) -> Imported:
-    """Makes a scene of a `model` in MJCF, URDF or SDF: `found.scene`, `found.text`, a table of what has no counterpart.
+    """Makes a scene of a `model` in MJCF, URDF or SDF: `found.scene`, `found.text`, and a table of elements without
+    counterpart.
 
-    It begins `at` a keyframe, or at the joint coordinates of a `pose` (rad, m; a mapping, or a file of them). `loops`
-    is the file of a URDF where its loops stand; the frames that a joint of an SDF names `meet`. `hold`: actuators act
-    with their signals at the start. `controls` are other signals, `motions` coordinates of joints: functions of t by
-    name (a mapping, or a file). `contacts`: spheres and capsules above planes become stops. `folder` is where the scene
-    will stand, from which its meshes are named, that of the model unless given. Raises InputError where the model is
-    wrong.
+    It starts `at` a keyframe, or at the joint coordinates of a `pose` (rad, m; a mapping, or a file of them). `loops`
+    is the file with the loops of a URDF. With `meet`, the two frames of each SDF joint coincide. With `hold`, actuators
+    act with their signals at the start. `controls` are other signals, `motions` are coordinates of joints: functions of
+    t by name (a mapping, or a file).
+
+    With `contacts`, spheres and capsules above planes become stops. `folder` is where the scene will be stored, as its
+    meshes are named relative to it; by default that of the model. Raises InputError where the model is wrong.
     """
     with by_arguments():
         if isinstance(pose, (str, Path)):
@@ -93,7 +96,7 @@ def import_model(
 
 
 def imported(model: Path, wishes: Wishes) -> Imported:
-    """The same; problems of the scene itself stand in the table."""
+    """Import a model as `import_model` does. Problems of the scene itself are rows of the table."""
     mechanism = read_model(model, wishes)
     text, refused = without_refused(mechanism, __version__)
     for problem in refused:
@@ -105,7 +108,7 @@ def imported(model: Path, wishes: Wishes) -> Imported:
 
 @dataclass(frozen=True, eq=False)
 class Exported(Tabled):
-    """The `text` of a model made of a scene, its `loops` as a YAML file beside a URDF ("" without), what was `said`."""
+    """The `text` of a model made from a scene. `loops` is a YAML file beside a URDF, or ""; `said` are notes."""
 
     format: str
     text: str
@@ -114,21 +117,22 @@ class Exported(Tabled):
 
     @property
     def table(self) -> Table:
-        """A row for what the format lacks: what happened with it, and whether the motion is still the scene's."""
+        """A table with a row for each thing that the format lacks: what became of it, and whether the motion is still
+        the scene's."""
         return _table(self.said)
 
     @property
     def line(self) -> str:
-        """What it is."""
+        """A line that describes the model."""
         return f"{self.format.upper()} of {len(self.text.splitlines())} lines"
 
     __repr__ = Tabled.__repr__
 
 
 def export_model(scene: Given, format: str = "mjcf", *, parameters: Mapping[str, object] = _NOTHING) -> Exported:
-    """A scene as a model in MJCF or URDF, as `mbproj export SCENE --mjcf FILE` writes it.
+    """Writes a scene as a model in MJCF or URDF, as `mbproj export SCENE --mjcf FILE` does.
 
-    It begins at the assembled start. Raises InputError where the scene is wrong, or nothing starts.
+    The model starts at the assembled start. Raises InputError where the scene is wrong or cannot be assembled.
     """
     with by_arguments():
         if format not in FORMATS:
@@ -147,9 +151,10 @@ def _table(said: Sequence[Said]) -> Table:
 
 
 def new(kind: str, *, spatial: bool = False, **numbers: Quantity) -> Scene:
-    """The scene of a template, "four-bar" for one, with the numbers of `mbproj new`, in SI units or with a unit.
+    """Makes the scene of a template, for example "four-bar", with the numbers of `mbproj new`, in SI units or with a
+    unit.
 
-    Raises InputError for a template or number that there is not, or lengths that make no mechanism.
+    Raises InputError for an unknown template or number, and for lengths that make no mechanism.
     """
     with by_arguments():
         if kind not in TEMPLATES:

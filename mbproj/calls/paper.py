@@ -13,14 +13,15 @@ from mbproj.studies.parallel.progress import Tell, silent
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-#: By mechanism: the components of the marker that the paper plots, and the numbers of its four figures.
+#: For each mechanism, the components of the marker that the paper plots, and the numbers of its four figures.
 FIGURES = {"five_bar": ("xz", (2, 3, 4, 5)), "spatial_slider_crank": ("x", (7, 8, 9, 10))}
 
 
 def paper(*, duration: Quantity = 10.0, progress: Tell = silent) -> dict[int, Picture]:
-    """Eight figures of the paper, Figs. 2-5 and 7-10, with the paper's settings, by their numbers; of `duration` s.
+    """Draws Figs. 2-5 and 7-10 of the paper with the paper's settings; returns them by their numbers. The motions take
+    `duration` s.
 
-    Takes about a minute.
+    It takes about a minute.
     """
     with by_arguments():
         until, found = amount(duration, "duration", "s", above=0.0), dict[int, Picture]()
@@ -31,7 +32,7 @@ def paper(*, duration: Quantity = 10.0, progress: Tell = silent) -> dict[int, Pi
 
 
 def figures_of(example: Example) -> dict[int, Figure]:
-    """The example's four figures by the paper's numbers."""
+    """The four figures of an example, by their numbers in the paper."""
     components, numbers = FIGURES[example.name]
     shown, since = example.histories["GPOPM"], example.unconverged_from
     series = example.histories.items()

@@ -1,4 +1,4 @@
-"""`results.plot` and `results.animate`: the pictures and the page of the commands, shown where a notebook runs."""
+"""`results.plot` and `results.animate`: the pictures and the page of the commands, which a notebook shows."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ HEIGHT = 560
 
 @final
 class Picture:
-    """A picture, which a notebook shows: `figure` and `axes` are Matplotlib's, `save` writes a file."""
+    """A picture, which a notebook shows. `figure` and `axes` are Matplotlib's; `save` writes a file."""
 
     def __init__(self, figure: Figure) -> None:
         self.figure = figure
@@ -38,8 +38,8 @@ class Picture:
         return tuple(self.figure.axes)
 
     def save(self, path: str | Path, *, force: bool = False) -> Path:
-        """Writes it in the format of the name's ending. Raises InputError where something else stands there that
-        `force` does not replace."""
+        """Writes the picture in the format of the name's ending. Raises InputError where a file of another kind exists,
+        unless `force`."""
         return save(self.figure, Path(path), force=force)
 
     def __repr__(self) -> str:
@@ -55,7 +55,7 @@ class Picture:
 @final
 class Plots:
     """The pictures of one run, by kind: `plot.energy()`, `plot.reactions("A", "B")`, `plot.markers("tip")`. Names are
-    those of joints, markers or forces; without, all. `dir(plot)` lists the kinds."""
+    those of joints, markers or forces, by default all. `dir(plot)` lists the kinds."""
 
     def __init__(self, results: Results) -> None:
         self._results = results
@@ -64,7 +64,7 @@ class Plots:
         return list(KINDS)
 
     def __call__(self, kind: str = "", *names: str, **window: float | None) -> Picture:
-        """The picture of a kind, as by its name: `plot("energy")` is `plot.energy()`."""
+        """Draws the picture of a kind: `plot("energy")` is `plot.energy()`."""
         if kind not in KINDS:
             what = f"there is no picture '{kind}'," if kind else "which picture?"
             raise InputError(Problem(f"{what} plot.energy() is one", hint=choose_from(kind, KINDS)))
@@ -76,8 +76,8 @@ class Plots:
         return partial(self._draw, kind)
 
     def _draw(self, kind: str, *names: str, start: float | None = None, stop: float | None = None) -> Picture:
-        """The picture of a kind, of these joints or markers, between two times in s. Raises InputError where it does
-        not apply to the run, or has no such names."""
+        """Draw the picture of a kind for the named joints, markers or forces, between two times in s. Raises InputError
+        where the kind does not apply to the run, or a name is unknown."""
         needs = KINDS[kind].needs
         window = {key: value for key, value in {"start": start, "stop": stop}.items() if value is not None}
         chosen: dict[str, Any] = dict(window)
@@ -99,7 +99,7 @@ class Plots:
 
 @final
 class Page:
-    """A page on which a mechanism moves: `html` is the whole of it. A notebook shows it in a frame of its own."""
+    """A page on which a mechanism moves. `html` is its whole text. A notebook shows it in a frame of its own."""
 
     def __init__(self, html: str) -> None:
         self.html = html

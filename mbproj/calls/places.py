@@ -1,4 +1,4 @@
-"""Where a mechanism is linearised: what the words of --at, --from and --steady name."""
+"""The state at which a mechanism is linearised, as --at, --from and --steady name it."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from mbproj.scene.records import Scene
 def reference_of(
     scene: Scene, system: System, where: SupportsFloat | str, results: str | Path | None, steady: str | None
 ) -> LinearReference:
-    """The motion that the options name. Raises InputError at the option where there is none."""
+    """The motion that the options name. Raises InputError, at the option, where there is none."""
     if (steady is not None) != (where == STEADY):
         hint = "give both: --at steady --steady A.angle=60rpm"
         raise InputError(Problem("one of --at steady and --steady lacks the other", Place("--steady"), hint))
@@ -45,7 +45,7 @@ def reference_of(
 
 
 def _balanced(scene: Scene, system: System, steady: str | None) -> LinearReference:
-    """The equilibrium, or the steady turn."""
+    """The motion at the equilibrium, or in the steady turn."""
     start = assembled_start(scene, system)
     turning, held = steady_of(system, start, steady)
     found = equilibrium(system, start, 0.0, turning, held)
@@ -55,8 +55,8 @@ def _balanced(scene: Scene, system: System, steady: str | None) -> LinearReferen
 
 
 def steady_of(system: System, start: State, text: str | None) -> tuple[Turning | None, Conditions]:
-    """The steady turn that NAME=RATE asks for, and what is held in it; no turn without. Raises InputError at the
-    option."""
+    """The steady turn that NAME=RATE names, and the coordinates held in it; None without a text. Raises InputError at
+    the option."""
     if text is None:
         return None, NO_CONDITIONS
     name, equals, rate = text.partition("=")

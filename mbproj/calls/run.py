@@ -1,4 +1,4 @@
-"""`mbproj.run`: a scene simulated and recorded, as `mbproj run` does it, in one call."""
+"""`mbproj.run`: simulate a scene and record the results in one call, as `mbproj run` does."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ if TYPE_CHECKING:
     from mbproj.results.crash_safety.checkpoint import Checkpoint
     from mbproj.studies.parallel.progress import Tell
 
-#: What acts on a run from Python, and its period in s.
+#: A Python function that acts on a run, and its period in s.
 Acting = tuple["Function", "float | None"]
 _NOTHING: Mapping[str, object] = {}
-#: So many earlier samples are copied at once.
+#: The number of earlier samples that are copied at once.
 COPIED = 10_000
 
 
@@ -77,17 +77,18 @@ def run(
     output: str | Path | None = None,
     progress: Progress | None = None,
 ) -> Results:
-    """Simulates a scene, and gives what was recorded.
+    """Simulates a scene, and returns its results.
 
     `scene` is a `Scene`, the path of a file, a text of several lines, or a mapping. Settings are those of `mbproj run`:
-    numbers in SI units, or text with a unit ("1 ms"). `parameters` changes parameters, or values by their paths, as
-    {"bodies.bar1.mass": 2}. `certify` computes a better solution too: `results.trust` says for how long each marker is
-    right to each of `limits` in m. At the start and each `period` in s after, `controller(t, signals)` gives states of
-    the scene that it sets, by name; such a run cannot be continued from its file. `progress` is called with the time
-    reached in s.
+    numbers in SI units, or text with a unit ("1 ms"). `parameters` changes parameters, or values by their paths, such
+    as {"bodies.bar1.mass": 2}. `certify` computes a better solution too: `results.trust` tells how long each marker
+    keeps each of `limits` in m.
 
-    Results go to the file `output`; without, to a temporary file that is removed with the object. Raises InputError
-    where the scene is wrong, SimulationError where the run cannot go on; an `output` then keeps what was computed.
+    At the start and each `period` in s after it, `controller(t, signals)` returns states of the scene, by name, that
+    are then set. Such a run cannot be continued from its file. `progress` is called with the time reached in s.
+
+    Results go to the file `output`, or to a temporary file that is removed with the object. Raises InputError where the
+    scene is wrong, SimulationError where the run cannot go on; `output` then keeps the samples so far.
     """
     given = locals()
     options = {name: given[name] for name in OPTIONS if given[name] is not None}
@@ -108,11 +109,11 @@ def run(
 
 
 def start(scene: Given, *, period: float, parameters: Mapping[str, object] = _NOTHING, **settings: object) -> Stepwise:
-    """A run that waits at its start, and each `period` (s) later: `run.advance(inputs={"u": 2.0})` sets states of the
-    scene there and goes on to the next; `run.signals`, `run.t`, `run.state` say where it is.
+    """Starts a run that waits at its start and each `period` (s) later. `run.advance(inputs={"u": 2.0})` sets states of
+    the scene and goes on for a period; `run.signals`, `run.t` and `run.state` describe where it is.
 
-    `scene`, `parameters` and `settings` are as in `run`. An input is a state that does not change by itself:
-    `states: {u: {derivative: 0}}`. Raises InputError where the scene is wrong or cannot be run so.
+    `scene`, `parameters` and `settings` are as in `run`. An input is a state that does not change by itself: `states:
+    {u: {derivative: 0}}`. Raises InputError where the scene is wrong or cannot be run in this way.
     """
     with by_arguments():
         if not (isinstance(period, int | float) and 0.0 < period < np.inf):
@@ -128,7 +129,7 @@ def start(scene: Given, *, period: float, parameters: Mapping[str, object] = _NO
 
 
 class Earlier(NamedTuple):
-    """The run that a run goes on with: the state that it starts from, and the results to put before its own, if any."""
+    """The run that is continued: its last state, and the results to copy before the new ones, or None."""
 
     checkpoint: Checkpoint
     results: Results | None
@@ -142,7 +143,7 @@ def kept(
     earlier: Earlier | None = None,
     outside: Acting | None = None,
 ) -> Results:
-    """A run in the file `output`, or in a temporary file that is removed with the results."""
+    """Run a scene into the file `output`, or a temporary file that is removed with the results."""
     if output is not None:
         return _recorded(scene, Path(output), limits, progress, earlier, outside)
     import shutil
@@ -159,7 +160,7 @@ def kept(
 
 
 def _limits(limits: Sequence[float]) -> tuple[float, ...]:
-    """The limits to certify for, m."""
+    """The limits of a certificate, m."""
     from mbproj.studies.certify.horizon import limits_of
 
     return limits_of(limits)
@@ -173,7 +174,7 @@ def _recorded(
     earlier: Earlier | None,
     outside: Acting | None,
 ) -> Results:
-    """The run in a file at `path`, opened."""
+    """Run a scene into a file at `path`, and open it."""
     started, system = perf_counter(), compile_system(scene)
     with placed_in(scene):
         state = start_state(scene, system)
@@ -199,8 +200,8 @@ def record(
     earlier: Earlier | None = None,
     outside: Acting | None = None,
 ) -> tuple[Report, Trust | None]:
-    """Simulates a scene from a state, or goes on with an `earlier` run, into a results file; with its certificate for
-    these limits in m, if any, on which `tell` says how far it is."""
+    """Simulate a scene from a state, or continue an `earlier` run, into a results file. With `limits` (m), certify the
+    run; `tell` reports the progress of that."""
     settings, resumed = settings_to_run(scene), {} if earlier is None else earlier.checkpoint.state
     if earlier is not None and earlier.results is not None:
         _copy(earlier.results, recorder, until=float(resumed.get("t", "-inf")))
@@ -217,7 +218,7 @@ def record(
 
 
 def _copy(results: Results, recorder: ResultsWriter, until: float) -> None:
-    """The samples up to some time."""
+    """Copy the samples up to the time `until` (s)."""
     count = int(np.searchsorted(results.time, until, side="right"))
     for first in range(0, count, COPIED):
         rows = slice(first, min(first + COPIED, count))

@@ -1,4 +1,4 @@
-"""The settings that functions take by the names of the options of `mbproj run`, typed once for all of them."""
+"""The settings that functions take, named as the options of `mbproj run`: one typed list for all functions."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 class RunSettings(TypedDict, total=False):
-    """Settings of a run; numbers in SI units, or text with a unit. What is not given is the scene's."""
+    """Settings of a run: numbers in SI units, or text with a unit. The scene's own settings complete them."""
 
     duration: Quantity | None
     step: Quantity | None
@@ -43,8 +43,8 @@ class RunSettings(TypedDict, total=False):
 
 
 def options_of(settings: Mapping[str, Any], function: str, *others: str) -> dict[str, object]:
-    """The settings that are given. Raises TypeError, with the nearest name, for one that there is not; `others` are
-    the function's own names."""
+    """The settings that are not None. Raises TypeError for an unknown one, with the most similar name; `others` are the
+    function's own arguments."""
     for name in settings:
         if name not in RunSettings.__annotations__:
             known = (*RunSettings.__annotations__, *others)
@@ -53,7 +53,7 @@ def options_of(settings: Mapping[str, Any], function: str, *others: str) -> dict
 
 
 def with_settings(function: Function) -> Function:
-    """The function, whose signature shows each of the settings: prompts complete them, and `help` lists them."""
+    """Give a function a signature that lists each setting, so that prompts complete them and `help` shows them."""
     signature = inspect.signature(function)
     own = [each for each in signature.parameters.values() if each.kind is not inspect.Parameter.VAR_KEYWORD]
     each = (

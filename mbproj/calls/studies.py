@@ -1,6 +1,6 @@
 """The studies as functions: `mbproj.compare`, `recommend`, `tradeoff`, `threshold`, `stability`, `verify`.
 
-Each takes the words of the command of its name, and a scene in any form. What they give is a table too.
+Each takes the arguments of the command of its name, and a scene in any form. Each result is also a table.
 """
 
 from __future__ import annotations
@@ -66,11 +66,11 @@ def compare(
     progress: Tell = silent,
 ) -> Comparison:
     """Runs every projection with every integrator and every step (s) or tolerance over `until` s, without or with the
-    row of the energy, as `energy_rows` say.
+    energy row, as `energy_rows` tells.
 
-    What is not given is the scene's. `jobs` processes work, or the Dask cluster whose `scheduler` is named. Runs that
-    were made before are not made again, unless `fresh`. Raises InputError for what cannot be run at all; a setting that
-    fails is a row.
+    The scene's own settings complete what is not given. The work is done by `jobs` processes, or by the Dask cluster
+    whose `scheduler` is named. Results come from the store where they are there, unless `fresh`. Raises InputError for
+    what cannot be run at all; a setting that fails is a row.
     """
     with by_arguments():
         return comparison.compare(
@@ -102,11 +102,11 @@ def recommend(
     fresh: bool = False,
     parameters: Mapping[str, object] = _NOTHING,
 ) -> Recommendation:
-    """The cheapest setting whose `error` at every sample up to `until` (s; the scene's duration) is at most so many m,
-    at the markers `at` (all; the bodies' centres where there are none).
+    """The cheapest setting whose `error` (m) is kept at every sample up to `until` (s; the scene's duration), at the
+    markers `at` (all; the bodies' centres where there are none).
 
-    `found.settings` are those to run with. Without `timed` the fewest evaluations decide. A search that was interrupted
-    resumes, unless it is to begin `fresh`. Raises InputError for a name or duration that is not there, and
+    `found.settings` are the settings to run with. Without `timed` the fewest evaluations decide. An interrupted search
+    resumes, unless `fresh`. Raises InputError for an unknown name or a missing duration. Raises
     `mbproj.studies.recommend.recommendation.Unreachable` where no setting keeps the error at all.
     """
     with by_arguments():
@@ -133,12 +133,12 @@ def tradeoff(
     parameters: Mapping[str, object] = _NOTHING,
     progress: Tell = silent,
 ) -> Tradeoff:
-    """Measures accuracy against cost over `projections`, `integrators` (those explicit), steps, tolerances, schedules.
+    """Measures accuracy against cost over `projections`, `integrators` (by default the explicit ones), steps,
+    tolerances and schedules.
 
-    The error is the largest up to `until` s (the duration) of the markers `at` (all of them; the bodies' centres where
-    the scene has none). `longest`: sweeps end with a run of so many seconds. The study resumes where it was
-    interrupted, and gives the same tables again, unless it is to begin `fresh`. Raises InputError for what cannot be
-    run at all.
+    The error is the largest up to `until` s (the duration) at the markers `at` (all of them; the bodies' centres where
+    the scene has none). A sweep ends with a run that takes more than `longest` s. An interrupted study resumes, and a
+    finished one gives the same tables again, unless `fresh`. Raises InputError for what cannot be run at all.
     """
     with by_arguments():
         return front.tradeoff(
@@ -175,8 +175,8 @@ def threshold(
 ) -> ThresholdStudy:
     """Varies the threshold (m or rad, and per s) of a setting, and measures error, violation and cost.
 
-    The setting is the scene's, with the `settings`, as in `run`. Raises InputError where it has no projection, or does
-    not run.
+    The setting is the scene's, changed by the `settings`, as in `run`. Raises InputError where it has no projection, or
+    does not run.
     """
     with by_arguments():
         chosen = options_of(settings, "threshold", "thresholds")
@@ -217,9 +217,9 @@ def stability(
 ) -> StabilityMap:
     """Varies `vary` ("step", "mass-ratio", ...) from `low` to `high` for each projection method, and finds its limits.
 
-    A run holds that is `closed` to so much (m or rad), and whose relative `energy` error is at most so large; `limits`
-    has both. Other settings are as in `run`. Raises InputError where the scene does not have what is to be varied, or a
-    method is not concerned.
+    A run holds where its joints are `closed` to this (m or rad), and its relative `energy` error is at most this;
+    `limits` has both. Other settings are as in `run`. Raises InputError where the scene does not have this quantity, or
+    a method does not depend on it.
     """
     with by_arguments():
         unit = quantity_named(vary).unit
@@ -249,8 +249,8 @@ def verify(
     parameters: Mapping[str, object] = _NOTHING,
     **settings: Unpack[RunSettings],
 ) -> Verification:
-    """Runs every check of the paper's mathematics on a scene. `progress` is called with a phase, how many are done, and
-    how many there are.
+    """Runs every check of the paper's mathematics on a scene. `progress` is called with the phase, the number of checks
+    done, and the number of all.
 
     Settings are as in `run`. Raises InputError where the mechanism cannot be assembled or run at all, SimulationError
     where a function of the scene has no value at the start.

@@ -1,4 +1,4 @@
-"""`mbproj.sweep`, `sensitivity`, `fit` and `optimise`: the commands of these names in one call each."""
+"""`mbproj.sweep`, `sensitivity`, `fit` and `optimise`: the commands of these names, in one call each."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ _NOTHING: Mapping[str, object] = {}
 @final
 @dataclass(frozen=True)
 class SweepTable(Table):
-    """A row a case, with the headings of summary.csv. `progress` says how many were computed, known from before, and
-    have failed; `folder` is where they are kept."""
+    """A table with a row for each case, with the headings of summary.csv. `progress` counts the cases that were
+    computed, known from before, and failed; `folder` is where they are stored."""
 
     progress: Progress
     folder: Path
@@ -50,7 +50,8 @@ def sweep(
     force: bool = False,
     progress: Callable[[Progress], None] = lambda progress: None,
 ) -> SweepTable:
-    """Runs what is missing of the sweep that the file `spec` describes, as `mbproj sweep` does, and gives its table.
+    """Runs the missing cases of the sweep that the file `spec` describes, as `mbproj sweep` does, and returns its
+    table.
 
     `output` is the folder, by default that of the command; its summary.csv and summary.h5 are written too. A case may
     take `timeout` s; `jobs` processes work. `force` replaces a table that was changed by hand. Raises InputError where
@@ -61,7 +62,8 @@ def sweep(
         what = read_spec(path)
         folder = Folder(path.with_name(f"{path.stem}-sweep") if output is None else Path(output), what, fresh)
         with folder.store:
-            for file, kind in ((folder.table, summary.KIND), (folder.arrays, arrays.KIND)):  # before the work
+            # raises before the work begins
+            for file, kind in ((folder.table, summary.KIND), (folder.arrays, arrays.KIND)):
                 check_replaceable(file, kind, force=force, hint=OTHER)
             reached = run_sweep(
                 what,
@@ -87,9 +89,9 @@ def fit(
     scheduler: str | None = None,
     progress: Tell = silent,
 ) -> Design:
-    """The numbers of a scene that match measurements best, as the file `spec` asks, and what the measurements say of
-    them. Starts that were searched before are not searched again, unless `fresh`. Nothing is written: `best_scene` has
-    the text. Raises InputError where the file, its scene or its measurements are wrong, or no design runs."""
+    """Finds the numbers of a scene that match measurements best, as the file `spec` asks, with their uncertainty.
+    Finished starts are not searched again, unless `fresh`. Nothing is written: `best_scene` has the text. Raises
+    InputError where the file, its scene or its measurements are wrong, or no design runs."""
     return _found(spec, True, engine, fresh, jobs, scheduler, progress)
 
 
@@ -102,7 +104,8 @@ def optimise(
     scheduler: str | None = None,
     progress: Tell = silent,
 ) -> Design:
-    """The numbers of a scene with which a measure is smallest or largest under constraints; otherwise as `fit`."""
+    """Finds the numbers of a scene that make a measure smallest or largest under constraints. All else is as in
+    `fit`."""
     return _found(spec, False, engine, fresh, jobs, scheduler, progress)
 
 
@@ -121,7 +124,7 @@ def _found(
 
 
 def spec_of(path: Path, fits: bool) -> Spec:
-    """The design of a file, for `fit` or for `optimise`. Raises InputError where it is for the other."""
+    """The design that a file describes, for `fit` or for `optimise`. Raises InputError where it is for the other."""
     found = read_design(path)
     if fits != bool(found.targets):
         what, other = ("matches nothing", "optimise") if fits else ("has no goal", "fit")
@@ -137,7 +140,7 @@ def sensitivity(
     parameters: Mapping[str, object] = _NOTHING,
     jobs: int | None = None,
 ) -> Sensitivities:
-    """How much numbers of the scene, `to` (paths, or parameters by name), change what it expects, `of` (all where none
-    is named); a table. Raises InputError for names that are not there, and where a run beside the scene's own fails."""
+    """The sensitivities of a scene's expectations `of` (by default all) to its numbers `to` (paths, or parameters by
+    name); a table. Raises InputError for unknown names, and where a run with a changed number fails."""
     with by_arguments():
         return sensitivities(scene_of(scene, parameters, {}), names_of(of), names_of(to), jobs)

@@ -1,1 +1,1 @@
-"""What the stops and the dry frictions of a run have done."""
+"""The contacts of a run: what its stops and dry frictions have done."""

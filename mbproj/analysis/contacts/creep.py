@@ -1,4 +1,4 @@
-"""How far what is regularised has crept, where dry friction that is exact would have stuck."""
+"""The creep of regularised dry friction, which moves slowly where exact friction would stick."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from mbproj.results import Results
 from mbproj.scene import read_scene_text
 from mbproj.scene.records import JointForce, Scene
 
-#: A scene without this word has nothing that creeps.
+#: The key of regularised friction: a scene text without it has none.
 KEY = "regularised"
 
 
 class Crept(TypedDict):
-    """The `width` of a smooth friction in rad/s or m/s, as its `unit` has it; for how many s it moved by less than
-    that, and how far in that time, in rad or m."""
+    """The creep of a regularised friction. `width` is the rate up to which it is smoothed, rad/s or m/s by its `unit`.
+    `seconds` is the time with a smaller rate, `creep` the distance moved in that time, rad or m."""
 
     unit: str
     width: float
@@ -26,8 +26,8 @@ class Crept(TypedDict):
 
 
 def crept_by_frictions(results: Results, scene: Scene | None = None) -> dict[str, Crept]:
-    """By the names of the frictions that are regularised, over the samples. The scene is read from the results where it
-    is not given; where it cannot be, there are none."""
+    """The creep of each regularised friction by its name, from the samples. The scene is read from the results where it
+    is not given. The answer is empty where it cannot be read."""
     if KEY not in results.scene_text:
         return {}
     try:
@@ -45,7 +45,7 @@ def crept_by_frictions(results: Results, scene: Scene | None = None) -> dict[str
 
 
 def _crept(results: Results, name: str, unit: str, width: float) -> Crept:
-    """From one sample to the next where both are slower."""
+    """The creep of a friction, over intervals at whose ends its rate is below `width`."""
     force, time = results.force(name), results.time
     slow = np.abs(force.rate) <= width
     rests = slow[1:] & slow[:-1]
@@ -58,7 +58,7 @@ def _crept(results: Results, name: str, unit: str, width: float) -> Crept:
 
 
 def in_words(crept: Crept) -> str:
-    """One line on a friction."""
+    """A line on the creep of a friction."""
     unit = crept["unit"]
     if crept["seconds"] == 0.0:
         return f"never slower than its {crept['width']:.4g} {unit}/s"

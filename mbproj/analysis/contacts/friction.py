@@ -1,4 +1,4 @@
-"""What each dry friction of a run has done: how often it stuck and slid, for how long, how hard, and what that cost."""
+"""The dry frictions of a run: how often and how long each stuck, its largest force, and the energy that it lost."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ import numpy as np
 from mbproj.arrays import Flags
 from mbproj.results import Results
 
-#: Kinds of events after which a friction slides.
+#: The kinds of events after which a friction slides.
 SLIDES = ("slip", "turn")
-#: What the two tangents are called along which a point rubs on the plane of a stop.
+#: The names of the two tangents in a stop's plane, along which its friction acts.
 TANGENTS = ("1", "2")
 
 
 class Rubbed(TypedDict):
-    """The `unit` of what a friction resists, m or rad; how often it began to stick, to slip, and turned from sliding
-    one way to sliding the other way; for how many s it stuck, and for what part of the time; the largest size of its
-    force in N or torque in N m, and the energy in J that it has lost. None where there are no samples."""
+    """The history of a friction. `unit` is that of its coordinate, m or rad. `sticks`, `slips` and `turns` count how
+    often it began to stick, began to slip, and reversed its sliding. `sticking_part` is a part of the time.
+    `largest_force` is in N or N m, `energy` the lost energy in J. What samples tell is None where there are none."""
 
     unit: str
     sticks: int
@@ -32,14 +32,15 @@ class Rubbed(TypedDict):
 
 
 def rubbed_by_frictions(results: Results) -> dict[str, Rubbed]:
-    """By the names of the dry frictions that can stick; of a stop both tangents together, by its name."""
+    """The history of each dry friction that can stick, by its name. The two tangents of a stop count as one, by the
+    stop's name."""
     names = results.names("frictions")
     together = {_owner(results, name): _with_partner(results, name) for name in names}
     return {owner: _rubbed(results, owner, columns) for owner, columns in together.items()}
 
 
 def _rubbed(results: Results, owner: str, columns: Sequence[int]) -> Rubbed:
-    """What the friction in these columns has done."""
+    """The history of the friction in these columns."""
     time, unit = results.time, results.names("friction_units")[columns[0]]
     kinds = [kind for _, kind in _changes(results, owner, columns)]
     found = Rubbed(
@@ -64,8 +65,8 @@ def _rubbed(results: Results, owner: str, columns: Sequence[int]) -> Rubbed:
 
 
 def sticking(results: Results, name: str) -> list[tuple[float, float]]:
-    """The spans of time, (begin, end) in s, in which a friction sticks, within those of the samples; that of a stop
-    while this touches."""
+    """The spans of time (begin, end), s, in which a friction sticks, within the samples. Friction at a stop counts only
+    while the stop touches."""
     time, owner, columns = results.time, _owner(results, name), _with_partner(results, name)
     if not len(time):
         return []
@@ -85,12 +86,13 @@ def sticking(results: Results, name: str) -> list[tuple[float, float]]:
 
 
 def _spans_by_samples(results: Results, owner: str, sticks: Flags) -> list[tuple[float, float]]:
-    """Where samples stick one after another, with the ends where there are events of the friction or its stop."""
+    """The spans of successive samples that stick. They begin and end at events of the friction or its stop, where there
+    are such."""
     time, owners = results.time, (f"friction '{owner}'", f"stop '{owner}'")
     happened = np.array([each.time for each in results.events if each.name in owners])
 
     def change(k: int) -> float:
-        """When, between the samples k - 1 and k."""
+        """The time of the change between the samples k - 1 and k, s."""
         between = happened[(happened >= time[k - 1]) & (happened <= time[k])]
         return float(between[-1]) if len(between) else float(time[k])
 
@@ -101,27 +103,27 @@ def _spans_by_samples(results: Results, owner: str, sticks: Flags) -> list[tuple
 
 
 def _owner(results: Results, name: str) -> str:
-    """What events call a friction: one at a stop by the name of that."""
+    """The name of a friction in events: that of its stop, for friction at a stop."""
     stem, _, tangent = name.rpartition(".")
     return stem if tangent in TANGENTS and stem in results.names("stops") else name
 
 
 def _with_partner(results: Results, name: str) -> list[int]:
-    """The column of a friction; of one at a stop those along both tangents."""
+    """The column of a friction; for friction at a stop the columns of both tangents."""
     names, owner = results.names("frictions"), _owner(results, name)
     own = [name] if owner == name else [f"{owner}.{tangent}" for tangent in TANGENTS]
     return [names.index(each) for each in own]
 
 
 def _sticks(results: Results, owner: str, columns: Sequence[int]) -> Flags:
-    """Which samples stick, (T,)."""
+    """Mark the samples at which the friction sticks, (T,)."""
     still: Flags = (results["friction/state"][:, columns] == 0.0).all(axis=1)
     return still & (results.stop(owner).force > 0.0) if len(columns) > 1 else still
 
 
 def _changes(results: Results, owner: str, columns: Sequence[int]) -> list[tuple[float, str]]:
-    """When it began to stick or to slide, and which, within the time of the samples: by the events; by the samples
-    where a file has no events, as of a run that was killed."""
+    """The times at which a friction began to stick, slip or reverse, with the kind, within the time of the samples.
+    They come from events. They come from samples where a file has no events, as after a run was killed."""
     time = results.time
     if not len(time):
         return []
@@ -134,14 +136,14 @@ def _changes(results: Results, owner: str, columns: Sequence[int]) -> list[tuple
 
 
 def _kind(before: float, after: float) -> str:
-    """What leads from one state to another."""
+    """The kind of event that leads from one state of a friction to another."""
     if after == 0.0:
         return "stick"
     return "slip" if before == 0.0 else "turn"
 
 
 def in_words(rubbed: Rubbed) -> str:
-    """One line on a friction."""
+    """A line on the history of a friction."""
     held, force, energy = rubbed["sticking_seconds"], rubbed["largest_force"], rubbed["energy"]
     if held is None or force is None or energy is None:
         return "no samples"

@@ -1,4 +1,4 @@
-"""What each stop of a run has seen: how often it was struck, how hard, and what that cost."""
+"""The stops of a run: how often each was struck, its largest force, and the energy that it took."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from mbproj.results import Results
 
 
 class Seen(TypedDict):
-    """The `unit` of what a stop limits, m or rad; the least gap and the largest force over the samples; the number of
-    impacts with the largest impulse and the energy in J that they have taken in all. Gap and force are None where there
-    are no samples."""
+    """The history of a stop. `unit` is that of its coordinate, m or rad. `least_gap` and `largest_force` are over the
+    samples, or None without samples. `impacts` is their number, with the largest impulse (N s or N m s) and the energy
+    (J) that all took."""
 
     unit: str
     least_gap: float | None
@@ -21,7 +21,7 @@ class Seen(TypedDict):
 
 
 def seen_by_stops(results: Results) -> dict[str, Seen]:
-    """By the names of the stops."""
+    """The history of each stop, by its name."""
     found: dict[str, Seen] = {}
     for column, (name, unit) in enumerate(zip(results.names("stops"), results.names("stop_units"), strict=True)):
         struck = [event for event in results.events if event.name == f"stop '{name}'" and event.impulse > 0.0]
@@ -38,7 +38,7 @@ def seen_by_stops(results: Results) -> dict[str, Seen]:
 
 
 def in_words(seen: Seen) -> str:
-    """One line on a stop."""
+    """A line on the history of a stop."""
     load, unit = ("N m" if seen["unit"] == "rad" else "N"), seen["unit"]
     parts = []
     if seen["least_gap"] is not None and seen["largest_force"] is not None:

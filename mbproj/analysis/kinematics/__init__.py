@@ -1,1 +1,1 @@
-"""What the kinematics of a mechanism are: passages of coordinates, ratios of speeds, transmission angles."""
+"""The kinematics of a run: passages of coordinates, ratios of speeds, transmission angles."""

@@ -1,5 +1,5 @@
-"""Where a joint coordinate first passes a value, and what a curve is there: by polynomials through the samples around,
-which do not cross an event."""
+"""The first passage of a joint coordinate through a value, and the value of curves there. Both use polynomials through
+neighbouring samples, which do not cross an event."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from mbproj.results.loads.between_samples import between
 from mbproj.scene.records import Passage
 
 BISECTIONS = 60
-#: A sample that is so near, beside the largest value, is at the place itself.
+#: A sample counts as at the value where it differs by at most this part of the largest value.
 AT = 1e-12
 TURN = 2.0 * np.pi
 
 
 def passed(passage: Passage, time: Array, coordinate: Array, events: Array) -> float | None:
-    """The time at which the coordinate (T,) first has the value, angles modulo a turn; None where it never has."""
+    """The time at which the coordinate (T,) first has the value, angles modulo a turn; None where it never has it."""
     turn = TURN if passage.unit == "rad" else np.inf
     apart = coordinate - passage.value
     whole = np.zeros_like(apart) if np.isinf(turn) else turn * np.round(apart / turn)
@@ -33,7 +33,7 @@ def passed(passage: Passage, time: Array, coordinate: Array, events: Array) -> f
 
 
 def _root(time: Array, values: Array, before: int, events: Array) -> float:
-    """Where the polynomial through the samples around changes its sign after the sample `before`."""
+    """The time of the sign change after the sample `before`, on the polynomial through neighbouring samples."""
     low, high = float(time[before]), float(time[before + 1])
     sign = values[before] > 0.0
     for _ in range(BISECTIONS):
@@ -46,5 +46,5 @@ def _root(time: Array, values: Array, before: int, events: Array) -> float:
 
 
 def at(time: Array, values: Array, when: float, events: Array) -> Array:
-    """What curves (T, k) are at a time between two samples, (k,)."""
+    """The values (k,) of curves (T, k) at a time `when` between two samples."""
     return between(time, values, events, np.array([when]))[0]

@@ -1,5 +1,5 @@
-"""Velocity ratio, mechanical advantage and transmission angle, from what a run recorded (Uicker, Pennock and Shigley,
-Theory of Machines and Mechanisms, ch. 3)."""
+"""Velocity ratio, mechanical advantage and transmission angle from recorded motion (Uicker, Pennock and Shigley, Theory
+of Machines and Mechanisms, ch. 3)."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import numpy as np
 
 from mbproj.arrays import Array
 
-#: Speeds below this part of the largest of the run are rest, where a ratio has no value.
+#: Speeds below this part of the largest of the run count as rest. A ratio to an input at rest has no value.
 REST = 1e-10
 
 
@@ -18,8 +18,9 @@ def velocity_ratio(output: Array, input_: Array) -> Array:
 
 
 def mechanical_advantage(output: Array, input_: Array) -> Array:
-    """The force at an output over that at an input which balances it without inertia, friction and other forces, by
-    virtual power, (T,): dsᵢ/dsₒ. Infinite, with the sign of the input, where only the output rests."""
+    """The ratio of the force at an output to the force at an input that balances it, (T,): dsᵢ/dsₒ by virtual power,
+    without inertia, friction and other forces. It is infinite, with the sign of the input, where only the output
+    rests."""
     rests = np.abs(output) <= REST * np.abs(output).max(initial=0.0)
     moves = np.abs(input_) > REST * np.abs(input_).max(initial=0.0)
     found = np.where(rests, np.copysign(np.inf, input_), input_ / np.where(rests, 1.0, output))
@@ -27,8 +28,8 @@ def mechanical_advantage(output: Array, input_: Array) -> Array:
 
 
 def transmission_angle(first: Array, corner: Array, second: Array) -> Array:
-    """The angle at a `corner` between the lines to two other points, (T, 3) each, folded into 0 to π/2: that of coupler
-    and output at their joint. It is best at π/2, and at 0 nothing is transmitted."""
+    """The angle at a `corner` between the lines to two other points, (T, 3) each, folded into 0 to π/2. At the joint of
+    coupler and output it is best at π/2; at 0 nothing is transmitted."""
     one, other = first - corner, second - corner
     sine = np.linalg.norm(np.cross(one, other), axis=-1)
     return np.asarray(np.arctan2(sine, np.abs(np.sum(one * other, axis=-1))))

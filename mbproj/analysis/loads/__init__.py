@@ -1,1 +1,1 @@
-"""What a run's loads are: the largest ones, how long they last, how often they swing."""
+"""The loads of a run: the largest ones, how long they last, how often they swing."""

@@ -13,12 +13,12 @@ from mbproj.results import Results
 from mbproj.results.loads.between_samples import size
 from mbproj.results.loads.largest import SOURCES, Load
 
-#: Classes of a rainflow count.
+#: The number of classes of a rainflow count.
 CLASSES = 10
 
 
 class Swings(NamedTuple):
-    """A class of a rainflow count: swings of this range and mean, in the unit of the load, and how many."""
+    """A class of a rainflow count: the range and mean of its swings, in the unit of the load, and their number."""
 
     range: float
     mean: float
@@ -26,7 +26,7 @@ class Swings(NamedTuple):
 
 
 def samples_of(results: Results, load: Load) -> Array:
-    """The magnitudes (T,) of a load; of scalars the values with their sign."""
+    """The values (T,) of a load: magnitudes for vectors, signed values for scalars."""
     quantity = "force" if load.quantity == "power" else load.quantity
     able = [each for each in SOURCES if (each.kind, each.quantity) == (load.kind, quantity)]
     source = next(each for each in able if load.name in results.names(each.names))
@@ -40,7 +40,7 @@ def samples_of(results: Results, load: Load) -> Array:
 
 
 def duration_above(time: Array, values: Array, level: float) -> float:
-    """For how long, in s, the magnitude of a curve (T,) is above `level`; straight between samples."""
+    """The time (s) for which the magnitude of a curve (T,) is above `level`, with straight lines between samples."""
     beyond = np.abs(values) - level
     before, after = beyond[:-1], beyond[1:]
     step = np.abs(after - before)
@@ -51,8 +51,8 @@ def duration_above(time: Array, values: Array, level: float) -> float:
 
 
 def swings(values: Array) -> list[Swings]:
-    """The rainflow count of a curve (T,) by ASTM E1049, largest range first. Raises InputError without the package
-    `rainflow`."""
+    """The rainflow count of a curve (T,) by ASTM E1049, largest range first. Raises InputError where the package
+    `rainflow` is missing."""
     try:
         rainflow = import_module("rainflow")
     except ImportError as error:

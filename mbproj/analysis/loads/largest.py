@@ -1,4 +1,4 @@
-"""The largest loads of a run, as it kept them or from its samples."""
+"""The largest loads of a run: those stored by the run, or computed from its samples."""
 
 from __future__ import annotations
 
@@ -13,8 +13,9 @@ from mbproj.scene.text.suggestions import choose_from
 
 
 def loads_of(results: Results, over: str | None = None) -> Sequence[Load]:
-    """The largest loads, as the run kept them; computed from the samples in files of older programs, and where the
-    place in the cycle is told by the coordinate `over` ("crank.angle"). Raises InputError where there is none."""
+    """The largest loads as the run stored them. They are computed from the samples in files of older programs, and
+    where the coordinate `over` ("crank.angle") tells the place in the cycle. Raises InputError where there is no such
+    coordinate."""
     if over is None and results.stored_loads:
         return results.stored_loads
     recorded = recorded_in(results)
@@ -22,7 +23,7 @@ def loads_of(results: Results, over: str | None = None) -> Sequence[Load]:
 
 
 def recorded_in(results: Results) -> Recorded:
-    """What the loads are computed from."""
+    """The recorded data from which loads are computed."""
     kinds = {kind for source in SOURCES for kind in (source.names, source.units_of) if kind is not None}
     return Recorded(
         {kind: results.names(kind) for kind in kinds},
@@ -34,7 +35,7 @@ def recorded_in(results: Results) -> Recorded:
 
 
 def cycle_of(results: Results, name: str) -> Cycle:
-    """The coordinate of a joint as what tells the place in the cycle."""
+    """The joint coordinate that tells the place in the cycle. Raises InputError for an unknown name."""
     names = results.names("coordinates")
     if name not in names:
         raise InputError(Problem(f"there is no joint coordinate '{name}'", hint=choose_from(name, names)))

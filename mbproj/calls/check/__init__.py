@@ -1,1 +1,1 @@
-"""What a scene is, whether it closes, and whether it can run: `mbproj.check`."""
+"""`mbproj.check`: what a scene consists of, whether it closes, and whether it can run."""

@@ -1,4 +1,4 @@
-"""`mbproj.branches`: the command of this name, in one call."""
+"""`mbproj.branches`: all assemblies of a scene, in one call."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from mbproj.scene.records import Scene
 from mbproj.scene.text.suggestions import choose_from
 
 _NOTHING: Mapping[str, object] = {}
-#: Coordinates that a message names.
+#: The most coordinates that a message names.
 NAMED = 8
 
 
@@ -29,11 +29,12 @@ def branches(
     starts: int | None = None,
     parameters: Mapping[str, object] = _NOTHING,
 ) -> Assemblies:
-    """All assemblies of a scene: the poses that meet its joints, its motions at the start, and what is held.
+    """Finds all assemblies of a scene: the poses that satisfy its joints, its motions at the start, and the held
+    coordinates.
 
-    `hold` names joint coordinates, "A.angle=30deg", or "A.angle" where it starts. `starts` is from how many random
-    poses they are looked for. `scene` and `parameters` are as in `run`. Raises InputError where the scene is wrong or
-    degrees of freedom are left.
+    `hold` names joint coordinates to hold: "A.angle=30deg", or "A.angle" at its value at the start. `starts` is the
+    number of random poses from which assemblies are searched. `scene` and `parameters` are as in `run`. Raises
+    InputError where the scene is wrong or degrees of freedom are left.
     """
     with by_arguments():
         what = scene_of(scene, parameters, {})
@@ -42,7 +43,8 @@ def branches(
 
 
 def ready(scene: Scene, hold: Sequence[str]) -> tuple[System, State, Conditions]:
-    """A scene compiled and assembled, and what is held of it. Raises InputError where that leaves freedoms."""
+    """Compile and assemble a scene, and return also the held coordinates. Raises InputError where degrees of freedom
+    are left."""
     with placed_in(scene):
         system = compile_system(scene)
         state = assembled_start(scene, system)
@@ -50,7 +52,8 @@ def ready(scene: Scene, hold: Sequence[str]) -> tuple[System, State, Conditions]
 
 
 def _held(scene: Scene, system: System, state: State, hold: Sequence[str]) -> Conditions:
-    """What the scene's joints ask for at the start, and what is to be held besides."""
+    """The coordinates that the scene's joints fix at the start, and those of `hold`. Raises InputError where degrees of
+    freedom are left."""
     names, units = list(system.names.coordinates), system.names.coordinate_units
     start = initial_guess(scene, system).start
     wanted: dict[int, float | None] = dict(zip(start.index.tolist(), start.value.tolist(), strict=True))

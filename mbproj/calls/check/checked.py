@@ -1,4 +1,4 @@
-"""`check`: a scene read and assembled without running it, and what that shows."""
+"""`mbproj.check`: read and assemble a scene without running it, and report on it."""
 
 from __future__ import annotations
 
@@ -42,11 +42,11 @@ _NOTHING: Mapping[str, object] = {}
 
 @dataclass(frozen=True, eq=False)
 class SceneCheck(Tabled):
-    """What a scene is at its assembled `state`.
+    """The report on a scene at its assembled `state`.
 
-    `choice` is the formulation, None where none can run, `diagnosis` what its rows depend on. `problems` keep it from
-    running, `notes` may be mistakes. `frictions` are the dry ones at the start, `fast` the fast motions of its forces.
-    `mobility` is None where a loop is too large for it.
+    `choice` is the formulation, or None where none can run. `diagnosis` tells which rows depend on others. `problems`
+    keep the scene from running; `notes` may be mistakes. `frictions` are the dry frictions at the start, `fast` the
+    fast motions of its forces. `mobility` is None where a loop is too large to compute it.
     """
 
     scene: Scene
@@ -62,12 +62,12 @@ class SceneCheck(Tabled):
 
     @property
     def can_run(self) -> bool:
-        """Whether nothing keeps it from running."""
+        """Whether no problem keeps the scene from running."""
         return not self.problems
 
     @property
     def degrees_of_freedom(self) -> int | None:
-        """From the rank, or from the kernel where the rank is not computed; None where neither is known."""
+        """The number of degrees of freedom, from the rank, or else from the kernel; None where neither is known."""
         if self.mobility is not None:
             return self.mobility.degrees_of_freedom
         return None if self.choice is None else self.choice.degrees_of_freedom
@@ -85,7 +85,7 @@ class SceneCheck(Tabled):
 
     @property
     def facts(self) -> dict[str, Any]:
-        """What `mbproj check --json` prints."""
+        """The object that `mbproj check --json` prints."""
         system, state, choice, ranks = self.system, self.state, self.choice, self.mobility
         return {
             "title": self.scene.title,
@@ -116,13 +116,13 @@ class SceneCheck(Tabled):
 
     @property
     def table(self) -> Table:
-        """A row a joint coordinate, as it starts."""
+        """A table with a row for each joint coordinate at the start."""
         rows = ((name, *entry.values()) for name, entry in self.coordinates.items())
         return Table(("coordinate", "value", "speed", "unit"), tuple(rows))
 
     @property
     def line(self) -> str:
-        """Whether it can run, and how free it is."""
+        """A line with the degrees of freedom, and whether the scene can run."""
         freedom = self.degrees_of_freedom
         said = f"{'unknown' if freedom is None else freedom} degrees of freedom"
         why = "can run" if self.can_run else "cannot run: " + "; ".join(problem.message for problem in self.problems)
@@ -133,10 +133,11 @@ class SceneCheck(Tabled):
 
 @with_settings
 def check(scene: Given, *, parameters: Mapping[str, object] = _NOTHING, **settings: Unpack[RunSettings]) -> SceneCheck:
-    """Reads and assembles a scene without running it: whether it closes and can run, and how free it is.
+    """Reads and assembles a scene without running it: whether it closes, whether it can run, and its degrees of
+    freedom.
 
     `scene`, `parameters` and the settings are as in `run`. Raises InputError where the scene is wrong or does not
-    close; where its equations have no unique solution, that is in `problems`.
+    close. Equations without a unique solution are listed in `problems`.
     """
     with by_arguments():
         what = scene_of(scene, parameters, options_of(settings, "check"))
@@ -144,14 +145,14 @@ def check(scene: Given, *, parameters: Mapping[str, object] = _NOTHING, **settin
 
 
 def assembled(what: Scene) -> tuple[System, State]:
-    """The mechanism, and its start."""
-    meshes_of(what)  # a run records them
+    """The compiled system and its start."""
+    meshes_of(what)  # raises for missing meshes, which a run records
     system = compile_system(what)
     return system, start_state(what, system)
 
 
 def checked(what: Scene, system: System, state: State) -> SceneCheck:
-    """What its start shows of a scene."""
+    """The report on a scene at its start."""
     with placed_in(what):
         refuse_penetration(system, state, what.settings.start)
         refuse_driven_beyond(system, state.t, state.t + (what.settings.duration or 0.0))
@@ -186,7 +187,7 @@ def checked(what: Scene, system: System, state: State) -> SceneCheck:
 
 
 def _problem(problem: Problem) -> dict[str, Any]:
-    """A problem for a program to read."""
+    """A problem as a dictionary for JSON."""
     place = problem.place
     where = {} if place is None else {"file": place.file, "line": place.line, "column": place.column}
     return {"message": problem.message, "hint": problem.hint, **where}

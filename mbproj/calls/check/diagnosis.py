@@ -1,5 +1,5 @@
-"""What `check` says about the rows of C: which depend on each other, which reactions are then not unique, how far away
-singular poses are."""
+"""The diagnosis of the rows of C by `check`: dependent rows, reactions that are not unique, and the distance to
+singular poses."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from mbproj.dynamics.rank.uniqueness import unique_components
 from mbproj.errors import Problem
 from mbproj.model import System
 
-#: How many loops are listed, and how many joints and rows of each; --json has all.
+#: The most loops that are listed, and the most joints and rows of each; --json has all.
 MOST_SETS, MOST_WORDS = 12, 8
 WHERE = {
     True: "along the whole motion",
@@ -30,8 +30,8 @@ WHERE = {
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
-    """Dependent sets of rows, motions without mass, condition numbers, and by joint the components of its reaction that
-    are not unique ("Fy Tx")."""
+    """The dependent sets of rows, the motions without mass, the condition numbers, and the reaction components that are
+    not unique ("Fy Tx") by joint."""
 
     redundancy: Redundancy
     massless: tuple[MasslessMotion, ...]
@@ -39,12 +39,13 @@ class Diagnosis:
     not_unique: dict[str, str]
 
     def problems(self, system: System, *, runs: bool) -> list[Problem]:
-        """The problems that keep the mechanism from running, or make a run wrong where the equations can be solved."""
+        """The problems that keep the mechanism from running. Where the equations can be solved (`runs`), these are the
+        problems that make a run wrong."""
         massless = [massless_problem(system, self.massless)] if self.massless else []
         return [*problems_of(system, self.redundancy, runs=runs), *massless]
 
     def facts(self) -> dict[str, Any]:
-        """The same for a program."""
+        """The diagnosis as a dictionary for JSON."""
         return {
             "redundancy": {
                 "sets": [_set_facts(entry) for entry in self.redundancy.sets],
@@ -58,7 +59,7 @@ class Diagnosis:
         }
 
     def lines(self) -> Iterator[str]:
-        """The diagnosis for a reader: one line where nothing is special."""
+        """Yield the diagnosis as lines of text: one line where nothing is special."""
         for permanent, where in WHERE.items():
             sets = [entry for entry in self.redundancy.sets if entry.permanent is permanent]
             if sets:
@@ -73,7 +74,7 @@ class Diagnosis:
 
     @property
     def verdict(self) -> str:
-        """How near the pose is to a singular one, in words."""
+        """How close the pose is to a singular one, in words."""
         passing = any(entry.permanent is False for entry in self.redundancy.sets)
         return "the pose is singular" if passing else self.conditioning.words
 
@@ -103,7 +104,7 @@ def diagnose(system: System, state: State) -> Diagnosis:
 
 
 def _sets(sets: list[DependentSet], where: str) -> Iterator[str]:
-    """The sets, grouped by their joints: one line for each loop. --json has them one by one."""
+    """Yield a line for each loop: the dependent sets with the same joints. --json lists the sets one by one."""
     rows = "1 row follows from others" if len(sets) == 1 else f"{len(sets)} rows follow from others"
     odds = sum(entry.contradictory for entry in sets)
     yield f"  {rows} {where}, {'without contradiction' if not odds else f'{odds} in contradiction'}:"

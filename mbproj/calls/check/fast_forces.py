@@ -1,4 +1,4 @@
-"""The fastest modes of a scene's forces and states, and the steps that explicit integrators need, in words and JSON."""
+"""The fastest modes of a scene's forces and states, and the steps that explicit integrators need, as text and JSON."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from typing import Any
 
 from mbproj.integrate.stiff.fast_forces import FastMode
 
-#: A mode whose |λ| is less than this part imaginary decays rather than vibrates.
+#: A mode decays rather than vibrates where its imaginary part is less than this part of |λ|.
 VIBRATES = 0.5
 
 
 def facts(modes: Sequence[FastMode], steps: Mapping[str, float]) -> dict[str, Any]:
-    """`fast_modes` and `stable_steps` for a program to read: Hz, 1/s and s."""
+    """`fast_modes` and `stable_steps` as a dictionary for JSON, in Hz, 1/s and s."""
     return {
         "fast_modes": [
             {
@@ -31,7 +31,7 @@ def facts(modes: Sequence[FastMode], steps: Mapping[str, float]) -> dict[str, An
 
 
 def lines(modes: Sequence[FastMode], steps: Mapping[str, float]) -> list[str]:
-    """A line for each mode and for each step; nothing without any."""
+    """A line of text for each mode and for each step; none without modes."""
     if not modes:
         return []
     width = max(map(len, steps), default=0)
@@ -54,7 +54,7 @@ def _motion(mode: FastMode) -> str:
 
 
 def _short(seconds: float) -> str:
-    """A time of three digits in s, ms or µs."""
+    """A time with three digits in s, ms or µs."""
     for unit, size in (("s", 1.0), ("ms", 1e-3)):
         if seconds >= 0.1 * size:
             return f"{seconds / size:.3g} {unit}"

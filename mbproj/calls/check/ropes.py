@@ -1,4 +1,4 @@
-"""Ropes at the start: how long they are, and how far they are wrapped around their sheaves, wheels and drums."""
+"""The ropes of a scene at its start: their lengths, and the angles of wrap on sheaves, wheels and drums."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from mbproj.scene.records import Scene
 
 
 class Wrap(TypedDict):
-    """A circle between the ends of a rope: the number of its place from 1, its body, and the angle on it in rad."""
+    """A circle between the ends of a rope: `place` counts the points of the rope from 1, `body` owns the circle,
+    `angle` is the wrap in rad."""
 
     place: int
     body: str
@@ -20,14 +21,14 @@ class Wrap(TypedDict):
 
 
 class RopeAtStart(TypedDict):
-    """Its length in m, without what is wound on drums at its ends, and its wraps."""
+    """The length of a rope in m, without the part wound on drums at its ends, and its wraps."""
 
     length: float
     wraps: list[Wrap]
 
 
 def ropes_at_start(scene: Scene, system: System, state: State) -> dict[str, RopeAtStart]:
-    """Those of a scene, by name."""
+    """The ropes of a scene, by name."""
     found, pose = dict[str, RopeAtStart](), pose_of(state.q)
     for joint in scene.joints:
         if "path" not in joint.parameters:
