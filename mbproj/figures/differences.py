@@ -1,5 +1,5 @@
-"""How far overlaid results are from the first of them, at the sample times that they share; which coordinates coincide
-all the time: drawn once, they leave room for the others."""
+"""The differences of overlaid results from the first of them, at the sample times that they share. Coordinates that
+coincide at all times are found too, so that one line shows them."""
 
 from __future__ import annotations
 
@@ -13,30 +13,29 @@ from mbproj.arrays import Array
 from mbproj.figures import panels
 from mbproj.results import Results
 
-#: How a difference reads on an axis.
+#: The symbol of a difference on an axis.
 SIGN = "|Δ|"
-#: What is drawn: values (T) or (T, k) of a result; None where it has none.
+#: A function that reads values (T) or (T, k) of a result; None where the result has none.
 Read = Callable[[Results], Array | None]
-#: Part of its largest value by which a coordinate may differ from another, and how much in m or rad it may at least:
-#: to that joints are closed.
+#: The tolerance up to which coordinates coincide: a part of the largest value, and m or rad, as joints are closed to.
 SAME, CLOSED = 1e-9, 1e-13
 
 
 def comparable(results: Sequence[Results]) -> bool:
-    """Whether any other result shares a sample time with the first."""
+    """Whether another result shares a sample time with the first."""
     return any(len(common_samples(results[0].time, other.time)[0]) for other in results[1:])
 
 
 def remark(results: Sequence[Results], labels: Sequence[str]) -> str:
-    """What the differences are from, or why there are none."""
+    """A remark that names the first result, or tells why there are no differences."""
     if comparable(results):
         return f"{SIGN}: difference from {labels[0]}, at the times of both"
     return "no differences: the results share no sample time; run them with the same --output-step"
 
 
 def draw(axis: Axes, results: Sequence[Results], labels: Sequence[str], read: Read, factor: float = 1.0) -> None:
-    """A line for each result but the first: how far it is from the first, vectors by a length, times `factor`; on a
-    logarithmic axis, which leaves zeros out, where not all are zero."""
+    """Draw the difference of each other result from the first, times `factor`; of vectors the length. The axis is
+    logarithmic and omits zeros, unless all differences are zero."""
     first = read(results[0])
     lines = []
     for index, (other, label) in enumerate(zip(results[1:], labels[1:], strict=True), start=1):
@@ -58,7 +57,7 @@ def draw(axis: Axes, results: Sequence[Results], labels: Sequence[str], read: Re
 
 
 def coinciding(results: Sequence[Results], names: Sequence[str]) -> dict[str, list[str]]:
-    """Of coordinates in any of the results, the first of each that coincide, and the others by it."""
+    """Group the coordinates of the results that coincide: the others by the first of each group."""
     found: dict[str, list[str]] = {}
     for name in names:
         own = [_of(result, name) for result in results]
@@ -68,7 +67,7 @@ def coinciding(results: Sequence[Results], names: Sequence[str]) -> dict[str, li
 
 
 def alike(first: Array, second: Array) -> bool:
-    """Whether two series have the same values, up to round-off."""
+    """Whether two series are equal, up to round-off."""
     with np.errstate(invalid="ignore"):
         return bool(np.all(np.abs(first - second) <= SAME * np.max(np.abs(first), initial=0.0) + CLOSED))
 

@@ -1,4 +1,4 @@
-"""Events as thin lines across the panels over time, where they are few enough to be told apart."""
+"""Events as thin lines across all panels over time, where there are not too many."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from matplotlib.figure import Figure
 from mbproj.figures.panels import TIME
 from mbproj.results import Results
 
-#: More would cover the curves.
+#: The most event times that are drawn. More would cover the curves.
 MOST = 30
 
 
 def mark(figure: Figure, results: Sequence[Results]) -> None:
-    """A line at each time; the panels' scales stay. Panels that are not over time have none."""
+    """Draw a line at each event time in the panels over time. Their limits stay."""
     shown = [result.time for result in results if len(result.time)]
     times = {event.time for result in results for event in result.events}
     if not shown or not 0 < len(times) <= MOST:

@@ -1,4 +1,4 @@
-"""Words that fit: text of users shown letter by letter, measured, wrapped and shortened to the room there is."""
+"""Text that fits: it is measured, wrapped and shortened to the room there is. Users' text is shown letter by letter."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from matplotlib.font_manager import FontProperties, findfont, get_font
 
 from mbproj.figures.style import look
 
-#: What is longer is cut in its middle before anything is measured: no picture has room for it.
+#: Longer text is cut in its middle before it is measured: no picture has room for it.
 LONGEST = 1200
-#: Where a line may end: after these, but not within a number. A space that is not to be broken at is U+00A0.
+#: The pieces after which a line may end; numbers are not split. U+00A0 is a space at which no line ends.
 PIECES = re.compile(r"(?:[^ _.,;:-]|(?<=\d)[.,:-](?=\d))*[ _.,;:-]*")
 SPACES = re.compile(r"[ \t\r\n]+")
 CUT = "…"
 
 
 def literal(text: str) -> str:
-    """`text` as matplotlib shows it letter by letter: `$` begins mathematics, a label with `_` first is hidden, and
-    control characters have no picture."""
+    """Escape `text`, so that matplotlib shows it letter by letter. Otherwise `$` would begin mathematics, and a label
+    that begins with `_` would be hidden. Control characters become spaces."""
     shown = "".join(letter if letter.isprintable() else " " for letter in text)
     return (" " if shown.startswith("_") else "") + shown.replace("$", r"\$")
 
@@ -32,8 +32,8 @@ def width(text: str, size: float) -> float:
 
 
 def wrapped(text: str, room: float, size: float, most: int) -> list[str]:
-    """`text` in at most `most` lines of `room` inches. Where it is longer its middle is left out: names that belong
-    together often begin alike, and a unit stands at the end."""
+    """Wrap `text` into at most `most` lines of `room` inches. The middle of a longer text is left out, as related names
+    often begin alike and a unit stands at the end."""
     text = SPACES.sub(" ", text).strip()
     fits, too_long = 1, min(len(text), LONGEST) + 1
     while too_long - fits > 1:
@@ -46,18 +46,18 @@ def wrapped(text: str, room: float, size: float, most: int) -> list[str]:
 
 
 def fitted(text: str, room: float, size: float, most: int = 1) -> str:
-    """The same as one literal text, its lines below each other."""
+    """Wrap `text` as `wrapped` does; return one literal text with line breaks."""
     return "\n".join(literal(line) for line in wrapped(text, room, size, most))
 
 
 def _cut(text: str, keep: int) -> str:
-    """`keep` letters of `text`: of those that stay, two thirds are the last, which tell more."""
+    """Keep `keep` letters of `text`: two thirds of them from its end, which tells more."""
     head = keep // 3
     return text if keep >= len(text) else text[:head] + CUT + text[len(text) - (keep - head) :]
 
 
 def _filled(text: str, room: float, size: float) -> list[str]:
-    """Lines of pieces; a piece that is longer than a line breaks anywhere."""
+    """Fill lines with pieces. A piece that is longer than a line breaks anywhere."""
     lines = [""]
     for piece in PIECES.findall(text):
         if width((lines[-1] + piece).rstrip(), size) <= room:
@@ -73,8 +73,8 @@ def _filled(text: str, room: float, size: float) -> list[str]:
 
 @lru_cache(maxsize=4096)
 def _advance(letter: str, family: str) -> float:
-    """How far a letter moves the pen, in font sizes; one that the font does not have comes from another, and is taken
-    for a wide one."""
+    """The width of a letter in font sizes. A letter that the font lacks counts as wide, because another font draws
+    it."""
     font: Any = get_font(findfont(FontProperties(family=family)))
     if not font.get_char_index(ord(letter)):
         return 1.0

@@ -1,4 +1,4 @@
-"""Names of overlaid results: what their settings differ in."""
+"""The labels of overlaid results: the settings in which they differ."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 from mbproj.results import Results
 
-#: How a setting reads in a legend; others read "name = value".
+#: The text of a setting in a legend; others read "name = value".
 READS: Mapping[str, str] = {
     "projection.method": "{}",
     "integrator": "{}",
@@ -25,12 +25,12 @@ READS: Mapping[str, str] = {
     "projection.alpha": "α = {:g}",
     "projection.max_iterations": "at most {} iterations",
 }
-#: Settings that follow from the method, or only say how long and how densely was recorded.
+#: Settings that follow from the method, or concern only the duration and the sampling.
 MINOR = ("projection.gains", "projection.alpha", "duration", "output_step")
 
 
 def derive_labels(results: Sequence[Results]) -> list[str]:
-    """One label a result, all different: the settings and parameters that differ, else the files' names."""
+    """A different label for each result: the settings and parameters that differ, or the names of the files."""
     stems = [stem(result) for result in results]
     if len(results) == 1:
         return stems
@@ -46,13 +46,13 @@ def derive_labels(results: Sequence[Results]) -> list[str]:
 
 
 def stem(result: Results) -> str:
-    """The name of the results file without its endings .h5 and .part."""
+    """The name of the results file without the endings .h5 and .part."""
     path = result.path.with_suffix("") if result.partial else result.path
     return path.stem
 
 
 def _flat(result: Results) -> dict[str, Any]:
-    """Settings by dotted name, projection method first, and changed parameters."""
+    """The settings by dotted name, projection method first, and the changed parameters."""
     settings = asdict(result.settings)
     projection = {f"projection.{key}": value for key, value in settings.pop("projection").items()}
     return {**projection, **settings, **result.overrides}

@@ -1,4 +1,4 @@
-"""What stands above and below the panels, the legend and the small print; the figure grows by what they take."""
+"""The legend above the panels and the small print below them. The figure grows by their height."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from matplotlib.figure import Figure, SubFigure
 from mbproj.figures.fitted_text import fitted, width
 from mbproj.figures.style import STYLE, legend_size, print_size, styled
 
-#: Free at both sides of the page together, inches.
+#: The free width at both sides of the page together, inches.
 SIDES = 0.3
-#: Height of a line of text, in font sizes.
+#: The height of a line of text, in font sizes.
 LINE = 1.3
-#: Lines of one remark, and of one name in the legend, at most.
+#: The most lines of one remark, and of one label in the legend.
 MOST_LINES, MOST_LEGEND_LINES = 4, 2
-#: What stands beside the text of a legend's entry, in font sizes: the sample of the line, its gap, the column's gap.
+#: The width beside the text of a legend's entry, in font sizes: the line sample, its gap, and the gap of columns.
 BESIDE = STYLE["legend.handlelength"] + 0.8 + STYLE["legend.columnspacing"]
 
 
 @styled
 def small_print(figure: Figure, text: str) -> None:
-    """Put `text` below the panels, above what stands there; nothing where it is empty."""
+    """Put `text` below the panels, above earlier small print. An empty text does nothing."""
     if not text:
         return
     lines = fitted(text, figure.get_figwidth() - SIDES, print_size(), MOST_LINES)
@@ -34,7 +34,7 @@ def small_print(figure: Figure, text: str) -> None:
 
 @styled
 def put_legend(figure: Figure | SubFigure, entries: Mapping[str, Any]) -> None:
-    """A legend of these handles by label above the panels, in as many columns as there is room for."""
+    """Put a legend above the panels, from handles by label, in as many columns as fit."""
     if not entries:
         return
     whole = figure.get_figure(root=True) if isinstance(figure, SubFigure) else figure
@@ -50,7 +50,7 @@ def put_legend(figure: Figure | SubFigure, entries: Mapping[str, Any]) -> None:
 
 
 def _entry(label: str, room: float) -> str:
-    """A label as the legend shows it. Where it has mathematics it is one of ours, and short."""
+    """The label as the legend shows it. A label with mathematics is mbproj's own and short, so it is not wrapped."""
     plain = label.replace(r"\$", "")
     return label if "$" in plain else fitted(label.replace(r"\$", "$"), room, legend_size(), MOST_LEGEND_LINES)
 

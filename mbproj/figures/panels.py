@@ -19,30 +19,31 @@ from mbproj.figures.style import AXIS_HEIGHT, PANEL_HEIGHT, label_size, line, pa
 from mbproj.figures.units import tick_degrees
 
 TIME = "time (s)"
-#: Below this a violation is drawn as this: a logarithm has no zero, and nothing below says more than zero does.
+#: Smaller violations are drawn at this value: a logarithm has no zero, and smaller values tell nothing more.
 FLOOR = 1e-17
 ON_THE_FLOOR = "zero and what is below 10⁻¹⁷ is drawn at 10⁻¹⁷"
-#: A motion smaller than this part of the largest is drawn as standing still, not blown up to fill its panel.
+#: A movement below this part of the largest one is drawn as rest, not enlarged to fill its panel.
 STILL = 1e-9
-#: So is one that is smaller than this part of what the mechanism is large: it is round-off.
+#: A movement below this part of the mechanism's size is round-off, and is drawn as rest too.
 ROUND_OFF = 1e-12
-#: What the legend says of the grey lines of what redundant joints share at will.
+#: The label of grey lines, which redundant joints share arbitrarily.
 NOT_UNIQUE = "not unique"
-#: What a panel's height in the grid leaves for its axis and the gap to the next, inches.
+#: The part of a panel's height that its axis and the gap to the next take, inches.
 GAP = 0.18
-#: Of a label below the panels, as a part of the width.
+#: The width of a label below the panels, as a part of the page's width.
 ROOM = 0.8
-#: Between two samples an angle modulo a turn jumps by more than this where a new turn begins, in degrees.
+#: An angle modulo a turn that jumps by more than this between two samples, in degrees, begins a new turn.
 JUMP = 180.0
-#: An axis of more than so many degrees shows the whole turn.
+#: An axis with a larger range than this, in degrees, shows the whole turn.
 MOST_OF_A_TURN = 330.0
 
 
 def panels(
     rows: int, columns: int = 1, *, height: float = PANEL_HEIGHT, share: Any = False, parts: Sequence[float] = ()
 ) -> tuple[Figure, Any]:
-    """A figure and its axes (rows, columns) with one time axis; `share` is matplotlib's `sharey`, and rows have these
-    `parts` of `height`, or less where the page is full. Height ratios of the grid are inches: see `name`."""
+    """A figure and its axes (rows, columns) with one time axis. `share` is matplotlib's `sharey`. Rows have these
+    `parts` of `height`, or less where the page is full. The grid's height ratios are in inches, as `name` needs
+    them."""
     ratios = np.array(parts or [1.0] * rows, dtype=float)
     heights = ratios * min(height, (page_height() - AXIS_HEIGHT) / ratios.sum())
     figure = Figure(figsize=(page_width(), heights.sum() + AXIS_HEIGHT), layout="constrained")
@@ -53,7 +54,7 @@ def panels(
 
 
 def name(axis: Axes, words: str, unit: str = "") -> None:
-    """Name the vertical axis in two lines at most that are no longer than the panel is high."""
+    """Name the vertical axis in at most two lines, not longer than the panel is high."""
     place = axis.get_subplotspec()
     assert place is not None
     heights = np.array(place.get_gridspec().get_height_ratios(), dtype=float)
@@ -63,8 +64,7 @@ def name(axis: Axes, words: str, unit: str = "") -> None:
 
 
 def plot(axis: Axes, time: npt.NDArray[Any], values: npt.NDArray[Any], label: str, index: int, **options: Any) -> None:
-    """A line; a single sample is a dot, because a line of one point cannot be seen. Of a very long one over time only
-    what its picture needs is kept."""
+    """Draw a line, or a dot for a single sample. A very long line over time is thinned."""
     if len(time) >= MANY and np.ndim(values) == 1 and np.all(np.diff(time) >= 0.0):
         time, values = thinned(np.asarray(time, dtype=float), np.asarray(values, dtype=float))
     dot: dict[str, Any] = {"marker": "o", "markersize": 3} if len(time) == 1 else {}
@@ -72,15 +72,15 @@ def plot(axis: Axes, time: npt.NDArray[Any], values: npt.NDArray[Any], label: st
 
 
 def plot_log(axis: Axes, time: npt.NDArray[Any], values: npt.NDArray[Any], label: str, index: int) -> None:
-    """A line of absolute values over a logarithmic axis, what is below `FLOOR` on the floor."""
+    """Draw a line of absolute values on a logarithmic axis; values below `FLOOR` are drawn at `FLOOR`."""
     size = np.abs(np.where(np.isfinite(values), values, np.nan))
     axis.set_yscale("log")
     plot(axis, time, np.where(size < FLOOR, FLOOR, size), label, index)
 
 
 def finish(figure: Figure, *, remark: str = "", with_legend: bool = True) -> Figure:
-    """The figure with one legend above all panels, each label once, and small print below them: `remark`, and what is
-    on the floor of a logarithmic axis."""
+    """Add one legend above all panels, with each label once, and small print below them: `remark`, and a note on values
+    at the floor."""
     figure.align_ylabels()
     for axis in figure.axes:
         if axis.get_yscale() == "log" and axis.get_visible():
@@ -94,7 +94,7 @@ def finish(figure: Figure, *, remark: str = "", with_legend: bool = True) -> Fig
 
 
 def thin(figure: Figure) -> None:
-    """Leave out what nobody can see of very long lines: a million points take minutes, and make files that no program
+    """Thin very long lines, without a visible change. A million points take minutes, and make files that no program
     opens."""
     for axis in figure.axes:
         for shown in axis.lines:
@@ -104,7 +104,7 @@ def thin(figure: Figure) -> None:
 
 
 def _whole_decades(axis: Axes) -> None:
-    """Show two powers of ten at least, and label nothing between them, where labels would lie over each other."""
+    """Show at least two powers of ten, and no labels between them, which would overlap."""
     low, high = (np.log10(limit) for limit in axis.get_ylim())
     if np.floor(high) - np.ceil(low) < 1:
         axis.set_ylim(10.0 ** np.floor(low), 10.0 ** max(np.ceil(high), np.floor(low) + 1))
@@ -112,7 +112,7 @@ def _whole_decades(axis: Axes) -> None:
 
 
 def legend_entries(axes: Sequence[Axes]) -> dict[str, Any]:
-    """What the legend of these axes shows by its label, each once."""
+    """The handles of these axes by label, each label once."""
     found: dict[str, Any] = {}
     for axis in axes:
         for handle, label in zip(*axis.get_legend_handles_labels(), strict=True):
@@ -121,11 +121,11 @@ def legend_entries(axes: Sequence[Axes]) -> dict[str, Any]:
 
 
 def hold_still(axes: Sequence[Axes], size: float) -> None:
-    """Widen the axes whose lines hardly move, so that round-off is not blown up: beside what moves most among `axes`,
-    or beside the mechanism's own `size` in their unit."""
+    """Widen the limits of axes whose lines hardly move, so that round-off is not enlarged. The new range follows the
+    largest movement among `axes`, or the mechanism's `size` in their unit."""
     spans = [span(axis) for axis in axes]
     largest = max(high - low for low, high in spans)
-    shown = (largest if largest > ROUND_OFF * size else size) or 1.0  # where nothing moves and nothing has a size
+    shown = (largest if largest > ROUND_OFF * size else size) or 1.0  # 1 where nothing moves and the size is zero
     for axis, (low, high) in zip(axes, spans, strict=True):
         if high - low <= max(STILL * largest, ROUND_OFF * max(size, abs(low), abs(high))):
             middle = (low + high) / 2
@@ -134,14 +134,14 @@ def hold_still(axes: Sequence[Axes], size: float) -> None:
 
 
 def span(axis: Axes) -> tuple[float, float]:
-    """The lowest and the highest value that is drawn."""
+    """The lowest and the highest value drawn on an axis."""
     values = np.concatenate([np.asarray(drawn.get_ydata(), dtype=float) for drawn in axis.lines] or [np.zeros(1)])
     values = values[np.isfinite(values)]
     return (float(values.min()), float(values.max())) if len(values) else (0.0, 0.0)
 
 
 def in_degrees(values: Array, unit: str, *, modulo: bool = True) -> Array:
-    """A coordinate as its axis shows it: an angle in degrees, modulo a turn unless all turns are to be seen."""
+    """A coordinate as its axis shows it: angles in degrees, by default modulo a turn."""
     if unit != "rad":
         return values
     found = np.degrees(values)
@@ -155,7 +155,7 @@ def by_turns(at: Array, values: Array) -> tuple[Array, Array]:
 
 
 def relabel(figure: Figure, name: str, unit: str, *, modulo: bool) -> None:
-    """The panels over time are over a coordinate: their labels say so, and lines have gaps between turns."""
+    """Change panels over time to panels over a coordinate: new labels, and gaps between turns."""
     axes = [axis for axis in figure.axes if axis.get_xlabel() == TIME]
     columns = {axis.get_position().x0 for axis in axes}
     for axis in figure.axes:
@@ -172,7 +172,7 @@ def relabel(figure: Figure, name: str, unit: str, *, modulo: bool) -> None:
 
 
 def label_of(name: str, unit: str) -> str:
-    """Below an axis over a coordinate."""
+    """The label below an axis over a coordinate."""
     return fitted(f"{name} ({'°' if unit == 'rad' else unit})", ROOM * page_width(), label_size())
 
 

@@ -1,4 +1,4 @@
-"""Reading a joint's reaction for a picture: its size or components, and which of them the constraints determine."""
+"""The reaction of a joint for a picture: its size or components, and which of them the constraints determine."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from mbproj.results import Results
 
 @dataclass(frozen=True)
 class Reaction:
-    """A joint's "reaction_force" or "reaction_torque", and which of its components are unique in all results."""
+    """A joint's "reaction_force" or "reaction_torque", with marks of the components that are unique in all results."""
 
     joint: str
     member: str
@@ -21,7 +21,7 @@ class Reaction:
 
     @classmethod
     def of(cls, results: Sequence[Results], joint: str, member: str) -> Reaction:
-        """With what these results say of uniqueness, as far as they do."""
+        """The reaction of a joint, with uniqueness as these results mark it."""
         unique = np.ones(3, dtype=bool)
         for result in results:
             marks = result.constant(f"joints/{member}_unique")
@@ -31,19 +31,19 @@ class Reaction:
         return cls(joint, member, (first, second, third))
 
     def components(self, result: Results) -> Array | None:
-        """All three (T, 3); None where the result has no such joint."""
+        """All three components (T, 3); None where the result has no such joint."""
         if self.joint not in result.names("joints"):
             return None
         values: Array = getattr(result.joint(self.joint), self.member)
         return values
 
     def vector(self, result: Results) -> Array | None:
-        """What is unique (T, 3), the rest zero; all where nothing is."""
+        """The unique components (T, 3) with zeros for the others; all components where none is unique."""
         values = self.components(result)
         return values if values is None or not any(self.unique) else np.where(self.unique, values, 0.0)
 
     def size(self, result: Results) -> Array | None:
-        """The length (T) of that."""
+        """The length (T) of `vector`."""
         vector = self.vector(result)
         return None if vector is None else np.linalg.norm(vector, axis=1)
 

@@ -1,4 +1,4 @@
-"""Rows of panels: quantities of one result, or of several overlaid, and below these how far they are apart."""
+"""Rows of panels: the quantities of one result, or of several overlaid, with rows of their differences below."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from mbproj.figures.style import OPEN
 from mbproj.figures.units import Unit, sizes, tick_degrees
 from mbproj.results import Results
 
-#: Rows on one page, and the height of a row of differences, of that of the others.
+#: The most rows on a page, and the height of a row of differences in parts of the others'.
 MAX_ROWS, LOWER = 8, 0.75
 
 
 @dataclass(frozen=True, eq=False)
 class PanelQuantity:
-    """What a panel shows: the words on its axis and its unit. Values are those of a result in SI: (T), (T, 1), or (T,
-    k) with a name and a look for each of the `parts`; whether it is not unique, and grey, and whether the panel is
-    `held` to the scale of others, where hardly anything moves."""
+    """The quantity of a panel: the words on its axis, its unit, and a function that reads its values in SI. They are
+    (T), (T, 1), or (T, k) with a name and a line number for each of the `parts`. `not_unique` values are grey. `held`:
+    the panel keeps the scale of others where it hardly moves."""
 
     words: str
     unit: Unit
@@ -38,8 +38,8 @@ Row = tuple[PanelQuantity | None, ...]
 
 @dataclass(frozen=True, eq=False)
 class PanelGroup:
-    """Rows of panels that belong together (None: no panel), and what is compared below them where results are
-    overlaid, of vectors their length; `name` is the label of their axes."""
+    """Rows of panels that belong together; None is an empty place. `compared` are the quantities whose differences are
+    drawn below where results are overlaid. `name` is the label of their axes."""
 
     rows: tuple[Row, ...]
     compared: Row = ()
@@ -47,7 +47,7 @@ class PanelGroup:
 
 
 def fitting(groups: Sequence[PanelGroup], results: Sequence[Results]) -> list[PanelGroup]:
-    """The first groups, one at least, that a page has room for."""
+    """The first groups, at least one, that fit on a page."""
     kept: list[PanelGroup] = []
     for group in groups:
         kept.append(group)
@@ -57,7 +57,7 @@ def fitting(groups: Sequence[PanelGroup], results: Sequence[Results]) -> list[Pa
 
 
 def draw(results: Sequence[Results], labels: Sequence[str], groups: Sequence[PanelGroup], remark: str = "") -> Figure:
-    """The groups below each other: a line for each part of a quantity, or for each of several results."""
+    """Draw the groups below each other: a line for each part of a quantity, or for each of several results."""
     listed = _listed(groups, results)
     heights = [LOWER if is_difference else 1.0 for _, _, is_difference in listed]
     figure, axes = panels.panels(len(listed), max(len(row) for _, row, _ in listed), parts=heights)
@@ -84,7 +84,7 @@ def draw(results: Sequence[Results], labels: Sequence[str], groups: Sequence[Pan
 
 
 def _listed(groups: Sequence[PanelGroup], results: Sequence[Results]) -> list[tuple[PanelGroup, Row, bool]]:
-    """All rows, and whether each is one of differences."""
+    """All rows with their groups, and whether each is one of differences."""
     compares = len(results) > 1 and differences.comparable(results)
     found = []
     for group in groups:
@@ -107,7 +107,7 @@ def _lines(axis: Axes, results: Sequence[Results], labels: Sequence[str], quanti
 
 
 def _scale(shown: dict[Unit, list[Axes]], results: Sequence[Results]) -> None:
-    """Panels of one unit beside each other, so that round-off stays small; angles with ticks at parts of a turn."""
+    """Scale the panels of each unit together, so that round-off stays small. Angles have ticks at parts of a turn."""
     size = sizes(results)
     for unit, axes in shown.items():
         panels.hold_still(axes, unit.factor * size.get(unit.si, 1.0))
@@ -116,7 +116,7 @@ def _scale(shown: dict[Unit, list[Axes]], results: Sequence[Results]) -> None:
 
 
 def _time_below(column: Sequence[Axes]) -> None:
-    """The time axis stands below the last panel of a column."""
+    """Show the time axis below the last visible panel of a column."""
     last = [axis for axis in column if axis.get_visible()][-1]
     last.set_xlabel(panels.TIME)
     last.tick_params(labelbottom=True)

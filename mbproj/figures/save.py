@@ -12,8 +12,8 @@ from mbproj.figures.style import look, page_width, styled
 from mbproj.outputs import picture, replacing
 from mbproj.outputs.kinds import MARK
 
-#: The metadata of each format: our mark, by which we know the file again, and no date, so that the same results give
-#: the same file.
+#: The metadata of each format: mbproj's mark, by which it recognises its files, and no date, so that the same results
+#: give the same file.
 METADATA = {
     "png": {"Software": MARK},
     "svg": {"Title": MARK, "Date": None},
@@ -23,13 +23,14 @@ METADATA = {
 
 @styled
 def save(figure: Figure, path: Path, *, force: bool = False) -> Path:
-    """Write `figure` in the format that the suffix names.
+    """Writes `figure` in the format that the suffix names.
 
-    Raises InputError where the file cannot be written, or, unless `force`, would replace what is no picture of ours."""
+    Raises InputError where the file cannot be written. Without `force`, it also refuses to replace a file that is no
+    picture of mbproj."""
     file_format = path.suffix[1:]
     hint = "choose another directory with -o"
     with replacing(path, picture(file_format), force=force, hint=hint) as draft, warnings.catch_warnings():
-        warnings.filterwarnings("ignore", message="Glyph .* missing from")  # the picture shows a box
+        warnings.filterwarnings("ignore", message="Glyph .* missing from")  # the picture shows a box instead
         asked = look()
         if asked.height is not None:
             figure.set_size_inches(page_width(), asked.height)

@@ -1,4 +1,5 @@
-"""Matplotlib's style sheets, read with errors that say where: its own reader warns of a wrong key and goes on."""
+"""Matplotlib's style sheets, read with errors that give the place. Matplotlib's own reader only warns of a wrong
+key."""
 
 from __future__ import annotations
 
@@ -13,21 +14,22 @@ from matplotlib import style
 from mbproj.errors import InputError, Place, Problem
 from mbproj.scene.text.suggestions import choose_from, did_you_mean
 
-#: A comment begins at a # that is not within quotes.
+#: A comment begins at a # outside quotes.
 COMMENT = re.compile(r'^((?:[^"#]|"[^"]*")*)#.*$')
-#: Keys of what a sheet has no say in, and why.
+#: Keys that a sheet may not set, and the reason.
 REFUSED = {
     "text.usetex": "names of a scene are no LaTeX; --font sets the document's font, in mathematics too",
     "savefig.format": "--format says it",
 }
-#: How the keys begin that are of a program that shows pictures, not of their look.
+#: The beginnings of keys that concern programs that show pictures, not the look.
 FOREIGN = ("backend", "interactive", "toolbar", "webagg", "tk.", "macosx", "keymap", "savefig.directory", "timezone")
-#: What a sheet holds at most, bytes.
+#: The largest size of a sheet, bytes.
 MOST_BYTES = 100_000
 
 
 def read_sheet(sheet: str | Path) -> Iterator[tuple[str, Any]]:
-    """What a sheet sets: a file, or one of Matplotlib's own by its name. Raises InputError with all that is wrong."""
+    """Yield the settings of a sheet: a file, or one of Matplotlib's own by its name. Raises InputError with all
+    problems."""
     path = Path(sheet)
     if not path.suffix and not path.is_file():
         names = [name for name in style.library if not name.startswith("_")]
@@ -49,7 +51,7 @@ def read_sheet(sheet: str | Path) -> Iterator[tuple[str, Any]]:
 
 
 def _without_size(settings: Any) -> Iterator[tuple[str, Any]]:
-    """Sizes of Matplotlib's own styles are for screens."""
+    """The settings without the figure's size, which in Matplotlib's own styles is for screens."""
     yield from ((key, value) for key, value in settings.items() if key != "figure.figsize")
 
 

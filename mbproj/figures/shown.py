@@ -1,4 +1,4 @@
-"""Which names a picture has room for."""
+"""The names that a picture has room for."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from mbproj.results import Results
 
-#: Lines in one panel.
+#: The most lines in one panel.
 MAX_LINES = 7
 
 
@@ -18,12 +18,12 @@ def all_names(results: Sequence[Results], kind: str) -> list[str]:
 
 
 def cut(kind: str, drawn: int, all_of_them: int, others: str) -> str:
-    """A remark where only the first names of a kind are drawn, and how to see the `others`."""
+    """A remark where only the first names of a kind are drawn. `others` tells how to see the others."""
     return "" if drawn == all_of_them else f"the first {drawn} of {all_of_them} {kind}: {others}"
 
 
 def largest_joints(results: Sequence[Results], path: str, most: int = MAX_LINES) -> tuple[list[str], str]:
-    """The joints whose values in the dataset `path` (T, nj, ...) are the largest, and a remark where not all are."""
+    """The joints with the largest values in the dataset `path` (T, nj, ...), and a remark where these are not all."""
     names = all_names(results, "joints")
     if len(names) <= most:
         return names, ""

@@ -1,5 +1,5 @@
-"""The look of every picture: for a report's text width, readable in black and white and by the colour-blind; or as
-the sheets, the size and the font of a document have it (`figure_style`)."""
+"""The look of every picture: for a report's text width, readable in black and white and by the colour-blind. A document
+can change it by style sheets, a size and a font (`figure_style`)."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from mbproj.figures.sheet import read_sheet
 Parameters = ParamSpec("Parameters")
 Returned = TypeVar("Returned")
 
-#: Width of a report's text, height of one panel, of the time axis below the last one, and of all panels at most, so
-#: that legend and small print have room on the page; inches.
+#: The width of a report's text, the height of one panel, of the time axis below the last one, and the most of all
+#: panels, inches. The last leaves room for legend and small print.
 _WIDTH, PANEL_HEIGHT, AXIS_HEIGHT, _PAGE_HEIGHT = 6.3, 1.75, 0.4, 8.4
 MILLIMETRE = 1.0 / 25.4
-#: What a picture may be wide and high, mm.
+#: The least and the largest width and height of a picture, mm.
 SIZES = (20.0, 1000.0)
 DOTS_PER_INCH = 200
 
-#: Okabe and Ito's colours in an order that also falls in lightness steps, each with a dash pattern of its own.
+#: Okabe and Ito's colours, in an order in which lightness varies too, each with its own dash pattern.
 LINES: tuple[tuple[str, Any], ...] = (
     ("#0072B2", "-"),
     ("#D55E00", (0, (5, 1.5))),
@@ -39,11 +39,11 @@ LINES: tuple[tuple[str, Any], ...] = (
     ("#56B4E9", (0, (3, 2))),
 )
 SHADE = "#ECECEC"
-#: The look of what is not unique.
+#: The look of lines that are not unique.
 OPEN: dict[str, Any] = {"color": "#A0A0A0", "linewidth": 0.8}
 
 FONT = "DejaVu Sans"
-#: Fonts for letters that it does not have, where they are installed.
+#: Fonts for letters that this font lacks, used where they are installed.
 OTHERS = (
     "Noto Sans CJK JP",
     "Noto Sans CJK SC",
@@ -58,7 +58,7 @@ OTHERS = (
     "Arial Unicode MS",
 )
 
-#: Sizes in points: of axes' names, of the legend, of what stands below the panels.
+#: Font sizes in points: of axes' names, of the legend, of the small print.
 _LABEL_SIZE, _LEGEND_SIZE, _PRINT_SIZE = 8.5, 8.0, 7.0
 
 STYLE: Any = {
@@ -92,14 +92,14 @@ STYLE: Any = {
 }
 
 
-#: Those of its entries that are sizes of letters: they follow the `font.size` of a sheet that does not give them.
+#: Entries of STYLE that are font sizes. They follow the `font.size` of a sheet that does not set them.
 LETTERS = ("axes.labelsize", "axes.titlesize", "xtick.labelsize", "ytick.labelsize", "legend.fontsize")
 
 
 @dataclass(frozen=True)
 class Look:
-    """What a document asks for: the size of a picture in inches, a font, and what sheets set, by Matplotlib's keys.
-    None and "": as mbproj has it."""
+    """The look that a document asks for: the size of a picture in inches, a font, and settings of sheets by
+    Matplotlib's keys. None and "" mean mbproj's own."""
 
     width: float | None = None
     height: float | None = None
@@ -108,7 +108,7 @@ class Look:
 
     @property
     def settings(self) -> dict[str, Any]:
-        """All of Matplotlib's settings that this look needs."""
+        """All Matplotlib settings of this look."""
         found = {**STYLE, **self.sheets}
         scale = self.font_size / STYLE["font.size"]
         found |= {key: STYLE[key] * scale for key in LETTERS if key not in self.sheets}
@@ -123,17 +123,17 @@ class Look:
 
     @property
     def font_size(self) -> float:
-        """Points."""
+        """The font size, points."""
         return float(self.sheets.get("font.size", STYLE["font.size"]))
 
 
-#: As mbproj has it.
+#: mbproj's own look.
 _OURS = Look()
 _LOOK: ContextVar[Look] = ContextVar("look")
 
 
 def look() -> Look:
-    """The look that is in force."""
+    """The look in use."""
     return _LOOK.get(_OURS)
 
 
@@ -141,11 +141,11 @@ def look() -> Look:
 def figure_style(
     *sheets: str | Path, size: float | Sequence[float] | None = None, font: str | None = None
 ) -> Iterator[None]:
-    """Pictures that are drawn inside have this look.
+    """Gives this look to all pictures drawn inside the block.
 
     `sheets` are files of Matplotlib's style sheets, or names of its own; later ones win. `size` is the width in mm, or
-    width and height. `font` is the document's, in mathematics too. Raises InputError where a sheet is wrong, a font is
-    not installed, or a size is none.
+    width and height. `font` is the document's font, also in mathematics. Raises InputError where a sheet is wrong, a
+    font is not installed, or a size is out of range.
     """
     known = look()
     found = replace(known, sheets={**known.sheets, **{key: value for one in sheets for key, value in read_sheet(one)}})
@@ -172,7 +172,7 @@ def _inches(millimetres: float) -> float:
 
 
 def _present(font: str) -> str:
-    """The font's name. Raises InputError where it is not installed."""
+    """Return the font's name. Raises InputError where it is not installed."""
     from matplotlib.font_manager import fontManager
 
     from mbproj.scene.text.suggestions import choose_from
@@ -189,23 +189,24 @@ def page_width() -> float:
 
 
 def page_height() -> float:
-    """The height of all panels at most, inches; of a picture that has a height, what its margins leave."""
+    """The largest height of all panels, inches. Where the look sets a picture's height, it is what the margins
+    leave."""
     height = look().height
     return _PAGE_HEIGHT if height is None else max(height - AXIS_HEIGHT, 0.5 * height)
 
 
 def label_size() -> float:
-    """Of axes' names, points."""
+    """The font size of axes' names, points."""
     return _points("axes.labelsize")
 
 
 def legend_size() -> float:
-    """Of the legend, points."""
+    """The font size of the legend, points."""
     return _points("legend.fontsize")
 
 
 def print_size() -> float:
-    """Of what stands below the panels, points."""
+    """The font size of the small print, points."""
     return _PRINT_SIZE * look().font_size / STYLE["font.size"]
 
 
@@ -217,7 +218,7 @@ def _points(key: str) -> float:
 
 
 def styled(function: Callable[Parameters, Returned]) -> Callable[Parameters, Returned]:
-    """`function` with the look in force, and the caller's own settings back afterwards."""
+    """Run `function` with the look in use, and restore the caller's settings afterwards."""
 
     @wraps(function)
     def inside(*arguments: Parameters.args, **options: Parameters.kwargs) -> Returned:
@@ -237,8 +238,8 @@ def _installed() -> list[str]:
 
 
 def line(index: int) -> dict[str, Any]:
-    """Colour and dashes of the line number `index`, from a sheet where one has lines; else from the eighth on, in other
-    pairs."""
+    """The colour and dashes of the line number `index`: a sheet's own where it has lines. From the eighth line on,
+    colours and dashes are paired differently."""
     turn, place = divmod(index, len(LINES))
     colour, dashes = LINES[place][0], LINES[(place + turn) % len(LINES)][1]
     own = {"color": colour, "linestyle": dashes}

@@ -1,4 +1,4 @@
-"""Units as a person reads them, angles in degrees, or in turns where there are many; what is recorded stays in SI."""
+"""Units for a person: angles in degrees, or in turns where there are many. Recorded values stay in SI."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from mbproj.results import Results
 
 @dataclass(frozen=True)
 class Unit:
-    """A unit on an axis: how it reads, and how many of it make one of `si`."""
+    """A unit on an axis: its text, and the factor from `si` to it."""
 
     reads: str
     si: str
@@ -35,15 +35,15 @@ class Pair:
 DEGREES = Pair(Unit("°", "rad", 180.0 / pi), Unit("°/s", "rad/s", 180.0 / pi))
 TURNS = Pair(Unit("turns", "rad", 0.5 / pi), Unit("rpm", "rad/s", 30.0 / pi))
 METRES = Pair(Unit("m", "m"), Unit("m/s", "m/s"))
-#: Beyond so many rad an angle reads in turns: ten of them are 3600°, where degrees tell nothing any more.
+#: The angle in rad above which turns are used: beyond ten turns, 3600°, degrees tell nothing.
 MANY = 20.0 * pi
-#: Where ticks of degrees stand, and how many parts of an axis they make at most; a shorter axis has decimal ticks.
+#: The distances of ticks in degrees, and the most intervals on an axis. A short axis has decimal ticks.
 STEPS = (15, 30, 45, 90, 180, 360, 720, 1440)
 MOST_PARTS = 6
 
 
 def units_of(si: str, values: Iterable[Array]) -> Pair:
-    """The units for a coordinate in `si`, rad or m, that has these values."""
+    """The units for a coordinate in `si`, rad or m, with these values."""
     if si == "m":
         return METRES
     largest = max((float(np.max(np.abs(each), where=np.isfinite(each), initial=0.0)) for each in values), default=0.0)
@@ -51,7 +51,7 @@ def units_of(si: str, values: Iterable[Array]) -> Pair:
 
 
 def tick_degrees(axis: Axes, *, along_x: bool = False) -> None:
-    """Ticks of the vertical or the horizontal axis at parts of a turn, where it is long enough."""
+    """Put the ticks of the vertical, or the horizontal, axis at parts of a turn, where its range is large enough."""
     low, high = axis.get_xlim() if along_x else axis.get_ylim()
     step = next((step for step in STEPS if high - low <= MOST_PARTS * step), None)
     if step is not None and high - low >= 2 * STEPS[0]:
@@ -59,8 +59,8 @@ def tick_degrees(axis: Axes, *, along_x: bool = False) -> None:
 
 
 def sizes(results: Sequence[Results]) -> dict[str, float]:
-    """What the mechanism makes of each unit of SI by its extent, its duration and its energy: where nothing moves, a
-    panel is that large. One where the results do not say."""
+    """The mechanism's own size in each SI unit, from its extent, duration and energy. A panel in which nothing moves
+    has this range. The size is 1 where the results do not tell it."""
     found: dict[str, float] = {}
     with np.errstate(all="ignore"):
         for result in results:

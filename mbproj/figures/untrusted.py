@@ -1,4 +1,4 @@
-"""Marking what is not to be trusted of a certified run: from the time on when its error may exceed a limit."""
+"""Marks for the untrusted part of a certified run: from the time on at which its error may exceed a limit."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from mbproj.results import Results
 
 
 def since(result: Results, limit: float, name: str | None = None) -> float | None:
-    """The time (s) from which on the error of a marker, of any one without a name, may exceed the limit; None: never,
-    or the run was not certified."""
+    """The time (s) from which on the error of a marker, or of any marker, may exceed the limit. None where it never
+    does, or the run was not certified."""
     trust = result.trust
     return None if trust is None else trust.untrusted_from(limit, name)
 
 
 def mark(figure: Figure, results: Sequence[Results], limit: float) -> str:
-    """Shade all panels from the first time on at which a marker of a run is not to be trusted. What was done."""
+    """Shade all panels from the first time on at which a marker of a run is not trusted. Return a text on it."""
     return shade({"": figure.axes}, results, limit)
 
 
 def shade(axes: Mapping[str, Sequence[Axes]], results: Sequence[Results], limit: float) -> str:
-    """Shade the axes of each marker ("": of all of them), from its first untrusted time in any run on. What was done,
-    in words; nothing where all is well."""
+    """Shade the axes of each marker ("": of all) from its first untrusted time in any run. Return a text on it, or
+    ""."""
     shaded = False
     end = max(float(result.time[-1]) for result in results)
     for name, own in axes.items():
@@ -40,11 +40,11 @@ def shade(axes: Mapping[str, Sequence[Axes]], results: Sequence[Results], limit:
 
 
 def exceeds(limit: float) -> str:
-    """What holds for what is marked."""
+    """The text for untrusted parts."""
     return f"the error may exceed {limit:g} m"
 
 
 def explain(figure: Figure, text: str) -> None:
-    """Put what was done below the panels."""
+    """Put the text on marks below the panels."""
     if text:
         small_print(figure, text)

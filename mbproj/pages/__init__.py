@@ -1,5 +1,5 @@
-"""Mechanisms that move in a browser: what they look like, the motion as compact data, and one page that holds all.
+"""Pages on which mechanisms move in a browser: their appearance, their motion as compact data, and the HTML file.
 
-`look` says what is drawn, for pages and pictures alike; `data` packs what moves; `page` writes the file; `browser` is
-the page's own script and style, data of the package.
+`appearance` decides what is drawn, for pages and pictures alike. `data` packs the motion; `page` writes the file.
+`browser` has the page's own scripts and style, as data of the package.
 """

@@ -1,4 +1,4 @@
-"""The kinds of pictures, one module each with `draw(results, labels) -> Figure`. Importing this is cheap."""
+"""The kinds of pictures, each a module with `draw(results, labels) -> Figure`. Importing this package is cheap."""
 
 from __future__ import annotations
 
@@ -18,11 +18,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class PictureKind:
-    """A kind of picture: its module in this folder, one line on it, and the names (in `needs`) without which it does
-    not apply. `usual`: most results have those, so a note says where they are missing. `of_motion`: it shows the
-    motion, so what is not to be trusted is marked. `function`: what draws it in the module. `by_default`: it is drawn
-    where no kind is asked for. `takes`: what else it is given, "times" or "corners". `over`: it may be drawn over a
-    coordinate in place of time."""
+    """A kind of picture: its module in this folder and a summary. `needs` is the kind of names that the results must
+    have.
+
+    `usual`: most results have these names, so a note tells where they are missing. `of_motion`: it shows the motion, so
+    untrusted parts are marked. `function` draws it. `by_default`: it is drawn where no kind is asked for. `takes` is
+    its further argument, "times" or "corners". `over`: it can be drawn over a coordinate instead of time."""
 
     module: str
     summary: str
@@ -112,7 +113,7 @@ KINDS: Mapping[str, PictureKind] = MappingProxyType(
     }
 )
 
-#: How the needed names read in a sentence.
+#: The needed names as words in a sentence.
 NEEDED = {
     "markers": "markers",
     "joints": "joints",
@@ -126,7 +127,7 @@ NEEDED = {
 
 
 def why_not(kind: str, results: Sequence[Results]) -> str | None:
-    """Why `kind` does not apply to `results`; None where it does."""
+    """The reason why a kind does not apply to `results`; None where it does."""
     needs = KINDS[kind].needs
     if not KINDS[kind].over and any(result.shown_over for result in results):
         return "it is not over time, and not over a coordinate"
@@ -142,7 +143,7 @@ def why_not(kind: str, results: Sequence[Results]) -> str | None:
 
 
 def _unreadable(results: Sequence[Results]) -> str | None:
-    """Why the scene that one of the results holds cannot be read."""
+    """The reason why the scene in one of the results cannot be read; None where all can."""
     scene_of = import_module("mbproj.pages.appearance.recorded").scene_of
     try:
         for result in results:
@@ -153,7 +154,8 @@ def _unreadable(results: Sequence[Results]) -> str | None:
 
 
 def nothing_to_see(kind: str, results: Sequence[Results]) -> str | None:
-    """Why a picture of a `kind` that applies is not worth drawing unless it is asked for; None where it is."""
+    """The reason why a picture of a `kind` that applies shows nothing of interest; None where it does. Such a picture
+    is drawn only on request."""
     module = import_module(f"mbproj.figures.kinds.{KINDS[kind].module}")
     judge: Callable[[Sequence[Results]], str | None] = getattr(module, "nothing_to_see", lambda _: None)
     return judge(results)
@@ -167,11 +169,11 @@ def draw(
     times: Sequence[float] = (),
     corners: Sequence[tuple[str, str, str]] = (),
 ) -> Figure:
-    """The picture of one or several overlaid `results`, each with at least one sample; `labels` name them.
+    """Draws one or several overlaid `results`, each with at least one sample; `labels` name them.
 
-    What the error of a certified run may have made wrong by more than `limit` (m) is marked: by default a power of ten
-    below a thousandth of the markers' travel. `times` (s) and `corners`, three markers each, are for the kinds of that.
-    Results over a coordinate are drawn over that, and nothing is marked that belongs to a time."""
+    Parts of a certified run whose error may exceed `limit` (m) are marked. By default the limit is a power of ten below
+    a thousandth of the markers' travel. `times` (s) and `corners` (three markers each) are for the kinds that take
+    them. Over a coordinate, nothing that belongs to a time is marked."""
     module = import_module(f"mbproj.figures.kinds.{KINDS[kind].module}")
     given: Mapping[str, Sequence[object]] = {"times": times, "corners": corners}
     takes, over = KINDS[kind].takes, next((each.shown_over for each in results if each.shown_over), None)
@@ -192,7 +194,7 @@ def draw(
 
 
 def caption(results: Sequence[Results]) -> str:
-    """What the results are of: their title where it is one, and the settings of a single run."""
+    """The title of the results where they share one, and the settings of a single run."""
     titles = {result.title for result in results}
     parts = [titles.pop()] if len(titles) == 1 else []
     if len(results) == 1:

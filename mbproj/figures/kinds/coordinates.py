@@ -15,13 +15,14 @@ from mbproj.figures.style import styled
 from mbproj.figures.units import units_of
 from mbproj.results import Results
 
-#: Names in one remark.
+#: The most names in one remark.
 NAMED = 6
 
 
 @styled
 def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
-    """A row a coordinate, value and speed side by side, a line a result; coordinates that coincide are drawn once."""
+    """Draw a row for each coordinate, its value beside its speed, with a line for each result. Coordinates that
+    coincide are drawn once."""
     names = shown.all_names(results, "coordinates")
     same = coinciding(results, names)
     groups = rows.fitting([_group(results, name) for name in same], results)

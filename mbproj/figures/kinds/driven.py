@@ -1,5 +1,5 @@
-"""Forces, motions, stops and dry frictions over time: what each acts along, the force or torque along it, and what
-friction costs."""
+"""Forces, motions, stops and dry frictions over time: the coordinate of each, its force or torque, and the energy lost
+by friction."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ from mbproj.results import Results
 from mbproj.results.layout import ALL_NAMES
 from mbproj.results.members import Friction
 
-#: What acts along a coordinate in this unit, and its own unit.
+#: The kind of action along a coordinate with this unit, and the unit of the action.
 ACTION = {"m": ("force", Unit("N", "N")), "rad": ("torque", Unit("N m", "N m"))}
 ENERGY, POWER = Unit("J", "J"), Unit("W", "W")
-#: Behind the curves while a friction sticks, of one result; and how opaque.
+#: The colour behind the curves while a friction sticks, and its opacity with one result.
 STICKS, OPAQUE = "#56B4E9", 0.22
 
 
 @dataclass(frozen=True)
 class Columns:
-    """Reads the columns `names` (T, k) of a dataset of their group; None where a result lacks one of them."""
+    """A reader of the columns `names` (T, k) of a dataset; None where a result lacks one of them."""
 
     kind: str
     names: tuple[str, ...]
@@ -49,7 +49,7 @@ class Columns:
 
 @dataclass(frozen=True)
 class Reading:
-    """Reads a quantity (T) of the friction `name`; None where a result lacks that."""
+    """A reader of a quantity (T) of the friction `name`; None where a result lacks the friction."""
 
     name: str
     quantity: Callable[[Friction], Array]
@@ -60,25 +60,25 @@ class Reading:
 
 @styled
 def draw_forces(results: Sequence[Results], labels: Sequence[str]) -> Figure:
-    """A row for what forces act along, the length or joint coordinate and the forces along it side by side."""
+    """Draw a row for each coordinate or length along which forces act, beside these forces."""
     return _draw(results, labels, "forces", "coordinate")
 
 
 @styled
 def draw_motions(results: Sequence[Results], labels: Sequence[str]) -> Figure:
-    """A row a motion: the joint coordinate that it prescribes, and the driving force or torque."""
+    """Draw a row for each motion: the joint coordinate that it prescribes, and the driving force or torque."""
     return _draw(results, labels, "motions", "value")
 
 
 @styled
 def draw_stops(results: Sequence[Results], labels: Sequence[str]) -> Figure:
-    """A row a stop: how far the mechanism is from it, and how hard it pushes."""
+    """Draw a row for each stop: its gap and its force."""
     return _draw(results, labels, "stops", "gap")
 
 
 @styled
 def draw_friction(results: Sequence[Results], labels: Sequence[str]) -> Figure:
-    """Two rows a friction: its rate and its force or torque, and the energy that it has lost and the power it loses."""
+    """Draw two rows for each friction: rate and force or torque, then lost energy and lost power."""
     names = shown.all_names(results, "frictions")
     groups = rows.fitting([group for name in names for group in _of_friction(results, name)], results)
     drawn = len({group.name for group in groups})
@@ -91,14 +91,16 @@ def draw_friction(results: Sequence[Results], labels: Sequence[str]) -> Figure:
 
 def _draw(results: Sequence[Results], labels: Sequence[str], kind: str, dataset: str) -> Figure:
     names = shown.all_names(results, kind)
-    together = _together(results, kind, dataset, names)
+    together = _grouped_by_coordinate(results, kind, dataset, names)
     groups = rows.fitting([_group(results, kind, dataset, own, names) for own in together], results)
     count = sum(map(len, together[: len(groups)]))
     return rows.draw(results, labels, groups, shown.cut(kind, count, len(names), "`mbproj export` writes all"))
 
 
-def _together(results: Sequence[Results], kind: str, dataset: str, names: Sequence[str]) -> list[tuple[str, ...]]:
-    """The names that act along the same in each of the results."""
+def _grouped_by_coordinate(
+    results: Sequence[Results], kind: str, dataset: str, names: Sequence[str]
+) -> list[tuple[str, ...]]:
+    """Group the names that act along the same coordinate in all results."""
     found: list[tuple[str, ...]] = []
     for name in names:
         for place, own in enumerate(found):
@@ -114,7 +116,7 @@ def _together(results: Sequence[Results], kind: str, dataset: str, names: Sequen
 
 
 def _unit(results: Sequence[Results], kind: str, name: str) -> str:
-    """The unit, m or rad, of what this one acts along, in the first result that has it."""
+    """The unit (m or rad) of the coordinate of `name`, in the first result that has it."""
     first = next(result for result in results if name in result.names(kind))
     return first.names(f"{kind[:-1]}_units")[first.names(kind).index(name)]
 
@@ -122,7 +124,8 @@ def _unit(results: Sequence[Results], kind: str, name: str) -> str:
 def _group(
     results: Sequence[Results], kind: str, dataset: str, own: tuple[str, ...], names: Sequence[str]
 ) -> PanelGroup:
-    """Of one result a row with a line a name; of several a row a name, what they act along once."""
+    """The rows of forces along one coordinate. With one result it is a row with a line for each name. With several it
+    is a row for each name, and the coordinate once."""
     first = next(result for result in results if own[0] in result.names(kind))
     si = _unit(results, kind, own[0])
     read, act = Columns(kind, own[:1], dataset), Columns(kind, own, "force")
@@ -141,7 +144,7 @@ def _group(
 
 
 def _along(result: Results, own: tuple[str, ...], si: str, read: Columns) -> str:
-    """What they act along: the joint coordinate of these values, or a length; with the name where it is one."""
+    """The label of the coordinate along which `own` acts: the joint coordinate with the same values, or a length."""
     values, of = read(result), ""
     for coordinate, unit in zip(result.names("coordinates"), result.names("coordinate_units"), strict=True):
         if unit == si and values is not None and alike(result.coordinate(coordinate).value, values[:, 0]):
@@ -165,7 +168,7 @@ def _of_friction(results: Sequence[Results], name: str) -> tuple[PanelGroup, Pan
             lambda each: -each.force * each.rate,
         )
     )
-    speed = units_of(si, [_way(result, name) for result in having]).speed
+    speed = units_of(si, [_distance_slid(result, name) for result in having]).speed
     motion = PanelQuantity(f"{name}: rate", speed, rate), PanelQuantity(word, acts_in, force)
     cost = PanelQuantity("energy lost", ENERGY, energy), PanelQuantity("power lost", POWER, power)
     return (
@@ -174,21 +177,21 @@ def _of_friction(results: Sequence[Results], name: str) -> tuple[PanelGroup, Pan
     )
 
 
-def _way(result: Results, name: str) -> Array:
-    """How far it has slid in all, about."""
+def _distance_slid(result: Results, name: str) -> Array:
+    """About the whole distance that a friction has slid."""
     return np.array([np.trapezoid(np.abs(result.friction(name).rate), result.time)])
 
 
 def _shade(figure: Figure, results: Sequence[Results]) -> bool:
-    """Shade the panels of each friction while it sticks; whether any does."""
+    """Shade the panels of each friction while it sticks; return whether any does."""
     any_sticks = False
-    if any(result.shown_over for result in results):  # sticking is a span of time
+    if any(result.shown_over for result in results):  # spans of sticking are spans of time
         return False
     for axis in figure.axes:
         limits, name = axis.get_xlim(), str(axis.get_label())
         for result in results if axis.get_visible() else ():
             spans = list(sticking(result, name)) if name in result.names("frictions") else []
-            if spans:  # there may be thousands: they are one artist
+            if spans:  # one artist for all, as there may be thousands
                 corners = [[(begin, 0.0), (begin, 1.0), (end, 1.0), (end, 0.0)] for begin, end in spans]
                 look: dict[str, Any] = {"color": STICKS, "alpha": OPAQUE / len(results), "linewidth": 0, "zorder": 0.1}
                 shade = PolyCollection(corners, transform=axis.get_xaxis_transform(), **look)

@@ -1,4 +1,5 @@
-"""Pictures one after another as a GIF (by Pillow, which Matplotlib brings) or as an MP4 (by ffmpeg, where it is)."""
+"""Encoders of pictures into a film: a GIF by Pillow, which Matplotlib brings, or an MP4 by ffmpeg, where it is
+installed."""
 
 from __future__ import annotations
 
@@ -15,14 +16,14 @@ import numpy.typing as npt
 from mbproj.errors import InputError, Problem
 from mbproj.outputs.kinds import MARK
 
-#: A picture (h, w, 3) of bytes, with even numbers of pixels.
+#: A picture (h, w, 3) of bytes, with even width and height.
 Picture = npt.NDArray[np.uint8]
-#: Writes pictures, so many a second, to a path.
+#: A function that writes pictures, so many a second, to a path.
 Encoder = Callable[[Iterator[Picture], int, Path], None]
 
 
 def gif(pictures: Iterator[Picture], rate: int, path: Path) -> None:
-    """Each picture has colours of its own, up to 256."""
+    """Write a GIF; each picture has its own colours, up to 256."""
     from PIL import Image
 
     first, *others = (Image.fromarray(picture).quantize(256, Image.Quantize.FASTOCTREE) for picture in pictures)
@@ -31,7 +32,7 @@ def gif(pictures: Iterator[Picture], rate: int, path: Path) -> None:
 
 
 def mp4(pictures: Iterator[Picture], rate: int, path: Path) -> None:
-    """H.264, which browsers and slides play."""
+    """Write H.264, which browsers and slides play."""
     first = next(pictures)
     height, width, _ = first.shape
     given = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", str(rate), "-i", "-"]
@@ -44,7 +45,7 @@ def mp4(pictures: Iterator[Picture], rate: int, path: Path) -> None:
             for picture in pictures:
                 process.stdin.write(picture.tobytes())
             process.stdin.close()
-        except BrokenPipeError:  # it has said why
+        except BrokenPipeError:  # ffmpeg has ended; its message tells why
             pass
         said = process.stderr.read().decode("utf-8", "replace").strip()
     if process.returncode != 0:
@@ -53,7 +54,7 @@ def mp4(pictures: Iterator[Picture], rate: int, path: Path) -> None:
 
 
 def ffmpeg() -> str:
-    """Where ffmpeg is. Raises InputError where it is nowhere."""
+    """The path of ffmpeg. Raises InputError where it is not installed."""
     found = shutil.which("ffmpeg")
     if found is None:
         message = "a film in MP4 needs ffmpeg, which is not here"

@@ -1,4 +1,4 @@
-"""Energies, and the balance E(t) - E(0) - W + D, which is zero but for errors of integration."""
+"""Energies, and the balance E(t) - E(0) - W + D, which is zero apart from errors of integration."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ JOULE = Unit("J", "J")
 
 @styled
 def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
-    """One result: the energies in one panel, below it the balance. Several: a panel an energy and one of the balance, a
-    line a result, below them how far the kinetic and the total energy are apart."""
+    """Draw one result with its energies in one panel and the balance below. Draw several with a panel for each energy
+    and the balance, and the differences in kinetic and total energy below."""
     if len(results) > 1:
         return rows.draw(results, labels, [_overlaid()])
     (result,) = results
     figure, axes = panels.panels(2, height=2.1)
     for index, energy in enumerate(ENERGIES):
         panels.plot(axes[0, 0], result.abscissa, result[f"diagnostics/{energy}_energy"], energy, index)
-    # The balance is named by its axis: the legend is that of the energies.
+    # The axis names the balance; the legend is for the energies.
     panels.plot(axes[1, 0], result.abscissa, result["diagnostics/energy_balance"], "", 0)
     panels.hold_still([axes[0, 0]], sizes(results)["J"])
     panels.name(axes[0, 0], "energy", "J")
@@ -41,7 +41,7 @@ def _overlaid() -> PanelGroup:
     kinetic, potential, total = (
         PanelQuantity(f"{energy} energy", JOULE, _reader(f"diagnostics/{energy}_energy")) for energy in ENERGIES
     )
-    # How large the balance is says how good a run is: it keeps a scale of its own.
+    # The balance keeps its own scale, because its size tells how good a run is.
     balance = PanelQuantity(BALANCE, JOULE, _reader("diagnostics/energy_balance"), held=False)
     apart = tuple(PanelQuantity(f"{SIGN} of {each.words}", JOULE, each.read) for each in (kinetic, total))
     return PanelGroup(((kinetic, potential), (total, balance)), apart)

@@ -1,4 +1,4 @@
-"""The mechanism as a film: the same picture as of `mechanism`, at one time after another."""
+"""The film of a mechanism: its picture (`mechanism`) at one time after another."""
 
 from __future__ import annotations
 
@@ -20,26 +20,26 @@ from mbproj.pages.appearance.recorded import motion_of, scene_of
 from mbproj.pages.appearance.view import View, view_of
 from mbproj.results import Results
 
-#: Pictures a second: what a GIF can say exactly, and browsers show; and how long a film is, in s of the watcher.
+#: Pictures a second, as a GIF can state exactly and browsers show; the shortest and the longest film, s.
 RATE, SHORTEST, LONGEST = 20, 4.0, 15.0
 DOTS_PER_INCH = 110
 
 
 @styled
 def save_film(results: Sequence[Results], path: Path, *, force: bool = False) -> Path:
-    """Writes the film in the format that the ending names: the first result, and paler the others.
+    """Writes the film in the format that the ending names: the first result, with the others in paler colours.
 
     Raises InputError where ffmpeg is missing, or the file must not be replaced."""
     file_format = path.suffix[1:].lower()
     if file_format == "mp4":
-        ffmpeg()  # before any work
+        ffmpeg()  # raises before any work
     with replacing(path, film(file_format), force=force) as draft:
         ENCODERS[file_format](pictures(results), RATE, draft)
     return path
 
 
 def watched(span: float) -> tuple[float, float]:
-    """How long a film of so many seconds lasts, and how many times as fast as the motion it is."""
+    """The duration of a film of a motion of `span` seconds, and its speed relative to the motion."""
     if span <= 0.0:
         return 1.0 / RATE, 1.0
     seconds = float(np.clip(span, SHORTEST, LONGEST))
@@ -47,13 +47,13 @@ def watched(span: float) -> tuple[float, float]:
 
 
 def times_of(time: Array) -> Array:
-    """The times of the pictures of a motion with samples at `time`, in s."""
+    """The times (s) of the pictures of a motion with samples at `time`."""
     seconds, _ = watched(float(time[-1] - time[0]))
     return np.linspace(time[0], time[-1], round(RATE * seconds) + 1 if len(time) > 1 else 1)
 
 
 def pictures(results: Sequence[Results]) -> Iterator[Picture]:
-    """All pictures of the film, in their order."""
+    """Yield all pictures of the film, in order."""
     scenes, motions = [scene_of(each) for each in results], [motion_of(each) for each in results]
     looks = [look_of(*each) for each in zip(scenes, motions, [each.meshes() for each in results], strict=True)]
     view = view_of(scenes[0], motions[0], looks[0])
@@ -67,7 +67,7 @@ def pictures(results: Sequence[Results]) -> Iterator[Picture]:
 
 
 class _Stage:
-    """The panel that poses are drawn on, with the paths of markers up to the time."""
+    """The panel on which poses are drawn, with the paths of markers up to the current time."""
 
     def __init__(self, look: Look, motion: PoseHistory, view: View) -> None:
         figure, self.axis = canvas(view)
@@ -83,11 +83,11 @@ class _Stage:
         self._title = self.axis.set_title(" ", fontsize="small", loc="left")
         self._canvas = FigureCanvasAgg(figure)
         self._canvas.draw()  # type: ignore[no-untyped-call]
-        figure.set_layout_engine("none")  # it stays as it is
+        figure.set_layout_engine("none")  # the layout is fixed from here on
         self._kept = set(self.axis.get_children())
 
     def picture(self, time: float) -> Picture:
-        """What is on the stage now; poses are then taken off."""
+        """Draw the panel at this time and return the picture; then remove the poses."""
         speed = "" if abs(self._speed - 1.0) < 1e-9 else f", {self._speed:.2g} times as fast"
         self._title.set_text(f"t = {time:.3f} s{speed}")
         so_far = self._times <= time + 1e-9 * max(abs(time), 1.0)
@@ -101,6 +101,6 @@ class _Stage:
 
 
 def _even(picture: Picture) -> Picture:
-    """Without a last row or column that makes an odd number."""
+    """The picture without a last row or column that would make an odd number."""
     height, width, _ = picture.shape
     return np.ascontiguousarray(picture[: height - height % 2, : width - width % 2])

@@ -1,4 +1,4 @@
-"""The violation of each joint over time, its lengths and its angles apart."""
+"""The violation of each joint over time, in lengths and in angles."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from mbproj.figures.rows import MAX_ROWS
 from mbproj.figures.style import styled
 from mbproj.results import Results
 
-#: Member of a joint, its unit, and what the small print says where no joint has one.
+#: The attribute of a joint, its unit, and its name in the small print where no joint violates it.
 VIOLATIONS = (("violation_length", "m", "lengths"), ("violation_angle", "rad", "angles"))
 
 
 @styled
 def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
-    """Logarithmic. One result: a row for lengths, one for angles, a line a joint. Several: a row a joint, lengths and
-    angles side by side, a line a result. What is zero all the time is said, not drawn."""
+    """Draw violations on logarithmic axes. One result has a row of lengths and one of angles, with a line for each
+    joint. Several have a row for each joint. The small print names what is always zero."""
     single = len(results) == 1
     names, remark = shown.largest_joints(results, "joints/violation", shown.MAX_LINES if single else MAX_ROWS)
     drawn = [entry for entry in VIOLATIONS if _is_seen(results, names, entry[0])] or [VIOLATIONS[0]]
@@ -38,7 +38,7 @@ def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
 
 
 def _is_seen(results: Sequence[Results], names: Sequence[str], member: str) -> bool:
-    """Whether any joint is anywhere above the floor."""
+    """Whether the violation of any joint is ever above the floor."""
     for result in results:
         for name in names:
             if name in result.names("joints"):

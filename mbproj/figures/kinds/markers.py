@@ -17,14 +17,14 @@ from mbproj.figures.style import styled
 from mbproj.figures.units import METRES
 from mbproj.results import Results
 
-#: A component is hidden where it moves by less than this part of what its panel spans.
+#: A component counts as hidden where it moves by less than this part of the range of its panel.
 HIDDEN = 0.03
 PANELS = (("position", METRES.value), ("velocity", METRES.speed))
 
 
 @dataclass(frozen=True)
 class Components:
-    """Reads these components (T, k) of a marker; None where a result has no such marker."""
+    """A reader of components (T, k) of a marker; None where a result has no such marker."""
 
     marker: str
     member: str
@@ -39,12 +39,12 @@ class Components:
 
 @styled
 def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
-    """One result: a row a marker with lines x, y, z, or several rows where one would hide another. Several: a row a
-    component, a line a result, and how far apart the marker is."""
+    """Draw one result with a row for each marker and lines x, y, z; a component that others would hide gets its own
+    row. Draw several with a row for each component, and the distance of the markers."""
     names = shown.all_names(results, "markers")
     single = len(results) == 1
     moving = _moving(results, names)
-    listed = [_apart(name, results[0], moving) if single else _overlaid(name, moving) for name in names]
+    listed = [_rows_apart(name, results[0], moving) if single else _overlaid(name, moving) for name in names]
     groups = rows.fitting(listed, results)
     cut = shown.cut("markers", len(groups), len(names), "choose others with --marker")
     still = ", ".join("xyz"[index] for index in range(3) if index not in moving)
@@ -53,8 +53,8 @@ def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
 
 
 def _moving(results: Sequence[Results], names: Sequence[str]) -> tuple[int, ...]:
-    """The components that are not zero, up to round-off, at all markers all the time: those of a mechanism in a plane
-    that one of the axes is normal to. All where nothing else is left."""
+    """The components that are not always zero, up to round-off, at all markers. In a plane motion normal to an axis
+    these are two. All components, where none is left."""
     largest = np.zeros((len(PANELS), 3))
     for place, (member, _) in enumerate(PANELS):
         for result in results:
@@ -66,15 +66,15 @@ def _moving(results: Sequence[Results], names: Sequence[str]) -> tuple[int, ...]
 
 
 def mark_untrusted(figure: Figure, results: Sequence[Results], limit: float) -> str:
-    """Shade each marker's panels from its own time on. What was done, in words."""
+    """Shade each marker's panels from the time on at which its error may exceed the limit. Return a text on it."""
     own: dict[str, list[Axes]] = {}
     for axis in figure.axes:
         own.setdefault(str(axis.get_label()), []).append(axis)
     return untrusted.shade(own, results, limit)
 
 
-def _apart(name: str, result: Results, moving: tuple[int, ...]) -> PanelGroup:
-    """A row for components that can be seen together."""
+def _rows_apart(name: str, result: Results, moving: tuple[int, ...]) -> PanelGroup:
+    """Rows of components that do not hide each other."""
     listed = []
     for together in legible(result.marker(name).position, result.marker(name).velocity):
         which = tuple(index for index in together if index in moving)
@@ -100,10 +100,10 @@ def _overlaid(name: str, moving: tuple[int, ...]) -> PanelGroup:
 
 
 def legible(*histories: Array) -> list[tuple[int, ...]]:
-    """The components of vectors (T, 3) in groups that hide none of their own: neither what moves by millimetres beside
-    what moves by metres, nor what is far from the others. What stands still cannot be hidden."""
+    """Group the components of vectors (T, 3) so that none hides another of its group. Small movements beside large
+    ones, or far from them, would be hidden. A component that does not move cannot be hidden."""
     found: list[tuple[int, ...]] = []
-    moved = np.max([_moved(history) for history in histories], axis=0)
+    moved = np.max([_ranges(history) for history in histories], axis=0)
     for index in sorted(range(3), key=lambda index: -moved[index]):
         for place, group in enumerate(found):
             together = tuple(sorted((*group, index)))
@@ -115,18 +115,18 @@ def legible(*histories: Array) -> list[tuple[int, ...]]:
     return sorted(found)
 
 
-def _moved(values: Array) -> Array:
-    """How far each component moves (3)."""
+def _ranges(values: Array) -> Array:
+    """The range of each component (3)."""
     finite = np.where(np.isfinite(values), values, 0.0)
     distance: Array = np.ptp(finite, axis=0)
     return distance
 
 
 def _hides(values: Array) -> bool:
-    """Whether one panel with these components (T, k) hides one that moves."""
+    """Whether in one panel with these components (T, k) some moving component would be hidden."""
     finite = values[np.all(np.isfinite(values), axis=1)]
     if not len(finite):
         return False
-    moved, whole = _moved(finite), float(np.ptp(finite))
+    moved, whole = _ranges(finite), float(np.ptp(finite))
     moves = moved > max(panels.STILL * float(moved.max()), panels.ROUND_OFF * float(np.abs(finite).max()))
     return bool(np.any(moves & (moved < HIDDEN * whole)))

@@ -1,4 +1,4 @@
-"""The mechanism itself: one pose with the paths of its markers, or several poses as a strobe picture."""
+"""The mechanism itself: one pose with the paths of its markers, or several poses in one picture."""
 
 from __future__ import annotations
 
@@ -18,22 +18,22 @@ from mbproj.pages.appearance.recorded import motion_of, scene_of
 from mbproj.pages.appearance.view import View, view_of
 from mbproj.results import Results
 
-#: How much of the colour of the first pose of a strobe picture is left; the last has all of it.
+#: The opacity of the first and of the last but one of several poses; the last pose is opaque.
 FAINT, FAINTEST_LAST = 0.18, 0.5
-#: What a second run's pose is drawn with.
+#: The opacity of a second run's pose.
 GHOST = 0.3
-#: The height of a picture in parts of its width.
+#: The least and the largest height of a picture, in parts of its width.
 HEIGHTS = (0.3, 1.1)
-#: Markers whose paths are drawn.
+#: The most markers whose paths are drawn.
 MOST_PATHS = 7
-#: Pictures in a row, and how high a panel may be, beside its width.
+#: The most panels in a row, and the least and largest height of a panel in parts of its width.
 MOST_COLUMNS, PANEL_HEIGHTS = 8, (0.4, 2.0)
 
 
 @styled
 def draw(results: Sequence[Results], labels: Sequence[str], times: Sequence[float] = ()) -> Figure:
-    """The first result's poses at `times` (s; the start where there are none), the earlier the fainter, and, paler,
-    those of the others at the last of these times."""
+    """Draw the first result's poses at `times` (s; by default its start), earlier poses fainter. The other results'
+    poses at the last time are drawn paler."""
     scene, motion = scene_of(results[0]), motion_of(results[0])
     look = look_of(scene, motion, results[0].meshes())
     view = view_of(scene, motion, look)
@@ -56,7 +56,7 @@ def draw(results: Sequence[Results], labels: Sequence[str], times: Sequence[floa
 
 @styled
 def draw_start(look: Look, view: View, motion: PoseHistory) -> Figure:
-    """The picture of a scene that was not run."""
+    """Draw the start of a scene that was not run."""
     figure, axis = canvas(view)
     draw_pose(axis, look, view, motion)
     limits(axis, view)
@@ -65,7 +65,7 @@ def draw_start(look: Look, view: View, motion: PoseHistory) -> Figure:
 
 @styled
 def draw_side_by_side(look: Look, view: View, motion: PoseHistory) -> Figure:
-    """A panel for each sample of the motion, numbered from 1 on."""
+    """Draw a panel for each sample of the motion, numbered from 1 on."""
     count = len(motion.time)
     columns = min(MOST_COLUMNS, int(np.ceil(np.sqrt(count))) if count > 4 else count)
     rows = -(-count // columns)
@@ -85,13 +85,13 @@ def draw_side_by_side(look: Look, view: View, motion: PoseHistory) -> Figure:
 
 
 def nearest(motion: PoseHistory, time: float | None) -> int:
-    """The sample with a pose that is nearest to the time; the first where none is asked for."""
+    """The sample with a finite pose that is nearest to the time; the first where no time is given."""
     whole = motion.finite
     return int(whole[0] if time is None else whole[np.argmin(np.abs(motion.time[whole] - time))])
 
 
 def canvas(view: View) -> tuple[Figure, Axes]:
-    """A panel with one scale, as high as the mechanism asks for. Axes have numbers where they are global ones."""
+    """A panel with equal scales, as high as the mechanism needs. Its axes have numbers where they are global axes."""
     width, height = np.ptp(projected(view.points, view), axis=0)
     low, high = HEIGHTS
     figure = Figure(
@@ -112,7 +112,7 @@ def canvas(view: View) -> tuple[Figure, Axes]:
 
 
 def limits(axis: Axes, view: View) -> None:
-    """All that moves, with a margin."""
+    """Set the limits to all that moves, with a margin."""
     points = projected(view.points, view)
     margin = 0.03 * float(np.ptp(points, axis=0).max())
     axis.set_xlim(points[:, 0].min() - margin, points[:, 0].max() + margin)
@@ -120,7 +120,7 @@ def limits(axis: Axes, view: View) -> None:
 
 
 def _triad(axis: Axes, view: View) -> None:
-    """The global axes in the corner, and a bar of a round length."""
+    """Draw the global axes in the corner, and a bar of a round length."""
     points = projected(view.points, view)
     size = float(np.ptp(points, axis=0).max())
     corner = points.min(axis=0) + 0.06 * size
@@ -138,13 +138,13 @@ def _triad(axis: Axes, view: View) -> None:
 
 
 def _round_below(length: float) -> float:
-    """The largest of 1, 2 and 5 times a power of ten that is not longer."""
+    """The largest number of the form 1, 2 or 5 times a power of ten that is not above `length`."""
     power = 10.0 ** np.floor(np.log10(length))
     return float(max(step * power for step in (1.0, 2.0, 5.0) if step * power <= length * (1.0 + 1e-9)))
 
 
 def _paths(axis: Axes, look: Look, motion: PoseHistory, view: View) -> None:
-    """The paths of the first markers, and those on which what rolls touches its plane."""
+    """Draw the paths of the first markers and of rolling contacts."""
     for each in look.touching:
         path = projected(each.path(motion), view)
         axis.plot(

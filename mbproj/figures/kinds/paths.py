@@ -1,4 +1,5 @@
-"""The paths of the markers: in the coordinate plane of the motion, or from three sides where it leaves every plane."""
+"""The paths of the markers, in the coordinate plane of the motion, or in three views where the motion leaves every
+plane."""
 
 from __future__ import annotations
 
@@ -15,24 +16,24 @@ from mbproj.figures.style import page_width, styled
 from mbproj.figures.units import sizes
 from mbproj.results import Results
 
-#: Where a path starts.
+#: The mark at the start of a path.
 DOT: dict[str, Any] = {"marker": "o", "markersize": 3}
-#: How much is left of the colour of what is not to be trusted.
+#: The opacity of untrusted parts of a path.
 PALE = 0.25
-#: A motion is flat where it extends less than this part of its length out of its plane, and a line where it extends
-#: less than that in the plane.
+#: A motion is flat where its extent out of a plane is less than this part of its length. It is a line where its extent
+#: in the plane is less than that part.
 FLAT, LINE = 0.02, 1e-3
-#: The views of a motion in space with their places in a grid: from above, from the front, from the side.
+#: The views of a motion in space, with their places in a grid: from above, the front and the side.
 VIEWS = (((0, 1), (0, 0)), ((0, 2), (1, 0)), ((1, 2), (1, 1)))
 
 
 @styled
 def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
-    """One or three panels with equal scales: a line a marker and result, a dot where it starts."""
+    """Draw one or three panels with equal scales: a line for each marker and result, with a dot at its start."""
     names, remark = _names(results)
     extent = _extent(results, names)
     flat = np.sort(extent)[0] <= FLAT * extent.max()
-    figure, views = _plane(extent) if flat else _space(_paths(results, names))
+    figure, views = _plane(extent) if flat else _three_views(_paths(results, names))
     for axis, (first, second) in views:
         for number, (result, label) in enumerate(zip(results, labels, strict=True)):
             for place, name in enumerate(names):
@@ -47,7 +48,7 @@ def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
 
 
 def nothing_to_see(results: Sequence[Results]) -> str | None:
-    """Why the paths are not worth a picture; None where they are."""
+    """The reason why the paths show nothing of interest; None where they do."""
     names, _ = _names(results)
     _, middle, largest = np.sort(_extent(results, names))
     if largest <= panels.ROUND_OFF * sizes(results)["m"]:
@@ -56,7 +57,8 @@ def nothing_to_see(results: Sequence[Results]) -> str | None:
 
 
 def mark_untrusted(figure: Figure, results: Sequence[Results], limit: float) -> str:
-    """Draw what a marker does after its own time pale. What was done, in words."""
+    """Draw the path of each marker in a pale colour from the time on at which its error may exceed the limit. Return a
+    text on it."""
     names, _ = _names(results)
     drawn = [(result, name) for result in results for name in names if name in result.names("markers")]
     pale = False
@@ -72,26 +74,26 @@ def mark_untrusted(figure: Figure, results: Sequence[Results], limit: float) -> 
 
 
 def _names(results: Sequence[Results]) -> tuple[list[str], str]:
-    """As many markers as there are lines to tell apart, and a remark where that is not all."""
+    """The first markers, as many as there are distinct lines, and a remark where these are not all."""
     names = shown.all_names(results, "markers")
     drawn = names[: max(1, shown.MAX_LINES // len(results))]
     return drawn, shown.cut("markers", len(drawn), len(names), "choose others with --marker")
 
 
 def _paths(results: Sequence[Results], names: Sequence[str]) -> list[Array]:
-    """Those that are there, (T, 3), without what is not finite."""
+    """The paths (T, 3) of the named markers in all results, without samples that are not finite."""
     found = [result.marker(name).position for result in results for name in names if name in result.names("markers")]
     return [path[np.all(np.isfinite(path), axis=1)] for path in found]
 
 
 def _extent(results: Sequence[Results], names: Sequence[str]) -> Array:
-    """How far the markers travel at most along x, y and z (3)."""
+    """The largest travel of the markers along x, y and z (3)."""
     travelled = [np.ptp(path, axis=0) for path in _paths(results, names) if len(path)]
     return np.max(travelled, axis=0, initial=0.0)
 
 
 def _plane(extent: Array) -> tuple[Figure, list[tuple[Axes, tuple[int, int]]]]:
-    """One panel, of the two axes along which the markers travel most, in the order x, y, z."""
+    """One panel with the two axes along which the markers travel most, in the order x, y, z."""
     figure = Figure(figsize=(page_width(), 0.8 * page_width()), layout="constrained")
     axis = figure.subplots()
     axis.set_aspect("equal", adjustable="datalim")
@@ -99,8 +101,8 @@ def _plane(extent: Array) -> tuple[Figure, list[tuple[Axes, tuple[int, int]]]]:
     return figure, [(axis, (first, second))]
 
 
-def _space(paths: Sequence[Array]) -> tuple[Figure, list[tuple[Axes, tuple[int, int]]]]:
-    """Three panels of one scale, those that share an axis beside or below each other."""
+def _three_views(paths: Sequence[Array]) -> tuple[Figure, list[tuple[Axes, tuple[int, int]]]]:
+    """Three panels with equal scales. Panels that share an axis are beside or below each other."""
     figure = Figure(figsize=(page_width(), page_width()), layout="constrained")
     grid = figure.add_gridspec(2, 2)
     points = np.concatenate(paths)

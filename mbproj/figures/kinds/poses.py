@@ -1,4 +1,4 @@
-"""A pose of a mechanism as polygons: the outlines of its parts from where it is looked at, the farthest first."""
+"""A pose of a mechanism as polygons: the outlines of its parts as seen by the viewer, the farthest first."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ from mbproj.pages.appearance.plates import hull
 from mbproj.pages.appearance.view import View
 
 ROD, SPRING = "#5d6875", "#2f8f6b"
-#: Colours of what is no body.
+#: The colours of layers other than bodies.
 LAYERS = {"joints": "#363d47", "ground": "#8a9099", "springs": SPRING}
-#: What a face is lightened by that looks at the eye, and an edge darkened by.
+#: How much a face towards the viewer is lightened, and its edges are darkened.
 LIGHT, EDGE = 0.28, 0.45
-#: Turns of a spring, and points of each.
+#: The turns of a spring, and the points of each.
 TURNS, ROUND = 8, 12
 
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """A polygon (k, 2) in the picture, how near it is, its colour."""
+    """A polygon (k, 2) in the picture, with its depth towards the viewer and its colour."""
 
     outline: Array
     depth: float
@@ -39,7 +39,7 @@ class Shape:
 def draw_pose(
     axis: Axes, look: Look, view: View, motion: PoseHistory, *, opacity: float = 1.0, order: float = 2.0
 ) -> None:
-    """Draws the first sample of the motion. `opacity` is that of all of it, `order` matplotlib's."""
+    """Draw the first sample of the motion. `opacity` is that of all parts, `order` matplotlib's zorder."""
     shapes = sorted(_shapes(look, view, motion), key=lambda shape: shape.depth)
     axis.add_collection(
         PolyCollection(
@@ -61,14 +61,14 @@ def projected(points: Array, view: View) -> Array:
 
 
 def picture_axes(view: View) -> tuple[Array, Array]:
-    """What is right and what is up in the picture, (3,) each."""
+    """The global directions (3,) of right and up in the picture."""
     right = np.cross(view.up, view.eye)
     right = right / np.linalg.norm(right)
     return right, np.cross(view.eye, right)
 
 
 def _shapes(look: Look, view: View, motion: PoseHistory) -> Iterator[Shape]:
-    """The polygons of all parts; what belongs to a joint lies before its bodies, which are as deep."""
+    """The polygons of all parts. Parts of a joint are in front of bodies at the same depth."""
     lift = {
         "bodies": 0.0,
         "joints": 0.8 * look.thickness,
@@ -87,7 +87,7 @@ def _shapes(look: Look, view: View, motion: PoseHistory) -> Iterator[Shape]:
 
 
 def _faces(part: Solid, carrier: int, view: View, motion: PoseHistory) -> Iterator[tuple[Array, float]]:
-    """Convex sets of global points (k, 3) that cover the part, each with how much light it gets (0 to 1)."""
+    """Yield convex sets of global points (k, 3) that cover the part, each with its light (0 to 1)."""
     corners = _placed(part.outline(), carrier, motion)
     yield corners, 0.35
     if part.kind not in ("box", "cylinder", "tube"):
@@ -104,7 +104,7 @@ def _faces(part: Solid, carrier: int, view: View, motion: PoseHistory) -> Iterat
 
 
 def _triangles(part: Solid, carrier: int, base: str, view: View, motion: PoseHistory) -> Iterator[Shape]:
-    """The triangles of a mesh that look at the eye."""
+    """Yield the triangles of a mesh that face the viewer."""
     assert part.mesh is not None
     corners = _placed(part.outline(), carrier, motion)[part.mesh.triangles]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -116,7 +116,7 @@ def _triangles(part: Solid, carrier: int, base: str, view: View, motion: PoseHis
 
 
 def _placed(points: Array, carrier: int, motion: PoseHistory) -> Array:
-    """Points of a carrier, global, at the first sample."""
+    """The global positions of a carrier's points at the first sample."""
     origin = motion.point(carrier, np.zeros(3))[0]
     axes = np.stack([motion.vector(carrier, unit)[0] for unit in np.eye(3)])
     placed: Array = origin + points @ axes
@@ -126,7 +126,7 @@ def _placed(points: Array, carrier: int, motion: PoseHistory) -> Array:
 def _draw_span(
     axis: Axes, span: Span, look: Look, view: View, motion: PoseHistory, opacity: float, order: float
 ) -> None:
-    """A rod as a bar, a spring as a zigzag line, a damper as a thick line in a thin one."""
+    """Draw a rod as a bar, a spring as a wave, a damper as a thick line on a thin one."""
     start, end = span.ends(motion)
     if span.kind == "rod":
         outline = np.concatenate([part.outline() for part in bar(start, end, span.radius)])
@@ -137,7 +137,7 @@ def _draw_span(
         return
     first, last = projected(np.stack([start, end]), view)
     if span.kind in ("spring", "strut"):
-        x, y = _wound(first, last, span.radius).T
+        x, y = _spring_line(first, last, span.radius).T
         axis.plot(x, y, color=SPRING, linewidth=0.9, alpha=opacity, zorder=order)
     if span.kind in ("damper", "strut"):
         axis.plot(*np.stack([first, last]).T, color=SPRING, linewidth=0.8, alpha=opacity, zorder=order)
@@ -145,7 +145,7 @@ def _draw_span(
         axis.plot(*thick.T, color=SPRING, linewidth=3.0, alpha=opacity, zorder=order, solid_capstyle="butt")
 
 
-def _wound(first: Array, last: Array, radius: float) -> Array:
+def _spring_line(first: Array, last: Array, radius: float) -> Array:
     """The line (k, 2) of a spring between two points of the picture."""
     part = np.linspace(0.0, 1.0, TURNS * ROUND + 1)
     along = last - first
@@ -157,6 +157,6 @@ def _wound(first: Array, last: Array, radius: float) -> Array:
 def _mixed(
     colour: tuple[float, float, float], other: tuple[float, float, float], part: float
 ) -> tuple[float, float, float]:
-    """The colour with a part of another."""
+    """The colour with a part of another colour mixed in."""
     red, green, blue = ((1.0 - part) * own + part * its for own, its in zip(colour, other, strict=True))
     return red, green, blue

@@ -17,20 +17,20 @@ from mbproj.figures.style import OPEN, styled
 from mbproj.figures.units import Unit, sizes
 from mbproj.results import Results
 
-#: Member of a joint, how it reads, its unit.
+#: The attribute of a joint, its name, and its unit.
 KINDS = (("reaction_force", "force", Unit("N", "N")), ("reaction_torque", "torque", Unit("N m", "N m")))
-#: Torques are round-off where they are less than this part of the largest force times the mechanism's length: those of
-#: planar mechanisms reach 4e-16 of it, the smallest that loads make in ours are 1e-7.
+#: Torques count as round-off where they are less than this part of the largest force times the mechanism's length.
+#: Planar mechanisms reach 4e-16 of it; the smallest torques by loads in the shipped mechanisms are 1e-7.
 NOISE = 1e-11
 
 
 @styled
 def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
-    """One result: a row for forces, one for torques; of one joint its components, of several magnitudes. Several
-    results: a row a joint, force and torque side by side, and how far apart they are.
+    """Draw one result with a row of forces and one of torques: components of a single joint, magnitudes of several.
+    Draw several results with a row for each joint, force beside torque, and their differences.
 
-    Components that are not unique are grey, and magnitudes are of the others, or grey where there are none. Torques of
-    round-off are said, not drawn.
+    Components that are not unique are grey. Magnitudes leave them out, or are grey where all components are not unique.
+    The small print names torques that are round-off.
     """
     single = len(results) == 1
     names, remark = shown.largest_joints(results, "joints/reaction_force", shown.MAX_LINES if single else MAX_ROWS // 2)
@@ -53,8 +53,7 @@ def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
 
 
 def _plot(axis: Axes, result: Results, reactions: Sequence[Reaction]) -> None:
-    """The lines; those that are not unique keep their dashes and lose their colour, which the legend shows all the
-    same."""
+    """Draw the lines. Those that are not unique keep their dashes but are grey; the legend shows their own colours."""
     lines = _lines(result, reactions)
     for index, (text, values, is_unique) in enumerate(lines):
         part = slice(None) if is_unique else slice(0)
@@ -65,7 +64,7 @@ def _plot(axis: Axes, result: Results, reactions: Sequence[Reaction]) -> None:
 
 
 def _lines(result: Results, reactions: Sequence[Reaction]) -> list[tuple[str, Array, bool]]:
-    """What each line is called, its values, and whether they are unique."""
+    """The label of each line, its values, and whether they are unique."""
     if len(reactions) == 1:
         (reaction,) = reactions
         values = reaction.components(result)
@@ -76,7 +75,8 @@ def _lines(result: Results, reactions: Sequence[Reaction]) -> list[tuple[str, Ar
 
 
 def _overlaid(found: Sequence[Sequence[Reaction]]) -> Iterator[PanelGroup]:
-    """Of one joint a row a component; of several a row a joint, with magnitudes. Below, how far vectors are apart."""
+    """The rows of overlaid results: a row for each component of a single joint, or for each joint with magnitudes. Rows
+    of differences follow."""
     for of in zip(*found, strict=True):
         pairs = [(reaction, word, unit) for reaction, (_, word, unit) in zip(of, KINDS, strict=False)]
         apart = tuple(PanelQuantity(SIGN, unit, reaction.vector) for reaction, _, unit in pairs)
@@ -101,7 +101,7 @@ def _component(reaction: Reaction, word: str, unit: Unit, axis: int) -> PanelQua
 
 
 def _left_out(results: Sequence[Results], names: Sequence[str]) -> Iterator[str]:
-    """What magnitudes leave out."""
+    """Yield a remark on the components that magnitudes leave out."""
     if len(names) == 1:
         return
     words: dict[str, str] = {}

@@ -1,4 +1,4 @@
-"""What the run did to get on: step size, and iterations of the projection per step."""
+"""The steps of a run: their size, and the iterations of the projection in each."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ ITERATIONS = (
     ("diagnostics/velocity_iterations", "velocity iterations a step"),
 )
 REJECTED = "×: steps were rejected since the sample before"
-#: From this ratio of the largest step to the smallest on, the axis is logarithmic.
+#: The ratio of the largest to the smallest step from which on the axis is logarithmic.
 WIDE = 20.0
 
 
 @styled
 def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
-    """Three panels, a line a result. Iterations are averages over the steps between two samples; where no step ended
-    between them, those of the step before, in which they lie."""
+    """Draw three panels with a line for each result. Iterations are averages over the steps between two samples.
+    Samples inside one step share that step's value."""
     figure, axes = panels.panels(3)
     sizes, remark = [result["diagnostics/step_size"] for result in results], ""
     for index, (result, label) in enumerate(zip(results, labels, strict=True)):
@@ -36,7 +36,7 @@ def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
             panels.plot(axes[0, 0], result.time[after], sizes[index][after], "", index, **crosses)
             remark = REJECTED
         for axis, (path, _) in zip(axes[1:, 0], ITERATIONS, strict=True):
-            panels.plot(axis, result.time, _held(per_step(result, path)), label, index, drawstyle="steps-pre")
+            panels.plot(axis, result.time, _filled_forward(per_step(result, path)), label, index, drawstyle="steps-pre")
     for axis, (_, name) in zip(axes[1:, 0], ITERATIONS, strict=True):
         panels.name(axis, name)
         _from_zero(axis)
@@ -46,21 +46,21 @@ def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
 
 
 def rejected(result: Results) -> Flags:
-    """At which samples steps had been rejected since the sample before, (T,)."""
+    """Mark the samples (T,) since whose predecessor steps were rejected."""
     count = result["diagnostics/rejected_steps"]
     found: Flags = np.diff(count, prepend=count[:1]) > 0
     return found
 
 
 def per_step(result: Results, path: str) -> Array:
-    """The counter's growth over the steps' since the sample before (T); NaN where there was no step."""
+    """The increase of a counter over that of the steps since the sample before (T); NaN where no step ended."""
     growth, steps = (np.diff(result[name], prepend=np.nan) for name in (path, "diagnostics/steps"))
     rate: Array = np.divide(growth, steps, out=np.full(len(steps), np.nan), where=steps > 0)
     return rate
 
 
-def _held(rates: Array) -> Array:
-    """Each rate that is not a number replaced by the last one before it that is, where there is one."""
+def _filled_forward(rates: Array) -> Array:
+    """Replace each NaN by the last number before it, where there is one."""
     last = np.maximum.accumulate(np.where(np.isnan(rates), 0, np.arange(len(rates))))
     return rates[last]
 
@@ -74,6 +74,6 @@ def _scale(axis: Axes, sizes: Array) -> None:
 
 
 def _from_zero(axis: Axes) -> None:
-    """Show zero and the top a little inside the edges, so that lines there are whole."""
+    """Set the limits a little beyond zero and the top, so that lines there are fully visible."""
     high = 1.05 * axis.get_ylim()[1]
     axis.set_ylim(-0.04 * high, high)

@@ -1,4 +1,4 @@
-"""The error of each marker of a certified run over time, and how well it is known."""
+"""The error of each marker of a certified run over time, with its uncertainty."""
 
 from __future__ import annotations
 
@@ -13,14 +13,15 @@ from mbproj.figures.style import line, styled
 from mbproj.results import Results
 from mbproj.results.trust import Trust
 
-#: An uncertainty that is less than this part of the error cannot be seen.
+#: An uncertainty below this part of the error is not visible.
 SEEN = 0.05
 BAND = "band: what the error may be at most"
 
 
 @styled
 def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
-    """A row a marker, a line a certified result, with a band above it that the true error may be in."""
+    """Draw a row for each marker with a line for each certified result. The band above a line is where the true error
+    may be."""
     certified = [(result, result.trust, label) for result, label in zip(results, labels, strict=True) if result.trust]
     names = list(dict.fromkeys(name for result, trust, _ in certified for name in _names(result, trust)))
     drawn = names[:MAX_ROWS]
@@ -42,6 +43,6 @@ def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
 
 
 def _names(result: Results, trust: Trust) -> list[str]:
-    """The points to draw: of markers, those that were chosen."""
+    """The points to draw; of markers, those that the results have kept."""
     chosen = result.names("markers") or trust.names
     return [name for name in trust.names if name in chosen]

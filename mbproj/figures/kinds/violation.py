@@ -18,7 +18,7 @@ ROWS = (
 
 @styled
 def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
-    """Two panels with a logarithmic axis, a line a result."""
+    """Draw two panels with logarithmic axes and a line for each result."""
     figure, axes = panels.panels(2, height=2.1)
     for axis, (path, name) in zip(axes[:, 0], ROWS, strict=True):
         for index, (result, label) in enumerate(zip(results, labels, strict=True)):

@@ -1,1 +1,1 @@
-"""Pages of figures for the studies and for `mbproj paper`, one a module: arrays in, a Figure out."""
+"""Pages of figures for the studies and for `mbproj paper`, one module each: arrays in, a Figure out."""

@@ -1,4 +1,4 @@
-"""What actuators do along a motion: their forces, torques and power."""
+"""The forces, torques and power of actuators along a motion."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from mbproj.figures.style import styled
 from mbproj.figures.units import tick_degrees
 from mbproj.results.loads.largest import Cycle
 
-#: Words of the panels by unit.
+#: The words on the panels, by unit.
 WORDS = {"N": "force", "N m": "torque"}
 
 
@@ -21,8 +21,8 @@ WORDS = {"N": "force", "N m": "torque"}
 def draw_actuators(
     time: Array, names: Sequence[str], units: Sequence[str], force: Array, power: Array, over: Cycle | None, remark: str
 ) -> Figure:
-    """A panel of the forces (T, k), one of the torques where there are some, one of the power; over time in s, or over
-    a coordinate, an angle in degrees modulo a turn."""
+    """Draw a panel of forces (T, k), one of torques and one of power, as far as there are any. The axis is time in s,
+    or a coordinate; an angle is in degrees modulo a turn."""
     kinds = [unit for unit in WORDS if unit in units]
     figure, axes = panels.panels(len(kinds) + 1, height=2.1)
     at = time if over is None else in_degrees(over.values, over.unit)

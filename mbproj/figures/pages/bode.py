@@ -1,4 +1,4 @@
-"""Bode's plots of a linear model: gain and phase of every output over the frequency of every input."""
+"""Bode diagrams of a linear model: gain and phase of every output over the frequency of every input."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from mbproj.figures.fitted_text import literal
 from mbproj.figures.style import AXIS_HEIGHT, line, page_width, styled
 from mbproj.results.linear.model_file import StoredModel
 
-#: Points of a curve, lines in the picture, and decades beside the slowest and the fastest mode.
+#: The points of a curve, the most lines in a picture, and the decades beyond the slowest and the fastest mode.
 POINTS, MOST_LINES, DECADES = 600, 14, 1.0
 
 
 def frequencies(model: StoredModel) -> Array:
-    """From a decade below the slowest mode to a decade above the fastest, in Hz."""
+    """Frequencies in Hz, from a decade below the slowest mode to a decade above the fastest."""
     speeds = np.abs(np.linalg.eigvals(model.A)) / (2.0 * np.pi)
     moving = speeds[speeds > 1e-9 * max(float(speeds.max(initial=0.0)), 1e-300)]
     low, high = (float(moving.min()), float(moving.max())) if len(moving) else (0.1, 10.0)
@@ -27,14 +27,14 @@ def frequencies(model: StoredModel) -> Array:
 
 
 def response(model: StoredModel, frequency: Array) -> Numbers:
-    """C (iω - A)⁻¹ B + D at each frequency in Hz, (F, outputs, inputs)."""
+    """The frequency response C (iω - A)⁻¹ B + D at each frequency in Hz, (F, outputs, inputs)."""
     at = 2j * np.pi * frequency[:, None, None] * np.eye(len(model.A)) - model.A
     return model.C @ np.linalg.solve(at, np.broadcast_to(model.B, (len(frequency), *model.B.shape))) + model.D
 
 
 @styled
 def bode(model: StoredModel) -> Figure:
-    """A line for each pair of an input and an output."""
+    """Draw a line for each pair of an input and an output."""
     frequency = frequencies(model)
     found = response(model, frequency)
     figure = Figure(figsize=(page_width(), 2 * 2.2 + AXIS_HEIGHT), layout="constrained")

@@ -1,4 +1,4 @@
-"""A page that compares methods: violations, error, whose the energy drift is, and what it all costs."""
+"""A page that compares methods: violations, errors, the two parts of the energy drift, and costs."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from mbproj.figures import panels
 from mbproj.figures.fitted_text import fitted
 from mbproj.figures.style import SHADE, line, page_width, styled
 
-#: Height of a row of panels, and room for a method's name beside its costs, inches.
+#: The height of a row of panels, and the room for a method's name beside its costs, inches.
 ROW, NAME = 1.65, 1.2
 VIOLATIONS = (
     ("position_violation", r"$|C|_\infty$ (m or rad)"),
@@ -27,8 +27,9 @@ VIOLATIONS = (
 
 @dataclass(frozen=True, eq=False)
 class Compared:
-    """What is drawn of a method: series over `time` (T,), violations, error in m, the cumulated parts of the energy
-    drift in J (None after a failure); seconds (median, smallest, largest; None: not in time), counters of the run."""
+    """The results of one method. Series over `time` (T,) are violations, error in m, and the cumulated parts of the
+    energy drift in J (None after a failure). `seconds` are the median, smallest and largest, or None where costs are
+    not compared in time. The rest are counters of the run."""
 
     label: str
     time: Array
@@ -45,7 +46,7 @@ class Compared:
 
 @styled
 def comparison_page(methods: Sequence[Compared], uncertainty: Array, remark: str) -> Figure:
-    """Four rows of two panels; `uncertainty` (T,) in m is that of the reference, the floor of the errors."""
+    """Draw four rows of two panels. `uncertainty` (T,) in m is that of the reference, a floor for the errors."""
     heights = [ROW, ROW, ROW, 0.9 + 0.16 * len(methods)]
     figure = Figure(figsize=(page_width(), sum(heights)), layout="constrained")
     grid = figure.add_gridspec(4, 2, height_ratios=heights)
@@ -64,7 +65,7 @@ def comparison_page(methods: Sequence[Compared], uncertainty: Array, remark: str
 
 
 def _errors(axis: Axes, methods: Sequence[Compared], uncertainty: Array) -> None:
-    """Errors over the floor of what the reference is uncertain by."""
+    """Draw the errors above the uncertainty of the reference."""
     for index, method in enumerate(methods):
         panels.plot_log(axis, method.time, method.error, method.label, index)
     floor = np.where(np.isfinite(uncertainty), uncertainty, np.nan).clip(panels.FLOOR)
@@ -77,7 +78,7 @@ def _errors(axis: Axes, methods: Sequence[Compared], uncertainty: Array) -> None
 
 
 def _energies(axes: Sequence[Axes], methods: Sequence[Compared]) -> None:
-    """The two parts of the drift on one scale."""
+    """Draw the two parts of the drift on the same scale."""
     largest = 0.0
     parts = {"integrator": "|drift by the\nintegrator| (J)", "projection": "|work of the\nprojection| (J)"}
     for axis, (part, title) in zip(axes, parts.items(), strict=True):
@@ -94,7 +95,7 @@ def _energies(axes: Sequence[Axes], methods: Sequence[Compared]) -> None:
 
 
 def _costs(axes: Sequence[Axes], methods: Sequence[Compared]) -> None:
-    """A row for each method, the first on top: seconds with their spread, or factorisations; and iterations."""
+    """Draw a row for each method, the first on top: seconds with their spread, or factorisations; then iterations."""
     in_time = any(method.seconds for method in methods)
     rows = -np.arange(len(methods))
     for row, (index, method) in zip(rows, enumerate(methods), strict=True):

@@ -1,4 +1,5 @@
-"""A page on a design: what was matched beside what the best design does, how the searches went down, correlations."""
+"""A page on a design: the matched data beside the best design, the course of the searches, and the correlations of its
+numbers."""
 
 from __future__ import annotations
 
@@ -14,19 +15,20 @@ from mbproj.figures.fitted_text import fitted
 from mbproj.figures.style import line, page_width, styled
 from mbproj.results.design.drawn import Drawn, Matched
 
-#: Height of a row of panels, inches; room for a name beside a matrix; numbers that are written into its cells at most.
+#: The height of a row of panels and the room for a name beside a matrix, inches; the most numbers whose correlations
+#: are written into the cells.
 ROW, NAME, WRITTEN = 2.3, 1.0, 8
-#: Room for the legend of a front, inches.
+#: The room for the legend of a front, inches.
 ABOVE = 0.5
 
 
 def whole_page(drawn: Drawn) -> Figure:
-    """All that there is of a design on one page: the front, or a row for each match, then searches and correlation."""
+    """Draw a design on one page: its front, or a row for each match, then searches and correlations."""
     return _front(drawn) if drawn.front is not None else _page(drawn)
 
 
 def why_not(kind: str, drawn: Drawn) -> str | None:
-    """Why a picture does not apply; None where it does."""
+    """The reason why a picture does not apply; None where it does."""
     missing: Mapping[str, tuple[bool, str]] = {
         "fit": (not drawn.matches, "the design matches nothing"),
         "convergence": (not any(len(trace) for trace in drawn.traces), "no search went down by itself"),
@@ -54,7 +56,7 @@ def _page(drawn: Drawn) -> Figure:
 
 @styled
 def _fit(drawn: Drawn) -> Figure:
-    """A row for each match, with its residuals."""
+    """Draw a row for each match, with its residuals."""
     figure = Figure(figsize=(page_width(), ROW * len(drawn.matches)), layout="constrained")
     for (left, right), match in zip(figure.subplots(len(drawn.matches), 2, squeeze=False), drawn.matches, strict=True):
         _match(left, match)
@@ -80,7 +82,7 @@ def _dependence(drawn: Drawn) -> Figure:
 
 @styled
 def _front(drawn: Drawn) -> Figure:
-    """Each further goal over the first one. The first design is the one chosen."""
+    """Draw each further goal over the first goal. The first design is the chosen one."""
     assert drawn.front is not None
     names, goals = drawn.goals, drawn.front
     figure = Figure(figsize=(page_width(), ROW * (len(names) - 1) + ABOVE), layout="constrained")
@@ -134,7 +136,7 @@ def _residuals(axis: Axes, match: Matched) -> None:
 
 
 def _searches(axis: Axes, traces: Sequence[Array], value: str) -> None:
-    """The best search in front."""
+    """Draw the course of all searches, with the best in front."""
     low = min((float(trace[:, 1].min()) for trace in traces if len(trace)), default=1.0)
     logarithmic = low > 0.0 and value.startswith("rms")
     for index, trace in reversed(list(enumerate(traces))):
@@ -161,7 +163,7 @@ def _correlation(axis: Axes, names: Sequence[str], correlation: Array) -> None:
     axis.figure.colorbar(drawn, ax=axis, label="correlation", shrink=0.9)
 
 
-#: Pictures by kind, for `mbproj plot`.
+#: The pictures by kind, for `mbproj plot`.
 PICTURES: Mapping[str, Callable[[Drawn], Figure]] = {
     "fit": _fit,
     "convergence": _convergence,

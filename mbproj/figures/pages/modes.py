@@ -1,4 +1,5 @@
-"""Pictures of modes: eigenvalues in the complex plane, shapes by joint coordinate and body, traces over a parameter."""
+"""Pictures of modes: eigenvalues in the complex plane, shapes by joint coordinate and body, and traces over a
+parameter."""
 
 from __future__ import annotations
 
@@ -15,19 +16,19 @@ from mbproj.figures.fitted_text import literal
 from mbproj.figures.style import AXIS_HEIGHT, line, page_width, styled
 from mbproj.results.linear.modes_file import StoredModes
 
-#: Modes whose shapes are drawn, and bars in one of them.
+#: The most modes whose shapes are drawn, and the most bars of one shape.
 MOST_SHAPES, MOST_BARS = 8, 12
 HEIGHT = 3.0
-#: Numbers of dots that are closer than this part of the panel, across and upward, are told together.
+#: Dots closer than these parts of the panel, across and upward, share one label.
 CLOSE = np.array([0.05, 0.055])
-#: What moves by less than this part of the largest is not listed; of the empty side of the line of stability this part
-#: of the other is shown.
+#: Components of a shape below this part of the largest are not listed. On the side of the stability line without dots,
+#: this part of the other side's width is shown.
 SEEN, BESIDE = 0.02, 0.08
 
 
 @styled
 def eigenvalues(modes: StoredModes) -> Figure:
-    """A dot for each mode: growth to the right, frequency upwards; numbers are those of the table."""
+    """Draw a dot for each mode: growth to the right, frequency upward. Numbers are those of the table."""
     figure = Figure(figsize=(page_width(), HEIGHT + AXIS_HEIGHT), layout="constrained")
     axis = figure.subplots()
     axis.axvline(0.0, color="#777777", linewidth=0.8)
@@ -41,8 +42,8 @@ def eigenvalues(modes: StoredModes) -> Figure:
 
 @styled
 def shapes(modes: StoredModes) -> Figure:
-    """One row a mode. Left: how far each joint coordinate moves beside the largest, in phase or against it; where none
-    does, how bodies shift and turn. Right: the parts of its kinetic energy."""
+    """Draw a row for each mode. Left: the joint coordinates relative to the largest, in phase or opposite; where none
+    moves, the displacements of bodies. Right: the parts of its kinetic energy."""
     count = min(len(modes.eigenvalue), MOST_SHAPES)
     figure = Figure(figsize=(page_width(), max(1, count) * 1.3 + AXIS_HEIGHT), layout="constrained")
     axes = figure.subplots(max(1, count), 2, squeeze=False)
@@ -72,7 +73,7 @@ def shapes(modes: StoredModes) -> Figure:
 
 @styled
 def traces(modes: StoredModes) -> Figure:
-    """Frequencies and growth rates over the parameter (Campbell's diagram), and the root locus below."""
+    """Draw frequencies and growth rates over the parameter (Campbell diagram), and the root locus below."""
     figure = Figure(figsize=(page_width(), 3 * 1.9 + AXIS_HEIGHT), layout="constrained")
     frequency, growth, locus = figure.subplots(3, 1)
     growth.sharex(frequency)
@@ -100,7 +101,7 @@ PICTURES: Mapping[str, Callable[[StoredModes], Figure]] = MappingProxyType(
 
 
 def why_not(kind: str, modes: StoredModes) -> str | None:
-    """Why a picture does not apply; None where it does."""
+    """The reason why a picture does not apply; None where it does."""
     if kind == "traces" and not len(modes.trace_value):
         return "no parameter was varied: mbproj modes --vary"
     if kind != "traces" and not len(modes.eigenvalue):
@@ -116,7 +117,8 @@ def _bars(axis: Axes, names: Sequence[str], values: Array) -> None:
 
 
 def _of_bodies(modes: StoredModes, mode: int) -> tuple[Numbers, list[str]]:
-    """How bodies shift and turn, the parts that are seen: turns at the arm of a tenth of what the bodies are apart."""
+    """The largest displacements and rotations of bodies in a mode. Rotations count at an arm of a tenth of the bodies'
+    spread."""
     arm = 0.1 * float(np.linalg.norm(np.ptp(modes.position, axis=0))) or 0.1
     scaled = modes.displacement[mode] * ([1.0] * 3 + [arm] * 3)
     names = [f"{body} {word} {axis}" for body in modes.bodies for word in ("along", "about") for axis in "xyz"]
@@ -126,7 +128,7 @@ def _of_bodies(modes: StoredModes, mode: int) -> tuple[Numbers, list[str]]:
 
 
 def _labelled(axis: Axes, across: Array, upward: Array) -> Iterator[tuple[tuple[float, float], list[int]]]:
-    """The numbers of the modes, those together whose dots are so close that their numbers would lie on each other."""
+    """Yield the place of each label and the numbers of its modes. Modes whose dots are close share one label."""
     (left, right), (low, high) = axis.get_xlim(), axis.get_ylim()
     places = np.column_stack([(across - left) / (right - left), (upward - low) / (high - low)])
     groups: list[list[int]] = []
@@ -143,7 +145,7 @@ def _labelled(axis: Axes, across: Array, upward: Array) -> Iterator[tuple[tuple[
 
 
 def _listed(numbers: Sequence[int]) -> str:
-    """1, 2, 3, 5 as 1-3, 5."""
+    """The numbers as a text: 1, 2, 3, 5 becomes 1-3, 5."""
     runs: list[list[int]] = []
     for number in numbers:
         if runs and number == runs[-1][-1] + 1:
@@ -154,8 +156,8 @@ def _listed(numbers: Sequence[int]) -> str:
 
 
 def _room(axis: Axes, *spans: Array) -> None:
-    """Room around what is drawn, and the line where nothing grows or decays, with some of its other side; also where
-    all of it is round-off beside the other direction."""
+    """Set limits around the dots, with some of the empty side of the stability line, also where one direction is only
+    round-off."""
     across, upward = (span[np.isfinite(span)] for span in spans)
     least = max(1e-3 * float(np.abs(upward).max(initial=0.0)), 1e-12)
     low, high = min(float(across.min(initial=0.0)), -least), max(float(across.max(initial=0.0)), least)

@@ -1,5 +1,5 @@
-"""The figures of Zhang, Liu & Liu (2015), sect. 5: a point's path and velocity (2, 3, 7, 8), the constraint errors of
-several methods (4, 5, 9, 10). Arrays in, a Figure out; `save` writes it."""
+"""The figures of Zhang, Liu & Liu (2015), sect. 5: position and velocity of a point (2, 3, 7, 8), and the constraint
+errors of several methods (4, 5, 9, 10). Arrays in, a Figure out; `save` writes it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from mbproj.figures.style import SHADE, styled
 
 HEIGHT = 3.0
 COMPONENTS = "xyz"
-#: A method's times (T) in s and violations (T).
+#: The times (T) in s and the violations (T) of a method.
 Series = tuple[Array, Array]
 
 
@@ -27,7 +27,7 @@ def position_history(
     unconverged_from: float | None = None,
     unconverged_error: str = "1 mm",
 ) -> Figure:
-    """A point's position (T, 3) in m over time (T) in s (Figs. 2, 7), only the `components` named."""
+    """Draws the position (T, 3) in m of a point over time (T) in s (Figs. 2, 7), only the `components` named."""
     figure = _history(time, position, components, "{}", "position (m)")
     return _finished(figure, time, unconverged_from, unconverged_error)
 
@@ -41,7 +41,7 @@ def velocity_history(
     unconverged_from: float | None = None,
     unconverged_error: str = "1 mm",
 ) -> Figure:
-    """A point's velocity (T, 3) in m/s over time (T) in s (Figs. 3, 8), only the `components` named."""
+    """Draws the velocity (T, 3) in m/s of a point over time (T) in s (Figs. 3, 8), only the `components` named."""
     figure = _history(time, velocity, components, "$v_{}$", "velocity (m/s)")
     return _finished(figure, time, unconverged_from, unconverged_error)
 
@@ -50,7 +50,7 @@ def velocity_history(
 def position_errors(
     series: Mapping[str, Series], *, unconverged_from: float | None = None, unconverged_error: str = "1 mm"
 ) -> Figure:
-    """The violation |C|∞ of several methods by name over time, logarithmic (Figs. 4, 9)."""
+    """Draws the violation |C|∞ of several methods, by name, over time on a logarithmic axis (Figs. 4, 9)."""
     figure = _errors(series, r"position error $|C|_\infty$ (m or rad)")
     return _finished(figure, _longest(series), unconverged_from, unconverged_error)
 
@@ -59,7 +59,7 @@ def position_errors(
 def velocity_errors(
     series: Mapping[str, Series], *, unconverged_from: float | None = None, unconverged_error: str = "1 mm"
 ) -> Figure:
-    """The violation |Ċ|∞ of several methods by name over time, logarithmic (Figs. 5, 10)."""
+    """Draws the violation |Ċ|∞ of several methods, by name, over time on a logarithmic axis (Figs. 5, 10)."""
     figure = _errors(series, r"velocity error $|\dot{C}|_\infty$ (m/s or rad/s)")
     return _finished(figure, _longest(series), unconverged_from, unconverged_error)
 
@@ -87,7 +87,7 @@ def _longest(series: Mapping[str, Series]) -> Array:
 
 
 def _finished(figure: Figure, time: Array, unconverged_from: float | None, error: str) -> Figure:
-    """The figure with its legend, and with the times shaded that the step does not resolve."""
+    """Add the legend, and shade the times from which on the step has not converged."""
     axis: Axes = figure.axes[0]
     if unconverged_from is not None and unconverged_from < time[-1]:
         text = f"step not converged from t = {unconverged_from:.3g} s on (error > {error})"

@@ -1,4 +1,4 @@
-"""A curve as a workshop sees it: the profile, and over it the radius, the pressure angle and the curvature."""
+"""A curve for the workshop: its profile beside its radius, pressure angle and curvature."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from mbproj.figures.style import AXIS_HEIGHT, line, page_width, styled
 from mbproj.figures.units import tick_degrees
 from mbproj.scene.blocks.curves.sheet import Sheet
 
-#: Of the profile and of the panels beside it, in widths of the page.
+#: The relative widths of the profile and of the panels beside it.
 WIDTHS = (1.15, 1.0)
 HEIGHT = 1.35
-#: From this pressure angle on a follower in a slide may jam (Norton 2009, Cam Design, ch. 7), in degrees.
+#: The pressure angle in degrees above which a sliding follower may jam (Norton 2009, Cam Design, ch. 7).
 JAMS = 30.0
 OUTLINE, GUIDE, LIMIT = 0, 1, 2
 
 
 @styled
 def draw_profile(found: Sheet) -> Figure:
-    """The profile at true angles on the left, its numbers along it on the right."""
+    """Draw the profile with equal scales on the left, and its numbers along it on the right."""
     words = ["radius", *(["pressure angle"] if found.closed else []), "curvature"]
     figure = Figure(figsize=(page_width(), max(3, len(words)) * HEIGHT + AXIS_HEIGHT), layout="constrained")
     grid = figure.add_gridspec(len(words), 2, width_ratios=WIDTHS, height_ratios=[HEIGHT] * len(words))
@@ -56,7 +56,7 @@ def draw_profile(found: Sheet) -> Figure:
 
 
 def _outline(axis: Axes, found: Sheet) -> None:
-    """The profile, the way of the centre of a roller, and the roller at its first place."""
+    """Draw the profile, the path of the roller's centre, and the roller at its first place."""
     panels.plot(axis, 1e3 * found.x, 1e3 * found.y, "profile" if found.roller else "", OUTLINE)
     if found.roller:
         panels.plot(axis, 1e3 * found.line_x, 1e3 * found.line_y, "centre of the roller", GUIDE)
@@ -69,7 +69,7 @@ def _outline(axis: Axes, found: Sheet) -> None:
 
 
 def remark(found: Sheet) -> str:
-    """What the picture cannot show by a line."""
+    """The small print: the name of the curve, the largest pressure angle, and the largest rollers."""
     said = [f"curve '{found.name}'"]
     if found.closed:
         worst = float(np.max(found.pressure))
@@ -78,7 +78,7 @@ def remark(found: Sheet) -> str:
 
 
 def rollers_said(found: Sheet) -> list[str]:
-    """The largest roller of each side, in words."""
+    """The largest roller on each side, in words."""
     return [
         f"any roller fits {side}" if radius == inf else f"largest roller {side}: {1e3 * radius:.4g} mm"
         for side, radius in found.rollers.items()

@@ -1,4 +1,4 @@
-"""A page of bars: by how many percent each measure changes where a number of the scene changes by one."""
+"""A page of bars: the change in percent of each measure where a number of the scene changes by one percent."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from mbproj.figures.fitted_text import fitted
 from mbproj.figures.style import line, page_width, styled
 from mbproj.results.views.table import Table
 
-#: Height of a bar, and of the rest of a measure's panel, inches; room for the name of a number; bars at most.
+#: The height of a bar and of the rest of a panel, and the room for the name of a number, inches; the most bars.
 BAR, AROUND, NAME, MOST = 0.22, 0.75, 1.6, 20
 
 
 @styled
 def draw_sensitivities(table: Table) -> Figure:
-    """A panel for each measure of the table that `mbproj sensitivity` prints, its largest elasticity on top. A measure
-    that is 0 has none, and says so."""
+    """Draw a panel for each measure of the table of `mbproj sensitivity`, its largest elasticity on top. A measure of 0
+    has no elasticity; its panel tells so."""
     measures = list(dict.fromkeys(row[0] for row in table.rows))
     rows = {name: [row for row in table.rows if row[0] == name] for name in measures}
     heights = [AROUND + BAR * min(len(of), MOST) for of in rows.values()]
@@ -35,7 +35,8 @@ def draw_sensitivities(table: Table) -> Figure:
 
 
 def _bars(axis: Axes, name: str, rows: list[tuple[Any, ...]]) -> None:
-    """The columns of a row are measure, number, value, slope, uncertainty, elasticity, unit."""
+    """Draw the bars of one measure. The columns of `rows` are measure, number, value, slope, uncertainty, elasticity,
+    unit."""
     seen = [row for row in rows if np.isfinite(row[5])][:MOST]
     axis.set_title(f"{name} = {rows[0][2]:.6g}", loc="left", fontsize=8)
     if not seen:

@@ -1,4 +1,4 @@
-"""A stability map: bands of where each method holds, degrades and fails, and how far joints and energy were off."""
+"""A stability map: bands where each method holds, degrades and fails, and the largest violations and energy errors."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from mbproj.figures.fitted_text import fitted, literal
 from mbproj.figures.margins import put_legend
 from mbproj.figures.style import AXIS_HEIGHT, page_width, styled
 
-#: Fills of the states, from light to dark, so that they can be told apart without colour too.
+#: The colours of the states, from light to dark, so that they can be told apart without colour.
 FILLS = {"holds": "#CFE8DC", "degrades": "#EDB44B", "fails": "#A33B1F"}
 BAND, HEIGHT = 0.26, 1.55
-#: Room for a method's name, inches.
+#: The room for a method's name, inches.
 NAME = 1.2
-#: What is drawn of violations and energies: beyond this there is nothing left of the motion.
+#: Violations and energy errors above this are not drawn: nothing is left of the motion.
 HIGHEST = 1e2
 
 
 @dataclass(frozen=True, eq=False)
 class Strip:
-    """A method: its name, values (N,) with their states (N,), how far joints were open (lengths, rad) and the energy
-    off (relative), (N,), NaN where there is none."""
+    """The points of one method: values (N,) with their states (N,). `closure` is the largest opening of joints
+    (lengths, rad), `energy` the relative energy error, (N,); NaN where there is none."""
 
     name: str
     value: Array
@@ -39,8 +39,8 @@ class Strip:
 
 @dataclass(frozen=True, eq=False)
 class Map:
-    """Strips over what `label` names; `own`: the scene's value; `analytic`: the limit of theory, None where there is
-    none; `closed` and `off`: up to where a run holds, None where that is not what is judged."""
+    """The strips of all methods over the quantity that `label` names. `own` is the scene's value, `analytic` the limit
+    of theory. `closed` and `off` are the limits up to which a run holds. Each is None where it does not apply."""
 
     strips: Sequence[Strip]
     label: str
@@ -52,7 +52,7 @@ class Map:
 
 @styled
 def stability_page(shown: Map, remark: str) -> Figure:
-    """The bands above, the largest violation and the energy below, as far as there are any."""
+    """Draw the bands above, the largest violation and the energy error below, as far as there are any."""
     has_energy = any(np.any(np.isfinite(strip.energy)) for strip in shown.strips)
     heights = [0.3 + BAND * len(shown.strips), *([HEIGHT] * (1 + has_energy))]
     figure = Figure(figsize=(page_width(), sum(heights) + AXIS_HEIGHT), layout="constrained")
@@ -87,7 +87,7 @@ def _bands(axis: Axes, shown: Map) -> None:
 
 
 def _runs(states: Sequence[str]) -> list[tuple[int, int, str]]:
-    """Neighbours of one state: first index, last index, state."""
+    """The runs of equal states: first index, last index, state."""
     found: list[tuple[int, int, str]] = []
     for index, state in enumerate(states):
         if found and found[-1][2] == state:
@@ -107,7 +107,7 @@ def _series(axis: Axes, shown: Map, name: str, limit: float | None) -> None:
 
 
 def _with_legend(figure: Figure, axes: Iterable[Axes], remark: str) -> Figure:
-    """One legend of states and lines above, and the small print below."""
+    """Add one legend of states and lines above, and the small print below."""
     figure = panels.finish(figure, remark=remark, with_legend=False)
     states = {state: Patch(facecolor=fill, edgecolor="#555555", linewidth=0.4) for state, fill in FILLS.items()}
     put_legend(figure, {**states, **panels.legend_entries(list(axes))})

@@ -1,4 +1,4 @@
-"""What a threshold of the projection does: error and violation, projections, cost."""
+"""The effect of a projection's threshold on error and violation, projections, and cost."""
 
 from __future__ import annotations
 
@@ -14,15 +14,16 @@ from mbproj.figures import panels
 from mbproj.figures.style import AXIS_HEIGHT, SHADE, line, page_width, styled
 
 HEIGHT = 1.6
-#: Where the error is above this multiple of the reference's uncertainty, that is not drawn: violations lie there, too.
+#: Where the error is above this multiple of the reference's uncertainty, the uncertainty is not drawn: violations are
+#: in its place.
 NEAR_FLOOR = 1e4
 
 
 @dataclass(frozen=True, eq=False)
 class Thresholds:
-    """Series over `threshold` (N,): error in m, violations, projections, CPU time in s with its spread (N, 2); the same
-    of a run with a projection after every step (`always`) and of one without (`never`), as (error, |C|, projections,
-    seconds); the recommended threshold; the reference's uncertainty in m."""
+    """Series over `threshold` (N,): error in m, violations, projections, CPU time in s with its spread (N, 2). `always`
+    and `never` are a run with a projection after every step, and one without, each as (error, |C|, projections,
+    seconds). `floor` is the uncertainty of the reference in m."""
 
     threshold: Array
     error: Array
@@ -39,10 +40,10 @@ class Thresholds:
 
 @styled
 def threshold_page(shown: Thresholds, remark: str) -> Figure:
-    """Three panels over the threshold."""
+    """Draw three panels over the threshold."""
     figure = Figure(figsize=(page_width(), 3 * HEIGHT + AXIS_HEIGHT), layout="constrained")
     axes = figure.subplots(3, 1, sharex=True)
-    axes[0].set_xscale("log")  # before anything is drawn: around one threshold linear limits would be negative
+    axes[0].set_xscale("log")  # before the lines: around a single threshold, linear limits would be negative
     _series(axes[0], shown.threshold, shown.error, "error (m)", 0)
     _series(axes[0], shown.threshold, shown.position_violation, "$|C|_\\infty$ (m or rad)", 1)
     _series(axes[0], shown.threshold, shown.velocity_violation, "$|\\dot{C}|_\\infty$ (per s)", 3)
@@ -76,6 +77,6 @@ def _series(axis: Axes, threshold: Array, values: Array, label: str, index: int)
 
 
 def _level(axis: Axes, value: float, label: str, dashes: tuple[int, tuple[int, ...]]) -> None:
-    """A horizontal line of what holds without any threshold."""
+    """Draw a horizontal line for a value that does not depend on the threshold."""
     if np.isfinite(value):
         axis.axhline(value, color="#777777", linewidth=0.9, linestyle=dashes, label=label, zorder=1.0)

@@ -1,4 +1,4 @@
-"""Work-precision diagrams of a trade-off: error against cost, and the violation on an axis of its own."""
+"""Work-precision diagrams of a trade-off: error over cost, and the violation on an axis of its own."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from mbproj.figures.fitted_text import fitted, literal
 from mbproj.figures.margins import put_legend, small_print
 from mbproj.figures.style import SHADE, label_size, line, page_width, styled
 
-#: Height of a row of panels, inches.
+#: The height of a row of panels, inches.
 ROW = 2.4
 MARKS = "osD^vPX<>*h"
-#: An axis that spans less than this factor has labels between the powers of ten.
+#: An axis with a smaller ratio of its limits has labels between the powers of ten.
 NARROW = 50.0
 
 
 @dataclass(frozen=True, eq=False)
 class Cloud:
-    """Settings (N,): evaluations of the accelerations, CPU time in s (NaN where it was not measured alone), error in m,
+    """Settings (N,): evaluations of the accelerations, CPU time in s (NaN where not timed alone), error in m,
     violation."""
 
     evaluations: Array
@@ -37,9 +37,9 @@ class Cloud:
 
 @dataclass(frozen=True, eq=False)
 class Diagram:
-    """What is drawn: clouds by integrator and kind of step ("rk4, fixed steps"), of all that was timed, and of one
-    integrator by projection; the front (F, 2) and the scene's own setting as (seconds, error); the reference's
-    uncertainty in m; what the error is of."""
+    """The data of the diagrams. `by_integrator` has clouds by integrator and kind of step ("rk4, fixed steps"), `timed`
+    all timed settings, `by_projection` those of one `integrator`. `front` (F, 2) and the scene's `own` setting are
+    (seconds, error). `floor` is the uncertainty of the reference in m; `points` names where the error is measured."""
 
     by_integrator: Mapping[str, Cloud]
     timed: Cloud
@@ -53,7 +53,8 @@ class Diagram:
 
 @styled
 def work_precision(shown: Diagram, remark: str) -> Figure:
-    """Two rows: integrators over evaluations and over CPU time; projections of one integrator, error and violation."""
+    """Draw two rows: integrators over evaluations and over CPU time; then error and violation of one integrator's
+    projections."""
     figure = Figure(figsize=(page_width(), 2 * ROW), layout="constrained")
     error = fitted(f"error of {shown.points} (m)", ROW - 0.6, label_size(), 2)
     parts = figure.subfigures(2, 1, squeeze=False)
@@ -86,12 +87,12 @@ def work_precision(shown: Diagram, remark: str) -> Figure:
 
 
 def _look(index: int) -> dict[str, Any]:
-    """Of the line number `index`: its colour, dashes and mark."""
+    """The colour, dashes and mark of the line number `index`."""
     return {**line(index), "marker": MARKS[index % len(MARKS)], "markersize": 3.2, "linewidth": 0.9}
 
 
 def _cloud(axis: Axes, cost: Array, value: Array, label: str, look: dict[str, Any]) -> None:
-    """Settings by increasing cost."""
+    """Draw settings in the order of their cost."""
     kept = np.isfinite(cost) & np.isfinite(value)
     order = np.argsort(cost[kept], kind="stable")
     values = np.where(value[kept] < panels.FLOOR, panels.FLOOR, value[kept])
@@ -102,7 +103,7 @@ def _cloud(axis: Axes, cost: Array, value: Array, label: str, look: dict[str, An
 
 
 def _front(axis: Axes, shown: Diagram) -> None:
-    """All that was timed, a staircase along the front, and a star for the scene's own setting."""
+    """Draw all timed settings, a staircase along the front, and a star for the scene's own setting."""
     grey = {"color": "#B0B0B0", "marker": "o", "markersize": 2.0, "linestyle": "none", "zorder": 1.4}
     _cloud(axis, 1e3 * shown.timed.seconds, shown.timed.error, "timed, other projections", grey)
     if len(shown.front):
@@ -115,7 +116,7 @@ def _front(axis: Axes, shown: Diagram) -> None:
 
 
 def _decades(axis: Axes) -> None:
-    """Label powers of ten alone, or where there are few of them 2 and 5 times as much, too."""
+    """Label only powers of ten; where there are few of them, also 2 and 5 times as much."""
     low, high = axis.get_xlim()
     axis.xaxis.set_minor_formatter(NullFormatter())
     if high < NARROW * low:
@@ -124,7 +125,7 @@ def _decades(axis: Axes) -> None:
 
 
 def _floor(axis: Axes, floor: float) -> None:
-    """What the reference cannot tell apart; of a motion that round-off does not touch there is nothing."""
+    """Shade the errors below the uncertainty of the reference, if there is any."""
     if floor == 0.0:
         return
     low = min(axis.get_ylim()[0], floor / 3.0)

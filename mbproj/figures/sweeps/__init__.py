@@ -1,4 +1,5 @@
-"""Pictures of sweeps, one module each with `why_not(chosen)` and `draw(chosen) -> Figure`. Importing this is cheap."""
+"""Pictures of sweeps, one module each with `why_not(chosen)` and `draw(chosen) -> Figure`. Importing this package is
+cheap."""
 
 from __future__ import annotations
 
@@ -14,14 +15,13 @@ if TYPE_CHECKING:
 
     from mbproj.figures.sweeps.chosen import Chosen
 
-#: Designs in which values are samples of distributions, and those in which they are listed.
+#: The designs whose values are samples of distributions, and those whose values are listed.
 SAMPLED, LISTED = frozenset({"montecarlo", "lhs", "sobol", "saltelli"}), frozenset({"grid", "zip"})
 
 
 @dataclass(frozen=True)
 class Picture:
-    """A kind of picture: its module in this folder, one line on it, and the designs of which it is drawn where no kind
-    is asked for."""
+    """A kind of picture: its module in this folder, a summary, and the designs for which it is drawn by default."""
 
     module: str
     summary: str
@@ -41,12 +41,12 @@ PICTURES: Mapping[str, Picture] = MappingProxyType(
 
 
 def why_not(kind: str, chosen: Chosen) -> str | None:
-    """Why the picture does not apply; None where it does."""
+    """The reason why the picture does not apply; None where it does."""
     reason: str | None = import_module(f"{__name__}.{PICTURES[kind].module}").why_not(chosen)
     return reason
 
 
 def draw(kind: str, chosen: Chosen) -> Figure:
-    """The picture of a sweep to which it applies."""
+    """Draw the picture of a sweep to which it applies."""
     figure: Figure = import_module(f"{__name__}.{PICTURES[kind].module}").draw(chosen)
     return figure

@@ -1,4 +1,4 @@
-"""Bars beside each other, one for each quantity that varies, with what they lie between."""
+"""Bars, one for each varied quantity, with their intervals."""
 
 from __future__ import annotations
 
@@ -14,13 +14,14 @@ from mbproj.arrays import Array
 from mbproj.figures.fitted_text import fitted
 from mbproj.figures.style import AXIS_HEIGHT, page_height, page_width
 
-#: Bars in one panel, the height of one and of what stands around them, room for a name, inches.
+#: The most bars in a panel; the height of a bar and of the rest of a panel, and the room for a name, inches.
 MOST, BAR, AROUND, NAME = 12, 0.22, 0.34, 1.7
 WHISKER: dict[str, Any] = {"fmt": "none", "ecolor": "#222222", "elinewidth": 0.9, "capsize": 2.0, "zorder": 3}
 
 
 def stacked(count: int, names: int, width: float = 1.0) -> tuple[Figure, Any]:
-    """A figure of `count` panels below each other with so many names each, which have room for `width` bars."""
+    """A figure of `count` panels below each other, each with room for so many `names`, whose bars are `width` bars
+    thick."""
     each = min(names, MOST) * BAR * width + AROUND
     height = min(count * each, page_height()) + AXIS_HEIGHT
     figure = Figure(figsize=(page_width(), height), layout="constrained")
@@ -28,12 +29,12 @@ def stacked(count: int, names: int, width: float = 1.0) -> tuple[Figure, Any]:
 
 
 def largest(sizes: Array) -> npt.NDArray[np.intp]:
-    """The numbers of the bars that are drawn, the largest first; what is NaN comes last."""
+    """The numbers of the bars to draw, the largest first and NaN last."""
     return np.argsort(-np.nan_to_num(np.abs(sizes), nan=-1.0), kind="stable")[:MOST]
 
 
 def label(axis: Axes, names: Sequence[str]) -> None:
-    """Names of the bars, the first at the top."""
+    """Name the bars, the first at the top."""
     axis.set_yticks(range(len(names)), [fitted(name, NAME, 8.0) for name in names])
     axis.set_ylim(len(names) - 0.4, -0.6)
     axis.grid(visible=False, axis="y")
@@ -41,7 +42,7 @@ def label(axis: Axes, names: Sequence[str]) -> None:
 
 
 def whiskers(axis: Axes, values: Array, between: Array, places: Array) -> None:
-    """What values lie between: (2, n), the lower and the upper ends."""
+    """Draw the intervals of values: (2, n), the lower and the upper ends."""
     known = np.isfinite(values) & np.all(np.isfinite(between), axis=0)
     apart = np.abs(between[:, known] - values[known])
     axis.errorbar(values[known], places[known], xerr=apart, **WHISKER)

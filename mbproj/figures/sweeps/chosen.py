@@ -1,4 +1,4 @@
-"""What of a sweep is drawn: its measures, and what varies, the quantities that were asked for first."""
+"""The part of a sweep that is drawn: its measures, and its varied quantities, those asked for first."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from mbproj.figures.sweeps.scales import Scale, scale_of
 from mbproj.results.sweep.table import GRID, Column, SweepTable
 from mbproj.scene.text.suggestions import choose_from
 
-#: Whether each case (N,) is one of those that are meant.
+#: Marks of cases (N,).
 Cases: TypeAlias = npt.NDArray[np.bool_]
-#: Measures on one page.
+#: The most measures on a page.
 MOST = 6
 SALTELLI = "saltelli"
 
 
 @dataclass(frozen=True, eq=False)
 class Chosen:
-    """A table, the measures that are drawn, and the quantities that have more than one value in it."""
+    """A table of a sweep, the measures to draw, and the quantities that have more than one value."""
 
     table: SweepTable
     measures: tuple[Column, ...]
@@ -33,30 +33,30 @@ class Chosen:
 
     @property
     def numbers(self) -> tuple[Column, ...]:
-        """Those of them that are numbers."""
+        """The varied quantities that are numbers."""
         return tuple(column for column in self.over if column.is_number)
 
     @property
     def independent(self) -> slice:
-        """The cases that are independent samples: of Saltelli's design the first two blocks."""
+        """The cases that are independent samples: in Saltelli's design the first two blocks, otherwise all."""
         return slice(2 * self.table.samples if self.table.combine == SALTELLI else None)
 
     def remark(self, *more: str) -> str:
-        """The small print: of what the picture is, and what else is to be said."""
+        """The small print: the given remarks, the measures left out, the title, and the number of cases."""
         table = self.table
         bad = int(np.count_nonzero(table.failed))
         cases = f"{table.combine}, {len(table.status)} cases" + (f", {bad} failed" if bad else "")
         return "; ".join(part for part in (*more, self.left_out, table.title, cases) if part)
 
     def scaled(self, column: Column) -> tuple[Scale, Array]:
-        """The scale of a column of numbers, and its values on it."""
+        """The scale of a column of numbers, and its values on that scale."""
         scale = scale_of(column)
         return scale, scale.factor * column.values
 
 
 def choose(table: SweepTable, of: Sequence[str], over: Sequence[str]) -> Chosen:
-    """What is to be drawn `of` these measures `over` these quantities; all of them where none are named. Raises
-    InputError for a name that the table does not have."""
+    """Choose the measures `of` and the quantities `over` to draw; all of them where none are named. Raises InputError
+    for a name that the table does not have."""
     telling = [column for column in table.measured if column.varies] or table.measured
     measures = _named(table.measured, of, "--of", "measure") or tuple(telling[:MOST])
     first = _named(table.varied, over, "--over", "quantity that varies")
@@ -82,8 +82,8 @@ def _named(columns: Sequence[Column], names: Sequence[str], option: str, what: s
 
 
 def middle_of_others(chosen: Chosen, drawn: Sequence[Column]) -> tuple[Cases, str]:
-    """The cases (N,) of a grid in which what is not `drawn` has the value in the middle of its own, and a remark on
-    that; of other designs all cases."""
+    """Mark the cases (N,) of a grid in which all quantities but those `drawn` have their middle value, with a remark on
+    these. In other designs mark all cases."""
     table = chosen.table
     kept = np.ones(len(table.status), dtype=bool)
     said = []

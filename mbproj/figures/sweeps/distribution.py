@@ -1,4 +1,4 @@
-"""How each measure is distributed: a histogram with its mean, deviation and quantiles."""
+"""The distribution of each measure: a histogram with its mean, deviation and quantiles."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from mbproj.figures.sweeps.chosen import Chosen
 from mbproj.figures.sweeps.scales import name
 from mbproj.results.sweep.table import Column
 
-#: Heights of a panel alone on its page, and of one of several, inches.
+#: The height of a single panel, and of one of several, inches.
 TALL, LOW = 2.9, 2.1
-#: Quantiles that are drawn.
+#: The quantiles that are drawn.
 QUANTILES = (0.05, 0.5, 0.95)
-#: Bars of a histogram at least and at most.
+#: The fewest and the most bars of a histogram.
 BARS = (8, 60)
 FILL = "#A9CBE4"
 
 
 def why_not(chosen: Chosen) -> str | None:
-    """A distribution takes two values."""
+    """The reason why no distribution can be drawn: too few values. None where one can."""
     if all(np.count_nonzero(np.isfinite(measure.values)) < 2 for measure in chosen.measures):
         return "fewer than two cases have values"
     return None
@@ -31,7 +31,7 @@ def why_not(chosen: Chosen) -> str | None:
 
 @styled
 def draw(chosen: Chosen) -> Figure:
-    """A row a measure."""
+    """Draw a row for each measure."""
     count = len(chosen.measures)
     figure = Figure(
         figsize=(page_width(), min(count * (TALL if count == 1 else LOW), page_height())), layout="constrained"
@@ -64,13 +64,13 @@ def _histogram(axis: Axes, chosen: Chosen, measure: Column) -> None:
 
 
 def bars(values: Array) -> int:
-    """How many bars a histogram has: Freedman and Diaconis' width."""
+    """The number of bars of a histogram, by Freedman and Diaconis' width."""
     quarter = np.subtract(*np.quantile(values, [0.75, 0.25]))
     width = 2.0 * quarter / len(values) ** (1.0 / 3.0)
     return int(np.clip(np.ptp(values) / width if width > 0.0 else BARS[0], *BARS))
 
 
 def _digits(value: float, values: Array) -> str:
-    """A value with as many digits as tell it apart among them: three of their deviation."""
+    """A value with enough digits to tell it apart: three of the values' deviation."""
     places = int(max(0, 2 - np.floor(np.log10(values.std(ddof=1)))))
     return f"{value:.{min(places, 12)}f}"

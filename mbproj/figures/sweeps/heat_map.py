@@ -18,18 +18,18 @@ from mbproj.figures.sweeps.marks import crosses
 from mbproj.figures.sweeps.scales import few_ticks, name, spread_out
 from mbproj.results.sweep.table import GRID, Column
 
-#: Heights of a map alone on its row, and of two side by side, inches.
+#: The height of a single map, and of two side by side, inches.
 WIDE, NARROW = 3.6, 2.4
-#: A scale of colours whose lightness rises evenly, for the colour-blind too.
+#: A colour scale with evenly rising lightness, also for the colour-blind.
 COLOURS = "cividis"
-#: From this part of the range on the colours are light.
+#: The part of the range from which on the colours are light.
 LIGHT = 0.55
-#: No case has been run, or it failed.
+#: The colour where no case was run, or the case failed.
 EMPTY = "#DDDDDD"
 
 
 def why_not(chosen: Chosen) -> str | None:
-    """A map is over two numbers of a grid."""
+    """The reason why no map can be drawn; None where one can. A map needs two numbers of a grid."""
     if chosen.table.combine != GRID:
         return f"it is of a grid, and the sweep combines by '{chosen.table.combine}'"
     if len(chosen.numbers) < 2:
@@ -39,7 +39,7 @@ def why_not(chosen: Chosen) -> str | None:
 
 @styled
 def draw(chosen: Chosen) -> Figure:
-    """A map for each measure, two on a row."""
+    """Draw a map for each measure, two in a row."""
     over = chosen.numbers[:2]
     kept, said = middle_of_others(chosen, over)
     count = len(chosen.measures)
@@ -83,7 +83,7 @@ def _map(figure: Figure, axis: Axes, chosen: Chosen, measure: Column, over: tupl
 
 
 def _contours(axis: Axes, across: Array, up: Array, known: Array) -> None:
-    """Lines of equal values with their numbers, white where the map is dark, black where it is light."""
+    """Draw contours with their values, white where the map is dark, black where it is light."""
     low, high = float(known.min()), float(known.max())
     levels = np.asarray(MaxNLocator(7).tick_values(low, high))
     levels = levels[(levels > low) & (levels < high)]
@@ -94,7 +94,7 @@ def _contours(axis: Axes, across: Array, up: Array, known: Array) -> None:
 
 
 def _edges(values: Array, scale: str) -> Array:
-    """Between the values, and as far outside of the first and the last."""
+    """The edges of the cells: midway between the values, and as far outside of the first and the last."""
     if len(values) == 1:
         return np.array([values[0] - 0.5, values[0] + 0.5])
     along = np.log(values) if scale == "log" else values

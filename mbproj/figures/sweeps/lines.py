@@ -1,4 +1,4 @@
-"""Measures over one quantity, a line for each value of a second one."""
+"""Measures over one varied quantity, with a line for each value of a second one."""
 
 from __future__ import annotations
 
@@ -18,13 +18,14 @@ from mbproj.figures.sweeps.marks import crosses_below
 from mbproj.figures.sweeps.scales import name, scale_of, spread_out
 from mbproj.results.sweep.table import GRID, Column
 
-#: Lines of fewer points show them.
+#: Lines with fewer points than this mark them.
 FEW = 60
 MARKS = "osD^vP<"
 
 
 def why_not(chosen: Chosen) -> str | None:
-    """Lines join the cases of a grid, or of a sweep of one quantity."""
+    """The reason why no lines can be drawn; None where they can. Lines join the cases of a grid, or of a single
+    quantity."""
     if not chosen.over:
         return "nothing varies in this sweep"
     if chosen.table.combine not in (GRID, "zip") and len(chosen.over) > 1:
@@ -34,7 +35,7 @@ def why_not(chosen: Chosen) -> str | None:
 
 @styled
 def draw(chosen: Chosen) -> Figure:
-    """A row a measure."""
+    """Draw a row for each measure."""
     first, second = _axes(chosen)
     kept, said = middle_of_others(chosen, [column for column in (first, second) if column is not None])
     figure, axes = panels.panels(
@@ -65,14 +66,14 @@ def _any_bad(chosen: Chosen, kept: Cases) -> bool:
 
 
 def _axes(chosen: Chosen) -> tuple[Column, Column | None]:
-    """What stands along the axis, numbers where there are any, and what the lines are of."""
+    """The quantity along the axis, a number where there is one, and the quantity of the lines, or None."""
     first = chosen.over[0] if chosen.over[0].is_number else next(iter(chosen.numbers), chosen.over[0])
     others = [column for column in chosen.over if column is not first]
     return first, others[0] if others and chosen.table.combine == GRID else None
 
 
 def _places(column: Column) -> tuple[Array, list[str]]:
-    """Where cases stand along the axis, and ticks where the values are words."""
+    """The place of each case along the axis, and ticks where the values are words."""
     if column.is_number:
         return scale_of(column).factor * column.values, []
     words = list(dict.fromkeys(column.values.tolist()))
@@ -80,7 +81,7 @@ def _places(column: Column) -> tuple[Array, list[str]]:
 
 
 def _lines(chosen: Chosen, column: Column | None) -> tuple[Sequence[tuple[str, Cases]], str]:
-    """The cases of each line by its label, and a remark where not all are drawn."""
+    """The label and the cases of each line, and a remark where not all are drawn."""
     if column is None:
         return [("", np.ones(len(chosen.table.status), dtype=bool))], ""
     values = list(dict.fromkeys(column.values.tolist()))

@@ -1,4 +1,4 @@
-"""How failed cases are marked."""
+"""The marks of failed cases."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ CROSS: dict[str, Any] = {
 
 
 def crosses(axis: Axes, x: Array, y: Array) -> None:
-    """A cross for each failed case, where there is any."""
+    """Draw a cross for each failed case, if there are any."""
     if len(x):
         axis.plot(x, y, label=FAILED, **CROSS)
 
 
 def crosses_below(axis: Axes, x: Array) -> None:
-    """Crosses at the lower edge: of cases that have no value to draw."""
+    """Draw crosses at the lower edge, for cases without a value."""
     if len(x):
         axis.plot(x, [0.03] * len(x), label=FAILED, transform=axis.get_xaxis_transform(), clip_on=False, **CROSS)

@@ -1,4 +1,4 @@
-"""Rank correlations of the measures with what varies, as a tornado chart."""
+"""Rank correlations of the measures with the varied quantities, as a tornado chart."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from mbproj.figures.sweeps import SAMPLED, bars
 from mbproj.figures.sweeps.chosen import Chosen
 from mbproj.results.sweep.table import Column
 
-#: Fewer cases tell nothing.
+#: The fewest cases that tell something.
 FEWEST = 4
 
 
 def why_not(chosen: Chosen) -> str | None:
-    """Ranks are of numbers."""
+    """The reason why no ranks can be drawn; None where they can."""
     if not chosen.numbers:
         return "no number varies"
     if max(np.count_nonzero(np.isfinite(measure.values)) for measure in chosen.measures) < FEWEST:
@@ -29,7 +29,7 @@ def why_not(chosen: Chosen) -> str | None:
 
 @styled
 def draw(chosen: Chosen) -> Figure:
-    """A panel a measure, the strongest at its top."""
+    """Draw a panel for each measure, the strongest correlation at the top."""
     figure, axes = bars.stacked(len(chosen.measures), len(chosen.numbers))
     for axis, measure in zip(axes, chosen.measures, strict=True):
         _tornado(axis, chosen, measure)

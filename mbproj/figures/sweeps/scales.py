@@ -1,4 +1,4 @@
-"""Scales on which a person reads SI values: millimetres, degrees, kilonewtons; and axes of them."""
+"""Scales on which a person reads SI values (millimetres, degrees, kilonewtons), and axes with them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from mbproj.figures.fitted_text import fitted
 from mbproj.figures.style import label_size
 from mbproj.results.sweep.table import Column
 
-#: Units beside SI ones: from which magnitude on downwards (the largest value is less), what it reads, its factor.
+#: Units other than SI's: the largest value from which downwards one is used, its name, and its factor.
 SMALLER: Mapping[str, tuple[tuple[float, str, float], ...]] = MappingProxyType(
     {
         "m": ((1e-6, "nm", 1e9), (1e-3, "µm", 1e6), (1.0, "mm", 1e3)),
@@ -33,21 +33,21 @@ LARGER: Mapping[str, tuple[float, str, float]] = MappingProxyType(
 OTHERS: Mapping[str, tuple[str, float]] = MappingProxyType(
     {"rad": ("°", 180.0 / pi), "rad/s": ("°/s", 180.0 / pi), "1": ("", 1.0)}
 )
-#: So many values on a logarithmic axis have a tick each.
+#: The most values on a logarithmic axis that have a tick each.
 MOST_TICKS = 8
-#: Steps between values are even where they differ by less than this part.
+#: Steps between values count as even where they differ by less than this part.
 EVEN = 1e-6
 
 
 @dataclass(frozen=True)
 class Scale:
-    """The unit that is read, and how many of it make one of SI."""
+    """A unit for a person, and the factor from SI to it."""
 
     unit: str
     factor: float
 
     def reads(self, value: Any) -> str:
-        """A value of SI, or a word, as it is read."""
+        """The text of an SI value on this scale; a word stays."""
         return f"{self.factor * value:.5g} {self.unit}".strip() if isinstance(value, float) else str(value)
 
 
@@ -67,14 +67,14 @@ def scale_of(column: Column) -> Scale:
 
 
 def name(column: Column, room: float, lines: int = 2) -> str:
-    """The name of an axis for a column, in so many lines of `room` inches."""
+    """The name of an axis for a column, in at most `lines` lines of `room` inches."""
     unit = scale_of(column).unit
     whole = f" ({unit})".replace(" ", "\u00a0") if unit else ""
     return fitted(column.name + whole, room, label_size(), lines)
 
 
 def spread_out(axis: Axes, which: Literal["x", "y"], values: Any) -> None:
-    """A logarithmic axis where the distinct `values` are positive and evenly spaced by their logarithms alone."""
+    """Make an axis logarithmic where its distinct positive `values` are evenly spaced only in their logarithms."""
     distinct = np.unique(values)
     if len(distinct) < 3 or distinct[0] <= 0.0:
         return
@@ -87,7 +87,7 @@ def spread_out(axis: Axes, which: Literal["x", "y"], values: Any) -> None:
 
 
 def few_ticks(axis: Axes, horizontal: int, vertical: int) -> None:
-    """At most so many ticks on linear axes."""
+    """Limit the number of ticks on linear axes."""
     for each, scale, most in ((axis.xaxis, axis.get_xscale(), horizontal), (axis.yaxis, axis.get_yscale(), vertical)):
         if scale == "linear":
             each.set_major_locator(MaxNLocator(most, steps=[1, 2, 2.5, 5, 10]))

@@ -1,4 +1,4 @@
-"""What varies and what is measured, each over each: a matrix of scatter plots, histograms on its diagonal."""
+"""All varied quantities and measures over each other: a matrix of scatter plots, with histograms on its diagonal."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from mbproj.figures.sweeps.marks import crosses
 from mbproj.figures.sweeps.scales import few_ticks, name
 from mbproj.results.sweep.table import Column
 
-#: Quantities in the matrix, and points in one of its panels.
+#: The most quantities in the matrix, and the most points in one panel.
 MOST, POINTS = 7, 4000
 
 
 def why_not(chosen: Chosen) -> str | None:
-    """A point has two coordinates."""
+    """The reason why no scatter plot can be drawn; None where one can. A point needs two coordinates."""
     return None if len(chosen.numbers) + len(chosen.measures) > 1 and chosen.numbers else "no number varies"
 
 
 @styled
 def draw(chosen: Chosen) -> Figure:
-    """The lower triangle. Failed cases are crosses where both coordinates are known."""
+    """Draw the lower triangle. Failed cases are crosses where both coordinates are known."""
     columns = [*chosen.numbers, *chosen.measures]
     said = f"{MOST} of {len(columns)} quantities: choose with --over and --of" if len(columns) > MOST else ""
     measures = chosen.measures[: MOST - 1]

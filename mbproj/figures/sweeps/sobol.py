@@ -1,4 +1,4 @@
-"""Sobol' indices: what share of a measure's variance each quantity makes, alone and with all that it takes part in."""
+"""Sobol' indices: the part of a measure's variance due to each quantity, alone and with its interactions."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ LIGHT = "#E69F00"
 
 
 def why_not(chosen: Chosen) -> str | None:
-    """The indices follow from Saltelli's design alone."""
+    """The reason why no indices can be drawn; None where they can. They need Saltelli's design."""
     table = chosen.table
     if table.combine != SALTELLI:
         return f"the sweep combines by '{table.combine}': Sobol' indices take 'combine: saltelli'"
@@ -29,13 +29,13 @@ def why_not(chosen: Chosen) -> str | None:
 
 
 def _varying(chosen: Chosen) -> list[Column]:
-    """In the order of the design."""
+    """The varied quantities in the order of the design."""
     return [column for column in chosen.table.varied if column.varies]
 
 
 @styled
 def draw(chosen: Chosen) -> Figure:
-    """A panel a measure, the largest at its top."""
+    """Draw a panel for each measure, the largest index at the top."""
     table, varying = chosen.table, _varying(chosen)
     figure, axes = bars.stacked(len(chosen.measures), len(varying), 1.6)
     found = [sobol_indices(measure.values, table.samples) for measure in chosen.measures]

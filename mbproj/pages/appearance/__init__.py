@@ -1,4 +1,4 @@
-"""What a mechanism looks like, apart from its motion: solids on bodies, glyphs of joints, springs, where to look from.
+"""The appearance of a mechanism, apart from its motion: solids on bodies, glyphs of joints, springs, and the view.
 
-Nothing here draws. Change it, and pages and pictures change alike.
+Nothing here draws. A change here changes pages and pictures alike.
 """

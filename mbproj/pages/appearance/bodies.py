@@ -1,4 +1,5 @@
-"""What a body is drawn as: its shapes; else the solid of equal inertia, where its joints fit that; else links."""
+"""The parts that a body is drawn as. These are its shapes, or the solid of equal inertia where its joints fit that, or
+links."""
 
 from __future__ import annotations
 
@@ -14,17 +15,19 @@ from mbproj.pages.appearance.shapes import part_of
 from mbproj.scene.meshes import TriangleMesh
 from mbproj.scene.records import Body
 
-#: Part of its span by which a solid may miss a joint of its body, and how many times that span it may be long.
+#: A solid may miss a joint of its body by this part of its length, and may be this many times as long as the joints'
+#: span.
 MISSES, LONGER = 0.12, 1.35
-#: Part of the span that a solid may be thick.
+#: A solid may be this part of the span thick.
 SLENDER = 0.12
 #: Axes are parallel where the sine of their angle is below this.
 PARALLEL = 1e-6
-#: Two points of a body are one where they are closer than this many thicknesses.
+#: Two points of a body count as one where they are closer than this many thicknesses.
 SAME = 0.5
-#: A marker, or a joint of a body with shapes, has a strut where it is farther than this many thicknesses from them.
+#: A strut leads to a marker, or to a joint of a body with shapes, that is farther than this many radii from all parts.
 OFF = 2.0
-#: A solid about a body's only joint may be this many times as long as the joint is far from the centre of mass.
+#: A solid about a body's only joint may be this many times as long as the distance of the joint from the centre of
+#: mass.
 ABOUT = 2.5
 
 
@@ -38,10 +41,11 @@ def parts_of(
     *,
     loose: bool = False,
 ) -> tuple[Solid, ...]:
-    """The parts of a body whose joints and markers are at these points of its axes, (3,) from the centre of mass.
+    """The parts of a body with `joints` and `markers` at these points, (3,) from its centre of mass, in its axes.
 
-    `axes` are those about which its joints turn, None where one has none. `thickness` is the radius of a link in m,
-    `mesh` what the body wears. A `loose` body has no joints: the points are those of what else holds it."""
+    `axes` are the axes about which its joints turn, or None for a joint without one. `thickness` is the radius of a
+    link in m, `mesh` the triangles that replace all parts. A `loose` body has no joints: the points are those of the
+    springs and stops that hold it."""
     if mesh is not None:
         return (Solid("mesh", (), np.zeros(3), np.array(UPRIGHT), Mesh(mesh.vertices, mesh.triangles, convex=False)),)
     look = body.appearance
@@ -54,7 +58,7 @@ def parts_of(
 
 
 def distinct(points: Sequence[Array], apart: float) -> list[Array]:
-    """The points, without those that are closer than `apart` to one before."""
+    """The points without those that are closer than `apart` to an earlier one."""
     found: list[Array] = []
     for point in points:
         if all(np.linalg.norm(point - other) > apart for other in found):
@@ -93,7 +97,7 @@ def _without_shapes(
 
 
 def _weight(solid: Solid | None, ends: Sequence[Array]) -> tuple[Solid, ...]:
-    """The solid at the end of a link, where it is not larger than that is long."""
+    """The solid at the end of a link, unless it is larger than the link is long."""
     longest = max((float(np.linalg.norm(end)) for end in ends), default=0.0)
     if solid is None or float(np.ptp(solid.outline(), axis=0).max()) > 1.2 * longest:
         return ()
@@ -101,8 +105,8 @@ def _weight(solid: Solid | None, ends: Sequence[Array]) -> tuple[Solid, ...]:
 
 
 def _shaft(joints: Sequence[Array], axes: Sequence[Array | None], thickness: float) -> tuple[Solid, ...]:
-    """A shaft with cranks, where all joints turn about parallel axes at different places along them: a bar along the
-    axis of the first, and an arm to each of the others."""
+    """A shaft with cranks, for joints with parallel axes at different places along them. A bar runs along the axis of
+    the first joint, and an arm leads to each other joint."""
     if len(joints) < 2 or any(axis is None for axis in axes):
         return ()
     axis, root = np.asarray(axes[0]), joints[0]
@@ -119,8 +123,8 @@ def _shaft(joints: Sequence[Array], axes: Sequence[Array | None], thickness: flo
 
 
 def _fits(solid: Solid, points: Sequence[Array], *, any_shape: bool) -> bool:
-    """Whether the solid looks like the body: it reaches the joints, is not much longer than what they span, and is
-    slender between two joints, flat among more. What springs hold may have `any_shape`."""
+    """Whether the solid resembles the body. It must reach the joints and not be much longer than their span. Between
+    two joints it must be slender, among more it must be flat, unless it may have `any_shape`, as between springs."""
     corners = (solid.outline() - solid.position) @ solid.rotation
     thin, middle, length = np.sort(np.ptp(corners, axis=0)).tolist()
     if not points:
@@ -133,7 +137,7 @@ def _fits(solid: Solid, points: Sequence[Array], *, any_shape: bool) -> bool:
 
 
 def _reaches(solid: Solid, points: Sequence[Array], length: float) -> bool:
-    """Whether all points are in the solid's box, grown a little."""
+    """Whether all points are in the solid's box, enlarged by a part of its length."""
     half = (
         0.5 * np.array(solid.size)
         if solid.kind == "box"
@@ -143,7 +147,7 @@ def _reaches(solid: Solid, points: Sequence[Array], length: float) -> bool:
 
 
 def _struts(drawn: Sequence[Solid], points: Sequence[Array], radius: float) -> tuple[Solid, ...]:
-    """A thin bar from the nearest part to each point that is off the body."""
+    """A thin bar from the nearest part to each point that is off all parts."""
     if not drawn:
         return ()
     found: list[Solid] = []
@@ -155,7 +159,7 @@ def _struts(drawn: Sequence[Solid], points: Sequence[Array], radius: float) -> t
 
 
 def _nearest(part: Solid, point: Array) -> Array:
-    """About the point of a part that is nearest to `point`."""
+    """The point of a part that is about nearest to `point`."""
     if part.mesh is not None:
         corners = part.outline()
         nearest: Array = corners[np.argmin(np.linalg.norm(corners - point, axis=1))]

@@ -1,4 +1,4 @@
-"""The homogeneous solid that has a body's mass and moments of inertia: what a body looks like that gives no shape."""
+"""The homogeneous solid with a body's mass and moments of inertia, drawn for a body without shapes."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.pages.appearance.parts import Solid, box, triad
 
-#: Part of the larger by which two principal moments may differ and still be those of a body of revolution.
+#: The relative difference of two principal moments up to which they count as equal.
 ROUND = 1e-6
 
 
 def solid_of(mass: float, inertia: Array, thinnest: float) -> Solid | None:
-    """A cylinder where two principal moments are equal, else a box, in body axes about the centre of mass.
+    """A cylinder where two principal moments are equal, otherwise a box, in body axes about the centre of mass.
 
-    No edge is thinner than `thinnest`. None for a body without mass or moments: a point has no size."""
+    No edge is thinner than `thinnest`. None for a body without mass or moments, because a point has no size."""
     if mass <= 0.0:
         return None
     moments, axes = np.linalg.eigh(np.asarray(inertia, dtype=float))

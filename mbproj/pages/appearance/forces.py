@@ -1,5 +1,5 @@
-"""What forces are drawn as: bushings as rubber rings, torsion springs as spirals, given forces as arrows, planes that
-stop something as plates."""
+"""The parts that forces are drawn as: bushings as rubber rings, torsion springs as spirals, planes of stops as plates.
+Given forces become arrows."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from mbproj.pages.appearance.parts import Mesh, Solid, cylinder, triad
 from mbproj.scene.records import BodyForce, Bushing, JointForce, Scene
 from mbproj.scene.stops import OfBody, PlaneStop
 
-#: Of a spiral: turns, points of each, and its radii in thicknesses.
+#: The turns of a spiral, the points of each turn, and the inner and outer radius in thicknesses.
 TURNS, ROUND, INNER, OUTER = 2.5, 20, 1.5, 3.6
-#: The side of a plate, in sizes of the mechanism.
+#: The margin of a plate around the points above it, in sizes of the mechanism.
 PLATE = 0.6
-#: Planes that differ by less, in sizes of the mechanism and rad, are one.
+#: Planes that differ by less than this, in sizes of the mechanism and rad, count as one.
 ONE_PLANE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
 class LoadLook:
-    """A given force, or `torque`, on a body by its number, at a point (3,) of it."""
+    """A given force, or `torque`, on the body with this number, at a point (3,) in its axes."""
 
     name: str
     body: int
@@ -35,8 +35,8 @@ class LoadLook:
 
 
 def force_parts(scene: Scene, layout: PartNumbers) -> Iterator[Drawn]:
-    """The parts of bushings, torsion springs and planes; `item` is the number of the force in the scene, that of
-    the first stop of a plane."""
+    """The parts of bushings, torsion springs and planes of stops. `item` is the number of the force in the scene, or of
+    the first stop on a plane."""
     for item, force in enumerate(scene.forces):
         if isinstance(force, Bushing):
             yield from _bushing(scene, force, item, layout)
@@ -47,21 +47,21 @@ def force_parts(scene: Scene, layout: PartNumbers) -> Iterator[Drawn]:
 
 
 def slides(scene: Scene) -> Iterator[JointForce]:
-    """The springs along displacements of joints, which reach from one body to the other."""
+    """The springs along displacements of joints, which are drawn between the two bodies."""
     for force in scene.forces:
         if isinstance(force, JointForce) and _springs(force, "displacement", "m"):
             yield force
 
 
 def loads(scene: Scene, layout: PartNumbers) -> Iterator[LoadLook]:
-    """Where given forces and torques act."""
+    """The given forces and torques, with the points where they act."""
     for force in scene.forces:
         if isinstance(force, BodyForce):
             yield LoadLook(force.name, layout.number[force.body], _acts_at(scene, force), force.torque)
 
 
 def _springs(force: JointForce, coordinate: str, unit: str) -> bool:
-    """Whether it acts on a coordinate of this kind with more than a damper; an element counts."""
+    """Whether the force is elastic, or an element, on a coordinate whose name or unit is of this kind."""
     return any(
         (name.startswith(coordinate) or (not name and force.unit == unit))
         and (force.element is not None or law.stiffness > 0.0 or law.function is not None)
@@ -78,7 +78,7 @@ def _acts_at(scene: Scene, force: BodyForce) -> Array:
 
 
 def _bushing(scene: Scene, force: Bushing, item: int, layout: PartNumbers) -> Iterator[Drawn]:
-    """A ring on the first body about a pin on the second, along the frames' z axes."""
+    """A ring on the first body about a pin on the second, both along the z axes of their frames."""
     r, poses = layout.thickness, poses_of(scene)
     points, frames = (force.points.first, force.points.second), (force.axes.first, force.axes.second)
     for side, (body, given, axes) in enumerate(zip(force.bodies, points, frames, strict=True)):
@@ -91,22 +91,23 @@ def _bushing(scene: Scene, force: Bushing, item: int, layout: PartNumbers) -> It
 
 
 @dataclass(frozen=True, eq=False)
-class _Under:
-    """The plane of a stop, by a `normal` (3,) in the axes of its body, and its `foot` (3,) under the point."""
+class _StopPlane:
+    """The plane of a stop: its `normal` (3,) in the axes of its body, and the `foot` (3,) of the stopped point on
+    it."""
 
     item: int
     normal: Array
     foot: Array
 
-    def is_in(self, other: _Under, size: float) -> bool:
-        """Whether both are one plane."""
+    def is_in(self, other: _StopPlane, size: float) -> bool:
+        """Whether both planes are the same."""
         beside = abs(float(other.normal @ (self.foot - other.foot)))
         return bool(np.abs(self.normal - other.normal).max() < ONE_PLANE and beside < ONE_PLANE * size)
 
 
 def _plates(scene: Scene, layout: PartNumbers) -> Iterator[Drawn]:
-    """A plate under the points that a plane stops, one for all of them, with its upper face in the plane."""
-    planes: list[tuple[str, list[_Under]]] = []
+    """One plate for all stops on the same plane, with its upper face in the plane."""
+    planes: list[tuple[str, list[_StopPlane]]] = []
     for item, stop in enumerate(scene.forces):
         if not isinstance(stop, PlaneStop):
             continue
@@ -121,7 +122,7 @@ def _plates(scene: Scene, layout: PartNumbers) -> Iterator[Drawn]:
         yield Drawn(_plate(found, layout), layout.number[body], "springs", found[0].item)
 
 
-def _plate(under: list[_Under], layout: PartNumbers) -> Solid:
+def _plate(under: list[_StopPlane], layout: PartNumbers) -> Solid:
     normal, thick = under[0].normal, 2.0 * layout.thickness
     across = np.eye(3)[int(np.argmin(np.abs(normal)))]
     x = across - normal * float(normal @ across)
@@ -133,7 +134,7 @@ def _plate(under: list[_Under], layout: PartNumbers) -> Solid:
     return Solid("box", (float(across_it), float(along_it), thick), middle, triad(normal, x))
 
 
-def _under(scene: Scene, stop: PlaneStop, item: int) -> _Under:
+def _under(scene: Scene, stop: PlaneStop, item: int) -> _StopPlane:
     poses = poses_of(scene)
     place, turn = poses[stop.location.body]
 
@@ -145,16 +146,16 @@ def _under(scene: Scene, stop: PlaneStop, item: int) -> _Under:
     given = np.array(stop.normal.vector)
     normal = given if stop.normal.local else turn.T @ given
     point, location = on_plane(stop.point), on_plane(stop.location)
-    return _Under(item, normal, point - normal * float(normal @ (point - location)))
+    return _StopPlane(item, normal, point - normal * float(normal @ (point - location)))
 
 
 def spiral(point: Array, axis: Array, normal: Array, r: float) -> Solid:
-    """A flat ribbon that winds about the axis."""
+    """A flat ribbon wound about the axis."""
     stations = round(TURNS * ROUND) + 1
     turn = np.linspace(0.0, 2.0 * np.pi * TURNS, stations)
     radius = r * np.linspace(INNER, OUTER, stations)
     out = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(stations)])
-    corners = [(-0.12, -0.5), (0.12, -0.5), (0.12, 0.5), (-0.12, 0.5)]  # inner and outer, low and high
+    corners = [(-0.12, -0.5), (0.12, -0.5), (0.12, 0.5), (-0.12, 0.5)]  # radial and axial offsets, in thicknesses
     rings = [(radius + a * r)[:, None] * out + [0.0, 0.0, b * r] for a, b in corners]
     vertices = np.stack(rings, axis=1).reshape(-1, 3)
     first = 4 * np.arange(stations - 1)[:, None]

@@ -1,5 +1,5 @@
-"""The wheels of a gear: a ring on the second body of each of the two joints that it couples, at their pitch circles;
-the pin and the wheel of a Geneva drive."""
+"""The wheels of gears, drawn at their pitch circles on the second body of each coupled joint, and the two parts of a
+Geneva drive."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ PARALLEL = 1e-6
 
 
 def radii(points: Sequence[Array], axes: Sequence[Array], teeth: Sequence[float]) -> tuple[float, float] | None:
-    """The pitch radii of wheels with `teeth` (a negative number: teeth inside) about two global axes (3,) through
-    `points`; None where the axes are not parallel, or are one, so that the scene does not say them."""
+    """The pitch radii of two wheels with `teeth` (negative for inner teeth) about global axes (3,) through `points`.
+    None where the axes are not parallel, or coincide, as these give no radii."""
     first, second = (axis / np.linalg.norm(axis) for axis in axes)
     if np.linalg.norm(np.cross(first, second)) > PARALLEL:
         return None
@@ -30,21 +30,21 @@ def radii(points: Sequence[Array], axes: Sequence[Array], teeth: Sequence[float]
 
 
 def wheel(point: Array, axis: Array, normal: Array, radius: float, r: float) -> Iterator[Solid]:
-    """A ring with two spokes, r thick."""
+    """A ring with two spokes, for links with the radius r."""
     yield Solid("tube", (radius + 0.3 * r, max(radius - 1.2 * r, 0.5 * radius), 1.2 * r), point, triad(axis, normal))
     for spoke in (normal, np.cross(axis, normal)):
         yield bar(point - 0.9 * radius * spoke, point + 0.9 * radius * spoke, 0.4 * r)[0]
 
 
 def pin(point: Array, axis: Array, along: Array, crank: float, r: float) -> Iterator[Solid]:
-    """The arm of a driver with its pin."""
+    """The arm of a Geneva driver with its pin."""
     yield bar(point, point + crank * along, r)[0]
     yield cylinder(0.7 * r, 4.0 * r, point + crank * along, axis)
 
 
 def slotted(point: Array, axis: Array, along: Array, distance: float, slots: int, r: float) -> Solid:
-    """A wheel whose slots reach as far as a pin comes; one of them is along `along`. They widen outward by as little
-    as the pin is thick, so that all of the rim is seen from the middle."""
+    """The slotted wheel of a Geneva drive, with one slot in the direction `along`. Slots reach as far as the pin comes,
+    and widen outward so that the whole rim is visible from the centre."""
     rim, bottom = distance * np.cos(np.pi / slots), distance * (1.0 - np.sin(np.pi / slots)) - 0.8 * r
     wide, step = 0.8 * r / rim, 2.0 * np.pi / slots
     corners = []

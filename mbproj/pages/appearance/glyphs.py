@@ -1,4 +1,4 @@
-"""The glyph of each type of joint: small solids on its two bodies that show what it holds and about which axes."""
+"""The glyph of each type of joint: small solids on its two bodies that show what it holds, and about which axes."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from mbproj.pages.appearance.plates import Outline, Wire, track, wire
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """A joint's points (3,) and axes z, x (3,) in the axes of its bodies 1 and 2, and what its glyph has to clear.
+    """The points (3,) and axes z, x (3,) of a joint in the axes of its bodies 1 and 2, and the sizes that its glyph
+    needs.
 
-    `r` is the radius of a link, `reach` half the length of a pin, `travel` from where to where body 2's point moves
-    along z1, all in m; `ground` is the side that is the ground, 0 where neither is. `radius`: that of the joint, 0
-    where it has none. `semi_axes`: those of an ellipsoid. `outlines`: the curves of bodies 1 and 2; `wire`: that
-    of body 1 in space."""
+    `r` is the radius of a link, `reach` half the length of a pin, in m. `travel` is the range of body 2's point along
+    z1 in m. `ground` is the side that is the ground, or 0. `radius` is that of the joint, or 0; `semi_axes` are those
+    of an ellipsoid. `outlines` are the curves of bodies 1 and 2, `wire` that of body 1 in space."""
 
     points: tuple[Array, Array]
     z: tuple[Array, Array]
@@ -40,12 +40,12 @@ class Frame:
         return triad(self.z[side - 1], self.x[side - 1])
 
 
-#: Parts with the side of the joint that carries each: 1 or 2.
+#: A function that yields the parts of a glyph, each with the side of the joint that carries it: 1 or 2.
 Glyph = Callable[[Frame], Iterator[tuple[int, Solid]]]
 
 
 def _pin(frame: Frame) -> Iterator[tuple[int, Solid]]:
-    """A pin along the axis, with a head at either end."""
+    """A pin along the axis, with a head at both ends."""
     yield 1, cylinder(0.95 * frame.r, 2.0 * frame.reach, frame.points[0], frame.z[0])
     for end in (-1.0, 1.0):
         at = frame.points[0] + end * frame.reach * frame.z[0]
@@ -57,7 +57,7 @@ def _ball(frame: Frame) -> Iterator[tuple[int, Solid]]:
 
 
 def _cross(frame: Frame) -> Iterator[tuple[int, Solid]]:
-    """The cross of a universal joint: a pin in either body."""
+    """The cross of a universal joint: a pin in each body."""
     for side in (1, 2):
         yield side, cylinder(0.75 * frame.r, 6.0 * frame.r, frame.points[side - 1], frame.z[side - 1])
     yield 1, sphere(1.3 * frame.r, frame.points[0])
@@ -68,8 +68,8 @@ def _weld(frame: Frame) -> Iterator[tuple[int, Solid]]:
 
 
 def _rail(frame: Frame) -> tuple[int, Solid, int]:
-    """The rail along which a joint slides, the side that carries it, and the side of the slider. The ground carries
-    it where it is one of the bodies."""
+    """The side that carries the rail of a sliding joint, the rail, and the side of the slider. The ground, where it is
+    one of the bodies, carries the rail."""
     side = 2 if frame.ground == 2 else 1
     low, high = frame.travel if side == 1 else (-frame.travel[1], -frame.travel[0])
     low, high = low - 4.0 * frame.r, high + 4.0 * frame.r
@@ -87,7 +87,7 @@ def _slider(frame: Frame) -> Iterator[tuple[int, Solid]]:
 
 
 def _sleeve(frame: Frame) -> Iterator[tuple[int, Solid]]:
-    """A round sleeve on a rail: it turns as well."""
+    """A round sleeve on a rail, because it can turn too."""
     side, rail, other = _rail(frame)
     yield side, rail
     turn = frame.triad(other)
@@ -95,7 +95,7 @@ def _sleeve(frame: Frame) -> Iterator[tuple[int, Solid]]:
 
 
 def _screw(frame: Frame) -> Iterator[tuple[int, Solid]]:
-    """A nut on a rail with rings for its thread."""
+    """A nut on a rail whose rings are its thread."""
     side, rail, other = _rail(frame)
     yield side, rail
     length = rail.size[1]
@@ -133,7 +133,7 @@ def _on_plane(frame: Frame) -> Iterator[tuple[int, Solid]]:
 
 
 def _wheel(frame: Frame) -> Iterator[tuple[int, Solid]]:
-    """A rim with two spokes, which show how it turns."""
+    """A rim with two spokes, which show its rotation."""
     width = 0.9 * frame.r
     wall = min(0.5 * frame.r, 0.15 * frame.radius)
     yield 2, Solid("tube", (frame.radius, frame.radius - wall, width), frame.points[1], frame.triad(2))
@@ -146,13 +146,13 @@ def _wheel(frame: Frame) -> Iterator[tuple[int, Solid]]:
 
 
 def _rolling_ball(frame: Frame) -> Iterator[tuple[int, Solid]]:
-    """A ball with a band round it, which shows how it turns."""
+    """A ball with a band, which shows its rotation."""
     yield 2, sphere(frame.radius, frame.points[1])
     yield 2, cylinder(1.01 * frame.radius, 0.2 * frame.radius, frame.points[1], frame.x[1])
 
 
 def _ellipsoid(frame: Frame) -> Iterator[tuple[int, Solid]]:
-    """An ellipsoid with a ball in front, which shows how it turns."""
+    """An ellipsoid with a small ball at one end, which shows its rotation."""
     yield 2, ellipsoid(frame.semi_axes, frame.points[1], frame.triad(2))
     yield 2, sphere(0.12 * min(frame.semi_axes), frame.points[1] + frame.semi_axes[0] * frame.x[1])
 
@@ -163,27 +163,27 @@ def _blade(frame: Frame) -> Iterator[tuple[int, Solid]]:
 
 
 def _pin_and_ball(frame: Frame) -> Iterator[tuple[int, Solid]]:
-    """The ends of a rod: a pin in body 1, a ball in body 2."""
+    """The ends of a rod: a pin in body 1 and a ball in body 2."""
     yield 1, cylinder(0.95 * frame.r, 4.0 * frame.r, frame.points[0], frame.z[0])
     yield from _ball(frame)
 
 
 def _track(frame: Frame) -> Iterator[tuple[int, Solid]]:
-    """The curve of body 1, and on it a pin or a roller of body 2."""
+    """The curve of body 1, and on it the pin or roller of body 2."""
     (outline,) = frame.outlines
     yield 1, track(outline, frame.points[0], frame.triad(1), frame.r)
     yield 2, cylinder(outline.roller or 0.8 * frame.r, 2.4 * frame.r, frame.points[1], frame.z[1])
 
 
 def _wire(frame: Frame) -> Iterator[tuple[int, Solid]]:
-    """The curve of body 1, and on it a ball of body 2."""
+    """The space curve of body 1, and on it the ball of body 2."""
     assert frame.wire is not None
     yield 1, wire(frame.wire, frame.points[0], frame.triad(1), frame.r)
     yield from _ball(frame)
 
 
 def _tappet(frame: Frame) -> Iterator[tuple[int, Solid]]:
-    """The disc of body 1, and the face of body 2, as wide as the disc asks for, with a stem behind."""
+    """The disc of body 1, and the flat face of body 2, as wide as the disc needs, with a stem."""
     (outline,) = frame.outlines
     yield 1, track(outline, frame.points[0], frame.triad(1), frame.r)
     edges = [2.4 * frame.r, 2.0 * (outline.face + frame.r), 0.8 * frame.r]
@@ -202,7 +202,7 @@ def _two_balls(frame: Frame) -> Iterator[tuple[int, Solid]]:
     yield 2, sphere(1.4 * frame.r, frame.points[1])
 
 
-#: By `sketch` in the table of joints. What a gear is drawn as stands in `gears`: it has no frame of its own.
+#: The glyphs by the `sketch` of the table of joints. Gears, which have no frame of their own, are in `gears`.
 GLYPHS: Mapping[str, Glyph] = MappingProxyType(
     {
         "pin": _pin,
@@ -227,9 +227,9 @@ GLYPHS: Mapping[str, Glyph] = MappingProxyType(
         "wire": _wire,
     }
 )
-#: Of joints that name none, by their frame.
+#: The glyph of a joint without a `sketch`, by its kind of frame.
 OF_FRAMES = MappingProxyType({"point": "ball", "axis": "pin", "normal": "on_plane", "axes": "cross"})
-#: What stands on a pedestal where it holds a body to the ground.
+#: The glyphs that get a pedestal where they hold a body to the ground.
 STANDING = frozenset({"pin", "ball", "cross", "two_balls", "pin_and_ball"})
 
 
@@ -240,7 +240,7 @@ def sketch_of(type_name: str) -> str:
 
 
 def pedestal(point: Array, down: Array, across: Array, r: float) -> Iterator[Solid]:
-    """What a joint on the ground stands on: a pyramid below `point` on a plate; `across` is where its front looks."""
+    """The pedestal of a joint on the ground: a pyramid below `point` on a plate. Its front faces `across`."""
     from mbproj.pages.appearance.parts import UPRIGHT, Mesh
 
     side = np.cross(down, across)

@@ -1,4 +1,4 @@
-"""The glyphs of a scene's joints on their bodies, and what stands on the ground."""
+"""The glyphs of a scene's joints on their bodies, and the pedestals on the ground."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from mbproj.pages.appearance.parts import Solid, cylinder
 from mbproj.pages.appearance.plates import both_outlines, wire_of
 from mbproj.scene.records import Joint, Scene
 
-#: A pin is at most this many thicknesses long to either side: through a body that is long along it, it has no need.
+#: The longest half of a pin, in thicknesses: a pin need not pass through the whole length of a long body.
 LONGEST_PIN = 6.0
-#: A pedestal stands above its joint where the mechanism moves lower than that by this part of its size.
+#: A pedestal stands above a joint that is higher than the middle of the motion by this part of the mechanism's size.
 HANGS = 0.05
 
 
 @dataclass(frozen=True, eq=False)
 class Drawn:
-    """A part, the number of the body that carries it (-1: the ground), its layer ("bodies", "joints", "ground",
-    "springs"), and the number of the body, joint or force that it belongs to."""
+    """A part with the number of its carrier body (-1 for the ground) and its layer ("bodies", "joints", "ground",
+    "springs"). `item` is the number of the body, joint or force that it shows."""
 
     part: Solid
     carrier: int
@@ -37,7 +37,7 @@ class Drawn:
 def joint_parts(
     scene: Scene, layout: PartNumbers, motion: PoseHistory, bodies: Sequence[Sequence[Solid]], up: Array
 ) -> Iterator[Drawn]:
-    """The parts of all joints; `bodies` are the parts of each body, `up` (3,) is against gravity."""
+    """The parts of all joints. `bodies` are the parts of each body; `up` (3,) points against gravity."""
     middle = motion.position[motion.finite].mean(axis=(0, 1)) if len(motion.finite) else np.zeros(3)
     for item, joint in enumerate(scene.joints):
         if joint.couples is not None:
@@ -49,11 +49,11 @@ def joint_parts(
         for side, part in GLYPHS[sketch](frame):
             yield Drawn(part, pair[side - 1], "ground" if pair[side - 1] < 0 else "joints", item)
         if "path" in joint.parameters:
-            yield from _circles(scene, joint, item, layout)
+            yield from _rope_circles(scene, joint, item, layout)
         if sketch in STANDING and frame.ground:
             point = frame.points[frame.ground - 1]
             hangs = float((point - middle) @ up) > HANGS * layout.size
-            for part in pedestal(point, up if hangs else -up, _front(frame, up), layout.thickness):
+            for part in pedestal(point, up if hangs else -up, _pedestal_front(frame, up), layout.thickness):
                 yield Drawn(part, -1, "ground", item)
 
 
@@ -66,7 +66,7 @@ def _frame(joint: Joint, layout: PartNumbers, motion: PoseHistory, bodies: Seque
         for side, body in enumerate(pair, 1)
         if body >= 0
         for part in bodies[body]
-        if _near(part, symbols[f"p{side}"], r)
+        if _box_holds(part, symbols[f"p{side}"], r)
     ]
     return Frame(
         points=(symbols["p1"], symbols["p2"]),
@@ -83,7 +83,7 @@ def _frame(joint: Joint, layout: PartNumbers, motion: PoseHistory, bodies: Seque
     )
 
 
-def _circles(scene: Scene, joint: Joint, item: int, layout: PartNumbers) -> Iterator[Drawn]:
+def _rope_circles(scene: Scene, joint: Joint, item: int, layout: PartNumbers) -> Iterator[Drawn]:
     """The sheaves, wheels and drums of a rope."""
     poses, path = poses_of(scene), joint.parameters["path"]
     for node in path.nodes:
@@ -95,15 +95,15 @@ def _circles(scene: Scene, joint: Joint, item: int, layout: PartNumbers) -> Iter
             yield Drawn(disc, carrier, "ground" if carrier < 0 else "joints", item)
 
 
-def _near(part: Solid, point: Array, r: float) -> bool:
-    """Whether the part's box holds the point."""
+def _box_holds(part: Solid, point: Array, r: float) -> bool:
+    """Whether the point is in the part's box, enlarged by r."""
     corners = (part.outline() - part.position) @ part.rotation
     local = (point - part.position) @ part.rotation
     return bool(((local >= corners.min(axis=0) - r) & (local <= corners.max(axis=0) + r)).all())
 
 
-def _front(frame: Frame, up: Array) -> Array:
-    """Where a pedestal's front looks: along the joint's axis, as far as that is level."""
+def _pedestal_front(frame: Frame, up: Array) -> Array:
+    """The horizontal direction that a pedestal's front faces: the joint's axis, where it is not upright."""
     for axis in (frame.z[frame.ground - 1], np.eye(3)[1], np.eye(3)[0]):
         level = axis - (axis @ up) * up
         if np.linalg.norm(level) > 0.1:
@@ -112,7 +112,7 @@ def _front(frame: Frame, up: Array) -> Array:
 
 
 def _wheels(joint: Joint, item: int, layout: PartNumbers, motion: PoseHistory) -> Iterator[Drawn]:
-    """The two wheels of a gear, where its axes say how large they are; pulleys, and the pinion of a rack."""
+    """The wheels of a gear, where its axes determine their radii; the pulleys of a belt, and the pinion of a rack."""
     assert joint.couples is not None
     start = motion.at([0])
     frames = [layout.frames[name] for name in joint.couples.joints]
@@ -133,7 +133,8 @@ def _wheels(joint: Joint, item: int, layout: PartNumbers, motion: PoseHistory) -
 def _geneva(
     joint: Joint, item: int, layout: PartNumbers, start: PoseHistory, points: Sequence[Array], axes: Sequence[Array]
 ) -> Iterator[Drawn]:
-    """The pin of the driver and the slotted wheel: at both zeros the pin is on the line of centres, in a slot."""
+    """The pin and the slotted wheel of a Geneva drive. Where both coordinates are zero the pin is on the line of
+    centres, in a slot."""
     assert joint.couples is not None
     line = points[1] - points[0]
     line = line - (line @ axes[0]) * axes[0]
@@ -153,7 +154,7 @@ def _geneva(
 
 
 def up_of(scene: Scene) -> Array:
-    """Against gravity; z where there is none."""
+    """The direction (3,) against gravity; z where there is no gravity."""
     gravity = np.array(scene.gravity)
     size = float(np.linalg.norm(gravity))
     return -gravity / size if size > 0.0 else np.array([0.0, 0.0, 1.0])

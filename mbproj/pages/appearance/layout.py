@@ -1,4 +1,4 @@
-"""Where a scene's joints, markers and springs sit on its bodies, and how thick links are drawn."""
+"""The places of a scene's joints, markers and springs on its bodies, and the thickness of links."""
 
 from __future__ import annotations
 
@@ -17,18 +17,20 @@ from mbproj.pages.appearance.plates import both_outlines, wire_of
 from mbproj.scene.records import GROUND, Bushing, Joint, PointForce, Scene
 from mbproj.scene.stops import DistanceStop, PlaneStop
 
-#: The radius of a link: this part of the median link, and between these parts of the mechanism's size.
+#: The radius of a link: this part of the median link, but within this range of parts of the mechanism's size.
 OF_LINK, OF_SIZE = 0.026, (0.002, 0.013)
-#: Of a long chain no link is thicker than this part of itself, however small it is then.
+#: In a long chain no link is thicker than this part of its length, even where that is below the range.
 STOUTEST = 0.1
 
 
 @dataclass(frozen=True, eq=False)
 class PartNumbers:
-    """By name: `number` of each body (the ground is -1), `bodies` of each joint by number, `frames` of each joint (the
-    symbols p1, x1, y1, z1, p2, .. in the axes of their bodies), `markers` and `springs` as points of bodies, m. `held`:
-    the points at which joints and bushings hold a body, by its number, those to the ground first. `axes` are those
-    about which they turn, None for what is no hinge. `loose`: bodies that no joint holds; springs and stops do, too.
+    """The places of joints, markers and springs on bodies, and their numbers.
+
+    `number` is that of each body by name (-1 for the ground), `bodies` the two bodies of each joint. `frames` are the
+    symbols p1, x1, y1, z1, p2, .. of each joint in the axes of its bodies. `markers` and `springs` are points of
+    bodies, m. `held` are the points at which joints and bushings hold each body, joints to the ground first. `axes` are
+    the axes of hinges there, None elsewhere. `loose` are the bodies without a joint; springs and stops may hold them.
 
     `size` is the largest extent of the mechanism at the start in m, `thickness` the radius of a link."""
 
@@ -45,7 +47,7 @@ class PartNumbers:
 
     @classmethod
     def of(cls, scene: Scene, motion: PoseHistory) -> PartNumbers:
-        """The layout of a scene whose bodies start as `motion` has them."""
+        """The places in a scene whose bodies start as in `motion`."""
         number = {GROUND: -1} | {body.name: at for at, body in enumerate(scene.bodies)}
         poses = poses_of(scene)
         kept = [joint for joint in scene.joints if joint.couples is None]
@@ -64,7 +66,7 @@ class PartNumbers:
         cloud += [start.point(body, point) for joint in kept for body, point in _curves(joint, bodies, frames)]
         held, axes = _held(scene, bodies, frames)
         loose = frozenset(range(len(scene.bodies))) - held.keys()
-        for owner, point in _softly(scene, number, poses, springs, held):
+        for owner, point in _soft_points(scene, number, poses, springs, held):
             held[owner], axes[owner] = (*held.get(owner, ()), point), (*axes.get(owner, ()), None)
             cloud.append(start.point(owner, point))
         size = float(np.linalg.norm(np.ptp(np.concatenate(cloud), axis=0))) or _gyration(scene)
@@ -79,7 +81,7 @@ class PartNumbers:
 def _curves(
     joint: Joint, bodies: Mapping[str, tuple[int, int]], frames: Mapping[str, Mapping[str, Array]]
 ) -> Iterator[tuple[int, Array]]:
-    """The points of the curves of a joint, each with the body that has it, in that one's axes."""
+    """The points of a joint's curves in the axes of the body that has the curve, each with that body's number."""
     frame = frames[joint.name]
     for side, outline in enumerate(both_outlines(joint), 1):
         x, z = frame[f"x{side}"], frame[f"z{side}"]
@@ -106,14 +108,15 @@ def _held(
     return held, axes
 
 
-def _softly(
+def _soft_points(
     scene: Scene,
     number: Mapping[str, int],
     poses: Mapping[str, Pose],
     springs: Mapping[str, tuple[Array, Array]],
     held: Mapping[int, object],
 ) -> list[tuple[int, Array]]:
-    """The points at which bushings hold bodies; of those that joints do not hold, the points of springs and stops."""
+    """The points at which bushings hold bodies. For bodies that no joint holds, also the points of springs and
+    stops."""
     bushings, others = [], []
     for force in scene.forces:
         if isinstance(force, Bushing):
@@ -128,8 +131,8 @@ def _softly(
 
 
 def _span(points: Sequence[Array]) -> float:
-    """The largest distance between two joints of a body, or twice that of its only one from the centre of mass. Of
-    many joints, the first say it."""
+    """The largest distance between two of the points (among the first twelve). For a single point, twice its distance
+    from the centre of mass."""
     some = points[:12]
     apart = max(float(np.linalg.norm(one - other)) for one in some for other in some)
     return apart or 2.0 * float(np.linalg.norm(points[0]))
@@ -146,14 +149,15 @@ def _ends(force: PointForce, poses: Mapping[str, Pose]) -> tuple[Array, Array]:
 
 
 def _gyration(scene: Scene) -> float:
-    """Some radii of gyration: the size of a single body in free flight; 1 m where it has none."""
+    """Twice the largest radius of gyration, as the size of a single body in free flight; 1 m where there is none."""
     radii = [np.sqrt(np.trace(body.inertia) / body.mass) for body in scene.bodies if body.mass > 0.0]
     return 2.0 * float(max(radii, default=0.0)) or 1.0
 
 
 @dataclass(frozen=True, eq=False)
 class Touching:
-    """Where body 2 of a joint touches body 1: the `place` by its symbols, which (8, 3) are in the axes of `bodies`."""
+    """The contact of a joint that rolls or slides on an edge. `place` computes its point from the joint's symbols;
+    `symbols` (8, 3) are in the axes of `bodies`."""
 
     name: str
     place: Callable[[Array], Array]
@@ -161,7 +165,7 @@ class Touching:
     symbols: Array
 
     def path(self, motion: PoseHistory) -> Array:
-        """The places (T, 3) in a motion, m."""
+        """The contact points (T, 3) in a motion, m."""
         seen = []
         for at, (symbol, local) in enumerate(zip(SYMBOLS, self.symbols, strict=True)):
             body = self.bodies[at >= len(SYMBOLS) // 2]
@@ -170,7 +174,7 @@ class Touching:
 
 
 def touching(scene: Scene, layout: PartNumbers) -> Iterator[Touching]:
-    """Of all joints that roll or slide on an edge."""
+    """The contacts of all joints that roll or slide on an edge."""
     for joint in scene.joints:
         place = place_of_contact(joint)
         if place is not None:

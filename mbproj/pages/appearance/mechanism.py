@@ -1,4 +1,4 @@
-"""`Look`: all that is drawn of a mechanism, from its scene and its motion."""
+"""`Look`: everything that is drawn of a mechanism, from its scene and its motion."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from mbproj.scene.appearance import Appearance
 from mbproj.scene.meshes import TriangleMesh
 from mbproj.scene.records import Body, Joint, PointForce, Scene
 
-#: Colours of bodies in turn, which colour-blind readers can tell apart (Tol, Colour Schemes, 2021, "bright").
+#: The colours of bodies, in turn. Colour-blind readers can tell them apart (Tol, Colour Schemes, 2021, "bright").
 COLOURS = ("#4477aa", "#ee6677", "#228833", "#ccbb44", "#66ccee", "#aa3377", "#8d99a6")
 
 
 @dataclass(frozen=True)
 class BodyLook:
-    """A body as it is shown."""
+    """The name, colour and opacity of a body."""
 
     name: str
     colour: str
@@ -35,8 +35,8 @@ class BodyLook:
 
 @dataclass(frozen=True, eq=False)
 class JointLook:
-    """A joint as it is shown: its bodies by number, its point (3,) in body 2, and there the axis (3,) that it turns
-    about, None for a joint that is no hinge."""
+    """A joint with the numbers of its bodies. `point` (3,) is in body 2, and so is the `axis` (3,) of a hinge; None for
+    other joints."""
 
     name: str
     type: str
@@ -47,7 +47,7 @@ class JointLook:
 
 @dataclass(frozen=True, eq=False)
 class MarkerLook:
-    """A marker: its body's number, its point (3,) there."""
+    """A marker with its body's number and its point (3,) there."""
 
     name: str
     body: int
@@ -56,10 +56,10 @@ class MarkerLook:
 
 @dataclass(frozen=True, eq=False)
 class Span:
-    """What reaches from a point of one body to one of another: a "rod", a "spring", a "damper" or both ("strut").
+    """A line between points of two bodies, drawn as a "rod", a "spring", a "damper" or both ("strut").
 
-    A part of a rope is a rod that touches circles about its points: of `radii` that are positive where the rope bends
-    left, in the plane with the `normal` of the body `frame`."""
+    A straight part of a rope is a rod that is tangent to circles about its points. Their `radii` are positive where the
+    rope bends left, seen along the `normal` in the axes of the body `frame`."""
 
     kind: str
     name: str
@@ -71,7 +71,7 @@ class Span:
     frame: int = -1
 
     def ends(self, motion: PoseHistory) -> tuple[Array, Array]:
-        """Where it begins and ends at the first sample."""
+        """The two end points at the first sample."""
         start, end = (motion.point(body, point)[0] for body, point in zip(self.carriers, self.points, strict=True))
         if self.normal is None:
             return start, end
@@ -86,8 +86,8 @@ class Span:
 
 @dataclass(frozen=True, eq=False)
 class Look:
-    """What is drawn. `thickness` is the radius of a link and `size` the extent of the mechanism at the start, in m;
-    bodies, joints and forces are numbered as in the scene."""
+    """Everything that is drawn of a mechanism. `thickness` is the radius of a link and `size` the extent of the
+    mechanism at the start, in m. Bodies, joints and forces are numbered as in the scene."""
 
     title: str
     bodies: tuple[BodyLook, ...]
@@ -104,7 +104,7 @@ class Look:
 
 
 def look_of(scene: Scene, motion: PoseHistory, meshes: Mapping[str, TriangleMesh]) -> Look:
-    """What the scene looks like in this motion, with the `meshes` that its bodies wear."""
+    """The look of a scene in this motion, with the `meshes` of its bodies."""
     layout = PartNumbers.of(scene, motion)
     marked: dict[str, list[Array]] = {}
     for marker in scene.markers:
@@ -151,7 +151,7 @@ def _body_look(body: Body, number: int) -> BodyLook:
 
 
 def _joint_look(joint: Joint, layout: PartNumbers) -> JointLook:
-    """A coupling has no point of its own: it stands where the last of its joints does."""
+    """The look of a joint. A coupling has no point of its own: it uses that of its last joint."""
     at = joint.name if joint.couples is None else joint.couples.joints[-1]
     frame = layout.frames[at]
     return JointLook(

@@ -1,4 +1,4 @@
-"""Where the bodies are: of a run, as it was recorded, or of a scene at its start."""
+"""The poses of bodies over time: recorded by a run, or of a scene at its start."""
 
 from __future__ import annotations
 
@@ -23,22 +23,22 @@ class PoseHistory:
 
     @property
     def finite(self) -> Integers:
-        """The samples at which every body is somewhere."""
+        """The numbers of the samples at which the poses of all bodies are finite."""
         whole = np.isfinite(self.position).all(axis=(1, 2)) & np.isfinite(self.orientation).all(axis=(1, 2))
         return np.flatnonzero(whole)
 
     def at(self, rows: Integers | Sequence[int]) -> PoseHistory:
-        """These samples alone."""
+        """The history at these samples only."""
         return PoseHistory(self.time[rows], self.position[rows], self.orientation[rows])
 
     def point(self, body: int, local: Array) -> Array:
-        """The path (T, 3) of a point of a body; of the ground (-1), which stays."""
+        """The path (T, 3) of a point of a body. A point of the ground (-1) rests."""
         if body < 0:
             return np.broadcast_to(local, (len(self.time), 3))
         return self.position[:, body] + rotation_matrix(self.orientation[:, body]) @ local
 
     def vector(self, body: int, local: Array) -> Array:
-        """A vector of a body over time (T, 3), global."""
+        """A vector of a body over time (T, 3), in global axes."""
         if body < 0:
             return np.broadcast_to(local, (len(self.time), 3))
         turned: Array = rotation_matrix(self.orientation[:, body]) @ local
@@ -46,7 +46,7 @@ class PoseHistory:
 
 
 def motion_at(system: System, q: Array) -> PoseHistory:
-    """All bodies of the scene at the coordinates q (7n,) of what carries them, as a motion of one sample."""
+    """The poses of all bodies at the coordinates q (7n,) of the carriers, as a history of one sample."""
     pose = pose_of(q)
     position = attached(pose, system.body_carrier, system.body_offset, np.ones(len(system.body_carrier)))
     orientation = product(pose.orientation[system.body_carrier], system.body_turn)

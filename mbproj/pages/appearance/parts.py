@@ -1,4 +1,4 @@
-"""The few solids that everything drawn is made of, each with its place on a body."""
+"""The few kinds of solids that everything is drawn with, each with its place on a body."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
 from mbproj.model.euler_parameters import product, rotation_matrix
 
-#: No turn.
+#: The Euler parameters of no rotation.
 UPRIGHT = (1.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """Triangles (m, 3) over vertices (k, 3) in m; the outside sees their corners counter-clockwise."""
+    """Triangles (m, 3) over vertices (k, 3) in m; their corners run counter-clockwise, seen from outside."""
 
     vertices: Array
     triangles: Integers
@@ -44,16 +44,16 @@ class Solid:
 
     @property
     def rotation(self) -> Array:
-        """(3, 3), to the axes of what carries it."""
+        """The rotation matrix (3, 3) to the axes of the carrier."""
         return rotation_matrix(self.orientation)
 
     def moved(self, position: Array, orientation: Array) -> Solid:
-        """The part on something that itself stands at this place of a larger whole."""
+        """The solid on a larger whole, which is itself at this position and orientation."""
         at = position + rotation_matrix(orientation) @ self.position
         return replace(self, position=at, orientation=product(orientation, self.orientation))
 
     def outline(self) -> Array:
-        """Points (k, 3), in the axes of what carries it, whose convex hull is that of the part."""
+        """Points (k, 3), in the axes of the carrier, whose convex hull is that of the solid."""
         if self.mesh is not None:
             own = self.mesh.vertices
         elif self.kind == "box":
@@ -79,12 +79,12 @@ def box(edges: Sequence[float], position: Array, orientation: Sequence[float] | 
 
 
 def sphere(radius: float, position: Array) -> Solid:
-    """A ball."""
+    """A ball of this radius."""
     return Solid("sphere", (radius,), np.asarray(position, dtype=float), np.array(UPRIGHT))
 
 
 def ellipsoid(semi_axes: Sequence[float], position: Array, orientation: Array) -> Solid:
-    """An ellipsoid by its semi-axes along x, y and z."""
+    """An ellipsoid with these semi-axes along x, y and z."""
     rings, around = len(_LATITUDE), len(CIRCLE)
     first = (np.arange(rings - 1)[:, None] * around + np.arange(around)).ravel()
     after = first - first % around + (first + 1) % around
@@ -95,12 +95,12 @@ def ellipsoid(semi_axes: Sequence[float], position: Array, orientation: Array) -
 
 
 def cylinder(radius: float, length: float, position: Array, axis: Array) -> Solid:
-    """A cylinder along `axis` about its middle."""
+    """A cylinder along `axis`, with its middle at `position`."""
     return Solid("cylinder", (radius, length), np.asarray(position, dtype=float), turn_to(axis))
 
 
 def bar(start: Array, end: Array, radius: float) -> tuple[Solid, ...]:
-    """A round bar between two points, with round ends; a ball where they are one."""
+    """A round bar between two points, with round ends; a ball where the points coincide."""
     length = float(np.linalg.norm(end - start))
     ends = (sphere(radius, start), sphere(radius, end))
     return ends[:1] if length < 1e-9 * radius else (cylinder(radius, length, 0.5 * (start + end), end - start), *ends)

@@ -1,5 +1,5 @@
-"""Flat solids: a plate through points that lie in a plane, as a link with three joints or more has it; the disc of a
-cam, the rail of a slot."""
+"""Solids of constant thickness: the plate of a link with three joints or more, the disc of a cam, the rail of a slot. A
+bar along a space curve is here too."""
 
 from __future__ import annotations
 
@@ -15,18 +15,19 @@ from mbproj.joints import JOINTS
 from mbproj.pages.appearance.parts import UPRIGHT, Mesh, Solid
 from mbproj.scene.records import Joint
 
-#: Points lie in a plane where they leave it by less than this many thicknesses; on a line likewise.
+#: Points count as in one plane, or on one line, where they leave it by less than this many thicknesses.
 FLAT = 1.0
-#: Corners of a round corner.
+#: The number of points of a rounded corner.
 ROUND = 12
-#: A rail is so thick, in radii of a link, across the curve; a disc and a rail are so wide along the axis.
+#: The thickness of a rail across its curve, and the width of a disc and a rail along the axis, in radii of a link.
 THICK, WIDE = 0.6, 1.6
-#: Points of a curve nearer than this part of the largest distance between two are one.
+#: Successive points of a curve count as one where they are closer than this part of the largest step between two.
 DISTINCT = 1e-6
 
 
 def plate(points: Sequence[Array], thickness: float) -> tuple[Solid, ...]:
-    """The plate with round corners about points (3,) in a plane; nothing where they are in none, or on a line."""
+    """The plate with round corners about points (3,) in a plane; empty where the points are in no plane, or on a
+    line."""
     cloud = np.array(points)
     middle = cloud.mean(axis=0)
     _, sizes, axes = np.linalg.svd(cloud - middle)
@@ -59,7 +60,7 @@ def _turns_right(a: Sequence[float], b: Sequence[float], c: Sequence[float]) -> 
 
 
 def _prism(outline: Array, axes: Array, thickness: float) -> Mesh:
-    """The outline in the plane of axes[0] and axes[1], made `thickness` thick."""
+    """A prism: the outline in the plane of axes[0] and axes[1], with this thickness."""
     count, normal = len(outline), np.cross(axes[0], axes[1])
     flat = outline @ axes[:2]
     vertices = np.concatenate([flat + 0.5 * thickness * normal, flat - 0.5 * thickness * normal])
@@ -73,15 +74,16 @@ def _prism(outline: Array, axes: Array, thickness: float) -> Mesh:
 
 
 class Wire(NamedTuple):
-    """The points (k, 3) of a curve in space in its own axes, in m, and whether it is closed."""
+    """A space curve: its points (k, 3) in its own axes, in m, and whether it is closed."""
 
     points: Array
     closed: bool
 
 
 class Outline(NamedTuple):
-    """The points (k, 2) of a profile in its own axes, in m, whether it is closed, and whether it is that of a disc; the
-    `roller` that touches it, 0 of a point; and how far beside the axis a `face` is touched, 0 of none."""
+    """A profile: its points (k, 2) in its own axes, in m. `closed` tells whether it ends where it begins, `solid`
+    whether it is drawn as a disc. `roller` is the radius of the roller on it, 0 for a point. `face` is the largest
+    offset of the contact from the axis of a flat face, 0 where there is none."""
 
     points: Array
     closed: bool
@@ -91,7 +93,7 @@ class Outline(NamedTuple):
 
 
 def outline_of(joint: Joint) -> Outline | None:
-    """Of a joint that follows a curve."""
+    """The outline of a joint that follows a plane curve; None for other joints."""
     track = joint.parameters.get("curve")
     if not isinstance(track, Track):
         return None
@@ -105,7 +107,8 @@ def outline_of(joint: Joint) -> Outline | None:
 
 
 def both_outlines(joint: Joint) -> tuple[Outline, ...]:
-    """Those of both bodies of a joint whose curves touch; of another, that of body 1 if it has one."""
+    """The outlines of both bodies for a joint whose curves touch. For another joint, that of body 1, where it has
+    one."""
     if "curves" not in joint.parameters:
         own = outline_of(joint)
         return () if own is None else (own,)
@@ -116,7 +119,7 @@ def both_outlines(joint: Joint) -> tuple[Outline, ...]:
 
 
 def _outline(track: Track, left: float, side: str | None) -> Outline:
-    """Of what lies so far to the left of a curve, and is touched from a side."""
+    """The outline at a distance `left` of a curve. `side` is the side from which it is touched."""
     points = np.array(drawn(track.line, left))
     apart = np.linalg.norm(np.diff(points, axis=0), axis=1)
     points = points[np.append(True, apart > DISTINCT * apart.max())]
@@ -126,21 +129,21 @@ def _outline(track: Track, left: float, side: str | None) -> Outline:
 
 
 def _is_star(points: Array) -> bool:
-    """Whether all of a closed outline is seen from the origin."""
+    """Whether all points of a closed outline are visible from the origin."""
     x, y = points.T
     turn = x[:-1] * y[1:] - x[1:] * y[:-1]
     return bool((turn > 0.0).all() or (turn < 0.0).all())
 
 
 def track(outline: Outline, point: Array, turn: Array, r: float) -> Solid:
-    """The solid of an outline in the plane of a frame with its origin at `point` (3,), turned by `turn` (4,); `r` is
-    the radius of a link."""
+    """The solid of an outline, as a disc or a rail. It is in the plane of a frame at `point` (3,), turned by `turn`
+    (4,); `r` is the radius of a link."""
     mesh = _disc(outline, WIDE * r) if outline.solid else _rail(outline, THICK * r, WIDE * r)
     return Solid("mesh", (), point, turn, mesh)
 
 
 def _disc(outline: Outline, wide: float) -> Mesh:
-    """Two faces, each a fan about the origin, and the wall between them."""
+    """A disc: two faces, each a fan about the origin, and the wall between them."""
     points = outline.points if _runs_left(outline.points) else outline.points[::-1]
     count = len(points)
     rim = [np.column_stack([points, np.full(count, side * 0.5 * wide)]) for side in (-1.0, 1.0)]
@@ -157,7 +160,7 @@ def _disc(outline: Outline, wide: float) -> Mesh:
 
 
 def _rail(outline: Outline, thick: float, wide: float) -> Mesh:
-    """A rectangle that is moved along the curve."""
+    """A rail: a rectangle swept along the curve."""
     points = outline.points
     along = np.roll(points, -1, axis=0) - np.roll(points, 1, axis=0)
     if not outline.closed:
@@ -172,7 +175,7 @@ def _rail(outline: Outline, thick: float, wide: float) -> Mesh:
 
 
 def wire_of(joint: Joint) -> Wire | None:
-    """Of a joint that follows a curve in space."""
+    """The wire of a joint that follows a space curve; None for other joints."""
     track = joint.parameters.get("curve")
     if not isinstance(track, SpaceTrack):
         return None
@@ -183,7 +186,7 @@ def wire_of(joint: Joint) -> Wire | None:
 
 
 def wire(own: Wire, point: Array, turn: Array, r: float) -> Solid:
-    """A thin bar along a curve in space, in a frame with its origin at `point` (3,), turned by `turn` (4,)."""
+    """A thin bar along a space curve, in a frame with its origin at `point` (3,), turned by `turn` (4,)."""
     points, count = own.points, len(own.points)
     along = np.roll(points, -1, axis=0) - np.roll(points, 1, axis=0)
     if not own.closed:
@@ -191,7 +194,7 @@ def wire(own: Wire, point: Array, turn: Array, r: float) -> Solid:
     along /= np.linalg.norm(along, axis=1)[:, None]
     beside = np.empty_like(points)
     last = np.eye(3)[int(np.argmin(np.abs(along[0])))]
-    for at, tangent in enumerate(along):  # what was beside before, made normal
+    for at, tangent in enumerate(along):  # carry the last normal along, made normal to the new tangent
         last = last - (last @ tangent) * tangent
         last = last / np.linalg.norm(last)
         beside[at] = last
@@ -202,7 +205,7 @@ def wire(own: Wire, point: Array, turn: Array, r: float) -> Solid:
 
 
 def _tube(vertices: Array, count: int, closed: bool) -> Mesh:
-    """The solid whose corners are four rows of so many vertices."""
+    """The solid between four rows of `count` vertices each."""
     here = np.arange(count if closed else count - 1)
     after = (here + 1) % count
     faces = []
@@ -217,6 +220,6 @@ def _tube(vertices: Array, count: int, closed: bool) -> Mesh:
 
 
 def _runs_left(points: Array) -> bool:
-    """Whether a closed outline runs counterclockwise."""
+    """Whether a closed outline runs counter-clockwise."""
     x, y = points.T
     return bool(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) > 0.0)

@@ -1,4 +1,4 @@
-"""The scene and the motion that a results file holds, and the scene of a file of modes."""
+"""The scene and the motion in a results file, and the scene in a file of modes."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from mbproj.scene.records import Scene
 
 
 def scene_of(results: Results) -> Scene:
-    """The scene of a run, read again. Raises InputError where its bodies are not those of the results."""
+    """Read the scene of a run again. Raises InputError where its bodies are not those of the results."""
     return _read(results.scene_text, results.scene_path, results.overrides, results.names("bodies"), results.path)
 
 
 def scene_of_modes(path: Path, bodies: Sequence[str]) -> tuple[Scene, Mapping[str, TriangleMesh]]:
-    """The scene of the file of modes at `path`, whose shapes are of these bodies, and their meshes."""
+    """The scene in the file of modes at `path`, and its meshes. Raises InputError where its bodies are not `bodies`."""
     found = scene_in(path)
     return _read(found.text, found.path, found.overrides, bodies, path), found.meshes
 
@@ -34,7 +34,7 @@ def _read(text: str, stood: Path | None, overrides: Mapping[str, str], bodies: S
 
 
 def motion_of(results: Results) -> PoseHistory:
-    """The motion of all bodies. Raises InputError where no sample has them all somewhere."""
+    """The motion of all bodies. Raises InputError where at no sample all poses are finite."""
     motion = PoseHistory(results.time, results["bodies/position"], results["bodies/orientation"])
     if not len(motion.finite):
         message = f"'{results.path}' has no sample to show"

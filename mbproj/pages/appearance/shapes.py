@@ -1,4 +1,4 @@
-"""The shapes of a scene as parts."""
+"""The shapes of a scene's bodies as solids."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from mbproj.pages.appearance.parts import Solid, bar, sphere
 from mbproj.scene.appearance import PlacedShape
 
 _HALF = 0.5**0.5
-#: What turns z to the axis of a shape.
+#: The Euler parameters that turn z to the axis of a shape.
 TO_AXIS: Mapping[str, tuple[float, ...]] = {
     "x": (_HALF, 0.0, _HALF, 0.0),
     "y": (_HALF, -_HALF, 0.0, 0.0),
@@ -20,7 +20,7 @@ TO_AXIS: Mapping[str, tuple[float, ...]] = {
 
 
 def part_of(shape: PlacedShape, thickness: float) -> tuple[Solid, ...]:
-    """What a shape is drawn as; a rod and a point have no thickness of their own."""
+    """The solids that a shape is drawn as. A rod and a point have no thickness of their own and take this one."""
     sizes, position, turn = shape.sizes, np.array(shape.position), np.array(shape.orientation)
     along = product(turn, np.array(TO_AXIS[shape.axis]))
     if shape.kind == "box":

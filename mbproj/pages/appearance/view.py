@@ -1,4 +1,4 @@
-"""From where a mechanism is looked at: along the normal of a plane that it moves in, else from above and one side."""
+"""The view of a mechanism: along the normal of the plane in which it moves, or otherwise from above and one side."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from mbproj.pages.appearance.mechanism import Look
 from mbproj.pages.appearance.motion import PoseHistory
 from mbproj.scene.records import Scene
 
-#: Axes are parallel, and a motion is in a plane, to this.
+#: The tolerances for parallel axes and for a motion in one plane.
 PARALLEL, IN_PLANE = 1e-6, 1e-6
-#: A mechanism is flat where it is less than this part of its size deep.
+#: A mechanism is flat where its depth is less than this part of its size.
 FLAT = 0.12
-#: The view of what is not flat: from its front, turned and raised by so many degrees.
+#: The view of a mechanism that is not flat: its front, turned and raised by these angles in degrees.
 TURNED, RAISED = 32.0, 22.0
-#: Samples that are looked at, and directions in which the outermost points are looked for.
+#: The samples from which the view is computed, and the directions in which outermost points are searched.
 SAMPLES, DIRECTIONS = 60, 150
 
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """From the `middle` (3,) the eye is in the direction `eye` (3,), `up` (3,) is up; all that moves is within `radius`
-    of it, and `points` (k, 3) are the outermost of it, m. `flat`: seen along the normal of its plane, without
-    perspective."""
+    """The direction `eye` (3,) from the `middle` (3,) to the viewer, and the direction `up` (3,). All that moves is
+    within `radius` of the middle; `points` (k, 3) are its outermost points, m. `flat`: the view is along the normal of
+    the motion's plane, without perspective."""
 
     middle: Array
     eye: Array
@@ -60,7 +60,7 @@ def view_of(scene: Scene, motion: PoseHistory, look: Look) -> View:
 
 
 def outermost(cloud: Array, margin: float) -> Array:
-    """Of points (.., 3) those that reach farthest in many directions, moved out by `margin`."""
+    """The points of `cloud` (.., 3) that reach farthest in many directions, moved outward by `margin`."""
     count = np.arange(DIRECTIONS)
     height, turn = 1.0 - (2.0 * count + 1.0) / DIRECTIONS, count * np.pi * (3.0 - np.sqrt(5.0))  # a Fibonacci sphere
     flat = np.sqrt(1.0 - height**2)
@@ -70,14 +70,14 @@ def outermost(cloud: Array, margin: float) -> Array:
 
 
 def _cloud(look: Look, motion: PoseHistory) -> Array:
-    """Points (T, k, 3) that show where the mechanism is: corners of its bodies' parts, joints, markers, springs, what
-    rolls and where it touches."""
+    """Points (T, k, 3) over which the mechanism extends: corners of its bodies, joints, markers, ends of springs,
+    wheels and contacts."""
     rolls = {each.name for each in look.touching}
     points = [(joint.bodies[1], joint.point) for joint in look.joints]
     points += [(marker.body, marker.point) for marker in look.markers]
     points += [end for span in look.spans for end in zip(span.carriers, span.points, strict=True)]
     for drawn in look.drawn:
-        is_plate = drawn.layer == "springs" and drawn.part.kind == "box"  # where something is stopped
+        is_plate = drawn.layer == "springs" and drawn.part.kind == "box"  # the plane of a stop
         is_wheel = drawn.layer == "joints" and look.joints[drawn.item].name in rolls
         if drawn.layer == "bodies" or is_plate or is_wheel:
             corners = drawn.part.outline()
@@ -92,8 +92,8 @@ def _corners(low: Array, high: Array) -> Array:
 
 
 def _normal(look: Look, motion: PoseHistory) -> Array | None:
-    """The normal (3,) of the plane of the motion: the common direction of the axes, or what nothing moves along and all
-    turn about. None where there is none."""
+    """The normal (3,) of the plane of the motion, from the common direction of the axes or from the paths. None where
+    bodies leave the plane."""
     axes = [motion.vector(joint.bodies[1], joint.axis)[0] for joint in look.joints if joint.axis is not None]
     moved = (motion.position - motion.position[:1]).reshape(-1, 3)
     _, sizes, directions = np.linalg.svd(moved, full_matrices=False)
@@ -115,7 +115,7 @@ def _normal(look: Look, motion: PoseHistory) -> Array | None:
 
 
 def _raised(front: Array, up: Array) -> Array:
-    """A direction turned from the front and raised."""
+    """The direction `front`, turned and raised."""
     level = front - (front @ up) * up
     if np.linalg.norm(level) < 0.1:
         level = np.eye(3)[0] - up[0] * up

@@ -1,4 +1,4 @@
-"""What moves, made small: which samples a page shows, the series of its charts, and their bytes.
+"""The motion as compact data: the samples that a page shows, the series of its charts, and their bytes.
 
-Numbers are whole multiples of a step, kept as differences in time; nothing is interpolated here.
+Numbers are integer multiples of a step, stored as differences in time. Nothing is interpolated here.
 """

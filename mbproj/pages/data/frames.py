@@ -1,4 +1,4 @@
-"""Which samples of a run a page shows: all that 60 frames a second can, and no more than a browser holds."""
+"""The samples of a run that a page shows: as many as 60 frames a second can show, and a browser can hold."""
 
 from __future__ import annotations
 
@@ -8,25 +8,26 @@ from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem
 
-#: Frames a second of time, and those that a short run has at least: it is watched more slowly.
+#: Frames a second, and the fewest frames of a run: a short run is watched more slowly.
 RATE, FEWEST = 60.0, 600
-#: Numbers of poses (7 a body and frame) beyond which frames are left out, and beyond which there is no page: a browser
-#: holds them four bytes each, the file about two.
+#: The count of pose numbers (7 for each body and frame) above which frames are left out, and above which no page is
+#: made. A browser holds four bytes for each, the file about two.
 THINNED, REFUSED = 10_000_000, 60_000_000
 
 
 @dataclass(frozen=True, eq=False)
 class Frames:
-    """The samples (F,) that are shown, and what is said where that is not all of them."""
+    """The samples (F,) that are shown, and a remark where these are not all."""
 
     rows: Integers
     remark: str
 
 
 def frames_of(time: Array, whole: Integers, bodies: int, full: bool = False) -> Frames:
-    """The frames of a run with samples at `time` (T,), of which those in `whole` are finite. `full`: all of those.
+    """The frames of a run with samples at `time` (T,), chosen from the samples `whole`, which are finite. With `full`,
+    all of those.
 
-    Raises InputError where no browser would hold them."""
+    Raises InputError where no browser could hold them."""
     span = float(time[whole[-1]] - time[whole[0]]) if len(whole) else 0.0
     wanted = len(whole) if full else min(len(whole), max(FEWEST, int(np.ceil(RATE * span))) + 1)
     room = max(2, THINNED // (7 * max(bodies, 1)))
@@ -43,7 +44,7 @@ def frames_of(time: Array, whole: Integers, bodies: int, full: bool = False) -> 
 
 
 def _spread(time: Array, count: int) -> Integers:
-    """Samples that are as even in time as there are: the nearest to `count` even times."""
+    """Samples that are spread evenly in time: the nearest to `count` even times."""
     even = np.linspace(time[0], time[-1], count)
     after = np.clip(np.searchsorted(time, even), 1, len(time) - 1)
     nearer = np.where(even - time[after - 1] < time[after] - even, after - 1, after)
@@ -58,7 +59,7 @@ def _remark(shown: int, recorded: int, cramped: bool) -> str:
 
 
 def largest_between(values: Array, whole: Integers, rows: Integers) -> Array:
-    """The largest of `values` (T, c) since the frame before, (F, c): a peak between two frames is not lost."""
+    """The largest of `values` (T, c) since the frame before, (F, c), so that a peak between two frames is not lost."""
     starts = np.concatenate([[whole[0]], rows[:-1] + 1]) if len(rows) else rows
     found = [np.fmax.reduce(values[start : row + 1], axis=0) for start, row in zip(starts, rows, strict=True)]
     return np.array(found).reshape(len(rows), values.shape[1])

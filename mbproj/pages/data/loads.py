@@ -1,4 +1,4 @@
-"""Given forces and torques over a run: they depend on time alone, and are computed from the scene again."""
+"""Given forces and torques over a run. They depend on time only, and are computed again from the scene."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from mbproj.pages.data.series import XYZ, SeriesGroup
 
 
 def load_groups(system: System, looks: Sequence[LoadLook], motion: PoseHistory) -> Iterator[tuple[SeriesGroup, Array]]:
-    """The group of all forces and that of all torques, with global components (T, 3w)."""
+    """The group of all given forces, and that of all given torques, each with its global components (T, 3w)."""
     if not looks:
         return
     if any(system.forces.programs.names_channels(index) for index in system.forces.on_bodies.program.ravel().tolist()):
@@ -35,6 +35,6 @@ def load_groups(system: System, looks: Sequence[LoadLook], motion: PoseHistory) 
 
 
 def _instant(system: System, t: float, q: Array) -> Instant:
-    """What functions of the time see."""
+    """The instant at which functions of time are evaluated."""
     pose = pose_of(q)
     return Instant(system, pose, twist_of(pose, np.zeros_like(q)), t, coordinate_values(system, pose))

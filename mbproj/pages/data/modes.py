@@ -1,4 +1,4 @@
-"""The data of a page of modes: the pose that was linearised, and the shape of each mode about it."""
+"""The data of a page of modes: the linearised pose, and the shape of each mode about it."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from mbproj.pages.data.pages import PageData
 from mbproj.pages.data.shown import look_data, motion_data, view_data
 from mbproj.results.linear.modes_file import StoredModes, read_modes
 
-#: The amplitude that a page opens with: of the mechanism's size, or of 1 rad.
+#: The initial amplitude of a page: a part of the mechanism's size, and of 1 rad.
 AMPLITUDE = 0.15
-#: Binary digits of shapes, whose largest number is 1.
+#: The binary digits of shapes, whose largest number is 1.
 DIGITS = 20
-#: Modes whose largest swing the first view holds.
+#: The number of modes for whose largest swing the first view has room.
 IN_VIEW = 30
 LARGER = "shapes are drawn larger than the small motions that they are of: joints seem to open"
 
 
 def page_of_modes(path: Path, label: str) -> PageData:
-    """The page of a file of modes. Raises InputError where it has no mode."""
+    """The page of a file of modes. Raises InputError where the file has no mode."""
     modes = read_modes(path)
     if not len(modes.eigenvalue):
         raise InputError(Problem(f"'{path}' has no mode to show", hint="its mechanism has no degree of freedom"))
@@ -71,7 +71,7 @@ def page_of_modes(path: Path, label: str) -> PageData:
 
 
 def words_on(modes: StoredModes, mode: int) -> str:
-    """How a mode goes with time."""
+    """The motion of a mode in words."""
     value, damping = modes.eigenvalue[mode], modes.damping_ratio[mode]
     if value == 0.0:
         return "neutral: nothing drives it back"
@@ -84,7 +84,8 @@ def words_on(modes: StoredModes, mode: int) -> str:
 
 
 def unit_shapes(displacement: Numbers, size: float) -> tuple[Array, Numbers]:
-    """What each mode (k, n, 6) is divided by, and the shapes, the largest shift of which is `size` or turn 1 rad."""
+    """The scale of each mode (k, n, 6), and its shape divided by the scale. Then the largest displacement is `size`, or
+    the largest rotation 1 rad."""
     parts = displacement / np.array([size] * 3 + [1.0] * 3)
     largest = np.linalg.norm(parts.reshape(*parts.shape[:2], 2, 3), axis=-1).max(axis=(1, 2), initial=0.0)
     scales = np.where(largest > 0.0, largest, 1.0)
@@ -92,8 +93,8 @@ def unit_shapes(displacement: Numbers, size: float) -> tuple[Array, Numbers]:
 
 
 def swung(modes: StoredModes, shapes: Numbers, size: float) -> PoseHistory:
-    """The pose, and the two ends of each swing at the amplitude that the page opens with, for its real and imaginary
-    part."""
+    """The pose, then the two ends of each swing at the initial amplitude, for the real and the imaginary part of each
+    shape."""
     parts = AMPLITUDE * np.concatenate([sign * half for half in (shapes.real, shapes.imag) for sign in (1.0, -1.0)])
     parts = np.concatenate([np.zeros((1, *parts.shape[1:])), parts])
     angle = np.linalg.norm(parts[..., 3:], axis=-1, keepdims=True)
@@ -103,7 +104,7 @@ def swung(modes: StoredModes, shapes: Numbers, size: float) -> PoseHistory:
 
 
 def _turning_on(modes: StoredModes, shapes: Numbers) -> Numbers:
-    """Shapes (k, ..) whose motion is Re(shape · exp(iφ)) with a phase φ that grows."""
+    """Shapes (k, ..), conjugated where needed, so that their motion is Re(shape · exp(iφ)) with a growing phase φ."""
     back = modes.eigenvalue[: len(shapes)].imag < 0.0
     return np.where(back.reshape(-1, *[1] * (shapes.ndim - 1)), shapes.conj(), shapes)
 

@@ -1,4 +1,4 @@
-"""The data of a page: of results, one or several over each other, or of a scene at its start."""
+"""The data of a page: of one or several results, or of a scene at its start."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from mbproj.scene.records import Scene
 
 @dataclass(frozen=True, eq=False)
 class PageData:
-    """What a page shows: its title, plain data, and packed numbers."""
+    """The contents of a page: its title, plain data for JSON, and packed numbers."""
 
     title: str
     data: dict[str, Any]
@@ -38,7 +38,7 @@ class PageData:
 def page_of(
     results: Sequence[Results], labels: Sequence[str], full: bool = False, limit: float | None = None
 ) -> PageData:
-    """The page of one run, or of several over each other: the first is solid, the others are ghosts. `limit` (m): the
+    """The page of one run, or of several in one picture: the first is solid, the others are ghosts. `limit` (m) is the
     error beyond which a certified run is not trusted."""
     packer = Packer()
     views: list[View] = []
@@ -58,7 +58,7 @@ def page_of(
 
 
 def start_of(scene: Scene, motion: PoseHistory, title: str) -> PageData:
-    """The page of a scene's start pose, without a run."""
+    """The page of a scene at its start, without a run."""
     packer = Packer()
     look = look_of(scene, motion, meshes_of(scene))
     view = view_of(scene, motion, look)
@@ -116,7 +116,7 @@ def _run(
 
 
 def _events(result: Results, frames: Frames) -> list[dict[str, Any]]:
-    """What happened, in the order of time: where steps ended, and where the run did unless it came to its end."""
+    """The events of the run, and its failure if it failed, in the order of time."""
     found = [{"time": event.time, "text": f"{event.kind}: {event.name}", "kind": "event"} for event in result.events]
     if result.status.startswith("failed") and len(frames.rows):
         found.append({"time": float(result.time[frames.rows[-1]]), "text": result.status, "kind": "failure"})
@@ -131,7 +131,7 @@ def _passages(system: System, motion: PoseHistory) -> list[dict[str, Any]]:
 
 
 def _trust(result: Results, limit: float | None) -> dict[str, Any] | None:
-    """From when on the error may exceed the limit; None for a run that was not certified."""
+    """The time from which on the error may exceed the limit, with a text; None for a run without a certificate."""
     trust = result.trust
     if trust is None:
         return None
@@ -142,8 +142,8 @@ def _trust(result: Results, limit: float | None) -> dict[str, Any] | None:
 
 
 def _better(result: Results, trust: Mapping[str, Any] | None, rows: Integers) -> PoseHistory | None:
-    """The better solution of a certified run at those of its frames from when on it is not to be trusted; None where
-    there is nothing of it."""
+    """The better solution of a certified run, at the frames from which on the run is not trusted; None where there is
+    none."""
     poses = result.better()
     if trust is None or trust["since"] is None or poses is None:
         return None
@@ -154,7 +154,7 @@ def _better(result: Results, trust: Mapping[str, Any] | None, rows: Integers) ->
 
 
 def _ghost(label: str, run: Mapping[str, Any], motion: PoseHistory, look: Look, packer: Packer) -> dict[str, Any]:
-    """A better solution beside the run that it is of."""
+    """A better solution as a ghost beside its run."""
     bare: dict[str, Any] = {"groups": [], "events": [], "trust": None, "remarks": []}
     contacts = path_data(look, motion, packer)
     moved = {**run, **motion_data(motion, look.size, packer), "contacts": contacts, **bare}
@@ -162,7 +162,7 @@ def _ghost(label: str, run: Mapping[str, Any], motion: PoseHistory, look: Look, 
 
 
 def _together(views: Sequence[View]) -> View:
-    """The view of the first that shows all."""
+    """The view direction of the first view, with room for all."""
     first, points = views[0], np.concatenate([view.points for view in views])
     low, high = points.min(axis=0), points.max(axis=0)
     return View(0.5 * (low + high), first.eye, first.up, 0.5 * float(np.linalg.norm(high - low)), points, first.flat)

@@ -1,4 +1,4 @@
-"""Passages near singular positions: where the constraints of a loop come close to depending on each other."""
+"""Passages near singular positions, where the constraints of a loop are nearly dependent."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from mbproj.model.system import System
 from mbproj.pages.appearance.motion import PoseHistory
 from mbproj.thresholds import THRESHOLDS
 
-#: Bodies beyond which nothing is looked for: it would take longer than all else.
+#: The most bodies for which passages are searched: with more, the search would take longer than all else.
 MOST_BODIES = 60
 
 
 def passages(system: System, motion: PoseHistory) -> Iterator[tuple[float, float]]:
-    """The time (s) of the nearest frame of each passage, and how near it is: the smallest singular value of the rows of
-    a loop there, relative to the largest that it has in this motion."""
+    """The time (s) of the nearest frame of each passage, and its distance: the smallest singular value of a loop's
+    rows, relative to its largest value in this motion."""
     loops = loops_of(system) if system.bodies <= MOST_BODIES else []
     if not loops or len(motion.time) < 3:
         return
@@ -37,7 +37,7 @@ def passages(system: System, motion: PoseHistory) -> Iterator[tuple[float, float
 
 
 def dips(values: Array, below: float) -> Iterator[int]:
-    """Where values (T,) are least, in each stretch below a limit that begins and ends above it."""
+    """The rows of the minima of `values` (T,) in each stretch below a limit that begins and ends above it."""
     low = np.concatenate([[False], values < below, [False]])
     starts, ends = np.flatnonzero(~low[:-1] & low[1:]), np.flatnonzero(low[:-1] & ~low[1:])
     for start, end in zip(starts, ends, strict=True):
@@ -46,7 +46,7 @@ def dips(values: Array, below: float) -> Iterator[int]:
 
 
 def carried(system: System, motion: PoseHistory) -> Array:
-    """The coordinates (T, 7n) of what carries the scene's bodies: each is where its first body says."""
+    """The coordinates (T, 7n) of the carriers, each computed from the first body fixed to it."""
     first = np.array([np.flatnonzero(system.body_carrier == carrier)[0] for carrier in range(system.bodies)])
     back = system.body_turn[first] * [1.0, -1.0, -1.0, -1.0]
     orientation = product(motion.orientation[:, first], np.broadcast_to(back, (len(motion.time), *back.shape)))

@@ -1,4 +1,4 @@
-"""The series that a page charts: whatever the run recorded, as far as there is room."""
+"""The series that a page charts: all that the run recorded, as far as there is room."""
 
 from __future__ import annotations
 
@@ -10,15 +10,16 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.results import Results
 
-#: Numbers of all series together; what comes later in `GROUPS` is left out first.
+#: The most numbers of all series together. Groups that come later are left out first.
 ROOM = 1_200_000
 
 
 @dataclass(frozen=True, eq=False)
 class SeriesGroup:
-    """Series of one quantity: of the run (`kind` ""), or of each of `owners`, in `components` ("" for a number alone).
+    """The series of one quantity: one of the run (`kind` ""), or one for each of `owners`, in `components` ("" for a
+    scalar).
 
-    `units`: one for the run, or one an owner. `logarithmic`: sizes that are shown on such a scale."""
+    `units` has one entry for the run, or one for each owner. `logarithmic` series are shown on a logarithmic scale."""
 
     name: str
     kind: str
@@ -30,7 +31,7 @@ class SeriesGroup:
 
     @property
     def columns(self) -> int:
-        """c."""
+        """The number c of columns."""
         return max(len(self.owners), 1) * len(self.components)
 
     def values(self, results: Results) -> Array:
@@ -49,7 +50,8 @@ _RUN = (
     ("energy balance", "J", "diagnostics/energy_balance", False),
     ("step size", "s", "diagnostics/step_size", True),
 )
-#: Whose, what, components, unit, dataset; vectors of bodies' turning are in body axes, all others global.
+#: The kind of owners, quantity, unit and dataset of vector series. Angular velocities of bodies are in body axes, all
+#: others in global axes.
 _VECTORS = (
     ("joints", "reaction force", "N", "joints/reaction_force"),
     ("joints", "reaction torque", "N m", "joints/reaction_torque"),
@@ -63,7 +65,7 @@ _VECTORS = (
 
 
 def groups_of(results: Results) -> Iterator[SeriesGroup]:
-    """All groups that the results have, in the order of their worth."""
+    """All groups that the results have, the most useful first."""
     for name, unit, path, logarithmic in _RUN:
         yield SeriesGroup(name, "", (), ("",), (unit,), path, logarithmic)
     for group in _of_columns(results):
@@ -78,11 +80,11 @@ def _of_columns(results: Results) -> Iterator[SeriesGroup]:
     yield SeriesGroup("rate", "coordinates", along, ("",), tuple(f"{unit}/s" for unit in units), "joints/speed")
     forces, lengths = results.names("forces"), results.names("force_units")
     yield SeriesGroup("coordinate", "forces", forces, ("",), lengths, "forces/coordinate")
-    yield SeriesGroup("force", "forces", forces, ("",), _works(lengths), "forces/force")
+    yield SeriesGroup("force", "forces", forces, ("",), _force_units(lengths), "forces/force")
     ropes = results.names("tensions")
     yield SeriesGroup("tension", "tensions", ropes, ("",), ("N",) * len(ropes), "ropes/tension")
     motions = results.names("motions")
-    yield SeriesGroup("force", "motions", motions, ("",), _works(results.names("motion_units")), "motions/force")
+    yield SeriesGroup("force", "motions", motions, ("",), _force_units(results.names("motion_units")), "motions/force")
     for kind, of in (("states", "state"), ("signals", "signal")):
         yield SeriesGroup("value", kind, results.names(kind), ("",), results.names(f"{of}_units"), f"{kind}/value")
     for kind, name, unit, path in _VECTORS:
@@ -90,8 +92,8 @@ def _of_columns(results: Results) -> Iterator[SeriesGroup]:
         yield SeriesGroup(name, kind, owners, XYZ, (unit,) * len(owners), path)
 
 
-def _works(units: Sequence[str]) -> tuple[str, ...]:
-    """The units of what acts along coordinates in these."""
+def _force_units(units: Sequence[str]) -> tuple[str, ...]:
+    """The units of forces along coordinates with these units."""
     return tuple("N m" if unit == "rad" else "N" for unit in units)
 
 

@@ -1,4 +1,4 @@
-"""What a page is told of a mechanism and a run of it: plain data for JSON, and blocks of numbers beside."""
+"""The data of a mechanism and its run for a page: plain data for JSON, and blocks of packed numbers."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from mbproj.pages.appearance.view import View
 from mbproj.pages.data.packing import Packer, step_of
 from mbproj.pages.data.series import SeriesGroup
 
-#: Binary digits of positions, relative to the mechanism, as in float32; of Euler parameters; of series; of vertices of
-#: meshes; and how far positions may be from the middle, as a power of two of its step.
+#: Binary digits of positions relative to the mechanism (as in float32), of Euler parameters, of series, and of vertices
+#: of meshes. Then the largest distance of a position from the middle, as a power of two of its step.
 POSITION, TURN, SERIES, VERTEX, FARTHEST = 24, 19, 18, 16, 29
-#: Step of the logarithms of sizes, and what zero is taken for.
+#: The step of logarithms of sizes, and the size that replaces zero.
 LOGARITHM, ZERO = 2.0**-10, 1e-18
 
 
 def view_data(view: View) -> dict[str, Any]:
-    """The view; the page's axes begin at its middle."""
+    """The data of a view. The page's axes have their origin at its middle."""
     return {
         "middle": _numbers(view.middle),
         "eye": _numbers(view.eye),
@@ -34,7 +34,7 @@ def view_data(view: View) -> dict[str, Any]:
 
 
 def look_data(look: Look, packer: Packer) -> dict[str, Any]:
-    """What the mechanism looks like; parts name meshes by their numbers."""
+    """The data of a look. Parts refer to meshes by their numbers."""
     meshes: list[dict[str, Any]] = []
     parts = []
     for drawn in look.drawn:
@@ -70,7 +70,7 @@ def look_data(look: Look, packer: Packer) -> dict[str, Any]:
                 "carriers": list(span.carriers),
                 "points": [_short(point) for point in span.points],
                 "radius": span.radius,
-                **_circles(span),
+                **_rope_data(span),
             }
             for span in look.spans
         ],
@@ -87,7 +87,7 @@ def look_data(look: Look, packer: Packer) -> dict[str, Any]:
 
 
 def motion_data(motion: PoseHistory, size: float, packer: Packer) -> dict[str, Any]:
-    """The poses of a motion: positions from their middle, `size` is that of the mechanism in m."""
+    """The data of a motion: poses with positions relative to their middle. `size` is that of the mechanism in m."""
     count = len(motion.time)
     low, high = motion.position.min(axis=(0, 1)), motion.position.max(axis=(0, 1))
     centre = 0.5 * (low + high)
@@ -103,13 +103,13 @@ def motion_data(motion: PoseHistory, size: float, packer: Packer) -> dict[str, A
 
 
 def path_data(look: Look, motion: PoseHistory, packer: Packer) -> list[dict[str, Any]]:
-    """Where what rolls touches its plane in this motion, global, in m."""
+    """The paths of the points at which rolling joints touch, global, in m."""
     paths = ((each.name, each.path(motion)) for each in look.touching)
     return [{"name": name, "block": packer.add(path, step_of(path, POSITION))} for name, path in paths]
 
 
 def group_data(group: SeriesGroup, values: Array, packer: Packer) -> dict[str, Any]:
-    """A group with its series (F, c): of those on a logarithmic scale the powers of ten."""
+    """The data of a group with its series (F, c); logarithmic series become powers of ten."""
     powers = np.log10(np.maximum(np.abs(values), ZERO)) if group.logarithmic else values
     return {
         "name": group.name,
@@ -123,7 +123,7 @@ def group_data(group: SeriesGroup, values: Array, packer: Packer) -> dict[str, A
 
 
 def _steady(orientation: Array) -> Array:
-    """Euler parameters (T, n, 4) whose sign does not jump: of ± the nearer to those before."""
+    """Euler parameters (T, n, 4) with signs that do not jump from sample to sample."""
     turns = np.einsum("tnk,tnk->tn", orientation[1:], orientation[:-1])
     signs = np.cumprod(np.where(turns < 0.0, -1.0, 1.0), axis=0)
     found = orientation.copy()
@@ -135,13 +135,13 @@ def _numbers(values: Sequence[float] | Array) -> list[float]:
     return [float(value) for value in values]
 
 
-def _circles(span: Span) -> dict[str, Any]:
-    """What a part of a rope touches."""
+def _rope_data(span: Span) -> dict[str, Any]:
+    """The data of the circles that a part of a rope touches."""
     if span.normal is None:
         return {}
     return {"radii": list(span.radii), "normal": _numbers(span.normal), "frame": span.frame}
 
 
 def _short(values: Sequence[float] | Array) -> list[float]:
-    """Seven digits: what is drawn needs no more."""
+    """The values with seven digits, which are enough to draw."""
     return [float(f"{value:.7g}") for value in values]

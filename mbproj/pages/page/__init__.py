@@ -1,1 +1,2 @@
-"""The page: one HTML file with three.js, our script and style, and the data; it opens from a disk without a network."""
+"""The page: one HTML file with three.js, our scripts and style, and the data. It opens from a disk, without a
+network."""

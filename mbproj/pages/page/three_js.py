@@ -1,4 +1,4 @@
-"""three.js as trimesh carries it: a classic script in the template of its own viewer."""
+"""three.js from the package trimesh: a classic script in the template of trimesh's own viewer."""
 
 from __future__ import annotations
 
@@ -12,12 +12,13 @@ from mbproj.errors import InputError, Problem
 
 HINT = "install it with: pip install 'mbproj[animate]'"
 TEMPLATE = Path("resources", "templates", "viewer.zip")
-#: The script: its licence, and one line that makes the global name THREE. Loaders and the viewer follow it.
+#: The pattern of the script: its licence, and one line that defines the global name THREE. Loaders and the viewer
+#: follow it.
 SCRIPT = re.compile(r"(/\*\*\s*\* @license\s[^/]*Three\.js Authors[^/]*\*/\s*!function[^\n]*\}\)\);)\n")
 
 
 def three_js() -> str:
-    """The text of three.js with its licence. Raises InputError where trimesh is missing, or holds no such script."""
+    """The text of three.js with its licence. Raises InputError where trimesh is missing, or has no such script."""
     found = find_spec("trimesh")
     place = None if found is None or found.origin is None else Path(found.origin).parent / TEMPLATE
     if place is None or not place.is_file():

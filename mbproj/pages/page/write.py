@@ -1,4 +1,4 @@
-"""The HTML of a page, from what it shows."""
+"""The HTML of a page, made from its data."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from mbproj.pages.data.packing import Packer
 from mbproj.pages.page.three_js import three_js
 from mbproj.version import __version__
 
-#: The page's own scripts in the order in which they need each other.
+#: The page's own scripts, in the order in which they need each other.
 SCRIPTS = (
     "unpack",
     "run",
@@ -33,18 +33,18 @@ SCRIPTS = (
     "controls",
     "main",
 )
-#: What a page has beside that knows its server.
+#: The script of a page that `mbproj watch` serves.
 WATCH = "watch"
 
 
-#: What a page may load: nothing, and from its server its news alone where it has one.
+#: The policy of a page: it may load nothing. A served page may connect to its server.
 POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
 SERVED = f"{POLICY}; connect-src 'self'"
 
 
 def html(title: str, data: Mapping[str, Any], packer: Packer, watched: int | None = None) -> str:
-    """The whole page, of this number where `mbproj watch` serves it. What comes from files is data in it, never markup:
-    `<` is escaped wherever it stands."""
+    """The whole page. `watched` is its number where `mbproj watch` serves it. Contents of files are data in the page,
+    never markup: `<` is escaped everywhere."""
     scripts = SCRIPTS if watched is None else (*SCRIPTS[:-1], WATCH, SCRIPTS[-1])
     pieces = {
         "title": escape(title),
@@ -60,13 +60,13 @@ def html(title: str, data: Mapping[str, Any], packer: Packer, watched: int | Non
 
 
 def waiting(title: str) -> str:
-    """The page that `mbproj watch` serves as long as the scene gives none."""
+    """The page that `mbproj watch` serves while the scene gives no page."""
     pieces = {"title": escape(title), "policy": SERVED, "style": ours("style.css"), "script": ours(f"{WATCH}.js")}
     return filled("waiting.html", pieces)
 
 
 def designs_page(title: str, data: Mapping[str, Any]) -> str:
-    """The page with this data, as `mbproj.studies.synthesis.shown` has it."""
+    """The page of designs with this data, which `mbproj.studies.synthesis.shown` makes."""
     pieces = {
         "title": escape(title),
         "policy": POLICY,
@@ -78,7 +78,7 @@ def designs_page(title: str, data: Mapping[str, Any]) -> str:
 
 
 def filled(name: str, pieces: Mapping[str, str]) -> str:
-    """The page of this name with its pieces in place."""
+    """The template of this name with its pieces filled in."""
     text = ours(name)
     before, *rest = text.split("{{")
     found = [before]
@@ -89,11 +89,11 @@ def filled(name: str, pieces: Mapping[str, str]) -> str:
 
 
 def as_json(data: Mapping[str, Any]) -> str:
-    """JSON that no parser of HTML takes for its own: nothing in it can end the script that holds it."""
+    """JSON that can stand in a script of an HTML page: nothing in it can end the script."""
     text = json.dumps(data, ensure_ascii=True, separators=(",", ":"), allow_nan=False)
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
 
 def ours(name: str) -> str:
-    """A file of the page's own script and style."""
+    """The text of a file of the page's own scripts and style."""
     return (files("mbproj.pages") / "browser" / name).read_text(encoding="utf-8")

@@ -1,1 +1,1 @@
-"""What a mechanism transmits: ratios of speeds and forces to an input, transmission angles."""
+"""The transmission of a mechanism: ratios of speeds and forces to an input, and transmission angles."""

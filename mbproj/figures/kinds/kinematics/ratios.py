@@ -17,13 +17,13 @@ from mbproj.figures.style import styled
 from mbproj.figures.units import DEGREES, Unit
 from mbproj.results import Results
 
-#: A mechanical advantage is cut off at so many times its median: at a dead centre it is infinite.
+#: A mechanical advantage is cut off at this multiple of its median, because it is infinite at a dead centre.
 CUT = 20.0
 
 
 @dataclass(frozen=True)
 class _Ratio:
-    """Reads a ratio (T,) of a coordinate to the input; None where a result lacks it."""
+    """A reader of a ratio (T,) of a coordinate to the input; None where a result lacks either."""
 
     output: str
     forces: bool
@@ -42,7 +42,7 @@ class _Ratio:
 
 @styled
 def draw_ratios(results: Sequence[Results], labels: Sequence[str]) -> Figure:
-    """A row a joint coordinate: how fast it is by the speed of the input, and which force it would balance there."""
+    """Draw a row for each joint coordinate: its velocity ratio to the input, and the mechanical advantage."""
     over = next(result.shown_over for result in results if result.shown_over is not None)
     names = [name for name in shown.all_names(results, "coordinates") if name != over.name]
     groups = rows.fitting([_group(results, name, over.unit) for name in names], results)
@@ -62,7 +62,7 @@ def _group(results: Sequence[Results], name: str, input_unit: str) -> PanelGroup
 
 @dataclass(frozen=True)
 class _Angle:
-    """Reads a transmission angle (T,); None where a result lacks one of the markers."""
+    """A reader of a transmission angle (T,); None where a result lacks one of the markers."""
 
     corners: tuple[str, str, str]
 
@@ -76,7 +76,7 @@ class _Angle:
 def draw_transmission(
     results: Sequence[Results], labels: Sequence[str], corners: Sequence[tuple[str, str, str]]
 ) -> Figure:
-    """A row a transmission angle, in degrees from 0 to 90."""
+    """Draw a row for each transmission angle, in degrees from 0 to 90."""
     groups = [
         PanelGroup(
             ((PanelQuantity(f"at {own[1]}, to {own[0]} and {own[2]}", DEGREES.value, _Angle(own), held=False),),)

@@ -1,1 +1,1 @@
-"""Loads over the cycle: polar diagrams of bearings, driving forces over the angle, and the tensions of ropes."""
+"""Loads over the cycle: polar diagrams of bearings, driving forces over the angle, and tensions of ropes."""

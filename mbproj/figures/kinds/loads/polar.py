@@ -1,4 +1,4 @@
-"""Polar diagrams of the joints' forces, and what motions take over the cycle."""
+"""Polar diagrams of the joints' forces, and the forces of motions over the cycle."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from mbproj.figures.panels import by_turns, in_degrees, label_of
 from mbproj.figures.style import line, page_width, styled
 from mbproj.results import Results
 
-#: Where a force is largest.
+#: The mark where a force is largest.
 DOT = {"marker": "o", "markersize": 4}
-#: Height of the panel of the motions, as a part of that of the polar diagram.
+#: The height of the panel of motions, as a part of the height of the polar diagram.
 BELOW = 0.55
 
 
 @styled
 def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
-    """A panel with the force vector of each joint in the plane where forces vary most, a dot where it is largest.
+    """Draw the force vector of each joint in the plane in which forces vary most, with a dot where it is largest.
 
-    Below it stands what each motion takes over the coordinate of the first, in degrees modulo a turn where that is an
-    angle."""
+    A panel below shows the force or torque of each motion over the coordinate of the first motion. An angle is in
+    degrees modulo a turn."""
     most = max(1, shown.MAX_LINES // len(results))
     names, remark = shown.largest_joints(results, "joints/reaction_force", most)
     motions = shown.all_names(results, "motions")[:most]
@@ -70,7 +70,7 @@ def _plane(results: Sequence[Results], names: Sequence[str]) -> tuple[int, int]:
 def _over_the_cycle(
     axis: Axes, results: Sequence[Results], labels: Sequence[str], motions: Sequence[str], looks: int
 ) -> None:
-    """Force or torque of each motion, over the coordinate of the first; a gap where that begins a new turn."""
+    """Draw the force or torque of each motion over the coordinate of the first, with a gap where a new turn begins."""
     for number, (result, label) in enumerate(zip(results, labels, strict=True)):
         cycle = recorded_in(result).cycle()
         for place, name in enumerate(motions):

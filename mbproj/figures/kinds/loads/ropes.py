@@ -1,4 +1,4 @@
-"""Ropes over time: how long each is, and the tensions of its portions."""
+"""The length of each rope over time, and the tensions of its portions."""
 
 from __future__ import annotations
 
@@ -20,7 +20,8 @@ TENSION = Unit("N", "N")
 
 @styled
 def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
-    """A row a rope: its length, and the tensions of its portions; of several results a row a portion."""
+    """Draw a row for each rope: its length, and the tensions of its portions. With several results, draw a row for each
+    portion."""
     names = shown.all_names(results, "tensions")
     ropes = list(dict.fromkeys(name.rpartition(".")[0] for name in names))
     own = [tuple(name for name in names if name.rpartition(".")[0] == rope) for rope in ropes]
