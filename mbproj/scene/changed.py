@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from html import escape
 
 from mbproj.errors import Place
 from mbproj.scene.read import read_scene_text
@@ -21,7 +22,7 @@ def with_changes(scene: Scene, changes: Mapping[str, object]) -> Scene:
     """The scene with these values. Settings that Python has given hold, unless the changes name them."""
     again = _read(scene, {**scene.overrides, **changes})
     named = {("simulation", *path) for path in values_of(again)} & {tuple(name.split(".")) for name in changes}
-    given = {path: value for path, value in _given(scene).items() if ("simulation", *path) not in named}
+    given = {path: value for path, value in scene.given_settings.items() if ("simulation", *path) not in named}
     settings = settings_of(merge(values_of(again), given)) if given else again.settings
     return replace(again, path=scene.path, settings=settings, elements=scene.elements)
 
@@ -31,7 +32,7 @@ def to_yaml(scene: Scene) -> str:
     say it: expectations after the end of a run that Python made shorter, for one."""
     if scene.elements:
         raise ValueError(f"elements from Python cannot be written: {', '.join(each.name for each in scene.elements)}")
-    settings = {".".join(map(str, ("simulation", *path))): value for path, value in _given(scene).items()}
+    settings = {".".join(map(str, ("simulation", *path))): value for path, value in scene.given_settings.items()}
     changes = {**scene.overrides, **{path: flow(from_value(value, Place(""))) for path, value in settings.items()}}
     if not changes:
         return scene.text
@@ -42,8 +43,8 @@ def to_yaml(scene: Scene) -> str:
     return text
 
 
-def _given(scene: Scene) -> dict[KeyPath, object]:
-    """The settings that the scene has beside those of its text."""
+def given_settings(scene: Scene) -> dict[KeyPath, object]:
+    """The settings that the scene has beside those of its text, which is read again."""
     own = values_of(_read(scene, scene.overrides))
     return {path: value for path, value in values_of(scene).items() if own.get(path) != value}
 
@@ -52,8 +53,21 @@ def _read(scene: Scene, changes: Mapping[str, object]) -> Scene:
     return read_scene_text(scene.text, str(scene.path or "scene"), changes)
 
 
-def lines(scene: Scene) -> list[tuple[str, str]]:
-    """What a prompt shows of a scene: a word, and what it is."""
+def as_text(scene: Scene) -> str:
+    """What a prompt shows of a scene."""
+    lines = _lines(scene)
+    width = max(len(word) for word, _ in lines)
+    return "\n".join([f"Scene: {scene.title or 'untitled'}", *(f"  {word:{width}}  {what}" for word, what in lines)])
+
+
+def as_html(scene: Scene) -> str:
+    """What a notebook shows of it: a table."""
+    cells = (f"<tr><th>{escape(word)}</th><td>{escape(what)}</td></tr>" for word, what in _lines(scene))
+    return f"<table><caption>{escape(scene.title or 'untitled')}</caption>{''.join(cells)}</table>"
+
+
+def _lines(scene: Scene) -> list[tuple[str, str]]:
+    """What is shown of a scene: a word, and what it is."""
     settings = scene.settings
     step = f"step {settings.step:g} s" if settings.step is not None else ""
     step = f"tolerance {settings.tolerance:g}" if settings.tolerance is not None else step

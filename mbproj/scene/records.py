@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import field
+from functools import cached_property
 from importlib import import_module
 from pathlib import Path
 from types import MappingProxyType
@@ -254,6 +255,11 @@ class Scene:
                 return self.places[path[:length]]
         return None
 
+    @cached_property
+    def given_settings(self) -> Mapping[KeyPath, object]:
+        """The settings that Python gave beside those of the text."""
+        return dict(import_module("mbproj.scene.changed").given_settings(self))
+
     @staticmethod
     def build(
         *,
@@ -283,16 +289,10 @@ class Scene:
         return changed
 
     def __repr__(self) -> str:
-        lines: list[tuple[str, str]] = import_module("mbproj.scene.changed").lines(self)
-        width = max(len(word) for word, _ in lines)
-        return "\n".join([f"Scene: {self.title or 'untitled'}", *(f"  {word:{width}}  {what}" for word, what in lines)])
+        return str(import_module("mbproj.scene.changed").as_text(self))
 
     def _repr_html_(self) -> str:
-        from html import escape
-
-        lines: list[tuple[str, str]] = import_module("mbproj.scene.changed").lines(self)
-        cells = (f"<tr><th>{escape(word)}</th><td>{escape(what)}</td></tr>" for word, what in lines)
-        return f"<table><caption>{escape(self.title or 'untitled')}</caption>{''.join(cells)}</table>"
+        return str(import_module("mbproj.scene.changed").as_html(self))
 
     def to_yaml(self) -> str:
         """The scene as a text that reads the same: its own, or one with its changes in it. Raises ValueError where it

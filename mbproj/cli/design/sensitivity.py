@@ -72,7 +72,7 @@ def command(
     from mbproj.cli.scene_options import parameters
     from mbproj.outputs.written_table import check_table, write_table
     from mbproj.scene import read_scene
-    from mbproj.studies.design.sensitivity import sensitivities
+    from mbproj.studies.design.sensitivity import LEFT_OUT, sensitivities
     from mbproj.studies.parallel.client import workplace
 
     check_table(table_file, ("measure", "number"), force=force)
@@ -90,7 +90,7 @@ def command(
         click.echo(json_text([dict(zip(table.headings, row, strict=True)) for row in table.rows]))
         return
     headings = ["measure", "number", "value", "slope", "±", "elasticity", "unit of the slope"]
-    click.echo(columns(headings, [_cells(row) for row in table.rows]))
+    click.echo(columns(headings, [_cells(row) for row in table.rows if row[7] != LEFT_OUT]))
     for line in _how(table):
         click.echo(line)
     for path in (table_file, picture_path):
@@ -99,14 +99,22 @@ def command(
 
 
 def _how(table: Table) -> Iterator[str]:
-    """By what the slopes are found, and why not by dual numbers: a line for each reason."""
-    found: dict[tuple[str, str], list[str]] = {}
-    for _, number, *_, by, because in table.rows:
-        found.setdefault((by, because), []).append(number)
-    for (by, because), numbers in found.items():
-        what = "slopes" if len(found) == 1 else f"slopes by {', '.join(dict.fromkeys(numbers))}"
+    """By what the slopes are found, and why not by dual numbers; what is left out, and why: a line for each reason."""
+    from mbproj.studies.design.sensitivity import LEFT_OUT
+
+    found: dict[tuple[str, str], list[tuple[str, str]]] = {}
+    for measure, number, *_, by, because in table.rows:
+        found.setdefault((by, because), []).append((measure, number))
+    numbers = {number: None for _, number, *_ in table.rows}
+    for (by, because), pairs in found.items():
+        own = dict.fromkeys(number for _, number in pairs)
+        of = dict.fromkeys(measure for measure, _ in pairs) if len(own) == len(numbers) else {}
+        what = f" of {', '.join(of)}" if of else f" by {', '.join(own)}"
         reason = f", because {because}" if because else " along one run"
-        yield f"{what}: {by}{reason}"
+        if by == LEFT_OUT:
+            yield f"{by}: {', '.join(own)}{reason}"
+        else:
+            yield f"slopes{what if len(found) > 1 else ''}: {by}{reason}"
 
 
 def _cells(row: tuple[Any, ...]) -> list[str]:

@@ -249,7 +249,7 @@ def _why_differences(engine: str, trials: Counted, trial: Trial) -> str | None:
     took no slopes at all."""
     if engine not in BY_SLOPES:
         return None
-    return trials.why or ("" if trial.followed is None else trial.followed.why)
+    return trials.why or ("" if trial.followed is None else trial.followed.misses)
 
 
 def _notes(spec: Spec, best: Search, u: Array, trial: Trial, known: Knowledge | None, error: Array) -> list[str]:

@@ -17,20 +17,24 @@ from mbproj.scene.records import Expectation, Scene
 from mbproj.scene.settings import settings_to_run
 from mbproj.scene.text.suggestions import choose_from
 from mbproj.studies.design.matches import AXES
-from mbproj.studies.design.slopes.differences import Work
+from mbproj.studies.design.slopes.differences import LEAVE_OUT, Work
 from mbproj.studies.design.slopes.of_measures import slopes_of
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.parallel.hand_out import Where
 
-#: How slopes are found.
-DUALS, DIFFERENCES = "dual numbers", "differences"
+#: How slopes are found, and what is said of numbers that nobody named and that no run beside the scene's own has.
+DUALS, DIFFERENCES, LEFT_OUT = "dual numbers", "differences", "left out"
+#: What is to be below a bound of this size, in SI units, and is below this part of it, is 0 but for round-off.
+BOUND, PART = 1e-6, 1e-3
 
 
 @dataclass(frozen=True, eq=False)
 class Sensitivities:
     """∂(measure)/∂(number) at the scene's numbers x (d,): `values` (k,) of the measures, `slopes` (k, d) in SI units,
     each with its `uncertainty` (k, d), from two formulas of different order and runs with different steps. There were
-    `runs` in all. Where dual numbers do not follow the scene's own run, `why` (d,); empty where they do."""
+    `runs` in all. Where dual numbers do not follow the scene's own run, or do not see the measure, `why` (k, d); empty
+    where they do. Numbers that only the scene's own run has are left out: their slopes are NaN, and `failed` (d,) says
+    why; it is empty for all others."""
 
     measures: tuple[Expectation, ...]
     paths: tuple[str, ...]
@@ -40,12 +44,15 @@ class Sensitivities:
     slopes: Array
     uncertainty: Array
     runs: int
-    why: tuple[str, ...]
+    why: tuple[tuple[str, ...], ...]
+    failed: tuple[str, ...]
 
     @property
     def elasticity(self) -> Array:
-        """By how many percent a measure changes where a number changes by one, (k, d); NaN of a measure that is 0."""
-        size = np.where(self.values == 0.0, np.nan, self.values)
+        """By how many percent a measure changes where a number changes by one, (k, d); NaN of a measure that is 0, or
+        that the scene says to be 0 but for round-off."""
+        nothing = [_is_nothing(*each) for each in zip(self.measures, self.values, strict=True)]
+        size = np.where(nothing, np.nan, self.values)
         return np.asarray(self.slopes * self.x / size[:, None])
 
     @property
@@ -57,10 +64,19 @@ class Sensitivities:
             for j in order.tolist():
                 unit = _per(measure.unit, self.units[j])
                 numbers = (self.values[k], self.slopes[k, j], self.uncertainty[k, j], self.elasticity[k, j])
-                how = (DIFFERENCES, self.why[j]) if self.why[j] else (DUALS, "")
+                how = (DIFFERENCES, self.why[k][j]) if self.why[k][j] else (DUALS, "")
+                how = (LEFT_OUT, self.failed[j]) if self.failed[j] else how
                 rows.append((measure.name, column_of(self.paths[j]), *map(float, numbers), unit, *how))
         names = ("measure", "number", "value", "slope", "uncertainty", "elasticity", "unit", "by", "because")
         return Table(names, tuple(rows))
+
+
+def _is_nothing(measure: Expectation, value: float) -> bool:
+    """Whether a measure is 0, as far as the scene itself can tell."""
+    if measure.value == (0.0,):
+        return abs(value) <= (measure.tolerance or 0.0)
+    below = measure.below
+    return value == 0.0 or (below is not None and below <= BOUND and abs(value) < PART * below)
 
 
 def _per(unit: str, divisor: str) -> str:
@@ -71,9 +87,8 @@ def _per(unit: str, divisor: str) -> str:
 
 def sensitivities(scene: Scene, of: Sequence[str], to: Sequence[str], where: Where = None) -> Sensitivities:
     """Of what the scene expects, `of` these names, to numbers by path or parameters by name; all where none is named,
-    but for diagnostics.
-    Raises InputError for a name that is not there, a number that cannot be told, or a run beside the scene's own that
-    fails."""
+    but for diagnostics. Of all parameters, those without a run beside the scene's own are left out. Raises InputError
+    for a name that is not there, a number that cannot be told, or one by name that no other run has."""
     text = SceneText(scene.text, str(scene.path or "scene"), scene.path)
     paths = tuple(to) or tuple(scene.parameters)
     if not paths:
@@ -84,9 +99,12 @@ def sensitivities(scene: Scene, of: Sequence[str], to: Sequence[str], where: Whe
     units = tuple(units_of(dict.fromkeys(paths), text).values())
     scale = np.array([abs(value) or (size if unit == "m" else 1.0) for value, unit in zip(x, units, strict=True)])
     found = slopes_of(Work(scene, settings_to_run(scene, by_options=False), paths, measures), x, scale, where)
-    return Sensitivities(
-        measures, paths, units, x, found.values, found.slopes, found.uncertainty, found.runs, found.why
-    )
+    fails = [j for j, cause in enumerate(found.failed) if cause]
+    if fails and (to or len(fails) == len(paths)):
+        message = f"a run with another '{column_of(paths[fails[0]])}' fails: {found.failed[fails[0]]}"
+        raise InputError(Problem(message, Place("--to"), LEAVE_OUT))
+    results = (found.values, found.slopes, found.uncertainty, found.runs, found.why, found.failed)
+    return Sensitivities(measures, paths, units, x, *results)
 
 
 def _measures(scene: Scene, of: Sequence[str]) -> tuple[Expectation, ...]:

@@ -46,7 +46,7 @@ def test_pendulum_of_any_swing():
     """By length, gravity and release, at the end and between samples that are ends of steps; a mass changes the load of
     the pin alone, and is a factor of that."""
     found = mbproj.sensitivity(PENDULUM)
-    assert found.why == ("",) * 4
+    assert not any(map(any, found.why))
     length, g, release = 0.8, 9.81, 2.0
     by = {
         "length": lambda x, t: swung(t, x, g, release),
@@ -83,7 +83,7 @@ expect:
   end: {joint: rail, quantity: displacement, at: end, below: 9 m, source: cos}
 """
     found = mbproj.sensitivity(SPRING.replace("step: 0.01 s,", "tolerance: 1.0e-9, integrator: dop853,") + expect)
-    assert found.why == ("", "")
+    assert not any(map(any, found.why))
     ω, t = 5.0, 2.0
     by_stiffness = -t * np.sin(ω * t) * ω / 2.0 / 50.0
     assert found.slopes[0] == pytest.approx([-by_stiffness * 50.0 / 2.0, by_stiffness], rel=1e-8)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 
@@ -62,7 +64,7 @@ def test_two_runs_a_number_where_they_agree_and_four_where_they_do_not():
     assert steep.slopes[0, 0] == pytest.approx(300.0, rel=1e-9)
     assert steep.uncertainty[0, 0] < 1e-6 * 300.0
     duals = mbproj.sensitivity(text, of="far", to="angle")
-    assert duals.why == ("",)
+    assert duals.why == (("",),)
     assert duals.slopes[0, 0] == pytest.approx(300.0, rel=1e-9)
     assert abs(duals.slopes[0, 0] - 300.0) < duals.uncertainty[0, 0] < 1e-6 * 300.0
 
@@ -113,6 +115,38 @@ def test_a_run_beside_that_fails_is_said():
     text = BALL.replace("mass: 1 kg", "mass: 1.0e-12 - (idle - 2)**2")
     with pytest.raises(mbproj.InputError, match="a run with another 'idle' fails"):
         mbproj.sensitivity(text, to="idle")
+
+
+def test_numbers_that_no_other_run_has_are_left_out(tmp_path):
+    """A count, of all parameters; by name it is an error."""
+    text = BALL.replace("angle: 1 rad, idle: 2}", "angle: 1 rad, idle: 2, count: 3}").replace(
+        "mass: 1 kg", "mass: 1.0e-12 - (count - 3)**2"
+    )
+    (tmp_path / "ball.yaml").write_text(text, encoding="utf-8")
+    rows = json.loads(command("sensitivity", "ball.yaml", "-j", "1", "--json", folder=tmp_path).stdout)
+    assert {row["number"]: row["by"] for row in rows} == {
+        "speed": "dual numbers",
+        "angle": "dual numbers",
+        "idle": "dual numbers",
+        "count": "left out",
+    }
+    assert {row["slope"] is None for row in rows if row["number"] == "count"} == {True}
+    done = command("sensitivity", "ball.yaml", "-j", "1", folder=tmp_path)
+    assert (done.returncode, done.stdout.count("count")) == (0, 1)
+    assert done.stdout.splitlines()[-1].startswith("left out: count, because 'mass' must be at least 0")
+    done = command("sensitivity", "ball.yaml", "-j", "1", "--to", "count", folder=tmp_path)
+    assert (done.returncode, "a run with another 'count' fails" in done.stderr) == (2, True)
+
+
+def test_what_is_nothing_has_no_elasticity():
+    """x is to be 0 and is round-off; its slope is told all the same."""
+    text = BALL.replace("position: [0, 0, 0], velocity", "position: [1.0e-13*idle, 0, 0], velocity")
+    text = text.replace("velocity: [speed*cos(angle)", "velocity: [0 m/s")
+    text = text.replace("below: 100 m, source: v cos α t", "value: 0 m, absolute: 1.0e-12, source: it goes up")
+    found = mbproj.sensitivity(text, of="far", to="idle")
+    assert found.values[0] != 0.0
+    assert np.isnan(found.elasticity).all()
+    assert found.slopes[0, 0] == pytest.approx(1e-13)
 
 
 def test_bars_show_the_elasticities_and_what_has_none(tmp_path):

@@ -96,7 +96,7 @@ class Counted:
         if base.runs and base.followed is None:
             base = self._run(self._wish, u)
         followed = base.followed
-        self.why = "" if followed is None else followed.why
+        self.why = "" if followed is None else followed.misses
         if followed is None or self.why or not np.isfinite(part(base)).all():
             return self._by_differences(part, u, base, range(len(u)), central=central)
         found = followed.slopes(

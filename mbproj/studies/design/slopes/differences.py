@@ -11,7 +11,7 @@ import numpy as np
 from mbproj.analysis.expectations import measured
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.errors import InputError, MbprojError, Place, Problem
+from mbproj.errors import InputError, Place, Problem, SimulationError
 from mbproj.integrate import simulate
 from mbproj.integrate.loop.followed_steps import FollowedSteps
 from mbproj.scene.ranges.family import column_of
@@ -31,6 +31,7 @@ PAIR, CERTAIN, FARTHER = (-1.0, 1.0), 1e-7, (-2.0, 2.0)
 FOURTH = 4.0
 #: Noise that is larger, in parts of a value, does not widen the steps any more.
 NOISIEST = 1e-9
+LEAVE_OUT = "leave this number out"
 
 
 @dataclass(frozen=True)
@@ -47,36 +48,39 @@ class Work:
 @dataclass(frozen=True, eq=False)
 class Slopes:
     """Of k measures by d numbers: `values` (k,), `slopes` (k, d), what they may be off by (k, d), and how many `runs`
-    there were. NaN where runs could not follow the scene's own. `why` (d,) dual numbers were not taken; empty where
-    they were."""
+    there were. NaN where runs could not follow the scene's own. `why` (k, d) dual numbers were not taken; empty where
+    they were. `failed` (d,) says why runs with other numbers fail on both sides; empty where one runs."""
 
     values: Array
     slopes: Array
     uncertainty: Array
     runs: int
-    why: tuple[str, ...] = ()
+    failed: tuple[str, ...]
+    why: tuple[tuple[str, ...], ...] = ()
 
 
 def differences(work: Work, x: Array, scale: Array, where: Where) -> Slopes:
-    """At the numbers x (d,) of sizes `scale` (d,). Raises InputError where the scene's own run fails, or those on both
-    sides of it."""
+    """At the numbers x (d,) of sizes `scale` (d,). Raises InputError where the scene's own run fails."""
     first = tight(work, FOLLOWED)
     steps = FollowedSteps()
     own = _values(first, -1, _run(first, (-1, 0.0), steps)[0])
     if steps.known or is_exact(work.settings):
         found = _beside(replace(first, steps=steps), x, scale, own, where)
-        left = np.flatnonzero(np.isnan(found.slopes).all(axis=0))
+        fails = np.array([bool(each) for each in found.failed], dtype=bool)
+        left = np.flatnonzero(np.isnan(found.slopes).all(axis=0) & ~fails)
         if not len(left):
             return found
     else:
         left, nothing = np.arange(len(x)), np.full((len(own), len(x)), np.nan)
-        found = Slopes(own, nothing, nothing.copy(), 0)
+        found = Slopes(own, nothing, nothing.copy(), 0, ("",) * len(x))
     own_paths = tuple(work.paths[j] for j in left)
     free = replace(tight(work, TOLERANCE), paths=own_paths)
     own = _values(free, -1, _run(free, (-1, 0.0))[0])
     others = _beside(free, x[left], scale[left], own, where)
     found.slopes[:, left], found.uncertainty[:, left] = others.slopes, others.uncertainty
-    return Slopes(own, found.slopes, found.uncertainty, found.runs + others.runs)
+    failed = np.array(found.failed, dtype=object)
+    failed[left] = others.failed
+    return Slopes(own, found.slopes, found.uncertainty, found.runs + others.runs, tuple(failed))
 
 
 def tight(work: Work, tolerance: float) -> Work:
@@ -91,9 +95,11 @@ def _beside(work: Work, x: Array, scale: Array, own: Array, where: Where) -> Slo
     """By runs beside the scene's `own`, whose steps they follow if these are known."""
     noise, made = _noise(work, x, scale, own, where)
     part = float(np.max(noise / np.where(own == 0.0, np.inf, np.abs(own)), initial=_grain(work)))
-    h, everything = min(part, NOISIEST) ** CENTRAL * scale, range(len(x))
+    h = min(part, NOISIEST) ** CENTRAL * scale
     runs = _Runs(work, x, h, own, where)
-    runs.make([(j, shift) for j in everything for shift in PAIR])
+    runs.make([(j, shift) for j in range(len(x)) for shift in PAIR])
+    failed = tuple(runs.failure(j) for j in range(len(x)))
+    everything = [j for j in range(len(x)) if not failed[j]]
     runs.make([(j, 2.0 * side) for j in everything if (side := runs.side(j)) != 0.0])
     slopes, off = np.full((2, len(own), len(x)), np.nan)
     for j in everything:
@@ -107,19 +113,22 @@ def _beside(work: Work, x: Array, scale: Array, own: Array, where: Where) -> Slo
     for j in again:
         slopes[:, j], error = runs.better_slope(j)
         off[:, j] = error + np.maximum(noise, runs.noise(j)) / h[j]
-    return Slopes(own, slopes, off, 1 + made + runs.count)
+    return Slopes(own, slopes, off, 1 + made + runs.count, failed)
 
 
 def _noise(work: Work, x: Array, scale: Array, own: Array, where: Where) -> tuple[Array, int]:
-    """How far values (k,) are from smooth functions, as runs with the first number show it, and how many these are.
+    """How far values (k,) are from smooth functions, as runs with one of the numbers show it, and how many these are.
     Runs with fixed steps are known to be as exact as numbers are."""
     least = _grain(work) * np.abs(own)
     if is_exact(work.settings):
         return least, 0
     runs = _Runs(work, x, _grain(work) ** CENTRAL * scale, own, where)
-    runs.make([(0, shift) for shift in (*PAIR, *FARTHER)])
-    fails = runs.side(0) != 0.0 or runs.has_left(0)
-    return (least if fails else np.maximum(least, runs.noise(0))), runs.count
+    for j in range(len(x)):
+        runs.make([(j, shift) for shift in (*PAIR, *FARTHER)])
+        if not runs.failure(j):
+            fails = runs.side(j) != 0.0 or runs.has_left(j)
+            return (least if fails else np.maximum(least, runs.noise(j))), runs.count
+    return least, runs.count
 
 
 def _grain(work: Work) -> float:
@@ -140,15 +149,16 @@ class _Runs:
         return len(self._found)
 
     def make(self, wanted: Sequence[tuple[int, float]]) -> None:
-        """Those that are not made yet. Raises InputError where neither side of a number runs."""
+        """Those that are not made yet."""
         items = [each for each in dict.fromkeys(wanted) if each not in self._found]
         moved = [(j, float(self._x[j] + shift * self._h[j])) for j, shift in items]
         for number, found in in_parallel(_run, self._work, moved, self._where):
             self._found[items[number]] = found
-        for j, _ in items:
-            first, second = (self._found[j, shift][0] for shift in PAIR)
-            if isinstance(first, str) and isinstance(second, str):
-                _values(self._work, j, first)
+
+    def failure(self, j: int) -> str:
+        """Why neither side of number j runs; empty where one does."""
+        first, second = (self._found[j, shift][0] for shift in PAIR)
+        return first if isinstance(first, str) and isinstance(second, str) else ""
 
     def has_left(self, j: int) -> bool:
         """Whether runs with another number j could not follow."""
@@ -196,7 +206,7 @@ def _values(work: Work, j: int, found: list[float] | str) -> Array:
     """The measures (k,) of a run. Raises InputError where it failed."""
     if isinstance(found, str):
         what = "the scene's own run" if j < 0 else f"a run with another '{column_of(work.paths[j])}'"
-        raise InputError(Problem(f"{what} fails: {found}", Place("--to"), "leave this number out"))
+        raise InputError(Problem(f"{what} fails: {found}", Place("--to"), LEAVE_OUT))
     return np.array(found, dtype=float)
 
 
@@ -209,7 +219,9 @@ def _run(work: Work, item: tuple[int, float], steps: FollowedSteps | None = None
         mechanism = Mechanism.of(scene)
         samples = MeasuredSamples(mechanism, work.measures)
         simulate(mechanism.system, mechanism.state, work.settings, samples, accounts=False, steps=own)
-    except MbprojError as error:
+    except InputError as error:
+        return error.problems[0].message, False
+    except SimulationError as error:
         return str(error), False
     found = [measured(each, samples, work.settings.duration) for each in work.measures]
     return [float("nan") if each is None else float(each.values[0]) for each in found], own is not None and own.left

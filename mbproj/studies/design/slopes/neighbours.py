@@ -109,8 +109,8 @@ class Followed:
         self._kept: list[Samples] = []
         self.rows: Array | None = None  # the samples that measures look at; all where it is none
         self._models: dict[tuple[str, float], Model] = {}
-        coordinates = mechanism.system.names.as_mapping()["coordinates"]
-        self._paths = {path for each in measures for path in datasets(each, coordinates)}
+        self._seen_ones = tuple(each for each in measures if not self.unseen(each))
+        self._paths = {path for each in self._seen_ones for path in self._datasets(each)}
 
     def again(self, settings: Settings) -> Followed:
         """The same with other steps, which is still to be run: neighbours are compiled once for both."""
@@ -142,7 +142,7 @@ class Followed:
 
     @property
     def why(self) -> str:
-        """Why dual numbers do not follow the run, or not what is measured; empty where they do."""
+        """Why dual numbers do not follow the run; empty where they do."""
         system, settings = self.mechanism.system, self.settings
         kinematic = self.trace is not None and self.trace.settings.kinematic is True
         if not (kinematic or is_explicit(settings.integrator)):
@@ -153,8 +153,20 @@ class Followed:
             return "the run starts at an equilibrium"
         if self.trace is None:
             return "the run is not made by the kernel"
-        odd = [path for path in self._paths if not path.startswith(SEEN) and path not in SEEN_ENERGIES]
-        return f"'{odd[0]}' is no function of the state" if odd else ""
+        return ""
+
+    def unseen(self, measure: Expectation) -> str:
+        """Why neighbours do not have what a measure asks of a run; empty where they do."""
+        odd = next((path for path in self._datasets(measure) if not _is_seen(path)), "")
+        return f"'{odd}' is no function of the state" if odd else ""
+
+    @property
+    def misses(self) -> str:
+        """Why dual numbers do not give all that is measured; empty where they do."""
+        return self.why or next(filter(None, map(self.unseen, self.measures)), "")
+
+    def _datasets(self, measure: Expectation) -> tuple[str, ...]:
+        return datasets(measure, self.mechanism.system.names.as_mapping()["coordinates"])
 
     def slopes(
         self,
@@ -242,12 +254,16 @@ class Followed:
 
     def _seen(self, near: Model, samples: Samples, counted: Array, y: Array) -> MeasuredSamples:
         """What a neighbour has at samples where its states are y (T, S)."""
-        found, mechanism = MeasuredSamples(near.mechanism, self.measures), near.mechanism
+        found, mechanism = MeasuredSamples(near.mechanism, self._seen_ones), near.mechanism
         with may_overflow():
             own = near.samples(samples, counted, y, self._paths)
             found.write(Observer(mechanism.system, mechanism.state).at(own))
         found.event_times = self.event_times
         return found
+
+
+def _is_seen(path: str) -> bool:
+    return path.startswith(SEEN) or path in SEEN_ENERGIES
 
 
 def _cut(formula: Formula, models: Sequence[Model], own: Model) -> float:

@@ -11,7 +11,7 @@ import numpy as np
 from mbproj.analysis.expectations import components, measured
 from mbproj.analysis.observed import series
 from mbproj.arrays import Array
-from mbproj.errors import InputError, MbprojError, Place, Problem, SimulationError
+from mbproj.errors import InputError, SimulationError
 from mbproj.scene.records import Expectation, Passage, Scene, Settings
 from mbproj.scene.sampling import output_every, output_interval, whole_steps
 from mbproj.studies.design.slopes.derivative import GRAIN
@@ -23,35 +23,45 @@ from mbproj.studies.parallel.hand_out import Where
 
 #: Neighbours are so far away, in parts of a number: what formulas cut off is then as small as round-off.
 STEP = 1e-5
-#: Beside a run with error control a coarser one has a tolerance so many times as large, and errors more than so many
+#: Beside a run with error control coarser ones have tolerances so many times as large, and errors more than so many
 #: times; beside one with fixed steps they are twice as long, and errors more than so many times.
-LOOSER, WORSE, WORSE_BY_TWO = 1e4, 1e3, 4.0
+LOOSER, WORSE_BY_TWO = ((1e4, 1e3), (1e2, 30.0)), 4.0
+#: One run beside is enough where it leaves slopes certain to this part of them.
+ENOUGH = 1e-3
 #: What is largest or smallest among samples changes with these.
 OF_SAMPLES = ("largest", "maximum", "minimum", "range")
 
 
 def slopes_of(work: Work, x: Array, scale: Array, where: Where) -> Slopes:
-    """At the numbers x (d,) of sizes `scale` (d,). Raises InputError where the scene's own run fails, or where one by a
-    difference does."""
+    """At the numbers x (d,) of sizes `scale` (d,). Measures that dual numbers do not see are found by differences, and
+    so are all of a number that these do not follow. Raises InputError or SimulationError where the own run fails."""
     first = tight(work, FOLLOWED)
     own, followed = _own_run(first)
-    unknown = Slope.unknown(followed.why), np.zeros(0)
-    found = [unknown] * len(x) if followed.why else _by_duals(first, followed, own, x, scale)
+    seen = [k for k, each in enumerate(work.measures) if not followed.unseen(each)]
+    why = np.array([[followed.why or followed.unseen(each)] * len(x) for each in work.measures], dtype=object)
+    slopes, off = np.full((2, *why.shape), np.nan)
     runs = 1
-    slopes, off = np.full((2, len(own), len(x)), np.nan)
-    for j, (each, uncertain) in enumerate(found):
-        if not each.why:
-            slopes[:, j], off[:, j] = each.slopes, uncertain
-    left = np.flatnonzero([bool(each.why) for each, _ in found])
-    if len(left) < len(x):
-        runs += _add_discretisation(first, followed, x, scale, slopes, off)
+    if seen and not followed.why:
+        first = replace(first, measures=tuple(work.measures[k] for k in seen))
+        for j, (each, uncertain) in enumerate(_by_duals(first, followed, own[seen], x, scale)):
+            why[seen, j] = each.why
+            if not each.why:
+                slopes[seen, j], off[seen, j] = each.slopes, uncertain
+        if np.isfinite(slopes).any():
+            runs += _add_discretisation(first, followed, x, scale, slopes, off, seen)
+    failed, left = [""] * len(x), np.flatnonzero((why != "").any(axis=0))
     if len(left):
         part = replace(work, paths=tuple(work.paths[j] for j in left))
         others = _by_differences(part, x[left], scale[left], where)
-        slopes[:, left], off[:, left] = others.slopes, others.uncertainty
-        runs += others.runs if len(left) < len(x) else others.runs - 1
-        own = others.values if len(left) == len(x) else own
-    return Slopes(own, slopes, off, runs, tuple(each.why for each, _ in found))
+        missing = why[:, left] != ""
+        slopes[:, left] = np.where(missing, others.slopes, slopes[:, left])
+        off[:, left] = np.where(missing, others.uncertainty, off[:, left])
+        all_of_them = bool((why != "").all())
+        runs += others.runs - 1 if all_of_them else others.runs
+        own = others.values if all_of_them else own
+        for j, cause in zip(left.tolist(), others.failed, strict=True):
+            failed[j] = cause
+    return Slopes(own, slopes, off, runs, tuple(failed), tuple(map(tuple, why)))
 
 
 def _by_differences(work: Work, x: Array, scale: Array, where: Where) -> Slopes:
@@ -70,15 +80,11 @@ def _by_differences(work: Work, x: Array, scale: Array, where: Where) -> Slopes:
 
 
 def _own_run(work: Work) -> tuple[Array, Followed]:
-    """The measures (k,) of the scene's own run, and that run. Raises InputError where it fails."""
-    try:
-        followed = Followed(Mechanism.of(work.scene), work.settings, work.measures)
-        samples = followed.run()
-        followed.rows = _rows(work, samples)
-        return _values(work, samples), followed
-    except MbprojError as error:
-        problem = Problem(f"the scene's own run fails: {error}", Place("--to"), "leave this number out")
-        raise InputError(problem) from None
+    """The measures (k,) of the scene's own run, and that run. Raises InputError or SimulationError where it fails."""
+    followed = Followed(Mechanism.of(work.scene), work.settings, work.measures)
+    samples = followed.run()
+    followed.rows = _rows(work, samples)
+    return _values(work, samples), followed
 
 
 def _values(work: Work, samples: MeasuredSamples) -> Array:
@@ -145,13 +151,15 @@ def _off(slope: Slope, own: Array) -> Array:
     return off_by(slope.slopes, slope.rough(own)) + slope.cut * np.abs(slope.slopes) + _grain(slope, own)
 
 
-def _add_discretisation(work: Work, followed: Followed, x: Array, scale: Array, slopes: Array, off: Array) -> int:
-    """Adds to what slopes may be off by what a coarser run, or a finer one, says of the error of steps. How many runs
-    there were."""
+def _add_discretisation(
+    work: Work, followed: Followed, x: Array, scale: Array, slopes: Array, off: Array, seen: list[int]
+) -> int:
+    """Adds to what slopes of the measures `seen` may be off by what a coarser run, or a finer one, says of the error of
+    steps. How many runs there were."""
     trace = followed.trace
     if trace is None or trace.settings.kinematic is True:
         return 0
-    tried = 0
+    tried, worst = 0, np.full((len(seen), len(x)), np.inf)
     for settings, divisor in beside(work.settings, work.measures):
         tried += 1
         other = replace(work, settings=settings)
@@ -164,8 +172,10 @@ def _add_discretisation(work: Work, followed: Followed, x: Array, scale: Array, 
             continue
         for j, (each, _) in enumerate(found):
             if not each.why:
-                off[:, j] += np.abs(each.slopes - slopes[:, j]) / divisor
-        break
+                worst[:, j] = np.fmin(worst[:, j], np.abs(each.slopes - slopes[seen, j]) / divisor)
+        if not np.any(worst > ENOUGH * np.abs(slopes[seen]) + off[seen]):
+            break
+    off[seen] += np.where(np.isfinite(worst), worst, 0.0)
     return tried
 
 
@@ -173,7 +183,7 @@ def beside(settings: Settings, measures: tuple[Expectation, ...]) -> list[tuple[
     """Settings of runs that show the error of steps, and what the difference to them is divided by."""
     if settings.step is None:
         assert settings.tolerance is not None
-        return [(replace(settings, tolerance=settings.tolerance * LOOSER), WORSE)]
+        return [(replace(settings, tolerance=settings.tolerance * looser), worse) for looser, worse in LOOSER]
     finer = replace(settings, step=0.5 * settings.step, output_step=output_interval(settings))
     coarser = replace(settings, step=2.0 * settings.step, output_step=None)
     same = settings.output_step is not None and output_every(settings) % 2 == 0
