@@ -101,7 +101,7 @@ def search(asked: Asked, *, fits: bool) -> int:
     from mbproj.studies.synthesis.wish import is_synthesis
 
     if is_synthesis(asked.spec):
-        hint = f"mbproj optimise {asked.spec.name} --topologies all"
+        hint = f"use: mbproj optimise {asked.spec.name} --topologies all"
         place = Place(str(asked.spec))
         raise InputError(Problem("the file asks for a synthesis, which finds mechanisms", place, hint))
     what, folder = spec_of(asked.spec, fits), DesignFolder(asked.folder("design"), asked.force)

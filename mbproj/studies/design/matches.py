@@ -37,6 +37,7 @@ class Match:
         self._of = next(key for key in OBSERVABLES if key in given)
         self._path = folder / given["through"]
         self._over: str = given.get("over", TIME)
+        self.notes: list[str] = []  # what may be a mistake
 
     def target(self) -> Target | None:
         """What it asks for; None where something is wrong."""
@@ -46,6 +47,8 @@ class Match:
         if quantity is None or columns is None or not self._over_is_known():
             return None
         place = Place(str(self._path), columns.heading_line)
+        if not self._headings_are_known(quantity, columns):
+            return None
         numbers = self._value_columns(quantity, columns)
         if not numbers:
             wanted = self._names(quantity, AXES[0] if self._parts(quantity) == AXES else "")[0]
@@ -66,6 +69,8 @@ class Match:
         except InputError as error:
             self._reading.problems += error.problems
             return None
+        if unit and not any(columns.headings[number][1] for number in numbers.values()):
+            self.notes.append(f"'{self._given['through']}' has no unit for '{quantity}': it is read in {unit}")
         deviation, weight = self._deviation(unit), self._given.get("weight", 1.0)
         if len(self._reading.problems) > before:
             return None
@@ -126,6 +131,21 @@ class Match:
         component = f"{quantity}_{part}" if part else quantity
         short = [part, f"{self._item}.{part}"] if part and quantity == "position" else []
         return [component, f"{self._item}.{component}", *short]
+
+    def _headings_are_known(self, quantity: str, columns: Columns) -> bool:
+        """Whether `columns` names what is matched, and headings that the file has; else that is reported."""
+        before = len(self._reading.problems)
+        known = [name for name, _ in columns.headings]
+        lower = [name.lower() for name in known]
+        own = [name for part in self._parts(quantity) for name in self._names(quantity, part)]
+        for what, heading in self._headings.items():
+            if what not in (*own, self._over):
+                message = f"'{what}' is no column of this match"
+                self._reading.report(message, self._at("columns", what), choose_from(what, [*own, self._over]))
+            elif heading not in known and (what != self._over or heading.lower() not in lower):
+                message = f"'{self._given['through']}' has no column '{heading}'"
+                self._reading.report(message, self._at("columns", what), choose_from(heading, known))
+        return len(self._reading.problems) == before
 
     def _value_columns(self, quantity: str, columns: Columns) -> dict[str, int]:
         """The numbers of the columns, by the components that they are of."""

@@ -239,7 +239,7 @@ def _known(
     if spec.targets:
         slopes = trials.slopes(lambda trial: trial.residuals, u, central=True)
         known = knowledge(spec.paths, best.end, spec.high - spec.low, slopes, trial.residuals, error)
-    notes = tuple(_notes(spec, best, u, trial, known, error))
+    notes = (*spec.notes, *_notes(spec, best, u, trial, known, error))
     why = _why_differences(engine[0], trials, trial)
     return Design(spec, best.end, trial, searches, *engine, reused, runs, known, error, notes, why)
 

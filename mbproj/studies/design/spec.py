@@ -12,127 +12,27 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place
-from mbproj.scene.blocks.expectations import EXPECTATION, MEASURE, SUBJECTS, Given, Measure
-from mbproj.scene.blocks.measures import MEASURE as RECORD_OF_MEASURE
+from mbproj.scene.blocks.expectations import Given
 from mbproj.scene.blocks.measures import complaints, items_of, measures_of, untimely
 from mbproj.scene.expressions.evaluate import Unavailable, Value, evaluate
 from mbproj.scene.expressions.syntax_tree import parse
 from mbproj.scene.expressions.tokens import ExpressionError
-from mbproj.scene.fields.choices import Choice
-from mbproj.scene.fields.containers import Named, OneOf, Record
-from mbproj.scene.fields.fields import Field, Text
-from mbproj.scene.fields.quantities import Integer, Number, agrees
+from mbproj.scene.expressions.units import Dimension
+from mbproj.scene.fields.quantities import agrees, dimension_of, unit_text
 from mbproj.scene.fields.reading import Reading, in_text_order
-from mbproj.scene.ranges import BOUNDS, Uniform
-from mbproj.scene.ranges.family import opened, scene_named, units_of
+from mbproj.scene.ranges import Uniform
+from mbproj.scene.ranges.family import column_of, opened, scene_named, units_of
 from mbproj.scene.read import SceneText
 from mbproj.scene.records import Expectation, KeyPath, Scene
 from mbproj.scene.settings import settings_to_run
 from mbproj.scene.text.changes import Change
-from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode, as_mapping
+from mbproj.scene.text.nodes import MappingNode
+from mbproj.studies.design.grammar import DESIGN, FORMAT, SIDES
 from mbproj.studies.design.matches import Match
 from mbproj.studies.design.target import Target
 
-FORMAT = "1"
 #: How many starts a search has, and the seed of their points.
 STARTS, SEED = 20, 0
-
-
-class Bounded(Field[Mapping[str, Uniform]]):
-    """Bounds by the paths of what they are of."""
-
-    node_type = MappingNode
-
-    @property
-    def expects(self) -> str:
-        return "a mapping {path of a number of the scene: [low, high]}"
-
-    def read(self, node: Node, path: KeyPath, reading: Reading) -> Mapping[str, Uniform] | None:
-        mapping = as_mapping(node)
-        if mapping is None:
-            self.reject(node, path, reading)
-            return None
-        if not mapping.values:
-            reading.report(
-                "'vary' is empty", mapping.place, "say what varies, as in  parameters.length: [0.8 m, 1.2 m]"
-            )
-            return None
-        for name in mapping.values:
-            where = (*path, name)
-            reading.places[where] = mapping.keys[name]
-        found = {name: BOUNDS.read(value, (*path, name), reading) for name, value in mapping.values.items()}
-        whole = {name: each for name, each in found.items() if each is not None}
-        return whole if len(whole) == len(found) else None
-
-    def schema(self) -> dict[str, Any]:
-        return {"description": self.expects, "type": "object", "additionalProperties": BOUNDS.schema()}
-
-
-class Headings(Field[Mapping[str, str]]):
-    """Headings of a table by what they are of, as in {time: "t", position_x: "X"}."""
-
-    node_type = MappingNode
-
-    @property
-    def expects(self) -> str:
-        return "a mapping {what: heading of the column}"
-
-    def read(self, node: Node, path: KeyPath, reading: Reading) -> Mapping[str, str] | None:
-        mapping = as_mapping(node)
-        if mapping is None or not all(isinstance(each, ScalarNode) for each in mapping.values.values()):
-            self.reject(node, path, reading)
-            return None
-        for name in mapping.values:
-            where = (*path, name)
-            reading.places[where] = mapping.keys[name]
-        return {name: each.text for name, each in mapping.values.items() if isinstance(each, ScalarNode)}
-
-    def schema(self) -> dict[str, Any]:
-        return {"description": self.expects, "type": "object", "additionalProperties": Text().schema()}
-
-
-_OF = {key: EXPECTATION.keys[key] for key in SUBJECTS}
-MATCH: Record[Given] = Record(
-    "a match",
-    {
-        **_OF,
-        "quantity": EXPECTATION.keys["quantity"],
-        "through": Text(),
-        "over": Text(),
-        "columns": Headings(),
-        "weight": Number(above=0.0),
-        "deviation": Measure(above=0.0),
-    },
-    dict,
-    required=("through",),
-    choices=(OneOf(tuple(SUBJECTS), needed=True, hint="a match is of one thing; write another for the other"),),
-)
-_SIDES = ("at_least", "at_most", "equals")
-LIMIT: Record[Given] = Record(
-    "a constraint",
-    {**RECORD_OF_MEASURE.keys, "expression": Text(), **dict.fromkeys(_SIDES, MEASURE)},
-    dict,
-    choices=(
-        OneOf((*SUBJECTS, "expression"), needed=True, hint="a constraint is of one thing; write another for the other"),
-        OneOf(_SIDES, needed=True, hint="a constraint has one side; write another for the other"),
-    ),
-)
-DESIGN: Record[dict[str, Any]] = Record(
-    "a design",
-    {
-        "design": Choice("format version", lambda: (FORMAT,)),
-        "scene": Text(),
-        "vary": Bounded(),
-        "match": Named("match", MATCH),
-        "minimise": Named("goal", RECORD_OF_MEASURE),
-        "maximise": Named("goal", RECORD_OF_MEASURE),
-        "subject_to": Named("constraint", LIMIT),
-        "starts": Integer(1),
-        "seed": Integer(0),
-    },
-    dict,
-    required=("design", "scene", "vary"),
-)
 
 
 @dataclass(frozen=True)
@@ -159,7 +59,7 @@ class Limit:
 @dataclass(frozen=True, eq=False)
 class Spec:
     """A design as its file has it: d numbers vary, by `paths`, between `low` and `high` (d,), in `units`; the scene's
-    own are `own` (d,), NaN where one is unknown."""
+    own are `own` (d,), NaN where one is unknown. `notes` is what may be a mistake."""
 
     path: Path
     text: str = field(repr=False)
@@ -175,6 +75,7 @@ class Spec:
     starts: int
     seed: int
     places: Mapping[KeyPath, Place] = field(repr=False)
+    notes: tuple[str, ...] = ()
 
     def place(self, *path: str | int) -> Place | None:
         """Where a key of the file stands."""
@@ -192,10 +93,11 @@ def read_spec(path: Path) -> Spec:
         raise InputError(in_text_order(reading.problems))
     _check_wanted(found, root, reading)
     _check_measures(found, base, reading)
-    _check_bounds(found["vary"], scene, reading)
+    units = units_of({path: each.dimension for path, each in found["vary"].items()}, scene)
+    _check_bounds(found["vary"], units, scene, reading)
     if reading.problems:
         raise InputError(in_text_order(reading.problems))
-    limits = tuple(_limits(found.get("subject_to", {}), base, reading))
+    limits = tuple(_limits(found.get("subject_to", {}), base, scene, reading))
     matches = [Match(name, given, base, path.parent, reading) for name, given in found.get("match", {}).items()]
     targets = tuple(target for match in matches if (target := match.target()) is not None)
     data = sum(target.values.size for target in targets)
@@ -213,13 +115,14 @@ def read_spec(path: Path) -> Spec:
         low=np.array([each.low for each in bounds.values()]),
         high=np.array([each.high for each in bounds.values()]),
         own=np.array(scene.numbers(tuple(bounds))),
-        units=tuple(units_of({path: each.dimension for path, each in bounds.items()}, scene).values()),
+        units=tuple(units.values()),
         targets=targets,
         goals=tuple(_goals(found, base)),
         limits=limits,
         starts=found.get("starts", STARTS),
         seed=found.get("seed", SEED),
         places=reading.places,
+        notes=tuple(note for match in matches for note in match.notes),
     )
 
 
@@ -256,10 +159,14 @@ def _check_measures(found: Mapping[str, Any], base: Scene, reading: Reading) -> 
             reading.report(complaint.message, reading.places[where], complaint.hint)
 
 
-def _check_bounds(bounds: Mapping[str, Uniform], scene: SceneText, reading: Reading) -> None:
-    """Report what the scene's reader says of a bound itself. What follows from it may be wrong there, as the arc cosine
-    of a triangle that does not close: that is one design that does not run."""
+def _check_bounds(bounds: Mapping[str, Uniform], units: Mapping[str, str], scene: SceneText, reading: Reading) -> None:
+    """Report bounds in another unit than the number, and what the scene's reader says of a bound itself. What follows
+    from it may be wrong there, as the arc cosine of a triangle that does not close: that is one design that does not
+    run."""
     for path, each in bounds.items():
+        if each.dimension is not None and not dimension_of(units[path]).agrees(each.dimension):
+            what = f"'{column_of(path)}' is in {units[path]}, and its bounds are in {unit_text(None, each.dimension)}"
+            reading.report(what, reading.places[("vary", path)], f"give them in {units[path]}")
         for node in each.nodes:
             try:
                 scene.scene({path: Change(node, reading.places[("vary", path)])})
@@ -274,12 +181,17 @@ def _goals(found: Mapping[str, Any], base: Scene) -> Iterator[Goal]:
             yield Goal(measure, sign)
 
 
-def _limits(given: Mapping[str, Given], base: Scene, reading: Reading) -> Iterator[Limit]:
+def _limits(given: Mapping[str, Given], base: Scene, scene: SceneText, reading: Reading) -> Iterator[Limit]:
     measures = {name: each for name, each in given.items() if "expression" not in each}
     known = {measure.name: measure for measure in measures_of(measures, base)}
     names = {name: Value(number, None) for name, number in base.parameters.items()}
+    units = units_of({f"parameters.{name}": None for name in names}, scene)
+    with_units = {
+        name: Value(each.number, dimension_of(unit) if unit else None)
+        for (name, each), unit in zip(names.items(), units.values(), strict=True)
+    }
     for name, each in given.items():
-        side = next(side for side in _SIDES if side in each)
+        side = next(side for side in SIDES if side in each)
         bound: Value = each[side]
         measure, unit = known.get(name), ""
         if measure is not None:
@@ -296,4 +208,17 @@ def _limits(given: Mapping[str, Given], base: Scene, reading: Reading) -> Iterat
                 hint = getattr(error, "hint", None)
                 reading.report(f"an expression of parameters: {error}", place, hint)
                 continue
+            found = _dimension(each["expression"], with_units)
+            if found is not None and bound.dimension is not None and not found.agrees(bound.dimension):
+                place = reading.places[("subject_to", name, side)]
+                unit = unit_text(None, found)
+                reading.report(f"'{each['expression']}' is in {unit}", place, f"give '{side}' so")
         yield Limit(name, side, bound.number, unit, measure, each.get("expression", ""))
+
+
+def _dimension(expression: str, names: Mapping[str, Value]) -> Dimension | None:
+    """That of an expression of parameters; None where one of them has no unit, or they do not agree."""
+    try:
+        return evaluate(parse(expression, frozenset(names)), names).dimension
+    except (ExpressionError, Unavailable):
+        return None

@@ -61,6 +61,24 @@ WRONG = {
         VARY + FAR + "subject_to: {high: {body: ball, at: end, at_most: 1}}\n",
         "5:14: error: missing key 'quantity'",
     ),
+    "bounds in another unit": (
+        VARY.replace("1 m/s, 30 m/s", "1 s, 30 s") + FAR,
+        "3:8: error: 'speed' is in m/s, and its bounds are in s",
+    ),
+    "an expression in another unit": (
+        VARY
+        + FAR
+        + "subject_to: {high: {expression: speed * idle, at_most: 1 m/s}, low: {expression: 2*speed, at_least: 1 m}}\n",
+        "5:101: error: '2*speed' is in m/s; give 'at_least' so",
+    ),
+    "a heading that is not there": (
+        VARY + MATCH.replace("csv}", "csv, columns: {position_x: far}}"),
+        "4:61: error: 'flight.csv' has no column 'far'",
+    ),
+    "a heading of nothing": (
+        VARY + MATCH.replace("csv}", "csv, columns: {position_y: time, range: position_x}}"),
+        "4:79: error: 'range' is no column of this match",
+    ),
     "a constraint in another unit": (
         VARY + FAR + "subject_to: {high: {body: ball, quantity: position, component: z, at: end, at_most: 1 s}}\n",
         "5:85: error: 'position' is in m",
@@ -110,6 +128,15 @@ def test_more_numbers_than_data(folder):
     vary = "vary: {parameters.speed: [1, 3], parameters.angle: [0, 1]}\n"
     with pytest.raises(mbproj.InputError, match="3:1: error: 2 numbers vary, and there are 1 to match"):
         read_spec(written(folder, BALL, vary + MATCH))
+
+
+def test_a_column_without_a_unit_is_said(folder):
+    (folder / "flight.csv").write_text("time (s),position_x\n0,0\n1,5\n")
+    spec = read_spec(written_again(folder))
+    assert spec.notes == ("'flight.csv' has no unit for 'position': it is read in m",)
+    assert find_design(spec, 1).notes[:1] == spec.notes
+    (folder / "flight.csv").write_text("time (s),position_x (m)\n0,0\n1,5\n")
+    assert read_spec(written_again(folder)).notes == ()
 
 
 def test_a_box_in_which_nothing_runs(folder):

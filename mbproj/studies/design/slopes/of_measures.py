@@ -154,8 +154,8 @@ def _off(slope: Slope, own: Array) -> Array:
 def _add_discretisation(
     work: Work, followed: Followed, x: Array, scale: Array, slopes: Array, off: Array, seen: list[int]
 ) -> int:
-    """Adds to what slopes of the measures `seen` may be off by what a coarser run, or a finer one, says of the error of
-    steps. How many runs there were."""
+    """Adds the error of steps to what slopes of the measures `seen` may be off by, as coarser runs or a finer one show
+    it. How many runs there were."""
     trace = followed.trace
     if trace is None or trace.settings.kinematic is True:
         return 0
