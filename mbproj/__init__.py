@@ -251,9 +251,7 @@ __all__ = [
     "unique_components",
     "verify",
 ]
-_HOME_OF = dict.fromkeys(__all__, "mbproj.parts") | {name: home for home, names in HOMES.items() for name in names}
-
-#: What has no other home is a part.
+#: The module of each public name. A name that `HOMES` does not list is a part of a scene.
 _HOME_OF = dict.fromkeys(__all__, "mbproj.parts") | {name: home for home, names in HOMES.items() for name in names}
 
 
@@ -261,7 +259,7 @@ def __getattr__(name: str) -> Any:
     if name not in _HOME_OF:
         raise AttributeError(f"module 'mbproj' has no attribute '{name}'")
     collects = gc.isenabled()
-    gc.disable()  # what is imported stays: a search for garbage in it would take 7 % of the time
+    gc.disable()  # imported modules stay: a search for garbage among them would take 7 % of the time
     try:
         return getattr(import_module(_HOME_OF[name]), name)
     finally:

@@ -30,21 +30,21 @@ def dot(a: Numbers, b: Numbers) -> Numbers:
 
 
 def total(x: Numbers) -> Numbers:
-    """The sum over the last axis, added up in one order wherever the numbers stand in memory: the energy of a state is
-    the same alone and in a block."""
-    found: Numbers = np.ascontiguousarray(x).sum(axis=-1)
-    return found
+    """The sum over the last axis, added in one order for every memory layout: a state has the same energy alone and in
+    a block of states."""
+    in_one_order: Numbers = np.ascontiguousarray(x).sum(axis=-1)
+    return in_one_order
 
 
 def together(parts: Sequence[Numbers]) -> Numbers:
-    """Arrays, one at least, one after another along their first axis; a single one as it is."""
+    """Concatenate one or more arrays along their first axis. A single one is returned itself, not copied."""
     return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
 
 def distinct_rows(rows: Numbers) -> tuple[Numbers, Integers]:
-    """The distinct rows of (k, w), sorted, and where each of the k stands among them.
+    """The distinct rows of `rows` (k, w), sorted, and the index among them of each of the k rows.
 
-    As numpy.unique, whose first call imports a tenth of a second of modules that nothing else here needs.
+    numpy.unique does the same, but its first call spends 0.1 s on modules that nothing else here needs.
     """
     if not len(rows):
         return rows, np.zeros(0, dtype=np.intp)
@@ -57,6 +57,6 @@ def distinct_rows(rows: Numbers) -> tuple[Numbers, Integers]:
 
 
 def may_overflow() -> np.errstate:
-    """Within this block NumPy does not warn of overflow. Numbers overflow in a step that is far too large, and in what
-    follows from a state that is lost. Whoever computes them looks whether what came out is finite, or records it."""
+    """A context in which NumPy does not warn of overflow. Numbers overflow in a step that is far too large, and in all
+    that is computed from a state that has diverged. The caller tests whether its result is finite, or records it."""
     return np.errstate(over="ignore", invalid="ignore")

@@ -24,7 +24,7 @@ else:
 
 
 def _completed(cls: type, frozen: bool, eq: bool) -> type:
-    """`cls` with its fields and methods. What it defines itself stays."""
+    """Add the generated methods to `cls`, and placeholders for its fields. Methods that it defines itself stay."""
     methods: dict[str, Any] = {"__init__": _first_init(cls), "__repr__": _repr}
     if eq:
         methods |= _comparing(cls, hashed=frozen)
@@ -38,14 +38,14 @@ def _completed(cls: type, frozen: bool, eq: bool) -> type:
     return cls
 
 
-#: Several threads may ask at once, and a class asks its bases.
+#: Held while a class finds its fields: threads may ask at once. Reentrant, since a class asks its bases.
 _COMPLETING = RLock()
 
 
 class _Later:
-    """What the standard decorator finds in a class, in the place of which this stands until somebody asks.
+    """A placeholder for an attribute that the standard decorator adds to a class; it is filled when first read.
 
-    It stands until it is replaced: a class without it shows another thread what its base has.
+    It is replaced and never deleted: without it another thread would read the attribute of a base class.
     """
 
     MATCHED = "__match_args__"
@@ -71,7 +71,7 @@ def _first_init(cls: Any) -> Any:
 
 
 def _written_init(cls: Any) -> Any:
-    """`__init__` with a parameter for each field, compiled: instances are made often."""
+    """Compile `__init__` with a parameter for each field: instances are made often, so that it has to be fast."""
     scope: dict[str, Any] = {"_store": object.__setattr__, "_MISSING": MISSING}
     parameters, lines = ["self"], []
     for each in fields(cls):
@@ -95,7 +95,7 @@ def _written_init(cls: Any) -> Any:
 
 
 def _comparing(cls: Any, *, hashed: bool) -> dict[str, Any]:
-    """`__eq__` and `__hash__` by the values of the fields."""
+    """Return `__eq__` and `__hash__` that compare and hash the values of the fields."""
 
     @cache
     def names() -> tuple[str, ...]:

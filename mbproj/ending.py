@@ -1,4 +1,4 @@
-"""What an exception means that ends a command or a scene of a batch: a message and the exit code. One place for all."""
+"""The message and the exit code for an exception that ends a command, or one scene of a batch."""
 
 from __future__ import annotations
 
@@ -7,20 +7,20 @@ import traceback
 
 from mbproj.errors import ExitCode, InputError, MbprojError
 
-#: What the system says of a path that the user gave: it is his to mend.
+#: Errors of the operating system on a path that the user gave, and can mend.
 WRONG_PATH = frozenset({
     errno.ENOENT, errno.EACCES, errno.EPERM, errno.ENAMETOOLONG, errno.ELOOP, errno.ENOTDIR, errno.EISDIR, errno.EROFS,
     errno.EEXIST, errno.ENXIO, errno.ENODEV, errno.ENOTEMPTY, errno.EXDEV,
 })  # fmt: skip
-#: What it says where it has run out of something.
+#: Errors of the operating system where it is out of space, memory or open files, or where a device fails.
 NO_MORE = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.ENOMEM, errno.EMFILE, errno.ENFILE,
                      errno.EAGAIN})  # fmt: skip
 OUR_FAULT = "error: this is a fault of mbproj, not of your input; please report it with the lines above"
 
 
 def ending(error: Exception) -> tuple[str, ExitCode]:
-    """The message and the exit code for an exception that nobody caught. One that no input and no state of the machine
-    explains is a fault of mbproj: the message has all that a report needs."""
+    """Return the message and the exit code for an exception that nobody caught. One that neither the input nor the
+    state of the machine explains is a fault of mbproj: its message has the traceback that a report needs."""
     if isinstance(error, InputError):
         return str(error), error.exit_code
     if isinstance(error, MbprojError):

@@ -13,7 +13,7 @@ from mbproj.dataclass import dataclass
 
 
 class ExitCode(IntEnum):
-    """What the command `mbproj` returns to the shell."""
+    """The codes that the command `mbproj` returns to the shell."""
 
     DONE = 0
     INTERNAL = 1
@@ -29,7 +29,7 @@ CONTEXT = 120
 
 @dataclass(frozen=True)
 class Place:
-    """Where a value stands: file (or option), line and column (both from 1), and the text of that line."""
+    """The place of a value: file (or option), line and column (both from 1), and the text of that line."""
 
     file: str
     line: int | None = None
@@ -42,8 +42,8 @@ class Place:
 
 @dataclass(frozen=True)
 class Problem:
-    """One thing wrong with the input, or worth a note, where it stands, and what to try. `key`: what it is about, as in
-    ("simulation", "step"), where only the scene knows the place."""
+    """A fault of the input, or a note on it: a message, its place, and a hint what to try. `key` is the path of the
+    value, such as ("simulation", "step"), where only the reader of the scene knows the place."""
 
     message: str
     place: Place | None = None
@@ -51,12 +51,12 @@ class Problem:
     key: tuple[str, ...] = ()
 
     def line(self, kind: str = "error") -> str:
-        """`file:line:column: error: message; hint`. What is legal, but may be a mistake, is of the kind "note"."""
+        """The text `file:line:column: error: message; hint`. A "note" is on legal input that may be a mistake."""
         prefix = f"{self.place}: " if self.place else ""
         return f"{prefix}{kind}: {self.message}" + (f"; {self.hint}" if self.hint else "")
 
     def __str__(self) -> str:
-        """The line of an error, then that of the text and a caret below the column."""
+        """Return the line of an error, then the line of the user's text with a caret below the column."""
         head = self.line()
         if self.place is None or self.place.text is None or self.place.column is None:
             return head
@@ -67,13 +67,13 @@ class Problem:
 
 
 class MbprojError(Exception):
-    """What every error that is the user's to mend derives from; `exit_code` is for the shell."""
+    """The base class of all errors that the user can mend; `exit_code` is for the shell."""
 
     exit_code = ExitCode.INTERNAL
 
 
 class InputError(MbprojError):
-    """The input is wrong: every problem found, in the order of the text."""
+    """The error of a wrong input, with every problem that was found, in the order of the text."""
 
     exit_code = ExitCode.BAD_INPUT
 
@@ -98,18 +98,18 @@ class SimulationError(MbprojError):
 
 
 class MbprojWarning(UserWarning):
-    """What a user should know of and that stops nothing; the command line shows it as a note."""
+    """A warning that a user should read, but that stops nothing; the command line shows it as a note."""
 
 
 @cache
 def warn_once(text: str) -> None:
-    """An `MbprojWarning`, the first time that this process has this to say."""
+    """Warn with an `MbprojWarning`, once a process for each text."""
     warn(text, MbprojWarning, stacklevel=2)
 
 
 @contextmanager
 def placed_at(place: Place | None) -> Iterator[None]:
-    """Gives `place` to problems that have none: for checks of settings, which know no file."""
+    """Give `place` to those problems raised in this block that have none: checks of settings know no file."""
     try:
         yield
     except InputError as error:

@@ -1,9 +1,9 @@
-"""The modules of the names of the package."""
+"""The modules that define the public names of the package."""
 
 from collections.abc import Mapping
 from types import MappingProxyType
 
-#: Where names come from that are no parts of a scene.
+#: The public names by the module that defines them, without the parts of a scene, which `mbproj.parts` defines.
 HOMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "mbproj.calls.again": ("continue_run", "rerun"),

@@ -16,7 +16,7 @@ from mbproj.errors import InputError, MbprojError, Place, Problem, warn_once
 
 GROUP = "mbproj.plugins"
 Entry = TypeVar("Entry")
-#: Of each plug-in, by kind and name: the package that it is from, and its code's checksum.
+#: The module that registered each plug-in, and the checksum of its code, by kind and name.
 _origins: dict[tuple[str, str], tuple[str, str]] = {}
 
 _looked_for: set[str] = set()
@@ -24,8 +24,8 @@ _looked_for: set[str] = set()
 
 @final
 class Registry(Mapping[str, Entry], Generic[Entry]):
-    """Entries by name: those of mbproj, then those of plug-ins in the order of their registration. `kind` is what they
-    are called, as in "projection method"."""
+    """Entries by name: those of mbproj, `own`, then those of plug-ins in the order of their registration. `kind` names
+    an entry in messages, such as "projection method"."""
 
     def __init__(self, kind: str, own: Mapping[str, Entry]) -> None:
         self.kind, self.own, self._added = kind, own, dict[str, Entry]()
@@ -33,8 +33,9 @@ class Registry(Mapping[str, Entry], Generic[Entry]):
     def add(
         self, name: str, entry: Entry, made_of: Callable[..., object] | str, taken: Container[str] = frozenset()
     ) -> None:
-        """Registers what is `made_of` this code, or of data in a text; once more under the same name replaces it, as a
-        notebook's cell does. Raises InputError where the name cannot be one, or is mbproj's own or `taken`."""
+        """Register the entry of a plug-in; `made_of` is its code, or the text of its data. A second entry of the same
+        name replaces the first, as when a notebook's cell runs again. Raises InputError where the name is not valid, is
+        mbproj's own, or is `taken`."""
         article = "an" if self.kind[0] in "aeiou" else "a"
         if not name.replace("-", "_").isidentifier() or name != name.lower():
             hint = "take small letters, digits and hyphens"
@@ -46,7 +47,7 @@ class Registry(Mapping[str, Entry], Generic[Entry]):
 
     @property
     def added(self) -> Mapping[str, Entry]:
-        """Those of plug-ins alone."""
+        """The entries of plug-ins alone."""
         load_installed()
         return self._added
 
@@ -66,39 +67,41 @@ class Registry(Mapping[str, Entry], Generic[Entry]):
 
 
 def load_installed() -> None:
-    """Imports the plug-ins of installed packages, once. One that fails is a note, and the others are there."""
-    if GROUP in _looked_for:  # a plug-in may itself ask what there is
+    """Import the plug-ins of installed packages, once a process. One that fails gives a warning; the others load."""
+    if GROUP in _looked_for:  # a plug-in may read a registry while it is imported, which leads here again
         return
     _looked_for.add(GROUP)
     from importlib.metadata import entry_points
 
     for point in entry_points(group=GROUP):
         try:
-            found = point.load()
-            if inspect.isfunction(found):
-                found()
-        except Exception as error:  # whatever a package of others does, what has nothing to do with it runs
+            plugin = point.load()
+            if inspect.isfunction(plugin):
+                plugin()
+        except Exception as error:  # a plug-in that fails must not stop a run that does not use it
             warn_once(f"the plug-in '{point.name}' ({point.value}) does not work: {type(error).__name__}: {error}")
 
 
 def installed() -> dict[str, dict[str, str]]:
     """The module of each plug-in, by its kind and name."""
     load_installed()
-    found: dict[str, dict[str, str]] = {}
+    modules: dict[str, dict[str, str]] = {}
     for (kind, name), (module, _) in _origins.items():
-        found.setdefault(kind, {})[name] = module
-    return found
+        modules.setdefault(kind, {})[name] = module
+    return modules
 
 
 def marks() -> list[list[str]]:
-    """What tells the plug-ins of two processes apart: a study that is kept is one of the same code."""
+    """[kind, name, checksum of the code] of each plug-in, sorted: part of the keys under which results are stored, so
+    that a result is used again only with the same code."""
     load_installed()
     return [[*key, checksum] for key, (_, checksum) in sorted(_origins.items())]
 
 
 @contextmanager
 def blamed(what: str, *meant: type[Exception]) -> Iterator[None]:
-    """Whatever a plug-in's code raises is said of it by InputError, but for `meant`, which mbproj expects."""
+    """Turn an exception of a plug-in's code into an InputError that names it as `what` and says where it was raised.
+    Exceptions of the types `meant` and those of mbproj pass unchanged."""
     try:
         yield
     except Exception as error:
@@ -111,7 +114,7 @@ def blamed(what: str, *meant: type[Exception]) -> Iterator[None]:
 
 
 def _caller() -> str:
-    """The module that has called mbproj."""
+    """The name of the module that has called mbproj."""
     frame = sys._getframe()
     while frame.f_back is not None and frame.f_globals["__name__"].partition(".")[0] == "mbproj":
         frame = frame.f_back
@@ -119,14 +122,15 @@ def _caller() -> str:
 
 
 def _checksum(code: Callable[..., object] | str) -> str:
-    """Of the text of the module, or of the class alone where there is no such text; of its name in a prompt."""
+    """The SHA-256 of a plug-in's source: of its module, of `code` alone where the module has none, or of `code`'s repr
+    where there is no source (in a prompt). A text is hashed as it is."""
     import hashlib  # with OpenSSL it takes 3 ms, which a run without plug-ins does not need
 
     if isinstance(code, str):
         return hashlib.sha256(code.encode()).hexdigest()
-    for of in (inspect.getmodule(code), code):
+    for origin in (inspect.getmodule(code), code):
         try:
-            return hashlib.sha256(inspect.getsource(of).encode()).hexdigest()  # type: ignore[arg-type]
+            return hashlib.sha256(inspect.getsource(origin).encode()).hexdigest()  # type: ignore[arg-type]
         except (OSError, TypeError):
             continue
     return hashlib.sha256(repr(code).encode()).hexdigest()

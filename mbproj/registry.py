@@ -19,9 +19,10 @@ from mbproj.plugins import Registry
 
 @dataclass(frozen=True)
 class ProjectionEntry:
-    """A projection method: its module in `mbproj.projection.methods`, the equations, one line on it, its own options;
-    whether it corrects the state after a step, and the kernel's correction that is the same. Without one, the method
-    runs in the full formulation alone. `factory` makes the method of a plug-in, which has no module here."""
+    """A projection method: its module in `mbproj.projection.methods`, its equations in the paper, a summary, and the
+    names of its own options. `corrects` says whether it corrects the state after a step. `correction` names the same
+    correction in the kernel; a method without one runs in the full formulation alone. `factory` makes the method of a
+    plug-in, which has no module here."""
 
     module: str
     equations: str
@@ -33,11 +34,11 @@ class ProjectionEntry:
 
     @property
     def compiled(self) -> bool:
-        """Whether the kernel has it too."""
+        """Whether the kernel has this method too."""
         return bool(self.correction)
 
 
-#: In the kernel POPM and GPOPM are one: without masses in the way they are equal (Eq. 75).
+#: In the kernel POPM and GPOPM share one correction: they are equal where M is positive definite (Eq. 75).
 PROJECTIONS: Registry[ProjectionEntry] = Registry(
     "projection method",
     {
@@ -67,19 +68,19 @@ PROJECTIONS: Registry[ProjectionEntry] = Registry(
     },
 )
 
-#: How the coordinates are chosen; `auto` takes the planar ones where the joints allow, or the reduced ones.
+#: Which coordinates a run integrates; `auto` takes the planar ones where the joints allow, else the reduced ones.
 FORMULATIONS = ("auto", "full", "reduced", "planar")
 #: How the accelerations are solved for: the bordered system, Eq. 14, or without multipliers, Eqs. 80-81.
 ACCELERATIONS = ("bordered", "eliminated")
-#: What the restitution of rigid stops is of: speeds (Newton), impulses (Poisson), or energy (Stronge).
+#: The law of impact at rigid stops: restitution relates speeds (Newton), impulses (Poisson), or energies (Stronge).
 IMPACT_LAWS = ("newton", "poisson", "energetic")
-#: What a position correction that does not converge may fall back to: nothing, or GOPM's metric.
+#: What follows a position correction that does not converge: nothing, or a second one with GOPM's metric.
 FALLBACKS = ("none", "gopm")
 #: When a position correction is accepted: |C|∞ <= tolerance, or the paper's ΔqᵀMΔq <= tolerance.
 STOP_TESTS = ("violation", "paper")
 
 
-#: Where a run begins: where the scene says, or in the equilibrium that is downhill from there.
+#: Where a run begins: at the pose of the scene, or in the equilibrium that is reached from there downhill.
 EQUILIBRIUM = "equilibrium"
 STARTS = ("scene", EQUILIBRIUM)
 #: Where a mechanism is linearised: at its start, where it rests, where it turns steadily; or at a time.
@@ -89,8 +90,8 @@ LINEARISED_AT = (SCENE_START, EQUILIBRIUM, STEADY)
 
 @dataclass(frozen=True, eq=False)
 class IntegratorEntry:
-    """An integrator's order, whether it estimates its error (an embedded pair), one line on it, its tableau as plain
-    data or the file with it; whether its stages are implicit, for stiff scenes."""
+    """An integrator: its order, a summary, and its tableau as plain data or the file with it. An `embedded` pair
+    estimates its error. Its stages are `implicit` where it is for stiff scenes."""
 
     order: int
     embedded: bool
@@ -104,31 +105,32 @@ class IntegratorEntry:
 
 
 def read_json(path: Path) -> dict[str, Any]:
-    """The object in a file of the package."""
-    found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    return found
+    """The object in a JSON file of the package."""
+    content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    return content
 
 
 @cache
 def integrators() -> Registry[IntegratorEntry]:
-    """Every integrator by name: those of the tableaus on disk, by order, the implicit ones last; those of plug-ins."""
-    found = {}
+    """Every integrator by name: the explicit ones of the tableaus on disk, by order, then the implicit ones, by order;
+    last those of plug-ins."""
+    entries = {}
     steppers = Path(__file__).parent / "integrate" / "steppers"
     for path in (*steppers.glob("tableaus/*.json"), *steppers.glob("implicit_tableaus/*.json")):
         data, implicit = read_json(path), path.parent.name.startswith("implicit")
-        found[path.stem] = IntegratorEntry(data["order"], "error" in data, data["summary"], path, implicit)
-    ordered = sorted(found.items(), key=lambda item: (item[1].implicit, item[1].order))
+        entries[path.stem] = IntegratorEntry(data["order"], "error" in data, data["summary"], path, implicit)
+    ordered = sorted(entries.items(), key=lambda item: (item[1].implicit, item[1].order))
     return Registry("integrator", dict(ordered))
 
 
-#: An explicit method where nothing is stiff, and an implicit one where a force is: the run itself tells.
+#: The run itself chooses: an explicit method where nothing is stiff, and an implicit one where a force is.
 AUTOMATIC = "auto"
 WHERE_SMOOTH, WHERE_STIFF = "dop853", "esdirk4"
 
 
 @final
 class IntegratorChoices(Collection[str]):
-    """What a scene may name: every integrator, and the choice by the run itself."""
+    """The names that a scene may give: those of all integrators, and `auto`, by which the run itself chooses."""
 
     def __contains__(self, name: object) -> bool:
         return name == AUTOMATIC or name in integrators()
@@ -141,36 +143,36 @@ class IntegratorChoices(Collection[str]):
 
 
 def integrator_choices() -> IntegratorChoices:
-    """What a scene may name as its integrator; a name of mbproj's own is found without a look for plug-ins."""
+    """The names that a scene may give as its integrator. Names of mbproj's own are found without loading plug-ins."""
     return IntegratorChoices()
 
 
 def is_embedded(integrator: str) -> bool:
-    """Whether it estimates its error, so that a tolerance can hold it."""
+    """Whether the integrator estimates its error, so that a tolerance can control its steps."""
     return integrator == AUTOMATIC or integrators()[integrator].embedded
 
 
 def with_fixed_steps(integrator: str) -> str:
-    """The same, or the explicit method of `auto`, which takes no fixed step."""
+    """Return `integrator`; for `auto`, which takes no fixed steps, its explicit method."""
     return WHERE_SMOOTH if integrator == AUTOMATIC else integrator
 
 
 def is_implicit(integrator: str) -> bool:
-    """Whether all its stages are implicit; not of `auto`, which takes what the run needs."""
+    """Whether the integrator is an implicit one; false for `auto`, which takes what the run needs."""
     return integrator in integrators() and integrators()[integrator].implicit
 
 
 def is_explicit(integrator: str) -> bool:
-    """Whether all its stages are explicit."""
+    """Whether the integrator is an explicit one; false for `auto`."""
     return integrator in integrators() and not integrators()[integrator].implicit
 
 
 def explicit_integrators() -> tuple[str, ...]:
-    """The names of the explicit ones, by their order."""
+    """The names of the explicit integrators, sorted by their order."""
     explicit = {name: entry.order for name, entry in integrators().items() if not entry.implicit}
     return tuple(sorted(explicit, key=lambda name: explicit[name]))
 
 
 def implicit_integrators() -> tuple[str, ...]:
-    """The names of the implicit ones, for stiff scenes."""
+    """The names of the implicit integrators, for stiff scenes."""
     return tuple(name for name, entry in integrators().items() if entry.implicit)

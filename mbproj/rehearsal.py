@@ -1,8 +1,8 @@
 """An HDF5 file is read in a child process first, where time and memory are limited.
 
 HDF5 trusts what it reads: some damaged files make it spin for ever, take all memory, or crash, and nothing within the
-process can stop it. So what a reader is about to do is done once in a child; where that does not come to an end the
-reader does not begin.
+process can stop it. So a child process does once what the reader is about to do. Where the child does not come to its
+end, the reader does not begin.
 """
 
 from __future__ import annotations
@@ -26,20 +26,20 @@ try:
 except ImportError:  # Windows, which has no fork either
     resource = None  # type: ignore[assignment]
 
-#: A rehearsal takes some 10 ms. Processor time in s, and what a file adds to it by its size in bytes a second.
+#: The most processor time of the child: SECONDS, and 1 s more for each BYTES_A_SECOND of the file. It takes some 10 ms.
 SECONDS, BYTES_A_SECOND = 2, 2**28
-#: Waiting included: for a disk or a network that answers slowly.
+#: The longest time in s by the clock, which includes waiting for a slow disk or network.
 PATIENCE = 60.0
-#: What the child may allocate, in bytes, and by how many times the size of the file more.
+#: The most memory that the child may allocate: MEMORY in bytes, and MEMORY_BY_SIZE times the size of the file.
 MEMORY, MEMORY_BY_SIZE = 2**30, 4
 
 ENDLESS = "reading it does not come to an end"
-#: What the signal that ended the child says of the file. It kills itself where there is not enough memory.
+#: What is wrong with the file, by the signal that ended the child. It kills itself where memory runs out.
 ENDS: dict[int, str] = {signal.SIGXCPU: ENDLESS, signal.SIGKILL: "reading it takes too much memory"} if resource else {}
 
 
 def rehearse(act: Callable[[], object], path: Path) -> bool:
-    """Do `act`, which reads the file at `path`, in a child process; whether that was done.
+    """Call `act`, which reads the file at `path`, in a child process; return whether that was done.
 
     Raises the InputError that `act` raises. Raises one that says the file is damaged where the child does not come to
     its end within the limits. Where a process cannot be forked (Windows) nothing is done.
@@ -70,12 +70,13 @@ def rehearse(act: Callable[[], object], path: Path) -> bool:
 
 
 def _perform(act: Callable[[], object], size: int, reading: int, writing: int) -> None:
-    """The child: limits, the act, what it says; and no exit handlers of the parent."""
+    """Run in the child: set the limits, call `act`, write its problems to the pipe, and leave without the parent's exit
+    handlers."""
     said = b"[]"
     try:
-        gc.disable()  # what the parent has dropped is the parent's to close
+        gc.disable()  # objects that the parent has dropped are closed by the parent
         faulthandler.disable()
-        warnings.simplefilter("ignore")  # the parent says it
+        warnings.simplefilter("ignore")  # the parent shows the same warnings
         os.close(reading)
         _limit(size)
         act()
@@ -92,7 +93,7 @@ def _perform(act: Callable[[], object], size: int, reading: int, writing: int) -
 
 
 def _limit(size: int) -> None:
-    """Limits for this process: processor time, memory, no core file."""
+    """Limit the processor time and the memory of this process, and let it write no core file."""
     seconds = SECONDS + size // BYTES_A_SECOND
     _lower(resource.RLIMIT_CPU, seconds)
     _lower(resource.RLIMIT_CORE, 0)
@@ -108,7 +109,7 @@ def _lower(kind: int, limit: int) -> None:
 
 
 def _listen(descriptor: int, patience: float) -> tuple[bytes, bool]:
-    """What the child says until it ends, and whether it did so within `patience` in s."""
+    """Return what the child writes to the pipe until it ends, and whether it ended within `patience` in s."""
     said, end = b"", time.monotonic() + patience
     with DefaultSelector() as selector:
         selector.register(descriptor, EVENT_READ)
@@ -125,7 +126,7 @@ def _damaged(path: Path, what: str) -> InputError:
 
 
 def _judge(said: bytes, status: int, path: Path) -> None:
-    """Raises what the child found, or what its end says of the file."""
+    """Raise the problems that the child found, or the one that its end by a signal shows."""
     if os.WIFSIGNALED(status):
         raise _damaged(path, ENDS.get(os.WTERMSIG(status), "HDF5 crashes on it"))
     problems = [Problem(message, hint=hint) for message, hint in json.loads(said)]

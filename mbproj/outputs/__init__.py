@@ -1,6 +1,6 @@
 """Files that commands write: each is new and private until it is whole, and replaces nothing but its own kind.
 
-What writes comes when it is first used: every command escapes what it prints, few write tables.
+Writers are imported when they are first used: every command escapes what it prints, few write tables.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""CSV tables. Text in them is data for a spreadsheet, too: never a formula, never a control character."""
+"""CSV tables, whose texts are safe in a spreadsheet: none is taken for a formula, none has control characters."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from mbproj.outputs import kinds
 from mbproj.outputs.escapes import escaped
 from mbproj.outputs.replace import ELSEWHERE, replacing
 
-#: What makes a spreadsheet take a text for a formula, where the text begins with it.
+#: The first characters by which a spreadsheet takes a text for a formula.
 FORMULA = ("=", "+", "-", "@")
 
 
@@ -24,8 +24,8 @@ def write_csv(
     force: bool = False,
     hint: str = ELSEWHERE,
 ) -> Path:
-    """Writes the table; floats in the format `form` ("": as few digits as give the same number back). `kind`: what it
-    may replace, where that does not follow from the headings."""
+    """Write the table and return `path`; floats in the format `form` ("": as few digits as give the same number back).
+    `kind` is the kind of file that it may replace, where that does not follow from the headings."""
     with (
         replacing(path, kind or kinds.csv(headings), force=force, hint=hint) as draft,
         draft.open("w", encoding="utf-8", newline="") as file,
@@ -34,7 +34,7 @@ def write_csv(
         writer.writerow([_cell(heading, form) for heading in headings])
         numbers = ",".join([f"%{form}"] * len(headings)) + "\n"
         for row in rows:
-            if form and all(type(value) is float for value in row):  # a third of the time: tables can be very long
+            if form and all(type(value) is float for value in row):  # takes a third of the time; tables can be long
                 file.write(numbers % tuple(row))
             else:
                 writer.writerow([_cell(value, form) for value in row])

@@ -1,24 +1,24 @@
-"""Characters that command a terminal, or hide what a text says, written so that they can be read instead."""
+"""Escapes that make characters visible which command a terminal, or hide what a text says."""
 
 from __future__ import annotations
 
 import re
 
-#: Control characters, the direction of writing and the ends of lines that only Unicode knows.
+#: Control characters, Unicode's marks for the direction of writing, and its line and paragraph separators.
 _COMMANDS = "\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069"
-_ANY = re.compile(f"[{_COMMANDS}\ud800-\udfff]")  # bytes of a file name that are no text, too
+_ANY = re.compile(f"[{_COMMANDS}\ud800-\udfff]")  # surrogates stand for bytes of a file name that are no text
 _IN_TEXT = re.compile(f"(?![\n\t])[{_COMMANDS}]")
 
 
 def escaped(text: str) -> str:
-    r"""The text on one line: what commands a terminal becomes \u001b, say, as in JSON."""
+    r"""Return the text on one line, with characters that command a terminal written as in JSON, such as \u001b."""
     return _ANY.sub(_readable, text)
 
 
 def escaped_text(text: str) -> str:
-    """The same for text of several lines: ends of lines and tabs stay."""
+    """Escape a text of several lines as `escaped` does, but keep line ends and tabs."""
     return _IN_TEXT.sub(_readable, text)
 
 
-def _readable(found: re.Match[str]) -> str:
-    return f"\\u{ord(found[0]):04x}"
+def _readable(character: re.Match[str]) -> str:
+    return f"\\u{ord(character[0]):04x}"

@@ -11,7 +11,7 @@ from mbproj.rehearsal import rehearse
 
 #: What mbproj calls itself in the metadata of its pictures.
 MARK = "mbproj"
-#: A kind is told by this many bytes at either end of a file: no file is read whole to be replaced.
+#: A file's kind is recognised by this many bytes at either end: no file is read whole before it is replaced.
 END = 65536
 #: The first bytes of a picture and its mark, by format. PDF keeps its metadata at the end.
 _PICTURES: Mapping[str, tuple[bytes, bytes]] = {
@@ -25,13 +25,14 @@ _FILMS: Mapping[str, tuple[int, bytes]] = {"gif": (0, b"GIF89a"), "mp4": (4, b"f
 
 #: The first line of a table for LaTeX.
 LATEX_MARK = "% table written by mbproj"
-#: The same for Markdown.
+#: The first line of a table in Markdown.
 MARKDOWN_MARK = "<!-- table written by mbproj -->"
 
 
 @dataclass(frozen=True)
 class FileKind:
-    """What a file is called, as in "a CSV table", and whether mbproj wrote the regular file at a path."""
+    """A kind of file: `what` it is called, such as "a CSV table". `wrote` tells whether mbproj wrote the regular file
+    at a path as one of this kind."""
 
     what: str
     wrote: Callable[[Path], bool]
@@ -67,30 +68,30 @@ def film(file_format: str) -> FileKind:
 
 
 def csv(headings: Sequence[str], last: Sequence[str] = ()) -> FileKind:
-    """A CSV table: the first line begins with the first two of these headings, but for what stands in brackets, and
-    ends with the `last`."""
-    wanted, ended = _columns(",".join(headings[:2])), list(last)
+    """A CSV table: its first line begins with the first two of `headings`, units in brackets apart, and ends with
+    `last`."""
+    begin, end = _columns(",".join(headings[:2])), list(last)
 
     def wrote(path: Path) -> bool:
         first, _, _ = _ends(path)[0].partition(b"\n")
-        found = _columns(first.decode("utf-8", "replace"))
-        return found[: len(wanted)] == wanted and found[len(found) - len(ended) :] == ended
+        columns = _columns(first.decode("utf-8", "replace"))
+        return columns[: len(begin)] == begin and columns[len(columns) - len(end) :] == end
 
     return FileKind("a CSV table", wrote)
 
 
 def latex() -> FileKind:
-    """A table for LaTeX: its first line."""
-    return FileKind("a table for LaTeX", _begins_with(LATEX_MARK.encode()))
+    """A table for LaTeX, recognised by its first line."""
+    return FileKind("a table for LaTeX", _has_near_start(LATEX_MARK.encode()))
 
 
 def markdown() -> FileKind:
-    """A table in Markdown: its first line."""
-    return FileKind("a table in Markdown", _begins_with(MARKDOWN_MARK.encode()))
+    """A table in Markdown, recognised by its first line."""
+    return FileKind("a table in Markdown", _has_near_start(MARKDOWN_MARK.encode()))
 
 
 def hdf5(file_format: str) -> FileKind:
-    """An HDF5 file whose attribute `format` is this text."""
+    """An HDF5 file whose attribute `format` is `file_format`."""
 
     def names_it(path: Path) -> bool:
         import h5py
@@ -98,7 +99,7 @@ def hdf5(file_format: str) -> FileKind:
         try:
             with h5py.File(path, "r") as file:
                 return bool(file.attrs.get("format") == file_format)
-        except (OSError, RuntimeError, ValueError, KeyError, TypeError):  # what h5py raises for bytes that are wrong
+        except (OSError, RuntimeError, ValueError, KeyError, TypeError):  # h5py raises these for damaged files
             return False
 
     def wrote(path: Path) -> bool:
@@ -113,8 +114,8 @@ def hdf5(file_format: str) -> FileKind:
     return FileKind("an HDF5 file", wrote)
 
 
-def _begins_with(text: bytes) -> Callable[[Path], bool]:
-    """A text file with these words in its first lines."""
+def _has_near_start(text: bytes) -> Callable[[Path], bool]:
+    """Return a test whether `text` stands in the first 1024 bytes of a file."""
     return lambda path: text in _ends(path)[0][:1024]
 
 
@@ -123,21 +124,21 @@ def _columns(line: str) -> list[str]:
 
 
 def _ends(path: Path) -> tuple[bytes, bytes]:
-    """The first and the last bytes of a file."""
+    """The first and the last END bytes of a file."""
     with path.open("rb") as file:
         head = file.read(END)
         file.seek(max(0, path.stat().st_size - END))
         return head, file.read(END)
 
 
-#: A page says so in its head.
-PAGE = FileKind("a page", _begins_with(b'<meta name="generator" content="mbproj">'))
-JUNIT = FileKind("a JUnit report", _begins_with(b'<testsuites name="mbproj '))
-MODEL = FileKind("a model", _begins_with(b"<!-- Written by mbproj "))
-LOOPS = FileKind("a file of loops", _begins_with(b"# Loops of "))
-SCENE_SCHEMA = FileKind("a schema", _begins_with(b'"title": "mbproj scene"'))
+#: Kinds of text files, each recognised by a text that mbproj writes near the start.
+PAGE = FileKind("a page", _has_near_start(b'<meta name="generator" content="mbproj">'))
+JUNIT = FileKind("a JUnit report", _has_near_start(b'<testsuites name="mbproj '))
+MODEL = FileKind("a model", _has_near_start(b"<!-- Written by mbproj "))
+LOOPS = FileKind("a file of loops", _has_near_start(b"# Loops of "))
+SCENE_SCHEMA = FileKind("a schema", _has_near_start(b'"title": "mbproj scene"'))
 #: A scene is its author's, whoever wrote its first version: it is never ours to replace.
 SCENE = FileKind("a scene to replace", lambda path: False)
-DESIGNED = FileKind("a design that was found", _begins_with(b"# Found by mbproj "))
-DESIGN_DRAWN = FileKind("what pictures show of a design", _begins_with(b'{"format": "mbproj design 1"'))
+DESIGNED = FileKind("a design that was found", _has_near_start(b"# Found by mbproj "))
+DESIGN_DRAWN = FileKind("what pictures show of a design", _has_near_start(b'{"format": "mbproj design 1"'))
 NOTEBOOK = FileKind("a notebook to replace", lambda path: False)

@@ -1,4 +1,5 @@
-r"""Tables for LaTeX: a tabular for \input, which needs no package. What LaTeX takes for commands is escaped."""
+r"""Tables for LaTeX: a tabular for \input, which needs no package. Characters that LaTeX takes for commands are
+escaped."""
 
 from __future__ import annotations
 
@@ -12,7 +13,7 @@ from mbproj.outputs.replace import ELSEWHERE, replacing
 
 GREEK = "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi o pi rho varsigma sigma tau "
 GREEK += "upsilon phi chi psi omega"
-#: What stands for a character that LaTeX takes for more than itself, or that its fonts for text do not have.
+#: The LaTeX code of characters that LaTeX takes for commands, or that its text fonts do not have.
 COMMANDS = {
     **{chr(ord("α") + k): f"$\\{name}$" for k, name in enumerate(GREEK.split())},
     "Δ": r"$\Delta$",
@@ -43,7 +44,7 @@ def write_latex(
     force: bool = False,
     hint: str = ELSEWHERE,
 ) -> Path:
-    """Writes the table; floats in the format `form`, as mathematics, texts to the left."""
+    """Write the table and return `path`; floats in the format `form`, as mathematics, columns of text to the left."""
     with (
         replacing(path, kinds.latex(), force=force, hint=hint) as draft,
         draft.open("w", encoding="utf-8", newline="") as file,
@@ -59,7 +60,7 @@ def write_latex(
 
 
 def _cell(value: object, form: str) -> str:
-    """A number as mathematics; an empty cell where it is not a number."""
+    """Return a float as mathematics, NaN as an empty cell, and anything else as escaped text."""
     if isinstance(value, float):
         if isnan(value):
             return ""

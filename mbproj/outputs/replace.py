@@ -16,7 +16,8 @@ ELSEWHERE = "choose another with -o"
 
 @contextmanager
 def replacing(path: Path, kind: FileKind, *, force: bool = False, hint: str = ELSEWHERE) -> Iterator[Path]:
-    """A new empty file beside `path`, to write into. Where the block ends well it becomes `path`; else it is removed.
+    """Yield a new empty file beside `path`, to write into. Where the block ends well it becomes `path`; else it is
+    removed.
 
     Nobody else can read or write it before. Raises InputError where `path` must not be replaced (see
     `check_replaceable`), or cannot be written; `hint` says what to do then.
@@ -38,17 +39,17 @@ def replacing(path: Path, kind: FileKind, *, force: bool = False, hint: str = EL
 
 
 def write_text(path: Path, text: str, kind: FileKind, *, force: bool = False, hint: str = ELSEWHERE) -> Path:
-    """Writes `text` in UTF-8 as `replacing` does, as it stands: no line end is changed."""
+    """Write `text` in UTF-8 by means of `replacing`, with its line ends unchanged; return `path`."""
     with replacing(path, kind, force=force, hint=hint) as draft:
         draft.write_bytes(text.encode())
     return path
 
 
 def check_replaceable(path: Path, kind: FileKind, *, force: bool = False, hint: str = ELSEWHERE) -> Path:
-    """Where a file for `path` is to be written: `path`, or what it is a link to.
+    """Return where a file for `path` is to be written: `path`, or the target where that is a link.
 
-    Raises InputError where something else than a file is there, or, unless `force`, a file that is not of this kind of
-    ours."""
+    Raises InputError where something else than a file is there, or, unless `force`, a file that mbproj did not write as
+    one of this `kind`."""
     try:
         target = Path(os.path.realpath(path)) if path.is_symlink() else path
         mode = target.stat().st_mode
@@ -69,7 +70,7 @@ def check_replaceable(path: Path, kind: FileKind, *, force: bool = False, hint: 
 
 
 def make_folder(folder: Path, hint: str = ELSEWHERE) -> Path:
-    """The folder, made where it was missing. Raises InputError where it cannot be made."""
+    """Make the folder where it is missing, and return it. Raises InputError where it cannot be made."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -79,13 +80,13 @@ def make_folder(folder: Path, hint: str = ELSEWHERE) -> Path:
 
 
 def cannot_write(path: Path, error: OSError, hint: str) -> InputError:
-    """A file that the system does not let us write."""
+    """The InputError for a file that the operating system does not let mbproj write."""
     return InputError(Problem(f"cannot write '{path}': {error.strerror or error}", hint=hint))
 
 
 def _new_file(target: Path) -> tuple[Path, int]:
-    """A new file beside `target` that its owner alone can read, and the permissions that it is to have in the end:
-    those of the file that it replaces, or those that a new file gets here."""
+    """Make a file beside `target` that its owner alone can read. Return it, and the permissions that it is to have in
+    the end: those of the file that it replaces, or those that a new file gets here."""
     draft = target.with_name(f".mbproj-{os.urandom(8).hex()}{target.suffix[:8]}")
     descriptor = os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)
     try:

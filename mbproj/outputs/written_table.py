@@ -17,15 +17,16 @@ OPTION = Place("--write-table")
 
 
 def check_table(path: Path | None, first: Sequence[str], *, force: bool = False) -> None:
-    """Whether a table whose first columns have these headings can be written there; nothing for None.
+    """Check that a table whose first columns have the headings `first` can be written to `path`; None asks for none.
 
-    Raises InputError at --write-table where the name has another ending, or something else stands there."""
+    Raises InputError at --write-table where the name has another ending, or `path` holds something else."""
     if path is not None:
         check_replaceable(path, _kind(path, first), force=force)
 
 
 def write_table(path: Path, headings: Sequence[str], rows: Iterable[Sequence[Any]], *, force: bool = False) -> Path:
-    """Writes it: all digits in CSV, six in LaTeX and Markdown; None is an empty cell. Raises InputError as above."""
+    """Write the table and return `path`: all digits in CSV, six in LaTeX and Markdown; None is an empty cell. Raises
+    InputError as `check_table` does."""
     check_table(path, headings, force=force)
     filled = [["" if value is None else value for value in row] for row in rows]
     return _WRITERS[path.suffix.lower()](path, headings, filled, force=force)

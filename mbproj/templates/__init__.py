@@ -1,4 +1,4 @@
-"""Scene files to begin with, written by `mbproj new`: readable, commented, and with what they expect of their run."""
+"""Scene files to begin with, written by `mbproj new`: readable, commented, and with expectations that a run checks."""
 
 from mbproj.templates.registry import OPTIONS, TEMPLATES, Template, written
 

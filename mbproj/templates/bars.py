@@ -33,25 +33,25 @@ class _Bar(NamedTuple):
 
 
 def chain(values: Values, spatial: bool) -> Iterator[str]:
-    """Links in a row."""
+    """Yield the lines of a chain: bars in a row."""
     links = values.count("links")
     yield "# Bars in a row, the first on the ground, straight at the start. The motion is chaotic: look at when two"
     yield "# runs with different tolerances part (mbproj compare-results)."
-    yield from _scene("Chain", values, _grown([(number - 1, 1) for number in range(links)]), spatial)
+    yield from _scene("Chain", values, _placed_bars([(number - 1, 1) for number in range(links)]), spatial)
     yield "  stretched: {marker: end, quantity: position, component: norm, at: maximum, source: the bars are rigid,"
     yield "              below: reach * (1 + 1e-12)}"
 
 
 def tree(values: Values, spatial: bool) -> Iterator[str]:
-    """A binary tree."""
+    """Yield the lines of a binary tree of bars."""
     links = values.count("links")
     yield "# A binary tree: two bars hang on the end of each, one to either side."
     family = [((number - 1) // 2, 1 if number % 2 == 0 else -1) for number in range(links)]
-    yield from _scene("Tree", values, _grown(family), spatial)
+    yield from _scene("Tree", values, _placed_bars(family), spatial)
 
 
-def _grown(family: Iterable[tuple[int, int]]) -> list[_Bar]:
-    """The bars, of their parents and sides."""
+def _placed_bars(family: Iterable[tuple[int, int]]) -> list[_Bar]:
+    """The bars with their places, from the (parent, side) of each; a parent stands before its children."""
     bars: list[_Bar] = []
     for parent, side in family:
         above = bars[parent] if parent >= 0 else None
@@ -97,10 +97,11 @@ def _scene(title: str, values: Values, bars: list[_Bar], spatial: bool) -> Itera
 
 
 def _pin(number: int, bar: _Bar, spatial: bool) -> Iterator[str]:
-    """The joint of a bar: about y, or in space every second about the normal of the bar in the plane of the start."""
-    out = spatial and bar.depth % 2 == 1
+    """Yield the lines of the joint of a bar. It turns about y; in space every second one turns about the bar's normal
+    in the x-z plane."""
+    out_of_plane = spatial and bar.depth % 2 == 1
     normal = f"[cos(angle), 0, {'' if bar.side > 0 else '-'}sin(angle)]"
-    axis = f"{normal}, speed: kick" if out else "[0, 1, 0]"
+    axis = f"{normal}, speed: kick" if out_of_plane else "[0, 1, 0]"
     parent = f"bar{bar.parent + 1}" if bar.parent >= 0 else "ground"
     yield f"  pin{number + 1}: {{type: revolute, bodies: [{parent}, bar{number + 1}],"
     yield f"    location: [{bar.across} * across, 0, -{bar.down} * down], axis: {axis}}}"

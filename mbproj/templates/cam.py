@@ -1,4 +1,4 @@
-"""A cam, its roller follower and a spring: what is chosen for a lift law, a speed and a mass."""
+"""A cam, its roller follower and a spring, designed for a lift law, a speed and a mass."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ DEFAULTS = {"radius": "40 mm", "mass": "0.5 kg", "speed": "30 rad/s"}
 
 
 def cam(values: Values) -> Iterator[str]:
-    """A disc cam whose follower may lift off, with a spring that is just strong enough."""
+    """Yield the lines of a disc cam whose follower may lift off, with a spring that is just strong enough."""
     yield from (
         "# A disc cam lifts a roller follower against a spring: up over 120 deg, a dwell of 60 deg, down, and a dwell.",
         "# The contact may open: with --set reserve=0.3 the spring is too weak: the follower flies. See the profile by",

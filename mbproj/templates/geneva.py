@@ -1,4 +1,4 @@
-"""A Geneva drive that turns freely: the energy stays, and the speed of the driver follows exactly."""
+"""A Geneva drive that turns freely: its energy is constant, which gives the speed of the driver in closed form."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ DEFAULTS = {"slots": "4", "length": "100 mm", "mass": "1 kg", "speed": "10 rad/s
 
 
 def geneva(values: Values) -> Iterator[str]:
-    """A driver and a wheel at a distance, through two turns and to the middle of a slot."""
+    """Yield the lines of a driver and a slotted wheel; the run takes two turns and ends in the middle of a slot."""
     yield from (
         "# A Geneva drive: in each of its turns the pin of the driver turns the wheel by one slot, and then its disc",
         "# holds the wheel. Nothing drives it: the driver slows down while the wheel turns, and gets all of it back.",

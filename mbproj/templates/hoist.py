@@ -1,4 +1,4 @@
-"""A drum, a rope and a moving block: the load falls, with the fall and the tension of the rope exactly."""
+"""A drum, a rope and a moving block whose load falls; the fall and the tension of the rope have closed forms."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ DEFAULTS = {"radius": "10 cm", "mass": "50 kg", "length": "2 m"}
 
 
 def hoist(values: Values) -> Iterator[str]:
-    """A hoist whose load falls by a length."""
+    """Yield the lines of a hoist whose load falls by the option `length`."""
     yield from (
         "# A hoist whose brake has failed: the load hangs on a moving block, around which a rope runs from the drum to",
         "# the ceiling. So two strands carry it, and the drum pays out twice as much rope as the load falls.",

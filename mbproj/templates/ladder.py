@@ -12,7 +12,7 @@ DEFAULTS = {"loops": "3", "length": "1 m", "mass": "1 kg"}
 
 
 def ladder(values: Values) -> Iterator[str]:
-    """So many loops."""
+    """Yield the lines of a ladder with as many loops as its option says."""
     loops = values.count("loops")
     yield from (
         "# A ladder of parallelograms: two rails and a rung, on which the next two rails hang. Each loop is closed by",

@@ -30,7 +30,8 @@ MOTION = ("motions:", "  drive: {joint: A, angle: {constant_speed: speed}}")
 
 
 def slider_crank(values: Values) -> Iterator[str]:
-    """A crank, a rod and a slider in line with the crank's axis."""
+    """Yield the lines of a crank, a rod and a slider in line with the crank's axis. Raises InputError where the crank
+    cannot go round."""
     if not values.number["rod"] > values.number["crank"]:
         raise InputError(refused("rod", "is not longer than the crank, which cannot go round", "give a longer rod"))
     yield from (
@@ -82,7 +83,7 @@ def slider_crank(values: Values) -> Iterator[str]:
 
 
 def four_bar(values: Values) -> Iterator[str]:
-    """A crank-rocker."""
+    """Yield the lines of a crank-rocker. Raises InputError where the crank cannot go round."""
     lengths = {name: values.number[name] for name in ("crank", "coupler", "rocker", "frame")}
     crank, *others = lengths.values()
     if not (crank < min(others) and crank + max(others) < sum(others) - max(others)):
@@ -127,7 +128,7 @@ def four_bar(values: Values) -> Iterator[str]:
 
 
 def _pose(suffix: str, angle: str, when: str) -> Iterator[str]:
-    """Parameters for the pose where the crank is at `angle`."""
+    """Yield the parameters, their names ending in `suffix`, for the pose where the crank is at `angle`."""
     s = suffix
     yield f"  # {when}: the line of sight from the crank's end to the rocker's pivot, the coupler's angle and end,"
     yield "  # and the rocker's angle"

@@ -9,12 +9,12 @@ from mbproj.errors import InputError
 from mbproj.templates.values import Values, refused
 
 DEFAULTS = {"length": "1 m", "mass": "1 kg", "angle": "60 deg"}
-#: Means of the arithmetic-geometric mean: each doubles the number of right digits.
+#: Steps of the arithmetic-geometric mean: each doubles the number of correct digits.
 MEANS = 7
 
 
 def pendulum(values: Values) -> Iterator[str]:
-    """A pendulum over two periods."""
+    """Yield the lines of a pendulum over two periods. Raises InputError for an angle that gives no swing."""
     if not 0.0 < abs(values.number["angle"]) < pi:
         raise InputError(refused("angle", "must be between 0 and 180 deg", "it is counted from hanging straight down"))
     yield from (
@@ -64,9 +64,10 @@ def pendulum(values: Values) -> Iterator[str]:
 
 
 def closed_and_kept(drift: str, energy: str = "", size: float = 1.0) -> Iterator[str]:
-    """What every scene expects: joints closed as far as coordinates of `size` in m can say. Energy is kept to the part
-    `drift` of `energy`, an expression in J; where none is given, of what the run exchanges."""
+    """Yield the expectations that scenes share: joints closed to the round-off of coordinates of `size` in m, and
+    energy kept. Its drift is below `drift` times `energy`, an expression in J; where that is "", times the energy that
+    the run exchanges."""
     bound = f"{max(1e-12, 2e-15 * size):.1e}"
     yield f"  closed: {{diagnostic: position_violation, at: maximum, below: {bound}, source: joints are closed}}"
-    of, below = ("energy_drift", f"{drift} * {energy}") if energy else ("energy_drift_relative", drift)
-    yield f"  energy: {{diagnostic: {of}, at: maximum, below: {below}, source: balance of energy}}"
+    diagnostic, below = ("energy_drift", f"{drift} * {energy}") if energy else ("energy_drift_relative", drift)
+    yield f"  energy: {{diagnostic: {diagnostic}, at: maximum, below: {below}, source: balance of energy}}"

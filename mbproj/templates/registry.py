@@ -1,4 +1,4 @@
-"""The templates by name."""
+"""The templates of `mbproj new`, by name."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from mbproj.templates.values import OPTIONS, Values, values_of
 
 @dataclass(frozen=True)
 class Template:
-    """One line on it, its options with their defaults, and the function that writes its lines; `spatial` ones come in a
-    plane or in space."""
+    """A template: a summary, its options with their defaults, and the function that yields the lines of its scene.
+    `spatial` ones come in a plane or in space."""
 
     summary: str
     defaults: Mapping[str, str]
@@ -37,9 +37,10 @@ TEMPLATES: Mapping[str, Template] = {
 
 
 def written(name: str, given: Mapping[str, str], spatial: bool = False) -> str:
-    """The scene file of the template `name`, with the numbers `given` by option, units and all.
+    """The text of the scene file of the template `name`; `given` are numbers by option, as texts with their units.
 
-    Raises InputError for an option that it does not have, a number that cannot be, or lengths that make no mechanism.
+    Raises InputError for an option that the template does not have, a number that its option does not take, or lengths
+    that make no mechanism.
     """
     template = TEMPLATES[name]
     if spatial and not template.spatial:

@@ -12,7 +12,7 @@ DEFAULTS = {"links": "6", "length": "1 m", "mass": "1 kg", "speed": "3 rad/s"}
 
 
 def star(values: Values) -> Iterator[str]:
-    """A hub with so many bars."""
+    """Yield the lines of a hub with as many bars as the option `links` says."""
     links = values.count("links")
     yield from (
         "# A hub turns about the vertical; bars hang from its rim, each on a pin along the rim, and swing outwards.",

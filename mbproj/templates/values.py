@@ -1,4 +1,4 @@
-"""What a template is given: numbers, as they were written and as they are."""
+"""The numbers that a template is given, by option: as they were written, and in SI units."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from mbproj.scene.fields.fields import Field
 from mbproj.scene.fields.given import given_number
 from mbproj.scene.fields.quantities import Integer, Number
 
-#: The most bodies or loops of a scene: the reader takes more, but nobody would read it.
+#: The most links, loops or slots of a template: the reader would take more, but nobody could read such a scene.
 MOST = 5000
 
 
 @dataclass(frozen=True)
 class Option:
-    """An option of `mbproj new`: what its text is read as, and what it says."""
+    """An option of `mbproj new`: the field that reads its text, and its help."""
 
     field: Field[float]
     help: str
@@ -48,16 +48,17 @@ class Values:
     number: Mapping[str, float]
 
     def count(self, option: str) -> int:
-        """A whole number."""
+        """The value of an option that is a whole number."""
         return int(self.number[option])
 
     def parameters(self, *options: str) -> list[str]:
-        """Lines for the block `parameters`."""
+        """The lines of these options for the block `parameters` of the scene."""
         return [f"  {option}: {self.text[option]}" for option in options]
 
 
 def values_of(given: Mapping[str, str], defaults: Mapping[str, str], what: str) -> Values:
-    """The values of a template called `what`. Raises InputError for an option that it does not have or a bad number."""
+    """Read the values of a template called `what`; an option that is not in `given` has its default. Raises InputError
+    for an option that the template does not have, or a number that cannot be read."""
     problems = []
     for option in given:
         if option not in defaults:
@@ -81,5 +82,5 @@ def values_of(given: Mapping[str, str], defaults: Mapping[str, str], what: str) 
 
 
 def refused(option: str, why: str, hint: str) -> Problem:
-    """A number that makes no mechanism."""
+    """The problem of an option whose number makes no mechanism."""
     return Problem(f"'{option}' {why}", Place(f"--{option}"), hint)

@@ -1,4 +1,4 @@
-"""A drum that winds up a load: two coordinates that a row couples, with the fall and the force in the rope exactly."""
+"""A drum whose load falls: a row couples the two coordinates; the fall and the force in the rope have closed forms."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ DEFAULTS = {"radius": "10 cm", "mass": "50 kg", "length": "2 m"}
 
 
 def winch(values: Values) -> Iterator[str]:
-    """A winch whose load falls by a length."""
+    """Yield the lines of a winch whose load falls by the option `length`."""
     yield from (
         "# A load hangs on the drum of a winch whose brake has failed. A coupling says that the load rises by what the",
         "# drum winds up. So both fall as one mass, m + J / r². Change the row to see other couplings:",
