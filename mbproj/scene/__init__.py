@@ -1,6 +1,6 @@
 """The scene file: YAML text -> frozen records whose every value knows its place.
 
-The records alone are cheap to import; the reader comes when it is first used.
+The records alone are cheap to import; the reader is imported when it is first used.
 """
 
 from __future__ import annotations

@@ -46,7 +46,8 @@ class PlacedShape:
 
 @dataclass(frozen=True)
 class MeshFile:
-    """A mesh in a file, by its path from the scene's folder; `scale` makes metres of its numbers. Placed as a shape."""
+    """A mesh in a file, by its path from the scene's folder. Its numbers times `scale` are metres. `position` and
+    `orientation` are those of a `PlacedShape`."""
 
     file: str
     scale: float = 1.0
@@ -56,8 +57,8 @@ class MeshFile:
 
 @dataclass(frozen=True)
 class Appearance:
-    """How a body is drawn: `colour` #rrggbb (None: one of its own), `opacity` up to 1, `shapes` or a `mesh` instead of
-    those that its mass comes from."""
+    """How a body is drawn: `colour` #rrggbb (None: the figure chooses one), `opacity` up to 1. `shapes` or a `mesh` are
+    drawn in place of the shapes that give its mass."""
 
     colour: str | None = None
     opacity: float = 1.0

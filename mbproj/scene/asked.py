@@ -1,4 +1,4 @@
-"""What a scene asks of a run: how constraints are enforced, how time goes on, what is recorded, what is expected."""
+"""The settings of a run, and the expectations that its results have to meet, as frozen records."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ from mbproj.dataclass import dataclass
 
 @dataclass(frozen=True)
 class ProjectionSettings:
-    """How the constraints are enforced. `tolerance` None: max(1e-13, 4 ε × the largest coordinate) for the violation
-    test, 1e-12 for the paper's. `threshold` (violation) None: by `every` alone. `alpha`, `gains`: None where the
-    method has no such option. `energy`, `momentum`: whether velocities keep the energy balance and momenta, too."""
+    """How the constraints are enforced. `tolerance` None is max(1e-13, 4 ε × the largest coordinate) for the test
+    "violation", and 1e-12 for the test "paper". A correction is made every `every` steps, with a `threshold` only
+    where the violation exceeds it. `alpha` and `gains` are None where the method has no such option. With `energy` or
+    `momentum` the velocity correction keeps the energy balance or the momenta, too."""
 
     method: str = "gpopm"
     tolerance: float | None = None
@@ -52,7 +53,7 @@ class Settings:
 
 
 class Passage(NamedTuple):
-    """Where a joint coordinate ("crank.angle") first has a value in its `unit`; angles modulo a turn."""
+    """The first time at which a joint coordinate ("crank.angle") has a value in its `unit`; angles modulo a turn."""
 
     coordinate: str
     value: float
@@ -61,11 +62,12 @@ class Passage(NamedTuple):
 
 @dataclass(frozen=True)
 class Expectation:
-    """What a run has to find: a `value` within `tolerance`, or at most `below`, or at least `above`, by its `source`.
+    """A result that a run has to give: a `value` within `tolerance`, or at most `below`, or at least `above`. `source`
+    says where the number comes from.
 
-    `of` ("marker", .., "diagnostic") and `item` say of what; `quantity` is of `mbproj.scene.blocks.observables`, in the
-    SI unit `unit`; `component` "x", "y", "z", "norm" or "" for all; `over` the input of a ratio; `between` the markers
-    of a transmission angle; `at` a time in s, a passage, or one of `MOMENTS` there."""
+    `of` ("marker", .., "diagnostic") is the kind of the `item`. `quantity` is one of `mbproj.scene.blocks.observables`,
+    in the SI unit `unit`; `component` is "x", "y", "z", "norm" or "" for all. `over` is the input of a ratio, `between`
+    the markers of a transmission angle. `at` is a time in s, a passage, or one of `observables.MOMENTS`."""
 
     name: str
     of: str

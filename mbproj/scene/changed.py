@@ -1,4 +1,5 @@
-"""What `Scene.with_` and `Scene.to_yaml` do: a scene read again with changes, and written with them."""
+"""Implements `Scene.with_` and `Scene.to_yaml`: a scene read again with changes, or written with them; and its display
+in a prompt and a notebook."""
 
 from __future__ import annotations
 
@@ -14,12 +15,12 @@ from mbproj.scene.text.changes import changed
 from mbproj.scene.text.document import compose
 from mbproj.scene.text.nodes import MappingNode, document, flow, from_value
 
-#: So many items of a kind are shown.
+#: The most items of a kind that a prompt shows.
 SHOWN = 6
 
 
 def with_changes(scene: Scene, changes: Mapping[str, object]) -> Scene:
-    """The scene with these values. Settings that Python has given hold, unless the changes name them."""
+    """The scene with these values. Settings that were given in Python stay, unless the changes name them."""
     again = _read(scene, {**scene.overrides, **changes})
     named = {("simulation", *path) for path in values_of(again)} & {tuple(name.split(".")) for name in changes}
     given = {path: value for path, value in scene.given_settings.items() if ("simulation", *path) not in named}
@@ -28,8 +29,8 @@ def with_changes(scene: Scene, changes: Mapping[str, object]) -> Scene:
 
 
 def to_yaml(scene: Scene) -> str:
-    """A text that reads the same. Comments are lost where something was changed. Raises InputError where no text can
-    say it: expectations after the end of a run that Python made shorter, for one."""
+    """A text from which the same scene is read. Comments are lost where something was changed. Raises InputError where
+    there is no such text, as for expectations after the end of a run that was made shorter in Python."""
     if scene.elements:
         raise ValueError(f"elements from Python cannot be written: {', '.join(each.name for each in scene.elements)}")
     settings = {".".join(map(str, ("simulation", *path))): value for path, value in scene.given_settings.items()}
@@ -44,9 +45,9 @@ def to_yaml(scene: Scene) -> str:
 
 
 def given_settings(scene: Scene) -> dict[KeyPath, object]:
-    """The settings that the scene has beside those of its text, which is read again."""
-    own = values_of(_read(scene, scene.overrides))
-    return {path: value for path, value in values_of(scene).items() if own.get(path) != value}
+    """The settings of the scene that differ from those of its text, which is read again: they were given in Python."""
+    of_text = values_of(_read(scene, scene.overrides))
+    return {path: value for path, value in values_of(scene).items() if of_text.get(path) != value}
 
 
 def _read(scene: Scene, changes: Mapping[str, object]) -> Scene:
@@ -54,20 +55,20 @@ def _read(scene: Scene, changes: Mapping[str, object]) -> Scene:
 
 
 def as_text(scene: Scene) -> str:
-    """What a prompt shows of a scene."""
+    """The text that a prompt shows of a scene."""
     lines = _lines(scene)
     width = max(len(word) for word, _ in lines)
     return "\n".join([f"Scene: {scene.title or 'untitled'}", *(f"  {word:{width}}  {what}" for word, what in lines)])
 
 
 def as_html(scene: Scene) -> str:
-    """What a notebook shows of it: a table."""
+    """The table that a notebook shows of a scene."""
     cells = (f"<tr><th>{escape(word)}</th><td>{escape(what)}</td></tr>" for word, what in _lines(scene))
     return f"<table><caption>{escape(scene.title or 'untitled')}</caption>{''.join(cells)}</table>"
 
 
 def _lines(scene: Scene) -> list[tuple[str, str]]:
-    """What is shown of a scene: a word, and what it is."""
+    """The lines that are shown of a scene, as (word, items)."""
     settings = scene.settings
     step = f"step {settings.step:g} s" if settings.step is not None else ""
     step = f"tolerance {settings.tolerance:g}" if settings.tolerance is not None else step

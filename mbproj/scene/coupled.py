@@ -1,4 +1,4 @@
-"""What couples coordinates of joints: gears, racks, belts, differentials, and sums of any."""
+"""The row that couples coordinates of joints: of gears, racks, belts, differentials, and weighted sums."""
 
 from __future__ import annotations
 
@@ -11,12 +11,13 @@ from mbproj.functions.program import Program
 
 @dataclass(frozen=True)
 class Coupled:
-    """Σ kᵢ sᵢ - function(s₀) = constant, with the weights kᵢ of the coordinates sᵢ, s₀ the first, by name: "A.angle".
+    """The row Σ kᵢ sᵢ - function(s₀) = constant. `of` has the weights kᵢ by the names of the coordinates sᵢ, as
+    "A.angle"; s₀ is the first.
 
     SI units and radians; the row is in m where a coordinate is a length, else in rad. Without a constant the sum keeps
-    what it is at the scene's pose; where there is a function, the constant is 0 then. `period`: what whole turns of the
-    angles may change it by; None: what follows from the weights and the function. `units`: those that weights are
-    written with, "" for none."""
+    its value at the scene's pose, or is 0 where there is a function. Whole turns of the angles may change the sum by
+    multiples of `period`; None: it follows from the weights and the function. `units` are those in which the scene
+    gives the weights, "" for none."""
 
     of: Mapping[str, float]
     function: Program | None = None

@@ -10,7 +10,7 @@ from mbproj.functions.program import Program
 
 @dataclass(frozen=True)
 class Bearing:
-    """How a joint's reaction presses what slides.
+    """The bearing of a joint: how the joint's reaction presses the surfaces that slide.
 
     On an angle `radius` and `axial_radius` are the arms, in m, of the friction by the radial and by the axial force
     (None: that force causes none); on a screw without `axial_radius` the `radius` is that of its thread. `length` in m:
@@ -25,7 +25,7 @@ class Bearing:
 
     @property
     def has_arm(self) -> bool:
-        """Whether it turns a force into a torque."""
+        """Whether the bearing has an arm, by which a force causes a torque of friction."""
         return self.radius is not None or self.axial_radius is not None
 
 
@@ -35,9 +35,9 @@ class DryFriction:
 
         sliding + (static - sliding) exp(-(s'/stribeck_speed)²)
 
-    or with `sliding` alone without `stribeck_speed`, and holds as long as what holds is not more than `static`. Both
-    are in N m or N, or coefficients of the load of the `bearing`; functions where they change in a run. With
-    `regularised`, in rad/s or m/s, friction is that times tanh(s'/regularised) and never holds.
+    or with `sliding` alone where there is no `stribeck_speed`. It sticks while the force that this takes is at most
+    `static`. Both are in N m or N, or coefficients of the load of the `bearing`; functions where they change in a run.
+    With `regularised`, in rad/s or m/s, friction is that times tanh(s'/regularised) and never sticks.
     """
 
     unit: str
@@ -49,5 +49,5 @@ class DryFriction:
 
     @property
     def varies(self) -> bool:
-        """Whether it changes in a run by what a function says."""
+        """Whether a function makes the friction change during a run."""
         return isinstance(self.sliding, Program) or isinstance(self.static, Program)

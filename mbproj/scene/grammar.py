@@ -1,4 +1,4 @@
-"""The scene format: what each key is. Everything that is read, refused or said about a key follows from here."""
+"""The scene format: the field of each key. The reader, its messages and the schema all follow from these tables."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ from mbproj.scene.fields.quantities import Number, position_in
 from mbproj.scene.fields.vectors import vector
 from mbproj.scene.records import GROUND, Joint, Marker, Orientations, Pair
 
-#: The key that gives the axes, by the frame of the joint type.
+#: The keys that give the axes of a joint, by the frame of its type.
 FRAME_KEYS: Mapping[str, Mapping[str, Field[Placed]]] = {
     "point": {},
     "axis": {"axis": AXIS},
@@ -74,7 +74,7 @@ FRAME_KEYS: Mapping[str, Mapping[str, Field[Placed]]] = {
 
 NOWHERE = Pair((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 JOINT_TYPE = Choice("joint type", lambda: JOINTS)
-#: What a coupler takes in place of names of joints.
+#: The keys of a coupler in place of the names of joints.
 COUPLER: Mapping[str, Field[Any]] = {
     "of": Weights(),
     "function": Alternatives(
@@ -91,7 +91,7 @@ COUPLER: Mapping[str, Field[Any]] = {
 
 
 def _joint_variant(type_name: str, kind: JointType) -> Record[Joint]:
-    """What a joint of this type is written as."""
+    """The record that reads a joint of this type."""
     units = {name: COORDINATE_UNITS[row[0]] for name, row in kind.coordinates.items()}
     if kind.frame == "joints" and not kind.couples:
         return Record(f"a {type_name} joint", {"type": JOINT_TYPE, **COUPLER}, _coupler, ("type", "of"), named=True)
@@ -130,7 +130,7 @@ def _joint_variant(type_name: str, kind: JointType) -> Record[Joint]:
 
 
 def _on_plane(type_name: str, kind: JointType, units: Mapping[str, str]) -> Record[Joint]:
-    """What a joint of this type is written as, whose body 2 is on a plane of body 1."""
+    """The record that reads a joint of this type, whose body 2 stays on a plane of body 1."""
     own: dict[str, Field[Any]] = {
         "plane": PLANE,
         "centre": BODY_POINT,
@@ -146,7 +146,7 @@ def _on_plane(type_name: str, kind: JointType, units: Mapping[str, str]) -> Reco
 
 
 def _of_coordinates(type_name: str, units: Mapping[str, str]) -> dict[str, Field[Any]]:
-    """The keys of a joint that go by its coordinates, with their units."""
+    """The keys of a joint with a value for each coordinate; `units` are those of its coordinates, by name."""
     if not units:
         return {}
     inertias = {name: Number(INERTIA_UNITS[unit], minimum=0.0) for name, unit in units.items()}
@@ -160,7 +160,8 @@ def _of_coordinates(type_name: str, units: Mapping[str, str]) -> dict[str, Field
 
 
 def _each(what: str, numbers: Mapping[str, Field[float]]) -> Field[dict[str, float]]:
-    """A number for each coordinate of a joint that is wanted, by name; a number alone where the joint has but one."""
+    """The field of numbers by coordinate of a joint, none of which is required; a number alone where the joint has one
+    coordinate."""
     if len(numbers) > 1:
         return Record(what, numbers, dict)
     (number,) = numbers.values()
@@ -205,7 +206,8 @@ def _joint(
 
 
 def _coupling(name: str, type: str, joints: tuple[str, ...], **parameters: Any) -> Joint:
-    """Its bodies are those of the joints it couples, which `read` fills in, as it does which coordinates."""
+    """The joint of a coupling. `read` fills in its bodies, which are those of the joints it couples, and the names of
+    the coordinates."""
     coupling = JOINTS[type].coupling
     assert coupling is not None
     ratio = coupling(**parameters)
@@ -226,7 +228,7 @@ def _coupler(
 
 
 def _joint_variants() -> dict[str, Record[Joint]]:
-    """A record for each type, which knows what the others take."""
+    """The record of each type of joint, by name. Each knows the keys of the others, for its messages."""
     records = {name: _joint_variant(name, kind) for name, kind in JOINTS.items()}
     every = frozenset(key for record in records.values() for key in record.keys)
     return {name: replace(record, elsewhere=every) for name, record in records.items()}
@@ -245,7 +247,7 @@ MARKER: Record[Marker] = Record(
     named=True,
 )
 
-#: `parameters` comes first: reading it defines what the numbers after it may name.
+#: `parameters` comes first: reading it defines the names that later numbers may use.
 SCENE: Record[dict[str, Any]] = Record(
     "a scene",
     {

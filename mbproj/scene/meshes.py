@@ -17,9 +17,9 @@ from mbproj.scene.appearance import MeshFile
 from mbproj.scene.fields.rotations import to_matrix
 from mbproj.scene.records import Scene
 
-#: Triangles of all meshes of a scene, and bytes of one file, that are drawn at most.
+#: The most triangles of all meshes of a scene, and the most bytes of one file.
 MOST_TRIANGLES, MOST_BYTES = 200_000, 32_000_000
-#: No vertex is drawn that is further from the centre of mass, in m: pages have single precision, and square lengths.
+#: The largest distance of a vertex from the centre of mass, in m: pages square lengths in single precision.
 FARTHEST = 1e15
 FEWER = "take a coarser mesh, or reduce this one, with MeshLab's quadric edge collapse for instance"
 
@@ -34,10 +34,10 @@ class TriangleMesh:
 
 
 def meshes_of(scene: Scene) -> dict[str, TriangleMesh]:
-    """By body. Raises InputError with the place of each that cannot be read, or is too large.
+    """The meshes of a scene by body. Raises InputError with the place of each mesh that cannot be read or is too large.
 
-    Where they cannot be looked for, because trimesh or the scene's own file is not there, a warning says so: a mesh has
-    no say in the motion."""
+    Where trimesh is not installed, or the scene has no file of its own, a warning says so and no mesh is read: meshes
+    have no effect on the motion."""
     looks = {body.name: body.appearance for body in scene.bodies if body.appearance is not None}
     wanted = {name: look.mesh for name, look in looks.items() if look.mesh is not None}
     why_not = _why_not(scene)
@@ -60,7 +60,7 @@ def meshes_of(scene: Scene) -> dict[str, TriangleMesh]:
 
 
 class Unreadable(Exception):
-    """What is wrong with a mesh's file, and what to do."""
+    """The error of a mesh's file that cannot be read: what is wrong with it, and a hint."""
 
     def __init__(self, what: str, hint: str) -> None:
         super().__init__(what)
@@ -82,7 +82,7 @@ def _refuse_many(scene: Scene, found: Mapping[str, TriangleMesh]) -> None:
 
 
 def _triangles(folder: Path, name: str) -> tuple[Array, Integers]:
-    """What stands in the file, in its own numbers."""
+    """The vertices (k, 3), in the numbers of the file, and the triangles (m, 3) of them. Raises Unreadable."""
     import trimesh
 
     path = _inside(folder, name)
@@ -91,11 +91,11 @@ def _triangles(folder: Path, name: str) -> tuple[Array, Integers]:
     except OSError as error:
         raise Unreadable(f"cannot be read: {error.strerror}", "look at its permissions") from error
     try:
-        # From bytes and without materials: nothing that the file names is opened.
+        # Read from bytes and without materials, so that trimesh opens no other file that this one names.
         kind = path.suffix[1:].lower()
         read: Any = trimesh.load_mesh(BytesIO(data), file_type=kind, skip_materials=True, process=False)
         vertices, triangles = np.asarray(read.vertices, dtype=float), np.asarray(read.faces, dtype=np.intp)
-    except Exception as error:  # whatever trimesh stumbles over is in the file
+    except Exception as error:  # any error of trimesh is the fault of the file
         raise Unreadable("is damaged", "write it again, as binary STL for instance") from error
     if not len(triangles) or not np.isfinite(vertices).all():
         what = "has numbers that are not finite" if len(triangles) else "has no triangle"
@@ -105,7 +105,8 @@ def _triangles(folder: Path, name: str) -> tuple[Array, Integers]:
 
 
 def _inside(folder: Path, name: str) -> Path:
-    """The file, which stands in the scene's folder or below, so that a scene from elsewhere opens nothing else."""
+    """The path of the file. Raises Unreadable where it is not in the scene's folder or below: a scene from somebody
+    else must not open other files."""
     try:
         path, root = (folder / name).resolve(strict=True), folder.resolve()
     except (OSError, RuntimeError) as error:
@@ -120,7 +121,7 @@ def _inside(folder: Path, name: str) -> Path:
 
 
 def _placed(read: tuple[Array, Integers], mesh: MeshFile) -> TriangleMesh:
-    """In metres, on the body."""
+    """The mesh in m, placed on its body."""
     vertices, triangles = read
     placed: Array = mesh.scale * vertices @ np.array(to_matrix(mesh.orientation)).T + np.array(mesh.position)
     if np.abs(placed).max() > FARTHEST:

@@ -1,4 +1,4 @@
-"""Where problems stand that are found after the reading, by code that knows no file."""
+"""The places of problems that are found after the reading, by code that does not know the file."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from dataclasses import replace
 from mbproj.errors import InputError, Problem
 from mbproj.scene.records import KeyPath, Scene
 
-#: What a problem is about that says neither its place nor its key.
+#: The key that a problem is placed at where it has neither a place nor a key.
 METHOD: KeyPath = ("simulation", "projection", "method")
 
 
 def placed(problem: Problem, scene: Scene) -> Problem:
-    """The problem at its place in the scene."""
+    """The problem with its place in the scene, found by its key."""
     return problem if problem.place else replace(problem, place=scene.place(*(problem.key or METHOD)))
 
 
 @contextmanager
 def placed_in(scene: Scene) -> Iterator[None]:
-    """Gives problems of the scene's run their places."""
+    """Give problems that are raised in this block their places in the scene."""
     try:
         yield
     except InputError as error:

@@ -45,10 +45,10 @@ from mbproj.scene.text.source import MAX_BYTES, read_text
 if TYPE_CHECKING:
     from mbproj.functions.curves.track import Track
 
-#: The blocks whose items other items name.
+#: The blocks whose items other items may name.
 _REFERRED = ("bodies", "curves", "joints", "forces", "motions", "markers", "signals", "states", "controllers")
 _NOTHING: Mapping[str, Any] = {}
-#: A text that is longer is not held in memory after it was read.
+#: The most characters of a text that stays in memory after it was read.
 KEPT_CHARACTERS = 100_000
 
 
@@ -70,8 +70,8 @@ def read_scene_text(
     parameters: Mapping[str, object] = _NOTHING,
     simulation: Mapping[str, object] = _NOTHING,
 ) -> Scene:
-    """The scene in `text`, which messages call `name`; otherwise as `read_scene`. `text` may also be what YAML would
-    make of it: a mapping with names, numbers, lists and mappings. Raises TypeError where `name` is no text."""
+    """The scene in `text`, which messages call `name`; otherwise as `read_scene`. `text` may also be a mapping with
+    names, numbers, lists and mappings, as a YAML reader returns it. Raises TypeError where `name` is no text."""
     if not isinstance(name, str):
         raise TypeError("the second argument is what messages call the text: give parameters={...} by its name")
     if isinstance(text, Mapping):
@@ -82,7 +82,7 @@ def read_scene_text(
 
 
 class SceneText:
-    """A scene's text, taken apart once, from which scenes with other values are read: `scene` reads no YAML again.
+    """A scene's text, parsed once. `scene` returns scenes with other values, for which it parses no YAML again.
 
     Messages call it `name`. Raises InputError where it is no YAML, or no mapping."""
 
@@ -103,8 +103,7 @@ class SceneText:
         return reading.units
 
     def numbers(self, paths: Sequence[str], parameters: Mapping[str, object] = _NOTHING) -> list[float]:
-        """The numbers that stand at these paths, in SI, with these changes; NaN where one is left out, or is no number
-        by itself."""
+        """The numbers at these paths, in SI, with these changes; NaN where the scene has none there, or no constant."""
         root, _ = changed(self.root, parameters)
         reading = Reading(items=_items(root), places={(): root.place})
         SCENE.read(root, (), reading)
@@ -114,9 +113,8 @@ class SceneText:
         """The scene with these changes, as `read_scene` takes them."""
         root, wrong_changes = changed(self.root, parameters)
         root, from_files, wrong_files = with_matrices(root, self.path)
-        kept = (
-            self._kept if self._kept.is_full else ReadingCache() if self._is_read else None
-        )  # a single one is not taken down
+        # The first reading stores nothing, since most texts are read once.
+        kept = self._kept if self._kept.is_full else ReadingCache() if self._is_read else None
         places = {**self._kept.places, (): root.place}
         problems = [*self._problems, *wrong_changes, *wrong_files]
         reading = Reading(items=_items(root), places=places, problems=problems, kept=kept)
@@ -160,8 +158,8 @@ class SceneText:
 
 @contextmanager
 def _without_cycles() -> Iterator[None]:
-    """The search for cycles of garbage goes through all that was read, again and again: a third of the time for 10,000
-    bodies. Nodes and records have none. What was read counts as old afterwards, or it would be searched at once."""
+    """A context without the search for cycles of garbage, which took a third of the time for 10,000 bodies. Nodes and
+    records have no cycles. Afterwards all objects count as old, else the next search would go through them at once."""
     enabled = gc.isenabled()
     gc.disable()
     try:
@@ -175,7 +173,7 @@ def _without_cycles() -> Iterator[None]:
 
 
 def _number_at(root: MappingNode, path: str, reading: Reading) -> float:
-    """What stands at the path of a value, or is the parameter of this name."""
+    """The number at a path, or of the parameter with this name; NaN where there is no constant number."""
     keys = path.split(".")
     node: Node = root
     for key in keys if len(keys) > 1 else ("parameters", *keys):
@@ -192,7 +190,7 @@ def _number_at(root: MappingNode, path: str, reading: Reading) -> float:
 
 
 class _Last(threading.local):
-    """The text that a thread read last, and what it was taken apart into."""
+    """The text that a thread has read last, and its `SceneText`."""
 
     source: tuple[str, str, Path | None] | None = None
     taken_apart: SceneText | None = None
@@ -202,7 +200,7 @@ _last = _Last()
 
 
 def _taken_apart(text: str, name: str, path: Path | None) -> SceneText:
-    """A text that is read again and again, with other values, is taken apart once."""
+    """The `SceneText` of a text, or the last one where the text is the same: it may be read often with other values."""
     if _last.taken_apart is None or _last.source != (text, name, path):
         _last.source, _last.taken_apart = None, None
         taken_apart = SceneText(text, name, path)
@@ -213,7 +211,7 @@ def _taken_apart(text: str, name: str, path: Path | None) -> SceneText:
 
 
 def _connected(found: Mapping[str, Any]) -> Iterator[Joint]:
-    """The joints, with the bodies and the coordinates of those that couple others, with their curves and paths."""
+    """The joints, with references resolved: curves, paths of ropes, and the bodies and coordinates of couplings."""
     joints: Mapping[str, Joint] = found.get("joints", {})
     curves: Mapping[str, Track] = found.get("curves", {})
     for joint in joints.values():
@@ -229,19 +227,19 @@ def _connected(found: Mapping[str, Any]) -> Iterator[Joint]:
 
 
 def _on_coordinates(forces: Mapping[str, Force], joints: Mapping[str, Joint]) -> Iterator[Force]:
-    """The forces, with the coordinates named that they leave to be found."""
+    """The forces, with names for the coordinates that the scene leaves out."""
     for force in forces.values():
         yield with_coordinates(force, joints) if isinstance(force, JointForce) else force
 
 
 def _check_times(found: Mapping[str, Any], reading: Reading) -> None:
-    """Report times of expectations that the scene's own settings do not record; the command line may change those."""
+    """Report times of expectations at which the scene's own settings give no sample; options may change these."""
     for complaint in unsampled(found.get("expect", {}), settings_of(flatten(found.get("simulation", {})))):
         reading.report(complaint.message, reading.places[complaint.path], complaint.hint)
 
 
 def _items(root: MappingNode) -> dict[str, dict[str, None]]:
-    """The names of the items of the blocks that are referred to, be the items right or wrong."""
+    """The names of the items that others may name, by block; an item may have faults."""
     blocks = {key: as_mapping(root.values[key]) for key in _REFERRED if key in root.values}
     return {key: dict.fromkeys(block.keys) for key, block in blocks.items() if block is not None}
 
@@ -249,13 +247,13 @@ def _items(root: MappingNode) -> dict[str, dict[str, None]]:
 def _settings(
     root: MappingNode, found: Mapping[str, Any] | None, options: Mapping[str, object], reading: Reading
 ) -> Settings | None:
-    """The settings, from the scene's block, which is found unless something is wrong, and the options; None where one
-    of them is wrong, which is reported."""
+    """The settings of the scene's block with the options over them; None where one is wrong, which is reported. `found`
+    are the blocks as read, None where the scene has a fault."""
     block = None if found is None else found.get("simulation")
     if block is None:
         node = root.values.get("simulation", ScalarNode("", root.place))
-        unheard = Reading(names=reading.names)  # its problems are reported already
-        block = SIMULATION.read(node, ("simulation",), unheard)
+        apart = Reading(names=reading.names)  # a second reading: its problems are reported already
+        block = SIMULATION.read(node, ("simulation",), apart)
     command = Reading(names=reading.names, problems=reading.problems)
     commanded = read_options(options, command)
     if block is None or commanded is None:
@@ -269,7 +267,7 @@ def _settings(
 
 
 def _written(value: object) -> str:
-    """A change as text that reads the same."""
+    """A change as a text from which the same value is read."""
     if isinstance(value, str):
         return value
     return flow(value.node if isinstance(value, Change) else from_value(value, Place("")))

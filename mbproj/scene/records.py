@@ -1,4 +1,4 @@
-"""What the user wrote, in SI units and radians, as frozen records. No arrays here: those begin with the System."""
+"""The scene as frozen records, in SI units and radians. There are no arrays here: the compiled System has them."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 Matrix = tuple[Vector, Vector, Vector]
-#: A value's way through the scene file, e.g. ("joints", "A", "axis").
+#: The path of a value in the scene file, e.g. ("joints", "A", "axis").
 KeyPath = tuple[str | int, ...]
 
 GROUND = "ground"
@@ -41,8 +41,8 @@ class Body:
     """A rigid body: mass in kg, inertia tensor in kg m² about the centre of mass in body axes, and its pose at start.
 
     `position` is the centre of mass in m, `orientation` the unit Euler parameters (scalar first, body to global),
-    `velocity` global in m/s, `angular_velocity` in body axes in rad/s. They are the guess of assembly, but for a pose
-    `start`. `shapes`, where its mass comes from some, and `appearance` are what it looks like."""
+    `velocity` global in m/s, `angular_velocity` in body axes in rad/s. Assembly starts from them, or from the pose
+    `start`. The body is drawn by its `appearance`, or the `shapes` that give its mass."""
 
     name: str
     mass: float
@@ -58,10 +58,10 @@ class Body:
 
 @dataclass(frozen=True)
 class Pair:
-    """A point or a direction as each of a joint's two bodies has it.
+    """A point or a direction on each of a joint's two bodies.
 
-    `local` says in which axes: each body's own (from its centre of mass), or global at the pose that `bodies` gives.
-    One global vector serves both bodies: first == second.
+    Where `local`, each is in its body's own axes (a point from the centre of mass), else global at the pose that
+    `bodies` gives. One global vector serves both bodies: first == second.
     """
 
     first: Vector
@@ -85,11 +85,10 @@ class Joint:
 
     `axes` is None where the type has none. `start` are hard conditions on its coordinates at t = 0 (rad, m), `speed` on
     their rates (rad/s, m/s), by coordinate name. `parameters`: a pitch, a length (m), numbers of teeth, a curve.
-    `reaction`: whether the reaction of a joint that merges its bodies is wanted, so that they stay two. `couples`: what
-    a coupling couples; its `bodies` are then the second bodies of the first and the last of its joints.
-    `reflected_inertia` (kg m², kg) and `limits` are by coordinate name. `frames`: what a joint that merges its bodies
-    makes one, in the axes of each; None: the global axes at the scene's pose. `x_axis`: the direction of its x; None:
-    any.
+    `reaction`: whether a joint that merges its bodies keeps them two, so that its reaction is known. `couples`: the row
+    of a coupling; its `bodies` are then the second bodies of the first and the last of its joints.
+    `reflected_inertia` (kg m², kg) and `limits` are by coordinate name. `frames`: the axes of each body that a merging
+    joint makes coincide; None: the global axes at the scene's pose. `x_axis`: the direction of its x; None: any.
     """
 
     name: str
@@ -114,7 +113,7 @@ class Law:
 
         F = -stiffness (s - free) - damping s' + function(t, s, s')
 
-    SI units and radians. `free` None: where a spring between two points is without force follows from the pose.
+    SI units and radians. `free` None: the free length of a spring between two points is that at the scene's pose.
     """
 
     stiffness: float = 0.0
@@ -138,7 +137,7 @@ class PointForce:
 class JointForce:
     """Forces on coordinates of a joint: `laws` by coordinate, "" for the only one in `unit` ("rad", "m", None: any).
 
-    `coulomb`: dry frictions by coordinate, "" for the only one in their unit. `element`: in place of its one law.
+    `coulomb`: dry frictions by coordinate, "" for the only one in their unit. `element` takes the place of one law.
     """
 
     name: str
@@ -150,11 +149,11 @@ class JointForce:
 
     @property
     def coordinates(self) -> tuple[str, ...]:
-        """Those on which it acts."""
+        """The coordinates on which the force acts."""
         return tuple(dict.fromkeys((*self.laws, *self.coulomb)))
 
     def called(self, coordinate: str) -> str:
-        """What results call it where it acts along this one: by its name, with the coordinate where it has several."""
+        """The name in results of the force along a coordinate: its own, with the coordinate where it has several."""
         return f"{self.name}.{coordinate}" if len(self.coordinates) > 1 else self.name
 
 
@@ -182,8 +181,8 @@ NO_MATRIX: Matrix = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 class Bushing:
     """An elastic element between a frame of bodies[0] and one of bodies[1], with their origins at `points`.
 
-    Along the relative translation and the rotation vector it acts with preload - stiffness s - damping s'. Each of the
-    three is (of the translation, of the rotation).
+    It acts with preload - stiffness s - damping s' on the relative translation and on the rotation vector s. Each of
+    the three is a pair (for the translation, for the rotation).
     """
 
     name: str
@@ -200,8 +199,8 @@ Force: TypeAlias = "PointForce | JointForce | BodyForce | Bushing | DistanceStop
 
 @dataclass(frozen=True)
 class Motion:
-    """A coordinate of a joint as a function of t, in m or rad; counted `from_start`: from where the joint's own
-    condition puts it at t = 0, or else from zero."""
+    """A coordinate of a joint as a function of t, in m or rad. `from_start`: the function is added to the value that
+    the joint's own condition gives at t = 0; else it is the value."""
 
     name: str
     joint: str
@@ -223,9 +222,9 @@ class Marker:
 
 @dataclass(frozen=True)
 class Scene:
-    """A whole scene file. `text` is the file as read, `path` its path (None for text from elsewhere), `overrides` what
-    --set changed, and `places` where each key stands. `notes` is what was read that is legal but may be a mistake.
-    `elements` come from Python; the file has none."""
+    """A whole scene file. `text` is the file as read, `path` its path (None for text from elsewhere). `overrides` are
+    the changes of --set, `places` the place of each key, `notes` those on legal input that may be a mistake. `elements`
+    come from Python; the file has none."""
 
     title: str
     gravity: Vector
@@ -249,7 +248,7 @@ class Scene:
     curves: tuple[Track | SpaceTrack, ...] = ()
 
     def place(self, *path: str | int) -> Place | None:
-        """Where the value at `path` stands, or the nearest value around it."""
+        """The place of the value at `path`, or of the nearest value around it."""
         for length in range(len(path), -1, -1):
             if path[:length] in self.places:
                 return self.places[path[:length]]
@@ -295,6 +294,6 @@ class Scene:
         return str(import_module("mbproj.scene.changed").as_html(self))
 
     def to_yaml(self) -> str:
-        """The scene as a text that reads the same: its own, or one with its changes in it. Raises ValueError where it
-        has elements from Python."""
+        """A text from which the same scene is read: its own text, or one with its changes. Raises ValueError where the
+        scene has elements from Python."""
         return str(import_module("mbproj.scene.changed").to_yaml(self))

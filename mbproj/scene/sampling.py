@@ -1,4 +1,4 @@
-"""When a run records: at t0, then every output step, and at the end."""
+"""The times at which a run records: t0, every output step after it, and the end."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem
 from mbproj.scene.records import Settings
 
-#: Samples of an error-controlled run whose scene names no output step.
+#: The number of intervals between samples of an error-controlled run whose scene gives no output step.
 DEFAULT_SAMPLES = 1000
-#: A time is that of a sample where they differ by less than this part of the duration: round-off, and no more.
+#: Two times are the same where they differ by less than this part of the duration, which is round-off.
 SAME_TIME = 1e-12
-#: The time of a step is a multiple of it: of more, 16 digits cannot tell one from the next.
+#: The most fixed steps: the times of steps are multiples of it, which 16 digits could not tell apart beyond this.
 MOST_STEPS = 1e15
-#: An error-controlled run has so many samples at most: beyond, its file would be some 10 GB.
+#: The most samples of an error-controlled run: with more, its file would exceed some 10 GB.
 MOST_SAMPLES = 1e7
 
 
 def too_many(settings: Settings) -> Problem | None:
-    """What is wrong with settings that ask for more steps or samples than can be told apart or held."""
+    """The problem of settings that ask for too many steps or samples; None where they do not."""
     if settings.duration is None:
         return None
     duration = f"the duration of {settings.duration:.6g} s"
@@ -74,8 +74,8 @@ def output_every(settings: Settings) -> int:
 
 @dataclass(frozen=True)
 class SampleTimes(Sequence[float]):
-    """The times of `number` samples: the `first`, then origin + k interval from the k after `offset` on, and the
-    `last`. None of them is kept: a million take no more memory than two."""
+    """The times of `number` samples in s: `first`, then origin + (offset + k) interval for k = 1, 2, .., and `last`.
+    They are computed when asked for, so that a million take no more memory than two."""
 
     first: float
     last: float
@@ -102,7 +102,7 @@ class SampleTimes(Sequence[float]):
         return self.last if k == self.number - 1 else self.origin + (self.offset + k) * self.interval
 
     def part(self, first: float, last: float) -> SampleTimes:
-        """Of a part of the run, from its first time to its last one, which come beside those of samples between."""
+        """The sample times of a part of the run: `first`, all samples between, and `last`."""
         begin = bisect_right(self, first)
         end = min(max(bisect_left(self, last), begin), self.number - 1)
         return replace(self, first=first, last=last, offset=self.offset + begin - 1, number=end - begin + 2)

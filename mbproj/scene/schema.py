@@ -1,8 +1,8 @@
 """The scene format as a JSON Schema, from the definitions that read it: for editors and for programs that write scenes.
 
-It says less than the reader: units, expressions, names of what there is, and rules on several values are the reader's.
-It never says more: a scene that the reader accepts is valid, with its plain values taken as YAML's JSON schema or as
-text. Only a name that YAML takes for true, false or null has to be quoted where it is not a key.
+The reader checks more than the schema: units, expressions, references by name, and rules on several values. It accepts
+nothing that the schema refuses, whether plain values are taken as in YAML's JSON schema or as text. Only a name that
+YAML takes for true, false or null has to be quoted where it is not a key.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Command line over scene over defaults: the `Settings` of a scene, and whether a run can begin with them."""
+"""The `Settings` of a scene: options of the command line replace the scene's, which replace defaults; their checks."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from mbproj.scene.sampling import too_many
 from mbproj.scene.text.nodes import MappingNode, Node, from_value
 from mbproj.scene.text.suggestions import choose_from
 
-#: Values by their way through the `simulation` block.
+#: Values by their path within the `simulation` block.
 Values = Mapping[KeyPath, Any]
 
 METHOD: KeyPath = ("projection", "method")
-#: What a method that corrects takes, whichever it is.
+#: The options of every projection method that corrects the state.
 CORRECTION_OPTIONS = (
     "tolerance",
     "test",
@@ -33,19 +33,20 @@ CORRECTION_OPTIONS = (
     "energy",
     "momentum",
 )
-#: Those that are rows of what the motion keeps.
+#: The options that add rows for conserved quantities to the velocity projection.
 ROWS = ("energy", "momentum")
-#: A method's own options that need a value, where none is given.
+#: The defaults of options that only some methods have.
 DEFAULTS: Mapping[str, Any] = {"alpha": 1e7, "gains": (25.0, 25.0)}
-#: The integrator of a tolerance, where none is given.
+#: The integrator of a scene that gives a tolerance, but no integrator.
 BY_TOLERANCE = "dopri5"
-#: How far output_step / step may be from a whole number, relatively.
+#: How far output_step / step may be from a whole number, relative to it.
 MULTIPLE = 1e-9
 
 
 @dataclass(frozen=True)
 class Merged:
-    """The values that hold, which of them the command line gave, and where they stand (by the path in the scene)."""
+    """The values of scene and command line together. `commanded` are the paths that the command line gave, `places` the
+    places by path in the scene."""
 
     values: Values
     commanded: frozenset[KeyPath]
@@ -58,7 +59,8 @@ class Merged:
 
 
 def read_options(options: Mapping[str, object], reading: Reading) -> dict[KeyPath, Any] | None:
-    """What the command line says of the simulation, read by the fields of the scene's own keys. None is not given."""
+    """The settings that the command line gives, by path, read by the fields of the scene's own keys. An option that is
+    None is not given. The result is None where one is wrong, which is reported."""
     values: dict[str, Node] = {}
     projection: dict[str, Node] = {}
     for name, value in options.items():
@@ -76,7 +78,7 @@ def read_options(options: Mapping[str, object], reading: Reading) -> dict[KeyPat
 
 
 def option_name(name: str) -> str:
-    """The option of the command line for a key of OPTIONS."""
+    """The option of the command line for a key of OPTIONS, as "--output-step"."""
     return "--" + name.replace("_", "-")
 
 
@@ -85,15 +87,16 @@ def _mapping(values: dict[str, Node]) -> MappingNode:
 
 
 def flatten(block: Mapping[str, Any]) -> dict[KeyPath, Any]:
-    """The values of a `simulation` block as read, by their way through it."""
+    """The values of a `simulation` block as read, by their path within it."""
     inner = block.get("projection", {})
     flat: dict[KeyPath, Any] = {(key,): value for key, value in block.items() if key != "projection"}
     return flat | {("projection", key): value for key, value in inner.items()}
 
 
 def merge(scene: Values, options: Values) -> Values:
-    """Options over scene. `step` and `tolerance` replace each other; a method chosen anew leaves behind those options
-    of the scene's method that it does not take. A tolerance without an integrator takes one with error control."""
+    """The values of the scene, with options in their place. `step` and `tolerance` replace each other. Where an option
+    changes the method, options of the scene's method that the new one does not have are dropped. A tolerance without an
+    integrator gets one with error control."""
     kept = dict(scene)
     if ("step",) in options or ("tolerance",) in options:
         kept.pop(("step",), None)
@@ -108,13 +111,13 @@ def merge(scene: Values, options: Values) -> Values:
 
 
 def takes(method: str, option: str) -> bool:
-    """Whether the projection method has this key."""
+    """Whether the projection method has this option."""
     entry = PROJECTIONS[method]
     return option == "method" or option in entry.options or (entry.corrects and option in CORRECTION_OPTIONS)
 
 
 def check_settings(merged: Merged) -> Iterator[Problem]:
-    """What is wrong with the values taken together."""
+    """The problems of values that do not fit each other."""
     for check in _CHECKS:
         yield from check(merged)
 
@@ -185,7 +188,7 @@ _CHECKS: tuple[Callable[[Merged], Iterable[Problem]], ...] = (
 
 
 def settings_of(values: Values) -> Settings:
-    """The values with the defaults filled in."""
+    """The settings of these values, with defaults for the others."""
     top = {str(path[0]): value for path, value in values.items() if len(path) == 1}
     inner = {str(path[1]): value for path, value in values.items() if len(path) == 2}
     method = inner.get("method", ProjectionSettings.method)
@@ -208,23 +211,22 @@ def with_options(scene: Scene, options: Mapping[str, object]) -> Scene:
 
 
 def values_of(scene: Scene) -> dict[KeyPath, Any]:
-    """What the settings of a scene say beside the defaults, and what its text says of them."""
+    """The settings of a scene, by path, that differ from the defaults or are given in its text."""
     found: dict[KeyPath, Any] = {}
     inner = scene.settings.projection
     for way, record, plain in (((), scene.settings, Settings()), (("projection",), inner, ProjectionSettings())):
         for each in fields(record):
             path, value = (*way, each.name), getattr(record, each.name)
-            said = value != getattr(plain, each.name) or ("simulation", *path) in scene.places
-            if value is not None and said and path != ("projection",):
+            is_given = value != getattr(plain, each.name) or ("simulation", *path) in scene.places
+            if value is not None and is_given and path != ("projection",):
                 found[path] = value
     return found
 
 
 def settings_to_run(scene: Scene, *, by_options: bool = True) -> Settings:
-    """The settings of a scene that says how long, and by which step or to which tolerance, it runs; a kinematic one
-    needs neither. `by_options`: who asks can be told so by --duration, --step and --tolerance.
+    """The settings of a scene, complete for a run. `by_options`: hints may name --duration, --step and --tolerance.
 
-    Raises InputError where it does not.
+    Raises InputError where the duration is missing, or step and tolerance, which a kinematic scene does not need.
     """
     settings, place = scene.settings, scene.place("simulation")
     problems = []

@@ -1,4 +1,4 @@
-"""What joints and points may not pass, as frozen records in SI units and radians."""
+"""Stops, which limit joint coordinates, distances and points, as frozen records in SI units and radians."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ Vector = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class StopLaw:
-    """What a stop does: rigid where `stiffness` is infinite, or else it pushes with stiffness δ^exponent (1 + c δ').
+    """The law of a stop: rigid where `stiffness` is infinite, else a push of stiffness δ^exponent (1 + c δ').
 
-    Either `restitution` is given, the part of the speed of approach with which a free impact ends, or `damping`, c in
-    s/m or s/rad; the other is None.
+    Either `restitution` is given, the ratio of the speed after a free impact to the speed of approach, or `damping`,
+    c in s/m or s/rad; the other is None.
     """
 
     stiffness: float = math.inf
@@ -26,18 +26,18 @@ class StopLaw:
 
 @dataclass(frozen=True)
 class Limit:
-    """The least and the most that a scalar coordinate may be, in m or rad; None: as little, as much as it likes."""
+    """The lower and the upper bound of a scalar coordinate, in m or rad; None for no bound."""
 
     low: float | None
     high: float | None
     law: StopLaw
 
     def sides(self) -> Iterator[tuple[int, float]]:
-        """Those that are not open: 0 for the least and 1 for the most, and the bound."""
+        """The sides that have a bound, as (side, bound): 0 is the lower side, 1 the upper one."""
         return ((at, bound) for at, bound in enumerate((self.low, self.high)) if bound is not None)
 
     def names(self, joint: str, coordinate: str) -> list[str]:
-        """What results call the sides of a joint's limit."""
+        """The names in results of the sides of a joint's limit."""
         return [f"{joint}.{coordinate}.{('low', 'high')[at]}" for at, _ in self.sides()]
 
 
@@ -53,7 +53,7 @@ class OfBody:
 
 @dataclass(frozen=True)
 class DistanceStop:
-    """The distance of a point of one body from one of another stays within `limit`."""
+    """A stop that keeps the distance of a point of one body from a point of another within `limit`."""
 
     name: str
     first: OfBody
@@ -62,7 +62,7 @@ class DistanceStop:
 
     @property
     def stops(self) -> list[str]:
-        """What results call its sides: by its own name where it has but one."""
+        """The names in results of the stop's sides: its own name where it has one side."""
         words = [("shortest", "longest")[at] for at, _ in self.limit.sides()]
         return [self.name] if len(words) == 1 else [f"{self.name}.{word}" for word in words]
 
@@ -70,7 +70,7 @@ class DistanceStop:
 @dataclass(frozen=True)
 class PlaneFriction:
     """Dry friction of a point, ball or wheel on a plane: coefficients of the push while it slides and while it sticks.
-    `stribeck_speed` in m/s is that over which the one falls to the other, None where it falls at once."""
+    `stribeck_speed` in m/s is the speed over which the static one falls to the sliding one; None: it falls at once."""
 
     sliding: float
     static: float
@@ -79,7 +79,8 @@ class PlaneFriction:
 
 @dataclass(frozen=True)
 class PlaneStop:
-    """A ball of `radius` in m (0: a point) around `point` stays on that side of a plane to which `normal` points.
+    """A stop that keeps a ball of `radius` in m (0: a point) around `point` on the side of a plane to which `normal`
+    points.
 
     With an `axis`, a direction of the point's body, it is a wheel: a thin disk about that axis."""
 
@@ -94,10 +95,10 @@ class PlaneStop:
 
     @property
     def stops(self) -> list[str]:
-        """What results call it."""
+        """The names in results of the stop, one of them."""
         return [self.name]
 
     @property
     def frictions(self) -> list[str]:
-        """What results call its friction along either tangent of the plane."""
+        """The names in results of its friction along each of the two tangents of the plane."""
         return [] if self.friction is None else [f"{self.name}.{tangent}" for tangent in (1, 2)]

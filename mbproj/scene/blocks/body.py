@@ -44,7 +44,7 @@ DENSITY = Number("kg/m^3", above=0.0)
 
 
 def has_volume(shape: Shape, density: float) -> Iterator[Complaint]:
-    """A check that what is given a density has a volume."""
+    """A check that a shape with a density has a volume."""
     if shape.volume is None:
         yield Complaint(("density",), f"a {shape.kind} has no volume, so no density", "give its mass")
 
@@ -96,12 +96,12 @@ def _body(given: dict[str, Any]) -> Body:
     position = given.get("position")
     if position is None:
         position = _placed(given["origin"], given.get("orientation", Body.orientation), solid.centre)
-    shapes = tuple(_seen(part, solid.centre) for part in solid.parts)
+    shapes = tuple(_drawn_shape(part, solid.centre) for part in solid.parts)
     return Body(given["name"], solid.mass, solid.inertia, position, shapes=shapes, **rest)
 
 
-def _seen(part: SolidPart, centre: Vector) -> PlacedShape:
-    """What a part looks like, from the centre of mass."""
+def _drawn_shape(part: SolidPart, centre: Vector) -> PlacedShape:
+    """The shape that is drawn for a part, placed from the body's centre of mass at `centre`."""
     x, y, z = (at - middle for at, middle in zip(part.position, centre, strict=True))
     return PlacedShape(part.shape.kind, part.shape.sizes, part.shape.axis, (x, y, z), part.orientation)
 

@@ -1,4 +1,4 @@
-"""Rules on forces and motions: that the bodies, and the coordinates of the joints, which they name are there."""
+"""Rules on forces and motions: the bodies and the joint coordinates that they name exist."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ def coordinates_in(joint: Joint, unit: str | None) -> list[str]:
 
 
 def with_coordinates(force: JointForce, joints: Mapping[str, Joint]) -> JointForce:
-    """The force with the coordinates named that it leaves to be found: the only one of its joint in the unit. Where
-    there is none, or several, it acts on none of them, which is reported elsewhere."""
+    """The force with a name for each coordinate that the scene leaves out: the only coordinate of its joint in that
+    unit. Where there is none or several, the law is left out, which another rule reports."""
     joint = joints[force.joint]
 
     def names(name: str, unit: str | None) -> list[str]:
@@ -40,7 +40,7 @@ def with_coordinates(force: JointForce, joints: Mapping[str, Joint]) -> JointFor
 
 
 def on_bodies(bodies: Mapping[str, Body], forces: Mapping[str, Force]) -> Iterator[Complaint]:
-    """A check that the points of forces are on bodies that there are."""
+    """A check that the points of forces are on bodies of the scene."""
     known = (GROUND, *bodies)
     for force in forces.values():
         points = force.bodies if isinstance(force, PointForce) else ()
@@ -53,7 +53,7 @@ def on_bodies(bodies: Mapping[str, Body], forces: Mapping[str, Force]) -> Iterat
 
 
 def act_on_coordinates(joints: Mapping[str, Joint], forces: Mapping[str, Force]) -> Iterator[Complaint]:
-    """A check that the joints of forces have the coordinates which these act on."""
+    """A check that the joint of each force has the coordinates that the force acts on."""
     for force in forces.values():
         if isinstance(force, JointForce):
             joint, path = joints[force.joint], ("forces", force.name)
@@ -67,7 +67,7 @@ def act_on_coordinates(joints: Mapping[str, Joint], forces: Mapping[str, Force])
 
 
 def drive_coordinates(joints: Mapping[str, Joint], motions: Mapping[str, Motion]) -> Iterator[Complaint]:
-    """A check that the joints of motions have the coordinates which these drive, and that each is driven once."""
+    """A check that the joint of each motion has the coordinate that it drives, and that each is driven once."""
     drivers: dict[tuple[str, str], str] = {}
     for motion in motions.values():
         joint, path = joints[motion.joint], ("motions", motion.name, motion.coordinate)
@@ -81,7 +81,7 @@ def drive_coordinates(joints: Mapping[str, Joint], motions: Mapping[str, Motion]
 
 
 def lacks(joint: Joint, coordinate: str, able: Iterable[str], path: KeyPath) -> Complaint:
-    """That a joint has no such coordinate."""
+    """The complaint that a joint has no such coordinate; `able` are those that it has."""
     has = ", ".join(able)
     hint = f"it has {has}" if has else _takers(None)
     if coordinate == "length" and JOINTS[joint.type].is_rod:
@@ -92,8 +92,8 @@ def lacks(joint: Joint, coordinate: str, able: Iterable[str], path: KeyPath) -> 
 def none_or_several(
     joint: Joint, unit: str | None, able: Sequence[str], path: KeyPath, key: str, kinds: Container[str] = JOINTS
 ) -> Complaint:
-    """That a joint has no coordinate in this unit, or several, so that `key` must name them; joints of these `kinds`
-    may have one."""
+    """The complaint that a joint has no coordinate in this unit, or several, `able`, so that `key` must name them.
+    `kinds` are the types of joints that may have one."""
     word = WORDS[unit]
     if not able:
         return Complaint(
@@ -105,7 +105,7 @@ def none_or_several(
 
 
 def _takers(unit: str | None, kinds: Container[str] = JOINTS) -> str:
-    """The types of joints, of these, that have a coordinate in this unit."""
-    rows = {name: kind.coordinates.values() for name, kind in JOINTS.items() if name in kinds}
-    able = [name for name, of in rows.items() if any(unit in (None, COORDINATE_UNITS[row[0]]) for row in of)]
+    """A hint with the types of joints among `kinds` that have a coordinate in this unit (None: any)."""
+    rows_of = {name: kind.coordinates.values() for name, kind in JOINTS.items() if name in kinds}
+    able = [name for name, rows in rows_of.items() if any(unit in (None, COORDINATE_UNITS[row[0]]) for row in rows)]
     return f"joints that have one: {', '.join(able)}"

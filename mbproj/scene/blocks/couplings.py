@@ -1,4 +1,4 @@
-"""What couples coordinates of joints: the weights of a coupler, which coordinates a name stands for, rules on them."""
+"""Couplings of joint coordinates: the weights of a coupler, the coordinates that its names mean, and rules on them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from mbproj.scene.text.suggestions import choose_from
 
 @dataclass(frozen=True)
 class Weights(Field[dict[str, tuple[float, str]]]):
-    """Weights of coordinates of joints by name, each with the unit that it is written with."""
+    """Weights of joint coordinates by name, each with the unit in which the scene gives it."""
 
     node_type: ClassVar[type] = MappingNode
 
@@ -36,21 +36,21 @@ class Weights(Field[dict[str, tuple[float, str]]]):
         if not node.values:
             reading.report(f"{label(path)} names no coordinate", node.place, f"give {self.expects}")
             return None
-        found = {}
+        weights = {}
         for name, item in node.values.items():
             at = (*path, name)
             reading.places[at] = node.keys[name]
             weight = Number(None).read(item, at, reading)
             if weight is not None:
-                found[name] = (weight, reading.units.get(at, ""))
-        return found if len(found) == len(node.values) else None
+                weights[name] = (weight, reading.units.get(at, ""))
+        return weights if len(weights) == len(node.values) else None
 
     def schema(self) -> Schema:
         number = Number(None).schema()
         return {"description": self.expects, "type": "object", "additionalProperties": number, "minProperties": 1}
 
 
-#: Coordinates that rows do not couple, by the primitive that measures them.
+#: Coordinates that no coupling may use, described for messages, by the primitive that measures them.
 NOT_COUPLED: Mapping[str, str] = {
     "arc": "a length along a curve",
     "profile": "a distance from a curve",
@@ -65,44 +65,47 @@ NOT_COUPLED: Mapping[str, str] = {
 
 
 def coupled_units(type_name: str) -> tuple[str, ...]:
-    """The units of what joints of this type couple; none of a coupler, which couples any."""
+    """The units of the coordinates that a joint of this type couples; () for a coupler, which couples any."""
     return tuple(COORDINATE_UNITS[each] for each in JOINTS[type_name].couples)
 
 
 def with_coupled(joint: Joint, joints: Mapping[str, Joint]) -> Joint:
-    """The joint with the coordinates named that it couples, and with the second bodies of its first and last joint."""
+    """The coupling with full names of the coordinates that it couples; its bodies become the second bodies of the first
+    and of the last of these joints."""
     coupled = joint.couples
     assert coupled is not None
-    found = [_found(joint, at, name, joints) for at, name in enumerate(coupled.of)]
-    of = {able[0]: weight for able, weight in zip(found, coupled.of.values(), strict=True)}
+    candidates = [_coordinates_meant(joint, at, name, joints) for at, name in enumerate(coupled.of)]
+    of = {able[0]: weight for able, weight in zip(candidates, coupled.of.values(), strict=True)}
     first, last = (joints[coupled.joints[at]].bodies[1] for at in (0, -1))
     return replace(joint, bodies=(first, last), couples=replace(coupled, of=of, units={}))
 
 
 def couple_coordinates(joints: Mapping[str, Joint]) -> Iterator[Complaint]:
-    """A check that the coordinates are there which couplings couple, and that weights are in the units of the row."""
+    """A check that the coordinates of couplings exist, and that their weights have the unit that the sum needs."""
     for joint in joints.values():
         coupled = joint.couples
         if coupled is None:
             continue
-        wrong = [each for at, name in enumerate(coupled.of) for each in _wrong(joint, at, name, joints)]
-        yield from wrong or (() if JOINTS[joint.type].couples else _units(joint, coupled, joints))
+        wrong = [each for at, name in enumerate(coupled.of) for each in _name_faults(joint, at, name, joints)]
+        yield from wrong or (() if JOINTS[joint.type].couples else _weight_faults(joint, coupled, joints))
 
 
 def _unit(joint: Joint, at: int) -> str | None:
-    """The unit of a coordinate that a joint couples, None for any."""
+    """The unit that the coordinate number `at` of a coupling must have; None for any."""
     return dict(enumerate(coupled_units(joint.type))).get(at)
 
 
-def _found(joint: Joint, at: int, name: str, joints: Mapping[str, Joint]) -> list[str]:
-    """The coordinates for which a name may stand, whole."""
+def _coordinates_meant(joint: Joint, at: int, name: str, joints: Mapping[str, Joint]) -> list[str]:
+    """The full names, as "A.angle", of the coordinates that the name number `at` of a coupling, "A" or "A.angle", may
+    mean."""
     unit = _unit(joint, at)
     owner, _, own = name.partition(".")
     able, rows = coordinates_in(joints[owner], unit), JOINTS[joints[owner].type].coordinates
     return [f"{owner}.{each}" for each in able if own in ("", each) and rows[each][0] not in NOT_COUPLED]
 
 
-def _wrong(joint: Joint, at: int, name: str, joints: Mapping[str, Joint]) -> Iterator[Complaint]:
+def _name_faults(joint: Joint, at: int, name: str, joints: Mapping[str, Joint]) -> Iterator[Complaint]:
+    """The complaint about a name that means no coordinate, or several, or one that cannot be coupled."""
     owner, _, own = name.partition(".")
     short = bool(JOINTS[joint.type].couples)
     path: KeyPath = ("joints", joint.name, "joints", at) if short else ("joints", joint.name, "of", name)
@@ -110,7 +113,7 @@ def _wrong(joint: Joint, at: int, name: str, joints: Mapping[str, Joint]) -> Ite
         if not short:
             yield Complaint(path, f"unknown joint '{owner}'", choose_from(owner, list(joints)))
         return
-    kind, able = joints[owner].type, _found(joint, at, name, joints)
+    kind, able = joints[owner].type, _coordinates_meant(joint, at, name, joints)
     if len(able) == 1:
         return
     if (what := NOT_COUPLED.get(JOINTS[kind].coordinates.get(own, ("",))[0])) is not None:
@@ -127,9 +130,11 @@ def _wrong(joint: Joint, at: int, name: str, joints: Mapping[str, Joint]) -> Ite
         yield Complaint(path, f"joint '{owner}' is {kind} and has {len(able)} {word}s", hint)
         return
     takes = [
-        each for each, entry in JOINTS.items() if entry.coordinates and (unit is None or _one(entry.coordinates, unit))
+        each
+        for each, entry in JOINTS.items()
+        if entry.coordinates and (unit is None or _has_one_in(unit, entry.coordinates))
     ]
-    which = f" as its {_ORDINAL[at]} joint" if _mixed(joint.type) else ""
+    which = f" as its {_ORDINAL[at]} joint" if _couples_different_units(joint.type) else ""
     hint = f"a {joint.type} takes {', '.join(takes)}{which}"
     yield Complaint(path, f"joint '{owner}' is {kind} and has no {word} to couple", hint)
 
@@ -137,23 +142,23 @@ def _wrong(joint: Joint, at: int, name: str, joints: Mapping[str, Joint]) -> Ite
 _ORDINAL = ("first", "second")
 
 
-def _mixed(type_name: str) -> bool:
+def _couples_different_units(type_name: str) -> bool:
     """Whether a coupling couples coordinates in different units."""
     return len({*coupled_units(type_name)}) > 1
 
 
-def _one(coordinates: Mapping[str, Sequence[str]], unit: str) -> bool:
-    """Whether one of these coordinates, which can be coupled, is in the unit."""
+def _has_one_in(unit: str, coordinates: Mapping[str, Sequence[str]]) -> bool:
+    """Whether exactly one of these coordinates can be coupled and is in the unit."""
     return [COORDINATE_UNITS[row[0]] for row in coordinates.values() if row[0] not in NOT_COUPLED].count(unit) == 1
 
 
-def _units(joint: Joint, coupled: Coupled, joints: Mapping[str, Joint]) -> Iterator[Complaint]:
-    """Each coordinate once, and one that counts. Of a row in m the weights of angles may be lengths; all others are
-    numbers."""
+def _weight_faults(joint: Joint, coupled: Coupled, joints: Mapping[str, Joint]) -> Iterator[Complaint]:
+    """Complaints about a coupler's weights: a coordinate stands twice, all weights are 0, or a unit is wrong. In a sum
+    in m the weight of an angle may be a length; all other weights are numbers without unit."""
     path: KeyPath = ("joints", joint.name, "of")
     units, known = {}, dict[str, str]()
     for at, name in enumerate(coupled.of):
-        (whole,) = _found(joint, at, name, joints)
+        (whole,) = _coordinates_meant(joint, at, name, joints)
         if known.setdefault(whole, name) != name:
             yield Complaint((*path, name), f"'{known[whole]}' and '{name}' are one coordinate", "add their weights")
         owner, _, own = whole.partition(".")

@@ -1,4 +1,4 @@
-"""Rules on expectations: that what they are of has their quantity, and that the run records at their times."""
+"""Rules on expectations: their item has their quantity, and the run records at their times."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ from mbproj.scene.sampling import nearest_samples
 from mbproj.scene.stops import DistanceStop, PlaneStop
 from mbproj.scene.text.suggestions import choose_from
 
-#: What there is where there are no stops, no frictions.
-NONE = {"stop": "no stops", "friction": "none that sticks"}
+#: How a hint says that the scene has no items of a kind.
+NO_ITEMS = {"stop": "no stops", "friction": "none that sticks"}
 #: The blocks that have states and signals.
 CONTROLLED = ("signals", "states", "controllers", "forces")
 Items = Mapping[str, Any]
@@ -126,12 +126,12 @@ def of_motions(motions: Mapping[str, Motion], expected: Expected) -> Iterator[Co
 
 def of_stops(expected: Expected, joints: Mapping[str, Joint], forces: Mapping[str, Force]) -> Iterator[Complaint]:
     """A check of the expectations of stops."""
-    yield from _of_rows("stop", "stop", expected, stop_units(joints, forces))
+    yield from _of_items_on_coordinates("stop", "stop", expected, stop_units(joints, forces))
 
 
 def of_frictions(expected: Expected, joints: Mapping[str, Joint], forces: Mapping[str, Force]) -> Iterator[Complaint]:
     """A check of the expectations of dry frictions."""
-    yield from _of_rows("friction", "dry friction", expected, friction_units(joints, forces))
+    yield from _of_items_on_coordinates("friction", "dry friction", expected, friction_units(joints, forces))
 
 
 def of_states(expected: Expected, *blocks: Mapping[str, Any]) -> Iterator[Complaint]:
@@ -149,7 +149,7 @@ def of_states(expected: Expected, *blocks: Mapping[str, Any]) -> Iterator[Compla
 
 
 def state_units(found: Mapping[str, Any]) -> dict[str, str]:
-    """Of the states of a scene, those of elements among them; "" where it does not say."""
+    """The units of a scene's states by name, with those of elements and controllers; "" where a unit is not known."""
     of_elements = {
         f"{name}.{state.name}": state.unit
         for name, force in found.get("forces", {}).items()
@@ -166,16 +166,17 @@ def _units(items: Mapping[str, Any]) -> dict[str, str]:
 
 
 def _symbols(unit: str) -> str:
-    """As the scene writes what results call "N m"."""
+    """The unit as a scene writes it: "N*m" for the "N m" of results."""
     return unit.replace(" ", "*") if unit != "1" else ""
 
 
-def _of_rows(of: str, what: str, expected: Expected, units: Mapping[str, str]) -> Iterator[Complaint]:
-    """On expectations of stops or frictions, of which there are these, on coordinates in these units."""
+def _of_items_on_coordinates(of: str, what: str, expected: Expected, units: Mapping[str, str]) -> Iterator[Complaint]:
+    """Complaints about expectations of the kind `of`, "stop" or "friction"; `units` are those of the coordinates that
+    the stops or frictions of the scene act on, by their names."""
     able = OBSERVABLES[of]
     for name, given, item, quantity in _of(of, expected):
         if item not in units:
-            hint = choose_from(item, units, f"{what}s are") if units else f"the scene has {NONE[of]}"
+            hint = choose_from(item, units, f"{what}s are") if units else f"the scene has {NO_ITEMS[of]}"
             yield Complaint(("expect", name, of), f"unknown {what} '{item}'", hint)
         elif quantity not in able:
             yield Complaint(("expect", name, "quantity"), f"a {what} has no '{quantity}'", _choices(quantity, able))
@@ -184,7 +185,7 @@ def _of_rows(of: str, what: str, expected: Expected, units: Mapping[str, str]) -
 
 
 def expectations_of(found: Mapping[str, Any]) -> Iterator[Expectation]:
-    """The records, of a scene's blocks as they were read and found right."""
+    """The records of a scene's expectations; `found` are its blocks as read, after all checks have passed."""
     joints = found.get("joints", {})
     for name, given in found.get("expect", {}).items():
         of, item, quantity = subject(given)
@@ -224,14 +225,15 @@ def unsampled(expected: Expected, settings: Settings) -> Iterator[Complaint]:
 
 
 def acts_on(force: JointForce, joints: Mapping[str, Joint]) -> list[str]:
-    """The coordinates of its joint along which a force is recorded among the forces: what may stick is not."""
+    """The coordinates along which results record the force among the forces. They do not record dry friction there that
+    may stick."""
     named = with_coordinates(force, joints)
     smooth = (name for name, dry in named.coulomb.items() if dry.regularised is not None)
     return list(dict.fromkeys((*named.laws, *smooth)))
 
 
 def _of(of: str, expected: Expected) -> Iterator[tuple[str, Given, str, str]]:
-    """The name, the values, the item and the quantity of each expectation of this kind."""
+    """The name, the values by key, the item and the quantity of each expectation of the kind `of`."""
     for name, given in expected.items():
         if of in given:
             yield (name, given, *subject(given)[1:])

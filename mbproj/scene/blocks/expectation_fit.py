@@ -13,7 +13,7 @@ from mbproj.scene.records import KeyPath
 
 
 def fits(name: str, given: Given, observable: Observable, unit: str | None) -> Iterator[Complaint]:
-    """What does not fit the observable, whose unit here is `unit` (None: any)."""
+    """Complaints about an expectation that does not fit the observable, whose unit here is `unit` (None: any)."""
     path: KeyPath = ("expect", name)
     what = subject(given)[2]
     for check in (_component_fits, _count_fits):
@@ -31,7 +31,7 @@ def fits(name: str, given: Given, observable: Observable, unit: str | None) -> I
 
 
 def _place(given: Given, path: KeyPath, where: KeyPath) -> KeyPath:
-    """A value that stands alone is no list."""
+    """The path of a number of the expectation. A single value is no list in the scene: its path has no index."""
     return (*path, where[0]) if where[0] != "value" or len(given["value"]) == 1 else (*path, *where)
 
 

@@ -1,4 +1,4 @@
-"""The `expect` block: what a run has to find, of what, when, how closely, and where the number comes from."""
+"""The `expect` block: results that a run has to give: of what, when, how closely, and where the number comes from."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from mbproj.scene.records import Expectation, KeyPath
 from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode
 from mbproj.scene.text.suggestions import choose_from
 
-#: An expectation as read: values by key. Numbers whose unit depends on the quantity have kept their dimension.
+#: An expectation as read: values by key. Numbers whose unit depends on the quantity are `Value`s with a dimension.
 Given = Mapping[str, Any]
-#: Keys that say what it is of, and the top-level block of each; stops, frictions and states may be parts of others.
+#: The kinds of items that an expectation may be about, with the block that has them; "" where no one block does.
 SUBJECTS: Mapping[str, str] = {
     "marker": "markers",
     "body": "bodies",
@@ -39,7 +39,8 @@ BOUNDS = ("below", "above")
 
 @dataclass(frozen=True)
 class Measure(Field[Value]):
-    """A number whose unit is that of a quantity named beside it, so that it is checked later; `above`: a bound."""
+    """A number in the unit of a quantity that another key names, so that its unit is checked later. It must be greater
+    than `above`."""
 
     above: float | None = None
 
@@ -67,7 +68,7 @@ MEASURE = Measure()
 
 @dataclass(frozen=True)
 class Moment(Field["float | str | GivenPassage"]):
-    """A time in s, one of `MOMENTS`, or where a joint coordinate has a value: {crank.angle: 90 deg}."""
+    """A time in s, one of `MOMENTS`, or the passage of a joint coordinate through a value: {crank.angle: 90 deg}."""
 
     @property
     def expects(self) -> str:
@@ -143,13 +144,13 @@ EXPECTATION: Record[Given] = Record(
 
 
 def subject(given: Given) -> tuple[str, str, str]:
-    """What an expectation is of, the name of that, and the quantity."""
+    """The kind of item that an expectation is about, the name of the item, and the quantity."""
     of = next(key for key in SUBJECTS if key in given)
     return of, given[of], given.get("quantity", given.get("diagnostic"))
 
 
 def expectation(name: str, given: Given, unit: str) -> Expectation:
-    """The record, of an expectation whose quantity is in `unit`."""
+    """The record of an expectation whose quantity is in `unit`."""
     of, item, quantity = subject(given)
     value = tuple(part.number for part in given["value"]) if "value" in given else None
     bounds = {key: given[key].number for key in BOUNDS if key in given}

@@ -1,4 +1,4 @@
-"""What the parameters of the joint table are written as in a scene."""
+"""The fields that read the parameters of joints."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from mbproj.scene.fields.fields import Converted, Field, List
 from mbproj.scene.fields.quantities import Number
 from mbproj.scene.fields.reading import Unfit
 
-#: Pressure angles are smaller, in deg.
+#: The bound of pressure angles, in deg.
 STEEPEST = 60.0
-#: Of a closed curve, and of an open one in its direction.
+#: The sides of a closed curve, and of an open one as seen in its direction.
 SIDES = ("outside", "inside", "left", "right")
 
 
 def _pressure_angle(angle: float) -> float:
-    """Raises Unfit where teeth do not have such a flank."""
+    """The angle in rad, or Unfit where teeth cannot have it as their pressure angle."""
     if not 0.0 <= angle < math.radians(STEEPEST):
         raise Unfit("is no pressure angle", f"give one from 0 deg to below {STEEPEST:g} deg; 20 deg is usual")
     return angle
 
 
-#: The rules on parameters of joints, by the words in the joint table.
+#: The rules on parameters of joints, by the word `may_be` in the joint table.
 RULES: Mapping[str, Callable[[float], float]] = {
     "pressure": _pressure_angle,
     "nonzero": nonzero,
@@ -36,7 +36,7 @@ RULES: Mapping[str, Callable[[float], float]] = {
 
 
 def parameter(given: Parameter) -> Field[Any]:
-    """What a parameter of the joint table is written as."""
+    """The field that reads a parameter of the joint table."""
     if given.may_be in ("curve", "space_curve", "convex"):
         return _several(given, NameReference("curve", "curves"))
     if given.may_be == "side":

@@ -1,4 +1,4 @@
-"""What a sweep measures of a run: the words of an expectation, without a value to hold it against."""
+"""The measures of a sweep, which it takes of each run: written as an expectation without a value."""
 
 from __future__ import annotations
 
@@ -36,30 +36,31 @@ MEASURES: Field[Mapping[str, Given]] = Converted(Named("measure", MEASURE), _som
 
 
 def items_of(scene: Scene) -> dict[str, tuple[str, ...]]:
-    """The names of what measures may be of, by block: what a `Reading` refers to."""
+    """The names of the items that measures may be about, by block, as a `Reading` has them."""
     return {block: tuple(found) for block, found in _blocks(scene).items()}
 
 
 def complaints(measures: Mapping[str, Given], scene: Scene) -> Iterator[Complaint]:
-    """What the scene does not have of what they ask for."""
+    """Complaints about measures of items or quantities that the scene does not have."""
     blocks = {**_blocks(scene), "expect": measures}
     for check in CHECKS:
-        yield from map(_at_home, check.complaints(blocks, blocks))
+        yield from map(_under_measure, check.complaints(blocks, blocks))
 
 
 def untimely(measures: Mapping[str, Given], settings: Settings) -> Iterator[Complaint]:
-    """Times at which a run with these settings has no sample."""
-    return map(_at_home, unsampled(measures, settings))
+    """Complaints about measures at times at which a run with these settings has no sample."""
+    return map(_under_measure, unsampled(measures, settings))
 
 
 def measures_of(measures: Mapping[str, Given], scene: Scene) -> tuple[Expectation, ...]:
-    """The records, of measures that the scene has: expectations of nothing in particular."""
+    """The records of measures that passed the checks: expectations without a value or a bound."""
     given = {name: {**words, "source": ""} for name, words in measures.items()}
     return tuple(expectations_of({**_blocks(scene), "expect": given}))
 
 
-def _at_home(found: Complaint) -> Complaint:
-    return found._replace(path=("measure", *found.path[1:]))
+def _under_measure(complaint: Complaint) -> Complaint:
+    """The complaint about an expectation as one about the key `measure`."""
+    return complaint._replace(path=("measure", *complaint.path[1:]))
 
 
 def _blocks(scene: Scene) -> dict[str, Mapping[str, Any]]:

@@ -19,7 +19,7 @@ from mbproj.scene.fields.reading import Reading
 from mbproj.scene.records import KeyPath, Motion
 from mbproj.scene.text.nodes import Node, SequenceNode
 
-#: A function of time, and whether it counts from where the joint starts.
+#: A function of time, and whether it is added to the coordinate's value at the start.
 Driver = tuple[Program, bool]
 
 
@@ -29,7 +29,7 @@ def _driven(field: Field[Any], code: Callable[[Any], Code]) -> Field[Driver]:
 
 @dataclass(frozen=True)
 class _Coefficients(Field[tuple[float, ...]]):
-    """The coefficients of a polynomial of time from the constant one on, each in `unit` per second to its power."""
+    """The coefficients of a polynomial of time: the one of t^k is in `unit`/s^k, the constant one comes first."""
 
     unit: str
     node_type: ClassVar[type] = SequenceNode
@@ -54,7 +54,7 @@ class _Coefficients(Field[tuple[float, ...]]):
 
 
 def _kinds(unit: str) -> dict[str, Field[Driver]]:
-    """The ways to write a motion of a coordinate in m or rad."""
+    """The fields of the kinds of motion of a coordinate in m or rad, by key."""
     number = position_in(unit)
     wave = {"amplitude": number, "frequency": Number("rad/s"), "phase": Angle(), "offset": number}
     step = {"from": number, "to": number, "start": Number("s"), "duration": Number("s", above=0.0)}
@@ -72,7 +72,7 @@ def _kinds(unit: str) -> dict[str, Field[Driver]]:
 
 
 def _function(unit: str) -> Field[Driver]:
-    """A function of time: an expression alone, or one of the kinds."""
+    """The field of a function of time: an expression alone, or a mapping with one of the kinds."""
     kinds = _kinds(unit)
     choice = (OneOf(tuple(kinds), needed=True),)
     one: Field[Driver] = Record("a motion", kinds, lambda **given: next(iter(given.values())), choices=choice)

@@ -1,4 +1,5 @@
-"""What a run records, by name: the quantities that an expectation may be about. Vectors are in the layout's frames."""
+"""The quantities that a run records and an expectation may be about, by name. Vectors are in the frames that
+`mbproj.results.layout` gives."""
 
 from __future__ import annotations
 
@@ -12,27 +13,28 @@ from mbproj.scene.blocks.ropes.path import MOST_WHEELS
 
 
 class Observable(NamedTuple):
-    """The SI unit and the number of components of a quantity; the unit that it has with an angle, with a length."""
+    """The SI unit of a quantity and the number of its components. "A or B" is the unit A on an angle, and B on a
+    length."""
 
     unit: str
     components: int = 1
 
     def unit_with(self, coordinate: str) -> str:
-        """The unit where it is about a coordinate in "rad" or "m"."""
+        """The unit of the quantity on a coordinate in "rad" or "m"."""
         angle, _, length = self.unit.partition(" or ")
         return length if length and coordinate == "m" else angle
 
 
-#: Of the portions of a rope, from 1 on.
+#: The tension of a portion of a rope; the number of the portion, from 1, follows.
 TENSION = "tension_"
-#: Where a joint touches its curve.
+#: The point where a joint touches its curve.
 CONTACT = "contact"
 _OF_JOINT_COORDINATES = {
     **{name: Observable(unit) for name, unit in COORDINATES.items()},
     **{f"{name}_speed": Observable(f"{unit}/s") for name, unit in COORDINATES.items()},
     **{f"{name}{ratio}": Observable("") for ratio in RATIOS for name in COORDINATES},
 }
-#: By what they are of. Joints have those of their own coordinates only.
+#: The quantities by the kind of item. A joint has those of its own coordinates only.
 OBSERVABLES: Mapping[str, Mapping[str, Observable]] = MappingProxyType(
     {
         "marker": {
@@ -107,7 +109,7 @@ OBSERVABLES: Mapping[str, Mapping[str, Observable]] = MappingProxyType(
         },
     }
 )
-#: Of forces that are bushings, in the axes of the frame midway between their two.
+#: The quantities of bushings, in the axes of the frame midway between their two frames.
 OF_BUSHINGS: Mapping[str, Observable] = MappingProxyType(
     {
         "translation": Observable("m", 3),
@@ -118,7 +120,7 @@ OF_BUSHINGS: Mapping[str, Observable] = MappingProxyType(
         "torque": Observable("N*m", 3),
     }
 )
-#: What one number is made from a vector of three.
+#: The ways to make one number of a vector of three.
 COMPONENTS = ("x", "y", "z", "norm")
 #: Moments that are no time: where the quantity is largest, smallest, largest in magnitude; the last sample.
 EXTREMES = ("maximum", "minimum", "largest", "range")

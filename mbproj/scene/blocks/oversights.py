@@ -1,10 +1,10 @@
-"""What a scene has that is legal, but looks like an oversight: bodies that nothing holds, joints far from their bodies,
-points of a cam that were rounded.
+"""Notes on a legal scene that looks like an oversight: bodies that nothing holds, joints far from their bodies, points
+of a cam that were rounded.
 
 A wrong note is worse than none. Where all bodies are free they are so on purpose, and a spring holds a body as well as
-a joint. Only a body that is longer than wide says by its inertia how long it is: a compact one may hang on a long rod
-without mass, unless that is many times as long as all else. A joint along which something slides may be placed anywhere
-along its axis, and a fixed one anywhere.
+a joint. The inertia tells the length of a body that is longer than wide. A compact body may hang on a long massless
+rod; its joint is noted only where the rod is many times as long as the rest of the scene. A sliding joint may be placed
+anywhere along its axis, and a fixed one anywhere.
 """
 
 from __future__ import annotations
@@ -21,20 +21,20 @@ from mbproj.scene.records import GROUND, Body, Bushing, Joint, PointForce, Scene
 FAR = 8.0
 #: A body is longer than wide where its largest principal moment is more than so many times the least.
 LONG = 3.0
-#: A joint is far from a mechanism at more than so many times the size of all else.
+#: A joint is far from its bodies at more than so many times the size of the rest of the scene.
 ALONE = 100.0
-#: The most notes of one kind, and names in one of them.
+#: The most notes of one kind, and the most names in one note.
 MOST = 5
 
 
 def oversights(scene: Scene) -> list[Problem]:
-    """A note for each group of bodies that nothing holds, and for each joint that is far from its body."""
+    """A note for each group of bodies that nothing holds, each joint far from its body, and each rounded curve."""
     far, rough = list(_far(scene)), list(_rough(scene)) if scene.curves else []
     return [*_shortened(list(_loose(scene))), *_shortened(far or list(_alone(scene))), *_shortened(rough)]
 
 
 def _rough(scene: Scene) -> Iterator[Problem]:
-    """Curves through points that were rounded too much for what follows them."""
+    """A note for each curve whose points were rounded so much that the accelerations of a follower are uncertain."""
     from mbproj.scene.blocks.curves.rounded import uncertainty
 
     for track in scene.curves:
@@ -49,7 +49,7 @@ def _rough(scene: Scene) -> Iterator[Problem]:
 
 
 def notes_on(scene: Scene) -> list[Problem]:
-    """What was noted when the scene was read, and what its bodies and joints show."""
+    """The notes of the reader on the scene, and those of `oversights`."""
     return [*scene.notes, *oversights(scene)]
 
 
@@ -65,7 +65,7 @@ def _line_of(scene: Scene, *path: str) -> Place | None:
 
 
 def _loose(scene: Scene) -> Iterator[Problem]:
-    """Groups of bodies that no joint connects to what the others are connected to."""
+    """A note for each group of bodies that no joint or spring connects with the ground."""
     groups = _connected(scene)
     grounded = [group for group in groups if GROUND in group]
     alone = [group for group in groups if len(group) == 1]
@@ -87,7 +87,7 @@ def _listed(names: list[str]) -> str:
 
 
 def _connected(scene: Scene) -> list[list[str]]:
-    """The ground and the bodies in groups that joints and springs connect, each in the order of the scene."""
+    """The names of the ground and the bodies, in groups that joints and springs connect, in the order of the scene."""
     root = {name: name for name in (GROUND, *(body.name for body in scene.bodies))}
 
     def find(name: str) -> str:
@@ -106,7 +106,7 @@ def _connected(scene: Scene) -> list[list[str]]:
 
 
 def _far(scene: Scene) -> Iterator[Problem]:
-    """Points of joints that are many lengths of a body away from it."""
+    """A note for each joint that is many lengths of a body away from it."""
     bodies = {body.name: body for body in scene.bodies}
     for joint in scene.joints:
         if joint.couples is not None or _may_be_anywhere(joint):
@@ -126,8 +126,8 @@ def _far(scene: Scene) -> Iterator[Problem]:
 
 
 def _alone(scene: Scene) -> Iterator[Problem]:
-    """Joints whose points are far from their bodies, beside the size of all else. Where these are most of the joints,
-    they are long pendulums."""
+    """A note for each joint that is much farther from its bodies than the rest of the scene is large. Where most joints
+    are so far, they are long pendulums, and no note is given."""
     bodies = {body.name: body.position for body in scene.bodies}
     joints = [joint for joint in scene.joints if joint.couples is None and not joint.points.local]
     arms = {
@@ -153,15 +153,16 @@ def _extent(points: Sequence[Sequence[float]]) -> float:
 
 
 def _may_be_anywhere(joint: Joint) -> bool:
-    """Whether the place of a joint is no part of its body: where something slides, or bodies move as one."""
+    """Whether a joint may be far from its bodies: it slides, or it merges them to one."""
     kind = JOINTS[joint.type]
     return kind.merges or any(COORDINATE_UNITS[row[0]] == "m" for row in kind.coordinates.values())
 
 
 def _length(body: Body, arm: float) -> float | None:
-    """The length of a uniform rod with the body's inertia; None for a compact body, and where `arm` is not far."""
+    """The length in m of a uniform rod with the body's inertia; None for a compact body. None also where `arm` in m is
+    surely not far, which needs no eigenvalues."""
     trace = sum(body.inertia[i][i] for i in range(3))
-    if body.mass == 0.0 or arm**2 * body.mass <= FAR**2 * 4.0 * trace:  # the largest moment is a third at least
+    if body.mass == 0.0 or arm**2 * body.mass <= FAR**2 * 4.0 * trace:  # the largest moment is >= a third of the trace
         return None
     least, _, largest = principal_moments(body.inertia)
     return math.sqrt(12.0 * largest / body.mass) if largest > LONG * least else None

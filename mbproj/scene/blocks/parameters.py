@@ -20,7 +20,7 @@ from mbproj.scene.fields.reading import Reading
 from mbproj.scene.records import KeyPath
 from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode, as_mapping, describe
 
-#: What expressions can call by its name, and the rule in words.
+#: The pattern of names that expressions can use, and the rule in words.
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 NAME_RULE = "letters, digits and _, and does not begin with a digit"
 
@@ -41,7 +41,7 @@ class Parameters(Field[Mapping[str, float]]):
             self.reject(node, path, reading)
             return None
         trees: dict[str, Expression] = {}
-        reading.names.update(dict.fromkeys(mapping.values))  # before any is read: what is a unit depends on them
+        reading.names.update(dict.fromkeys(mapping.values))  # before any is read: they decide which words are units
         for name, value in mapping.values.items():
             where = (*path, name)
             reading.places[where] = value.place
@@ -63,7 +63,7 @@ class Parameters(Field[Mapping[str, float]]):
 
 
 def _tree(name: str, node: Node, key: Place, reading: Reading) -> Expression | None:
-    """The tree of one parameter, whose name must be one."""
+    """The tree of one parameter; None where the name or the expression is wrong, which is reported."""
     if name in RESERVED:
         reading.report(f"'{name}' is a reserved name", key, "give the parameter another name")
         return None
@@ -81,12 +81,13 @@ def _tree(name: str, node: Node, key: Place, reading: Reading) -> Expression | N
 
 
 def _without_unit_unknown(value: Value | None) -> Value | None:
-    """A parameter that was given without unit may be anything."""
+    """The value, of unknown dimension where it was given without a unit: such a parameter may stand for any."""
     return replace(value, dimension=None) if value is not None and value.dimension == BARE else value
 
 
 def _in_order(trees: Mapping[str, Expression], mapping: MappingNode, reading: Reading) -> list[str]:
-    """The names, each after those that it uses; those that need themselves are left out, with what needs them."""
+    """The names of the parameters, each after those that it uses. Parameters in a cycle are reported, and left out with
+    all that use them."""
     uses = {name: sorted(names(tree) & trees.keys()) for name, tree in trees.items()}
     sorter = TopologicalSorter(uses)
     with suppress(CycleError):  # names only one cycle
@@ -107,7 +108,8 @@ def _in_order(trees: Mapping[str, Expression], mapping: MappingNode, reading: Re
 
 
 def _cycles(uses: Mapping[str, list[str]], blocked: Mapping[str, None]) -> list[list[str]]:
-    """The cycles that are met by going from each blocked name to the first blocked one that it uses; there is one."""
+    """The cycles among the `blocked` names, found by going from each to the first blocked name that it uses. There is
+    at least one such cycle."""
     seen: set[str] = set()
     cycles = []
     for start in blocked:

@@ -14,21 +14,21 @@ from mbproj.scene.fields.quantities import agrees
 from mbproj.scene.records import Joint, KeyPath, Passage
 from mbproj.scene.text.suggestions import choose_from
 
-#: What stands behind the name of a coordinate in the name of a ratio.
+#: The endings of the names of ratios; the name of a coordinate stands before them.
 VELOCITY_RATIO, MECHANICAL_ADVANTAGE = "_velocity_ratio", "_mechanical_advantage"
 RATIOS = (VELOCITY_RATIO, MECHANICAL_ADVANTAGE)
 TRANSMISSION_ANGLE = "transmission_angle"
 
 
 class GivenPassage(NamedTuple):
-    """`at: {crank.angle: 90 deg}` as read: the unit is looked at where the joints are known."""
+    """`at: {crank.angle: 90 deg}` as read; its unit is checked later, when the joints are known."""
 
     coordinate: str
     value: Value
 
 
 def output_of(quantity: str) -> str:
-    """The coordinate that a ratio is of; "" of what is no ratio."""
+    """The output coordinate of a ratio; "" for a quantity that is no ratio."""
     ending = next((ending for ending in RATIOS if quantity.endswith(ending)), None)
     return quantity.removesuffix(ending) if ending else ""
 
@@ -41,12 +41,12 @@ def ratio_unit(quantity: str, over: str) -> str:
 
 
 def coordinates_of(joints: Mapping[str, Joint]) -> list[str]:
-    """All joint coordinates by name."""
+    """The names of all joint coordinates, such as "crank.angle"."""
     return [f"{name}.{own}" for name, joint in joints.items() for own in coordinates_in(joint, None)]
 
 
 def of_coordinates(joints: Mapping[str, Joint], expected: Mapping[str, Mapping[str, Any]]) -> Iterator[Complaint]:
-    """A check that the coordinates are there which expectations pass, or have for their input."""
+    """A check that the coordinates exist that expectations name in a passage, or as the input of a ratio."""
     known = coordinates_of(joints)
     for name, given in expected.items():
         path: KeyPath = ("expect", name)
@@ -71,7 +71,7 @@ def of_coordinates(joints: Mapping[str, Joint], expected: Mapping[str, Mapping[s
 
 
 def of_corners(expected: Mapping[str, Mapping[str, Any]], markers: Mapping[str, Any]) -> Iterator[Complaint]:
-    """A check of the markers between which a transmission angle is."""
+    """A check that the two markers exist between which a transmission angle is measured."""
     for name, given in expected.items():
         path, between = ("expect", name), given.get("between")
         if given.get("quantity") == TRANSMISSION_ANGLE and "marker" in given:
@@ -91,5 +91,5 @@ def of_corners(expected: Mapping[str, Mapping[str, Any]], markers: Mapping[str, 
 
 
 def passage_of(at: GivenPassage) -> Passage:
-    """The record."""
+    """The record of a passage, with the unit of its coordinate."""
     return Passage(at.coordinate, at.value.number, COORDINATES[at.coordinate.rpartition(".")[2]])

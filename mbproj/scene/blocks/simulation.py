@@ -1,4 +1,4 @@
-"""The `simulation` block: what each of its keys is, and the option of the command line that changes it."""
+"""The `simulation` block: the field of each key, and the option of the command line that changes it."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ SIMULATION: Record[dict[str, Any]] = Record(
 
 #: The options whose text may be a list, A,B.
 LIST_OPTIONS = frozenset({"gains", "break_times"})
-#: The way through the block to the value that an option changes, by the option's name in Python.
+#: The path within the block of the value that an option changes, by the option's name in Python.
 OPTIONS: Mapping[str, KeyPath] = MappingProxyType(
     {
         **{key: (key,) for key in SIMULATION.keys if key != "projection"},

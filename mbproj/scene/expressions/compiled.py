@@ -1,4 +1,4 @@
-"""Expressions with variables: tree -> program. What has no variable in it is computed here and now."""
+"""Expressions with variables: tree -> program. Parts without a variable become numbers at once."""
 
 from __future__ import annotations
 
@@ -28,17 +28,18 @@ from mbproj.scene.text.suggestions import did_you_mean
 _OPERATORS: Mapping[str, Op] = MappingProxyType(
     {"+": Op.ADD, "-": Op.SUBTRACT, "*": Op.MULTIPLY, "/": Op.DIVIDE, "**": Op.POWER_OF}
 )
-#: Variables by name: their numbers in programs.
+#: The number of each variable in programs, by its name.
 Variables = Mapping[str, int]
 Parameters = Mapping[str, Value | None]
-#: Dimensions of variables by name.
+#: The dimensions of variables, by name.
 Dimensions = Mapping[str, Dimension]
 
 
 def compiled(
     tree: Expression, parameters: Parameters, variables: Variables, known: Dimensions = MappingProxyType({})
 ) -> tuple[Code, Dimension | None]:
-    """The program of the tree, and the dimension of its value where that is known; a variable's is where it is `known`.
+    """The program of the tree, and the dimension of its value, None where it is not known; `known` are those of
+    variables.
 
     Raises ExpressionError and Unavailable as `evaluate` does, and where a variable has the name of a parameter.
     """
@@ -67,7 +68,7 @@ def compiled(
 
 
 def _refuse_unknown(tree: Expression, parameters: Parameters, variables: Variables) -> None:
-    """Raises ExpressionError for a name that means nothing, with the variables as what it may have been."""
+    """Raises ExpressionError for an unknown name; the hint suggests parameters and variables."""
     for node, _ in walk(tree):
         if isinstance(node, Name) and "." in node.name:
             raise not_here(node)
@@ -118,7 +119,7 @@ def _table(tree: Call, arguments: list[Code]) -> Code:
     return (*x, Instruction(Op.TABLE, 0.0, polygon([*zip(numbers[::2], numbers[1::2], strict=True)])))
 
 
-#: Functions that are no operation of their own.
+#: Functions that programs have no operation for: they are written out by others.
 _WRITTEN_OUT: Mapping[str, Callable[[Call, list[Code]], Code]] = MappingProxyType(
     {"clip": _clip, "deadband": _deadband, "table": _table}
 )

@@ -19,21 +19,24 @@ from mbproj.scene.text.suggestions import choose_from, did_you_mean
 
 @dataclass(frozen=True)
 class Value:
-    """A number in SI and radians; `dimension` is None where it follows from a parameter that was given without unit."""
+    """A number in SI and radians. `dimension` is None where it is not known, because a parameter has no unit."""
 
     number: float
     dimension: Dimension | None = BARE
 
 
 class Unavailable(Exception):
-    """A name's own value is wrong, which is reported where it is given."""
+    """The value of a named parameter is wrong, which is reported at that parameter."""
 
 
 @dataclass(frozen=True)
 class Function:
-    """How to compute it and how many arguments it takes. `paired`: those after the first are pairs (x, y) of numbers, x
-    increasing, and the value is a y. `same`: they have one dimension, whichever; otherwise they are
-    angles or have no unit. `result` is the dimension of the value, None: that of the arguments to the power `power`."""
+    """A function of expressions: how to compute it, and how many arguments it takes.
+
+    `paired`: the arguments after the first are pairs (x, y) of numbers, x increasing, and the value is a y. `same`: all
+    arguments have one dimension, whichever; otherwise they are angles or have no unit. `result` is the dimension of the
+    value; None: that of the arguments to the power `power`.
+    """
 
     compute: Callable[..., float]
     least: int = 1
@@ -58,7 +61,7 @@ def _clip(x: float, low: float, high: float) -> float:
 
 
 def _table(x: float, *rows: float) -> float:
-    """Straight lines through (x, y), (x, y), ..., also beyond its ends."""
+    """The piecewise linear function through the points (x, y), ..., extended beyond both ends."""
     at = min(max(bisect_right(rows[::2], x), 1), len(rows) // 2 - 1)
     x0, y0, x1, y1 = rows[2 * at - 2 : 2 * at + 2]
     return y0 + (x - x0) * (y1 - y0) / (x1 - x0)
@@ -84,7 +87,7 @@ FUNCTIONS: Mapping[str, Function] = MappingProxyType(
     }
 )
 CONSTANTS: Mapping[str, Value] = MappingProxyType({"pi": Value(math.pi)})
-#: Names that no parameter may have: they mean something, or will in expressions of time.
+#: Names that no parameter may have: expressions use them for functions, constants or the time.
 RESERVED = frozenset({*FUNCTIONS, *CONSTANTS, "t", "inf", "nan"})
 
 _OPERATORS: Mapping[str, Callable[[float, float], float]] = MappingProxyType(
@@ -138,7 +141,7 @@ def _lookup(tree: Name, names: Mapping[str, Value | None]) -> Value:
 
 
 def not_here(tree: Name) -> ExpressionError:
-    """That what moves or is computed cannot be named in this expression."""
+    """The error of a name of something that moves or is computed, where an expression must be constant."""
     called = tree.name.replace(".", "_")
     hint = f"signals, states and forces may name it; elements call it {called}; motions are functions of t alone"
     return ExpressionError(f"'{tree.name}' cannot be used here", tree.at, hint)
@@ -150,7 +153,7 @@ def _with_unit(tree: Quantity, operand: Value) -> Value:
 
 
 def quantity_dimension(tree: Quantity, operand: Dimension | None) -> Dimension:
-    """The dimension of a unit, which stands after what has none yet."""
+    """The dimension of an operand with a unit behind it. Raises ExpressionError where it has a unit already."""
     if operand not in (None, BARE):
         raise ExpressionError(f"'{tree.unit}' stands after what has a unit already", tree.at)
     return unit_of(tree.unit).dimension
@@ -164,7 +167,8 @@ def _binary(tree: Binary, left: Value, right: Value) -> Value:
 def binary_dimension(
     tree: Binary, left: Dimension | None, right: Dimension | None, exponent: float | None
 ) -> Dimension | None:
-    """The dimension of a sum, product or power; `exponent` is the number on the right, None where that varies."""
+    """The dimension of a sum, product or power. `exponent` is the number on the right, None where that is no
+    constant."""
     if tree.operator == "**":
         if right not in (None, BARE):
             raise ExpressionError(f"an exponent has no unit, this is {describe(right)}", tree.at)
@@ -187,7 +191,8 @@ def _call(tree: Call, arguments: list[Value], names: Mapping[str, Value | None])
 
 
 def function_of(tree: Call, names: Iterable[str]) -> Function:
-    """The function that is called, with as many arguments as it takes; `names` may have been meant as a factor."""
+    """The function that is called. Raises ExpressionError where it is unknown or has another number of arguments;
+    `names` are parameters, which may have been meant as a factor."""
     function = FUNCTIONS.get(tree.function)
     if function is None:
         known = tree.function in {*names, *CONSTANTS}
@@ -203,7 +208,7 @@ def function_of(tree: Call, names: Iterable[str]) -> Function:
 
 
 def increasing(tree: Call, numbers: Sequence[float]) -> None:
-    """Refuses a table whose x (numbers) do not increase."""
+    """Raises ExpressionError where the x of a table, `numbers`, do not increase."""
     for before, after in pairwise(numbers):
         if not after > before:
             raise ExpressionError(f"'{tree.function}' has x = {after:g} after {before:g}", tree.at, "x must increase")
@@ -229,7 +234,8 @@ def _dimensionless(tree: Call, arguments: list[Dimension | None]) -> None:
 
 
 def _common(at: int, dimensions: list[Dimension | None]) -> Dimension | None:
-    """The dimension of what is added or compared: numbers without unit take the others', which must agree."""
+    """The common dimension of terms that are added or compared; numbers without unit take it. Raises ExpressionError
+    where dimensions differ."""
     if any(dimension is None for dimension in dimensions):
         return None
     common = BARE
@@ -241,7 +247,7 @@ def _common(at: int, dimensions: list[Dimension | None]) -> Dimension | None:
 
 
 def _finite(at: int, compute: Callable[..., float], *numbers: float) -> float:
-    """compute(*numbers) as a finite number, or what went wrong."""
+    """compute(*numbers). Raises ExpressionError where that is not a finite number."""
     try:
         result = compute(*numbers)
     except ZeroDivisionError:

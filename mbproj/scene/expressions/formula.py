@@ -9,7 +9,7 @@ from mbproj.scene.expressions.syntax_tree import parse
 
 
 def formula(text: str, **parts: float | Program) -> Program:
-    """The function that the expression describes, of these parts by their names."""
+    """The program of the expression `text`; `parts` are the numbers and programs that its names stand for."""
     tree = parse(text, frozenset(parts))
     code, _ = compiled(tree, {}, {name: CHANNELS + at for at, name in enumerate(parts)})
     programs = [part if isinstance(part, Program) else Program(number(part)) for part in parts.values()]

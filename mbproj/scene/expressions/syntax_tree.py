@@ -1,4 +1,4 @@
-"""Expressions: text -> a small immutable tree. What the names mean and what comes out is `evaluate`'s business.
+"""Expressions: text -> a small immutable tree. `evaluate` and `compiled` give names a meaning and compute the value.
 
 sum     = [+ -] product {(+ | -) product}        ** binds tighter than a sign before it, and to the right
 operand = (number | name | name(sum, ...) | (sum)) [unit]          `unit_text` has what a unit is
@@ -64,8 +64,8 @@ Expression: TypeAlias = "Number | Name | Quantity | Negative | Binary | Call"
 
 @lru_cache(maxsize=4096)
 def parse(text: str, parameters: Set[str] = frozenset()) -> Expression:
-    """The tree of `text`, at most MAX_LENGTH characters and MAX_DEPTH levels; `parameters` are those that have the name
-    of a unit. Raises ExpressionError."""
+    """The tree of `text`, at most MAX_LENGTH characters and MAX_DEPTH levels. `parameters` are the names of units that
+    are names of parameters in this scene. Raises ExpressionError."""
     if len(text) > MAX_LENGTH:
         raise ExpressionError(
             f"the expression has {len(text)} characters, at most {MAX_LENGTH} are allowed",
@@ -118,7 +118,7 @@ def _too_deep(at: int) -> ExpressionError:
     )
 
 
-#: Binding power of an operator, and of what stands to its right: ** groups to the right, the others to the left.
+#: The binding powers of an operator to its left and to its right: ** groups to the right, the others to the left.
 _BINDING = {"+": (1, 2), "-": (1, 2), "*": (3, 4), "/": (3, 4), "**": (7, 6)}
 _SIGN = 5
 
@@ -131,7 +131,7 @@ class _Parser:
         self._next = next(self._tokens)
 
     def expression(self, binding: int, level: int) -> Expression:
-        """What stands here up to an operator that binds less than `binding`."""
+        """The expression from here up to an operator that binds less than `binding`."""
         left = self._signed(level)
         while (power := _BINDING.get(self._next.kind)) is not None and power[0] >= binding:
             operator = self._advance()

@@ -1,4 +1,4 @@
-"""Expressions: text -> tokens. What stands before a name says whether it is a unit, or a parameter or function."""
+"""Expressions: text -> tokens. The token before a name decides whether it is a unit, or a parameter or function."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from mbproj.scene.expressions.unit_text import similar_unit, unit_at
 
 
 class ExpressionError(Exception):
-    """What is wrong in an expression, at which character of its text (from 0), and what to try."""
+    """The error of an expression: its message, the character of the text (from 0) at which it is, and a hint."""
 
     def __init__(self, message: str, at: int, hint: str | None = None) -> None:
         super().__init__(message)
@@ -25,7 +25,7 @@ class Token:
 
 
 _NUMBER = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
-#: Of a parameter or a function, or with a point within, as pin.angle.
+#: The name of a parameter or a function, or a name with points, as pin.angle.
 _NAME = r"[A-Za-z_][A-Za-z0-9_]*(?:\.[A-Za-z_][A-Za-z0-9_]*)*"
 _PATTERN = re.compile(
     rf"\s*(?:(?P<number>{_NUMBER})|(?P<name>{_NAME})|(?P<operator>\*\*|[-+*/(),])|(?P<wrong>.)|$)", re.S
@@ -42,8 +42,8 @@ HINTS = {
 
 
 def tokens(text: str, parameters: Set[str] = frozenset()) -> Iterator[Token]:
-    """The tokens of `text` in order, then one of kind "end"; operators are their own kind. `parameters`: the names of
-    which none is a unit after * or /.
+    """The tokens of `text` in order, then one of kind "end"; operators are their own kind. `parameters` are names that
+    are no units after * or /, because the scene has parameters of these names.
 
     Raises ExpressionError for a character or a unit that is unknown.
     """

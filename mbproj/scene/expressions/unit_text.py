@@ -17,7 +17,7 @@ from functools import lru_cache
 from mbproj.scene.expressions.units import SYMBOLS, Dimension, Unit
 from mbproj.scene.text.suggestions import did_you_mean
 
-#: Those that are units whatever the parameters are called.
+#: Units that stay units whatever the names of the parameters are.
 COMPOUNDS = (
     "rad/s",
     "deg/s",
@@ -37,9 +37,9 @@ COMPOUNDS = (
     "l/min",
     "l/s",
 )
-#: A symbol in these alone: else l is the length of a spring.
+#: Symbols that are units in COMPOUNDS alone: elsewhere l is the length of a spring.
 IN_COMPOUNDS = {"l": Unit(Dimension(length=3), divide=1000.0)}
-#: Parentheses in parentheses, at most.
+#: The most levels of parentheses in a unit.
 MAX_DEPTH = 5
 
 _LONGEST_FIRST = sorted(COMPOUNDS, key=len, reverse=True)
@@ -71,15 +71,15 @@ def unit_of(text: str) -> Unit:
 
 
 def similar_unit(word: str) -> str | None:
-    """A hint that names the unit which an unknown word may have been."""
+    """A hint with the unit that an unknown word was probably meant to be; None where none is similar."""
     if word in _RUN_TOGETHER:
         return f"did you mean '{_RUN_TOGETHER[word]}'?"
     return did_you_mean(word, (*SYMBOLS, *COMPOUNDS)) if len(word) > 1 else None
 
 
 class _Reader:
-    """Reads a unit in a text. From the character `free` on, the name of a parameter is no symbol; up to there is one of
-    `COMPOUNDS` where it begins with a `compound`."""
+    """Reads a unit in a text. Up to the character `free` all symbols are units; from there on the name of a parameter
+    is none. `compound`: the text begins with one of `COMPOUNDS`."""
 
     def __init__(self, text: str, parameters: Set[str], free: int, compound: bool) -> None:
         self._text, self._parameters, self._free, self._compound = text, parameters, free, compound
@@ -99,7 +99,7 @@ class _Reader:
         return unit, end
 
     def factor(self, at: int, depth: int) -> tuple[Unit, int] | None:
-        """A symbol, or a unit in parentheses, to its power."""
+        """A symbol or a unit in parentheses, with its power, and where it ends."""
         found = self._symbol(at) or self._group(at, depth)
         if found is None:
             return None

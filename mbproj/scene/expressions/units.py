@@ -1,4 +1,4 @@
-"""Units as data: what a number with a unit is in SI and radians, and which dimension it has."""
+"""Units as data: the factor of a unit to SI and radians, and its dimension."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class Unit:
 
 
 def _in_lowest_terms(multiply: float, divide: float) -> tuple[float, float]:
-    """The factors without what they share, so that g/cm^3 multiplies by 1000 and rounds once."""
+    """The two factors without their common divisor, so that g/cm^3 multiplies by 1000 and rounds once."""
     if not (multiply.is_integer() and divide.is_integer()):
         return multiply, divide
     shared = math.gcd(int(multiply), int(divide))
@@ -80,7 +80,7 @@ POWER, PRESSURE, FLOW = Dimension(2, 1, -3), Dimension(-1, 1, -2), Dimension(3, 
 CURRENT, VOLTAGE = Dimension(current=1), Dimension(2, 1, -3, current=-1)
 RESISTANCE, INDUCTANCE = Dimension(2, 1, -3, current=-2), Dimension(2, 1, -2, current=-2)
 
-#: What units are made of: `unit_text` reads their products, quotients and powers.
+#: The units by symbol; `unit_text` reads their products, quotients and powers.
 SYMBOLS: Mapping[str, Unit] = MappingProxyType(
     {
         "m": Unit(LENGTH),
@@ -117,7 +117,7 @@ SYMBOLS: Mapping[str, Unit] = MappingProxyType(
     }
 )
 
-#: What a number is when it is in none of the named dimensions: its SI unit, put together.
+#: The symbols of the base units, from which the unit of a dimension without a name is composed.
 _SYMBOLS = ("m", "kg", "s", "rad", "A")
 _NAMES: Mapping[Dimension, str] = MappingProxyType(
     {
@@ -146,7 +146,7 @@ _NAMES: Mapping[Dimension, str] = MappingProxyType(
         BARE: "a number without unit",
     }
 )
-#: Units of SI with a name of their own, as results call them.
+#: The names in results of SI units that have a name of their own.
 _OWN_NAMES: Mapping[Dimension, str] = MappingProxyType(
     {FORCE: "N", TORQUE: "N m", POWER: "W", PRESSURE: "Pa", VOLTAGE: "V", RESISTANCE: "ohm", INDUCTANCE: "H"}
 )
@@ -158,7 +158,7 @@ def describe(dimension: Dimension) -> str:
 
 
 def symbol_of(dimension: Dimension) -> str:
-    """The SI unit, put together: "kg*m/s^2"; "1" for a number without unit."""
+    """The SI unit of a dimension, composed of base units: "kg*m/s^2"; "1" for a number without unit."""
     powers = [(symbol, power) for symbol, power in zip(_SYMBOLS, dimension, strict=True) if power]
     above = "*".join(_power(symbol, power) for symbol, power in powers if power > 0)
     below = "".join("/" + _power(symbol, -power) for symbol, power in powers if power < 0)
@@ -166,7 +166,7 @@ def symbol_of(dimension: Dimension) -> str:
 
 
 def called(dimension: Dimension) -> str:
-    """How results call the SI unit: by its own name, where it has one."""
+    """The name of the SI unit of a dimension in results: its own name, where it has one, else `symbol_of`."""
     return _OWN_NAMES.get(dimension, symbol_of(dimension))
 
 

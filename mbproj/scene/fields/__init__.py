@@ -1,1 +1,1 @@
-"""What a value in a scene may be: numbers, choices, vectors, functions, records. A block is made of these."""
+"""Fields: the kinds of values in a scene: numbers, choices, vectors, functions, records. A block is made of these."""

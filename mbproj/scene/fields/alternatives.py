@@ -52,8 +52,8 @@ class Alternatives(Field[T_co], Generic[T_co]):
 
 @dataclass(frozen=True)
 class Variants(Field[T_co], Generic[T_co]):
-    """A record whose `key` says which of `variants` it is; where it does not, the keys that mean the same to all
-    that have them are still read."""
+    """A record whose `key` says which of `variants` it is. Where the key is wrong, those other keys are still read for
+    their problems that have one meaning in all variants."""
 
     key: str
     tag: Choice
@@ -77,7 +77,7 @@ class Variants(Field[T_co], Generic[T_co]):
             self.tag.read(tag, (*path, self.key), reading)
         else:
             reading.report(f"missing key '{self.key}'", mapping.place, f"add it: {self.tag.expects}")
-        dict(read_keys(self._common(), mapping, path, reading))  # for the problems alone
+        dict(read_keys(self._common(), mapping, path, reading))  # only to report their problems
         return None
 
     def schema(self) -> Schema:

@@ -1,4 +1,4 @@
-"""Rules on values: turned into what the records hold, or Unfit; and rules on several values of a joint or marker."""
+"""Rules on single values, which convert them for the records or raise Unfit; rules on several values of an item."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from mbproj.scene.fields.reading import Unfit
 from mbproj.scene.records import Matrix, Pair, Quaternion, Vector
 from mbproj.scene.text.suggestions import did_you_mean
 
-#: A point or direction as read: one for both bodies, or one by body in its own axes.
+#: A point or direction as read: global for both bodies, or one by body in that body's axes.
 Placed = Pair | Mapping[str, Vector]
 
 #: The sine below which two axes count as parallel.
@@ -28,7 +28,7 @@ def direction(vector: Vector) -> Vector:
 
 
 def unit_quaternion(quaternion: Quaternion) -> Quaternion:
-    """The quaternion over its norm."""
+    """The quaternion divided by its norm. Raises Unfit where that is 0."""
     found = rotations.unit(quaternion)
     if found is None:
         raise Unfit("is zero", "write [1, 0, 0, 0] for no rotation")
@@ -47,7 +47,7 @@ def orientation_of(matrix: Matrix) -> Quaternion:
 
 
 def inertia_of(matrix: Matrix) -> Matrix:
-    """The tensor, made exactly symmetric, of a body that can be."""
+    """The inertia tensor, made exactly symmetric. Raises Unfit where no body can have it."""
     symmetric = inertia.symmetric(matrix)
     if symmetric is None:
         raise Unfit("is not symmetric", "Ixy stands in row 1, column 2 and in row 2, column 1")
@@ -58,7 +58,7 @@ def inertia_of(matrix: Matrix) -> Matrix:
 
 
 def different(names: tuple[str, ...]) -> tuple[str, ...]:
-    """The names of different bodies or joints."""
+    """The names. Raises Unfit where one stands twice."""
     for at, name in enumerate(names):
         if name in names[:at]:
             count = {2: "two", 3: "three"}[len(names)]
@@ -67,14 +67,14 @@ def different(names: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def nonzero(number: float) -> float:
-    """A number other than zero."""
+    """The number. Raises Unfit where it is zero."""
     if number == 0.0:
         raise Unfit("is zero")
     return number
 
 
 def tooth_count(number: float) -> float:
-    """A whole number other than zero; its sign says which way the wheel turns."""
+    """The number of teeth, whose sign says which way the wheel turns. Raises Unfit where it is not whole, or zero."""
     if number == 0.0 or not number.is_integer():
         raise Unfit(
             f"has {number:g} for a number of teeth", "give a whole number; a negative one is an internal gear or a belt"
@@ -83,21 +83,21 @@ def tooth_count(number: float) -> float:
 
 
 def slot_count(number: float) -> float:
-    """A whole number of slots, with room for a pin between them."""
+    """The number of slots. Raises Unfit where it is not whole, or leaves no room for a pin between them."""
     if number < 3.0 or not number.is_integer():
         raise Unfit(f"has {number:g} for a number of slots", "give a whole number, 3 or more")
     return number
 
 
 def two_points(points: tuple[Vector, Vector]) -> Pair:
-    """A pair of global points, the first in the first body, that are not the same."""
+    """The pair of global points, the first on the first body. Raises Unfit where they are the same."""
     if points[0] == points[1]:
         raise Unfit("are one point", "give two points, or use a spherical joint")
     return Pair(*points)
 
 
 def two_axes(axes: tuple[Vector, Vector]) -> Pair:
-    """A pair of global axes that span a plane."""
+    """The pair of global axes. Raises Unfit where they are parallel."""
     if math.hypot(*rotations.cross(*axes)) <= PARALLEL:
         raise Unfit("are parallel", "the two axes must span a plane")
     return Pair(*axes)
@@ -109,7 +109,7 @@ def shared(vector: Vector) -> Pair:
 
 
 def pair_of(placed: Placed, bodies: tuple[str, str]) -> Pair:
-    """The pair in the order of `bodies`; what only the first body has stands for both."""
+    """The pair in the order of `bodies`; where only the first body has a vector, it stands for both."""
     if isinstance(placed, Pair):
         return placed
     return Pair(placed[bodies[0]], placed.get(bodies[1], placed[bodies[0]]), local=True)
@@ -118,8 +118,8 @@ def pair_of(placed: Placed, bodies: tuple[str, str]) -> Pair:
 def of_these_bodies(
     key: str, alone: bool = False
 ) -> Callable[[tuple[str, str] | str, Placed | Vector], Iterator[Complaint]]:
-    """A check that what is given by body under `key` is given for the bodies at hand (one or two), and no other; for
-    the first of two `alone` where only that one has it."""
+    """A check that a mapping by body under `key` has exactly the item's bodies, one or two. With `alone` it may have
+    the first of two only."""
 
     def find(bodies: tuple[str, str] | str, placed: Placed | Vector) -> Iterator[Complaint]:
         wanted = (bodies,) if isinstance(bodies, str) else bodies[:1] if alone else bodies

@@ -15,7 +15,8 @@ from mbproj.scene.text.suggestions import choose_from
 
 @dataclass(frozen=True)
 class Choice(Field[str]):
-    """One of the names that `names` gives (when asked: some stand on disk); `what` they name, as in "integrator"."""
+    """One of the names that `names()` returns, called when needed, since some stand on disk. `what` says in messages
+    what they name, as "integrator"."""
 
     what: str
     names: Callable[[], Iterable[str]]
@@ -35,7 +36,8 @@ class Choice(Field[str]):
 
 @dataclass(frozen=True)
 class NameReference(Field[str]):
-    """The name of an item of the top-level block `block`, or one of `besides`; `what` such an item is."""
+    """The name of an item of the top-level block `block`, or one of `besides`. `what` names such an item in
+    messages."""
 
     what: str
     block: str
@@ -55,7 +57,8 @@ class NameReference(Field[str]):
 def _pick(
     field: Choice | NameReference, node: Node, path: KeyPath, reading: Reading, *names: Collection[str]
 ) -> str | None:
-    """The node's text where it is among some names. These are put together for a message alone: there may be many."""
+    """The node's text where it is among `names`; None where it is not, which is reported. The collections of names are
+    joined for a message only, since there may be many."""
     if not isinstance(node, ScalarNode) or not node.text:
         field.reject(node, path, reading)
         return None

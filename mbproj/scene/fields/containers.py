@@ -14,12 +14,12 @@ from mbproj.scene.records import KeyPath
 from mbproj.scene.text.nodes import MappingNode, Node, as_mapping
 from mbproj.scene.text.suggestions import did_you_mean
 
-#: A name has to do for files and datasets as well.
+#: The pattern of names of items: they have to be valid in names of files and datasets as well.
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*")
 
 
 class Complaint(NamedTuple):
-    """What a check finds wrong at `path` within its record."""
+    """A fault that a check finds at `path` within its record."""
 
     path: KeyPath
     message: str
@@ -28,15 +28,15 @@ class Complaint(NamedTuple):
 
 @dataclass(frozen=True)
 class Check:
-    """A rule on several values of a record: `find` gets the values of `keys` by position, where all are given and
-    right, and those of `besides`. The latter are empty mappings where they are not given."""
+    """A rule on several values of a record. `find` gets the values of `keys` by position, where all are given and
+    right, then those of `besides`. Of the latter, each that is not given is an empty mapping."""
 
     keys: tuple[str, ...]
     find: Callable[..., Iterable[Complaint]]
     besides: tuple[str, ...] = ()
 
     def complaints(self, values: Mapping[str, Any], given: Container[str]) -> Iterable[Complaint]:
-        """On the values that are right, of the keys that are given."""
+        """The complaints about `values`, those that were read without a problem; `given` are the keys in the text."""
         for key in self.keys:
             if key not in values:
                 return ()
@@ -47,7 +47,7 @@ class Check:
 
 
 class OneOf(NamedTuple):
-    """Keys that exclude each other, so that one of them is `needed` or at most one may be given."""
+    """Keys that exclude each other: exactly one must be given where it is `needed`, else at most one."""
 
     keys: tuple[str, ...]
     needed: bool = False
@@ -62,10 +62,11 @@ class OneOf(NamedTuple):
 
 @dataclass(frozen=True)
 class Record(Field[T_co], Generic[T_co]):
-    """Values by key, handed to `make` by name; with `name` too, the item's own, where `named`. It may raise Unfit.
+    """A mapping of values by key, which are passed to `make` by name, and the item's own `name` as well where `named`.
+    `make` may raise Unfit.
 
-    `keys` are read in their order here, whatever the order in the text. `choices` are groups of keys that exclude each
-    other; `elsewhere` are keys that other variants take.
+    `keys` are read in the order in which they stand here, whatever their order in the text. `choices` are groups of
+    keys that exclude each other; `elsewhere` are keys that only other variants have.
     """
 
     what: str
@@ -132,7 +133,7 @@ class Record(Field[T_co], Generic[T_co]):
             self._report_choice(group, mapping, reading)
 
     def _report_choice(self, group: OneOf, mapping: MappingNode, reading: Reading) -> None:
-        """Report the keys of a group that exclude each other, or that one is missing: any that could be added."""
+        """Report keys of a group that exclude each other, or that none is given where one is needed."""
         given = [key for key in group.keys if key in mapping.keys]
         for key in given[1:]:
             reading.report(f"'{given[0]}' and '{key}' cannot both be given", mapping.values[key].place, group.hint)
@@ -149,7 +150,7 @@ class Record(Field[T_co], Generic[T_co]):
 def read_keys(
     fields: Mapping[str, Field[Any]], mapping: MappingNode, path: KeyPath, reading: Reading
 ) -> Iterator[tuple[str, Any]]:
-    """Each value that is given and right, by key."""
+    """Yield the key and the value of each field that is given and right."""
     for key, field in fields.items():
         node = mapping.values.get(key)
         if node is not None:
@@ -159,7 +160,7 @@ def read_keys(
 
 
 def report_unknown_key(key: str, place: Place, known: Iterable[str], what: str, reading: Reading) -> None:
-    """Report a key that means nothing, with what it may have been."""
+    """Report an unknown key, with a hint what it was meant to be."""
     known = tuple(known)
     hint = "put a space after the ':'" if ":" in key else did_you_mean(key, known)
     if key.endswith("_dot") and "speed" in known:
@@ -168,20 +169,20 @@ def report_unknown_key(key: str, place: Place, known: Iterable[str], what: str, 
 
 
 def mapping_schema(description: str, empty: bool) -> Schema:
-    """A mapping whose keys are yet to be listed; where it may be `empty`, nothing after its key is one as well."""
+    """The schema of a mapping, without its keys. Where it may be `empty`, a key with no value counts as one."""
     kinds: Schema = {"type": ["object", "null", "string"], "maxLength": 0} if empty else {"type": "object"}
     return {"description": description, **kinds, "additionalProperties": False}
 
 
 def names_schema(names: re.Pattern[str], reserved: Iterable[str], item: Schema) -> Schema:
-    """Items of one kind under any of these names, but for the reserved ones."""
+    """The schema of a mapping of items of one kind under any of these names, except the reserved ones."""
     forbidden = {"propertyNames": {"not": {"enum": sorted(reserved)}}} if reserved else {}
     return {"patternProperties": {f"^(?:{names.pattern})$": item}, **forbidden}
 
 
 @dataclass(frozen=True)
 class Named(Field[Mapping[str, T_co]], Generic[T_co]):
-    """Items of one kind by name; `what` they are, as in "body". Names in `reserved` mean something else."""
+    """Items of one kind by name; `what` names one in messages, as "body". Names in `reserved` have another meaning."""
 
     what: str
     item: Field[T_co]

@@ -1,5 +1,5 @@
-"""What a value in a scene may be: small definitions that read a node. Each can say what it expects, so messages, and
-whoever wants to describe the format, need nothing else."""
+"""Fields: small definitions, each of which reads one kind of value from a node of the scene. Each also says what it
+expects, so that messages and the schema need nothing else."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ Schema: TypeAlias = dict[str, Any]
 
 
 class Field(ABC, Generic[T_co]):
-    """One kind of value. `takes` looks at the kind of node, `fits` at its shape as well; both are to choose by."""
+    """One kind of value. `takes` tests the class of a node, `fits` its shape as well; `Alternatives` choose by them."""
 
-    #: The class of node that this reads.
+    #: The class of the nodes that this field reads.
     node_type: ClassVar[type] = ScalarNode
-    #: Whether reading it defines what those after it may name.
+    #: Whether reading this field defines names that later fields may use.
     defines_names: ClassVar[bool] = False
 
     @property
     @abstractmethod
     def expects(self) -> str:
-        """What belongs here, as in "a number"."""
+        """A text that says which value belongs here, as "a number"."""
 
     @abstractmethod
     def read(self, node: Node, path: KeyPath, reading: Reading) -> T_co | None:
@@ -36,7 +36,7 @@ class Field(ABC, Generic[T_co]):
 
     @abstractmethod
     def schema(self) -> Schema:
-        """What JSON Schema can say of this. Never narrower than `read`: whatever that accepts is valid."""
+        """The JSON Schema of the field, as far as it can say it. It accepts every value that `read` accepts."""
 
     def takes(self, node: Node) -> bool:
         return isinstance(node, self.node_type)
@@ -45,7 +45,7 @@ class Field(ABC, Generic[T_co]):
         return self.takes(node)
 
     def reject(self, node: Node, path: KeyPath, reading: Reading) -> None:
-        """Report that the node is not what belongs here."""
+        """Report that the node is no value of this field."""
         reading.report(f"{label(path)} needs {self.expects}, found {describe(node)}", node.place)
 
 
@@ -82,12 +82,13 @@ class Text(Field[str]):
         return node.text
 
     def schema(self) -> Schema:
-        return {"description": self.expects, "type": ["string", "number", "boolean", "null"]}  # 2015, say, is text here
+        return {"description": self.expects, "type": ["string", "number", "boolean", "null"]}  # 2015 is a text here
 
 
 @dataclass(frozen=True)
 class List(Field[tuple[T_co, ...]]):
-    """Exactly `length` items of one kind, or any number but none; `what` several are called, as in "numbers"."""
+    """A list of exactly `length` items of one kind, or of one or more where that is None. `what` names several in
+    messages, as "numbers"."""
 
     item: Field[T_co]
     length: int | None
@@ -123,7 +124,7 @@ class List(Field[tuple[T_co, ...]]):
 
 @dataclass(frozen=True)
 class Converted(Field[T_co], Generic[T_co]):
-    """What `field` reads, turned into what the records hold by `convert`, which raises Unfit for what cannot be."""
+    """The value of `field`, converted for the records by `convert`, which raises Unfit for impossible values."""
 
     field: Field[Any]
     convert: Callable[[Any], T_co]

@@ -27,9 +27,9 @@ from mbproj.scene.text.suggestions import did_you_mean
 
 @dataclass(frozen=True)
 class Function(Field[Program]):
-    """A number in `unit` (None: any), from an expression in which `variables` may stand beside parameters: the time,
-    and for the law of a force its coordinate and the rate of that, which programs call `operands`; where it
-    `names_channels`, also signals, states, and what has a point in its name, as pin.angle."""
+    """A number in `unit` (None: any), from an expression that may name `variables` beside parameters: the time, and in
+    the law of a force its coordinate and its rate. Programs know these by the numbers `operands`. With
+    `names_channels` the expression may also name signals, states, and names with a point, as pin.angle."""
 
     unit: str | None
     variables: tuple[str, ...] = ("t",)
@@ -69,7 +69,8 @@ class Function(Field[Program]):
 
 @dataclass(frozen=True)
 class Varying(Field[float | Program]):
-    """A `number`, or an expression in its unit that names t, signals, states or coordinates; bounds are of numbers."""
+    """A `number`, or an expression in its unit that names t, signals, states or coordinates. The bounds of the number
+    are not checked for such an expression."""
 
     number: Number
 
@@ -79,7 +80,7 @@ class Varying(Field[float | Program]):
 
     @property
     def unit(self) -> str | None:
-        """The SI unit it is in, as `Number` has it."""
+        """The SI unit of the value, as in `Number`."""
         return self.number.unit
 
     def read(self, node: Node, path: KeyPath, reading: Reading) -> float | Program | None:
@@ -95,7 +96,7 @@ class Varying(Field[float | Program]):
 
 
 def channels_in(tree: Expression, variables: Mapping[str, int], reading: Reading) -> tuple[str, ...]:
-    """The names in an expression that are channels', in their order."""
+    """The names of channels in an expression, in their order."""
     own = [node for node, _ in walk(tree) if isinstance(node, Name) and node.name not in variables]
     return tuple(
         dict.fromkeys(
@@ -107,12 +108,12 @@ def channels_in(tree: Expression, variables: Mapping[str, int], reading: Reading
 
 
 def _blocks(reading: Reading) -> tuple[Collection[str], ...]:
-    """Names without a point that are channels'."""
+    """The names of channels without a point: signals and states, and names that hold within an item."""
     return (reading.inner, *(reading.items.get(block, ()) for block in ("signals", "states")))
 
 
 def is_misspelt(tree: Expression, known: Set[str], node: ScalarNode, reading: Reading) -> bool:
-    """Whether a name is unknown and like that of a signal or a state, which is reported."""
+    """Whether an unknown name in the expression is similar to that of a signal or a state, which is reported."""
     able = [name for block in _blocks(reading) for name in block]
     for each, _ in walk(tree):
         if isinstance(each, Name) and not {each.name} & {*known, *reading.names, *CONSTANTS, *SYMBOLS}:
@@ -124,7 +125,7 @@ def is_misspelt(tree: Expression, known: Set[str], node: ScalarNode, reading: Re
 
 
 def _increasing(rows: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
-    """Rows whose first numbers increase, two at least."""
+    """The rows. Raises Unfit where there are fewer than two, or their first numbers do not increase."""
     if len(rows) < 2:
         raise Unfit("has one row", "a table has two or more")
     for number, ((before, _), (after, _)) in enumerate(pairwise(rows), 2):
@@ -135,7 +136,7 @@ def _increasing(rows: tuple[tuple[float, float], ...]) -> tuple[tuple[float, flo
 
 
 def _repeated(rows: tuple[tuple[float, float], ...]) -> CubicTable:
-    """The periodic spline whose last row is its first again."""
+    """The periodic spline through the rows. Raises Unfit where the last value is not the first again."""
     if len(rows) < 4:
         raise Unfit(f"has {len(rows)} rows", "a periodic table has four or more, the last with the value of the first")
     if rows[-1][1] != rows[0][1]:
@@ -143,7 +144,7 @@ def _repeated(rows: tuple[tuple[float, float], ...]) -> CubicTable:
     return periodic(rows[:-1], rows[-1][0] - rows[0][0])
 
 
-#: How a table is read between its rows.
+#: The ways to interpolate a table between its rows.
 BETWEEN: Mapping[str, Callable[[Any], CubicTable]] = {
     "natural": partial(spline, ends="natural"),
     "clamped": partial(spline, ends="clamped"),
@@ -180,7 +181,8 @@ class _Row(Field[tuple[float, float]]):
 
 
 def table(unit: str | None, value_unit: str | None, ways: tuple[str, ...]) -> Field[CubicTable]:
-    """A table of values in `value_unit` over numbers in `unit`: rows alone (a natural spline), or {rows, between}."""
+    """The field of a table of values in `value_unit` over numbers in `unit`: rows alone (a natural spline), or {rows,
+    between}; `ways` are the values that `between` may have."""
     rows: Field[Any] = Converted(List(_Row(Number(unit), Number(value_unit)), None, "rows"), _increasing)
     return Alternatives(
         (

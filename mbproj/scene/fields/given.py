@@ -13,7 +13,7 @@ Read = TypeVar("Read")
 
 
 def given_number(text: object, option: str, field: Field[Read]) -> Read:
-    """The number that `text`, or a number also of NumPy, is for the field, in SI units.
+    """Read `text`, or a number (of NumPy, too), by the field of a scene; the result is in SI units.
 
     Raises InputError at the option.
     """

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from mbproj.scene.records import Matrix, Vector
 
-#: Relative to the largest principal moment (or element): what round-off may have left.
+#: The largest error that counts as round-off, relative to the largest principal moment (or element).
 ROUND_OFF = 1e-12
 _PLANES = ((0, 1), (0, 2), (1, 2))
 
@@ -58,11 +58,12 @@ def _rotate(a: list[list[float]], i: int, j: int) -> None:
         a[k][i], a[k][j] = cosine * a[k][i] - sine * a[k][j], sine * a[k][i] + cosine * a[k][j]
     for k in range(3):
         a[i][k], a[j][k] = cosine * a[i][k] - sine * a[j][k], sine * a[i][k] + cosine * a[j][k]
-    a[i][j] = a[j][i] = 0.0  # what round-off leaves would be turned again, for ever where two moments are equal
+    a[i][j] = a[j][i] = 0.0  # else rotations would go on for round-off, without end where two moments are equal
 
 
 def impossible(matrix: Matrix) -> str | None:
-    """Why no body has this tensor (a symmetric one), or None: moments are not negative, none exceeds the other two."""
+    """Why no body can have this symmetric tensor; None where one can. Principal moments are not negative, and none is
+    larger than the sum of the other two."""
     low, middle, high = principal_moments(matrix)
     slack = ROUND_OFF * max(abs(low), abs(high))
     shown = f"principal moments {low:.6g}, {middle:.6g} and {high:.6g}"

@@ -1,4 +1,4 @@
-"""How a body, or a shape of one, is turned: an axis and an angle, a quaternion, a matrix, or Euler angles."""
+"""The field of an orientation of a body or a shape: an axis and an angle, a quaternion, a matrix, or Euler angles."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Fields that say where something is on one body or two: global, or by body in its own axes."""
+"""Fields of points and directions on one body or two: global, or by body in that body's axes."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from mbproj.scene.records import GROUND, Pair, Vector
 JOINT_POINT: Field[Placed] = Alternatives((Converted(POINT, shared), Named("body", POINT)))
 AXIS: Field[Placed] = Alternatives((Converted(DIRECTION, shared), Named("body", DIRECTION)))
 AXES: Field[Placed] = Alternatives((Converted(List(DIRECTION, 2, "axes"), two_axes), Named("body", DIRECTION)))
-#: The origin of a curve, and a point that may be there.
+#: The origin of a curve, and the point that follows it.
 ORIGIN_AND_POINT: Field[Placed] = Alternatives(
     (Converted(List(POINT, 2, "points"), lambda points: Pair(*points)), Named("body", POINT))
 )
@@ -39,7 +39,7 @@ def _pair_on(points: Mapping[str, Vector]) -> tuple[tuple[str, str], Pair]:
     return (first, second), Pair(start, end)
 
 
-#: Two points by body that are global all the same.
+#: Two global points by body: these are global although bodies are named.
 POINTS_OF: Field[Any] = Converted(Named("body", POINT), _pair_on)
 
 
@@ -52,22 +52,22 @@ def two_ends(points: tuple[tuple[str, str], Pair] | None, bodies: Any, locations
     return bodies, pair_of(locations, bodies)
 
 
-#: The plane of body 1 on which body 2 is.
+#: A plane of body 1, on which body 2 stays.
 PLANE = Record(
     "a plane",
     {"location": BODY_POINT, "normal": BODY_DIRECTION},
     lambda location, normal: (location, normal),
     ("location", "normal"),
 )
-#: The sine up to which a face is upright on the plane of its curve.
+#: The largest sine of the angle between the normal of a face and the plane of its curve.
 UPRIGHT = 1e-6
-#: A direction that says nothing: any is taken.
+#: The zero vector stands for a direction that is left open.
 ANY = (0.0, 0.0, 0.0)
 
 
 def on_plane(bodies: tuple[str, str], plane: Any, centre: Any, axis: Any, x: Any) -> tuple[Pair, Pair, Pair | None]:
-    """The points, the axes and the x axes of two bodies. The first has the plane, with its location and normal; on it
-    is what has the centre and the axes. All are global, or all by body."""
+    """The points, the axes and the x axes of two bodies. The first has the plane with its location and normal; the
+    second has the centre, the axis and x. All are global, or all by body."""
     location, normal = plane
     given = {"plane": (location, normal), "centre": (centre,), "axis": (axis,), "x_axis": (x,)}
     local = isinstance(location, Mapping)
@@ -84,7 +84,7 @@ def on_plane(bodies: tuple[str, str], plane: Any, centre: Any, axis: Any, x: Any
 
 
 def face_normal(axis: Placed, normal: Any) -> Iterator[Complaint]:
-    """A check that the normal of a face is given as the axis of its joint is, and in the plane of the curve."""
+    """A check that the normal of a face is in the plane of the curve, and global or by body as the joint's axis is."""
     if isinstance(normal, Mapping) != isinstance(axis, Mapping):
         yield Complaint(("normal",), "the normal is not given as the axis is", "give both as lists, or both by body")
     elif isinstance(axis, Pair):
@@ -100,7 +100,7 @@ def with_face(axes: Pair, bodies: tuple[str, str], normal: Any) -> Pair:
 
 
 def of_side(key: str, side: int) -> Callable[[tuple[str, str], Any], Iterator[Complaint]]:
-    """A check that what is given by body under `key` is given for this one of two bodies."""
+    """A check that a mapping by body under `key` has only the body number `side` (0 or 1) of the two."""
 
     def find(bodies: tuple[str, str], given: Any) -> Iterator[Complaint]:
         parts = zip(("location", "normal"), given, strict=True) if key == "plane" else [("", given)]

@@ -17,18 +17,18 @@ from mbproj.scene.fields.reading import Reading, label
 from mbproj.scene.records import KeyPath
 from mbproj.scene.text.nodes import Node, ScalarNode
 
-#: What no quantity of a mechanism reaches: up to here a mass times the square of a length can be squared and is still a
-#: number (the largest is 1.8e308).
+#: A bound that no quantity of a mechanism reaches. Below it, the square of a mass times a squared length is still a
+#: finite number (the largest is 1.8e308).
 LARGEST = 1e50
 
 
-#: The bounds of a number by their names, in words, and when it is within.
+#: The bounds of a number: the attribute, its words in messages, and the test that a number is within.
 LIMITS = (
     ("above", "greater than", operator.gt),
     ("minimum", "at least", operator.ge),
     ("maximum", "at most", operator.le),
 )
-#: Most numbers are written so, and need no tree.
+#: Most numbers are written in this form, and need no tree of an expression.
 _PLAIN = re.compile(r"-?[0-9]{1,15}(\.[0-9]{1,20})?")
 
 
@@ -39,7 +39,7 @@ def _plain(text: str) -> Value | None:
 
 @dataclass(frozen=True)
 class Number(Field[float]):
-    """A finite number in SI and radians, from an expression. `unit`: the SI unit it is in, "" for none, None for any.
+    """A finite number in SI and radians, from an expression. `unit` is its SI unit, "" for none, None for any.
 
     Bounds are inclusive but for `above`.
     """
@@ -84,8 +84,9 @@ class Number(Field[float]):
         return number
 
     def _is_usual(self, number: float) -> bool:
-        """Whether products and, of what is always above 0, quotients of such numbers are numbers. Numbers without a
-        unit that may have any sign are parts of directions, or of what has a bound of its own."""
+        """Whether the number lies in a range where products do not overflow, nor quotients where it must be positive.
+        Numbers without a unit that may have any sign pass: they are components of directions, or parts of values with
+        bounds of their own."""
         if self.above == 0.0:
             return 1.0 / LARGEST <= number <= LARGEST
         return not self.unit or abs(number) <= LARGEST
@@ -98,7 +99,7 @@ class Number(Field[float]):
 
 @dataclass(frozen=True)
 class Angle(Number):
-    """An angle at which something stands, in rad: what looks like degrees is noted."""
+    """An angle in rad that gives a position: a number that looks like degrees is noted."""
 
     unit: str | None = "rad"
 
@@ -109,16 +110,16 @@ class Angle(Number):
 
 
 def position_in(unit: str) -> Number:
-    """A coordinate in m or rad."""
+    """The field of a coordinate in m or rad."""
     return Angle() if unit == "rad" else Number(unit)
 
 
-#: An angle beyond so many turns that is written as a whole or half number, without unit, is taken for one in degrees.
+#: A whole or half number without unit looks like degrees where, taken as radians, it is more than this many turns.
 MANY_TURNS = 2.0
 
 
 def note_degrees(node: Node, path: KeyPath, reading: Reading) -> None:
-    """Note a plain number that was meant in degrees by its looks: 90, but not 62.8319, 3 * pi or 90 rad."""
+    """Note a plain number that looks like degrees: 90, but not 62.8319, 3 * pi or 90 rad."""
     try:
         number = float(node.text) if isinstance(node, ScalarNode) else 0.0
     except ValueError:
@@ -132,24 +133,24 @@ def note_degrees(node: Node, path: KeyPath, reading: Reading) -> None:
 
 
 def agrees(unit: str, found: Dimension | None) -> bool:
-    """Whether a number of the dimension `found` may stand where `unit` is wanted ("": none is)."""
+    """Whether a number of the dimension `found` may stand where `unit` is wanted; "" wants a number without unit."""
     return found is None or (dimension_of(unit).agrees(found) and (bool(unit) or found == BARE))
 
 
 def dimension_of(unit: str) -> Dimension:
-    """The dimension of a unit ("": of a number without)."""
+    """The dimension of a unit; "" is no unit."""
     return unit_of(unit).dimension if unit else BARE
 
 
 def unit_text(unit: str | None, found: Dimension | None) -> str:
-    """The SI unit of a number where `unit` is wanted (None: any), or else that of its own dimension; "" without."""
+    """The wanted `unit`; where that is None, the SI unit of the dimension `found`, "" for none."""
     if unit is not None:
         return unit
     return symbol_of(found) if found is not None and found != BARE else ""
 
 
 def unit_hint(text: str, tree: Expression | None) -> str | None:
-    """For a quotient that ends in a unit, which is its divisor's alone, as in 360/7 deg: how it was meant."""
+    """A hint for a quotient that ends in a unit, which belongs to the divisor alone, as in 360/7 deg; else None."""
     text = text.rstrip()
     if not isinstance(tree, Binary) or tree.operator != "/" or not isinstance(tree.right, Quantity):
         return None
@@ -159,7 +160,7 @@ def unit_hint(text: str, tree: Expression | None) -> str | None:
 
 @dataclass(frozen=True)
 class Integer(Field[int]):
-    """A whole number without unit, at least `minimum`. What it counts fits into 32 bits wherever it goes."""
+    """A whole number without unit, at least `minimum`, that fits into 32 bits."""
 
     minimum: int
     maximum: int = 10**9

@@ -1,4 +1,4 @@
-"""The scratch of one reading: what expressions and references may name, the places seen, the problems found."""
+"""The scratch of one reading: the names that expressions and references may use, the places, the problems found."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from mbproj.scene.text.reading_cache import ReadingCache
 
 
 class Unfit(Exception):
-    """A value that is well written but cannot be: the message follows the key, as in "'axis' is a zero vector"."""
+    """A value is well written but impossible. The message follows the key, as in "'axis' is a zero vector"."""
 
     def __init__(self, message: str, hint: str | None = None) -> None:
         super().__init__(message)
@@ -29,10 +29,10 @@ class Unfit(Exception):
 
 @dataclass
 class Reading:
-    """`names` are the parameters (None: wrong, and reported), `items` the names of each block's items; `notes` are on
-    what is legal but may be a mistake; `units` are the SI units of the numbers, by their paths, where they are known;
-    `kept` is what an earlier reading found, or takes this one down; `inner` are the whole names of what expressions
-    call by a shorter one, within an item."""
+    """The scratch of one reading. `names` are the parameters (None: wrong, and reported), `items` the names of each
+    block's items. `notes` are on legal input that may be a mistake. `units` are the SI units of the numbers by path,
+    where they are known. `kept` has the values of an earlier reading, or stores those of this one. `inner` are the full
+    names of the short names that expressions may use within an item."""
 
     items: Mapping[str, Collection[str]] = field(default_factory=dict)
     names: dict[str, Value | None] = field(default_factory=dict)
@@ -44,7 +44,8 @@ class Reading:
     inner: Mapping[str, str] = field(default_factory=dict)
 
     def read(self, kind: Any, node: Node, path: KeyPath) -> Any:
-        """The value of a field at `path`, as an earlier reading found it where that must be the same."""
+        """The value of the field `kind` at `path`. It comes from an earlier reading where nothing has changed that it
+        depends on."""
         self.places[path] = node.place
         if self.kept is None or kind.defines_names:
             return kind.read(node, path, self)
@@ -61,7 +62,7 @@ class Reading:
         return value
 
     def report(self, message: str, place: Place | None, hint: str | None = None) -> None:
-        """Take down a problem; reading goes on."""
+        """Record a problem; the reading goes on."""
         self.problems.append(Problem(message, place, hint))
 
     def parse(self, node: ScalarNode) -> Expression | None:
@@ -73,7 +74,7 @@ class Reading:
             return None
 
     def _names_channel(self, node: ScalarNode, tree: Expression) -> bool:
-        """Whether a number names a signal or a state, which is reported."""
+        """Whether an expression that must be constant names a signal or a state, which is reported."""
         blocks = [self.items[block] for block in ("signals", "states") if self.items.get(block)]
         if not blocks:
             return False
@@ -85,7 +86,7 @@ class Reading:
         return False
 
     def _no_units(self) -> frozenset[str]:
-        """The names of units that mean something else in this scene."""
+        """The symbols of units that are names of parameters, signals or states in this scene."""
         named = (self.names, self.inner, *(self.items.get(block, ()) for block in ("signals", "states")))
         return frozenset(symbol for symbol in SYMBOLS for names in named if symbol in names)
 

@@ -14,7 +14,7 @@ from mbproj.scene.fields.reading import Reading
 from mbproj.scene.records import KeyPath, Vector
 from mbproj.scene.text.nodes import Node, ScalarNode
 
-#: Directions that have a name.
+#: Directions by name, as x or -z.
 NAMED: Mapping[str, Vector] = MappingProxyType(
     {
         "x": (1.0, 0.0, 0.0),
@@ -28,7 +28,7 @@ NAMED: Mapping[str, Vector] = MappingProxyType(
 
 
 def vector(unit: str | None) -> List[float]:
-    """Three numbers in `unit` (see `Number`)."""
+    """The field of three numbers in `unit` (see `Number`)."""
     return List(Number(unit), 3)
 
 
@@ -41,7 +41,7 @@ _BY_NUMBERS = Converted(vector(None), direction)
 @final
 @dataclass(frozen=True)
 class Direction(Field[Vector]):
-    """A unit vector: by 3 numbers of any length, or along an axis by its name. Messages ask for numbers."""
+    """A unit vector, given by three numbers of any length or by the name of an axis. Messages ask for numbers."""
 
     @property
     def expects(self) -> str:
@@ -73,5 +73,5 @@ DIRECTION: Field[Any] = Direction()
 
 
 def rows(unit: str) -> List[tuple[float, ...]]:
-    """The rows of a 3 x 3 matrix."""
+    """The field of the rows of a 3 x 3 matrix."""
     return List(vector(unit), 3, "rows of 3 numbers")

@@ -1,4 +1,4 @@
-"""A study of many variants of a scene: how its file is read, the scene that it names, the units of what varies."""
+"""Reads the file of a study of many variants of a scene: the scene that it names, the units of what varies."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from mbproj.scene.text.source import read_text
 
 
 def opened(path: Path, what: str, begins: str) -> tuple[str, MappingNode, Reading]:
-    """The text of the file, its mapping, and the reading of it; `what` it is, as "a sweep". Raises InputError where it
-    is no mapping: `begins` says how one begins."""
+    """The text of the file, its mapping, and a new reading for it. Raises InputError where it is no mapping: `what` is
+    the kind of file, as "a sweep", and `begins` its usual first line."""
     text = read_text(path)
     root, problems = compose(text, str(path))
     if not isinstance(root, MappingNode):
@@ -29,8 +29,8 @@ def opened(path: Path, what: str, begins: str) -> tuple[str, MappingNode, Readin
 
 
 def scene_named(path: Path, root: MappingNode, reading: Reading, record: Record[Any]) -> tuple[SceneText, Scene]:
-    """The scene that the file's key `scene` names, taken apart, and as it is by itself. Raises InputError where there
-    is none, with what else `record` finds wrong, or the scene is wrong."""
+    """The scene that the file's key `scene` names: its text, taken apart, and the scene without changes. Raises
+    InputError where there is no such scene, with the other faults that `record` finds, or where the scene is wrong."""
     node = root.values.get("scene")
     if not isinstance(node, ScalarNode) or not node.text:
         record.read(root, (), reading)
@@ -45,24 +45,25 @@ def scene_named(path: Path, root: MappingNode, reading: Reading, record: Record[
 
 
 def _at(problem: Problem, scene: str, node: ScalarNode) -> Problem:
-    """A problem of the scene as a whole, at the key that names it; others have their places in it."""
+    """The problem; one of the scene as a whole is placed at the key that names the scene."""
     if problem.place is None or problem.place.line is not None:
         return problem
     return replace(problem, message=f"scene '{scene}': {problem.message}", place=node.place)
 
 
 def column_of(path: str) -> str:
-    """What a quantity that varies is called in tables: a parameter by its name, others by their paths."""
+    """The name in tables of a quantity that varies: a parameter's name, or the path of another value."""
     return path.removeprefix("parameters.")
 
 
 def with_unit(name: str, unit: str) -> str:
-    """The heading of a column."""
+    """The heading of a column: the name, with its unit in brackets."""
     return f"{name} ({unit})" if unit else name
 
 
 def units_of(given: Mapping[str, Dimension | None], scene: SceneText) -> dict[str, str]:
-    """The SI units of what varies: as the scene has them, or by the dimensions of the values given. "" is none."""
+    """The SI units of the quantities that vary, by path: as the scene has them, or from the dimensions of the values
+    `given`. "" is none."""
     known = {".".join(map(str, path)): unit for path, unit in scene.units().items()}
     found = {}
     for path, dimension in given.items():

@@ -26,7 +26,7 @@ from mbproj.scene.records import KeyPath
 from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode, SequenceNode, describe, flow
 from mbproj.scene.text.suggestions import choose_from
 
-#: A range that is written with one key, by that key, and what stands behind it.
+#: The ranges that are mappings of one key: an example of the value, by the key.
 FORMS: Mapping[str, str] = {
     "linspace": "[first, last, count]",
     "log": "[first, last, count]",
@@ -37,11 +37,11 @@ LOGARITHMIC = "log"
 
 
 class _Wrong(Exception):
-    """A range that is wrong, which is reported already."""
+    """A range is wrong, which is reported already."""
 
 
 class RangeField(Field[Range]):
-    """A range, as this module's text has it."""
+    """A range, in one of the forms in the text of this module."""
 
     @property
     def expects(self) -> str:
@@ -81,7 +81,7 @@ RANGE = RangeField()
 
 
 class BoundsField(Field[Uniform]):
-    """[low, high]: what lies between."""
+    """[low, high]: the values between the two."""
 
     @property
     def expects(self) -> str:
@@ -104,7 +104,7 @@ BOUNDS = BoundsField()
 
 
 def named_range(text: str, option: str) -> tuple[str, Range]:
-    """The name and the range of NAME=RANGE, which was given for an option. Raises InputError at the option."""
+    """The name and the range of the option's text NAME=RANGE. Raises InputError at the option."""
     name, equals, written = text.partition("=")
     if not equals or not name.strip() or not written.strip():
         raise InputError(Problem(f"'{text}' is not NAME=RANGE", Place(option), f"e.g. {option} length=0.8:1.2:5"))
@@ -112,7 +112,7 @@ def named_range(text: str, option: str) -> tuple[str, Range]:
 
 
 def given_range(text: str, option: str) -> Range:
-    """The range that `text` is, as an option has it. Raises InputError at the option."""
+    """The range that the text of an option describes. Raises InputError at the option."""
     place, reading = Place(option), Reading()
     items = [] if ":" in text else [ScalarNode(part.strip(), place) for part in text.split(",")]
     node: Node = SequenceNode(tuple(items), place) if len(items) > 1 else ScalarNode(text.strip(), place)
@@ -135,7 +135,7 @@ def _listed(nodes: Sequence[Node], path: KeyPath, reading: Reading) -> Listed:
 
 
 def _number(node: Node) -> Value | None:
-    """The value of a number; None for anything else: a word, a list, what only the scene can know."""
+    """The value of a number; None for anything else: a word, a list, an expression of the scene's parameters."""
     if not isinstance(node, ScalarNode):
         return None
     try:
@@ -145,7 +145,7 @@ def _number(node: Node) -> Value | None:
 
 
 def _value(node: Node, path: KeyPath, reading: Reading) -> Value:
-    """The value of what has to be a number."""
+    """The value of a node that must be a number. Raises _Wrong where it is none, which is reported."""
     if not isinstance(node, ScalarNode) or not node.text.strip():
         reading.report(f"{label(path)} needs numbers, found {describe(node)}", node.place)
         raise _Wrong
@@ -215,7 +215,8 @@ def _refuse(expected: str, node: Node, path: KeyPath, reading: Reading) -> NoRet
 
 
 def _shared(first: Value, second: Value, node: Node, reading: Reading) -> Dimension | None:
-    """The dimension of both; a number without unit is in the other's."""
+    """The common dimension of both values; a number without unit takes that of the other. Raises _Wrong where they
+    differ, which is reported."""
     one, two = first.dimension, second.dimension
     if one is not None and two is not None and not one.agrees(two):
         reading.report(f"{in_words(one)} and {in_words(two)} are no range", node.place)

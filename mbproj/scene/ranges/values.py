@@ -1,4 +1,4 @@
-"""Ranges as records: those that have values to count, and distributions, which are sampled."""
+"""Ranges as records: those with a finite number of values, and distributions, which are sampled."""
 
 from __future__ import annotations
 
@@ -18,33 +18,33 @@ Item: TypeAlias = "float | str"
 
 @dataclass(frozen=True)
 class Range(ABC):
-    """`nodes` are its values as they were written, so that whoever knows the quantity can read and so check them;
-    `dimension` is that of the numbers, None where it is not known."""
+    """A range of a quantity. `nodes` are its values as written, which the reader of the quantity checks; `dimension` is
+    that of its numbers, None where it is not known."""
 
     nodes: tuple[Node, ...] = field(repr=False, compare=False)
     dimension: Dimension | None
 
     @abstractmethod
     def quantile(self, share: float) -> Item:
-        """The value below which this share of samples lies, 0 < share < 1; values to count are sampled evenly."""
+        """The value below which this share of samples lies, 0 < share < 1; `Points` are sampled evenly."""
 
 
 @dataclass(frozen=True)
 class Points(Range):
-    """Values that can be counted."""
+    """A range with a finite number of values."""
 
     @property
     @abstractmethod
     def count(self) -> int:
-        """How many they are."""
+        """The number of values."""
 
     @abstractmethod
     def item(self, number: int) -> Item:
-        """One of them."""
+        """The value with this number, from 0."""
 
     @property
     def items(self) -> tuple[Item, ...]:
-        """All of them."""
+        """All values, in order."""
         return tuple(map(self.item, range(self.count)))
 
 
@@ -91,7 +91,7 @@ class Spaced(Points):
 
 @dataclass(frozen=True)
 class Uniform(Range):
-    """Every value between `low` and `high` is as likely as another."""
+    """The uniform distribution between `low` and `high`."""
 
     low: float
     high: float

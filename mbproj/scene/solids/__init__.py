@@ -1,1 +1,1 @@
-"""What bodies are made of and look like: shapes with their mass and inertia, and appearances. A shape is an entry."""
+"""Shapes of bodies with their mass and inertia, and appearances. A shape is an entry of `shapes.SHAPES`."""

@@ -1,4 +1,4 @@
-"""The `appearance` of a body: how it is drawn. It has no say in the motion.
+"""The `appearance` of a body: how it is drawn. It has no effect on the motion.
 
     appearance: {colour: "#4477aa", opacity: 0.5}
     appearance: {shapes: [{cylinder: {radius: 0.4, length: 0.1}}, {box: [0.1, 0.1, 1], position: [0, 0, 0.5]}]}
@@ -29,7 +29,7 @@ PLACE: dict[str, Field[Any]] = {"position": POINT, "orientation": ORIENTATION}
 
 
 def _colour(text: str) -> str:
-    """The colour as #rrggbb."""
+    """The colour as #rrggbb. Raises Unfit for a text that is none."""
     if HEX.fullmatch(text):
         return text.lower()
     if text not in COLOURS:
@@ -38,7 +38,7 @@ def _colour(text: str) -> str:
 
 
 def _file(text: str) -> str:
-    """The path of a mesh."""
+    """The path of a mesh. Raises Unfit where mbproj does not read its format."""
     ending = text.lower().rpartition(".")[2]
     if ending not in MESH_FORMATS or not text.isprintable():
         hint = "give the path of a .stl or .obj file, from the scene's folder"

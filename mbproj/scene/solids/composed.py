@@ -1,4 +1,4 @@
-"""Mass, centre of mass and inertia tensor of what is put together from homogeneous shapes."""
+"""Mass, centre of mass and inertia tensor of a solid that is composed of homogeneous shapes."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Solid:
 
 
 def mass_of(shape: Shape, mass: float | None, density: float | None) -> float:
-    """The mass as it is given, or that of the shape's volume at the density. Raises Unfit where that is no mass."""
+    """The mass as given, or the density times the volume of the shape. Raises Unfit where the product is no mass."""
     if mass is not None:
         return mass
     assert density is not None and shape.volume is not None
@@ -50,7 +50,7 @@ def _possible(mass: float) -> float:
 
 
 def alone(part: SolidPart) -> Solid:
-    """The solid of one part, which may be without mass."""
+    """The solid of one part, whose mass may be 0."""
     return Solid(part.mass, part.position, _tensor([part], part.position), (part,))
 
 

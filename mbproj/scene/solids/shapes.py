@@ -1,4 +1,4 @@
-"""The shapes that a body may be given by, each one entry: its dimensions, its volume, how its mass is spread.
+"""The shapes of bodies, one entry each: the dimensions, the volume, and the mean squares of the coordinates.
 
     box: [a, b, c]                                        edges along x, y and z
     cylinder: {radius, length}                            along z, or another `axis: x | y | z`
@@ -40,7 +40,7 @@ AXIS = Choice("axis", lambda: _ALONG)
 class ShapeType:
     """One kind of shape: `spread` and `volume` (m³; None where it has none) are functions of the dimensions by name.
 
-    An `axis` among the dimensions is where z lies in `spread`.
+    An `axis` among the dimensions is the axis of the shape that is z in `spread`.
     """
 
     dimensions: Field[Mapping[str, Any]]
@@ -50,8 +50,8 @@ class ShapeType:
 
 @dataclass(frozen=True)
 class Shape:
-    """A shape of given dimensions: `spread` in m², `volume` in m³ or None; `sizes` are the dimensions by name in m, and
-    `axis` is where z lies in them."""
+    """A shape of given dimensions: `spread` in m², `volume` in m³ or None. `sizes` are the dimensions by name in m;
+    `axis` is the axis along which they have their z."""
 
     kind: str
     spread: Vector
@@ -61,7 +61,7 @@ class Shape:
 
 
 def thick(outer: float, inner: float) -> Iterator[Complaint]:
-    """A check that there is something between the two radii."""
+    """A check that the outer radius is larger than the inner one."""
     if inner >= outer:
         message = f"'inner_radius' must be less than 'outer_radius' ({outer:g} m), found {inner:g}"
         yield Complaint(("inner_radius",), message)
@@ -125,9 +125,9 @@ def _shape(kind: str, dimensions: Mapping[str, Any]) -> Shape:
     return Shape(kind, spread, entry.volume(**sizes) if entry.volume else None, sizes, axis)
 
 
-#: What reads each shape, by its name.
+#: The field that reads each shape, by its name.
 SHAPE_FIELDS: Mapping[str, Field[Shape]] = MappingProxyType(
     {name: Converted(entry.dimensions, partial(_shape, name)) for name, entry in SHAPES.items()}
 )
-#: Of the keys that shapes are named by, exactly one is given.
+#: Exactly one of the keys of shapes must be given.
 A_SHAPE = OneOf(tuple(SHAPE_FIELDS), needed=True)

@@ -1,4 +1,4 @@
-"""A document with other values in it: parameters by name, or any value by its path, as in `bodies.bar1.mass`."""
+"""Changes values of a document: parameters by name, or any value by its path, as in `bodies.bar1.mass`."""
 
 from __future__ import annotations
 
@@ -12,25 +12,25 @@ from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode, SequenceNode,
 from mbproj.scene.text.suggestions import choose_from, did_you_mean
 
 PARAMETERS, SIMULATION = "parameters", "simulation"
-#: A path of so many keys leads to a key of an item, as `bodies.bar1.mass`, which the item may have left out.
+#: The number of keys in a path to a key of an item, as `bodies.bar1.mass`; the item need not have that key yet.
 OF_ITEM = 3
-#: Keys of `simulation` of which a scene has one: the new one takes the other's place.
+#: Keys of `simulation` that exclude each other: a new one takes the place of the other.
 EITHER = {"step": "tolerance", "tolerance": "step"}
 
 
 class Change(NamedTuple):
-    """A value, and where its path is given."""
+    """A new value as a node, and the place where the change is given."""
 
     node: Node
     place: Place
 
 
 class _NotThere(Exception):
-    """A path that the document has not: the message and a hint."""
+    """The document has no such path; the arguments are the message and a hint."""
 
 
 def changed(root: MappingNode, changes: Mapping[str, object]) -> tuple[MappingNode, list[Problem]]:
-    """The document with these values, by a parameter's name or a path, and what is wrong with that. A value is a
+    """The document with these values, by a parameter's name or a path, and the problems of the changes. A value is a
     `Change`, or text or a number as --set has it."""
     problems: list[Problem] = []
     for name, value in changes.items():
@@ -49,7 +49,7 @@ def changed(root: MappingNode, changes: Mapping[str, object]) -> tuple[MappingNo
 
 
 def _given(name: str, value: object) -> Change:
-    """What --set gives; a list or mapping is in YAML's flow style."""
+    """The change that --set gives, where a list or a mapping is in YAML's flow style."""
     place = Place(f"--set {name}")
     if isinstance(value, str) and value.lstrip()[:1] in ("[", "{"):
         node, problems = compose(value.strip(), place.file)
@@ -107,7 +107,7 @@ def _inside(node: Node, keys: tuple[str, ...], depth: int, change: Change) -> No
 
 
 def _with_dots(mapping: MappingNode, keys: tuple[str, ...], depth: int) -> tuple[str, ...]:
-    """The path, where keys[depth:] begins with a key of the mapping that has dots itself, as a coupler's coordinate."""
+    """The path, where keys that the mapping has as one key with dots are joined, as a coupler's coordinate."""
     if keys[depth] not in mapping.values:
         for end in range(len(keys), depth + 1, -1):
             key = ".".join(keys[depth:end])
@@ -128,7 +128,8 @@ def _mapping_at(node: Node, path: tuple[str, ...]) -> MappingNode:
 
 
 def _new(mapping: MappingNode, keys: tuple[str, ...], depth: int, change: Change) -> Node:
-    """What stands at a key that the document leaves out: nothing yet, where the format lets it be left out."""
+    """An empty node for a key that the document leaves out. Raises _NotThere where the format has no such optional
+    key."""
     optional = keys[0] == SIMULATION or (depth >= OF_ITEM - 1 and keys[0] != PARAMETERS)
     if not optional:
         path = ".".join(keys[: depth + 1])
@@ -137,7 +138,7 @@ def _new(mapping: MappingNode, keys: tuple[str, ...], depth: int, change: Change
 
 
 def _put(mapping: MappingNode, key: str, node: Node, place: Place) -> MappingNode:
-    """The mapping with this value, in the place of the one that it excludes; a new key stands at `place`."""
+    """The mapping with this value; a key that it excludes is dropped. A new key has the place `place`."""
     other = EITHER.get(key, "")
     values = {name: value for name, value in mapping.values.items() if name != other}
     places = {name: place for name, place in mapping.keys.items() if name != other}

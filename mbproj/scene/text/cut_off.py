@@ -1,6 +1,6 @@
-"""Values that a comma cuts off: inside { } and [ ] YAML ends a value there, so `{torque: max(0, t)}` has two keys.
+"""Values that a comma cuts in two: inside { } and [ ] a comma ends a value, so that `{torque: max(0, t)}` has two keys.
 
-The pieces are put together again, so that the comma is the one problem reported.
+The pieces are joined again, so that the comma is the one problem reported.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import NamedTuple
 from mbproj.errors import Place, Problem
 from mbproj.scene.text.nodes import Node, ScalarNode
 
-#: The most pieces that are put together; looking further would take time in lists of thousands.
+#: The most pieces that are joined; a longer search would take time in lists of thousands.
 MOST = 50
 _WHOLE_NUMBER = re.compile(r"[-+]?[0-9]+")
 
@@ -27,7 +27,7 @@ class WrittenKey(NamedTuple):
 
 
 def whole_items(items: Sequence[Node]) -> tuple[list[Node], list[Problem]]:
-    """The items of a list in [ ] with those put together that commas cut off, and a problem for each."""
+    """The items of a list in [ ], with values joined that commas have cut, and a problem for each of these."""
     if not any(isinstance(item, ScalarNode) and "(" in item.text for item in items):
         return list(items), []
     found: list[Node] = []
@@ -47,7 +47,7 @@ def whole_items(items: Sequence[Node]) -> tuple[list[Node], list[Problem]]:
 
 
 def whole_entries(entries: Sequence[WrittenKey]) -> tuple[list[WrittenKey], list[Problem]]:
-    """The entries of a mapping in { } with values put together that commas cut off, and a problem for each."""
+    """The entries of a mapping in { }, with values joined that commas have cut, and a problem for each of these."""
     if not any(
         isinstance(each.value, ScalarNode) and ("(" in each.value.text or not each.value.text) for each in entries
     ):
@@ -85,7 +85,7 @@ def _keys_alone(entries: Sequence[WrittenKey]) -> list[Node]:
 
 
 def _text(node: Node) -> str | None:
-    """What the node says, where it is text without quotes."""
+    """The text of a node without quotes; None for other nodes."""
     if not isinstance(node, ScalarNode) or node.place.text is None or node.place.column is None:
         return None
     quoted = node.place.text[node.place.column - 1 :][:1] in ("'", '"')
@@ -106,7 +106,7 @@ def _opens(node: Node) -> bool:
 
 
 def _in_parentheses(pieces: Sequence[Node]) -> int:
-    """How many pieces it takes to close the parentheses that the first one opens; 0 where they stay open."""
+    """The number of pieces up to the one that closes the parentheses of the first; 0 where they stay open."""
     still_open = 0
     for count, piece in enumerate(pieces, 1):
         text = _text(piece)
@@ -125,7 +125,7 @@ def _decimal_comma(value: Node, following: Node) -> bool:
 
 
 def _joined(pieces: Sequence[Node]) -> ScalarNode:
-    """The pieces as one text: as the line has it where they stand in one."""
+    """The pieces as one text, with the characters of the line where all stand in one line."""
     texts = [piece for piece in pieces if isinstance(piece, ScalarNode)]
     first, last = texts[0], texts[-1]
     line = first.place.text

@@ -15,10 +15,10 @@ from mbproj.scene.text.syntax import syntax_problem
 
 MAX_NODES = 500_000
 MAX_DEPTH = 50
-#: A node weighs one more for each of these many characters, for each costs time wherever an alias repeats it.
+#: The number of characters that add one to the weight of a node: aliases that repeat a text cost time by its length.
 _CHARACTERS = 16
-#: libyaml's parser where PyYAML has it: five times as fast, with the same events and marks (but that it refuses {a:},
-#: which is an empty value to the other, and puts the empty value of {a: } a column further on).
+#: libyaml's parser, where PyYAML has it: five times as fast, with the same events and marks except for two cases. It
+#: refuses {a:}, which PyYAML's own parser reads as an empty value, and places the empty value of {a: } a column later.
 _LOADER = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
 
 
@@ -56,7 +56,7 @@ class _Composer:
     def _node(self, event: yaml.Event, depth: int) -> Node:
         if depth > MAX_DEPTH:
             raise InputError(Problem(f"nested more than {MAX_DEPTH} levels deep", self._place(event)))
-        if isinstance(event, yaml.ScalarEvent) and event.tag is None and not event.anchor:  # most are
+        if isinstance(event, yaml.ScalarEvent) and event.tag is None and not event.anchor:  # most nodes are such
             return self._scalar(event, 1)
         if isinstance(event, yaml.AliasEvent):
             return self._alias(event)
@@ -129,7 +129,7 @@ class _Composer:
         return entries
 
     def _usable(self, key: Node, place: Place, places: dict[str, Place]) -> bool:
-        """Whether this is a key, and a new one; if not, that is reported."""
+        """Whether the node can be a key, and the mapping does not have it yet; if not, that is reported."""
         if not isinstance(key, ScalarNode):
             self._report("a key must be text", place)
         elif key.text == "<<":

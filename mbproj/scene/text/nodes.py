@@ -14,15 +14,15 @@ from mbproj.errors import Place
 
 @dataclass(frozen=True)
 class ScalarNode:
-    """A piece of text. `column` (from 1) is where it begins in its line. It is None where it is not in the file as it
-    reads (several lines, escapes), or comes from the command line."""
+    """A piece of text. `column` (from 1) is where it begins in its line. It is None where the text differs from that of
+    the file (several lines, escapes), or comes from the command line."""
 
     text: str
     place: Place
     column: int | None = None
 
     def place_at(self, offset: int) -> Place:
-        """The place of the character number `offset` (from 0), or of the whole where that is not defined."""
+        """The place of the character number `offset` (from 0), or of the whole text where `column` is None."""
         if self.column is None:
             return self.place
         return Place(self.place.file, self.place.line, self.column + offset, self.place.text)
@@ -36,8 +36,8 @@ class SequenceNode:
 
 @dataclass(frozen=True)
 class MappingNode:
-    """Values by key in the order of the text, and where each key stands. A mapping that is the value of a key has the
-    key's place, so that what is missing in it is reported there."""
+    """Values by key in the order of the text, and the place of each key. A mapping that is the value of a key has the
+    place of that key, so that missing keys are reported there."""
 
     values: Mapping[str, Node]
     keys: Mapping[str, Place]
@@ -48,7 +48,7 @@ Node: TypeAlias = "ScalarNode | SequenceNode | MappingNode"
 
 
 def describe(node: Node) -> str:
-    """What the node is, for a message: "'abc'", "nothing", "a list of 3", "a mapping"."""
+    """A description of the node for messages: "'abc'", "nothing", "a list of 3", "a mapping"."""
     match node:
         case ScalarNode():
             shown = node.text if len(node.text) <= 40 else node.text[:37] + "..."
@@ -60,21 +60,22 @@ def describe(node: Node) -> str:
 
 
 def as_mapping(node: Node) -> MappingNode | None:
-    """The node as a mapping: a key with nothing after it (its entries commented out, say) is an empty one."""
+    """The node as a mapping; None where it is none. A key with nothing after it counts as an empty mapping, since its
+    entries may be commented out."""
     if isinstance(node, ScalarNode) and not node.text:
         return MappingNode({}, {}, node.place)
     return node if isinstance(node, MappingNode) else None
 
 
 def plain(value: object) -> object:
-    """A scalar or an array of NumPy as the number, flag, text or list that it is; anything else as it is."""
+    """A scalar or an array of NumPy as a number, flag, text or list of Python; anything else unchanged."""
     listed = getattr(value, "tolist", None)
     return value if listed is None else listed()
 
 
 def from_value(value: object, place: Place) -> Node:
-    """What was given on the command line or by a Python caller, as a node. It may be text, a number, a flag, a list or
-    a mapping of them, also of NumPy."""
+    """The node of a value from the command line or a Python caller: text, a number, a flag, or a list or mapping of
+    them, also of NumPy."""
     value = plain(value)
     if isinstance(value, Mapping):
         values = {str(key): from_value(inner, place) for key, inner in value.items()}
@@ -88,24 +89,24 @@ def from_value(value: object, place: Place) -> Node:
     return ScalarNode(value if isinstance(value, str) else repr(value), place)
 
 
-#: Text that YAML reads as text in a list or mapping, without quotes.
+#: Text that needs no quotes in a list or mapping of YAML.
 _PLAIN = re.compile(r"[^\s\[\]{},:#&*!|>'\"%@`?-][^\[\]{},:#\n]*|-?[\w.]+")
 
 
 def flow(node: Node) -> str:
-    """The node as YAML in one line, which reads the same; a scalar as its text."""
+    """The node as one line of YAML, from which the same node is read; a scalar as its text."""
     return node.text if isinstance(node, ScalarNode) else _inner(node)
 
 
 def mapping(values: Mapping[str, object]) -> MappingNode:
-    """What `from_value` takes, as a mapping."""
+    """The mapping node of these values, each as `from_value` takes it."""
     node = from_value(values, Place(""))
     assert isinstance(node, MappingNode)
     return node
 
 
 def document(root: MappingNode) -> str:
-    """A document as YAML: its keys, and those of the mappings in it, have a line each."""
+    """The YAML text of a document: its keys, and those of the mappings in it, have a line each."""
     lines = []
     for key, value in root.values.items():
         if isinstance(value, MappingNode) and value.values:

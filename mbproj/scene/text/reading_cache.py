@@ -1,7 +1,8 @@
-"""What an earlier reading of a document found: where nothing that a value follows from has changed it is taken again.
+"""A cache of the values of an earlier reading of a document: a value is used again where nothing has changed that it
+depends on.
 
-A value follows from its node, from the parameters that its texts name, and from the names of the scene's items. Of two
-readings with other values in them (`mbproj.scene.text.changes`) the nodes beside the changes are the same objects.
+A value depends on its node, on the parameters that its texts name, and on the names of the scene's items. Two documents
+that differ by changes (`mbproj.scene.text.changes`) share the objects of all other nodes.
 """
 
 from __future__ import annotations
@@ -17,13 +18,13 @@ Path: TypeAlias = "tuple[str | int, ...]"
 #: Parameters by name, and the names of the items of each block.
 Names: TypeAlias = Mapping[str, object]
 Items: TypeAlias = Mapping[str, Collection[str]]
-#: What may be the name of a parameter.
+#: The pattern of names of parameters.
 WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
 class _Entry(NamedTuple):
-    """A value that was read without a problem; what it was read from; the notes on it; the words in its texts that are
-    names of parameters."""
+    """A value that was read without a problem, with the field, the node and the path that it was read by. `notes` are
+    those on it, `words` the names of parameters in its texts."""
 
     field: Any
     node: Node
@@ -34,7 +35,7 @@ class _Entry(NamedTuple):
 
 
 class ReadingCache:
-    """The values of one reading, taken down by `keep`; `again` gives them to readings after it."""
+    """The values of one reading, stored by `keep`; `again` returns them to later readings."""
 
     def __init__(self) -> None:
         self._names: Names = {}
@@ -47,20 +48,20 @@ class ReadingCache:
 
     @property
     def is_full(self) -> bool:
-        """Whether a reading was taken down from its beginning to its end."""
+        """Whether the cache has all values of a reading without a problem."""
         return self._items is not None
 
     def close(self, names: Names, items: Items, places: Mapping[Path, Place]) -> None:
-        """The reading that was taken down has come to its end without a problem."""
+        """Mark the stored reading as complete: it has ended without a problem."""
         self._names, self._items, self.places = names, items, places
         self._values = {key: each._replace(words=self._words_of(each.node)) for key, each in self._values.items()}
 
     def keep(self, field: Any, node: Node, path: Path, value: Any, notes: list[Problem]) -> None:
-        """Takes down a value."""
+        """Store a value that was read without a problem."""
         self._values[id(node), id(field)] = _Entry(field, node, path, value, tuple(notes))
 
     def again(self, field: Any, node: Node, path: Path, names: Names, items: Items) -> _Entry | None:
-        """The value of a node, where it must be what it was, for a reading with these parameters and items."""
+        """The stored value of a node for a reading with these parameters and items; None where it may have changed."""
         entry = self._values.get((id(node), id(field)))
         if entry is None or entry.path != path:
             return None
@@ -69,19 +70,19 @@ class ReadingCache:
         return entry if self._changed is not None and self._changed.isdisjoint(entry.words) else None
 
     def _changed_in(self, names: Names, items: Items) -> frozenset[str] | None:
-        """The parameters that have other values in a reading; None where it has other names."""
+        """The parameters whose values differ from the stored reading; None where other names exist than there."""
         if items != self._items or names.keys() != self._names.keys():
             return None
         return frozenset(name for name, value in names.items() if value != self._names[name])
 
     def _words_of(self, node: Node) -> frozenset[str]:
-        """The words in the texts of a node that are names of parameters."""
-        found = self._words.get(id(node))
-        if found is None:
+        """The names of parameters that occur in the texts of a node."""
+        words = self._words.get(id(node))
+        if words is None:
             if isinstance(node, ScalarNode):
-                found = frozenset(WORD.findall(node.text)) & self._names.keys()
+                words = frozenset(WORD.findall(node.text)) & self._names.keys()
             else:
                 inner = node.values.values() if isinstance(node, MappingNode) else node.items
-                found = frozenset().union(*map(self._words_of, inner))
-            self._words[id(node)] = found
-        return found
+                words = frozenset().union(*map(self._words_of, inner))
+            self._words[id(node)] = words
+        return words

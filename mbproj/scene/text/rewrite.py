@@ -1,4 +1,4 @@
-"""Changing values in the text of a scene: its blocks in place, every other character as it was."""
+"""Changes values in the text of a scene: its blocks in place, every other character as it was."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from mbproj.scene.text.changes import EITHER
 
 #: New texts by key; None removes a key, a mapping changes the keys inside of one.
 Changes: TypeAlias = Mapping[str, "str | Changes | None"]
-#: Characters from, to, and what takes their place.
+#: An edit: the first character, the one after the last, and the text that replaces them.
 Edit = tuple[int, int, str]
 
 
 def with_changes(text: str, changes: Changes) -> str:
-    """The text of a scene with blocks that it has changed. Comments stay; a new key comes last in its block.
+    """The text of a scene with changes to blocks that it has. Comments stay; a new key comes last in its block.
 
     Raises ValueError where a block is written in a way that cannot be changed in place (an alias, for example).
     """
@@ -43,7 +43,7 @@ def _entries(node: yaml.MappingNode) -> Iterator[tuple[str, tuple[yaml.Node, yam
 
 
 def _edits(text: str, block: yaml.Node, changes: Changes) -> Iterator[Edit]:
-    """What to replace inside of a block, or a value in its place."""
+    """The edits inside of a block, or the one that replaces a value by a block."""
     if not isinstance(block, yaml.MappingNode):
         yield block.start_mark.index, block.end_mark.index, _lead(text, block) + _flow(changes)
         return
@@ -68,7 +68,7 @@ def _edits(text: str, block: yaml.Node, changes: Changes) -> Iterator[Edit]:
 
 
 def _items(text: str, block: yaml.SequenceNode, changes: Changes) -> Iterator[Edit]:
-    """What to replace inside of a list, by the numbers of its items. Raises ValueError where one is not there."""
+    """The edits inside of a list; keys are the numbers of its items. Raises ValueError where an item is missing."""
     for name in changes:
         item = block.value[int(name)] if name.isdecimal() and int(name) < len(block.value) else None
         if item is None:
@@ -93,12 +93,12 @@ def _changed(text: str, edits: Iterator[Edit]) -> str:
 
 
 def _added(changes: Changes, names: Mapping[str, str]) -> dict[str, str | Changes | None]:
-    """The changes to keys that are not there."""
+    """The changes to keys that the block does not have."""
     return {name: new for name, new in changes.items() if new is not None and name not in names.values()}
 
 
 def _end(node: yaml.Node) -> int:
-    """Where a value ends: that of a block is its last value's end, before any comment."""
+    """The character at which a value ends; a block ends with its last value, before any comment."""
     if isinstance(node, yaml.CollectionNode) and not node.flow_style and node.value:
         last = node.value[-1]
         return _end(last[1] if isinstance(node, yaml.MappingNode) else last)
@@ -106,7 +106,7 @@ def _end(node: yaml.Node) -> int:
 
 
 def _removal(text: str, key: yaml.Node, value: yaml.Node) -> Edit:
-    """A key of a block with its value: their lines, of which the last may have no end."""
+    """The edit that removes the lines of a key and its value; the last line may have no line end."""
     newline, start = text.find("\n", _end(value)), text.rfind("\n", 0, key.start_mark.index) + 1
     if newline < 0:
         return len(text[:start].rstrip("\r\n")), len(text), ""
@@ -114,7 +114,7 @@ def _removal(text: str, key: yaml.Node, value: yaml.Node) -> Edit:
 
 
 def _addition(text: str, block: yaml.MappingNode, added: Changes) -> Edit:
-    """New keys after the last one, in the style of the block."""
+    """The edit that adds new keys after the last one, in the style of the block."""
     if block.flow_style:
         inside = _flow(added)[1:-1]
         end = _end(block.value[-1][1]) if block.value else block.start_mark.index + 1

@@ -12,11 +12,11 @@ from mbproj.errors import InputError, Place, Problem
 from mbproj.scene.text.suggestions import did_you_mean
 
 MAX_BYTES = 10_000_000
-#: What YAML does not allow in a file at all.
+#: The characters that YAML does not allow in a file.
 _UNPRINTABLE = re.compile("[^\t\n\r\x20-\x7e\x85\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
-#: What YAML counts as the end of a line.
+#: The line ends of YAML.
 _LINE_BREAK = re.compile("\r\n|[\r\n\x85\u2028\u2029]")
-#: The formats of models by the tag that begins them.
+#: The formats of models, by the tag with which they begin.
 _MODELS = {b"<mujoco": "MJCF", b"<robot": "URDF", b"<sdf": "SDF"}
 
 
@@ -38,9 +38,9 @@ def read_text(path: Path) -> str:
 
 
 def _bytes_of(path: Path) -> bytes:
-    """What is in the file, or comes out of the pipe (`<(...)` of a shell), a byte more than allowed at most.
+    """The bytes of the file or of a pipe (`<(...)` of a shell), at most one more than allowed.
 
-    Raises InputError where nobody writes into a pipe: to open it would wait for ever.
+    Raises InputError where nobody writes into a pipe, which mbproj would wait for without end.
     """
     with os.fdopen(os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0)), "rb", buffering=0) as file:
         if hasattr(os, "set_blocking") and stat.S_ISFIFO(os.fstat(file.fileno()).st_mode):
@@ -65,7 +65,7 @@ def lines_of(text: str, file: str) -> list[str]:
 
 
 def _model_in(head: bytes) -> str | None:
-    """The format of a model that begins so, None where it is none that `mbproj import` reads."""
+    """The format of a model whose file begins with `head`; None where `mbproj import` reads no such format."""
     if not head.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<"):
         return None
     return next((kind for tag, kind in _MODELS.items() if tag in head), None)

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable
 from itertools import islice
 
-#: Among more names than this none is suggested: a generated scene may have thousands of wrong names.
+#: The most names among which one is suggested: a generated scene may have thousands of wrong names.
 MAX_NAMES = 300
 
 
 def did_you_mean(word: str, names: Iterable[str]) -> str | None:
-    """A hint that names what is closest to `word`, upper and lower case alike; None where nothing is close."""
+    """A hint with the name that is closest to `word`, whatever its case; None where none is close."""
     import difflib
 
     few = list(islice(names, MAX_NAMES + 1))
@@ -22,7 +22,7 @@ def did_you_mean(word: str, names: Iterable[str]) -> str | None:
 
 
 def choose_from(word: str, names: Iterable[str], what: str = "choose from") -> str:
-    """The closest of `names`, or else a list of them (of the first twenty)."""
-    few = list(islice(names, MAX_NAMES + 1))  # thousands of wrong words may each have thousands to choose from
+    """A hint with the closest of `names`, or else a list of the first twenty."""
+    few = list(islice(names, MAX_NAMES + 1))  # a scene may have thousands of wrong words, and of names for each
     shown = ", ".join(few[:20]) + (", ..." if len(few) > 20 else "")
     return did_you_mean(word, few) or (f"{what}: {shown}" if few else "there is none")

@@ -1,4 +1,4 @@
-"""What PyYAML says of a text that is no YAML, in plain words and at one place, whichever of its parsers said it."""
+"""Explains the errors of PyYAML on a text that is no YAML in plain words, at one place for both of its parsers."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ from mbproj.errors import Place, Problem
 
 
 class Explanation(NamedTuple):
-    """For errors that match `pattern` (context: problem). `opening`: the place is where the construct begins."""
+    """An explanation of errors whose text "context: problem" matches `pattern`. With `opening` the place is where the
+    construct begins."""
 
     pattern: re.Pattern[str]
     message: str
@@ -71,7 +72,7 @@ def _wrong_start(place: Place) -> Problem:
 
 
 def _place(mark: yaml.Mark, file: str, lines: list[str]) -> Place:
-    """The place of a mark; one behind the last line is at the end of that."""
+    """The place of a mark; a mark behind the last line is placed at the end of that line."""
     if mark.line < len(lines):
         return Place(file, mark.line + 1, mark.column + 1, lines[mark.line])
     return Place(file, len(lines), len(lines[-1]) + 1, lines[-1])

@@ -1,1 +1,1 @@
-"""What a scene computes: signals, states, controllers; and what expressions may name."""
+"""The blocks `signals`, `states` and `controllers`, and the names that expressions may use."""

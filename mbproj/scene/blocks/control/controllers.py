@@ -1,4 +1,4 @@
-"""The `controllers` block: what a computer does at instants, with what it holds and remembers in between.
+"""The `controllers` block: values computed at instants and held in between, and states that a controller remembers.
 
 controllers:
   speed:
@@ -16,7 +16,7 @@ from typing import Any
 from mbproj.dataclass import dataclass
 from mbproj.elements.controlled import Controller, Held
 from mbproj.functions.program import Program
-from mbproj.scene.blocks.control.expression import NOT_FREE, VALUE, named
+from mbproj.scene.blocks.control.expression import NOT_FREE, VALUE, unit_name
 from mbproj.scene.blocks.expectations import MEASURE
 from mbproj.scene.blocks.parameters import NAME, NAME_RULE
 from mbproj.scene.expressions.evaluate import Value
@@ -44,12 +44,12 @@ def _held(
             raise Unfit("begins with another unit than it is set to", "check the units of both")
         dimension = dimension or initial.dimension
     start = 0.0 if initial is None else initial.number
-    return Held(name, program, start, named(dimension or (initial.dimension if initial is not None else None)))
+    return Held(name, program, start, unit_name(dimension or (initial.dimension if initial is not None else None)))
 
 
 @dataclass(frozen=True)
 class _Alone(Field[Held]):
-    """A value that is held, by its expression alone."""
+    """A held value that is written as its expression alone."""
 
     @property
     def expects(self) -> str:
@@ -92,7 +92,7 @@ def _controller(
 
 @dataclass(frozen=True)
 class ControllerRecord(Record[Controller]):
-    """A controller, whose expressions call what is its own by a name alone."""
+    """A controller. Its expressions name its own held values and states without its name in front."""
 
     def read(self, node: Node, path: KeyPath, reading: Reading) -> Controller | None:
         mapping = as_mapping(node)

@@ -1,4 +1,4 @@
-"""The blocks of a scene's signals, expanded into the signals, states and controllers that they become."""
+"""Replaces the blocks among a scene's signals (`control.blocks`) by plain signals, states and controllers."""
 
 from __future__ import annotations
 
@@ -8,18 +8,19 @@ from typing import Any
 from mbproj.scene.blocks.control.blocks import Expanded
 from mbproj.scene.fields.reading import Reading
 
-#: Blocks of a scene whose items have parts that are called by a name and a point.
+#: Blocks of a scene whose items have parts that expressions name with a point, as in `pin.angle`.
 WITH_PARTS = ("joints", "forces", "markers", "controllers")
 
 
 def expanded(found: Mapping[str, Any], reading: Reading) -> Mapping[str, Any]:
-    """What was found, with signals, states and controllers in place of blocks; reports names that are taken."""
+    """Return the blocks of the scene `found` with plain signals, states and controllers in place of blocks. Reports
+    signals whose parts would have the names of another item's parts."""
     signals = found.get("signals", {})
     blocks = {name: each for name, each in signals.items() if isinstance(each, Expanded)}
     if not blocks:
         return found
     for name, block in blocks.items():
-        for kind in _taken(name, block, found):
+        for kind in _blocks_with_name(name, block, found):
             message = f"'{name}' is the name of one of the {kind} too, and its parts would be called alike"
             reading.report(message, reading.places["signals", name], "give the signal another name")
     parts = [part for each in signals.values() for part in (each.signals if isinstance(each, Expanded) else (each,))]
@@ -30,8 +31,8 @@ def expanded(found: Mapping[str, Any], reading: Reading) -> Mapping[str, Any]:
     return {**found, **{key: {each.name: each for each in several} for key, several in named.items()}}
 
 
-def _taken(name: str, block: Expanded, found: Mapping[str, Any]) -> Iterator[str]:
-    """The blocks of the scene that use this name, where the signal has parts."""
+def _blocks_with_name(name: str, block: Expanded, found: Mapping[str, Any]) -> Iterator[str]:
+    """The blocks of the scene with an item of this name, where the signal has parts; none where it has no parts."""
     if len(block.signals) > 1 or block.states or block.controllers:
         for kind in WITH_PARTS:
             if any(each.replace("-", "_") == name for each in found.get(kind, {})):
@@ -39,6 +40,7 @@ def _taken(name: str, block: Expanded, found: Mapping[str, Any]) -> Iterator[str
 
 
 def where(kind: str, name: str, signals: Mapping[str, object]) -> tuple[str, ...] | None:
-    """The path of the signal that a state, a signal or a controller comes from; None where it stands by itself."""
+    """The path of the signal from which the item `name` of the block `kind` was expanded; None where the scene itself
+    has the item."""
     own = name.partition(".")[0]
     return ("signals", own) if "." in name or (kind == "controllers" and own in signals) else None

@@ -1,4 +1,4 @@
-"""Expressions that name what moves, as fields, and the unit that their numbers give them."""
+"""Fields of expressions that name coordinates, signals and states, and the units of such expressions."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from mbproj.scene.fields.reading import Reading
 from mbproj.scene.records import KeyPath
 from mbproj.scene.text.nodes import Node, ScalarNode
 
-#: Names that no signal or state may have: they mean something in expressions of forces.
+#: Names that no signal or state may have, since expressions use them for constants, functions and coordinates.
 NOT_FREE = RESERVED | {"s", "l"} | {*COORDINATES} | {f"{name}_dot" for name in ("s", "l", *COORDINATES)}
 EXPRESSION = Function(None, names_channels=True)
 
 
 @dataclass(frozen=True)
 class _Expression(Field["tuple[Program, Dimension | None]"]):
-    """A function that names channels, and the dimension that its numbers with a unit give it."""
+    """A function of channels (coordinates, signals, states), with its dimension where its terms tell that."""
 
     @property
     def expects(self) -> str:
@@ -34,23 +34,24 @@ class _Expression(Field["tuple[Program, Dimension | None]"]):
         if program is None or not isinstance(node, ScalarNode):
             return None
         tree = reading.parse(node)
-        return program, None if tree is None else told(tree)
+        return program, None if tree is None else _dimension_of(tree)
 
     def schema(self) -> Schema:
         return {**EXPRESSION.schema(), "description": self.expects}
 
 
-def told(tree: Expression) -> Dimension | None:
-    """The dimension of what is added or chosen from, where one of it tells: a number with a unit, a coordinate."""
+def _dimension_of(tree: Expression) -> Dimension | None:
+    """The dimension of an expression, from the first term of a sum, or argument of a function, that tells it: a number
+    with a unit, or a coordinate. None where none does."""
     match tree:
         case Quantity():
             return unit_of(tree.unit).dimension
         case Negative():
-            return told(tree.operand)
+            return _dimension_of(tree.operand)
         case Binary() if tree.operator in "+-":
-            return told(tree.left) or told(tree.right)
+            return _dimension_of(tree.left) or _dimension_of(tree.right)
         case Call() if tree.function in FUNCTIONS and FUNCTIONS[tree.function].keeps_dimension:
-            return next((found for each in tree.arguments if (found := told(each))), None)
+            return next((found for each in tree.arguments if (found := _dimension_of(each))), None)
         case Name() if "." in tree.name:
             return _of_coordinate(tree.name)
         case _:
@@ -58,17 +59,18 @@ def told(tree: Expression) -> Dimension | None:
 
 
 def _of_coordinate(name: str) -> Dimension | None:
-    """The dimension of a coordinate or its rate, of a marker's place, of a length."""
-    what = name.rpartition(".")[2]
-    own = what.removesuffix("_dot")
-    unit = COORDINATES.get(own, "m" if own in ("x", "y", "z", "length") else None)
+    """The dimension of the channel "item.part": a joint's coordinate, a marker's x, y or z, a length, or the rate of
+    one. None for other parts."""
+    part = name.rpartition(".")[2]
+    coordinate = part.removesuffix("_dot")
+    unit = COORDINATES.get(coordinate, "m" if coordinate in ("x", "y", "z", "length") else None)
     if unit is None:
         return None
-    return dimension_of(f"{unit}/s" if what.endswith("_dot") else unit)
+    return dimension_of(f"{unit}/s" if part.endswith("_dot") else unit)
 
 
-def named(dimension: Dimension | None) -> str:
-    """The unit that results name; "" where it is not known."""
+def unit_name(dimension: Dimension | None) -> str:
+    """The name of the SI unit in results; "" where the dimension is not known, or a number has no unit."""
     return "" if dimension is None or dimension == BARE else called(dimension)
 
 

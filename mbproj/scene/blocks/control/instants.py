@@ -1,4 +1,4 @@
-"""Notes on instants of controllers: those that split steps of one size, and those that never come."""
+"""Notes on the instants of controllers: those that split fixed steps, and those that lie after the end of the run."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from mbproj.scene.blocks.control.expanded import where
 from mbproj.scene.fields.reading import Reading
 from mbproj.scene.records import Settings
 
-#: A time that is so many steps but for this part of one is on their grid.
+#: A time is on the grid of fixed steps where it differs from a whole number of them by at most this part of a step.
 ON_GRID = 1e-6
 
 
 def note_instants(found: Mapping[str, Any], settings: Settings | None, reading: Reading) -> None:
-    """Notes on controllers whose instants lie inside of fixed steps, or of which a run has one alone."""
+    """Note the controllers whose instants lie inside of fixed steps, or that have at most one instant in the run."""
     if settings is None:
         return
     for name, each in found.get("controllers", {}).items():

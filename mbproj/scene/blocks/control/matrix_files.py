@@ -1,7 +1,7 @@
 """Matrices of blocks that stand in files: `state_space: {of, file}` and `gain: {of, file}`.
 
-A file is read when the scene is, and its numbers take its place. So a results file has them inside, and what was run
-can be run again without the file.
+A file is read when the scene is, and its numbers take its place. So a results file has them inside, and a run can be
+repeated without the file.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from pathlib import Path
 from mbproj.errors import Place, Problem
 from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode, flow, from_value
 
-#: What a file gives, by the block that names it.
+#: The matrices that a file gives, by the kind of block that names it.
 MATRICES = {"state_space": ("A", "B", "C", "D"), "gain": ("rows",)}
 #: Rows and columns of a matrix, and bytes of a file of numbers, at most.
 LARGEST, MOST_BYTES = 200, 4_000_000
@@ -21,11 +21,12 @@ WROTE = "'mbproj linearize SCENE -o model.h5' writes one"
 
 
 class _Unfit(Exception):
-    """What is wrong with a file, and what to do."""
+    """The error of a file that cannot be read: what is wrong with it, and a hint."""
 
 
 def with_matrices(root: MappingNode, scene: Path | None) -> tuple[MappingNode, Mapping[str, str], list[Problem]]:
-    """The document with the numbers of files in it; these changes as --set would have them; what is wrong."""
+    """Return the document with the numbers of files in it, these changes as texts by path, as --set takes them, and the
+    problems found."""
     signals = root.values.get("signals")
     if not isinstance(signals, MappingNode):
         return root, {}, []
@@ -47,7 +48,8 @@ def with_matrices(root: MappingNode, scene: Path | None) -> tuple[MappingNode, M
 
 
 def _with_file(node: Node) -> Iterator[tuple[str, MappingNode]]:
-    """The block of a signal that names a file; one that has numbers too is refused where it is read."""
+    """The kind and the block of a signal that names a file. A block that has numbers as well is refused later, where it
+    is read."""
     for kind, matrices in MATRICES.items():
         block = node.values.get(kind) if isinstance(node, MappingNode) else None
         if isinstance(block, MappingNode) and "file" in block.values and block.values.keys().isdisjoint(matrices):
@@ -55,7 +57,7 @@ def _with_file(node: Node) -> Iterator[tuple[str, MappingNode]]:
 
 
 def _filled(block: MappingNode, matrices: Mapping[str, object], place: Place) -> MappingNode:
-    """The block with these in place of its file."""
+    """The block with these matrices in place of its key `file`."""
     values: dict[str, Node] = {key: node for key, node in block.values.items() if key != "file"}
     values |= {key: from_value(matrix, place) for key, matrix in matrices.items()}
     return MappingNode(values, {key: block.keys.get(key, place) for key in values}, block.place)
@@ -73,7 +75,8 @@ def _read(file: Node, kind: str, scene: Path | None) -> Mapping[str, list[list[f
 
 
 def _inside(text: str, scene: Path | None) -> Path:
-    """The file, which stands in the scene's folder or below, so that a scene from elsewhere opens nothing else."""
+    """The path of the file. Raises _Unfit where it is not in the scene's folder or below: a scene from somebody else
+    must not open other files."""
     if scene is None:
         raise _Unfit("needs a scene that is a file itself", "give the matrices in its place")
     folder = scene.parent
@@ -89,7 +92,7 @@ def _inside(text: str, scene: Path | None) -> Path:
 
 
 def _numbers(path: Path) -> Mapping[str, list[list[float]]]:
-    """Rows of numbers, with commas or blanks between them."""
+    """The rows of a text file of numbers with commas or blanks between them. Raises _Unfit where it has other text."""
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
         rows = [[*map(float, line.replace(",", " ").split())] for line in lines if line.strip() and line[0] != "#"]
@@ -101,7 +104,7 @@ def _numbers(path: Path) -> Mapping[str, list[list[float]]]:
 
 
 def _model(path: Path) -> Mapping[str, list[list[float]]]:
-    """The matrices of a linear model, of an HDF5 file."""
+    """The matrices A, B, C, D of a linear model in an HDF5 file. Raises _Unfit where it has none."""
     import h5py
 
     try:
@@ -112,7 +115,7 @@ def _model(path: Path) -> Mapping[str, list[list[float]]]:
 
 
 def _matrix(file: object, name: str) -> list[list[float]]:
-    """A matrix that stands in the file itself: a link may lead to another file."""
+    """A matrix of the file. Raises _Unfit for soft or external links, which may lead to another file."""
     import h5py
 
     assert isinstance(file, h5py.File)

@@ -1,4 +1,4 @@
-"""A rule on expressions that name signals, states, coordinates and forces: that these are there."""
+"""A rule on expressions: the signals, states, coordinates and forces that they name exist."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from mbproj.scene.fields.reading import Reading
 from mbproj.scene.records import BodyForce, Force, JointForce, KeyPath, PointForce, Scene
 from mbproj.scene.text.suggestions import choose_from
 
-#: What is known only after the forces.
+#: Parts of items that are known only after the forces, so that no expression of a force may name them.
 TOO_LATE = ("angle_ddot", "displacement_ddot", "length_ddot", "acceleration", "reaction", "reaction_force")
 Found = Mapping[str, Any]
 
 
 def check_names(found: Found, reading: Reading) -> None:
-    """Reports names that mean nothing, at the expressions that use them."""
-    used = [*_used(found)]
-    if not used:
+    """Report unknown names at the expressions that use them. `found` are the items of the scene by block and name."""
+    functions = [*_functions_with_names(found)]
+    if not functions:
         return
     able = dict.fromkeys(nameable(found))
-    for path, program in used:
+    for path, program in functions:
         for name in program.reads:
             if name not in able:
                 near = next(path[:end] for end in range(len(path), -1, -1) if path[:end] in reading.places)
@@ -42,8 +42,8 @@ def _unknown(name: str, able: Collection[str], place: Any) -> tuple[str, Any, st
     return f"unknown name '{name}'", place, hint
 
 
-def _used(found: Found) -> Iterator[tuple[KeyPath, Program]]:
-    """All functions that name something, with where they stand."""
+def _functions_with_names(found: Found) -> Iterator[tuple[KeyPath, Program]]:
+    """The path and the program of every function of the scene that names a signal, a state or a coordinate."""
     signals = found.get("signals", {})
     for name, signal in signals.items():
         if signal.program.reads:
@@ -58,12 +58,12 @@ def _used(found: Found) -> Iterator[tuple[KeyPath, Program]]:
                     own = where("controllers", name, signals)
                     yield own or ("controllers", name, block, each.name), each.program
     for name, force in found.get("forces", {}).items():
-        for key, program in _of_force(force):
+        for key, program in _functions_of_force(force):
             if program is not None and program.reads:
                 yield ("forces", name, *key), program
 
 
-def _of_force(force: Force) -> Iterator[tuple[KeyPath, Program | None]]:
+def _functions_of_force(force: Force) -> Iterator[tuple[KeyPath, Program | None]]:
     if isinstance(force, PointForce | JointForce) and force.element is not None:
         values = force.element.values.items()
         yield from (((key,), value) for key, value in values if isinstance(value, Program))
@@ -82,14 +82,14 @@ def _of_force(force: Force) -> Iterator[tuple[KeyPath, Program | None]]:
 
 def names_channels(scene: Scene) -> bool:
     """Whether functions of a scene name signals, states or coordinates."""
-    of_forces = [(force, each) for force in scene.forces for _, each in _of_force(force) if each is not None]
+    functions = [(force, each) for force in scene.forces for _, each in _functions_of_force(force) if each is not None]
     return bool(scene.signals or scene.states or scene.controllers) or any(
-        program.reads or (isinstance(force, PointForce | JointForce) and force.element) for force, program in of_forces
+        program.reads or (isinstance(force, PointForce | JointForce) and force.element) for force, program in functions
     )
 
 
 def nameable(found: Found) -> Iterator[str]:
-    """All that expressions may name, as they call it: with _ for a hyphen."""
+    """Every name that an expression may use, as it is written there: with _ for a hyphen."""
     joints, forces, held = found.get("joints", {}), found.get("forces", {}), list[str]()
     yield from (*found.get("signals", {}), *found.get("states", {}))
     names = [f"{joint.name}.{name}" for joint in joints.values() for name in JOINTS[joint.type].coordinates]
@@ -104,7 +104,7 @@ def nameable(found: Found) -> Iterator[str]:
 
 
 def _parts_of(force: Force, joints: Mapping[str, Any]) -> Iterator[str]:
-    """The forces of its laws, and states of elements."""
+    """The names of the force along each coordinate, "name.force", and of the states of an element."""
     if not isinstance(force, PointForce | JointForce):
         return
     if force.element is not None:

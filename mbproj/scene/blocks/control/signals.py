@@ -1,4 +1,4 @@
-"""The `signals` and `states` blocks: expressions by name, and what follows from a derivative.
+"""The `signals` and `states` blocks: expressions by name, and states that integrate a derivative.
 
 signals:
   error: 1 rad - pin.angle
@@ -15,7 +15,7 @@ from mbproj.dataclass import dataclass
 from mbproj.elements.controlled import ScalarState, Signal
 from mbproj.functions.program import Program
 from mbproj.scene.blocks.control.blocks import BLOCKS, Block, Expanded
-from mbproj.scene.blocks.control.expression import VALUE, named
+from mbproj.scene.blocks.control.expression import VALUE, unit_name
 from mbproj.scene.blocks.expectations import MEASURE, Measure
 from mbproj.scene.expressions.evaluate import Value
 from mbproj.scene.expressions.unit_text import unit_at
@@ -29,7 +29,7 @@ from mbproj.scene.text.nodes import Node
 
 
 def _unit(text: str) -> str:
-    """A unit of SI as results call it."""
+    """The name in results of a unit of SI. Raises Unfit for a text that is none."""
     found = unit_at(text, 0)
     if found is None or text[found[1] :].strip():
         raise Unfit(f"is '{text}', which is no unit", "write it as in kg*m^2/s, V, A or bar")
@@ -41,17 +41,17 @@ def _unit(text: str) -> str:
 def _signal(
     name: str, value: tuple[Program, Dimension | None] | None = None, unit: str | None = None, **block: Block
 ) -> Signal | Expanded:
-    """The signal, or what a block becomes, which is the only one given."""
+    """The signal of an expression `value`, or the items that replace the one given block."""
     if value is None:
         (only,) = block.values()
         return only.expanded(name, unit)
     program, dimension = value
-    return Signal(name, program, named(dimension) if unit is None else unit)
+    return Signal(name, program, unit_name(dimension) if unit is None else unit)
 
 
 @dataclass(frozen=True)
 class _Alone(Field["Signal | Expanded"]):
-    """A signal that is nothing but its expression."""
+    """A signal that is written as its expression alone."""
 
     @property
     def expects(self) -> str:
@@ -80,7 +80,8 @@ def _state(
     initial: Value | None = None,
     scale: Value | None = None,
 ) -> ScalarState:
-    """Its unit is that of its numbers, or of its derivative times a second."""
+    """The record of a state. Its unit is that of its numbers, else that of its derivative times a second. Raises Unfit
+    where these differ."""
     rate, of_rate = derivative
     given = [each.dimension for each in (initial, scale) if each is not None and each.dimension not in (None, BARE)]
     found = given[0] if given else None
@@ -93,7 +94,7 @@ def _state(
             raise Unfit(f"is {describe(found)}, and its derivative is {describe(of_rate)}", "check the units of both")
         found = found or integrated
     return ScalarState(
-        name, rate, 0.0 if initial is None else initial.number, 1.0 if scale is None else scale.number, named(found)
+        name, rate, 0.0 if initial is None else initial.number, 1.0 if scale is None else scale.number, unit_name(found)
     )
 
 

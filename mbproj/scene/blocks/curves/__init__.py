@@ -1,1 +1,1 @@
-"""The `curves` block, and rules on what follows a curve."""
+"""The `curves` block, and rules on the joints that follow a curve."""

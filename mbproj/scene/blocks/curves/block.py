@@ -31,13 +31,13 @@ if TYPE_CHECKING:
     from mbproj.functions.curves.track import SpaceTrack, Track
 
 LENGTH = Number("m", above=0.0)
-#: How far the angles of a law may be from a whole turn, in rad.
+#: How far the sum of the angles of a lift law or a table may be from a whole turn, in rad.
 WHOLE = 1e-9
 
 
 @dataclass(frozen=True)
 class RowField(Field[tuple[Any, ...]]):
-    """Values of several kinds in a list."""
+    """A list whose entries are read by different fields, such as [angle, lift, law]."""
 
     items: tuple[Field[Any], ...]
     node_type: ClassVar[type] = SequenceNode
@@ -94,7 +94,7 @@ INVOLUTE: Record[dict[str, float]] = Record(
 
 
 def _round(rows: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
-    """Rows of a polar table, of one turn."""
+    """The rows [angle in rad, radius in m] of a polar table. Raises Unfit where they do not make one turn."""
     if len(rows) < 4:
         raise Unfit(f"has {len(rows)} rows", "give four or more, the last with the radius of the first")
     for (before, _), (after, _) in pairwise(rows):

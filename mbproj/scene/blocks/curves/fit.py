@@ -1,4 +1,4 @@
-"""Rules on what is on a curve: a roller fits it, an open one has limits, nothing acts along a closed one."""
+"""Rules on joints that follow a curve: a roller fits it, an open one has limits, nothing acts along a closed one."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ if TYPE_CHECKING:
     from mbproj.functions.curves.space_curve import SpaceCurve
     from mbproj.functions.curves.track import SpaceTrack, Track
 
-#: The joint that holds both ways what another type lets lift off.
+#: The joint that holds the follower in both directions, by the one that lets it lift off.
 HOLDS = {"cam_contact": "cam", "flat_contact": "flat_follower", "curve_contact": "curve_on_curve"}
-#: What is less bent is straight: the size of a curve over its largest radius of curvature.
+#: A place of a curve counts as straight where its curvature times the size of the curve is at most this.
 STRAIGHT = 1e-6
 
 
@@ -27,38 +27,38 @@ def fit_curves(
     forces: Mapping[str, Any],
     motions: Mapping[str, Any],
 ) -> Iterator[Complaint]:
-    """A check that what is on a curve fits it."""
+    """A check that joints which follow curves fit them, and that forces and motions along them are possible."""
     for joint in joints.values():
-        wrong = [*_of_other_kind(curves, joint)]
+        wrong = [*_wrong_dimension(curves, joint)]
         yield from wrong
         if wrong:
             continue
         if (wire := curves.get(str(joint.parameters.get("curve")))) and JOINTS[joint.type].frame == "axis":
-            yield from _ends(wire.line, joint)
-            yield from _round_and_round(joint, {"displacement"} if wire.line.closed else set(), forces, motions)
+            yield from _passes_end(wire.line, joint)
+            yield from _acts_along_closed(joint, {"displacement"} if wire.line.closed else set(), forces, motions)
             said = f"joint '{joint.name}' is a slot in space: friction does not go by what it carries"
-            yield from _by_load(joint, forces, said, "give a constant 'force'")
+            yield from _friction_by_load(joint, forces, said, "give a constant 'force'")
             continue
         track: Any = curves.get(str(joint.parameters.get("curve")))
         lifts = "gap" in JOINTS[joint.type].coordinates
         both: list[Any] = [curves.get(name) for name in joint.parameters.get("curves", ())]
         if both and None not in both:
             yield from fit_two([each for each in both if each is not None], joint)
-            yield from _lifts(joint, forces, motions) if lifts else ()
+            yield from _gap_faults(joint, forces, motions) if lifts else ()
             closed = {f"displacement_{number}" for number, each in enumerate(both, 1) if each and each.line.closed}
-            yield from _round_and_round(joint, closed, forces, motions) if not lifts else ()
+            yield from _acts_along_closed(joint, closed, forces, motions) if not lifts else ()
         if track is not None:
             if lifts and not track.line.closed:
                 said = f"curve '{track.name}' is open: what lifts off may pass its end"
                 yield Complaint(("joints", joint.name, "curve"), said, "close it")
-            yield from _lifts(joint, forces, motions) if lifts else ()
+            yield from _gap_faults(joint, forces, motions) if lifts else ()
             if JOINTS[joint.type].frame == "face":
                 yield from _under_face(track, joint)
                 continue
             yield from _on_curve(track, joint)
-            yield from _rolls(track, joint, forces)
+            yield from _friction_of_roller(track, joint, forces)
             if track.line.closed and not lifts:
-                yield from _round_and_round(joint, {"displacement"}, forces, motions)
+                yield from _acts_along_closed(joint, {"displacement"}, forces, motions)
 
 
 def _on_curve(curve: Track, joint: Joint) -> Iterator[Complaint]:
@@ -74,14 +74,14 @@ def _on_curve(curve: Track, joint: Joint) -> Iterator[Complaint]:
         yield Complaint(path, "a roller on an open curve needs its 'side'", "give left or right, along the curve")
         return
     if joint.type != "cam_contact":
-        yield from _ends(curve.line, joint)
+        yield from _passes_end(curve.line, joint)
     if joint.type != "slot":
         distance = curve.distance(side, radius)
-        yield from _fits(curve, joint, distance, radius)
+        yield from _roller_too_large(curve, joint, distance, radius)
 
 
-def _of_other_kind(curves: Mapping[str, Track | SpaceTrack], joint: Joint) -> Iterator[Complaint]:
-    """A slot in space has a curve in space, and all else one in a plane."""
+def _wrong_dimension(curves: Mapping[str, Track | SpaceTrack], joint: Joint) -> Iterator[Complaint]:
+    """Complaints where a joint in space has a curve in a plane, or another joint has a curve in space."""
     if not joint.parameters.keys() & {"curve", "curves"}:
         return
     from mbproj.functions.curves.track import SpaceTrack
@@ -97,8 +97,8 @@ def _of_other_kind(curves: Mapping[str, Track | SpaceTrack], joint: Joint) -> It
                 yield Complaint(("joints", joint.name, key), said, hint)
 
 
-def _ends(line: PlaneCurve | SpaceCurve, joint: Joint) -> Iterator[Complaint]:
-    """What is on an open curve stays within it."""
+def _passes_end(line: PlaneCurve | SpaceCurve, joint: Joint) -> Iterator[Complaint]:
+    """The complaint that a joint may leave an open curve, because its limits do not keep it within."""
     if line.closed:
         return
     path: KeyPath = ("joints", joint.name)
@@ -111,7 +111,7 @@ def _ends(line: PlaneCurve | SpaceCurve, joint: Joint) -> Iterator[Complaint]:
 
 
 def _under_face(curve: Track, joint: Joint) -> Iterator[Complaint]:
-    """A flat face goes round what is closed, and convex everywhere: it lies on what is straight."""
+    """The complaint about a curve that a flat face cannot follow: it is open, made for a roller, or not convex."""
     from mbproj.functions.curves.soundness import least_bent
     from mbproj.scene.blocks.curves.made import place
 
@@ -127,8 +127,9 @@ def _under_face(curve: Track, joint: Joint) -> Iterator[Complaint]:
         yield Complaint(path, said, "make it for the face: flat: true with a 'lift', or use a roller")
 
 
-def _lifts(joint: Joint, forces: Mapping[str, Any], motions: Mapping[str, Any]) -> Iterator[Complaint]:
-    """What may lift off has a limit that keeps it out of the profile, and nothing else acts along its gap."""
+def _gap_faults(joint: Joint, forces: Mapping[str, Any], motions: Mapping[str, Any]) -> Iterator[Complaint]:
+    """Complaints about a follower that may lift off: no limit keeps it out of the profile, or a force or a motion acts
+    along its gap."""
     path: KeyPath = ("joints", joint.name)
     limit = joint.limits.get("gap")
     if limit is None or limit.low is None:
@@ -143,15 +144,16 @@ def _lifts(joint: Joint, forces: Mapping[str, Any], motions: Mapping[str, Any]) 
                 yield Complaint((block, item.name), said, hint)
 
 
-def _rolls(curve: Track, joint: Joint, forces: Mapping[str, Any]) -> Iterator[Complaint]:
-    """A roller rolls: what it carries is no measure of friction along its curve."""
+def _friction_of_roller(curve: Track, joint: Joint, forces: Mapping[str, Any]) -> Iterator[Complaint]:
+    """Complaints about friction along a curve by the load of a roller: a roller rolls, so that its load resists no
+    sliding."""
     if joint.type != "slot" and joint.parameters.get("roller", curve.roller):
         said = f"joint '{joint.name}' has a roller, which rolls: what it carries does not resist it"
-        yield from _by_load(joint, forces, said, "give a constant 'force', or friction to the roller's pin")
+        yield from _friction_by_load(joint, forces, said, "give a constant 'force', or friction to the roller's pin")
 
 
-def _by_load(joint: Joint, forces: Mapping[str, Any], said: str, hint: str) -> Iterator[Complaint]:
-    """Dry frictions that go by what a joint carries."""
+def _friction_by_load(joint: Joint, forces: Mapping[str, Any], said: str, hint: str) -> Iterator[Complaint]:
+    """The complaint `said` for each dry friction of the joint that is a coefficient times the joint's load."""
     for force in forces.values():
         dry = getattr(force, "coulomb", {}) if getattr(force, "joint", None) == joint.name else {}
         for coordinate, each in dry.items():
@@ -160,7 +162,7 @@ def _by_load(joint: Joint, forces: Mapping[str, Any], said: str, hint: str) -> I
                 yield Complaint(path, said, hint)
 
 
-def _fits(curve: Track, joint: Joint, distance: float, radius: float) -> Iterator[Complaint]:
+def _roller_too_large(curve: Track, joint: Joint, distance: float, radius: float) -> Iterator[Complaint]:
     from mbproj.functions.curves.soundness import largest_roller, touches_twice, undercut
     from mbproj.scene.blocks.curves.made import place
 
@@ -173,10 +175,11 @@ def _fits(curve: Track, joint: Joint, distance: float, radius: float) -> Iterato
     yield Complaint(("joints", joint.name, *key), said, f"the largest that does is {most:.4g} m")
 
 
-def _round_and_round(
+def _acts_along_closed(
     joint: Joint, closed: set[str], forces: Mapping[str, Any], motions: Mapping[str, Any]
 ) -> Iterator[Complaint]:
-    """What goes by the displacements along closed curves, which begin anew with each round."""
+    """Complaints about limits, inertias, forces and motions along the `closed` displacements, those along closed
+    curves: these begin at 0 again with each round."""
     hint = "act on another coordinate, or open the curve"
     for what in ("limits", "reflected_inertia"):
         if closed & getattr(joint, what).keys():
@@ -185,19 +188,19 @@ def _round_and_round(
     for block, items in (("forces", forces), ("motions", motions)):
         for item in items.values():
             acts = getattr(item, "joint", None) == joint.name and bool(closed)
-            if acts and not (_turns(item, closed) or _only_rubs(item)):
+            if acts and not (_acts_elsewhere(item, closed) or _is_dry_friction(item)):
                 said = f"'{item.name}' acts along a closed curve, whose displacement begins anew with each round"
                 yield Complaint((block, item.name), said, hint)
 
 
-def _turns(item: Any, closed: set[str]) -> bool:
-    """Whether a force or motion acts on none of these displacements."""
+def _acts_elsewhere(item: Any, closed: set[str]) -> bool:
+    """Whether a force or motion names its coordinates, and none of these displacements is among them."""
     names = {getattr(item, "coordinate", None), *getattr(item, "laws", ()), *getattr(item, "coulomb", ())} - {None}
     return bool(names) and not names & closed
 
 
-def _only_rubs(item: Any) -> bool:
-    """Whether a force is dry friction alone, which goes by how fast a coordinate changes."""
+def _is_dry_friction(item: Any) -> bool:
+    """Whether a force is dry friction alone, which depends on the rate of a coordinate, not on its value."""
     return bool(getattr(item, "coulomb", ())) and not getattr(item, "laws", ())
 
 

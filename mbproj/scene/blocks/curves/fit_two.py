@@ -1,4 +1,4 @@
-"""Rules on two curves that touch: their sides, how far along open ones they may, and that one fits into the other."""
+"""Rules on two curves that touch: their sides, limits along open ones, and that one fits into the other."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def fit_two(tracks: Sequence[Track], joint: Joint) -> Iterator[Complaint]:
-    """A check that the curves of a joint may touch as it says."""
+    """A check that the two curves of a joint can touch on the sides, and within the limits, that the joint gives."""
     path: KeyPath = ("joints", joint.name)
     given = joint.parameters.get("sides")
     wrong = [*_wrong_sides(tracks, given, path)]
@@ -65,7 +65,8 @@ def _passes_end(track: Track, joint: Joint, number: int) -> Iterator[Complaint]:
 
 
 def _hollow(tracks: Sequence[Track], joint: Joint) -> Iterator[Complaint]:
-    """Into a hollow of one curve the roundest part of the other fits, or they do not touch at one place."""
+    """The complaint that the roundest part of one curve does not fit into a hollow of the other. Such curves would
+    touch at several places."""
     from mbproj.functions.curves.soundness import At
     from mbproj.scene.blocks.curves.made import place
 
@@ -86,8 +87,8 @@ def _hollow(tracks: Sequence[Track], joint: Joint) -> Iterator[Complaint]:
 
 
 def _bulge(track: Track, side: str | None, joint: Joint, number: int) -> tuple[np.ndarray, np.ndarray]:
-    """Points (k, 2) of a curve where it may be touched, and how its profile is bent there towards the other one, in
-    1/m: negative where it is hollow."""
+    """The points (k, 2) in m where a curve may be touched within its limits, and the curvature (k,) of its profile
+    there in 1/m: positive where it bulges towards the other curve, negative where it is hollow."""
     import numpy as np
 
     from mbproj.functions.curves.soundness import curvature

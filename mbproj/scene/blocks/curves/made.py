@@ -1,4 +1,4 @@
-"""What the `curves` block gives, as curves."""
+"""Makes the curves that the keys of the `curves` block describe."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from mbproj.functions.curves.space_curve import through_space
 from mbproj.functions.curves.track import SpaceTrack, Track
 from mbproj.scene.fields.reading import Unfit
 
-#: What a key goes with.
+#: The shapes that have a key, by the key.
 GOES_WITH: Mapping[str, tuple[str, ...]] = {
     "closed": ("points", "polyline", "space_points"),
     "fillet": ("polyline",),
@@ -79,7 +79,7 @@ def _refuse_few(points: Sequence[tuple[float, ...]], least: int) -> None:
 
 
 def _refuse(line: PlaneCurve, roller: float, followed: Followed) -> None:
-    """Raises Unfit where the curve has a cusp, a corner, or crosses itself."""
+    """Raises Unfit where the curve has a cusp or a corner, crosses itself, or is undercut by its follower."""
     if followed.kind == "flat":
         radius = line.arrays.radius_of_curvature(line.places.s, line.places.piece)
         if radius.min() <= 0.0:
@@ -102,5 +102,5 @@ def _refuse(line: PlaneCurve, roller: float, followed: Followed) -> None:
 
 
 def place(at: At) -> str:
-    """For messages."""
+    """A place of a curve as messages show it: [x, y] m."""
     return f"[{at.x:.4g}, {at.y:.4g}] m"

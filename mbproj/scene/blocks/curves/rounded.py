@@ -1,4 +1,4 @@
-"""Points of a curve that were rounded: how far the accelerations of a follower may be off because of that."""
+"""Rounded points of a curve: the error that rounding causes in the accelerations of a follower."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from collections.abc import Sequence
 from mbproj.functions.curves.piece import Form
 from mbproj.functions.curves.track import SpaceTrack, Track
 
-#: What numbers are looked at for a last digit to this part of it, and with so many digits at most.
+#: Numbers are rounded to a digit where they differ from it by less than ROUGHLY of its unit; DIGITS are tried.
 ROUGHLY, DIGITS = 1e-6, 12
-#: Fewer points are those of a designer, not of a table of a cam.
+#: Curves with fewer points are drawn by a designer; they are no table of a cam, and give no note.
 FEWEST = 24
-#: An uncertainty below this part of half the lift, which a harmonic motion has as its acceleration per ω², is let be.
+#: The least uncertainty that is reported, relative to half the lift: the acceleration per ω² of a harmonic motion.
 FELT = 0.05
 
 
@@ -27,8 +27,9 @@ def grain(numbers: Sequence[float]) -> float:
 
 
 def uncertainty(track: Track | SpaceTrack) -> tuple[float, float] | None:
-    """The unit in m to which the points of a closed curve were rounded, and what that does to the acceleration of a
-    follower, in m per (rad/s)²: 12 r (N/2π)². None where that is not felt, or not known."""
+    """The unit in m to which the N points of a closed curve were rounded, and the error of a follower's acceleration,
+    in m per (rad/s)². The error is 12 r (N/2π)² with r half the unit. None where it is small, or the rounding is not
+    known."""
     if isinstance(track, SpaceTrack):
         return None
     polar = track.line.pieces[0].form is Form.POLAR
@@ -38,5 +39,5 @@ def uncertainty(track: Track | SpaceTrack) -> tuple[float, float] | None:
     lengths = [row[1] for row in rows] if polar else [each for row in rows for each in row]
     radii = [row[1] if polar else math.hypot(*row) for row in rows]
     half = grain(lengths)
-    found = 12.0 * half * (len(rows) / (2.0 * math.pi)) ** 2
-    return (2.0 * half, found) if found > FELT * 0.5 * (max(radii) - min(radii)) else None
+    error = 12.0 * half * (len(rows) / (2.0 * math.pi)) ** 2
+    return (2.0 * half, error) if error > FELT * 0.5 * (max(radii) - min(radii)) else None

@@ -1,4 +1,4 @@
-"""A curve as a table: its profile, its curvature, and the pressure angle of what it guides."""
+"""A curve as a table: its profile, its curvature, and the pressure angle of its follower."""
 
 from __future__ import annotations
 
@@ -50,7 +50,8 @@ class Sheet:
 
 
 def sheet_of(scene: Scene, name: str | None, rows: int) -> Sheet:
-    """That of the scene's curve of this name, or of the only one. Raises InputError where there is none."""
+    """The sheet of the scene's curve of this name; None is the only one. Raises InputError where there is no such
+    curve, several and no name, or it is in space."""
     curves = {track.name: track for track in scene.curves}
     if not curves:
         raise InputError(Problem("the scene has no block 'curves'", hint="mbproj help follow_a_curve"))
@@ -67,7 +68,7 @@ def sheet_of(scene: Scene, name: str | None, rows: int) -> Sheet:
 
 
 def sheet(track: Track, rows: int) -> Sheet:
-    """So many rows from the beginning of the curve to its end, evenly by its parameter."""
+    """The sheet of a curve, with `rows` rows from its beginning to its end, evenly spaced by its parameter."""
     line = track.line
     s = np.linspace(line.start, line.end, rows)
     piece = line.at(s)
@@ -97,7 +98,8 @@ def sheet(track: Track, rows: int) -> Sheet:
 
 
 def _pressure(x: Array, y: Array, tx: Array, ty: Array, radius: Array, track: Track) -> Array:
-    """Between the normal and the line from the origin; a flat face is pushed along its own normal."""
+    """The pressure angle (m,) in rad, between the curve's normal and the line from the origin. It is 0 for a flat face,
+    which is pushed along its own normal, and NaN for an open curve."""
     if not track.line.closed:
         return np.full(len(x), np.nan)
     if track.flat:
@@ -107,6 +109,6 @@ def _pressure(x: Array, y: Array, tx: Array, ty: Array, radius: Array, track: Tr
 
 
 def _rollers(track: Track) -> dict[str, float]:
-    """The largest roller of each side: for a curve of a roller's centre, on the profile."""
+    """The radius in m of the largest roller on the profile, by its side."""
     sides = ("outside", "inside") if track.line.closed else ("left", "right")
     return {side: largest_roller(track.line, track.is_left(side), track.roller) for side in sides}

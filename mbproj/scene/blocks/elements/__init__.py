@@ -1,7 +1,7 @@
-"""The types of force that are elements, one file each: what a scene gives, and the element that this makes.
+"""The types of force that are elements, one file each: their keys in a scene, and the elements that these make.
 
 A file here has `TYPES`, its types by name; plug-ins add theirs. The reader, the schema, the reference, the studies and
-the animation go by them; nothing else knows a type.
+the animation read these tables; nothing else knows a type.
 """
 
 from __future__ import annotations
@@ -26,5 +26,6 @@ ELEMENTS: Registry[ElementType] = Registry("force type", dict(_found()))
 
 
 def element_type(name: str) -> ElementType:
-    """The type of an element by the type of its force: a spring's where its numbers change in a run."""
+    """The element type of the force type `name`. The type of a spring stands for a spring whose numbers change in a
+    run."""
     return SPRINGS[name] if name in SPRINGS else ELEMENTS[name]

@@ -1,4 +1,4 @@
-"""The force `dc_motor`: a motor with brushes, or any whose torque goes by a current: its coil, its constant, its gear.
+"""The force `dc_motor`: a motor whose torque is proportional to a current, as one with brushes, behind a gear.
 
 type: dc_motor, joint: pin, voltage: U, resistance: 0.8 ohm, inductance: 2 mH, constant: 2, gear: 50, friction: 0.01
 """
@@ -22,8 +22,8 @@ def _dc_motor(
     gear: float = 1.0,
     friction: float = 0.0,
 ) -> Element:
-    """L i' = U - R i - k n s' and the torque n k i - d s'. The coil stores ½ L i², and R i² + d s'² is heat. So what
-    the motor puts in is U i."""
+    """The motor L i' = U - R i - k n s' with the torque n k i - d s'. The coil stores ½ L i², and R i² + d s'² is heat.
+    So the power that the motor supplies is U i."""
     rate, current, heat = f"{s}_dot", f"{name}.current", f"{name}.heat"
     i, turning, k = called(current), called(rate), gear * constant
     return Element(
@@ -40,7 +40,7 @@ def _dc_motor(
 
 
 def _changes(voltage: Program, rate: str, current: str, R: float, L: float, k: float) -> Program:
-    """i' as a function of what the voltage names, and of the rate and the current."""
+    """The program of i', which reads the channels of the voltage, the rate s' and the current i."""
     reads = (*voltage.reads, rate, current)
 
     def named(at: int, factor: float) -> Code:

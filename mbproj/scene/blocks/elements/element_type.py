@@ -1,4 +1,4 @@
-"""What a type of force is whose force is an element."""
+"""The record of a type of force that is an element."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from mbproj.scene.fields.quantities import Number
 
 @dataclass(frozen=True)
 class ElementType:
-    """It acts along a coordinate in m, which may be the distance of two points, or in rad; `keys` are its own, with
-    their units, and those in `required` have to be given; `choices` are groups that
-    exclude each other. `make(name, s, **values)` is the element of this name that
-    acts along the coordinate named s, with the values of the keys in SI units."""
+    """A type of force that is an element, acting `along` a coordinate in m, which may be the distance of two points, or
+    in rad. `keys` are its own keys with their units; those in `required` must be given, those in a group of `choices`
+    exclude each other. `make(name, s, **values)` returns the element of this name that acts along the coordinate named
+    s, with the values of the keys in SI units."""
 
     along: Literal["m", "rad"]
     keys: Mapping[str, Number | Function]

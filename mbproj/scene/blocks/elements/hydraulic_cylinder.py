@@ -14,9 +14,10 @@ from mbproj.scene.expressions.formula import formula
 from mbproj.scene.fields.functions import Function
 from mbproj.scene.fields.quantities import Number
 
-#: Below this share of the supply a pressure drop moves the oil in proportion, and far above by its square root.
+#: Where the flow turns laminar, as a share of the supply pressure. Below it the flow is proportional to the pressure
+#: drop, and far above to its square root.
 LAMINAR = 1e-3
-#: What the absolute tolerance of a pressure is relative to, in Pa.
+#: The scale of the absolute tolerance of a pressure, in Pa.
 PRESSURE_SCALE = 1e5
 
 
@@ -38,8 +39,9 @@ def _hydraulic_cylinder(
     pressure_1: float = 0.0,
     pressure_2: float = 0.0,
 ) -> Element:
-    """The push A₁ p₁ - A₂ p₂ - d s' with p₁' = E/V₁ (Q₁ - A₁ s'), p₂' = E/V₂ (Q₂ + A₂ s'). Oil in a chamber stores what
-    compressed it; throttling, the leak and the damping are heat. So what the element puts in is what the pump does."""
+    """The cylinder with the push A₁ p₁ - A₂ p₂ - d s' and p₁' = E/V₁ (Q₁ - A₁ s'), p₂' = E/V₂ (Q₂ + A₂ s'). The oil in
+    a chamber stores the work of compression; the losses of throttling, leak and damping are heat. So the power that the
+    element supplies is that of the pump."""
     p1, p2, place, rate = (reading(each) for each in (f"{name}.pressure_1", f"{name}.pressure_2", s, f"{s}_dot"))
     A1, A2, E = area, area if rod_side is None else rod_side, bulk_modulus
     u = within(opening, -1.0, 1.0)
@@ -51,7 +53,7 @@ def _hydraulic_cylinder(
         text = "K*u*(before - after)/((before - after)**2 + small)**0.25"
         return formula(text, K=K, u=open, before=before, after=after, small=ε**2)
 
-    edges = {  # from the supply and to the tank; the second column is what flows in
+    edges = {  # flows in m³/s: s is the supply, t the tank, 1 and 2 the chambers; "s1" flows from s to 1
         "s1": through(inlet, supply, p1),
         "1t": through(outlet, p1, 0.0),
         "s2": through(outlet, supply, p2),
@@ -80,12 +82,12 @@ def _hydraulic_cylinder(
 
 
 def _energy(p: float | Program, E: float) -> Program:
-    """What a volume of oil stores, in J/m³, whose density goes by exp(p/E)."""
+    """The energy that oil at the pressure p stores, in J/m³, with a density proportional to exp(p/E)."""
     return formula("E*(exp(p/E) - 1) - p", p=p, E=E)
 
 
 def _head(p: float | Program, E: float) -> Program:
-    """What a volume that flows carries: its pressure and what it stores."""
+    """The energy that flowing oil carries, in J/m³: its pressure and its stored energy."""
     return formula("E*(exp(p/E) - 1)", p=p, E=E)
 
 

@@ -1,4 +1,4 @@
-"""The forces `maxwell` and `torsion_maxwell`: a spring and a damper in series, as rubber, oil and seals have it.
+"""The forces `maxwell` and `torsion_maxwell`: a spring and a damper in series, a model of rubber, oil and seals.
 
 type: maxwell, points: {ground: [0, 0, 1], arm: [0.2, 0, 0]}, stiffness: 2e4 N/m, damping: 300 N*s/m
 type: torsion_maxwell, joint: B, stiffness: 40, damping: 2
@@ -14,7 +14,7 @@ from mbproj.scene.fields.quantities import Number
 
 
 def _maxwell(name: str, s: str, stiffness: float, damping: float, unit: str) -> Element:
-    """F = -k e with the stretch e of the spring, 0 at the start, and e' = s' - k e / c, since c (s' - e') = k e."""
+    """The element F = -k e with the stretch e of the spring, 0 at the start. c (s' - e') = k e gives e'."""
     rate, stretch = f"{s}_dot", f"{name}.stretch"
     e = called(stretch)
     return Element(

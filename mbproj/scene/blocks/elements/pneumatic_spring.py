@@ -24,8 +24,8 @@ def _pneumatic_spring(
     at: float = 0.0,
     damping: float = 0.0,
 ) -> Element:
-    """The push A (p - ambient) - d s' with p Vⁿ as it is at the place `at`, and V = volume + A (s - at). The gas stores
-    what it would give back; d s'² is heat."""
+    """The spring with the push A (p - ambient) - d s' and V = volume + A (s - at). p Vⁿ is constant; p = `pressure` at
+    s = `at`. The gas stores the work that it could do; d s'² is heat."""
     place, rate = reading(s), reading(f"{s}_dot")
     V = formula("V + A*(s - at)", V=volume, A=area, s=place, at=at)
     p = formula("p*(V0/V)**n", p=pressure, V0=volume, V=V, n=exponent)
@@ -42,7 +42,7 @@ def _pneumatic_spring(
 
 
 def _stored(V: Program, volume: float, pressure: float, ambient: float, n: float) -> Program:
-    """What gas and air around have taken up since the volume was this."""
+    """The energy in J that the gas and the ambient air have taken up since the gas had the volume `volume`."""
     around = formula("p*(V - V0)", p=ambient, V=V, V0=volume)
     if n == 1.0:
         return formula("p*V0*log(V0/V) + around", p=pressure, V0=volume, V=V, around=around)

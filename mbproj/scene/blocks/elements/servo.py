@@ -29,8 +29,8 @@ def _servo(
     motor_constant: float | None = None,
     **limit: float,
 ) -> Element:
-    """The push d (v - s') within its limit, with the wanted speed v, or v = (k/d) (position - s) within its own. Of a
-    motor constant K, (push/K)² is heat: what the drive puts in is the rest and this."""
+    """The drive with the push d (v - s'), within its limit. v is the wanted speed, or (k/d) (position - s) within
+    `max_speed`. With a motor constant K, (push/K)² is heat, which the drive supplies beside its mechanical power."""
     rate, wanted = reading(f"{s}_dot"), speed
     if position is not None:
         wanted = formula("ratio*(position - s)", ratio=stiffness / damping, position=position, s=reading(s))
@@ -46,7 +46,7 @@ def _servo(
 
 
 def heat_of(name: str, push: Program, motor_constant: float | None) -> tuple[State, ...]:
-    """The state that the windings heat up by."""
+    """The state "heat" of the windings, whose rate is (push/K)²; () without a motor constant."""
     if motor_constant is None:
         return ()
     return (State("heat", formula("(push/K)**2", push=push, K=motor_constant), unit="J", counts=True),)

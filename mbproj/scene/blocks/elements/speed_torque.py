@@ -1,4 +1,4 @@
-"""The force `speed_torque`: a motor or an engine by its curve, behind a gear.
+"""The force `speed_torque`: a motor or an engine, given by its curve of torque over speed, behind a gear.
 
 type: speed_torque, joint: pin, torque: table(speed, 0, 12, 100, 10, 300, 0), command: throttle, gear: 5
 """
@@ -23,10 +23,11 @@ def _speed_torque(
     friction: float = 0.0,
     motor_constant: float | None = None,
 ) -> Element:
-    """The torque n u T(n s') - d s' at the joint. d s'² is heat, and of a motor constant K also (u T/K)²."""
+    """The motor with the torque n u T(n s') - d s' at the joint. d s'² is heat, and with a motor constant K also
+    (u T/K)²."""
     rate = reading(f"{s}_dot")
     shaft = formula("n*rate", n=gear, rate=rate)
-    curve = _at(torque, shaft)
+    curve = _at_speed(torque, shaft)
     own = curve if command is None else formula("u*T", u=command, T=curve)
     push = formula("n*T - d*rate", n=gear, T=own, d=friction, rate=rate)
     warms = formula("d*rate*rate", d=friction, rate=rate)
@@ -41,8 +42,8 @@ def _speed_torque(
     )
 
 
-def _at(curve: Program, shaft: Program) -> Program:
-    """The curve where the shaft turns as this says."""
+def _at_speed(curve: Program, shaft: Program) -> Program:
+    """The program of the curve's torque at the speed that the program `shaft` gives."""
     return joined(lambda own, turning: replaced(own, {RATE: turning}), curve, shaft)
 
 

@@ -1,5 +1,5 @@
-"""Springs and dampers whose numbers change in a run: as `spring_damper` and its kin are where a number of theirs names
-the time, a signal or a coordinate.
+"""Springs and dampers whose numbers change in a run: a `spring_damper` or one of its kin becomes such an element where
+one of its numbers names the time, a signal or a coordinate.
 
 type: torsion_spring_damper, joint: pin, stiffness: 40*(1 + grip), damping: 0.5
 """
@@ -24,8 +24,8 @@ Given = float | Program
 def _spring(
     name: str, s: str, free: str, stiffness: Given = 0.0, damping: Given = 0.0, table: Given = 0.0, **at: Given
 ) -> Element:
-    """F = table(s) - k (s - free) - c s'. It keeps k (s - free)²/2: what changes k or the free length does work. What c
-    takes is heat."""
+    """The spring F = table(s) - k (s - free) - c s'. It stores k (s - free)²/2, so that a change of k or of the free
+    length does work. The work of c is heat."""
     place, rate, rest = reading(s), reading(f"{s}_dot"), at.get(free, 0.0)
     push, stores, heat = formula("T", T=table), None, tuple[State, ...]()
     if stiffness != 0.0:
@@ -48,7 +48,7 @@ def _type(along: Literal["m", "rad"], force: str, free: str) -> ElementType:
     return ElementType(along, keys, partial(_spring, free=free))
 
 
-#: By the types of force that they are written as.
+#: The element types by the type of force that a scene gives.
 SPRINGS: Mapping[str, ElementType] = {
     "spring_damper": _type("m", "N", "free_length"),
     "linear_spring_damper": _type("m", "N", "free_displacement"),

@@ -1,1 +1,1 @@
-"""The `forces` block: what each type of force is written as; limits of joints, which are stops too."""
+"""The `forces` block: the keys of each type of force; and the limits of joints, which are stops too."""

@@ -1,4 +1,4 @@
-"""The force `bushing`: two frames, and what resists their relative translation and rotation.
+"""The force `bushing`: an elastic element that resists the relative translation and rotation of two frames.
 
 type: bushing
 bodies: [ground, arm]
@@ -28,14 +28,14 @@ from mbproj.scene.fields.vectors import rows, vector
 from mbproj.scene.records import Bushing, Force, Matrix, Orientations, Vector
 
 NONE: Vector = (0.0, 0.0, 0.0)
-#: Along the axes of the frames at the scene's pose.
+#: The default axes: both frames have the global axes at the scene's pose.
 GLOBAL_AXES = Orientations((1.0, 0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0))
 
 TWO_FRAMES: Field[Any] = Alternatives((Converted(ORIENTATION, lambda axes: Orientations(axes, axes)), FRAMES))
 
 
 def _definite(what: str, matrix: Matrix) -> Matrix:
-    """The matrix, made exactly symmetric, of what can only take energy up."""
+    """The matrix of a stiffness or damping, made exactly symmetric. Raises Unfit where it could give energy away."""
     symmetric = inertia.symmetric(matrix)
     if symmetric is None:
         raise Unfit("is not symmetric", f"the {what} in row 1, column 2 is that in row 2, column 1")
@@ -46,7 +46,7 @@ def _definite(what: str, matrix: Matrix) -> Matrix:
 
 
 def _resistance(what: str, per_length: str, per_angle: str) -> Field[tuple[Matrix, Matrix]]:
-    """Matrices against translation and rotation, or the numbers on their diagonals."""
+    """The field of two matrices, for translation and for rotation; each may be given by its diagonal."""
 
     def matrix(unit: str) -> Field[Matrix]:
         diagonal = Converted(List(Number(unit, minimum=0.0), 3), inertia.from_principal)
@@ -70,7 +70,7 @@ def _bushing(
 
 
 def bushing_record(force_type: Choice) -> Record[Force]:
-    """What a bushing is written as."""
+    """The record that reads a bushing."""
     preload = {"translation": vector("N"), "rotation": vector("N*m")}
     return Record(
         "a bushing",

@@ -1,4 +1,4 @@
-"""What dry friction on coordinates of a joint is written as.
+"""The fields of dry friction on coordinates of a joint:
 
 {torque: 4 N*m, static: 5 N*m, stribeck_speed: 0.05 rad/s}                     # constant, on an angle
 {force: 3 N, regularised: 1e-3 m/s}                                            # constant, on a displacement
@@ -26,9 +26,9 @@ from mbproj.scene.friction import Bearing, DryFriction
 from mbproj.scene.records import KeyPath
 from mbproj.scene.text.nodes import MappingNode, Node, as_mapping
 
-#: What constant friction is called on a coordinate in this unit, and its own unit.
+#: The key of constant friction and its unit, by the unit of the coordinate.
 CONSTANT = {"rad": ("torque", "N*m"), "m": ("force", "N")}
-#: What it is that slides: each but the last is the friction of one kind of coordinate.
+#: The keys of the sliding friction; each but the last is for coordinates in one unit.
 SLIDING = ("torque", "force", "coefficient")
 ARMS = ("radius", "axial_radius")
 SPEEDS = ("stribeck_speed", "regularised")
@@ -47,9 +47,9 @@ KEYS: Mapping[str, Field[Any]] = {
     "preload": Number("N", minimum=0.0),
     **dict.fromkeys(SPEEDS, Number(None, above=0.0)),
 }
-#: What a coordinate in the unit does not have.
+#: The keys that friction on a coordinate in this unit does not have.
 FOREIGN = {"rad": ("force",), "m": ("torque", *ARMS)}
-#: What tells how the reaction presses.
+#: The keys that describe the bearing: how the reaction of the joint presses.
 PRESSES = (*ARMS, "bearing_length", "preload")
 
 CHOICES = (
@@ -63,8 +63,8 @@ CHOICES = (
 
 
 def not_less(key: str) -> Callable[..., Iterator[Complaint]]:
-    """A check that the static value is not less than the sliding one. Where they are equal, a key for the fall from one
-    to the other says nothing, and is refused."""
+    """A check that the static value is not less than the sliding one. It refuses keys that have no effect: a Stribeck
+    speed where both are equal, a static value with `regularised` alone."""
 
     def find(sliding: Any, static: Any, stribeck_speed: Any, regularised: Any) -> Iterator[Complaint]:
         unit = f" {KEYS[key].unit}" if KEYS[key].unit else ""  # type: ignore[attr-defined]
@@ -84,20 +84,20 @@ def not_less(key: str) -> Callable[..., Iterator[Complaint]]:
     return find
 
 
-def _turned(coefficient: Any, *given: Any) -> Iterator[Complaint]:
-    """A check that there is an arm that makes a torque of a force, or a torque that is constant."""
+def _has_arm(coefficient: Any, *given: Any) -> Iterator[Complaint]:
+    """A check that friction on an angle has an arm, which makes a torque of a force, or a constant torque."""
     if not any(isinstance(value, float | Program) for value in given):
         yield armless(("coefficient",))
 
 
 def armless(path: KeyPath) -> Complaint:
-    """That no arm makes a torque of a force."""
+    """The complaint that the friction by a coefficient on an angle has no arm."""
     said = "the 'coefficient' of friction on an angle needs 'radius' or 'axial_radius'"
     return Complaint(path, said, "add radius: the arm of the radial force; axial_radius: that of the axial one")
 
 
 def _needs_radius(key: str) -> Callable[..., Iterator[Complaint]]:
-    """A check that a property of the radial force has the arm of that."""
+    """A check that `radius` is given where `key` is, which describes the radial force."""
 
     def find(value: float, coefficient: Any, radius: Any) -> Iterator[Complaint]:
         if isinstance(coefficient, float | Program) and not isinstance(radius, float):
@@ -109,11 +109,11 @@ def _needs_radius(key: str) -> Callable[..., Iterator[Complaint]]:
 
 CHECKS = tuple(Check((key,), not_less(key), ("static", *SPEEDS)) for key in SLIDING)
 OF_ANGLES = tuple(Check((key,), _needs_radius(key), ("coefficient", "radius")) for key in ("bearing_length", "preload"))
-ARM = Check(("coefficient",), _turned, ("torque", *ARMS))
+ARM = Check(("coefficient",), _has_arm, ("torque", *ARMS))
 
 
 class DryRecord(Record[T_co]):
-    """A record of dry friction, in which `static` is in the unit of what slides."""
+    """A record of dry friction, in which `static` is in the unit of the sliding friction."""
 
     def read(self, node: Node, path: KeyPath, reading: Reading) -> T_co | None:
         given = as_mapping(node)
@@ -122,8 +122,8 @@ class DryRecord(Record[T_co]):
 
 
 def _record(unit: str, any_coordinate: bool) -> DryRecord[DryFriction]:
-    """Dry friction on a coordinate in the unit, which is named, or may be any of the joint's; then every key is known,
-    so that wrong ones are explained."""
+    """The record of dry friction on a coordinate in this unit. With `any_coordinate` the scene does not name the
+    coordinate: then the record knows the keys of both units, so that messages can explain wrong ones."""
     foreign = () if any_coordinate else FOREIGN[unit]
     keys = {key: field for key, field in KEYS.items() if key not in foreign} | dict.fromkeys(SPEEDS, SPEED[unit])
     choices = tuple(
@@ -159,7 +159,8 @@ BY_COORDINATE: Record[dict[str, DryFriction]] = Record(
 
 @dataclass(frozen=True)
 class Coulomb(Field[Mapping[str, DryFriction]]):
-    """Dry friction by coordinate; "" for the joint's only one in the unit that follows from what is given."""
+    """Dry friction by coordinate. The name "" stands for the only coordinate of the joint in the unit that follows from
+    the keys."""
 
     node_type: ClassVar[type] = MappingNode
 
@@ -191,8 +192,8 @@ COULOMB = Coulomb()
 
 
 def _unit_of(mapping: MappingNode, reading: Reading) -> str:
-    """The unit of the coordinate on which friction with these keys can be: a coefficient without an arm is on a
-    displacement, unless a speed says that an arm is missing."""
+    """The unit of the coordinate that friction with these keys acts on. A coefficient without an arm acts on a
+    displacement, unless a speed in rad/s shows that the arm is missing."""
     if not mapping.values.keys().isdisjoint(FOREIGN["m"]):
         return "rad"
     alone = Reading(names=reading.names)
@@ -201,5 +202,5 @@ def _unit_of(mapping: MappingNode, reading: Reading) -> str:
 
 
 def _is_turning(node: Node, alone: Reading) -> bool:
-    """Whether this is a speed in rad/s and none in m/s."""
+    """Whether the node can be read as a speed in rad/s, but not as one in m/s."""
     return SPEED["m"].read(node, (), alone) is None and SPEED["rad"].read(node, (), alone) is not None

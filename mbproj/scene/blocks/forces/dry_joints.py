@@ -1,4 +1,4 @@
-"""Dry friction and the joints it is in: that they have its coordinates, and that one is found where none is named."""
+"""Rules on dry friction in joints: the joint has its coordinate, or exactly one that fits where none is named."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from mbproj.scene.friction import DryFriction
 from mbproj.scene.records import Force, Joint, JointForce, KeyPath
 from mbproj.scene.stops import PlaneStop
 
-#: The types of joints in whose coordinates there is dry friction.
+#: The types of joints that may have dry friction.
 DRY_JOINTS = tuple(name for name, kind in JOINTS.items() if kind.dry)
 
 
 def slides_in_joints(joints: Mapping[str, Joint], forces: Mapping[str, Force]) -> Iterator[Complaint]:
-    """A check that the joints of dry frictions have the coordinates on which these are."""
+    """A check that the joint of each dry friction has the coordinate that the friction acts on."""
     for force in forces.values():
         if not isinstance(force, JointForce) or not force.coulomb:
             continue
@@ -43,7 +43,7 @@ def slides_in_joints(joints: Mapping[str, Joint], forces: Mapping[str, Force]) -
 
 
 def _undecided(joint: Joint, dry: DryFriction, path: KeyPath) -> Iterator[Complaint]:
-    """Why no coordinate of the joint, or several, may be the one that is not named."""
+    """The complaint where no coordinate is named, and the joint has none that fits, or several."""
     pressed, own = dry.bearing, coordinates_in(joint, None)
     if pressed is not None and not pressed.has_arm:
         if own == ["angle"]:
@@ -57,7 +57,7 @@ def _undecided(joint: Joint, dry: DryFriction, path: KeyPath) -> Iterator[Compla
 
 
 def _thread(joint: Joint, dry: DryFriction, path: KeyPath) -> Iterator[Complaint]:
-    """Why moments do not count: a thread is pressed by the axial force."""
+    """The complaint about a `bearing_length` that has no effect: the axial force alone presses a thread."""
     pressed = dry.bearing
     alone = pressed is not None and pressed.axial_radius is None and not math.isinf(pressed.length)
     if JOINTS[joint.type].is_threaded and dry.unit == "rad" and alone:
@@ -66,7 +66,7 @@ def _thread(joint: Joint, dry: DryFriction, path: KeyPath) -> Iterator[Complaint
 
 
 def friction_units(joints: Mapping[str, Joint], forces: Mapping[str, Force]) -> dict[str, str]:
-    """The names of the dry frictions that may stick, as results call them, with the units of what they resist."""
+    """The units of the coordinates along which dry friction may stick, by the friction's name in results."""
     named = [with_coordinates(force, joints) for force in forces.values() if isinstance(force, JointForce)]
     in_joints = {
         force.called(coordinate): dry.unit

@@ -1,4 +1,4 @@
-"""The `forces` block: what each type is written as, and what that makes: laws, bushings, forces on bodies."""
+"""The `forces` block: the records that read each type of force: laws, bushings, forces on bodies, elements."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def _law_choices(force: str, free: str) -> tuple[OneOf, ...]:
 
 
 def _law(given: Mapping[str, Any], force: str, free: str, default: float | None) -> Law:
-    """The law from the keys that are given."""
+    """The law of the given keys, with `default` for `free`. Raises Unfit where it has no effect, or a key too many."""
     if not any(key in given for key in ("stiffness", "damping", force, "table")):
         raise Unfit("does nothing", f"give 'stiffness', 'damping', '{force}' or 'table'")
     if free in given and "stiffness" not in given:
@@ -62,7 +62,7 @@ def _law(given: Mapping[str, Any], force: str, free: str, default: float | None)
 
 
 def _varying(type: str, law: Mapping[str, Any], free: str) -> Kind | None:
-    """The element that a spring is where a number of its law changes in a run."""
+    """The element that replaces a spring where a number of its law changes in a run; None for other springs."""
     if not any(isinstance(law.get(key), Program) for key in ("stiffness", "damping", free)):
         return None
     values = dict(law)
@@ -185,7 +185,7 @@ OWN_RECORDS: Mapping[str, Record[Force]] = MappingProxyType(
 
 @final
 class ForceRecords(Mapping[str, Record[Force]]):
-    """What each type of force is written as: those of mbproj, and the elements of plug-ins."""
+    """The record that reads each type of force, by its name: those of mbproj, and the elements of plug-ins."""
 
     def __getitem__(self, name: str) -> Record[Force]:
         return OWN_RECORDS[name] if name in OWN_RECORDS else _of_element(name, ELEMENTS[name])

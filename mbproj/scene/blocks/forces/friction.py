@@ -41,7 +41,7 @@ def _friction(
 
 
 def friction_record(force_type: Choice) -> Record[Force]:
-    """What friction on a joint is written as."""
+    """The record that reads friction on a joint."""
     return Record(
         "a friction",
         {

@@ -1,4 +1,4 @@
-"""Dry friction of a point, ball or wheel on the plane of a stop: what it is written as.
+"""The field of dry friction of a point, ball or wheel on the plane of a stop:
 
 friction: 0.3
 friction: {coefficient: 0.3, static: 0.4, stribeck_speed: 0.05 m/s}
@@ -18,7 +18,7 @@ def _friction(coefficient: float, static: float | None = None, stribeck_speed: f
 
 
 COEFFICIENT = STATIC["coefficient"]
-#: A coefficient, or more about it.
+#: A coefficient alone, or a mapping with it.
 PLANE_FRICTION: Field[PlaneFriction] = Alternatives(
     (
         Converted(COEFFICIENT, _friction),
@@ -31,5 +31,5 @@ PLANE_FRICTION: Field[PlaneFriction] = Alternatives(
         ),
     )
 )
-#: With which keys of a stop there is none.
+#: The keys of a stop that exclude friction.
 FRICTIONLESS = (OneOf(("stiffness", "friction"), hint="friction is that of rigid stops: rigid: true"),)

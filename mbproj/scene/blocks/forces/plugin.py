@@ -24,10 +24,10 @@ from mbproj.scene.expressions.units import TIME as SECONDS
 from mbproj.scene.expressions.units import Dimension, describe
 from mbproj.scene.fields.quantities import Number, dimension_of
 
-#: What a formula of a force may name, and the energy that it stores.
+#: The variables that the formula of a force, or of its energy, may name.
 OF_FORCE: Mapping[str, int] = {"t": TIME, "s": COORDINATE, "s_dot": RATE}
 OF_ENERGY: Mapping[str, int] = {"t": TIME, "s": CHANNELS, "s_dot": CHANNELS + 1}
-#: Keys of every type of force.
+#: Names that no parameter may have: they are keys of every type of force, or variables of a formula.
 TAKEN = frozenset({"type", "name", "joint", "coordinate", *TWO_ENDS, *OF_FORCE})
 
 
@@ -111,7 +111,7 @@ def _unfit(name: str, what: str, hint: str | None = None) -> InputError:
 def _keys(
     name: str, along: str, parameters: Mapping[str, str], defaults: Mapping[str, float], positive: Collection[str]
 ) -> dict[str, Number]:
-    """What a scene reads for each parameter."""
+    """The field that reads each parameter in a scene. Raises InputError for a bad name, unit or bound."""
     if along not in ("m", "rad"):
         raise _unfit(name, f"'along' is 'm' or 'rad', found {along!r}")
     for key, unit in parameters.items():
@@ -130,7 +130,8 @@ def _keys(
 def _formula(
     name: str, text: str, variables: Mapping[str, int], dimensions: Mapping[str, Dimension], unit: str
 ) -> Callable[[Mapping[str, Value]], Program]:
-    """The program of a formula, once the parameters have their values."""
+    """A function that returns the program of a formula for given values of the parameters. Raises InputError where the
+    formula cannot be read, or is in another unit."""
     try:
         tree = parse(text, frozenset(dimensions))
         symbols = {key: at for at, key in enumerate(dimensions)}

@@ -1,4 +1,4 @@
-"""Limits of joints, and the force `stop`: what each is written as.
+"""The fields of joint limits and of the force `stop`:
 
 limits: {angle: {range: [-30 deg, 95 deg], stiffness: 1e5 N*m/rad, restitution: 0.4}}      # of a joint
 type: stop, points: {ground: [0, 0, 0], wheel: [0, 0, 0.3]}, shortest: 0.1 m, rigid: true
@@ -26,13 +26,13 @@ from mbproj.scene.records import GROUND, Force, Joint, KeyPath
 from mbproj.scene.stops import DistanceStop, Limit, OfBody, PlaneStop, StopLaw
 from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
-#: What YAML has for nothing.
+#: The texts by which YAML means no value.
 OPEN = ("null", "~", "")
 
 
 @dataclass(frozen=True)
 class Range(Field[tuple[float | None, float | None]]):
-    """The least and the most that a coordinate in `unit` may be; null where it is open."""
+    """The lower and the upper bound of a coordinate in `unit`; null for no bound."""
 
     unit: str
     node_type: ClassVar[type] = SequenceNode
@@ -79,8 +79,8 @@ def _stiffness(unit: str | None) -> Number:
 
 
 class StopRecord(Record[T_co]):
-    """A record with a stop's law in it: its `stiffness`, whose unit without exponent stands in `keys`, is in that unit
-    with the length or angle to the power of the `exponent`."""
+    """A record with the law of a stop. `keys` has the unit of `stiffness` for the exponent 1, as N/m; with an
+    `exponent` e the stiffness is in N/m^e."""
 
     def read(self, node: Node, path: KeyPath, reading: Reading) -> T_co | None:
         given = node.values.get("exponent") if isinstance(node, MappingNode) else None
@@ -111,14 +111,14 @@ LAW_CHOICES = (
 )
 
 
-def _obtained(stiffness: float, restitution: float) -> Iterator[Complaint]:
-    """A check that what gives way gives something back: that nothing comes back takes damping without bound."""
+def _is_not_plastic(stiffness: float, restitution: float) -> Iterator[Complaint]:
+    """A check that the restitution of a compliant stop is not 0, which would need infinite damping."""
     if restitution == 0.0:
         hint = "give a small one, as 0.05, or rigid: true instead of 'stiffness'"
         yield Complaint(("restitution",), "the 'restitution' of a stop with 'stiffness' must be greater than 0", hint)
 
 
-LAW_CHECKS = (Check(("stiffness", "restitution"), _obtained),)
+LAW_CHECKS = (Check(("stiffness", "restitution"), _is_not_plastic),)
 
 
 def _law(given: Mapping[str, Any]) -> StopLaw:
@@ -132,7 +132,7 @@ def _law(given: Mapping[str, Any]) -> StopLaw:
 
 
 def limit_field(unit: str) -> Record[Limit]:
-    """What limits a coordinate in m or rad."""
+    """The record that reads the limit of a coordinate in m or rad."""
     return StopRecord(
         "a limit",
         {"range": Range(unit), **_law_keys(unit)},
@@ -144,7 +144,7 @@ def limit_field(unit: str) -> Record[Limit]:
 
 
 def _of_body(body: str, placed: Any) -> OfBody:
-    """A point or direction that is given in global axes, or by body in its own."""
+    """The record of a point or direction that is given in global axes, or by body in that body's axes."""
     return OfBody(body, placed[body], local=True) if isinstance(placed, Mapping) else OfBody(body, placed)
 
 
@@ -188,20 +188,20 @@ def _between_points(
 
 
 def _between(shortest: float, longest: float) -> Iterator[Complaint]:
-    """A check that some distance is left."""
+    """A check that the shortest distance is less than the longest."""
     if not shortest < longest:
         said = f"the distance has no room: it is at least {shortest:.6g} m and at most {longest:.6g} m"
         yield Complaint(("longest",), said, "the longest is more than the shortest; a 'distance' joint keeps one")
 
 
 def _record(what: str, make: Callable[..., Any], vectors: Mapping[str, Field[Any]]) -> Record[Any]:
-    """Points or directions of one body."""
+    """The record that reads points or directions of one body."""
     keys: dict[str, Field[Any]] = {"body": NameReference("body", "bodies", (GROUND,)), **vectors}
     checks = tuple(Check(("body", key), of_these_bodies(key)) for key in vectors)
     return Record(what, keys, make, tuple(keys), checks)
 
 
-#: Which keys go with which: the distance of two points, or that of a point from a plane.
+#: The keys that exclude each other: a stop limits the distance of two points, or that of a point from a plane.
 _SHAPES = (
     OneOf(("points", "bodies", "plane"), needed=True, hint="a stop is between two points, or a plane and a point"),
     OneOf(("points", "locations"), hint="'points' are in global axes, 'locations' go with 'bodies'"),
@@ -216,7 +216,7 @@ _SHAPES = (
 
 
 def stop_record(force_type: Choice) -> Record[Force]:
-    """What the force `stop` is written as."""
+    """The record that reads the force `stop`."""
     return StopRecord(
         "a stop",
         {
@@ -246,7 +246,7 @@ def stop_record(force_type: Choice) -> Record[Force]:
 
 
 def stop_units(joints: Mapping[str, Joint], forces: Mapping[str, Force]) -> dict[str, str]:
-    """The names of the stops, as results call them, with the units of what they limit."""
+    """The units of the coordinates that stops limit, by the names of the stops in results."""
     found: dict[str, str] = {}
     for joint in joints.values():
         for coordinate, limit in joint.limits.items():

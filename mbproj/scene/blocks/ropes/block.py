@@ -1,4 +1,4 @@
-"""Ropes: the points, sheaves, wheels and drums of a path, what the length is, and rules on them.
+"""The fields of ropes: the points, sheaves, wheels and drums of the path, and the keys of the length.
 
 hoist:
   type: rope
@@ -104,7 +104,7 @@ CHOICES = (
 
 
 def rope_record(name: str, others: Mapping[str, Field[Any]]) -> Record[Joint]:
-    """What a joint of this type is written as; `others` are the keys that other joints have, too."""
+    """The record that reads a rope; `others` are the keys that other joints have, too."""
     return Record(f"a {name} joint", {**others, **KEYS}, _rope, ("type", "path", "normal"), (), CHOICES, named=True)
 
 
@@ -124,8 +124,8 @@ def _rope(
     speed: Mapping[str, float] | None = None,
     reflected_inertia: Mapping[str, float] | None = None,
 ) -> Joint:
-    """The record of a rope, whose second body is that on which its reaction is told: the last of its path, or another
-    one where that is the first again."""
+    """The joint of a rope. Results give its reaction on its second body: the last of its path, or the first body beside
+    where the path ends on the body on which it begins. Raises Unfit for keys that do not fit each other."""
     if restitution is not None and not slack:
         raise Unfit("has a 'restitution' and is never slack", "add slack: true, or leave it out")
     if damping is not None and stiffness is None:
@@ -157,7 +157,7 @@ def _rope(
 
 
 def connected(joint: Joint, bodies: Mapping[str, Body], motions: Mapping[str, Motion]) -> Joint:
-    """The rope with all places global. A motion that drives its length takes the place of its row."""
+    """The rope with all places global. Where a motion drives the length, the rope has no row of its own."""
     path: Path = joint.parameters["path"]
     driven = any((each.joint, each.coordinate) == (joint.name, "length") for each in motions.values())
     nodes = tuple(replace(node, at=_global(node.at, bodies)) for node in path.nodes)
@@ -170,7 +170,7 @@ def connected(joint: Joint, bodies: Mapping[str, Body], motions: Mapping[str, Mo
 
 
 def _global(at: OfBody, bodies: Mapping[str, Body]) -> OfBody:
-    """A place as it is at the scene's pose."""
+    """A place in global axes, as it is at the scene's pose."""
     if not at.local or at.body == GROUND:
         return replace(at, local=False)
     body = bodies[at.body]

@@ -1,4 +1,4 @@
-"""Rules on ropes: that their paths can be run over, and that nothing asks of them what they cannot be."""
+"""Rules on ropes: their paths are possible, and their other keys fit to them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from mbproj.thresholds import THRESHOLDS
 def run_over_places(
     joints: Mapping[str, Joint], bodies: Mapping[str, Body], motions: Mapping[str, Motion]
 ) -> Iterator[Complaint]:
-    """A check that paths can be run over, and that nothing asks of a rope what it cannot be."""
+    """A check that the paths of ropes are possible, and that their other keys fit to them."""
     for joint in joints.values():
         if joint.type == "rope":
             wrong = list(_on_places(joint)) + list(_as_whole(joint, motions))
@@ -53,7 +53,8 @@ def _as_whole(joint: Joint, motions: Mapping[str, Motion]) -> Iterator[Complaint
 
 
 def _in_plane(joint: Joint) -> Iterator[Complaint]:
-    """That circles are apart and wrapped on the right side, and that the rope leans little and is long enough."""
+    """Complaints about circles that touch or are wrapped on the wrong side. A rope also must not lean out of its plane,
+    and must be long enough."""
     path: Path = joint.parameters["path"]
     at: KeyPath = ("joints", joint.name, "path")
     x, y, n = axes(path.normal)

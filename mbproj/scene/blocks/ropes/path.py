@@ -12,16 +12,16 @@ from mbproj.scene.fields.rotations import cross, unit
 from mbproj.scene.records import GROUND, Vector
 from mbproj.scene.stops import OfBody
 
-#: What a rope runs over: points, sheaves over which it slides, wheels and drums that turn with it.
+#: The kinds of places of a path: points, sheaves over which the rope slides, wheels and drums that turn with it.
 KINDS = ("point", "sheave", "wheel", "drum")
-#: Wheels that a rope turns, at most: the kernel holds so many.
+#: The most wheels that a rope may turn: the kernel has room for so many.
 MOST_WHEELS = 5
 
 
 @dataclass(frozen=True)
 class Node:
-    """A place of a path, of one of KINDS, on a `body`: a point, or a circle of `radius` m about the centre `at`. The
-    rope passes a circle bending `left` or right as one looks against the normal, with so many whole `turns` more."""
+    """A place of a path on a `body`; `kind` is one of KINDS. It is a point, or a circle of `radius` m about the centre
+    `at`. The rope bends to the `left` or right on it, as seen against the normal, and makes so many more `turns`."""
 
     kind: str
     body: str
@@ -32,14 +32,14 @@ class Node:
 
     @property
     def signed_radius(self) -> float:
-        """Positive where the rope bends left."""
+        """The radius in m, positive where the rope bends left."""
         return self.radius if self.left else -self.radius
 
 
 @dataclass(frozen=True)
 class Path:
-    """The places that a rope runs over, and the plane in which it does: its `normal` at the scene's pose, fixed in the
-    body `frame`. `taut`: whether the rope keeps its length, or limits and motions alone say what that is."""
+    """The places that a rope runs over, and its plane, whose `normal` at the scene's pose is fixed in the body `frame`.
+    Where `taut`, a row keeps the length; else only limits or motions act on it."""
 
     nodes: tuple[Node, ...]
     normal: Vector
@@ -48,11 +48,11 @@ class Path:
 
     @property
     def portions(self) -> int:
-        """How many tensions it has: one more than the wheels that it turns."""
+        """The number of portions with tensions of their own: one more than the wheels that the rope turns."""
         return 1 + sum(node.kind == "wheel" for node in self.nodes)
 
     def changed(self, place: Callable[[OfBody], OfBody], normal: Callable[[Vector], Vector], size: float = 1.0) -> Path:
-        """The same with its places and its normal changed, and its radii by a factor."""
+        """The path with its places and its normal changed by these functions, and its radii times `size`."""
         nodes = [replace(node, at=place(node.at), radius=size * node.radius) for node in self.nodes]
         return replace(self, nodes=tuple(nodes), normal=normal(self.normal))
 
@@ -62,7 +62,7 @@ def along(axis: Vector, vector: Vector) -> float:
 
 
 def axes(normal: Vector) -> tuple[Vector, Vector, Vector]:
-    """x, y and the unit normal of a plane."""
+    """Unit vectors along x, y and the normal of the plane with this normal."""
     size = math.hypot(*normal)
     n: Vector = (normal[0] / size, normal[1] / size, normal[2] / size)
     least = min(range(3), key=lambda k: (abs(n[k]), k))
@@ -73,8 +73,8 @@ def axes(normal: Vector) -> tuple[Vector, Vector, Vector]:
 
 
 def straight(path: Path) -> tuple[list[float], list[float]]:
-    """The directions β of the lines between the centres of a path at the scene's pose, from x in `axes`, and those of
-    the rope, θ. Each circle between the ends is wrapped by less than a turn, and by its whole turns more."""
+    """Directions in rad, from x of `axes`, at the scene's pose: β of the lines between the centres of a path, and θ of
+    the straight parts of the rope. Each circle between the ends is wrapped by less than a turn, plus its `turns`."""
     x, y, _ = axes(path.normal)
     seen = [[along(axis, node.at.vector) for axis in (x, y)] for node in path.nodes]
     lines: list[float] = []

@@ -1,7 +1,7 @@
-"""Signals with states of their own, one file a family: what a scene gives, and the states and signals it becomes.
+"""Blocks, one file a family: signals with states of their own, which are replaced by plain signals and states.
 
-A file here has `TYPES`, its blocks by the key that a signal is written with. The reader, the schema and the reference
-go by them; the rest of the program sees states, signals and controllers alone.
+A file here has `TYPES`, its blocks by their key in a signal. The reader, the schema and the reference use these tables;
+the rest of the program sees states, signals and controllers alone.
 """
 
 from __future__ import annotations

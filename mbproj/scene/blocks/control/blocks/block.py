@@ -1,4 +1,4 @@
-"""What a block of `signals` is, and what it becomes."""
+"""Blocks: signals with states of their own, which the reader replaces by plain signals, states and controllers."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TypeAlias
 from mbproj.dataclass import dataclass
 from mbproj.elements.controlled import Controller, ScalarState, Signal
 from mbproj.functions.program import Program
-from mbproj.scene.blocks.control.expression import named
+from mbproj.scene.blocks.control.expression import unit_name
 from mbproj.scene.expressions.evaluate import Value
 from mbproj.scene.expressions.units import BARE, Dimension, describe
 from mbproj.scene.fields.reading import Unfit
@@ -31,21 +31,23 @@ class Block(ABC):
 
     @abstractmethod
     def expanded(self, name: str, unit: str | None) -> Expanded:
-        """What it becomes under its name, with the unit of its value where that is given. Raises Unfit."""
+        """The signals, states and controllers that replace the block `name`. `unit` is the unit of its value, where the
+        scene gives that. Raises Unfit for units that do not fit each other."""
 
 
 def unit_like(of: Given, unit: str | None, *values: Value | None) -> str:
-    """The unit of what follows `of`: as given, or that of numbers. Raises Unfit where these are of another one."""
-    found = None if of[1] == BARE else of[1]
+    """The unit of a block's value that has the dimension of its input `of`: `unit` where it is given, else the SI unit
+    of that dimension, or of the `values`. Raises Unfit where the dimensions differ."""
+    dimension = None if of[1] == BARE else of[1]
     for value in values:
         if value is None or value.dimension in (None, BARE):
             continue
-        if found is not None and value.dimension is not None and not found.agrees(value.dimension):
-            raise Unfit(f"follows {describe(found)}, and a number of it is {describe(value.dimension)}")
-        found = found or value.dimension
-    return named(found) if unit is None else unit
+        if dimension is not None and value.dimension is not None and not dimension.agrees(value.dimension):
+            raise Unfit(f"follows {describe(dimension)}, and a number of it is {describe(value.dimension)}")
+        dimension = dimension or value.dimension
+    return unit_name(dimension) if unit is None else unit
 
 
 def number_of(value: Value | None, otherwise: float) -> float:
-    """The number of a value that may be left out."""
+    """The number of a value, or `otherwise` where it is left out."""
     return otherwise if value is None else value.number

@@ -17,9 +17,9 @@ from mbproj.scene.fields.containers import Record
 from mbproj.scene.fields.quantities import Number
 from mbproj.scene.fields.reading import Unfit
 
-#: What a delay may keep.
+#: The most samples that a delay may hold.
 MOST_SAMPLES = 1000
-#: How far from a whole number of periods a delay may be, relative to it.
+#: How far a delay may be from a whole number of periods, relative to that number.
 ROUND_OFF = 1e-9
 
 
@@ -45,7 +45,7 @@ class RateLimit(Block):
 
 @dataclass(frozen=True)
 class Delay(Block):
-    """What `of` was `count` periods ago, at instants, held in between; before that `initial`."""
+    """The value that `of` had `count` periods ago, sampled at instants and held in between; `initial` before that."""
 
     of: Given
     count: int

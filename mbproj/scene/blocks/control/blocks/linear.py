@@ -26,13 +26,14 @@ from mbproj.scene.fields.reading import Unfit
 
 Row: TypeAlias = tuple[float, ...]
 Matrix: TypeAlias = tuple[Row, ...]
-#: Of a transfer function in one piece; beyond, its coefficients lose the digits that place its poles.
+#: The highest degree of one transfer function: beyond it, round-off of the coefficients moves the poles too far.
 HIGHEST_DEGREE = 10
 
 
 @dataclass(frozen=True)
 class StateSpace(Block):
-    """x' = A x + B u, y = C x + D u from x = `initial`, with the inputs u = `of`. Several outputs have names."""
+    """A state space: x' = A x + B u, y = C x + D u from x = `initial`, with the inputs u = `of`. Several outputs have
+    the names `outputs`."""
 
     of: tuple[Given, ...]
     A: Matrix
@@ -63,7 +64,8 @@ class StateSpace(Block):
 
 
 def _transfer_function(of: Given, num: Row, den: Row, initial: Row | None = None, scale: float = 1.0) -> StateSpace:
-    """In observer form: the first state is the output less what passes at once."""
+    """The transfer function in observer form: its first state is the output without the direct term D u. Raises Unfit
+    where it has no such form, or a degree above HIGHEST_DEGREE."""
     if den[0] == 0.0:
         raise Unfit("has a 'den' that begins with 0", "the highest power of s stands first: leave the 0 out")
     n = len(den) - 1
@@ -88,8 +90,8 @@ def _start(initial: Row | None, n: int) -> Row:
 
 
 def _filter(of: Given, time: float, order: int = 1, initial: Value | None = None, scale: float = 1.0) -> StateSpace:
-    """Butterworth's low pass: sections of second order, and one of first order where the order is odd. Each state has
-    the unit of the signal."""
+    """Butterworth's low-pass filter: sections of second order, and one of first order where the order is odd. Each
+    state has the unit of the signal."""
     n, w, start = order, 1.0 / time, number_of(initial, 0.0)
     A, B, x = [[0.0] * n for _ in range(n)], [[0.0] for _ in range(n)], [0.0] * n
 
@@ -121,7 +123,8 @@ def _gain(
     outputs: tuple[str, ...] | None = None,
     file: str | None = None,
 ) -> StateSpace:
-    """Of a `file` that could not be read, which is reported, nothing is known."""
+    """The gain y = rows u. A `file` stands here only where it could not be read, which is reported; then zeros stand
+    for its numbers. Raises Unfit where sizes do not match."""
     rows = ((0.0,) * len(of),) * len(outputs or "y") if rows is None else rows
     _shaped("rows", rows, None, len(of))
     return StateSpace(of, (), (), ((),) * len(rows), rows, (), outputs=_outputs(outputs, len(rows)))
@@ -138,7 +141,8 @@ def _state_space(
     outputs: tuple[str, ...] | None = None,
     file: str | None = None,
 ) -> StateSpace:
-    """Of a `file` that could not be read, which is reported, nothing is known."""
+    """The state space of given matrices. A `file` stands here only where it could not be read, which is reported, or
+    beside matrices, which is refused. Raises Unfit where matrices are missing or sizes do not match."""
     if file is not None:
         beside = [name for name, each in zip("ABCD", (A, B, C, D), strict=True) if each is not None]
         if beside:
@@ -164,7 +168,8 @@ def _shaped(name: str, matrix: Matrix, rows: int | None, columns: int) -> None:
 
 
 def _outputs(names: tuple[str, ...] | None, count: int) -> tuple[str, ...]:
-    """One output is called as the block; several are y1, y2, .. where they have no names."""
+    """The names of `count` outputs: those given, else y1, y2, ..; none for a single output, which has the name of the
+    block. Raises Unfit where the names are not as many, or not different."""
     if names is None:
         return () if count == 1 else tuple(f"y{at}" for at in range(1, count + 1))
     if len(names) != count:
