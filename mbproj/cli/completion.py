@@ -1,4 +1,4 @@
-"""What a shell offers for an argument: scenes, results, folders, one of several words, a list of words."""
+"""Completion of arguments in a shell: scenes, results, folders, one of several words, a list of words."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from typing import Any
 import click
 from click.shell_completion import CompletionItem
 
-#: Names that every shell takes as one word without quotes. Others are left to the shell, which knows how to quote.
+#: Names that every shell takes as one word without quotes. Other names are left to the shell, which can quote them.
 PLAIN = re.compile(r"[\w%+,./-]*")
 
 
 class File(click.Path):
-    """A path of a file with one of these endings."""
+    """The path of a file with one of these endings."""
 
     def __init__(self, *endings: str, **attributes: Any) -> None:
         super().__init__(**attributes)
         self._endings = endings
 
     def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
-        """The files that fit, and the folders to look in; where there are none, whatever the shell finds."""
+        """The matching files, and the folders to search; where there are none, the shell's own completion."""
         found = list(_matching(incomplete, self._endings))
-        while len(found) == 1 and found[0].endswith("/"):  # a shell ends a word that it completes alone
+        while len(found) == 1 and found[0].endswith("/"):  # a shell would end the word after the only candidate
             inside = list(_matching(found[0], self._endings))
             if not inside:
                 break
@@ -36,25 +36,26 @@ class File(click.Path):
 
 
 class Folder(click.Path):
-    """A path of a folder, which a command may make."""
+    """The path of a folder, which a command may create."""
 
     def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
-        """The shell knows the folders."""
+        """Leave the completion of folders to the shell."""
         return [CompletionItem(incomplete, type="dir")]
 
 
 class Words(click.types.StringParamType):
-    """A word of a registry, which is asked only where its words are shown: to look for those of plug-ins takes time."""
+    """A word of a registry. The registry is read only where its words are shown, because a search for plug-ins takes
+    time."""
 
     def __init__(self, words: Collection[str]) -> None:
         self._words = words
 
     def get_metavar(self, param: click.Parameter, ctx: click.Context | None = None) -> str:
-        """The words, as help shows what an option takes."""
+        """The words, as the help shows the values of an option."""
         return "|".join(self._words)
 
     def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
-        """Those that begin so."""
+        """The words that begin with `incomplete`."""
         return [CompletionItem(word) for word in self._words if word.startswith(incomplete)]
 
 
@@ -89,7 +90,7 @@ def some_of(words: Callable[[], Collection[str]]) -> Callable[..., list[str]]:
 
 
 def _matching(incomplete: str, endings: tuple[str, ...]) -> Iterator[str]:
-    """The paths that begin with what is typed: files with these endings, and folders with a slash."""
+    """The paths that begin with the typed text: files with these endings, and folders with a slash."""
     start = incomplete.rpartition("/")[2]
     folder = incomplete[: len(incomplete) - len(start)]
     try:

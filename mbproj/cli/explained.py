@@ -1,4 +1,4 @@
-"""Commands whose help lists the options by what they decide, and ends with examples."""
+"""Commands whose help groups the options by what they decide, and ends with examples."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Part(Enum):
 
 
 class Option(click.Option):
-    """An option that knows its part of the help."""
+    """An option with the part of the help that it belongs to."""
 
     def __init__(self, *names: Any, part: Part, **attributes: Any) -> None:
         super().__init__(*names, **attributes)
@@ -30,14 +30,14 @@ class Option(click.Option):
 
 
 class Command(click.Command):
-    """A command with examples: sentences, each with the command line that does what it says."""
+    """A command with examples: sentences, each with the command line that does so."""
 
     def __init__(self, *names: Any, examples: Sequence[tuple[str, str]], **attributes: Any) -> None:
         super().__init__(*names, **attributes)
         self.examples = examples
 
     def parts(self, context: click.Context) -> dict[Part, list[click.Parameter]]:
-        """The options by what they decide; click's own `--help` is the last."""
+        """The options by what they decide; click's own `--help` comes last."""
         found: dict[Part, list[click.Parameter]] = {part: [] for part in Part}
         for parameter in self.get_params(context):
             if isinstance(parameter, click.Option):
@@ -45,14 +45,14 @@ class Command(click.Command):
         return {part: options for part, options in found.items() if options}
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """A section for each part."""
+        """Write a section of the help for each part."""
         for part, options in self.parts(ctx).items():
             records = [record for option in options if (record := option.get_help_record(ctx)) is not None]
             with formatter.section(part.value):
                 formatter.write_dl(records)
 
     def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """The examples, as lines that a shell takes."""
+        """Write the examples as lines that can be given to a shell."""
         with formatter.section("Examples"):
             for said, line in self.examples:
                 formatter.write(f"{'':{formatter.current_indent}}# {said}\n{'':{formatter.current_indent}}{line}\n")
@@ -61,10 +61,10 @@ class Command(click.Command):
 def explained(
     name: str, examples: Sequence[tuple[str, str]], **attributes: Any
 ) -> Callable[[Callable[..., Any]], Command]:
-    """A decorator: the function becomes a command with these examples."""
+    """Return a decorator that makes the function a command with these examples."""
     return click.command(name, cls=Command, examples=examples, **attributes)
 
 
 def option(part: Part, *names: str, **attributes: Any) -> Callable[[Any], Any]:
-    """A decorator: adds an option to a command, in this part of its help."""
+    """Return a decorator that adds an option to a command, in this part of its help."""
     return click.option(*names, cls=Option, part=part, **attributes)

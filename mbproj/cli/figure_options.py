@@ -1,4 +1,4 @@
-"""The options of commands that draw: the look of the pictures, as a document has it."""
+"""The options of commands that draw: the look of pictures, as a document asks for it."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ Command = TypeVar("Command", bound=Callable[..., Any])
 FORMATS = (".png", ".svg", ".pdf")
 
 
-def _looks(**asked: Any) -> None:
-    """The command's pictures have this look, to its end."""
+def _with_look(**asked: Any) -> None:
+    """Give the command's pictures this look until the command ends."""
     from mbproj.figures.style import figure_style
 
     sheets = asked.pop("sheets", ())
@@ -27,21 +27,21 @@ def _looks(**asked: Any) -> None:
 
 def _sheets(ctx: click.Context, param: click.Parameter, given: tuple[str, ...]) -> None:
     if given:
-        _looks(sheets=given)
+        _with_look(sheets=given)
 
 
 def _size(ctx: click.Context, param: click.Parameter, given: tuple[float, ...] | None) -> None:
     if given is not None:
-        _looks(size=given)
+        _with_look(size=given)
 
 
 def _font(ctx: click.Context, param: click.Parameter, given: str | None) -> None:
     if given is not None:
-        _looks(font=given)
+        _with_look(font=given)
 
 
 def look(command: Command) -> Command:
-    """The options --style, --size and --font, which hold for all pictures of the command."""
+    """Decorate a command with --style, --size and --font, which apply to all its pictures."""
     own: dict[str, Any] = {"expose_value": False}
     text = "Name of a font that is installed: the document's, in mathematics too."
     command = option(Part.OUTPUT, "--font", metavar="NAME", help=text, callback=_font, **own)(command)
@@ -53,13 +53,13 @@ def look(command: Command) -> Command:
 
 
 def drawn(command: Command) -> Command:
-    """The option --plot of a command that draws one picture, `picture_path`, and its look."""
+    """Decorate a command that draws one picture with --plot (`picture_path`) and the options of its look."""
     own: dict[str, Any] = {"type": File(*FORMATS, path_type=Path), "help": "Picture, .png, .svg or .pdf."}
     return option(Part.OUTPUT, "--plot", "picture_path", **own)(look(command))
 
 
 def check_picture(path: Path | None, *, force: bool) -> None:
-    """Raises InputError where `--plot` names what is no picture, or what may not be replaced."""
+    """Raises InputError where `--plot` names no picture, or a file that may not be replaced."""
     from mbproj.outputs import check_replaceable, picture
 
     if path is None:

@@ -1,4 +1,4 @@
-"""The group of commands, and how an error becomes a message and an exit code."""
+"""The group of commands, and the conversion of errors to messages and exit codes."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from mbproj.ending import ending
 from mbproj.errors import ExitCode, MbprojWarning
 from mbproj.version import __version__
 
-#: Commands by what they are for, each with one line on it; each is the object `command` of the module of its name.
+#: The commands by their purpose, with a line on each. Each is the object `command` of the module of its name.
 GROUPS: Mapping[str, Mapping[str, str]] = MappingProxyType(
     {
         "Simulate": {
@@ -79,13 +79,13 @@ COMMANDS = tuple(name for names in GROUPS.values() for name in names)
 STUDIES = frozenset({"batch", "compare", "paper", "recommend", "stability", "sweep", "threshold", "tradeoff", "verify"})
 #: Commands on equilibria, modes and linear models.
 LINEAR = frozenset({"equilibrium", "linearize", "modes"})
-#: Commands whose name is no name of a module.
+#: Commands whose module has another name.
 MODULES = {"continue": "continue_run", "import": "import_model"}
 #: Commands for designers.
 DESIGN = frozenset({"curve", "fit", "optimise", "sensitivity"})
 #: Commands that simulate one scene.
 SIMULATE = frozenset({"run", "rerun", "continue", "loads"})
-#: The folders of `mbproj.cli` by what they hold; other commands are in `commands`.
+#: The folders of `mbproj.cli` and their commands; other commands are in `commands`.
 FOLDERS: Mapping[str, frozenset[str]] = MappingProxyType(
     {"simulate": SIMULATE, "studies": STUDIES, "linear": LINEAR, "design": DESIGN}
 )
@@ -106,13 +106,14 @@ class CommandsOnDemand(click.Group):
         return command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """The groups; no command is imported for that."""
+        """Write the groups of commands, without an import of any."""
         for title, commands in GROUPS.items():
             with formatter.section(title):
                 formatter.write_dl([(f"{name:15}", summary) for name, summary in commands.items()])
 
 
-#: `color`: click would drop colour codes, and parts of file names that look like them; `Stream` escapes them instead.
+#: Without `color`, click would drop colour codes, and parts of file names that look like them. `Stream` escapes them
+#: instead.
 SETTINGS = {"help_option_names": ["-h", "--help"], "max_content_width": 120, "color": True}
 
 
@@ -132,25 +133,25 @@ def mbproj() -> None:
 
 
 def main() -> None:
-    """The entry point: runs a command and exits with a code of `mbproj.errors.ExitCode`."""
-    # Matrices here are small: threads would only cost, and results must not depend on their number.
+    """Run a command and exit with a code of `mbproj.errors.ExitCode`: the entry point."""
+    # The matrices are small: threads would only cost time, and results must not depend on their number.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     os.environ.setdefault("OMP_NUM_THREADS", "1")
-    # Pictures go into files, whatever draws on the screen; Matplotlib would stop at one that it does not know.
+    # Pictures go into files, so no screen backend is needed; Matplotlib would stop at an unknown one.
     os.environ.pop("MPLBACKEND", None)
-    # The search for cycles of garbage would go through all that is imported dozens of times: 6 % of a short run.
+    # The garbage collector would search all imported objects dozens of times: 6 % of a short run.
     gc.set_threshold(50_000)
     protect_streams()
     _show_notes()
-    _end_where_an_interruption_is_lost()
+    _handle_lost_interruptions()
     code = _exit_code()
     if code == ExitCode.INTERRUPTED:
-        _leave_at_once()
+        _exit_interrupted()
     sys.exit(int(code))
 
 
-def _leave_at_once() -> None:
-    """The end of an interrupted command: a second Ctrl-C would meet Python where it waits for threads."""
+def _exit_interrupted() -> None:
+    """End an interrupted command at once. A second Ctrl-C would otherwise interrupt Python's own wait for threads."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     with suppress(OSError):
         sys.stdout.flush()
@@ -158,8 +159,9 @@ def _leave_at_once() -> None:
     os._exit(ExitCode.INTERRUPTED)
 
 
-def _end_where_an_interruption_is_lost() -> None:
-    """A Ctrl-C that meets Python in a callback, of a weak reference for one, is not raised there: the command ends."""
+def _handle_lost_interruptions() -> None:
+    """End the command also where Ctrl-C meets Python in a callback, for example of a weak reference. Python does not
+    raise it there."""
     others = sys.unraisablehook
 
     def end(unraisable: Any) -> None:
@@ -167,7 +169,7 @@ def _end_where_an_interruption_is_lost() -> None:
             others(unraisable)
             return
         _complain("interrupted")
-        _leave_at_once()
+        _exit_interrupted()
 
     sys.unraisablehook = end
 
@@ -189,7 +191,7 @@ def _exit_code() -> int:
 
 
 def _show_notes() -> None:
-    """Warnings of mbproj become a line on stderr, which --quiet hides; other warnings stay as they are."""
+    """Show mbproj's warnings as a line on stderr, unless --quiet is given; other warnings stay as they are."""
     others = warnings.showwarning
 
     def show(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:

@@ -1,4 +1,4 @@
-"""Options whose text is a number with a unit, read by the rules of the scene: "1e-6", "1 mm", "2 min"."""
+"""Types of options that are a number with a unit, read by the rules of the scene: "1e-6", "1 mm", "2 min"."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class Positive(click.ParamType):  # type: ignore[type-arg]  # generic in the new
         self.unit = self.name = unit
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        """The number in SI. Raises InputError at the option."""
+        """Return the number in SI. Raises InputError at the option."""
         from mbproj.scene.fields.given import given_number
         from mbproj.scene.fields.quantities import Number
 
@@ -25,7 +25,7 @@ class NotNegative(Positive):
     """A number in the SI unit `unit` that is not below 0."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        """The number in SI. Raises InputError at the option."""
+        """Return the number in SI. Raises InputError at the option."""
         from mbproj.scene.fields.given import given_number
         from mbproj.scene.fields.quantities import Number
 
@@ -36,7 +36,7 @@ class AnyNumber(Positive):
     """A number in the SI unit `unit`."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        """The number in SI. Raises InputError at the option."""
+        """Return the number in SI. Raises InputError at the option."""
         from mbproj.scene.fields.given import given_number
         from mbproj.scene.fields.quantities import Number
 
@@ -44,20 +44,20 @@ class AnyNumber(Positive):
 
 
 class PositiveList(Positive):
-    """Several of them: "0.01,5 ms"."""
+    """Several positive numbers in the SI unit `unit`: "0.01,5 ms"."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """The numbers in SI, a tuple. Raises InputError at the option."""
+        """Return the numbers in SI, a tuple. Raises InputError at the option."""
         return tuple(super(PositiveList, self).convert(part, param, ctx) for part in value.split(","))
 
 
 class Times(click.ParamType):  # type: ignore[type-arg]
-    """Several times that are not negative, in s: "0,0.5,200 ms"."""
+    """Several times in s, not below 0: "0,0.5,200 ms"."""
 
     name = "times"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[float, ...]:
-        """The times in s, a tuple. Raises InputError at the option."""
+        """Return the times in s, a tuple. Raises InputError at the option."""
         from mbproj.scene.fields.given import given_number
         from mbproj.scene.fields.quantities import Number
 
@@ -71,7 +71,7 @@ class Millimetres(click.ParamType):  # type: ignore[type-arg]
     name = "millimetres"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[float, ...]:
-        """The numbers in mm, a tuple of one or two."""
+        """Return the numbers in mm, a tuple of one or two."""
         if isinstance(value, tuple):
             return value
         try:
@@ -84,22 +84,22 @@ class Millimetres(click.ParamType):  # type: ignore[type-arg]
 
 
 class QuantityNames(click.ParamType):  # type: ignore[type-arg]
-    """Several words: "gopm,gpopm"."""
+    """Several names: "gopm,gpopm"."""
 
     name = "names"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, ...]:
-        """The words, a tuple."""
+        """Return the names, a tuple."""
         return tuple(part.strip() for part in value.split(","))
 
 
 class Corners(QuantityNames):
-    """Three markers: the second is the corner of an angle."""
+    """Three markers, of which the second is the corner of an angle."""
 
     name = "corners"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """The three names. Raises InputError where they are not three."""
+        """Return the three names. Raises InputError where there are not three."""
         from mbproj.errors import InputError, Place, Problem
 
         found = super().convert(value, param, ctx)

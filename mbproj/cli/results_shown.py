@@ -1,4 +1,4 @@
-"""Results that a command shows: opened with a note on what is missing, and the part of them that was asked for."""
+"""The results that a command shows: opened with a note on what is missing, and reduced to what was asked for."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def opened(path: Path) -> Results:
-    """The results at a path; what is not whole about them is noted."""
+    """Open the results at a path, with a note where they are incomplete."""
     from mbproj.results import open_results
 
     results = open_results(path)
@@ -34,8 +34,8 @@ def selected(
     joints: Sequence[str] = (),
     acting: Sequence[str] = (),
 ) -> list[Results]:
-    """The time window and the names asked for. Each name must be in one of the results, and each result must have a
-    sample. `acting` are forces, motions, stops and frictions."""
+    """Reduce the results to a time window and to names. Each name must be in one of the results, and each result must
+    have a sample. `acting` are forces, motions, stops and frictions."""
     from math import inf
 
     from mbproj.results.faults import no_such_name

@@ -1,4 +1,4 @@
-"""What the rows of the energy balance and of momenta did in a run, for a reader."""
+"""The report on the rows of energy and momenta in the projections of a run."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from mbproj.thresholds import THRESHOLDS
 
 
 def lines_on_rows(report: Report) -> list[str]:
-    """How often they held, what they gave, and where they were left; nothing where none was asked for."""
+    """How often the rows were closed, the energy that they gave, and the steps without them. Empty where a run has no
+    such rows."""
     projection, rows = report.settings.projection, report.rows
     if not (projection.energy or projection.momentum):
         return []
@@ -22,13 +23,13 @@ def lines_on_rows(report: Report) -> list[str]:
 
 
 def projection_words(projection: ProjectionSettings) -> str:
-    """The method, and the rows that it has beside those of the joints."""
+    """The projection method, with the rows of energy and momenta that it keeps."""
     rows = ["energy row"] * projection.energy + ["momentum rows"] * projection.momentum
     return projection.method + (f" with {' and '.join(rows)}" if rows else "")
 
 
 def momenta(number: int) -> str:
-    """How many momenta are kept."""
+    """The number of momenta that are kept, in words."""
     return f"{number or 'no'} moment{'um' if number == 1 else 'a'}"
 
 
@@ -40,7 +41,7 @@ def _given(report: Report) -> str:
 
 
 def warnings_on_rows(report: Report) -> list[str]:
-    """Where they may hide a motion that is wrong, or had nothing to say."""
+    """Warnings where these rows may hide a wrong motion, or correct nothing."""
     projection, rows = report.settings.projection, report.rows
     found = []
     if rows.refused:

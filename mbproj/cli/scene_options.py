@@ -1,6 +1,6 @@
-"""The options that commands on a scene share: --set, and one for each key of the `simulation` block.
+"""The common options of commands on a scene: --set, and one for each key of the `simulation` block.
 
-The reader gets their text and reads it by the rules of the scene, with units and suggestions.
+The scene's reader reads their text by its own rules, with units and suggestions.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from mbproj.registry import (
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
-#: What a flag of a scene takes.
+#: The values of a flag of a scene.
 BOOL = ("true", "false")
-#: What an option decides, its name, what it takes or the words that it takes, its help. The parameter's name is the key
-#: that the reader knows.
+#: Each option: its part of the help, its name, its placeholder or its words, and its help. The parameter's name is the
+#: key that the reader knows.
 _OPTIONS: tuple[tuple[Part, str, str | Collection[str], str], ...] = (
     (Part.WHAT, "--duration", "TIME", "How long to simulate."),
     (
@@ -84,19 +84,19 @@ _OPTIONS: tuple[tuple[Part, str, str | Collection[str], str], ...] = (
     (Part.INTEGRATION, "--break-times", "T[,T..]", "Times at which steps end besides those that the scene has."),
     (Part.OUTPUT, "--output-step", "TIME", "Time between recorded samples, a multiple of the step."),
 )
-#: Other names of the same.
+#: Further names of these options.
 ALSO = {"--duration": ("--until",)}
-#: The names of these options.
+#: The names of all these options.
 SCENE_OPTIONS = ("--set", *(name for _, name, _, _ in _OPTIONS))
 
 
 def scene_options(command: Command) -> Command:
-    """Adds the argument SCENE and all of these options to a command; `overrides` collects them."""
+    """Decorate a command with the argument SCENE and all these options; `overrides` collects their values."""
     return scene_options_without()(command)
 
 
 def scene_options_without(*left_out: str) -> Callable[[Command], Command]:
-    """The same without some of the options."""
+    """Return a decorator like `scene_options` that leaves out some options."""
 
     def add(command: Command) -> Command:
         for part, name, takes, text in reversed(_OPTIONS):
@@ -118,13 +118,13 @@ def scene_options_without(*left_out: str) -> Callable[[Command], Command]:
 
 
 def overrides(options: Mapping[str, Any]) -> dict[str, str]:
-    """The simulation keys given on the command line, from a command's parameters."""
+    """The keys of the `simulation` block that the command line gives, from a command's parameters."""
     keys = [name.removeprefix("--").replace("-", "_") for _, name, _, _ in _OPTIONS]
     return {key: options[key] for key in keys if options.get(key) is not None}
 
 
 def parameters(settings: tuple[str, ...]) -> dict[str, str]:
-    """What --set changes. Raises InputError where one is not NAME=VALUE."""
+    """The values that --set changes, by name. Raises InputError where a text is not NAME=VALUE."""
     changed = {}
     for text in settings:
         name, equals, value = text.partition("=")

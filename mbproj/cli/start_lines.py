@@ -1,4 +1,4 @@
-"""What `check` says of the stops, the dry frictions and the ropes of a start."""
+"""The lines of `check` on the stops, dry frictions and ropes at the start."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ if TYPE_CHECKING:
     from mbproj.integrate.stops.resting import RubsAtStart
     from mbproj.integrate.stops.start import AtStart
 
-#: Frictions that are named at most, and the part of what one holds below which it bears nothing but round-off.
+#: The most frictions that are named, and the part of its largest force below which a friction bears only round-off.
 NAMED, NOTHING = 8, 1e-12
 
 
 def stops(found: Mapping[str, AtStart]) -> list[str]:
-    """How many stops there are, and which of them touch."""
+    """The number of stops, and those that touch."""
     touching = ", ".join(f"'{name}'" for name, entry in found.items() if entry["touches"])
     said = f"touching at the start: {touching}" if touching else "none touches at the start"
     return [f"  {len(found)} stops, {said}"] if found else []
 
 
 def frictions(found: Mapping[str, RubsAtStart], where: str = "") -> list[str]:
-    """How many dry frictions there are, and which of them stick `where`: "at the start", say."""
+    """The number of dry frictions, and those that stick. `where` is a phrase such as "at the start"."""
     if not found:
         return []
-    sticking = [f"'{name}' bears {_borne(entry)}" for name, entry in found.items() if entry["sticks"]]
+    sticking = [f"'{name}' bears {_share_of_load(entry)}" for name, entry in found.items() if entry["sticks"]]
     more = [f"and {len(sticking) - NAMED} more"] if len(sticking) > NAMED else []
     said = f"sticking{where}: {', '.join([*sticking[:NAMED], *more])}" if sticking else f"none sticks{where}"
     count = "1 dry friction" if len(found) == 1 else f"{len(found)} dry frictions"
@@ -34,7 +34,7 @@ def frictions(found: Mapping[str, RubsAtStart], where: str = "") -> list[str]:
 
 
 def ropes(found: Mapping[str, RopeAtStart]) -> list[str]:
-    """How long each rope is, and how far it is wrapped around what it runs over."""
+    """The length of each rope, and its angles of wrap."""
     lines = []
     for name, rope in list(found.items())[:NAMED]:
         around = ", ".join(f"{degrees(wrap['angle']):.4g} deg around '{wrap['body']}'" for wrap in rope["wraps"])
@@ -42,7 +42,7 @@ def ropes(found: Mapping[str, RopeAtStart]) -> list[str]:
     return [*lines, f"  and {len(found) - NAMED} ropes more"] if len(found) > NAMED else lines
 
 
-def _borne(entry: RubsAtStart) -> str:
-    """What a friction bears of what it can."""
+def _share_of_load(entry: RubsAtStart) -> str:
+    """The force that a friction bears, relative to the largest that it can."""
     size, most = abs(entry["force"]), entry["static"]
     return f"{size if size > NOTHING * most else 0.0:.4g} of {most:.4g} {'N m' if entry['unit'] == 'rad' else 'N'}"

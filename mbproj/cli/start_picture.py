@@ -14,7 +14,8 @@ FORMATS = ("png", "svg", "pdf", "html")
 
 
 def draw_start(path: Path, scene: Scene, system: System, state: State) -> None:
-    """Writes the picture or page. Raises InputError where the name is of neither, or the file must not be replaced."""
+    """Write the picture or the page. Raises InputError where the name is of neither, or the file may not be
+    replaced."""
     from mbproj.outputs import PAGE, write_text
     from mbproj.pages.appearance.motion import motion_at
 

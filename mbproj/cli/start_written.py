@@ -1,4 +1,4 @@
-"""Assemblies written as scenes: the text as it was, but that bodies start at other poses, and what is held at its
+"""Assemblies written as scenes: the text stays, except that bodies start at other poses and held coordinates have their
 values."""
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ HINT = "choose another folder with --write"
 def write_starts(
     scene: Scene, system: System, found: Assemblies, held: Conditions, folder: Path, *, force: bool
 ) -> Iterator[Path]:
-    """Writes DIR/<scene>_<number>.yaml for each, from 1 on. Raises InputError where parameters were changed, or where
-    a text cannot be changed so that it starts there."""
+    """Write DIR/<scene>_<number>.yaml for each assembly, from 1 on. Raises InputError where parameters were changed, or
+    the text cannot be changed so that the scene starts there."""
     if scene.overrides:
         problem = Problem("--set has changed parameters, which the file does not have", Place("--write"))
         raise InputError(problem)
@@ -45,7 +45,7 @@ def write_starts(
 
 
 def _changes(scene: Scene, system: System, each: Assembly, held: Conditions) -> Changes:
-    """Where each body starts, and at which values joints do that are held."""
+    """The start of each body, and the values of held joint coordinates, as changes of the text."""
     motion = motion_at(system, each.q)
     bodies: dict[str, Changes] = {
         body.name: {"start": _pose(motion.position[0, k].tolist(), motion.orientation[0, k].tolist())}

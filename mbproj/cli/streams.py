@@ -1,5 +1,5 @@
-"""stdout and stderr for commands. Names from files cannot control the terminal. Every encoding takes every text. A
-stream that is closed, full or no longer read causes no traceback."""
+"""Safe stdout and stderr for commands. Names from files cannot control the terminal, and every encoding takes every
+text. A stream that is closed, full or no longer read causes no traceback."""
 
 from __future__ import annotations
 
@@ -14,39 +14,39 @@ from typing import Any, TextIO, cast
 from mbproj.errors import ExitCode, MbprojError
 from mbproj.outputs.escapes import escaped_text
 
-#: What stands for characters of ours that an encoding does not have; Greek letters go by their names.
+#: Replacements for mbproj's own characters that an encoding lacks. Greek letters are replaced by their names.
 PLAIN = {"≤": "<=", "≥": ">=", "√": "sqrt ", "→": "->", "·": "*", "×": "x", "∞": "infinity", "–": "-", "—": "-"}
-#: The name of what does this, for Python's encoders.
+#: The name of this replacement among Python's error handlers.
 IN_OTHER_WORDS = "mbproj.in_other_words"
 
 
 class StreamError(MbprojError):
-    """What a command prints cannot be written: the disk is full, say."""
+    """The error where a command's output cannot be written, for example to a full disk."""
 
     exit_code = ExitCode.FAILED
 
 
 class Stream(io.TextIOWrapper):
-    """A stream that escapes control characters for a terminal. `descriptor`: where its bytes go."""
+    """A stream that escapes control characters for a terminal. `descriptor` is the file descriptor of its bytes."""
 
     def __init__(self, binary: Any, encoding: str, name: str, descriptor: int) -> None:
         super().__init__(binary, encoding=encoding, errors=IN_OTHER_WORDS, line_buffering=binary.isatty())
         self._called, self._descriptor = name, descriptor
 
     def write(self, text: str, /) -> int:
-        """Writes the text, escaped. A file name that is no text goes to a program as the bytes that it is."""
+        """Write the text, escaped. A file name that is no text keeps its bytes when a program reads it."""
         text = escaped_text(text)
         return self.command(_without_bytes(text) if self.isatty() else text)
 
     def command(self, text: str) -> int:
-        """Writes the text as it is: what moves the cursor of a terminal, say."""
+        """Write the text unescaped, for example to move the cursor of a terminal."""
         try:
             return super().write(text)
         except OSError as error:
             return self._fail(error)
 
     def flush(self) -> None:
-        """Writes what is held back."""
+        """Write the buffered text."""
         try:
             super().flush()
         except OSError as error:
@@ -54,7 +54,7 @@ class Stream(io.TextIOWrapper):
 
     def _fail(self, error: OSError) -> int:
         """Stop writing. The work goes on where nobody reads any more (`| head`), and where messages cannot be written.
-        Raises StreamError otherwise."""
+        Otherwise raise StreamError."""
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, self._descriptor)
         os.close(nowhere)
@@ -64,7 +64,7 @@ class Stream(io.TextIOWrapper):
 
 
 def commanding(stream: TextIO) -> TextIO:
-    """The stream for what may control the terminal: progress that overwrites itself."""
+    """The stream for text that may control the terminal: progress that overwrites itself."""
     return cast("TextIO", _Commands(stream))
 
 
@@ -79,16 +79,15 @@ class _Commands:
 
 
 def protect_streams() -> None:
-    """Puts a `Stream` in the place of stdout and of stderr."""
+    """Replace stdout and stderr by a `Stream`."""
     _open_missing()
     sys.stdout = _protected(sys.stdout, "stdout", 1)
     sys.stderr = _protected(sys.stderr, "stderr", 2)
 
 
 def _open_missing() -> None:
-    """Opens those of stdin, stdout and stderr that are closed. Otherwise the next file opened, a results file, would
-    take its number, and messages would be written into it. Nothing can be read from or written to them; stderr stays
-    silent."""
+    """Open stdin, stdout and stderr where they are closed, without input or output. Otherwise the next file opened, a
+    results file, would get their number, and messages would be written into it. stderr stays silent."""
     for descriptor, mode in enumerate((os.O_WRONLY, os.O_RDONLY, os.O_WRONLY)):
         try:
             os.fstat(descriptor)
@@ -97,7 +96,7 @@ def _open_missing() -> None:
 
 
 def _protected(stream: Any, name: str, descriptor: int) -> Stream:
-    if stream is None:  # it was closed when Python started
+    if stream is None:  # the stream was closed when Python started
         return Stream(open(descriptor, "wb", closefd=False), "utf-8", name, descriptor)
     encoding = codecs.lookup(stream.encoding).name
     stream.flush()
@@ -109,12 +108,13 @@ def _without_bytes(text: str) -> str:
 
 
 def _is_byte(letter: str) -> bool:
-    """Whether Python puts the letter for a byte of a file name that is no text."""
+    """Whether Python uses this letter for a byte of a file name that is no text."""
     return "\udc80" <= letter <= "\udcff"
 
 
-def _in_other_words(error: UnicodeError) -> tuple[str | bytes, int]:
-    """What to write for the characters that an encoding does not have: bytes as they are, ours in other words."""
+def _replacement(error: UnicodeError) -> tuple[str | bytes, int]:
+    """Return a replacement for characters that an encoding lacks: the bytes of file names, or words for mbproj's own
+    characters."""
     assert isinstance(error, UnicodeEncodeError)
     letters = error.object[error.start : error.end]
     count = next((place for place, letter in enumerate(letters) if not _is_byte(letter)), len(letters))
@@ -132,4 +132,4 @@ def _plain(letter: str) -> str:
     return f"\\u{ord(letter):04x}"
 
 
-codecs.register_error(IN_OTHER_WORDS, _in_other_words)
+codecs.register_error(IN_OTHER_WORDS, _replacement)

@@ -1,4 +1,4 @@
-"""The options that studies have in common, each a decorator of their commands."""
+"""The common options of studies, each as a decorator of their commands."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ jobs = option(
 
 
 def workplace(command: Command) -> Command:
-    """The options --jobs, --scheduler and --scheduler-file, which `where_of` makes one of."""
+    """Decorate a command with --jobs, --scheduler and --scheduler-file, which `where_of` combines."""
     command = option(
         Part.EFFORT,
         "--scheduler-file",
@@ -78,7 +78,7 @@ def workplace(command: Command) -> Command:
 
 
 def where_of(options: dict[str, Any]) -> Where:
-    """Where the work is done, taken out of a command's other options."""
+    """The place where the work is done; its options are removed from a command's options."""
     from mbproj.studies.parallel.client import workplace as where
 
     return where(options.pop("jobs"), options.pop("scheduler"), options.pop("scheduler_file"))
@@ -88,7 +88,7 @@ fresh = option(Part.EFFORT, "--fresh", is_flag=True, help="Start over: use nothi
 
 
 def projections(default: str) -> Callable[[Command], Command]:
-    """Several methods by name; `default` says which are taken otherwise."""
+    """Return a decorator for an option with several methods; `default` names those taken otherwise."""
     text = f"Of {', '.join(PROJECTIONS)} [default: {default}]."
     return option(
         Part.PROJECTION,
@@ -101,7 +101,7 @@ def projections(default: str) -> Callable[[Command], Command]:
 
 
 def integrators(default: str) -> Callable[[Command], Command]:
-    """Several integrators by name; `default` says which are taken otherwise."""
+    """Return a decorator for an option with several integrators; `default` names those taken otherwise."""
     text = f"Of {', '.join(known_integrators())} [default: {default}]."
     return option(
         Part.INTEGRATION,
@@ -128,8 +128,8 @@ as_json = option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one
 
 
 def outputs(command: Command) -> Command:
-    """The options of what a study writes and prints, which `StudyFiles` takes: -o, --format, the look of the figure,
-    --force, --write-table, --json."""
+    """Decorate a command with the options for a study's files and output, which `StudyFiles` takes. These are -o,
+    --format, the look of the figure, --force, --write-table and --json."""
     command = look(force(write_table(as_json(command))))
     formats = click.Choice(["png", "svg", "pdf"])
     command = option(Part.OUTPUT, "--format", "ending", default="png", type=formats, help="Format [default: png].")(

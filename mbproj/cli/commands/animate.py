@@ -17,7 +17,7 @@ from mbproj.errors import InputError, Problem
 if TYPE_CHECKING:
     from mbproj.pages.data.pages import PageData
 
-#: A scene is told from results by these endings.
+#: The endings of scene files; other files are results.
 SCENES = (".yaml", ".yml")
 PAGES, FILMS = (".html", ".htm"), (".gif", ".mp4")
 EXAMPLES = (
@@ -65,8 +65,8 @@ def command(
 ) -> None:
     """Writes a page on which the mechanism of RESULTS moves.
 
-    Of a file of modes it shows their shapes, of a scene the start. Several results are shown over each other, the first
-    solid and the others as ghosts. The page is one file that opens without a network. Its 3D graphics are three.js,
+    For a file of modes it shows their shapes, for a scene its start. Several results are shown over each other: the
+    first solid, the others as ghosts. The page is one file that opens without a network. Its 3D graphics are three.js,
     which comes with the extra: pip install 'mbproj[animate]'. A name in .gif, or .mp4 with ffmpeg, makes a film.
     """
     from mbproj.outputs import PAGE, check_replaceable, write_text

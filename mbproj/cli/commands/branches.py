@@ -20,9 +20,9 @@ if TYPE_CHECKING:
     from mbproj.model import System
     from mbproj.scene import Scene
 
-#: Joint coordinates of an assembly that are printed; --json has all.
+#: The most joint coordinates that are printed for an assembly; --json has all.
 SHOWN = 8
-#: A search that misses one as rare as the rarest with a larger probability is said not to be sure.
+#: A note is printed where the search may have missed an assembly as rare as the rarest with a larger probability.
 UNSURE = 1e-3
 EXAMPLES = (
     ("List both assemblies of a four-bar at its crank's angle.", "mbproj branches planar_four_bar.yaml --hold A.angle"),
@@ -78,8 +78,8 @@ def command(
 ) -> int:
     """Finds all assemblies of SCENE, in which its joints close.
 
-    They meet its motions at the start and what is held, which must leave no degree of freedom. Poses are looked for
-    from random starts; the report says with which probability one was missed.
+    They satisfy its motions at the start and hold the coordinates of --hold; no degree of freedom may be left. The
+    search begins from random poses. The report tells the probability that it missed an assembly.
     """
     from mbproj.calls.check.assemblies import ready
     from mbproj.dynamics.assembly.assemblies import assemblies
@@ -108,7 +108,7 @@ def command(
 
 
 def _draw(what: Scene, system: System, found: Assemblies, picture: Path, *, force: bool) -> None:
-    """The assemblies side by side, all at one scale."""
+    """Draw the assemblies side by side, at the same scale."""
     import numpy as np
 
     from mbproj.figures.kinds.mechanism import draw_side_by_side
@@ -128,7 +128,7 @@ def _draw(what: Scene, system: System, found: Assemblies, picture: Path, *, forc
 
 
 def _facts(system: System, found: Assemblies) -> dict[str, Any]:
-    """One object with stable keys."""
+    """The assemblies as a dictionary for JSON, with stable keys."""
     names = system.names.coordinates
     return {
         "assemblies": [
@@ -160,7 +160,7 @@ def _poses(system: System, each: Assembly) -> dict[str, dict[str, list[float]]]:
 
 
 def _lines(title: str, system: System, found: Assemblies) -> list[str]:
-    """The report."""
+    """The report on the assemblies, line by line."""
     from mbproj.cli.report.table import columns
 
     names = list(system.names.coordinates)[:SHOWN]

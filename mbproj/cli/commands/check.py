@@ -1,4 +1,4 @@
-"""`mbproj check`: what a scene is, whether it closes, and whether it can run."""
+"""`mbproj check`: a report on a scene, which tells whether it closes and can run."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from mbproj.scene import Scene
     from mbproj.scene.records import Body, Joint, Settings
 
-#: Rows of bodies, joints or coordinates that are listed.
+#: The most rows of bodies, joints or coordinates that are listed.
 MOST_ROWS = 40
 EXAMPLES = (
     ("Say whether the joints close, and how many degrees of freedom there are.", "mbproj check five_bar.yaml"),
@@ -75,12 +75,12 @@ def _joint(joint: Joint, carried_out: bool) -> str:
     kind = JOINTS[joint.type]
     if carried_out:
         return f"{joint.type}: {joint.bodies[0]} and {joint.bodies[1]} move as one"
-    free = f", free: {', '.join(_free(joint))}" if kind.coordinates else ""
+    free = f", free: {', '.join(_coordinates_of(joint))}" if kind.coordinates else ""
     return f"{joint.type} of {joint.bodies[0]} and {joint.bodies[1]}{free}"
 
 
-def _free(joint: Joint) -> Iterator[str]:
-    """The coordinates of a joint, with their reflected inertias."""
+def _coordinates_of(joint: Joint) -> Iterator[str]:
+    """Yield the coordinates of a joint, with their reflected inertias."""
     for name, row in JOINTS[joint.type].coordinates.items():
         unit = INERTIA_UNITS[COORDINATE_UNITS[row[0]]]
         inertia = joint.reflected_inertia.get(name, 0.0)
@@ -93,7 +93,7 @@ def _body(body: Body) -> str:
 
 
 def _shortened(lines: list[str]) -> list[str]:
-    """At most `MOST_ROWS` lines, and how many more there are."""
+    """The first `MOST_ROWS` lines, and the number of the others."""
     left = len(lines) - MOST_ROWS
     return lines if left <= 0 else [*lines[:MOST_ROWS], f"    ... and {left} more"]
 
@@ -117,24 +117,24 @@ def _rank(facts: dict[str, Any]) -> str:
 
 
 def _positions(facts: dict[str, Any]) -> str:
-    """How many directions of poses there are, where bodies that roll have more of them than of velocities."""
+    """The number of freedoms of the pose, where rolling bodies make it larger than that of velocities; else ""."""
     positions = facts["positions"]
     return "" if positions == facts["degrees_of_freedom"] else f" ({positions} positions)"
 
 
 def _driven(scene: Scene) -> str:
-    """How many forces and motions there are, where there are any."""
+    """The numbers of forces and motions, as far as there are any."""
     counts = {"forces": len(scene.forces), "motions": len(scene.motions)}
     return "".join(f", {count} {what}" for what, count in counts.items() if count)
 
 
 def _number(value: float) -> str:
-    """A coordinate or speed for a reader: round-off is shown as 0."""
+    """A coordinate or speed as text; round-off becomes 0."""
     return "0" if abs(value) < 1e-12 else f"{value:.6g}"
 
 
 def _loads(scene: Scene) -> str:
-    """What acts on the mechanism, and whether anything depends on time."""
+    """The loads on the mechanism, and whether any constraint depends on time."""
     forces = ", ".join(["gravity", *(f"'{force.name}'" for force in scene.forces)])
     motions = ", ".join(f"'{motion.name}'" for motion in scene.motions)
     driven = f"driven by {motions}" if motions else "no motions, so that no constraint depends on time"
@@ -162,7 +162,7 @@ def _formulation(scene: Scene, facts: dict[str, Any]) -> list[str]:
 
 
 def _expectations(scene: Scene) -> list[str]:
-    """What the scene expects of its run."""
+    """The scene's expectations, line by line."""
     from mbproj.cli.report.expectations import subject, wanted
 
     if not scene.expectations:
@@ -198,12 +198,12 @@ def _start(scene: Scene, facts: dict[str, Any]) -> list[str]:
         *_formulation(scene, facts),
         f"  {projection_words(settings.projection)}, {settings.integrator}, {step}, {duration}",
         *_expectations(scene),
-        f"  can run{_needed(settings)}" if facts["can_run"] else "  cannot run",
+        f"  can run{_missing_options(settings)}" if facts["can_run"] else "  cannot run",
     ]
 
 
-def _needed(settings: Settings) -> str:
-    """What a run has to be told that the scene does not say."""
+def _missing_options(settings: Settings) -> str:
+    """The options that a run still needs, because the scene does not have these settings."""
     sized = settings.step is not None or settings.tolerance is not None or settings.kinematic is True
     missing = {"--duration": settings.duration is None, "--step or --tolerance": not sized}
     options = [option for option, lacks in missing.items() if lacks]

@@ -41,12 +41,12 @@ EXAMPLES = (
 )
 @option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of the table.")
 def command(first: Path, second: Path, tolerance: str, absolute: tuple[str, ...], as_json: bool) -> int:
-    """Says whether the results FIRST and SECOND are the same motion.
+    """Tells whether the results FIRST and SECOND are the same motion.
 
     Compares them at the sample times that both have, without interpolation. A table shows the largest difference of
     each quantity, where and when it occurs, and the difference allowed.
 
-    Exit code 0: the same motion; 4: they differ, or one goes on for longer; 2: they cannot be compared.
+    Exit code 0: the same motion; 4: they differ, or one is longer; 2: they cannot be compared.
     """
     from mbproj.analysis.same_motion import compare_motions
     from mbproj.errors import ExitCode
@@ -67,7 +67,7 @@ def command(first: Path, second: Path, tolerance: str, absolute: tuple[str, ...]
 
 
 def _limit(text: str) -> tuple[str, float]:
-    """QUANTITY=VALUE, the value in the unit of the quantity."""
+    """The name and the value of a text QUANTITY=VALUE, the value in the unit of the quantity."""
     from mbproj.calls.files import allowed
 
     name, _, value = text.partition("=")

@@ -65,7 +65,7 @@ def command(folder: str | None, notebooks: str | None) -> None:
 
 
 def _copy(copies: Mapping[Path, Path], target: Path, kind: FileKind) -> None:
-    """Copies files into the folder `target`, all or none."""
+    """Copy files into the folder `target`: all of them, or none where one exists already."""
     from mbproj.outputs import make_folder, write_text
 
     taken = [str(copy.relative_to(target)) for copy in copies.values() if copy.exists()]

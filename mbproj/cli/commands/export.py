@@ -90,12 +90,12 @@ def command(
 ) -> int:
     """Writes results as CSV or LaTeX tables, or a scene as MJCF or URDF.
 
-    There is a table for each body, marker, joint, force and motion, one of the largest loads, and one of
-    diagnostics. Files are DIR/<file>-<table>.csv or .tex. The first line names the columns and their units; numbers
-    keep all their digits in CSV, and six in LaTeX.
+    There is a table for each body, marker, joint, force and motion, one of the largest loads, and one of diagnostics.
+    Files are DIR/<file>-<table>.csv or .tex. The first line names the columns and their units; numbers keep all their
+    digits in CSV, and six in LaTeX.
 
-    Of a scene the model begins at the assembled start. A table says what the format lacks, and whether the motion of
-    the model is still that of the scene.
+    A model of a scene starts at the assembled start. A table tells what the format lacks, and whether the motion of the
+    model is still that of the scene.
     """
     models = {kind: path for kind, path in (("mjcf", mjcf), ("urdf", urdf)) if path is not None}
     if models:

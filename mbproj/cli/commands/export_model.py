@@ -14,10 +14,10 @@ ANOTHER_FILE = "choose another file"
 def export_models(
     scene: Path, settings: tuple[str, ...], models: dict[str, Path], *, strict: bool, as_json: bool, force: bool
 ) -> ExitCode:
-    """Writes the scene as these models, by format, all or none, and prints the tables.
+    """Write the scene as these models, by format, all or none, and print their tables.
 
-    Raises InputError where a file is not ours to replace, or where nothing starts."""
-    from mbproj.cli.said import table_json, table_lines
+    Raises InputError where a file may not be replaced, or the scene cannot be assembled."""
+    from mbproj.cli.conversion_table import table_json, table_lines
     from mbproj.cli.scene_options import parameters
     from mbproj.formats.export.mjcf import as_mjcf
     from mbproj.formats.export.urdf import as_urdf

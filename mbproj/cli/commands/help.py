@@ -13,7 +13,7 @@ from mbproj.cli.explained import Part, explained, option
 from mbproj.errors import InputError
 from mbproj.guide.pages import KINDS, Page, page_of, pages, search
 
-#: Sections that a search shows at most.
+#: The most sections that a search shows.
 MOST_HITS = 12
 EXAMPLES = (
     ("Show a page: ten minutes from nothing to a mechanism.", "mbproj help getting_started"),
@@ -34,7 +34,7 @@ EXAMPLES = (
 )
 @click.pass_context
 def command(context: click.Context, words: tuple[str, ...], site: Path | None) -> None:
-    """Shows the guide: its topics, one TOPIC, or where WORDS stand."""
+    """Shows the guide: its topics, one TOPIC, or the sections that contain WORDS."""
     if site is not None:
         from mbproj.guide.site import write_site
 
@@ -50,7 +50,7 @@ def command(context: click.Context, words: tuple[str, ...], site: Path | None) -
 
 
 def contents() -> str:
-    """The topics, kind by kind."""
+    """The list of topics, by kind of page."""
     width = max((len(topic) for topic in pages()), default=0)
     lines = []
     for kind, title in KINDS.items():
@@ -60,7 +60,7 @@ def contents() -> str:
 
 
 def show(page: Page) -> None:
-    """In a pager, where there is a terminal."""
+    """Show a page, in a pager where there is a terminal."""
     from mbproj.guide.terminal import rendered
 
     if sys.stdout.isatty():
@@ -70,7 +70,7 @@ def show(page: Page) -> None:
 
 
 def found(words: tuple[str, ...]) -> str:
-    """Where the words stand. Raises InputError where they stand nowhere."""
+    """The sections that contain the words. Raises InputError where none does."""
     hits = search(words)
     if not hits:
         raise InputError(f"no page of the guide has {' or '.join(map(repr, words))}; `mbproj help` lists the topics")

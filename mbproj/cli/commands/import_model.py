@@ -1,4 +1,4 @@
-"""`mbproj import`: a model in MJCF, URDF or SDF as a scene, with a table of what has no counterpart."""
+"""`mbproj import`: a model in MJCF, URDF or SDF as a scene, with a table of elements that have no counterpart."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ EXAMPLES = (
 
 
 def from_file(name: str, what: str) -> Callable[[Any], Any]:
-    """An option that names a file of lines by name."""
+    """A decorator for an option that names a file with a line for each name."""
     return option(Part.WHAT, name, type=click.Path(path_type=Path), metavar="FILE", help=what)
 
 
@@ -77,11 +77,11 @@ def command(
 ) -> None:
     """Makes a scene of MODEL, which is MJCF, URDF or SDF.
 
-    The table lists each element without a counterpart: what happens with it, and whether the motion of the scene is
-    still that of the model.
+    The table lists each element without a counterpart: what becomes of it, and whether the motion of the scene is still
+    that of the model.
     """
     from mbproj.calls.models import imported
-    from mbproj.cli.said import table_json, table_lines
+    from mbproj.cli.conversion_table import table_json, table_lines
     from mbproj.formats import Wishes
     from mbproj.formats.signals import read_pose, read_signals
     from mbproj.outputs import SCENE, write_text

@@ -1,4 +1,4 @@
-"""`mbproj info`: what a results file holds, or how this mbproj was built."""
+"""`mbproj info`: the contents of a results file, or how this mbproj was built."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from mbproj.errors import ExitCode
 if TYPE_CHECKING:
     from mbproj.results import Results
 
-#: Attributes that the text shows in words, as it does what is computed from the samples.
+#: Attributes that the report already shows in words, or that are computed from the samples.
 SHOWN_ELSEWHERE = ("format", "date", "host")
-#: Events that are listed, at most.
+#: The most events that are listed.
 SHOWN_EVENTS = 20
 EXAMPLES = (
     ("Say what a results file holds.", "mbproj info results.h5"),
@@ -70,9 +70,9 @@ def command(
     table_file: Path | None,
     as_json: bool,
 ) -> int:
-    """Shows what RESULTS holds: settings, violations, timings, datasets.
+    """Shows the contents of RESULTS: settings, violations, timings, datasets.
 
-    A check takes the folder of a sweep, too. Exit code 4: --check has found something wrong.
+    A check also takes the folder of a sweep. Exit code 4: --check has found something wrong.
     """
     parts = {"--check": check, "--steps": steps, "--energy": energy, "--loads": loads}
     asked = [name for name, given in parts.items() if given]
@@ -220,7 +220,7 @@ def _lines(results: Results) -> Iterator[str]:
 
 
 def _events(results: Results) -> Iterator[str]:
-    """The first of them."""
+    """Yield the first events as lines."""
     events = results.events
     sense = {1: ", rising", -1: ", falling"}
     units = dict(zip(results.names("stops"), results.names("stop_units"), strict=True))
@@ -258,7 +258,7 @@ def _numbers(has: Mapping[str, Any]) -> dict[str, str]:
 
 
 def _reactions(has: Mapping[str, Any]) -> dict[str, str]:
-    """Which components of reactions are not unique, and what contacts share, where there are any."""
+    """The reaction components that are not unique, and the forces that contacts share, as far as there are any."""
     from mbproj.analysis.reactions import SHOWN, in_words, shortened
 
     components, shared = has["reactions_not_unique"], has["shared_at_contacts"]

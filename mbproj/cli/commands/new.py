@@ -1,4 +1,4 @@
-"""`mbproj new`: scene files to begin with, of any size."""
+"""`mbproj new`: new scene files from templates, of any size."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ existing file is not replaced. KIND is one of:
 
 
 def _options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """An option for each number of the templates."""
+    """Decorate the command with an option for each number of the templates."""
     for name, number in reversed(list(OPTIONS.items())):
         metavar = "N" if name in ("links", "loops", "slots") else "NUMBER"
         command = option(Part.WHAT, f"--{name}", metavar=metavar, help=f"{number.help} {_defaults(name)}")(command)
@@ -38,7 +38,7 @@ def _options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def _defaults(name: str) -> str:
-    """The default of an option, by template."""
+    """The default of an option, for each template."""
     found = {kind: template.defaults[name] for kind, template in TEMPLATES.items() if name in template.defaults}
     if len(set(found.values())) == 1:
         return f"[default: {next(iter(found.values()))}; {', '.join(found)}]"

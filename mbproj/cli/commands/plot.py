@@ -143,8 +143,8 @@ def command(
 
     Writes DIR/<first file>-<kind>.<format> and prints the paths. All kinds that apply are drawn unless --kind names
     some. Files of modes have kinds of their own: eigenvalues, shapes, traces; linear models have bode. RESULTS may be
-    the folder of a sweep or of a design, which have their own kinds too. `--kind steps` of a run with error control
-    says which body or force limits its smaller steps.
+    the folder of a sweep or of a design, which have their own kinds too. For a run with error control, `--kind steps`
+    tells which body or force limits its smaller steps.
     """
     from mbproj.analysis.thinned import MANY
     from mbproj.figures.kinds import draw, nothing_to_see, why_not
@@ -191,23 +191,24 @@ def command(
         require_markers(three, files)
     able = [kind for kind, entry in KINDS.items() if entry.by_default or kind in kinds]
     drawn = _applicable(kinds, {kind: why_not(kind, shown) for kind in able})
-    drawn = drawn if kinds else _worth_it(drawn, {kind: nothing_to_see(kind, shown) for kind in drawn})
+    drawn = drawn if kinds else _with_something_to_see(drawn, {kind: nothing_to_see(kind, shown) for kind in drawn})
     make_folder(directory, OTHER_DIRECTORY)
     paths = {kind: directory / f"{first}-{kind}.{file_format}" for kind in drawn}
-    for path in paths.values():  # all or none
+    for path in paths.values():  # check all files before the first is written
         check_replaceable(path, picture(file_format), force=force, hint=OTHER_DIRECTORY)
     for kind, path in paths.items():
         figure = draw(kind, shown, names, limit, times or (), corners)
         if kind == "steps" and kind in kinds:
-            _say_what_limits(shown, figure)
+            _report_step_limits(shown, figure)
         click.echo(save(figure, path, force=force))
         del figure
         if any(len(result.time) >= MANY for result in shown):
-            gc.collect()  # figures hold themselves: lines of a million samples would stay until the last is drawn
+            # figures are in reference cycles: without this, lines of a million samples would stay in memory
+            gc.collect()
 
 
-def _say_what_limits(results: Sequence[Results], figure: Figure) -> None:
-    """What limited the steps of a single run with error control: below the panels, and as a table."""
+def _report_step_limits(results: Sequence[Results], figure: Figure) -> None:
+    """Tell what limited the steps of a single run with error control: below the panels, and as a table."""
     from mbproj.cli.simulate import step_limits
     from mbproj.figures.margins import small_print
 
@@ -223,7 +224,7 @@ def _say_what_limits(results: Sequence[Results], figure: Figure) -> None:
 
 
 def _given(options: Mapping[str, object]) -> list[str]:
-    """Those of the options that were given."""
+    """The names of the options that were given."""
     return [name for name, value in options.items() if value not in (None, ())]
 
 
@@ -239,7 +240,7 @@ def _check(results: Sequence[Path], kinds: Sequence[str], labels: Sequence[str],
 
 
 def _applicable(kinds: Sequence[str], reasons: dict[str, str | None]) -> list[str]:
-    """The kinds to draw. A kind that does not apply is an error where it was asked for, and otherwise left out with a
+    """The kinds to draw. A kind that does not apply is an error where it was asked for; otherwise it is left out with a
     note."""
     for kind in kinds:
         if reasons[kind]:
@@ -252,8 +253,8 @@ def _applicable(kinds: Sequence[str], reasons: dict[str, str | None]) -> list[st
     return [kind for kind, reason in reasons.items() if not reason]
 
 
-def _worth_it(applicable: Sequence[str], reasons: dict[str, str | None]) -> list[str]:
-    """The kinds that show something; a note says why others do not."""
+def _with_something_to_see(applicable: Sequence[str], reasons: dict[str, str | None]) -> list[str]:
+    """The kinds that show something of interest, with a note on each other kind."""
     for kind in applicable:
         if reasons[kind]:
             click.echo(f"note: no picture '{kind}': {reasons[kind]}", err=True)

@@ -1,4 +1,4 @@
-"""`mbproj watch`: a scene is checked, run and shown again at each save."""
+"""`mbproj watch`: check, run and show a scene again at each save."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ EXAMPLES = (
 )
 @option(Part.OUTPUT, "-q", "--quiet", is_flag=True, help="Print the address and what is wrong, no line at each save.")
 def command(scene: str, settings: tuple[str, ...], opened: bool, port: int, quiet: bool, **options: Any) -> None:
-    """Runs SCENE at each save of it, and shows it moving, until Ctrl-C.
+    """Runs SCENE each time it is saved, and shows it moving, until Ctrl-C.
 
     The page is served to this machine alone, at an address with a secret token. It keeps time and camera. Where the
-    scene cannot be read or run, the last page stays, and says why. Extra: pip install 'mbproj[animate]'.
+    scene cannot be read or run, the last page stays, with the reason. Extra: pip install 'mbproj[animate]'.
     """
     from mbproj.cli.watch.follow import follow
     from mbproj.cli.watch.server import Board, Server

@@ -86,7 +86,7 @@ def command(
 
 
 def facts(found: Sheet) -> dict[str, object]:
-    """One object with stable keys, in m and rad; what is not bounded is null."""
+    """The curve as a dictionary for JSON with stable keys, in m and rad; an unbounded number is null."""
     return {
         "curve": found.name,
         "closed": found.closed,
@@ -99,7 +99,7 @@ def facts(found: Sheet) -> dict[str, object]:
 
 
 def lines(found: Sheet) -> Iterator[str]:
-    """The numbers that decide whether a cam can be made and moved."""
+    """Yield the numbers that decide whether a cam can be made and moved."""
     kind = "closed" if found.closed else "open"
     yield f"curve '{found.name}': {kind}, {1e3 * found.arc[-1]:.6g} mm long"
     said = {"radius": f"{1e3 * found.radius.min():.6g} to {1e3 * found.radius.max():.6g} mm about the origin"}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from mbproj.cli.design.found import Asked, options, search
+from mbproj.cli.design.design_command import Asked, options, search
 from mbproj.cli.explained import explained
 
 EXAMPLES = (

@@ -1,10 +1,10 @@
-"""`mbproj optimise`: numbers of a scene with which a measure is as small or as large as it can be."""
+"""`mbproj optimise`: numbers of a scene that make a measure as small or as large as possible."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from mbproj.cli.design.found import Asked, options, search
+from mbproj.cli.design.design_command import Asked, options, search
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.quantity import QuantityNames
 

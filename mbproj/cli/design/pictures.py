@@ -10,7 +10,7 @@ import click
 from mbproj.errors import InputError, Problem
 from mbproj.scene.text.suggestions import choose_from
 
-#: The kinds, as `figures.pages.designs` draws them.
+#: The kinds of pictures in `figures.pages.designs`.
 KINDS = ("fit", "convergence", "correlation", "front")
 OTHER = "choose another directory with -o"
 
@@ -23,8 +23,8 @@ def is_design(path: Path) -> bool:
 def draw_design(
     paths: Sequence[Path], kinds: Sequence[str], directory: Path, file_format: str, *, unfit: Sequence[str], force: bool
 ) -> None:
-    """Draws one design, all pictures that apply or those of these kinds, and prints their paths. `unfit`: options that
-    were given and are for results of runs."""
+    """Draw pictures of one design, all that apply or those of these `kinds`, and print their paths. `unfit` are given
+    options that apply only to results of runs."""
     from mbproj.figures.pages.designs import PICTURES, why_not
     from mbproj.figures.save import save
     from mbproj.outputs import check_replaceable, make_folder, picture
@@ -46,7 +46,7 @@ def draw_design(
     make_folder(directory, OTHER)
     name = paths[0].resolve().name
     targets = {kind: directory / f"{name}-{kind}.{file_format}" for kind in dict.fromkeys(kinds or able)}
-    for target in targets.values():  # all or none
+    for target in targets.values():  # check all files before the first is written
         check_replaceable(target, picture(file_format), force=force, hint=OTHER)
     for kind, target in targets.items():
         click.echo(save(PICTURES[kind](drawn), target, force=force))

@@ -1,4 +1,4 @@
-"""`mbproj sensitivity`: how much numbers of a scene change what it expects."""
+"""`mbproj sensitivity`: how much numbers of a scene change its expectations."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def command(
 ) -> None:
     """Measures how much numbers of SCENE change what it expects.
 
-    Prints a table: each measure's value, its derivative by each number with what that may be off by, and the
+    Prints a table with the value of each measure, its derivative by each number with the error of that, and the
     elasticity: by how many percent the measure changes where the number changes by one. Dual numbers that follow one
     run give the slopes; where they cannot, differences of runs do, and the output says why.
     """
@@ -99,7 +99,8 @@ def command(
 
 
 def _how(table: Table) -> Iterator[str]:
-    """By what the slopes are found, and why not by dual numbers; what is left out, and why: a line for each reason."""
+    """Yield how the slopes were found and why not by dual numbers, and what was left out and why: a line for each
+    reason."""
     from mbproj.studies.design.sensitivity import LEFT_OUT
 
     found: dict[tuple[str, str], list[tuple[str, str]]] = {}

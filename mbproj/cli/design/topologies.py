@@ -1,4 +1,4 @@
-"""`mbproj optimise --topologies`: mechanisms that do what is wanted."""
+"""`mbproj optimise --topologies`: mechanisms with the wanted motion."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from mbproj.cli.design.found import OTHER, Asked
+from mbproj.cli.design.design_command import OTHER, Asked
 from mbproj.cli.report.json_text import json_text
 from mbproj.errors import ExitCode, InputError, Place, Problem
 
@@ -18,7 +18,7 @@ ALL = "all"
 
 
 def synthesise_of(topologies: tuple[str, ...], asked: Asked) -> int:
-    """The command: reads, searches, writes, reports."""
+    """Run the command: read, search, write, report."""
     from mbproj.outputs import DESIGNED, PAGE, check_replaceable, csv, make_folder, write_csv, write_text
     from mbproj.pages.page.write import designs_page
     from mbproj.studies.design.written import best_scene
@@ -56,7 +56,7 @@ def synthesise_of(topologies: tuple[str, ...], asked: Asked) -> int:
 
 
 def report(found: Synthesis) -> Iterator[str]:
-    """The topologies in a table, and the one that is chosen."""
+    """Yield the topologies as a table, and the chosen one."""
     from mbproj.cli.report.table import columns
 
     unit = "rad" if found.wanted.kind == "function" else "m"

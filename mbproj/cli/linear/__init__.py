@@ -1,1 +1,1 @@
-"""Commands on equilibria, modes and linear models, one module a command."""
+"""Commands on equilibria, modes and linear models, one module for each command."""

@@ -1,4 +1,4 @@
-"""`mbproj equilibrium`: where a mechanism rests, whether that is stable, and what its joints carry there."""
+"""`mbproj equilibrium`: where a mechanism rests, whether that is stable, and the reactions of its joints there."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from mbproj.errors import InputError, Place, Problem, placed_at
 if TYPE_CHECKING:
     from mbproj.linear.equilibrium.find import Equilibrium
 
-#: Reactions in the report.
+#: The most reactions in the report.
 SHOWN_REACTIONS = 20
 EXAMPLES = (
     ("Find where it rests, and write equilibrium.h5.", "mbproj equilibrium five_bar.yaml"),
@@ -67,8 +67,8 @@ def command(
 ) -> None:
     """Finds where SCENE rests: no velocity, all forces balance, no state changes.
 
-    Goes downhill from the start, and says whether the equilibrium is stable, which directions are neutral, and what the
-    joints carry. Motions are held where they are at --at. The results file has one sample.
+    Goes downhill from the start. Tells whether the equilibrium is stable, which directions are neutral, and the
+    reactions of the joints. Motions are held at their values at --at. The results file has one sample.
     """
     from mbproj.calls.places import steady_of
     from mbproj.linear.equilibrium.find import equilibrium, others
@@ -117,7 +117,7 @@ def command(
 
 
 def numbers(found: Equilibrium, more: list[Equilibrium], scene: str, output: str) -> dict[str, Any]:
-    """One object with stable keys."""
+    """The equilibrium as a dictionary for JSON, with stable keys."""
     from mbproj.linear.equilibrium.recorded import observed
 
     system, block = found.whole, observed(found)
@@ -147,7 +147,7 @@ def numbers(found: Equilibrium, more: list[Equilibrium], scene: str, output: str
 
 
 def report(found: Equilibrium, more: list[Equilibrium], title: str) -> str:
-    """The report."""
+    """The report on the equilibrium."""
     from mbproj.cli.report.table import table
     from mbproj.cli.start_lines import frictions
     from mbproj.linear.equilibrium.recorded import observed

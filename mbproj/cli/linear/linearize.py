@@ -78,9 +78,9 @@ def command(
 ) -> None:
     """Writes the linear model of SCENE: x' = A x + B u, y = C x + D u.
 
-    States are displacements and speeds on what the joints allow, and those of elements. Of a motion that is an input
-    the input is its second derivative, and its value and rate are states; other motions are held. `mbproj plot
-    linear.h5` draws Bode plots.
+    States are displacements and speeds that the joints allow, and states of elements. Where a motion is an input, the
+    input is its second derivative; its value and rate are states. Other motions are held. `mbproj plot linear.h5` draws
+    Bode plots.
     """
     from mbproj.calls.places import reference_of
     from mbproj.linear.state_space.model import linear_model
@@ -109,7 +109,7 @@ def command(
 
 
 def stored(found: LinearModel, title: str) -> StoredModel:
-    """The model as the file has it."""
+    """The model in the form of its file."""
     from mbproj.results.linear.model_file import StoredModel
 
     own = {name: value for name, value in vars(found).items() if name != "reference"}
@@ -117,7 +117,7 @@ def stored(found: LinearModel, title: str) -> StoredModel:
 
 
 def numbers(found: LinearModel, scene: str, output: str) -> dict[str, Any]:
-    """One object with stable keys."""
+    """The model as a dictionary for JSON, with stable keys."""
     from mbproj.linear.mode_notes import is_balanced
 
     named = ("states", "state_units", "inputs", "input_units", "outputs", "output_units")
@@ -133,7 +133,7 @@ def numbers(found: LinearModel, scene: str, output: str) -> dict[str, Any]:
 
 
 def report(found: LinearModel, title: str) -> str:
-    """What the model is, and what one has to know of it."""
+    """The report on the model, with notes."""
     from mbproj.linear.mode_notes import is_balanced, unsteady_states
 
     def listed(names: tuple[str, ...], units: tuple[str, ...]) -> str:

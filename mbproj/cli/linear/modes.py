@@ -1,4 +1,4 @@
-"""`mbproj modes`: at which frequencies a mechanism rings, and in which shapes."""
+"""`mbproj modes`: the frequencies at which a mechanism vibrates, and the shapes of these vibrations."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from mbproj.linear.root_loci import Trace
     from mbproj.scene import Scene
 
-#: Joint coordinates of a mode in the table, and modes.
+#: The most joint coordinates of a mode in the table, and the most modes.
 SHOWN_COORDINATES, SHOWN_MODES = 3, 40
 EXAMPLES = (
     ("List the modes at the start, and write modes.h5.", "mbproj modes five_bar.yaml"),
@@ -66,8 +66,8 @@ def command(
 ) -> None:
     """Finds the modes of SCENE: frequencies, damping and shapes of small motions.
 
-    Linearises the equations of motion with exact derivatives, damping and gyroscopic terms included, on what the joints
-    allow. Motions hold what they drive.
+    Linearises the equations of motion with exact derivatives, including damping and gyroscopic terms, within what the
+    joints allow. Driven coordinates are held.
     """
     from mbproj.linear.stored import stored
     from mbproj.outputs import check_replaceable, hdf5
@@ -110,7 +110,8 @@ def _modes(
 def _traced(
     scene: str, changed: dict[str, str], place: tuple[str, str | None, str | None], count: int | None, vary: str
 ) -> tuple[Scene, Modes, Trace]:
-    """The modes at each value of a parameter; the file and the table have those of the last one."""
+    """The modes at each value of a parameter, with the scene and the modes of the last value for the file and the
+    table."""
     from mbproj.linear.root_loci import trace
     from mbproj.scene.ranges import Points, named_range
 
@@ -130,7 +131,7 @@ def _traced(
 
 
 def numbers(found: Modes, scene: str, output: str, trace: Trace | None) -> dict[str, Any]:
-    """One object with stable keys."""
+    """The modes as a dictionary for JSON, with stable keys."""
     from mbproj.linear.mode_notes import is_balanced, notes_on
 
     reference, names = found.reference, found.reference.system.names
@@ -179,7 +180,7 @@ def _trace_numbers(trace: Trace) -> dict[str, Any]:
 
 
 def report(found: Modes, title: str, trace: Trace | None) -> str:
-    """The table, and what has to be known of it."""
+    """The table of the modes, with notes."""
     from mbproj.cli.report.table import columns
     from mbproj.linear.mode_notes import notes_on
 
@@ -211,7 +212,7 @@ def _cells(found: Modes, mode: int) -> list[str]:
 
 
 def _coordinates(found: Modes, mode: int) -> str:
-    """The joint coordinates or states that move most, relative to the largest, with the phase where there is one."""
+    """The joint coordinates or states that move most, relative to the largest, with their phase where they have one."""
     import numpy as np
 
     names, units = found.reference.system.names.coordinates, found.reference.system.names.coordinate_units

@@ -1,4 +1,4 @@
-"""The options that say where a mechanism is linearised."""
+"""The options for the state at which a mechanism is linearised."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Command = TypeVar("Command", bound=Callable[..., Any])
 
 
 def scene_argument(command: Command) -> Command:
-    """The argument SCENE and --set."""
+    """Decorate a command with the argument SCENE and --set."""
     command = option(
         Part.WHAT, "--set", "settings", multiple=True, metavar="NAME=VALUE", help="Change a parameter of the scene."
     )(command)
@@ -23,7 +23,7 @@ def scene_argument(command: Command) -> Command:
 
 
 def at_options(command: Command) -> Command:
-    """--at, --steady and --from."""
+    """Decorate a command with --at, --steady and --from."""
     command = option(
         Part.WHAT, "--steady", metavar="NAME=RATE", help="With --at steady: how fast it turns, A.angle=60rpm."
     )(command)

@@ -15,13 +15,13 @@ from mbproj.scene.text.suggestions import choose_from
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-#: The formats of the files, as their layouts have them.
+#: The names of the file formats, as their layouts define them.
 MODES, MODEL = "mbproj modes", "mbproj linear model"
 OTHER_DIRECTORY = "choose another directory with -o"
 
 
 def is_linear(path: Path) -> bool:
-    """Whether the file is one of modes, or a linear model."""
+    """Whether the file is one of modes or a linear model."""
     return path.is_file() and (_is(path, MODES) or _is(path, MODEL))
 
 
@@ -34,8 +34,8 @@ def _is(path: Path, file_format: str) -> bool:
 def draw_linear(
     paths: Sequence[Path], kinds: Sequence[str], directory: Path, file_format: str, *, unfit: Sequence[str], force: bool
 ) -> None:
-    """Draws one file, all pictures that apply or those of these kinds, and prints their paths. `unfit`: options that
-    were given and are for results of runs."""
+    """Draw pictures of one file, all that apply or those of these `kinds`, and print their paths. `unfit` are given
+    options that apply only to results of runs."""
     from mbproj.figures.save import save
     from mbproj.outputs import check_replaceable, make_folder, picture
 
@@ -48,7 +48,7 @@ def draw_linear(
     drawn = _pictures(paths[0], kinds)
     make_folder(directory, OTHER_DIRECTORY)
     targets = {kind: directory / f"{paths[0].stem}-{kind}.{file_format}" for kind in drawn}
-    for target in targets.values():  # all or none
+    for target in targets.values():  # check all files before the first is written
         check_replaceable(target, picture(file_format), force=force, hint=OTHER_DIRECTORY)
     for kind, target in targets.items():
         click.echo(save(drawn[kind](), target, force=force))
@@ -66,7 +66,7 @@ def _pictures(path: Path, kinds: Sequence[str]) -> Mapping[str, Callable[[], Fig
     return {kind: able[kind] for kind in kinds or able if not why[kind]}
 
 
-#: Pictures by kind, and why they do not apply.
+#: The pictures by kind, and functions that tell why they do not apply.
 Drawn = tuple[dict[str, "Callable[[], Figure]"], dict[str, "str | None"]]
 
 

@@ -1,1 +1,1 @@
-"""What commands print: summaries, tables, diagnoses, JUnit."""
+"""The output of commands: summaries, tables, diagnoses, JUnit."""

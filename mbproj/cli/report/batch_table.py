@@ -1,4 +1,4 @@
-"""What a batch did: a table that grows in the order of the scenes, and one object for a program."""
+"""The report of a batch: a table that grows in the order of the scenes, and an object for JSON."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ RESULT_WIDTH = len("fault of mbproj")
 
 
 class Rows:
-    """The table on stdout: a row is printed when all before it are."""
+    """The table on stdout. A row is printed as soon as all rows before it are."""
 
     def __init__(self, scenes: Sequence[str], shown: bool) -> None:
         self._scenes, self._shown, self._next = scenes, shown, 0
@@ -29,7 +29,7 @@ class Rows:
             self._print("scene", "result", "hold", "time", "error against what is allowed")
 
     def show(self, results: Mapping[int, SceneResult]) -> None:
-        """Print the rows that have their turn."""
+        """Print the rows that can be printed now."""
         while self._shown and self._next in results:
             self._row(results[self._next])
             self._next += 1
@@ -69,7 +69,7 @@ class Rows:
 
 
 def record(results: Sequence[SceneResult], scenes: Sequence[str], code: ExitCode) -> dict[str, Any]:
-    """What --json prints. `not_run`: the scenes left when the batch was interrupted."""
+    """The object that --json prints. `not_run` lists the scenes that were left when the batch was interrupted."""
     return {
         "exit_code": int(code),
         **_counts(results),
@@ -91,7 +91,7 @@ def record(results: Sequence[SceneResult], scenes: Sequence[str], code: ExitCode
 
 
 def messages(results: Sequence[SceneResult]) -> Iterator[str]:
-    """What is wrong with the scenes that could not run, in full."""
+    """Yield the full messages of scenes that could not run."""
     for result in results:
         if result.message:
             yield result.message if result.code == ExitCode.BAD_INPUT else f"{result.scene}: {result.message}"

@@ -1,4 +1,4 @@
-"""What `mbproj info --build` shows: the versions of what runs, and how the kernel was compiled."""
+"""The report of `mbproj info --build`: versions of the software, and how the kernel was compiled."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from mbproj.version import __version__
 
 
 def facts() -> dict[str, Any]:
-    """Versions, the formulations that can run here, and the kernel's build; without a kernel, `reason` says why
+    """The versions, the formulations that can run here, and the kernel's build. Without a kernel, `reason` tells why
     and `advice` what to do."""
     import h5py
     import numpy as np
@@ -37,7 +37,7 @@ def _absent(reason: str) -> dict[str, Any]:
 
 
 def lines() -> Iterator[str]:
-    """The facts for a reader."""
+    """Yield the facts as lines of text."""
     has = facts()
     kernel = has.pop("kernel")
     has["formulations"] = ", ".join(has["formulations"])

@@ -1,4 +1,4 @@
-"""What a scene expects and what its run measured, in words and for a program."""
+"""The expectations of a scene and the measured values, as text and for JSON."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def subject(expected: Expectation) -> str:
-    """What an expectation is about: "marker tip, position x at 3 s"."""
+    """The subject of an expectation: "marker tip, position x at 3 s"."""
     what = "" if expected.of == "diagnostic" else f"{expected.of} {expected.item}, "
     further = f" to {expected.over}" if expected.over else f" between {' and '.join(expected.between)}"
     further = further if expected.over or expected.between else ""
@@ -23,7 +23,7 @@ def subject(expected: Expectation) -> str:
 
 
 def moment(expected: Expectation) -> str:
-    """When: "at 3 s", "at the end", "at its maximum"."""
+    """The time of an expectation: "at 3 s", "at the end", "at its maximum"."""
     if isinstance(expected.at, Passage):
         value = f"{degrees(expected.at.value):.10g}°" if expected.at.unit == "rad" else f"{expected.at.value:.10g} m"
         return f"where {expected.at.coordinate} is {value}"
@@ -33,7 +33,7 @@ def moment(expected: Expectation) -> str:
 
 
 def wanted(expected: Expectation) -> str:
-    """What is expected: "0.12 ± 1e-06 m", "≤ 1e-12"."""
+    """The expected value: "0.12 ± 1e-06 m", "≤ 1e-12"."""
     unit = f" {expected.unit}" if expected.unit else ""
     if expected.value is not None:
         return f"{_numbers(expected.value)} ± {expected.tolerance:.3g}{unit}"
@@ -42,7 +42,7 @@ def wanted(expected: Expectation) -> str:
 
 
 def error_words(outcome: Outcome) -> str:
-    """The error and the error allowed: "2.3e-07 of 1e-06 m"; for a bound, the value reached and the bound."""
+    """The error and the error allowed: "2.3e-07 of 1e-06 m". For a bound, the value reached and the bound."""
     expected, unit = outcome.expectation, f" {outcome.expectation.unit}" if outcome.expectation.unit else ""
     if outcome.measured is None:
         return "no such sample"
@@ -53,12 +53,12 @@ def error_words(outcome: Outcome) -> str:
 
 
 def verdict(outcome: Outcome) -> str:
-    """In one word or two."""
+    """The verdict on an outcome in one or two words."""
     return "holds" if outcome.holds else "falls short" if outcome.checked else "not checked"
 
 
 def summary_lines(outcomes: Sequence[Outcome]) -> Iterator[str]:
-    """How many hold, and each."""
+    """Yield the number of expectations that hold, and a line for each."""
     holding = sum(outcome.holds for outcome in outcomes)
     yield f"  expectations        {holding} of {len(outcomes)} hold"
     width = max(len(outcome.expectation.name) for outcome in outcomes)
@@ -68,7 +68,7 @@ def summary_lines(outcomes: Sequence[Outcome]) -> Iterator[str]:
 
 
 def record(outcome: Outcome) -> dict[str, Any]:
-    """The outcome for a program."""
+    """The outcome as a dictionary for JSON."""
     expected = outcome.expectation
     return {
         "name": expected.name,
@@ -100,7 +100,7 @@ def _numbers(values: Sequence[float]) -> str:
 
 
 def _shortest(values: Sequence[float] | None) -> Any:
-    """One number for a list of one."""
+    """A list of values, or the number itself for a single value."""
     if values is None:
         return None
     return values[0] if len(values) == 1 else values

@@ -1,4 +1,4 @@
-"""json_text(): what a command prints with --json."""
+"""json_text(): the JSON text that a command prints with --json."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from typing import Any
 
 
 def json_text(contents: Any, indent: int | None = None) -> str:
-    """`contents` as JSON. NumPy's arrays become lists and paths text; NaN and infinity, which JSON does not have,
-    become null."""
+    """Convert `contents` to JSON. NumPy's arrays become lists and paths become text; NaN and infinity, which JSON
+    lacks, become null."""
     return json.dumps(_plain(contents), indent=indent, ensure_ascii=False, allow_nan=False)
 
 

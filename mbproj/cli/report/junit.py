@@ -1,5 +1,5 @@
-"""JUnit XML as Jenkins, GitLab and GitHub's actions read it: one testsuite for each scene, one testcase for each
-expectation; of a sweep one testsuite, and one testcase for each case.
+"""JUnit XML as Jenkins, GitLab and GitHub's actions read it. A batch has a testsuite for each scene and a testcase for
+each expectation. A sweep has one testsuite with a testcase for each case.
 
 GitLab shows a testcase's `classname` as its suite, and Jenkins groups by it, so it names the scene too. The property
 `formulation` of a testsuite is the one that ran.
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from mbproj.analysis import Outcome
     from mbproj.studies.batch import SceneResult
 
-#: Characters that XML 1.0 does not allow, not even escaped.
+#: Characters that XML 1.0 does not allow, even escaped.
 UNPRINTABLE = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
@@ -43,7 +43,7 @@ def junit(results: Sequence[SceneResult], not_run: Sequence[Path] = ()) -> str:
 
 @dataclass(frozen=True)
 class Case:
-    """A case of a sweep: what it is called, how it ended, why it failed, how long it took in s."""
+    """A case of a sweep: its name, its result, the reason of a failure, and its duration in s."""
 
     name: str
     status: str
@@ -70,7 +70,7 @@ def cases_as_xml(spec: Path, cases: Sequence[Case]) -> str:
 
 
 def _whole_text(root: Xml.Element) -> str:
-    for key in ("tests", "failures", "errors"):  # Jenkins' schema knows no `skipped` here
+    for key in ("tests", "failures", "errors"):  # Jenkins' schema has no `skipped` here
         root.set(key, str(sum(int(suite.get(key, "0")) for suite in root)))
     Xml.indent(root)
     return f'<?xml version="1.0" encoding="UTF-8"?>\n{Xml.tostring(root, encoding="unicode")}\n'
@@ -92,7 +92,7 @@ def _suite(result: SceneResult) -> Xml.Element:
         case = _case(suite, result.scene, outcome.expectation.name, 0.0)
         if not outcome.holds:
             failure = Xml.SubElement(case, "failure", message=_text(error_words(outcome)), type=verdict(outcome))
-            failure.text = _text(_whole(outcome))
+            failure.text = _text(_full_message(outcome))
     return suite
 
 
@@ -109,13 +109,13 @@ def _new_suite(
 
 
 def _case(suite: Xml.Element, scene: Path, name: str, seconds: float) -> Xml.Element:
-    """A testcase, whose classname is the path with dots, because Jenkins takes dots for its packages."""
+    """A testcase. Its classname is the path with dots, because Jenkins takes dots for its packages."""
     where = ".".join(part for part in scene.with_suffix("").parts if part.strip("./"))
     attributes = {"classname": _text(where), "name": _text(name), "file": _text(scene.as_posix())}
     return Xml.SubElement(suite, "testcase", attributes, time=f"{seconds:.3f}")
 
 
-def _whole(outcome: Outcome) -> str:
+def _full_message(outcome: Outcome) -> str:
     """The full message of an expectation that is not met."""
     expected, measured = outcome.expectation, outcome.measured
     found = "nothing" if measured is None else ", ".join(f"{value:.17g}" for value in measured)
@@ -130,5 +130,5 @@ def _whole(outcome: Outcome) -> str:
 
 
 def _text(text: str) -> str:
-    """The text without characters that XML does not allow or that control a terminal."""
+    """The text without characters that XML does not allow, or that control a terminal."""
     return UNPRINTABLE.sub("?", escaped_text(text))

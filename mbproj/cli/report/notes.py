@@ -12,6 +12,6 @@ if TYPE_CHECKING:
 
 
 def show_notes(notes: Iterable[Problem]) -> None:
-    """A line for each note, on stderr."""
+    """Print a line for each note on stderr."""
     for note in notes:
         click.echo(note.line("note"), err=True)

@@ -1,4 +1,5 @@
-"""How far a command is, on stderr: on a terminal one line that is renewed, elsewhere a new line from time to time."""
+"""The progress of a command on stderr: on a terminal one line that is rewritten, elsewhere a new line from time to
+time."""
 
 from __future__ import annotations
 
@@ -19,15 +20,15 @@ from mbproj.studies.parallel.progress import ALIKE, BESIDE, Tell, silent
 if TYPE_CHECKING:
     from click._termui_impl import ProgressBar
 
-#: Positions of the bar: enough for a duration of any unit.
+#: The number of positions of the bar, enough for a duration in any unit.
 STEPS = 1000
-#: A terminal's line is renewed this often, and elsewhere a line written, s.
+#: The time between two updates of a terminal's line, and between two lines elsewhere, s.
 RENEWED, REPEATED = 1.0, 30.0
 
 
 class Line:
-    """What a command is doing, the time it has taken, and the time left if known. `clock` gives s. Without a terminal
-    the first line appears after `REPEATED` s, so that short commands write none."""
+    """A line with the work of a command, the time that it has taken, and the time left if known. `clock` gives s.
+    Without a terminal the first line appears after `REPEATED` s, so that short commands print none."""
 
     def __init__(self, stream: TextIO, clock: Callable[[], float] = monotonic) -> None:
         self.on_terminal = stream.isatty()
@@ -36,20 +37,20 @@ class Line:
         self._words, self._end = "", 0.0
 
     def say(self, words: str, left: float = 0.0) -> None:
-        """The phase that begins now, and how many s it takes; 0 if unknown."""
+        """Begin a phase, with the time that is left in s, or 0 if unknown."""
         with self._lock:
             self._words, self._end = words, self._clock() + left
             if self.on_terminal or self._is_due():
                 self._write()
 
     def tick(self) -> None:
-        """Time has passed."""
+        """Rewrite the line if it is due."""
         with self._lock:
             if self._words and self._is_due():
                 self._write()
 
     def clear(self) -> None:
-        """Leaves a terminal as it was."""
+        """Remove the line from the terminal."""
         with self._lock:
             if self.on_terminal and self._words:
                 self._put("\r\x1b[K")
@@ -65,14 +66,14 @@ class Line:
         self._put(f"\r{escaped(text)}\x1b[K" if self.on_terminal else f"{text}\n")
 
     def _put(self, text: str) -> None:
-        with suppress(OSError):  # nobody reads it any more
+        with suppress(OSError):  # nobody reads stderr any more
             self._stream.write(text)
             self._stream.flush()
 
 
 @contextmanager
 def line() -> Iterator[Line]:
-    """A line on stderr, shown for as long as the work takes."""
+    """Yield a line on stderr, shown while the block runs."""
     shown, over = Line(commanding(sys.stderr)), Event()
 
     def go_on() -> None:
@@ -88,14 +89,14 @@ def line() -> Iterator[Line]:
 
 
 class Telling:
-    """A study's `Tell`, on a line."""
+    """The function `Tell` of a study, which shows the progress on a line."""
 
     def __init__(self, line: Line, clock: Callable[[], float] = monotonic) -> None:
         self._line, self._clock = line, clock
         self._first: dict[str, tuple[float, int]] = {}
 
     def __call__(self, phase: str, done: int, whole: int) -> None:
-        """Says how much of a phase is done. What was done before the first call took none of the time since."""
+        """Show how much of a phase is done. The pace counts only what is done after the phase's first call."""
         now, (phase, _, words) = self._clock(), phase.partition(BESIDE)
         begun, before = self._first.get(phase, (now, done))
         if done <= before:
@@ -107,7 +108,7 @@ class Telling:
 
 @contextmanager
 def telling(hidden: bool) -> Iterator[Tell]:
-    """Shows how far a study is."""
+    """Yield a function that shows the progress of a study."""
     if hidden:
         yield silent
         return
@@ -116,22 +117,22 @@ def telling(hidden: bool) -> Iterator[Tell]:
 
 
 class Pace:
-    """How long a run still takes until `end` (s of simulated time): as long a simulated second as so far, on the
-    average since the first call. What went on before that, an earlier leg of a continued run say, has no part in it."""
+    """The pace of a run up to `end` (s of simulated time). The time left assumes the mean pace since the first call.
+    Earlier work, for example that of a continued run, does not count."""
 
     def __init__(self, end: float, clock: Callable[[], float] = monotonic) -> None:
         self._end, self._clock = end, clock
         self._first: tuple[float, float] | None = None
 
     def reach(self, time: float) -> float:
-        """A run has come to a simulated time: seconds that it still takes, 0 where that is not known."""
+        """Take note of the simulated time that the run has reached; return the seconds left, 0 where unknown."""
         now = self._clock()
         begun, start = self._first = self._first or (now, time)
         return (now - begun) / (time - start) * (self._end - time) if time > start else 0.0
 
 
 class Bar:
-    """A run's bar on a terminal, of all of its simulated time; beside it the time left."""
+    """A bar on a terminal over all of a run's simulated time, with the time left beside it."""
 
     def __init__(self, stream: TextIO, duration: float, clock: Callable[[], float] = monotonic) -> None:
         self._duration, self._pace, self._left = duration, Pace(duration, clock), 0.0
@@ -145,7 +146,7 @@ class Bar:
         )
 
     def reach(self, time: float) -> None:
-        """The run has come to a simulated time."""
+        """Show the simulated time that the run has reached."""
         self._left = self._pace.reach(time)
         self.bar.update(max(0, int(STEPS * time / self._duration) - self.bar.pos))
         self.bar.render_progress()
@@ -153,8 +154,8 @@ class Bar:
 
 @contextmanager
 def progress_bar(duration: float | None, hidden: bool) -> Iterator[Progress | None]:
-    """A function to call with the simulated time (s) reached, of `duration` s; None where nothing is to be shown. On a
-    terminal that is a bar."""
+    """Yield a function to be called with the simulated time (s) reached, of `duration` s; None where nothing is shown.
+    On a terminal it moves a bar."""
     if hidden or not duration:
         yield None
     elif sys.stderr.isatty():
@@ -174,7 +175,7 @@ def progress_bar(duration: float | None, hidden: bool) -> Iterator[Progress | No
 
 
 def _duration(seconds: float) -> str:
-    """Right to 5 %."""
+    """A duration as text, with two or three digits."""
     if seconds < 100:
         return f"{seconds:.0f} s" if seconds >= 10 else f"{seconds:.2g} s"
     minutes, hours = seconds / 60, seconds / 3600

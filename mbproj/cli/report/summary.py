@@ -1,4 +1,4 @@
-"""The end of a run in words."""
+"""The summary of a run in words."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ from mbproj.thresholds import THRESHOLDS
 if TYPE_CHECKING:
     from mbproj.analysis import Outcome
 
-#: Violation above which a note says that joints were open, relative to the coordinates that enter the rows.
+#: The violation above which a note tells that joints were open, relative to the coordinates in the rows.
 FAR_OPEN = 1e-4
-#: Dry frictions that have a line each, or short moves that are named, at most.
+#: The most dry frictions with a line each, and the most short movements that are named.
 MOST_FRICTIONS = 6
-#: Every 64th step is timed. Shares of the time need ten of them.
+#: The timed steps that are needed to tell shares of the time; every 64th step is timed.
 ENOUGH_STEPS = 640
 
 
@@ -40,8 +40,8 @@ def print_summary(
     outcomes: Sequence[Outcome] = (),
     frictions: Sequence[str] = (),
 ) -> None:
-    """Prints the summary for a reader on stdout: the certificate, the `outcomes` of the scene's expectations, lines on
-    its dry `frictions`. Warnings go to stderr."""
+    """Print the summary on stdout: the certificate, the `outcomes` of the scene's expectations, and lines on its dry
+    `frictions`. Warnings go to stderr."""
     counts, settings = report.counters, report.settings
     seconds = report.integration_seconds
     lines = [
@@ -75,7 +75,7 @@ def print_summary(
 
 
 def warnings(report: Report) -> list[str]:
-    """What a user should not overlook."""
+    """The warnings that a user should not overlook."""
     found = [report.stiffness] if report.stiffness else []
     if report.passed:
         found.append(
@@ -148,14 +148,14 @@ def warnings(report: Report) -> list[str]:
 
 
 def step_words(settings: Settings) -> str:
-    """The step or the tolerance, as one reads it; a scene that is kinematic may have neither."""
+    """The step or the tolerance in words; a kinematic scene may have neither."""
     if settings.step is None and settings.tolerance is None:
         return "kinematic"
     return f"step {settings.step:g} s" if settings.step is not None else f"tolerance {settings.tolerance:g}"
 
 
 def _method(report: Report, system: System) -> str:
-    """By what the run was made."""
+    """The formulation, methods and settings of the run, in words."""
     settings = report.settings
     if report.kinematic:
         return f"kinematic: {words(system, settings)}"
@@ -167,12 +167,12 @@ def _redundant(report: Report) -> str:
 
 
 def _fallbacks(counts: dict[str, int]) -> str:
-    """How often a projection fell back on gopm's metric, where that was allowed."""
+    """How often a projection used gopm's metric instead, where that was allowed."""
     return f", {counts['projection_fallbacks']} in gopm's metric" if counts["projection_fallbacks"] else ""
 
 
 def _account(report: Report, system: System) -> list[str]:
-    """Where the energy came from and went until the end, where something puts in or takes any, or the method damps."""
+    """The sources and sinks of energy over the run, where there are any, or where the method damps."""
     energy, settings = report.energy, report.settings
     if not (energy.work or energy.dissipation) and is_explicit(settings.integrator):
         return []
@@ -195,7 +195,7 @@ def _time(seconds: float) -> str:
 
 
 def _phases(report: Report) -> list[str]:
-    """How the time divides into the phases of a step."""
+    """The shares of the time that the phases of a step take."""
     total = sum(report.phases.values())
     if total == 0.0 or report.counters["steps"] < ENOUGH_STEPS:
         return []
@@ -204,7 +204,7 @@ def _phases(report: Report) -> list[str]:
 
 
 def _shortened(frictions: Sequence[str]) -> list[str]:
-    """The first lines, and how many more there are."""
+    """The first lines, and the number of the others."""
     more = [f"and {len(frictions) - MOST_FRICTIONS} more dry frictions, which mbproj info lists"]
     shown = [*frictions[:MOST_FRICTIONS], *(more if len(frictions) > MOST_FRICTIONS else [])]
     return [f"  {line}" for line in shown]
@@ -217,5 +217,5 @@ def _worst(violation: Worst) -> str:
 
 
 def _velocity_floor(report: Report) -> str:
-    """What round-off leaves of C'."""
+    """The violation C' that round-off alone leaves."""
     return "nothing moves" if report.rests else f"round-off allows {report.velocity_floor:.0e}"

@@ -1,4 +1,4 @@
-"""What a sweep says: before it runs, while it runs, and at its end."""
+"""The output of a sweep: before it runs, while it runs, and at its end."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ if TYPE_CHECKING:
     from mbproj.studies.sweep.spec import Spec
     from mbproj.studies.sweep.summary import CaseEntry
 
-#: Kinds of failure that are shown.
+#: The most kinds of failure that are shown.
 KINDS = 10
 
 
 def preview(spec: Spec, shown: int) -> str:
-    """How many cases there are, and the first of them."""
+    """The number of cases, and the first of them."""
     from mbproj.scene.ranges.family import column_of, with_unit
 
     design = spec.design
@@ -40,7 +40,7 @@ def _item(value: Item) -> str:
 
 
 class Shown:
-    """Takes in how far a sweep is, `reached`, and shows it on a line."""
+    """The progress of a sweep, `reached`, which is shown on a line."""
 
     def __init__(self, say: Callable[[str, float], None]) -> None:
         self._say, self._begun = say, monotonic()
@@ -56,7 +56,7 @@ class Shown:
 
 @contextmanager
 def showing(hidden: bool) -> Iterator[Shown]:
-    """Shows how far a sweep is: how many cases, how many failed, the time left."""
+    """Yield the progress of a sweep, shown as the numbers of cases and failures and the time left."""
     if hidden:
         yield Shown(lambda said, left: None)
         return
@@ -65,7 +65,8 @@ def showing(hidden: bool) -> Iterator[Shown]:
 
 
 def failures(entries: Iterable[CaseEntry]) -> list[dict[str, Any]]:
-    """The failed cases by what they say, most frequent first: each message with their number and the first of them."""
+    """The failed cases by their message, most frequent first: each message with its number of cases and the first of
+    them."""
     found: dict[str, dict[str, Any]] = {}
     for number, entry in enumerate(entries):
         if entry.row is None or entry.status == "done":
@@ -78,7 +79,7 @@ def failures(entries: Iterable[CaseEntry]) -> list[dict[str, Any]]:
 
 
 def said(reached: Progress, kinds: list[dict[str, Any]]) -> str:
-    """The counts, and what went wrong."""
+    """The numbers of cases, and the kinds of failure."""
     left = f", {reached.left} left" if reached.left else ""
     counts = f"{reached.computed} computed, {reached.reused} reused, {reached.failed} failed{left}"
     lines = [f"{reached.whole} {'case' if reached.whole == 1 else 'cases'}: {counts}"]
@@ -90,7 +91,7 @@ def said(reached: Progress, kinds: list[dict[str, Any]]) -> str:
 
 
 def junit(spec: Spec, entries: Iterable[CaseEntry]) -> str:
-    """A testsuite with a testcase a case."""
+    """A testsuite with a testcase for each case."""
     found = []
     for number, entry in enumerate(entries):
         values = ", ".join(

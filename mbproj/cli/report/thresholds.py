@@ -1,4 +1,4 @@
-"""`info --thresholds`: every number that was chosen, as a table and as data."""
+"""`info --thresholds`: every chosen number, as a table and for JSON."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 from mbproj.thresholds import table
 
-#: Who uses a threshold, in words.
+#: The users of a threshold, in words.
 USERS = {"both": "NumPy and kernel", "kernel": "kernel", "numpy": "NumPy"}
 
 
@@ -17,7 +17,7 @@ def facts() -> dict[str, Any]:
 
 
 def lines() -> Iterator[str]:
-    """A line of numbers for each threshold, and below it what it decides and where it comes from."""
+    """Yield a line of numbers for each threshold, and below it what it decides and where it comes from."""
     rows = table()
     name, value = max(len(row.name) for row in rows), max(len(f"{row.value:g}") for row in rows)
     for row in rows:

@@ -1,4 +1,4 @@
-"""How far a run can be trusted: as a table for a reader, and as numbers for a program."""
+"""The trust horizons of a run, as a table and for JSON."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ if TYPE_CHECKING:
     from mbproj.arrays import Array
     from mbproj.results.trust import Trust
 
-#: Columns and rows that the table has room for.
+#: The most columns and rows of the table.
 MAX_LIMITS, MAX_POINTS = 8, 8
 
 
 def as_numbers(trust: Trust) -> dict[str, Any]:
-    """One object for --json; a time that does not come is infinite, and a growth that is unknown NaN."""
+    """The horizons as a dictionary for JSON. A time that never comes is infinite; an unknown growth is NaN."""
     times = ("horizon", "horizon_low", "horizon_high")
     points = {
         name: {
@@ -32,7 +32,8 @@ def as_numbers(trust: Trust) -> dict[str, Any]:
 
 
 def lines_on(trust: Trust) -> Iterator[str]:
-    """The times at which errors exceed limits, one row for each point; limits that no error reaches are left out."""
+    """Yield a table of the times at which errors exceed limits, a row for each point. Limits that no error reaches are
+    left out."""
     if not trust.solution and trust.remark:
         yield f"  how far to trust it: {trust.remark}"
         return
@@ -57,13 +58,13 @@ def lines_on(trust: Trust) -> Iterator[str]:
 
 
 def _written(limit: float) -> str:
-    """A limit in m: "1e-4 m", "2.5 m"."""
+    """A limit in m as text: "1e-4 m", "2.5 m"."""
     mantissa, _, power = f"{limit:.2e}".partition("e")
     return f"{limit:.3g} m" if limit >= 1.0 else f"{float(mantissa):g}e{int(power)} m"
 
 
 def _time(trust: Trust, k: int, column: int) -> str:
-    """A time in s as it is known: "0.95 s", "4.1-4.7 s", "4.1 s or later", "-" where it does not come."""
+    """A time in s as text, with its uncertainty: "0.95 s", "4.1-4.7 s", "4.1 s or later", "-" where it never comes."""
     low, high = trust.horizon_low[k, column], trust.horizon_high[k, column]
     if not isfinite(low):
         return "-"
@@ -78,5 +79,5 @@ def _growth(trust: Trust, k: int) -> str:
 
 
 def _largest(values: Array) -> float:
-    """The largest that is known."""
+    """The largest known value."""
     return max((value for value in values.tolist() if isfinite(value)), default=0.0)

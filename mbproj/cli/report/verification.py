@@ -1,4 +1,4 @@
-"""A verification as a table for a reader, and as numbers for a program."""
+"""A verification as a table of text, and for JSON."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ HEADINGS = ("check", "what must hold", "measured", "allowed", "")
 
 
 def as_json(found: Verification) -> dict[str, Any]:
-    """One object."""
+    """The verification as a dictionary for JSON."""
     return {
         "holds": found.holds,
         "formulation": found.formulation,
@@ -22,7 +22,7 @@ def as_json(found: Verification) -> dict[str, Any]:
 
 
 def lines(found: Verification) -> Iterator[str]:
-    """The table, a check a line, and how many hold."""
+    """Yield the table with a line for each check, and the number of those that hold."""
     rows = [HEADINGS, *map(_row, found.checks)]
     widths = [max(len(row[column]) for row in rows) for column in range(len(HEADINGS) - 1)]
     for row in rows:

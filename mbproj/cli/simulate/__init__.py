@@ -1,1 +1,1 @@
-"""The commands that simulate one scene: run, rerun, continue."""
+"""The commands that simulate one scene: run, rerun, continue and others."""

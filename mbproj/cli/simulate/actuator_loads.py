@@ -1,4 +1,4 @@
-"""What actuators take along a motion, as lines, as numbers and as a table of all samples."""
+"""The loads of actuators along a motion, as lines, for JSON, and as a table of all samples."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ if TYPE_CHECKING:
     from mbproj.studies.inverse.loads import ActuatorLoads, Smoothing
 
 HEADINGS = ("actuator", "largest", "unit", "at t (s)", "place", "mean", "rms")
-#: Dead centres that are listed.
+#: The most dead centres that are listed.
 LISTED = 5
 
 
 def facts(found: ActuatorLoads, source: str, over: str | None) -> dict[str, Any]:
-    """One object with stable keys; what is no number is null."""
+    """The loads as a dictionary for JSON with stable keys; NaN and infinity are null."""
     actuators = {
         name: {
             "unit": unit,
@@ -55,7 +55,7 @@ def _without_nan(row: dict[str, Any]) -> dict[str, Any]:
 
 
 def lines(found: ActuatorLoads, source: str, over: str | None) -> Iterator[str]:
-    """A table of the largest forces and powers, then what one has to know of them."""
+    """Yield a table of the largest forces and powers, then notes on them."""
     count = len(found.names)
     yield (
         f"{source}: {found.freedom} {'degree' if found.freedom == 1 else 'degrees'} of freedom, {count} "
@@ -100,7 +100,7 @@ def _dead(found: ActuatorLoads) -> Iterator[str]:
 
 
 def _smoothing(smoothing: Sequence[Smoothing]) -> Iterator[str]:
-    """What became of the given columns."""
+    """Yield how the given columns were smoothed."""
     if smoothing:
         yield "the motion against the data that was given"
         rows = [
@@ -118,7 +118,7 @@ def _smoothing(smoothing: Sequence[Smoothing]) -> Iterator[str]:
 
 
 def table(found: ActuatorLoads) -> tuple[list[str], np.ndarray[Any, Any]]:
-    """Headings and rows (T, 1 + 3 k) of a CSV table."""
+    """The headings and the rows (T, 1 + 3 k) of a CSV table."""
     headings = ["time (s)"]
     for name, unit in zip(found.names, found.units, strict=True):
         own = "rad/s" if unit == "N m" else "m/s"

@@ -1,4 +1,4 @@
-"""`mbproj continue`: goes on with a run from its results file, to the bits of one long run."""
+"""`mbproj continue`: continues a run from its results file, to the last bit as one long run."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ EXAMPLES = (
 @option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of the summary.")
 @option(Part.OUTPUT, "-q", "--quiet", is_flag=True, help="Print nothing but errors.")
 def command(results: Path, until: float | None, output: str, append: bool, as_json: bool, quiet: bool) -> None:
-    """Goes on with the run that wrote RESULTS, or that a kill has ended.
+    """Continues the run that wrote RESULTS, also a killed one.
 
     On the same build and machine the numbers are those of one long run, to the last bit.
     """

@@ -1,4 +1,4 @@
-"""Where the energy of a recorded run came from and went, with the integrator's part and the projection's apart."""
+"""The energy balance of a recorded run, with separate parts of the integrator and the projection."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ if TYPE_CHECKING:
     from mbproj.results import Results
 
 
-#: The parts close up to this, of themselves and of all energies: an implicit method under error control stops Newton's
+#: The parts sum up to this part of themselves and of all energies. An implicit method with error control ends Newton's
 #: iterations by its tolerance, which single steps do not have.
 CLOSES, ROUND_OFF = 0.01, 1e-12
 
 
 class EnergyParts(NamedTuple):
-    """All in J: E at the start and at the end of a run, and what changed it on the way. What is put in is positive."""
+    """The energy E at the start and the end of a run, and its changes, all in J. Energy put in is positive."""
 
     start: float
     put_in: float
@@ -31,18 +31,18 @@ class EnergyParts(NamedTuple):
 
     @property
     def unexplained(self) -> float:
-        """What the parts leave of the change."""
+        """The change of energy that the parts do not explain, J."""
         return self.end - self.start - (self.put_in - self.dissipated + self.integrator + self.projection)
 
     @property
     def size(self) -> float:
-        """The energies that are added."""
+        """The sum of the absolute values of all parts, J."""
         return sum(map(abs, self))
 
 
 def found(results: Results) -> EnergyParts:
-    """Each step of the run is made again without and with projection. Raises InputError for runs that cannot be divided
-    so, SimulationError where the run cannot be repeated."""
+    """Repeat each step of the run without and with projection, and sum the parts. Raises InputError for runs that
+    cannot be divided, SimulationError where the run cannot be repeated."""
     from mbproj.studies.compare.energy_split import energy_split
     from mbproj.studies.measure.mechanism import Mechanism
     from mbproj.studies.measure.setting import Setting
@@ -85,12 +85,12 @@ def _undivided(results: Results, why: str) -> InputError:
 
 
 def facts(results: Results) -> dict[str, Any]:
-    """One object."""
+    """The parts as a dictionary for JSON."""
     return {"file": str(results.path), **found(results)._asdict()}
 
 
 def lines(results: Results) -> Iterator[str]:
-    """The start, what changed it, and the end."""
+    """Yield the energy at the start, its changes, and the energy at the end."""
     parts = found(results)
     yield f"{results.path}: energy from the start to t = {results.time[-1]:g} s"
     said = {

@@ -1,4 +1,4 @@
-"""What `run` and `rerun` share: they simulate a scene, write its results file and print a summary."""
+"""The common part of `run`, `rerun` and `continue`: simulate a scene, write its results file, print a summary."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ def execute(
     as_json: bool,
     quiet: bool,
 ) -> None:
-    """Simulates `scene`, writes `output` and prints the summary, which calls the scene `name`. `certified`: the errors
-    (m) for which to say how long the run can be trusted; `facts`: what else the results file and --json contain;
-    `earlier`: the run that this one goes on with."""
+    """Simulate `scene`, write `output` and print the summary, which calls the scene `name`. `certified` are the errors
+    (m) for which trust horizons are computed. `facts` are added to the results file and --json. `earlier` is the run
+    that this one continues."""
     from mbproj.calls.run import record
     from mbproj.cli.report import expectations
     from mbproj.cli.report.notes import show_notes
@@ -60,7 +60,7 @@ def execute(
         constants = unique_components(system, state)
         writer = ResultsWriter(output, scene, system.names.as_mapping(), constants, certified=certified)
     with (
-        _what_is_kept(name, output, as_json=as_json, quiet=quiet),
+        _results_kept(name, output, as_json=as_json, quiet=quiet),
         placed_at(Place("--output")),
         writer as recorder,
         placed_in(scene),
@@ -74,7 +74,7 @@ def execute(
         numbers = {**summary(name, output, report, total_seconds=perf_counter() - started), **facts}
         recorder.attributes(numbers)
     found = [] if earlier is not None and earlier.results is None else _expected(scene, output)
-    rubbed, frictions = _on_friction(scene, output)
+    rubbed, frictions = _friction_history(scene, output)
     if as_json:
         certificate = {} if trust is None else {"trust": as_numbers(trust)}
         judged = [expectations.record(outcome) for outcome in found]
@@ -84,7 +84,7 @@ def execute(
 
 
 def _expected(scene: Scene, output: str) -> list[Outcome]:
-    """The outcomes of the scene's expectations; the results are read only where it has some."""
+    """The outcomes of the scene's expectations. The results are read only where there are expectations."""
     if not scene.expectations:
         return []
     from mbproj.analysis import outcomes
@@ -94,9 +94,9 @@ def _expected(scene: Scene, output: str) -> list[Outcome]:
         return outcomes(scene.expectations, results)
 
 
-def _on_friction(scene: Scene, output: str) -> tuple[dict[str, Any], list[str]]:
-    """What the dry frictions of the run have done, for --json and in lines; the results are read only where there are
-    some."""
+def _friction_history(scene: Scene, output: str) -> tuple[dict[str, Any], list[str]]:
+    """The history of the run's dry frictions, for --json and as lines. The results are read only where there are
+    frictions."""
     from mbproj.scene.records import JointForce
     from mbproj.scene.stops import PlaneStop
 
@@ -114,9 +114,9 @@ def _on_friction(scene: Scene, output: str) -> tuple[dict[str, Any], list[str]]:
 
 
 @contextmanager
-def _what_is_kept(name: str, output: str, *, as_json: bool, quiet: bool) -> Iterator[None]:
-    """Where a run fails or is interrupted: says where its results are, and how far they can be trusted if it was to be
-    certified. --json prints its object in this case too."""
+def _results_kept(name: str, output: str, *, as_json: bool, quiet: bool) -> Iterator[None]:
+    """Tell where the results of a failed or interrupted run are, and how far they can be trusted if they were to be
+    certified. With --json, print the object in this case too."""
     from mbproj.cli.report.trust import as_numbers, lines_on
     from mbproj.results import open_results
 

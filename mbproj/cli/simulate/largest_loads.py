@@ -1,4 +1,4 @@
-"""The largest loads of a run, as lines and as numbers (`info --loads`)."""
+"""The largest loads of a run, as lines and for JSON (`info --loads`)."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from mbproj.results import Results
 from mbproj.results.loads.largest import Load
 
 HEADINGS = ("load", "largest", "unit", "at t (s)", "place", "mean", "rms")
-#: Part of the largest load of its unit below which a load is nothing.
+#: A load below this part of the largest one in its unit counts as zero.
 NOTHING = 1e-9
 
 
 def facts(results: Results, over: str | None, level: float | None, *, rainflow: bool) -> dict[str, Any]:
-    """The loads as numbers; `level` is a part of each largest load, above which its duration is told."""
+    """The loads as a dictionary for JSON. `level` is a part of each largest load; the time above it is computed."""
     return {
         "file": str(results.path),
         "place_of": None if (place := place_of(results, over)) is None else place[0],
@@ -37,15 +37,16 @@ def _facts(results: Results, load: Load, level: float | None, *, rainflow: bool)
 
 
 def place_of(results: Results, over: str | None) -> tuple[str, str] | None:
-    """What tells the place in the cycle, and its unit: a coordinate, or the first motion; None without either."""
+    """The coordinate that tells the place in the cycle, and its unit: `over`, or that of the first motion; None without
+    either."""
     cycle = cycle_of(results, over) if over else recorded_in(results).cycle()
     return None if cycle is None else (cycle.name, cycle.unit)
 
 
 def lines(results: Results, over: str | None, level: float | None, *, rainflow: bool) -> Iterator[str]:
-    """A table of the loads, then the works, durations and counts."""
+    """Yield a table of the loads, then works, durations and counts."""
     found = loads_of(results, over)
-    felt = [load for load in found if not _is_nothing(load, found)]
+    felt = [load for load in found if not _is_round_off(load, found)]
     if not felt:
         yield "nothing is loaded" if found else "there are no joints, motions or forces that could be loaded"
         return
@@ -74,8 +75,9 @@ def lines(results: Results, over: str | None, level: float | None, *, rainflow: 
             yield columns(("range", "mean", "cycles"), rows)
 
 
-def _is_nothing(load: Load, loads: Sequence[Load]) -> bool:
-    """Whether it is zero but for round-off, beside the others of its unit; a torque, beside forces at 1 m, too."""
+def _is_round_off(load: Load, loads: Sequence[Load]) -> bool:
+    """Whether a load is zero apart from round-off, relative to the others in its unit. A torque is also compared with
+    forces at an arm of 1 m."""
     units = {"N", "N m"} if load.unit == "N m" else {load.unit}
     largest = max(abs(other.largest) for other in loads if other.unit in units)
     return abs(load.largest) <= NOTHING * largest or load.largest == 0.0
@@ -91,7 +93,7 @@ def _row(load: Load, unit: str) -> tuple[str, ...]:
 
 
 def cells(load: Load, name: str, place: str) -> tuple[str, ...]:
-    """A load as a row of a table, under this name and with its place in the cycle."""
+    """The row of a load in a table, with this name and its place in the cycle."""
     return (
         name,
         f"{load.largest:.6g} ± {load.uncertainty:.1g}",

@@ -1,4 +1,4 @@
-"""`mbproj loads`: what actuators have to do so that a mechanism follows a motion."""
+"""`mbproj loads`: the forces with which actuators make a mechanism follow a motion."""
 
 from __future__ import annotations
 
@@ -82,9 +82,9 @@ def command(
 ) -> None:
     """Finds the forces of actuators along a motion: inverse dynamics.
 
-    The motion is that of RESULTS, of a run of SCENE, or given for joint coordinates or markers of SCENE. Forces and
-    torques are positive where they drive what they act along up. Of more actuators than degrees of freedom those forces
-    are taken whose weighted sum of squares is least.
+    The motion is that of RESULTS, of a run of SCENE, or given for joint coordinates or markers of SCENE. A force or
+    torque is positive where it increases its coordinate. With more actuators than degrees of freedom, the weighted sum
+    of squares of the forces is least.
     """
     from mbproj.calls.loads import loads_of
     from mbproj.cli.simulate.actuator_loads import facts, lines, table
@@ -120,7 +120,7 @@ def command(
 
 
 def _weight(text: str) -> tuple[str, float]:
-    """NAME=W. Raises InputError where it is not."""
+    """The name and the weight of a text NAME=W. Raises InputError for another text."""
     from mbproj.scene.fields.given import given_number
     from mbproj.scene.fields.quantities import Number
 
@@ -131,7 +131,7 @@ def _weight(text: str) -> tuple[str, float]:
 
 
 def _smoothing(texts: tuple[str, ...]) -> dict[str, float]:
-    """By unit what smoothing may change; 0 alone is for both."""
+    """The change that smoothing may make, by unit; a single 0 is for both units."""
     from mbproj.scene.blocks.expectations import Measure
     from mbproj.scene.expressions.units import BARE
     from mbproj.scene.fields.given import given_number

@@ -1,4 +1,4 @@
-"""`mbproj rerun`: repeats a run from nothing but its results file."""
+"""`mbproj rerun`: repeats a run, from its results file alone."""
 
 from __future__ import annotations
 

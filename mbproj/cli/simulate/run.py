@@ -85,7 +85,7 @@ def command(
 
 
 def _accurate(scene: Scene, accuracy: float, given: dict[str, str], hidden: bool) -> tuple[Scene, dict[str, Any]]:
-    """The scene with the cheapest settings for an error, and facts about them for --json and the results file."""
+    """The scene with the cheapest settings for an error, and facts on these for --json and the results file."""
     from dataclasses import replace
 
     from mbproj.cli.report.progress import telling
@@ -111,7 +111,7 @@ def _accurate(scene: Scene, accuracy: float, given: dict[str, str], hidden: bool
 
 
 def _limits(certify: bool, limits: tuple[float, ...]) -> tuple[float, ...] | None:
-    """The limits to certify for, increasing; None where that is not asked for."""
+    """The limits of a certificate, increasing; None where none is asked for."""
     from mbproj.errors import InputError, Place, Problem
 
     if limits and not certify:

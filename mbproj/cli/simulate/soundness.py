@@ -1,4 +1,4 @@
-"""Whether a results file or the folder of a sweep is sound, as lines and as numbers (`info --check`)."""
+"""The check of a results file or of a sweep's folder, as lines and for JSON (`info --check`)."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from mbproj.results import Results, Soundness
 
 
 def of_sweep(folder: Path) -> tuple[dict[str, Any], list[str]]:
-    """What is to be said of what a sweep has written, as numbers and as lines."""
+    """The result of checking a sweep's folder, as a dictionary for JSON and as lines."""
     from mbproj.studies.sweep.check import check_sweep
 
     found = check_sweep(folder)
@@ -25,12 +25,12 @@ def of_sweep(folder: Path) -> tuple[dict[str, Any], list[str]]:
 
 
 def facts(results: Results, found: Soundness) -> dict[str, Any]:
-    """The same of a results file as numbers."""
+    """The result of checking a results file, as a dictionary for JSON."""
     return {"file": str(results.path), "sound": not found.faults, **asdict(found)}
 
 
 def lines(results: Results, found: Soundness) -> Iterator[str]:
-    """The same as lines."""
+    """Yield the result of checking a results file, line by line."""
     yield f"{results.path}: {found.datasets} datasets read, {found.bytes / 1e6:.3g} MB of samples"
     yield from (f"  wrong: {fault}" for fault in found.faults)
     if not found.faults:

@@ -1,4 +1,4 @@
-"""What limited the smaller steps of a run: a table for a reader, or numbers."""
+"""The forces or bodies that limited the smaller steps of a run, as a table or for JSON."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ if TYPE_CHECKING:
     from mbproj.integrate.stiff.step_limits import StepLimit
     from mbproj.results import Results
 
-#: So many of the smaller steps are looked at, and so many bodies are named.
+#: The number of smaller steps that are examined, and the most bodies that are named.
 LOOKED_AT, NAMED = 8, 3
 
 
 def found(results: Results) -> list[StepLimit]:
-    """Of the steps that are no larger than most, evenly spread over the run. Raises InputError for fixed steps."""
+    """The limits of steps not larger than the median, chosen evenly over the run. Raises InputError for fixed steps."""
     from mbproj.integrate.stiff.step_limits import step_limit
     from mbproj.linear.states import stored_state
     from mbproj.model import compile_system
@@ -49,7 +49,7 @@ def found(results: Results) -> list[StepLimit]:
 
 
 def _method(results: Results, time: float) -> str:
-    """Which method made the steps at a time."""
+    """The method that made the steps at a time."""
     if results.settings.integrator != AUTOMATIC:
         return results.settings.integrator
     changes = [event.kind.split()[0] for event in results.events if event.name == "integrator" and event.time < time]
@@ -57,7 +57,7 @@ def _method(results: Results, time: float) -> str:
 
 
 def facts(results: Results) -> dict[str, Any]:
-    """One object."""
+    """The limits as a dictionary for JSON."""
     return {
         "file": str(results.path),
         "steps": [{**asdict(each), "shares": dict(each.shares)} for each in found(results)],
@@ -70,7 +70,7 @@ def lines(results: Results) -> Iterator[str]:
 
 
 def remark(limits: Sequence[StepLimit]) -> str:
-    """A sentence for a picture: the force that holds each step, or the body with the largest part in its error."""
+    """A sentence for a picture: the force that limits each step, or the body with the largest part in its error."""
     times: dict[str, list[str]] = {}
     for each in limits:
         what = each.reason.partition(":")[0] or (_owner(each.shares[0][0]) if each.shares else "nothing")

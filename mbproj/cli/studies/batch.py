@@ -1,4 +1,4 @@
-"""`mbproj batch`: runs many scenes in parallel processes and checks what they expect."""
+"""`mbproj batch`: runs many scenes in parallel processes and checks their expectations."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from mbproj.cli.report.json_text import json_text
 if TYPE_CHECKING:
     from mbproj.studies.batch import SceneResult
 
-#: The longest time (s) that a scene may be given: 30 years, which every clock can count.
+#: The largest timeout (s) of a scene: 30 years, which every clock can count.
 LONGEST = 1e9
 OTHER_REPORT = "choose another file with --junit"
 EXAMPLES = (
@@ -74,7 +74,8 @@ def command(
     where = workplace(jobs, scheduler, scheduler_file)
     check_table(table_file, ("scene", "result"), force=force)
     if xml is not None:
-        write_text(xml, junit([]), JUNIT, force=force, hint=OTHER_REPORT)  # before the work: whether it can be written
+        # before the work, to see whether it can be written
+        write_text(xml, junit([]), JUNIT, force=force, hint=OTHER_REPORT)
     results: dict[int, SceneResult] = {}
     rows = table.Rows([str(scene) for scene in scenes], shown=not as_json)
 
@@ -84,7 +85,8 @@ def command(
         tell("scenes", len(results), len(scenes))
 
     interrupted = False
-    with handed_out(scenes, keep) as batch, telling(hidden=not as_json) as tell:  # the table grows as the scenes end
+    # otherwise the table shows the progress
+    with handed_out(scenes, keep) as batch, telling(hidden=not as_json) as tell:
         tell("scenes", 0, len(scenes))
         try:
             run_batch(batch, where, seconds, done)

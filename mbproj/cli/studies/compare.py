@@ -76,8 +76,8 @@ EXAMPLES = (
 def command(scene: str, changes: tuple[str, ...], **options: Any) -> None:
     """Compares projection methods, integrators and steps on SCENE.
 
-    Prints a table: violations, the error of the motion against a reference by another method, the energy drift of
-    integrator and projection, CPU time with its spread, counters. Writes CSV and a page of figures.
+    Prints a table: violations, the error against a reference by another method, the energy drift of integrator and
+    projection, CPU time with its spread, counters. Writes CSV and a page of figures.
     """
     from mbproj.cli.report.progress import telling
     from mbproj.cli.scene_options import parameters
@@ -92,7 +92,7 @@ def command(scene: str, changes: tuple[str, ...], **options: Any) -> None:
         found = compare(
             what,
             projections=options.pop("projections") or PROJECTIONS_COMPARED,
-            energy_rows=_switches(options.pop("energy_rows")),
+            energy_rows=_truth_values(options.pop("energy_rows")),
             repetitions=options.pop("repeat"),
             processes=where,
             tell=tell,
@@ -103,8 +103,8 @@ def command(scene: str, changes: tuple[str, ...], **options: Any) -> None:
     files.hand_over(found, _page(found, what.title), lambda: _table(found, rows), lambda: numbers, found.notes)
 
 
-def _switches(names: Sequence[str] | None) -> tuple[bool, ...] | None:
-    """Raises InputError for a word that is neither false nor true."""
+def _truth_values(names: Sequence[str] | None) -> tuple[bool, ...] | None:
+    """The truth values of words. Raises InputError for a word that is neither false nor true."""
     for name in names or ():
         if name not in ON_AND_OFF:
             hint = "give false, true or false,true"

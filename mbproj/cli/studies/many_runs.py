@@ -1,4 +1,4 @@
-"""What the commands that run many simulations share: cells of tables, files, the report."""
+"""The common part of commands that run many simulations: cells of tables, files, the report."""
 
 from __future__ import annotations
 
@@ -22,20 +22,20 @@ OTHER_FOLDER = "choose another folder with -o"
 
 
 def number(value: float, form: str = ".1e") -> str:
-    """A number of a table; a dash where there is none."""
+    """A number in a table; a dash for NaN."""
     return "-" if value != value else format(value, form)
 
 
 def milliseconds(seconds: float) -> str:
-    """Three digits of a time in ms; a dash where there is none."""
+    """A time in ms with three digits; a dash where it is infinite or NaN."""
     value = 1e3 * seconds
     return "-" if not seconds < float("inf") else f"{value:.3g}" if value < 1000.0 else f"{value:.0f}"
 
 
 class StudyFiles:
-    """What a study writes: the table DIR/<stem>.csv, the figure DIR/<stem>.<ending>, and the table for a paper; and
-    whether it prints JSON. `options` are those of `study_options.outputs`, which it takes out of a command's; `first`
-    are the first columns of the table. Raises InputError before the work begins where a file cannot be written."""
+    """The files of a study: the table DIR/<stem>.csv, the figure DIR/<stem>.<ending>, and the table for a paper.
+    `options` are a command's options, of which those of `study_options.outputs` are removed. `first` are the first
+    columns of the table. Raises InputError before the work begins where a file cannot be written."""
 
     def __init__(self, options: dict[str, Any], stem: str, first: tuple[str, str]) -> None:
         self.stem = make_folder(options.pop("output"), OTHER_FOLDER) / stem
@@ -57,8 +57,8 @@ class StudyFiles:
         notes: Sequence[str] = (),
         beside: Sequence[Path] = (),
     ) -> None:
-        """Writes table and figure, and prints `text` with the names of all files, those `beside` the two as well; or
-        with --json one object: `numbers`, notes, files."""
+        """Write table and figure, and print `text` and the names of all files, `beside` included. With --json, print
+        one object instead: `numbers`, notes, files."""
         from mbproj.figures.save import save
 
         headings, rows = found.table.headings, found.table.rows

@@ -1,4 +1,4 @@
-"""`mbproj paper`: the figures of Zhang, Liu & Liu (2015), with what the paper does not say about them."""
+"""`mbproj paper`: the figures of Zhang, Liu & Liu (2015), with notes on what the paper does not tell about them."""
 
 from __future__ import annotations
 
@@ -51,7 +51,8 @@ def command(output: str, duration: float, ending: str, force: bool) -> None:
     """Draws eight figures of the paper, with the paper's settings.
 
     The figures are Figs. 2-5 and 7-10. The settings are RK4 with a step of 0.01 s, a tolerance of 1e-12, and the full
-    formulation. Takes about a minute. Says for each mechanism from which time on the paper's step has not converged.
+    formulation. It takes about a minute. For each mechanism it tells from which time on the paper's step has not
+    converged.
     """
     from mbproj.calls.paper import FIGURES, figures_of
     from mbproj.figures.save import save
@@ -72,7 +73,7 @@ def command(output: str, duration: float, ending: str, force: bool) -> None:
 
 
 def convergence(example: Example) -> list[str]:
-    """What the figures of the paper do not show: how wrong the motion is at its step, and which runs ended early."""
+    """Notes that the figures need: the error of the motion at the paper's step, and the runs that ended early."""
     from mbproj.studies.paper.examples import LIMIT
 
     time, error = example.histories["GPOPM"].time, example.error

@@ -71,10 +71,10 @@ def command(
 ) -> int:
     """Finds the cheapest integrator and step that keep the error below E.
 
-    Of integrators with error control it finds the tolerance. The error is measured against a reference that two
-    other methods agree on, and once more in a final run. Prints the command line first. An interrupted search
-    resumes where it stopped. Exit code 4: no setting keeps the error to the end; the one printed does up to the time
-    it says.
+    For integrators with error control it finds the tolerance. The error is measured against a reference on which two
+    other methods agree, and once more in a final run. Prints the command line first. An interrupted search resumes
+    where it stopped. Exit code 4: no setting keeps the error to the end; the printed one keeps it up to the time that
+    is printed.
     """
     from mbproj.cli.report.progress import telling
     from mbproj.cli.scene_options import parameters

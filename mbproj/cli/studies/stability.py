@@ -90,10 +90,10 @@ def command(
 ) -> None:
     """Varies one quantity of SCENE and finds where each method fails.
 
-    Finds each limit by bisection, and names the first bad time and joint beyond it. Of a parameter, it also finds where
-    small motions about the equilibrium begin to grow, with sampled controllers too. Writes a figure and all points as
-    CSV. Other options change the setting that is studied, as for `mbproj run`. An interrupted study resumes where it
-    stopped.
+    Finds each limit by bisection, and names the first bad time and joint beyond it. For a parameter, it also finds
+    where small motions about the equilibrium begin to grow, with sampled controllers too. Writes a figure and all
+    points as CSV. Other options change the setting that is studied, as for `mbproj run`. An interrupted study resumes
+    where it stopped.
     """
     from mbproj.cli.report.progress import telling
     from mbproj.cli.studies.many_runs import StudyFiles
@@ -127,7 +127,7 @@ def command(
 
 
 def _numbers(found: StabilityMap) -> dict[str, Any]:
-    """One object."""
+    """The map as a dictionary for JSON."""
     return {
         "vary": found.vary,
         "unit": found.unit,
@@ -162,14 +162,14 @@ def _report(found: StabilityMap) -> str:
 
 
 def _setting(found: StabilityMap) -> str:
-    """What does not vary."""
+    """The setting that all runs share, in words."""
     step = [] if found.vary == "step" else [f"h = {found.setting.step:.4g} s"]
     until = [] if found.vary in ("duration", "baumgarte-gain") else [f"{found.until:g} s"]
     return ", ".join([found.setting.integrator, *step, *until])
 
 
 def _intervals(track: Track) -> list[list[str]]:
-    """A line for each interval of one state: from, to, and the first fault at the end that is nearer to where the
+    """A row for each interval of one state: from, to, and the first fault, at the end that is nearer to where the
     method holds."""
     edges = [track.points[0].value, *(change.value for change in track.changes), track.points[-1].value]
     starts = [track.points[0], *(change.above for change in track.changes)]

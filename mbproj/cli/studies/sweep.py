@@ -1,4 +1,4 @@
-"""`mbproj sweep`: runs a family of mechanisms and tabulates what it measures."""
+"""`mbproj sweep`: runs a family of mechanisms and tabulates the measured values."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from mbproj.studies.sweep.run import Progress
     from mbproj.studies.sweep.spec import Spec
 
-#: Cases that --dry-run prints, and the number that nobody means by mistake.
+#: The cases that --dry-run prints, and the number of cases that needs a confirmation.
 SHOWN, MANY = 8, 1_000_000
 OTHER = "choose another folder with -o"
 OTHER_REPORT = "choose another file with --junit"
@@ -78,9 +78,9 @@ def command(
 ) -> int:
     """Runs a family of mechanisms and tabulates what it measures.
 
-    SPEC is a YAML file: a scene, what varies in it, what is measured. Writes summary.csv and summary.h5 into DIR. What
-    was computed is kept there: the same command goes on where it was interrupted, and a changed SPEC computes what is
-    new in it.
+    SPEC is a YAML file: a scene, what varies in it, what is measured. Writes summary.csv and summary.h5 into DIR.
+    Finished cases are kept there: the same command goes on where it was interrupted, and after a change of SPEC only
+    new cases are computed.
 
     Exit code 0: all cases ran; 3: some failed, and the table says why; 2: wrong input; 130: interrupted, and the table
     has what was computed.
@@ -101,12 +101,12 @@ def command(
     if dry:
         click.echo(report.preview(what, SHOWN))
         return int(ExitCode.DONE)
-    _require_meant(what, yes)
+    _confirm_number(what, yes)
     where = workplace(jobs, scheduler, scheduler_file)
     folder = SweepFolder(output or spec.with_name(f"{spec.stem}-sweep"), what, fresh)
     interrupted = False
     with folder.store:
-        for path, kind in ((folder.table, summary.KIND), (folder.arrays, arrays.KIND)):  # before the work
+        for path, kind in ((folder.table, summary.KIND), (folder.arrays, arrays.KIND)):  # raises before the work begins
             check_replaceable(path, kind, force=force, hint=OTHER)
         check_table(table_file, ("case",), force=force)
         if xml is not None:
@@ -125,7 +125,7 @@ def command(
             except KeyboardInterrupt:
                 interrupted = True
         reached = tell.reached
-        if reached is None:  # it has not begun
+        if reached is None:  # the sweep has not begun
             raise KeyboardInterrupt
         written = [summary.write_table(what, folder, force), arrays.write_arrays(what, folder, force)]
         if table_file is not None:
@@ -142,21 +142,21 @@ def command(
         for path in written:
             click.echo(path)
     if interrupted:
-        click.echo(f"interrupted; go on with: {_going_on(spec, output, timeout, retry_failed)}", err=True)
+        click.echo(f"interrupted; go on with: {_command_to_continue(spec, output, timeout, retry_failed)}", err=True)
         return int(ExitCode.INTERRUPTED)
     return int(ExitCode.FAILED if reached.failed else ExitCode.DONE)
 
 
-def _going_on(spec: Path, output: Path | None, timeout: float | None, retry_failed: bool) -> str:
-    """The command that computes what is left."""
+def _command_to_continue(spec: Path, output: Path | None, timeout: float | None, retry_failed: bool) -> str:
+    """The command line that computes the cases that are left."""
     words = ["mbproj", "sweep", str(spec)]
     words += [] if output is None else ["-o", str(output)]
     words += [] if timeout is None else ["--timeout", f"{timeout:g}"]
     return shlex.join(words + ["--retry-failed"] * retry_failed)
 
 
-def _require_meant(spec: Spec, yes: bool) -> None:
-    """Raises InputError where there are more cases than anybody means by mistake."""
+def _confirm_number(spec: Spec, yes: bool) -> None:
+    """Raises InputError where there are so many cases that it may be a mistake, unless `yes`."""
     from mbproj.errors import InputError, Problem
 
     count = spec.design.count

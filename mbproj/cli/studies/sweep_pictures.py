@@ -19,7 +19,7 @@ OTHER_DIRECTORY = "choose another directory with -o"
 
 
 def is_sweep(path: Path) -> bool:
-    """Whether the path is a folder, which only sweeps have, or the summary of a sweep."""
+    """Whether the path is a folder with a sweep, or the summary of a sweep."""
     from mbproj.outputs import hdf5
     from mbproj.results.sweep.layout import FORMAT
 
@@ -37,8 +37,8 @@ def draw_sweep(
     unfit: Sequence[str],
     force: bool,
 ) -> None:
-    """Draws one sweep, all pictures that suit its design or those of these kinds, and prints their paths. `unfit`:
-    options that were given and are for results of runs."""
+    """Draw pictures of one sweep, all that suit its design or those of these `kinds`, and print their paths. `unfit`
+    are given options that apply only to results of runs."""
     from mbproj.figures.save import save
     from mbproj.figures.sweeps import draw
     from mbproj.figures.sweeps.chosen import choose
@@ -57,7 +57,7 @@ def draw_sweep(
     drawn = _applicable(chosen, kinds)
     make_folder(directory, OTHER_DIRECTORY)
     targets = {kind: directory / f"{table.name}-{kind}.{file_format}" for kind in drawn}
-    for target in targets.values():  # all or none
+    for target in targets.values():  # check all files before the first is written
         check_replaceable(target, picture(file_format), force=force, hint=OTHER_DIRECTORY)
     for kind, target in targets.items():
         click.echo(save(draw(kind, chosen), target, force=force))

@@ -46,8 +46,8 @@ def command(
 ) -> None:
     """Varies the projection threshold on SCENE and recommends one.
 
-    Measures error, violation, projections saved and CPU time. Recommends the largest threshold that leaves the
-    error of projecting after every step within 10 %. Other options change the setting that is studied, as for
+    Measures error, violation, projections saved and CPU time. Recommends the largest threshold that raises the error by
+    at most 10 %, compared with a projection after every step. Other options change the setting that is studied, as for
     `mbproj run`. An interrupted study resumes where it stopped.
     """
     from mbproj.cli.report.progress import telling
@@ -102,12 +102,12 @@ def _verdict(found: ThresholdStudy) -> str:
     cost = f"{100 * part:.0f} % of the CPU time" if clear else "no CPU time that could be told from the spread"
     return (
         f"* recommended: --threshold {shortest(trial.setting.threshold)} saves {100 * found.saved(index):.0f} % of the "
-        f"projections and {cost}, with joints open by up to {trial.position_violation:.1e}{_unevenly(found)}"
+        f"projections and {cost}, with joints open by up to {trial.position_violation:.1e}{_uneven_errors(found)}"
     )
 
 
-def _unevenly(found: ThresholdStudy) -> str:
-    """Words on smaller thresholds whose error is larger; "" without any."""
+def _uneven_errors(found: ThresholdStudy) -> str:
+    """A note on smaller thresholds with a larger error; "" where there are none."""
     if not found.exceeded:
         return ""
     from mbproj.studies.measure.setting import shortest

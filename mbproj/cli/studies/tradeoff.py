@@ -1,4 +1,4 @@
-"""`mbproj tradeoff`: what accuracy costs on a mechanism, measured."""
+"""`mbproj tradeoff`: accuracy against cost, measured on a mechanism."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def command(scene: str, changes: tuple[str, ...], fresh: bool, **options: Any) -
 
 
 def _numbers(found: Tradeoff) -> dict[str, Any]:
-    """One object: the trials are the rows of the table; the front, the compared and the scene's own by number."""
+    """The trade-off as a dictionary for JSON. The trials are the rows of the table; others refer to them by number."""
     return {
         "points": found.points,
         "until": float(found.reference.times[-1]),
@@ -108,7 +108,7 @@ def _numbers(found: Tradeoff) -> dict[str, Any]:
 
 
 def _report(found: Tradeoff) -> Iterator[str]:
-    """The tables."""
+    """Yield the tables."""
     import numpy as np
 
     from mbproj.cli.report.table import columns
@@ -124,7 +124,7 @@ def _report(found: Tradeoff) -> Iterator[str]:
     shown: list[list[str]] = []
     seen = compared = [_cells(found, index) for index in found.compared]
     for title, most in kinds.items():
-        best = {found.cheapest(limit, most): limit for limit in limits}  # of equal settings the smallest error
+        best = {found.cheapest(limit, most): limit for limit in limits}  # of equal settings keep the smallest error
         rows = [[f"<= {limit:.0e}", *_cells(found, index)] for index, limit in best.items() if index is not None]
         if rows and rows != shown:
             shown = rows
@@ -144,9 +144,9 @@ def _report(found: Tradeoff) -> Iterator[str]:
         yield from _own(found, found.own)
 
 
-#: Errors above this part of the mechanism's size get no line.
+#: Errors above this part of the mechanism's size have no line.
 WORTHLESS = 0.1
-#: Behind a setting of which its own run warns.
+#: The mark behind a setting whose own run warns of a wrong motion.
 WARNED = " (!)"
 HEADINGS = ["is", "|C|", "CPU, ms", "spread", "evaluations", "projections", "setting"]
 
@@ -168,7 +168,7 @@ def _cells(found: Tradeoff, index: int) -> list[str]:
 
 
 def _own(found: Tradeoff, own: int) -> Iterator[str]:
-    """How far the scene's own setting is from the front."""
+    """Yield how far the scene's own setting is from the front."""
     from mbproj.cli.studies.many_runs import milliseconds
 
     trial = found.trials[own]

@@ -1,4 +1,4 @@
-"""`mbproj verify`: what the paper's mathematics says, held against round-off on the user's own mechanism."""
+"""`mbproj verify`: the paper's mathematics, checked to round-off on the user's own mechanism."""
 
 from __future__ import annotations
 

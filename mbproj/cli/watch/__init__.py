@@ -1,1 +1,1 @@
-"""What `mbproj watch` does: a scene is run at each save of it, and a server shows its page to one browser."""
+"""The parts of `mbproj watch`: a scene is run at each save, and a server shows its page to one browser."""

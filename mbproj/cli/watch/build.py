@@ -1,4 +1,4 @@
-"""A scene as it stands on the disk: checked, run, and made a page."""
+"""Building the page of a scene as it is on the disk: check, run, and make the page."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from mbproj.scene.problem_places import placed_in
 
 
 class Superseded(Exception):
-    """The scene was saved again while it ran."""
+    """The exception where the scene was saved again while it ran."""
 
 
 class Built(NamedTuple):
-    """What a save gave: a line on it, the page if there is one, what is wrong, notes on what may be a mistake. `files`
-    are those that it comes from, where these could be read."""
+    """The result of a save: a line on it, the page if there is one, the problem, and notes on possible mistakes.
+    `files` are the files that the scene was read from, as far as they could be read."""
 
     line: str
     page: PageData | None
@@ -42,8 +42,8 @@ def build(
     folder: Path,
     interrupted: Callable[[], bool],
 ) -> Built:
-    """Reads, checks and runs the scene; results go into `folder`. A run that fails has a page of what it computed.
-    Raises Superseded as soon as `interrupted` says so."""
+    """Read, check and run the scene; results go into `folder`. A run that fails gets a page of its samples so far.
+    Raises Superseded as soon as `interrupted` returns True."""
     began, files = perf_counter(), tuple[Path, ...]()
     try:
         what = read_scene(str(path), parameters, options)
@@ -51,7 +51,7 @@ def build(
         page, said, notes, problem = _ran(what, path, folder / f"{path.stem}.h5", interrupted)
     except Superseded:
         raise
-    except Exception as error:  # the next save may mend it, whatever it is
+    except Exception as error:  # the next save may remove the cause, whatever it is
         message, _ = ending(error)
         return Built(f"{_time()} {path.name}: not run", None, message, files=files)
     return Built(f"{_time()} {path.name}: {said}, {perf_counter() - began:.2f} s", page, problem, notes, files)
@@ -70,7 +70,7 @@ def _time() -> str:
 def _ran(
     what: Scene, path: Path, results: Path, interrupted: Callable[[], bool]
 ) -> tuple[PageData, str, tuple[str, ...], str]:
-    """The page of a run, what is said of it, notes, and why it ended before its end."""
+    """Run the scene; return its page, a line on the run, notes, and the reason why it ended early."""
     settings = settings_to_run(what)
     system, state = assembled(what)
     found = checked(what, system, state)
@@ -82,7 +82,7 @@ def _ran(
             raise Superseded
 
     problem, violation = "", ""
-    for left in (results, results.with_name(f"{results.name}.part")):  # a writer looks at what it is to replace
+    for left in (results, results.with_name(f"{results.name}.part")):  # the writer would check a file that it replaces
         left.unlink(missing_ok=True)
     with placed_in(what):
         unique = unique_components(system, state)

@@ -1,4 +1,4 @@
-"""The loop of `mbproj watch`: a save, what it gives, what the browser and the terminal are told of it."""
+"""The loop of `mbproj watch`: build at each save, then show the result in the browser and the terminal."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from mbproj.pages.page.write import html, waiting
 
 
 def follow(path: Path, parameters: Mapping[str, str], options: Mapping[str, str], board: Board, *, quiet: bool) -> None:
-    """Shows the scene at each save, for ever. Raises InputError where pages cannot be made here."""
+    """Show the scene at each save, without end. Raises InputError where pages cannot be made here."""
     three_js()
     board.show(Shown(0, "", waiting(path.name).encode()))
     saves, numbers = Saves([path]), count(1)
@@ -35,7 +35,7 @@ def follow(path: Path, parameters: Mapping[str, str], options: Mapping[str, str]
 
 
 def _next(shown: Shown, found: Built, numbers: count[int]) -> Shown:
-    """The new page, or the last one with what is wrong now."""
+    """The new page, or the last page with the current problem."""
     if found.page is None:
         return shown._replace(problem=found.problem)
     number = next(numbers)

@@ -1,4 +1,4 @@
-"""When a file was saved: by its time, size and place on the disk, looked at ten times a second."""
+"""The detection of saves: by a file's time, size and place on the disk, checked ten times a second."""
 
 from __future__ import annotations
 
@@ -6,23 +6,23 @@ from collections.abc import Iterable
 from pathlib import Path
 from time import sleep
 
-#: Seconds between two looks. A save that two looks see alike is over: some editors write in pieces.
+#: The time between two checks, s. A save is over when two checks agree: some editors write in pieces.
 LOOK = 0.05
 
 
 class Saves:
-    """The state of some files; `moved` tells whether it has changed since it was `taken` last."""
+    """The state of some files. `moved` tells whether it has changed since it was last taken."""
 
     def __init__(self, files: Iterable[Path]) -> None:
         self.files = tuple(files)
         self._taken = self._now()
 
     def take(self) -> None:
-        """What stands there now is known from here on."""
+        """Take the current state of the files as known."""
         self._taken = self._now()
 
     def follow(self, files: Iterable[Path]) -> None:
-        """Looks at these files from now on. What was known of those that it has looked at stays known."""
+        """Watch these files from now on. The known state of files already watched stays."""
         known = dict(zip(self.files, self._taken, strict=True))
         self.files = tuple(files)
         self._taken = tuple(known.get(path) or _state(path) for path in self.files)
@@ -33,7 +33,7 @@ class Saves:
         return self._now() != self._taken
 
     def wait(self) -> None:
-        """Returns when a file was saved, and takes what stands there then."""
+        """Wait until a file is saved, and take its new state."""
         before = self._taken
         while True:
             sleep(LOOK)
@@ -48,7 +48,7 @@ class Saves:
 
 
 def _state(path: Path) -> tuple[int, ...]:
-    """Nothing of a file that is not there: an editor may be about to replace it."""
+    """The state of a file; empty where it is missing, as an editor may be about to replace it."""
     try:
         found = path.stat()
     except OSError:

@@ -1,6 +1,6 @@
-"""A server of one page, for one user of this machine: on the loopback interface, under a token, and nothing else.
+"""A server of one page for one user of this machine: on the loopback interface, behind a token, and nothing else.
 
-A page tells its number to the browser; when another is shown, the browser hears of it by an event and loads it.
+A page tells the browser its number. When another page is shown, the browser is told by an event and loads it.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ from threading import Condition, Thread
 from typing import Any, NamedTuple
 
 LOOPBACK = "127.0.0.1"
-#: Where nothing happens, a browser hears so every so many seconds; one that has gone is noticed by that.
+#: The time between two messages to a browser where nothing happens, s. They show when a browser has gone.
 HEARTBEAT = 5.0
-#: A request has to be read within so many seconds.
+#: The time limit for reading a request, s.
 PATIENCE = 10.0
 
 
 class Shown(NamedTuple):
-    """What the browser is to show: the page of this number, and what is wrong with the scene since then."""
+    """The page for the browser, its number, and the problem that the scene has had since."""
 
     number: int
     problem: str
@@ -29,26 +29,27 @@ class Shown(NamedTuple):
 
 
 class Board:
-    """What is shown now. Threads that serve it wait here for what comes next."""
+    """The page that is shown now. Threads that serve it wait here for the next one."""
 
     def __init__(self) -> None:
         self._changed, self._versions = Condition(), 0
         self.shown, self.closed = Shown(0, "", b""), False
 
     def show(self, shown: Shown) -> None:
-        """Shows something else from now on."""
+        """Show another page from now on."""
         with self._changed:
             self.shown, self._versions = shown, self._versions + 1
             self._changed.notify_all()
 
     def close(self) -> None:
-        """Nothing comes any more."""
+        """End the waits of all threads."""
         with self._changed:
             self.closed = True
             self._changed.notify_all()
 
     def after(self, version: int) -> tuple[int, Shown] | None:
-        """What is shown as soon as it is another version than that, with its own; None where that takes too long."""
+        """Wait until the shown page has another version than `version`; return its version and the page. None where
+        that takes too long."""
         with self._changed:
             if not self._changed.wait_for(lambda: self.closed or self._versions != version, HEARTBEAT):
                 return None
@@ -56,7 +57,7 @@ class Board:
 
 
 class Server:
-    """Serves a board until it is closed; `address` has the token."""
+    """A server that serves a board until it is closed; `address` includes the token."""
 
     def __init__(self, board: Board, port: int = 0) -> None:
         """Raises OSError where the port is taken."""
@@ -67,11 +68,11 @@ class Server:
 
     @property
     def address(self) -> str:
-        """Of the page."""
+        """The address of the page."""
         return f"http://{LOOPBACK}:{self._http.server_port}/{self._token}/"
 
     def close(self) -> None:
-        """Ends all threads."""
+        """End all threads."""
         self.board.close()
         self._http.shutdown()
         self._http.server_close()
@@ -83,18 +84,18 @@ class _Http(ThreadingHTTPServer):
     token: str
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """A browser that goes away in the middle of an answer is no fault."""
+        """Ignore a browser that leaves in the middle of an answer."""
 
 
 class _Handler(BaseHTTPRequestHandler):
     server: _Http
     server_version, sys_version, timeout = "mbproj", "", PATIENCE
-    #: The text of an answer that is none.
+    #: The text of an error message.
     error_message_format, error_content_type = "%(code)d %(message)s\n", "text/plain; charset=utf-8"
 
     def do_GET(self) -> None:
         port = self.server.server_port
-        # A name that another site has made to mean this machine is no name of ours.
+        # Refuse other host names: another site may have made its name point to this machine.
         known = self.headers.get("Host") in (f"{LOOPBACK}:{port}", f"localhost:{port}")
         parts = self.path.split("/")
         may = len(parts) > 1 and compare_digest(parts[1].encode(), self.server.token.encode())
@@ -122,7 +123,7 @@ class _Handler(BaseHTTPRequestHandler):
         self.wfile.write(self.server.board.shown.page)
 
     def _events(self) -> None:
-        """The number of the page that is shown and what is wrong, now and whenever they change."""
+        """Send the number of the page and its problem, now and at each change."""
         self._start("text/event-stream")
         version, board = -1, self.server.board
         while not board.closed:
@@ -135,4 +136,4 @@ class _Handler(BaseHTTPRequestHandler):
             self.wfile.write(f"data: {said}\n\n".encode())
 
     def log_message(self, format: str, *given: Any) -> None:
-        """A line at each save says what a user wants to know; requests do not."""
+        """Print nothing: a line at each save is enough for a user."""

@@ -1,4 +1,5 @@
-"""The table of what a scene and a model do not share: element, what happens with it, whether the motion is the same."""
+"""The table of differences between a scene and a model: each element, what becomes of it, and whether the motion is the
+same."""
 
 from __future__ import annotations
 
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def table_lines(said: Sequence[Said], all_said: str) -> list[str]:
-    """Rows of the table, those alike in one; the line `all_said` where there are none."""
+    """The rows of the table, equal ones combined. Where there are none, the line `all_said`."""
     if not said:
         return [all_said]
     alike: dict[tuple[str, str, Same], list[Said]] = {}

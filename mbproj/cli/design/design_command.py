@@ -1,4 +1,4 @@
-"""What `fit` and `optimise` share: their options, their report, their files."""
+"""The common part of `fit` and `optimise`: their options, their report, their files."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ if TYPE_CHECKING:
     from mbproj.studies.parallel.progress import Tell
 
 Command = TypeVar("Command", bound=Callable[..., Any])
-#: Searches whose numbers differ from the best ones by this part of their ranges at most found the same design.
+#: Searches found the same design where their numbers differ from the best by at most this part of their ranges.
 SAME = 1e-4
 OTHER = "choose another folder with -o"
 
 
 def options(command: Command) -> Command:
-    """The argument and the options of both commands."""
+    """Decorate a command with the argument and the options of both commands."""
     for decorate in (
         option(Part.OUTPUT, "-q", "--quiet", is_flag=True, help="Print nothing but errors."),
         option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of the report."),
@@ -61,7 +61,7 @@ def options(command: Command) -> Command:
 
 @dataclass(frozen=True)
 class Asked:
-    """What the options of both commands say, with where the work is done."""
+    """The values of the options of both commands, and the place where the work is done."""
 
     spec: Path
     engine: str | None
@@ -74,23 +74,23 @@ class Asked:
 
     @classmethod
     def of(cls, given: dict[str, Any]) -> Asked:
-        """By the options that `options` declares."""
+        """Build from the options that `options` declares."""
         where = study_options.where_of(given)
         return cls(where=where, **given)
 
     def folder(self, kind: str) -> Path:
-        """The one that is asked for, or one named after the file."""
+        """The folder asked for, or one named after the file."""
         return self.output or self.spec.with_name(f"{self.spec.stem}-{kind}")
 
     def telling(self) -> AbstractContextManager[Tell]:
-        """Shows how far the search is, unless that is not wanted."""
+        """Show the progress of the search, unless it is hidden."""
         from mbproj.cli.report.progress import telling
 
         return telling(hidden=self.as_json or self.quiet)
 
 
 def search(asked: Asked, *, fits: bool) -> int:
-    """The command: reads, searches, writes, reports."""
+    """Run the command: read, search, write, report."""
     from mbproj.calls.sweep import spec_of
     from mbproj.figures.pages.designs import whole_page
     from mbproj.figures.save import save
@@ -122,7 +122,7 @@ def search(asked: Asked, *, fits: bool) -> int:
 
 
 def numbers(found: Design) -> dict[str, Any]:
-    """The design as JSON has it; what is no number is null."""
+    """The design as a dictionary for JSON; NaN and infinity are null."""
     from mbproj.studies.design.drawn import signs
 
     known, by = found.knowledge, signs(found)
@@ -154,12 +154,12 @@ def numbers(found: Design) -> dict[str, Any]:
 
 
 def rms(found: Design) -> float:
-    """The root mean square of all residuals, in parts of their deviations."""
+    """The root mean square of all residuals, in units of their standard deviations."""
     return float(np.sqrt(np.mean(found.trial.residuals**2)))
 
 
 def report(found: Design) -> Iterator[str]:
-    """The design in words and a table."""
+    """Yield the design in words and a table."""
     from mbproj.cli.report.table import columns
 
     spec, known = found.spec, found.knowledge
@@ -192,14 +192,14 @@ def report(found: Design) -> Iterator[str]:
 
 
 def slopes_by(found: Design) -> dict[str, str] | None:
-    """How the search found slopes, and why not by dual numbers; None where it took none."""
+    """The way in which the search found slopes, and the reason why not by dual numbers; None where it used none."""
     if found.differences is None:
         return None
     return {"by": "differences of runs" if found.differences else "dual numbers", "because": found.differences}
 
 
 def _about_searches(found: Design) -> str:
-    """How many there were, and how many came to the best design; or how long the front is."""
+    """The number of searches, and of those that reached the best design; or the length of the front."""
     best, near = found.searches[0], SAME * (found.spec.high - found.spec.low)
     if best.goals.size:
         many = f"{len(found.searches)} designs on the front" if len(found.searches) > 1 else "one design on the front"
