@@ -1,7 +1,7 @@
 """Models in other formats, MJCF, URDF and SDF, as scenes.
 
-A reader makes a `Mechanism` of a file. What that cannot say stands in its table `said`. `scene_text` writes the scene.
-"""
+A reader makes a `Mechanism` of a file. Its table `said` lists what a scene cannot express. `scene_text` writes the
+scene."""
 
 from __future__ import annotations
 

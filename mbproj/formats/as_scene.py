@@ -1,4 +1,4 @@
-"""A mechanism as the text of a scene that a person reads: names, origin, units, numbers that repeat as parameters."""
+"""Writes a mechanism as a readable scene: with names, origins and units, and with parameters for repeated numbers."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from mbproj.formats.mechanism import Bare, Connection, ImportedBody, Mechanism, 
 from mbproj.formats.placed import quaternion
 from mbproj.formats.yaml_text import WIDTH, flow, lines
 
-#: Points and axes of two bodies that differ by less, in m, rad, are one.
+#: Points (in m, relative to their size) and axes of two bodies that differ by less are the same.
 AGREE = 2e-13
-#: A number that stands so often is a parameter.
+#: A number that occurs so often becomes a parameter.
 OFTEN = 4
 #: The keys whose numbers may become parameters.
 SHARED = ("mass", "stiffness", "damping", "coefficient", "reflected_inertia", "torque", "force")
 
 
 def scene_text(mechanism: Mechanism, version: str) -> str:
-    """The scene; lines have at most 100 characters where names are not longer."""
+    """The text of the scene; its lines have at most 100 characters, unless names are longer."""
     names = _parameters(mechanism)
     text = list(_head(mechanism, version))
     if names:
@@ -77,7 +77,7 @@ def _head(mechanism: Mechanism, version: str) -> Iterator[str]:
 
 
 def _origin(place: Place | None, file: str) -> str:
-    """Where an element of the model stands."""
+    """The text for the place of an element in the model's file."""
     if place is None or place.line is None:
         return ""
     return f"line {place.line}" if place.file == file else f"{place.file}:{place.line}"
@@ -99,7 +99,7 @@ def _body(part: ImportedBody) -> dict[str, Any]:
 
 
 def _inertia(inertia: Array) -> Array:
-    """Three principal moments where there is nothing else, and else all six elements."""
+    """The three moments where all products of inertia vanish, else all six elements, as a scene gives them."""
     scale = np.abs(inertia).max()
     mixed = np.array([inertia[0, 1], inertia[0, 2], inertia[1, 2]])
     if (np.abs(mixed) <= 1e-15 * scale).all():
@@ -108,7 +108,8 @@ def _inertia(inertia: Array) -> Array:
 
 
 def _joint(mechanism: Mechanism, joint: Connection) -> dict[str, Any]:
-    """As the scene has it: with one global point and axis where both bodies agree, and else in each body's axes."""
+    """The entry of a joint in the scene: with one global point and axis where both bodies agree, else in each body's
+    axes."""
     entry: dict[str, Any] = {"type": joint.type}
     if joint.points is None:
         return entry | dict(joint.keys)
@@ -132,7 +133,7 @@ def _joint(mechanism: Mechanism, joint: Connection) -> dict[str, Any]:
         if axes is not None:
             entry[key] = [*axes] if key == "axes" else axes[0]
     else:
-        entry |= _apart(joint, key)
+        entry |= _by_body(joint, key)
     return entry | dict(joint.keys)
 
 
@@ -140,8 +141,8 @@ def _agree(pair: Array, scale: float) -> bool:
     return bool(np.abs(pair[0] - pair[1]).max() <= AGREE * scale)
 
 
-def _apart(joint: Connection, key: str) -> dict[str, Any]:
-    """Points and axes by body, each in its own."""
+def _by_body(joint: Connection, key: str) -> dict[str, Any]:
+    """The keys with the points and axes of a joint by body, each in that body's axes."""
     assert joint.points is not None
     entry: dict[str, Any] = {"location": dict(zip(joint.bodies, joint.points, strict=True))}
     if joint.axes is not None:
@@ -154,7 +155,7 @@ def _apart(joint: Connection, key: str) -> dict[str, Any]:
 
 
 def _parameters(mechanism: Mechanism) -> dict[Quantity, str]:
-    """Numbers that stand often, each with the name of its parameter."""
+    """The numbers that occur often, each with the name of its parameter."""
     count: Counter[tuple[str, Quantity]] = Counter()
     for entry in [*(_body(part) for part in mechanism.parts.values()), *mechanism.forces.values()]:
         count.update(_quantities(entry))
@@ -178,7 +179,7 @@ def _quantities(entry: Mapping[str, Any]) -> Iterator[tuple[str, Quantity]]:
 
 
 def _shared(entry: Mapping[str, Any], names: Mapping[Quantity, str]) -> dict[str, Any]:
-    """The entry with parameters in place of their numbers."""
+    """The entry with names of parameters in place of their numbers."""
     found: dict[str, Any] = {}
     for key, value in entry.items():
         if isinstance(value, Quantity) and key in SHARED and value in names:

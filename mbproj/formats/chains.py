@@ -1,4 +1,4 @@
-"""Several joints between two bodies, in a row: one joint of the scene where they are one, else massless bodies between.
+"""Several joints in a row between two bodies: one joint of the scene where there is one, else massless bodies between.
 
 Robots' formats stack single turns and slides: two crossed turns are a universal joint; a slide along a turn's axis is a
 cylindrical one; two slides and a turn across them are a planar one.
@@ -17,10 +17,10 @@ from mbproj.dataclass import dataclass
 from mbproj.errors import Place
 from mbproj.formats.mechanism import Connection, ImportedBody, ImportedNames, Mechanism, Quantity, Same
 
-#: Axes that are parallel or normal to each other up to this, rad, and lines that meet up to this part of a metre.
+#: How exactly axes must be parallel or normal to each other, in rad, and lines must meet, in m.
 EXACT = 1e-9
 
-#: A limit of so many turns or metres, and more, is none.
+#: A limit counts as none beyond so many radians or metres.
 NO_LIMIT = 1e5
 #: The lower and the upper limit, where there is one.
 Span = tuple[float | None, float | None]
@@ -30,8 +30,8 @@ Span = tuple[float | None, float | None]
 class Single:
     """A turn or a slide: its point and unit axis in global axes, and what acts on its coordinate, all in SI units.
 
-    `range` counts from the pose, as `rest` does, where the spring is without force. `armature` is the reflected inertia
-    and `dry` a constant friction. `rate` is that of the coordinate where the model starts."""
+    `range` and `rest`, where the spring has no force, count from the pose. `armature` is the reflected inertia and
+    `dry` a constant friction. `rate` is the rate of the coordinate at the model's start."""
 
     name: str
     turns: bool
@@ -55,31 +55,32 @@ class Single:
 
 @dataclass(frozen=True, eq=False)
 class Twist:
-    """How a body moves: its angular velocity, and the velocity of its point at the origin, both global."""
+    """The velocity of a body: its angular velocity, and the velocity of its point at the origin, both global."""
 
     turning: Array
     velocity: Array
 
     @classmethod
     def of(cls, part: ImportedBody) -> Twist:
-        """That of a body."""
+        """The twist of a body."""
         turning = part.rotation @ part.angular_velocity
         return cls(turning, part.velocity - np.cross(turning, part.position))
 
     def then(self, single: Single, sign: float = 1.0) -> Twist:
-        """That of what a turn or a slide carries; with the sign -1 that of what carries it."""
+        """The twist of the body that a turn or a slide on this one carries; with the sign -1, of the body that carries
+        this one by it."""
         moved = sign * single.rate * single.axis
         if not single.turns:
             return Twist(self.turning, self.velocity + moved)
         return Twist(self.turning + moved, self.velocity - np.cross(moved, single.point))
 
     def on(self, part: ImportedBody) -> ImportedBody:
-        """The body, moving so."""
+        """The body with this twist as its velocity."""
         velocity = self.velocity + np.cross(self.turning, part.position)
         return replace(part, velocity=velocity, angular_velocity=part.rotation.T @ self.turning)
 
 
-#: The joint and the coordinate in it that a single joint became, by its name.
+#: The joint and the coordinate of the scene that a single joint of the model became, by its name there.
 Coordinates = dict[str, tuple[str, str]]
 
 
@@ -90,7 +91,7 @@ def connect(
     own: Callable[[str], str],
     places: Coordinates,
 ) -> None:
-    """Adds the joints between two bodies, and notes in `places` where each coordinate is."""
+    """Add the joints between two bodies. `places` gets the joint and coordinate of the scene for each of `singles`."""
     for recognised in (_universal, _cylindrical, _planar):
         found = recognised(singles)
         if found is None:
@@ -120,7 +121,8 @@ def connect(
 
 
 def before_coordinates(names: Sequence[str], coordinates: Sequence[str]) -> str:
-    """What stands before `_angle_1` and `_angle_2`, as an export calls turns of one joint; "" of other names."""
+    """The common part before `_angle_1` and `_angle_2` in the names that an export gives to the turns of one joint; ""
+    for other names."""
     before = {name.removesuffix(f"_{own}") for name, own in zip(names, coordinates, strict=True)}
     return before.pop() if len(before) == 1 and len(set(names)) == len(names) else ""
 
@@ -139,7 +141,7 @@ def _universal(singles: Sequence[Single]) -> _Recognised | None:
 
 
 def crossing(first: Single, second: Single) -> Array | None:
-    """Where two axes meet at a right angle; None where they do not."""
+    """The point (3,) at which two axes meet at a right angle; None where they do not."""
     if abs(first.axis @ second.axis) > EXACT:
         return None
     between = second.point - first.point
@@ -159,7 +161,8 @@ def _cylindrical(singles: Sequence[Single]) -> _Recognised | None:
 
 
 def _planar(singles: Sequence[Single]) -> _Recognised | None:
-    """Its displacements are along axes of the scene's choice, so nothing may act on the slides, which come first."""
+    """The planar joint of two slides and a turn, in this order. Nothing may act on the slides, since the scene chooses
+    the axes of its displacements."""
     if [single.turns for single in singles] != [False, False, True]:
         return None
     x, y, turn = singles
@@ -179,7 +182,7 @@ def add_one(
     coordinates: Sequence[tuple[Single, str]],
     keys: Mapping[str, Any] | None = None,
 ) -> None:
-    """A joint with what acts on its coordinates: limits and reflected inertias are its own, the rest are forces."""
+    """Add a joint, and forces for what acts on its coordinates; limits and reflected inertias are keys of the joint."""
     alone = len(coordinates) == 1 and kind != "screw"
     inertias = {
         coordinate: Quantity(single.armature, "kg*m^2" if single.turns else "kg")
@@ -202,7 +205,8 @@ def add_one(
 
 
 def span(mechanism: Mechanism, joint: str, place: Place | None, low: float, high: float) -> Span | None:
-    """The range of a coordinate from the pose on; None, and said, where the pose is beyond it."""
+    """The range of a coordinate, counted from the pose; None where there is no limit. None also where the pose is
+    beyond the range, which gets a row of the table."""
     if low <= 0.0 <= high and low < high:
         sides = (None if low < -NO_LIMIT else low, None if high > NO_LIMIT else high)
         return None if sides == (None, None) else sides
@@ -215,7 +219,7 @@ def _limit(value: float | None, turns: bool) -> Quantity | None:
 
 
 def _forces(mechanism: Mechanism, joint: str, single: Single, which: dict[str, str]) -> None:
-    """The spring, the damper and the dry friction of a coordinate."""
+    """Add the spring, the damper and the dry friction of a coordinate."""
     unit = "N*m/rad" if single.turns else "N/m"
     if single.stiffness or single.damping:
         kind = "torsion_spring_damper" if single.turns else "linear_spring_damper"
@@ -237,15 +241,15 @@ def _forces(mechanism: Mechanism, joint: str, single: Single, which: dict[str, s
 
 
 def free_name(mechanism: Mechanism, wanted: str) -> str:
-    """A name for a force that no other has."""
+    """A name for a force that no other force has, as near to the wanted one as can be."""
     return ImportedNames(frozenset(mechanism.forces)).own(wanted)
 
 
 def follow(
     mechanism: Mechanism, names: ImportedNames, ends: tuple[str, str], ratio: float, constant: float, place: Place
 ) -> None:
-    """Couples the coordinate of a joint with that of another: s = ratio s' + constant, both counted from the pose.
-    `ends` are what they became, `joint.coordinate`."""
+    """Add a coupler of two joint coordinates: s = ratio s' + constant, both counted from the pose. `ends` are the names
+    of s and s' in the scene, "joint.coordinate"."""
     own, other = ends
     keys: dict[str, Any] = {"of": {own: 1.0} | ({other: -ratio} if ratio else {})}
     if constant:

@@ -1,4 +1,4 @@
-"""What keeps an imported scene from running: couplers that it cannot hold, loops of rounded numbers, or open ones."""
+"""Faults that keep an imported scene from running: couplers that it refuses, loops of rounded numbers, open loops."""
 
 from __future__ import annotations
 
@@ -10,12 +10,13 @@ from mbproj.errors import InputError, Problem
 from mbproj.formats.as_scene import scene_text
 from mbproj.formats.mechanism import Connection, Mechanism, Quantity, Same
 
-#: Numbers of a model are rounded to so many m at most: 0.1 mm.
+#: Gaps of loops up to this, in m or rad, come from rounded numbers of the model: 0.1 mm.
 ROUNDED = 1e-4
 
 
 def without_refused(mechanism: Mechanism, version: str) -> tuple[str, list[Problem]]:
-    """The scene without couplers that compiling it refuses, and what it refuses besides."""
+    """The text of the scene without the couplers that its compilation refuses, and the other problems of compiling
+    it."""
     from mbproj.dynamics.assembly.adjust import needed, rounded_up
     from mbproj.model import compile_system, initial_guess
     from mbproj.scene import read_scene_text
@@ -52,7 +53,7 @@ def without_refused(mechanism: Mechanism, version: str) -> tuple[str, list[Probl
 
 
 def _drop_follower(mechanism: Mechanism, coupler: str) -> None:
-    """Takes out the massless body that nothing moves without its coupler, and what acts on it."""
+    """Remove the massless body that only this coupler moves, its joint, and the forces on that."""
     body, joint = mechanism.followers.pop(coupler, ("", ""))
     if body:
         del mechanism.parts[body], mechanism.joints[joint]
@@ -60,8 +61,8 @@ def _drop_follower(mechanism: Mechanism, coupler: str) -> None:
 
 
 def _join_limits(mechanism: Mechanism) -> None:
-    """Of two coordinates that a coupler holds together, one has the limits of both: two rigid stops that are met at one
-    time would share a load that nothing divides."""
+    """Give one of two coupled coordinates the limits of both. Two rigid stops that are met at one time would share a
+    load in an undetermined way."""
     for coupler in [joint for joint in mechanism.joints.values() if joint.type == "coupler"]:
         of, constant = dict(coupler.keys["of"]), float(coupler.keys.get("constant", 0.0))
         if len(of) != 2 or "function" in coupler.keys or not all(of.values()):
@@ -106,7 +107,7 @@ def _set_limit(mechanism: Mechanism, name: str, limit: _Range | None) -> None:
 
 
 def _say_open(mechanism: Mechanism) -> None:
-    """Loops that a run closes first, from where the model begins."""
+    """Add a row on the loops that are open where the model begins: the assembly of a run closes them."""
     loops = [
         joint for joint in mechanism.joints.values() if joint.name not in mechanism.tree and joint.type != "distance"
     ]
@@ -120,7 +121,7 @@ def _say_open(mechanism: Mechanism) -> None:
 
 
 def _gap(mechanism: Mechanism, joint: Connection) -> tuple[float, float]:
-    """How far the two ends of a joint are apart, m, and turned against each other, rad."""
+    """The distance of the two ends of a joint in m, and the angle between them in rad."""
     assert joint.points is not None
     first, second = (mechanism.part(body) for body in joint.bodies)
     ends = [end.position + end.rotation @ at for end, at in zip((first, second), joint.points, strict=True)]

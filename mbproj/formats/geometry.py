@@ -13,17 +13,17 @@ from mbproj.scene.fields.rotations import from_axis_angle, from_euler, to_matrix
 
 @dataclass(frozen=True, eq=False)
 class Pose:
-    """A place (3,) and axes (3, 3) in those of another frame."""
+    """A frame: its origin (3,) and the matrix (3, 3) of its axes, both in another frame."""
 
     position: Array
     rotation: Array
 
     def then(self, inner: Pose) -> Pose:
-        """A pose that is given in this frame, in the frame that this one is given in."""
+        """The pose `inner`, which is given in this frame, in the frame that this one is given in."""
         return Pose(self.position + self.rotation @ inner.position, self.rotation @ inner.rotation)
 
     def inverse(self) -> Pose:
-        """The other frame in this one."""
+        """The pose of the other frame in this one."""
         return Pose(-self.rotation.T @ self.position, self.rotation.T)
 
 
@@ -46,12 +46,12 @@ def from_quaternion(quaternion: Array) -> Array:
 
 
 def unit(vector: Array) -> Array:
-    """The vector over its length."""
+    """The vector divided by its length."""
     return np.asarray(vector / np.linalg.norm(vector))
 
 
 def numbers(text: str, count: int, place: Place, what: str) -> Array:
-    """So many finite numbers in a text. Raises InputError at `place`."""
+    """The `count` finite numbers in a text. Raises InputError at `place` where there are not so many."""
     try:
         found = np.array([float(part) for part in text.split()])
     except ValueError:
@@ -64,7 +64,7 @@ def numbers(text: str, count: int, place: Place, what: str) -> Array:
 
 
 def check_inertia(mass: float, inertia: Array, at_mass: Place, at_inertia: Place) -> None:
-    """Raises InputError where no body has them."""
+    """Raises InputError where no body can have this mass and inertia tensor."""
     if mass < 0.0:
         raise InputError(Problem(f"the mass is negative: {mass:g} kg", at_mass, "give one that is not"))
     why = impossible(tuple(map(tuple, inertia.tolist())))  # type: ignore[arg-type]

@@ -1,4 +1,4 @@
-"""Files that a model names: within its folder, there, and in no circle."""
+"""Files that a model names: they must exist in the model's folder, and must not include each other in a circle."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from pathlib import Path
 from mbproj.errors import InputError, Place, Problem
 from mbproj.formats.xml import Element, parse, read_text
 
-#: How deep files may include others.
+#: The most levels of files that include others.
 MOST_INCLUDES = 50
 
 
 def is_missing(name: str, folder: Path, base: Path) -> bool:
-    """Whether a file would be in the folder, and is not."""
+    """Whether a file belongs into the folder, but does not exist."""
     try:
         file = (base / name).resolve()
         return file.is_relative_to(folder) and not file.exists()
@@ -36,7 +36,7 @@ def inside(name: str, place: Place, folder: Path, base: Path) -> Path:
 
 
 def include(file: Path, place: Place, above: tuple[Path, ...], shown: str) -> Element:
-    """The root of an included file, which `above` include. Raises InputError at a circle, or what is too deep."""
+    """The root of a file that the files `above` include. Raises InputError at a circle, or where they are too many."""
     if file in above:
         names = " -> ".join(each.name for each in (*above, file))
         raise InputError(Problem(f"the files include each other in a circle: {names}", place, "break it"))

@@ -28,7 +28,7 @@ class Loop:
 def add_loops(
     mechanism: Mechanism, loops: list[Loop], frames: Mapping[str, Pose], called: Mapping[str, str], names: ImportedNames
 ) -> None:
-    """Adds their joints, with a point and an axis in each body; `frames` are those of the links, in global axes."""
+    """Add the joints of loops, with a point and an axis in each body. `frames` are the global poses of the links."""
     for loop in loops:
         bodies = (called[loop.links[0]], called[loop.links[1]])
         if bodies[0] == bodies[1]:

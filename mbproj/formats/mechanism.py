@@ -1,4 +1,4 @@
-"""What a reader of another format makes of a model: bodies, joints, forces, and what is said of the rest."""
+"""The result of an import: bodies, joints, forces, and a table with rows on all other elements of the model."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from mbproj.scene.records import GROUND
 
 
 class Same(Enum):
-    """Whether the scene's motion is the model's in spite of what is said."""
+    """Whether the scene moves as the model does, in spite of the row of the table."""
 
     YES = "yes"
     UNTIL = "until then"
@@ -28,14 +28,14 @@ class Same(Enum):
 
 @dataclass(frozen=True)
 class Signal:
-    """An expression of the time t in s, and where it stands."""
+    """An expression of the time t in s, and its place."""
 
     text: str
     place: Place = Place("")
 
     @property
     def constant(self) -> float | None:
-        """Its number where it is one."""
+        """The number where the expression is one; None for others."""
         try:
             return float(self.text)
         except ValueError:
@@ -47,10 +47,10 @@ Signals = Mapping[str, Signal]
 
 @dataclass(frozen=True)
 class Wishes:
-    """What a user asks of an import: the keyframe, or the joint coordinates by name (rad, m), to start at; `controls`
-    of actuators by name, which then act, and `motions` of joints; `contacts`: stops where spheres may meet planes; the
-    file where the `loops` stand; that the two frames which a joint of an SDF names `meet`; the `folder` of the scene,
-    from which its meshes are named, that of the model unless given."""
+    """The options of an import. `key` is the keyframe to start at, or `pose` the joint coordinates by name (rad, m).
+    `controls` are signals of actuators by name, which then act, `motions` those of driven joints. `contacts` makes
+    stops where spheres may meet planes. `loops` is the file of loops. With `meet` the two frames that a joint of an SDF
+    names coincide. `folder` is the scene's, from which meshes are named; None: the model's."""
 
     key: str | None = None
     pose: Mapping[str, float] = field(default_factory=dict)
@@ -64,7 +64,7 @@ class Wishes:
 
 @dataclass(frozen=True)
 class Said:
-    """A row of the table: an element, its place, what happens with it, whether the motion is still the model's."""
+    """A row of the table: an element, its place, what happens to it, whether the motion is still that of the model."""
 
     element: str
     place: Place | None
@@ -73,21 +73,21 @@ class Said:
 
 
 class Quantity(NamedTuple):
-    """A number in the SI unit `unit`, which the scene shows."""
+    """A number with its SI unit, which the scene shows."""
 
     value: float
     unit: str
 
 
 class Bare(str):
-    """Text that stands in the scene as it is: an expression, a word."""
+    """A text that is written without quotes: an expression, a word."""
 
 
 @dataclass(frozen=True, eq=False)
 class ImportedBody:
     """A body: inertia (3, 3) about its centre of mass in its axes; its pose in global axes, columns of `rotation`.
 
-    `velocity` is global, `angular_velocity` in body axes. `look` is its `appearance` as the scene has it."""
+    `velocity` is global, `angular_velocity` in body axes. `look` is the key `appearance` of the scene."""
 
     name: str
     mass: float
@@ -100,7 +100,7 @@ class ImportedBody:
     look: Mapping[str, Any] = field(default_factory=dict)
 
     def local(self, point: Array) -> Array:
-        """A global point from the centre of mass in body axes."""
+        """A global point as a vector from the centre of mass, in body axes."""
         return np.asarray(self.rotation.T @ (point - self.position))
 
 
@@ -111,7 +111,7 @@ ORIGIN = ImportedBody(GROUND, 0.0, np.zeros((3, 3)), np.zeros(3), np.eye(3))
 class Connection:
     """A joint: `points` (2, 3), `axes` (2, 3) or none, `turns` (2, 3, 3) or none, each in the axes of its own body.
 
-    `keys` is what else the scene says of it. A coupler has no bodies and no points."""
+    `keys` are the other keys of the joint in the scene. A coupler has no bodies and no points."""
 
     name: str
     type: str
@@ -125,10 +125,10 @@ class Connection:
 
 @dataclass(eq=False)
 class Mechanism:
-    """A model as a scene can say it. `parts` are in the order from the ground; `tree` has the names of the joints that
-    make its tree, and of those that only measure, the others close loops. `between` are massless bodies that the model
-    has not; `followers` those that a coupler moves, each with its joint. `adjust` is how far joints may move where its
-    numbers are rounded."""
+    """A model in the form of a scene. `parts` are its bodies in order from the ground. `tree` has the names of the
+    joints in its tree, and of those that only measure; other joints close loops. `between` are massless bodies that the
+    model does not have. `followers` has, by coupler, the massless body that it moves and the joint of that. `adjust` is
+    how far joints may move because numbers are rounded."""
 
     title: str
     kind: str
@@ -148,16 +148,16 @@ class Mechanism:
     adjust: str = ""
 
     def part(self, name: str) -> ImportedBody:
-        """A body, or the ground."""
+        """The body with this name, or the ground."""
         return ORIGIN if name == GROUND else self.parts[name]
 
     def mark(self, wanted: str, body: str, point: Array) -> None:
-        """Adds a marker at a global point (3,) of a body."""
+        """Add a marker at a global point (3,) of a body."""
         name = ImportedNames(frozenset(self.markers)).own(wanted)
         self.markers[name] = (body, self.part(body).local(point))
 
     def insert(self, part: ImportedBody, before: str) -> None:
-        """Adds a body, in the order before another one that it carries."""
+        """Add a massless body, in the order before the body that it carries."""
         parts = list(self.parts.items())
         at = next((index for index, (name, _) in enumerate(parts) if name == before), len(parts))
         parts.insert(at, (part.name, part))
@@ -165,7 +165,7 @@ class Mechanism:
         self.between.add(part.name)
 
     def say(self, element: str, place: Place | None, what: str, same: Same) -> None:
-        """A row of the table."""
+        """Add a row to the table."""
         self.said.append(Said(element, place, what, same))
 
     def join(
@@ -178,7 +178,7 @@ class Mechanism:
         keys: Mapping[str, Any] | None = None,
         place: Place | None = None,
     ) -> Connection:
-        """A joint of the tree, with its point (3,) and its axes, (3,) or (2, 3), in global axes at the pose."""
+        """Add a joint of the tree and return it; its point (3,) and axes, (3,) or (2, 3), are global at the pose."""
         ends = [self.part(body) for body in bodies]
         points = np.array([end.local(point) for end in ends])
         own = None
@@ -190,12 +190,12 @@ class Mechanism:
         return self.joints[name]
 
 
-#: Names have so many characters at most: a key of YAML has 1024 at most, and a line of a scene 100 where it can.
+#: The most characters of a name: a key of YAML has at most 1024, and lines of a scene should have at most 100.
 LONGEST_NAME = 80
 
 
 class ImportedNames:
-    """Names that mbproj can have, each once; what was changed is kept."""
+    """Gives out names that are valid in mbproj, each once, and remembers which names it has changed."""
 
     def __init__(self, reserved: frozenset[str] = frozenset()) -> None:
         self._taken = set(reserved)
@@ -216,13 +216,13 @@ class ImportedNames:
 
     @staticmethod
     def beginning(names: Sequence[str]) -> str:
-        """The letters that the names begin with, without a sign at their end."""
+        """The common beginning of the names, without separators at its end."""
         alike = takewhile(lambda letters: len(set(letters)) == 1, zip(*names, strict=False))
         return "".join(letters[0] for letters in alike).rstrip("_-.")
 
 
 def said_of(mechanism: Mechanism, kind: str, names: ImportedNames) -> Iterator[Said]:
-    """Rows on names that were changed."""
+    """Yield the rows of the table on names that were changed."""
     changed = [f"'{_cut(old)}' is '{new}'" for old, new in names.renamed.items() if old]
     if changed:
         shown = ", ".join(changed[:4]) + (f", and {len(changed) - 4} more" if len(changed) > 4 else "")

@@ -1,8 +1,8 @@
-"""One joint in the place of several that robots' formats write for it.
+"""Puts one joint in the place of several that formats of robots need for it.
 
-Links without mass between turns whose axes cross at right angles are a universal or a spherical joint. A ring moves
-beyond all bounds near the pose where the first and the last axis are parallel, and the joint does not. Two points of a
-body that are held to two points of another one are a hinge, without a row too many.
+Massless links between turns whose axes cross at right angles are a universal or a spherical joint. Such a link, a ring,
+moves without bounds near the pose where the first and the last axis are parallel; the joint does not. Two points of a
+body that are held to two points of another one are a hinge, which has no redundant row.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ from mbproj.formats.chains import EXACT, Single, before_coordinates, crossing
 from mbproj.formats.geometry import unit
 from mbproj.formats.mechanism import Connection, ImportedBody, ImportedNames, Mechanism, Same
 
-#: Points are as far apart in both bodies up to this, m, and are two where they are farther.
+#: The largest difference of the distance of two points in one body and in the other, and the least distance, in m.
 ALIKE, APART = 1e-12, 1e-6
-#: The joint that so many turns in a row make.
+#: The joint that replaces a number of turns in a row.
 KINDS = {2: "universal", 3: "spherical"}
 
 
 def without_rings(mechanism: Mechanism) -> None:
-    """Puts one joint in the place of two or three where nothing else holds, moves or names what is between, and says
-    so."""
-    used = _used(mechanism)
+    """Put one joint in the place of two or three turns in a row, with a row of the table. No other joint may hold, and
+    nothing may name, the massless links between."""
+    used = _names_in_use(mechanism)
     for count in (3, 2):
         for first in list(mechanism.joints.values()):
             chain = _chain(mechanism, first, count, used) if first.name in mechanism.joints else []
@@ -36,23 +36,24 @@ def without_rings(mechanism: Mechanism) -> None:
                 _replace(mechanism, chain, point)
 
 
-def _used(mechanism: Mechanism) -> set[str]:
+def _names_in_use(mechanism: Mechanism) -> set[str]:
     """The joints and bodies that forces, motions, couplers and markers name."""
-    found = {body for body, _ in mechanism.markers.values()}
+    names = {body for body, _ in mechanism.markers.values()}
     couplers = [joint.keys for joint in mechanism.joints.values()]
     for entry in [*mechanism.forces.values(), *mechanism.motions.values(), *couplers]:
-        found |= set(_names(entry))
-    return found
+        names |= set(_names_in(entry))
+    return names
 
 
-def _names(entry: Mapping[str, Any]) -> list[str]:
+def _names_in(entry: Mapping[str, Any]) -> list[str]:
     of = [name.partition(".")[0] for name in entry.get("of", {})]
     alone = [str(entry[key]) for key in ("joint", "body") if key in entry]
     return [*of, *alone, *entry.get("bodies", [])]
 
 
 def _chain(mechanism: Mechanism, first: Connection, count: int, used: set[str]) -> list[Connection]:
-    """So many turns from `first` on, with links without mass between that have no others; [] where there are fewer."""
+    """The `count` turns in a row from `first` on, with massless links between that have no other joint; [] where there
+    are fewer."""
     chain = [first]
     while _is_free_turn(mechanism, chain[-1], used):
         if len(chain) == count:
@@ -74,7 +75,7 @@ def _massless(part: ImportedBody) -> bool:
 
 
 def _meeting(mechanism: Mechanism, chain: Sequence[Connection]) -> Array | None:
-    """Where axes meet of which each is at a right angle to the next, in global axes; None where they do not."""
+    """The global point (3,) at which the axes meet, each at a right angle to the next; None where they do not."""
     singles = [_single(mechanism, joint) for joint in chain]
     first, *others = (crossing(one, other) for one, other in pairwise(singles))
     if first is None or any(other is None or np.abs(other - first).max() > EXACT for other in others):
@@ -90,7 +91,7 @@ def _single(mechanism: Mechanism, joint: Connection) -> Single:
 
 
 def _replace(mechanism: Mechanism, chain: Sequence[Connection], point: Array) -> None:
-    """One joint where the first was; the links between are gone."""
+    """Put one joint in the place of the first of the chain, and remove the others and the links between."""
     kind, names = KINDS[len(chain)], [joint.name for joint in chain]
     axes = np.array([_single(mechanism, joint).axis for joint in chain]) if len(chain) == 2 else None
     own = ImportedNames(frozenset(mechanism.joints)).own(
@@ -113,9 +114,10 @@ def _replace(mechanism: Mechanism, chain: Sequence[Connection], point: Array) ->
 
 
 def with_hinges(mechanism: Mechanism) -> None:
-    """Puts a revolute joint in the place of two spherical ones that close loops between the same bodies, and says so.
+    """Put a revolute joint in the place of two spherical ones that close loops between the same bodies, with a row of
+    the table.
 
-    It has the beginning of their names."""
+    Its name is the common beginning of their names."""
     pairs: dict[tuple[str, ...], list[Connection]] = {}
     for joint in mechanism.joints.values():
         if joint.type == "spherical" and joint.name not in mechanism.tree and not joint.keys:
@@ -139,7 +141,8 @@ def with_hinges(mechanism: Mechanism) -> None:
 
 
 def _axes(first: Connection, second: Connection) -> Array | None:
-    """The line through both points in the axes of each body, (2, 3); None where they are not as far apart in both."""
+    """The unit vectors (2, 3) of the line through both points, in the axes of each body; None where the distance of the
+    points differs between the bodies, or is too small."""
     assert first.points is not None and second.points is not None
     ends = second.points if first.bodies == second.bodies else second.points[::-1]
     lines = ends - first.points

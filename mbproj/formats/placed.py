@@ -1,4 +1,4 @@
-"""Where something stands on a body, as a scene says it."""
+"""The keys of a scene for a place and an orientation on a body."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def quaternion(rotation: Array) -> Array:
 
 
 def placed(position: Array, rotation: Array) -> dict[str, Any]:
-    """`position` and `orientation`, without those that change nothing."""
+    """The keys `position` and `orientation`; one that changes nothing is left out."""
     found: dict[str, Any] = {}
     if np.abs(position).max() > 1e-15:
         found["position"] = np.round(position, 9)

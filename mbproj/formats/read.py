@@ -11,9 +11,9 @@ from mbproj.formats.sdf.read import read_sdf
 from mbproj.formats.urdf.read import read_urdf
 from mbproj.formats.xml import Element, parse, read_text
 
-#: What reads a format, by the tag of the root element.
+#: The reader of each format, by the tag of the root element.
 READERS = {"mujoco": read_mjcf, "robot": read_urdf, "sdf": read_sdf}
-#: What formats are called.
+#: The name of each format, by that tag.
 NAMES = {"mujoco": "MJCF", "robot": "URDF", "sdf": "SDF"}
 
 
@@ -30,7 +30,7 @@ def read_model(path: Path, wishes: Wishes | None = None) -> Mechanism:
 
 
 def _refuse_others(root: Element) -> None:
-    """Raises InputError at the root of what is no model that can be read."""
+    """Raises InputError at the root of a file whose format mbproj does not read."""
     if any(element.tag.startswith("xacro:") for element in root.walk()):
         hint = "expand it first: xacro model.urdf.xacro > model.urdf"
         raise InputError(Problem("this is a xacro, from which a URDF is made", root.place, hint))
@@ -40,7 +40,7 @@ def _refuse_others(root: Element) -> None:
 
 
 def _refuse_wishes(root: Element, wishes: Wishes) -> None:
-    """Raises InputError at what is asked for and the format has not."""
+    """Raises InputError for options that the format does not have."""
     asked: dict[str, dict[str, object]] = {
         "mujoco": {"keyframes": wishes.key, "actuators": wishes.controls, "contacts": wishes.contacts or None},
         "robot": {"loops in another file": wishes.loops},

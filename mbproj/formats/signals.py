@@ -1,4 +1,4 @@
-"""What a user gives by name: coordinates of joints, control signals of actuators, motions of joints that are driven."""
+"""Values that a user gives by name: coordinates of joints, control signals of actuators, motions of driven joints."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from mbproj.scene.text.suggestions import choose_from
 
 
 def read_pose(path: Path) -> dict[str, float]:
-    """Coordinates by the name of the model's joint. Raises InputError at what is no number."""
+    """Read coordinates by the name of the model's joint. Raises InputError at a value that is no number."""
     nodes, problems = _named(path, "a pose is a mapping of joints", "write lines as in 'hinge: 0.3'")
     found: dict[str, float] = {}
     for name, node in nodes.items():
@@ -33,14 +33,14 @@ def read_pose(path: Path) -> dict[str, float]:
 
 
 def read_signals(path: Path) -> Signals:
-    """Signals by name of a YAML mapping. Raises InputError at what is no expression of t."""
+    """Read signals by name from a YAML mapping. Raises InputError at a value that is no expression of t."""
     what = "signals are a mapping of names and expressions of t"
     nodes, problems = _named(path, what, "write lines as in 'hinge: 0.3 * sin(2*t)'")
     return _checked({name: Signal(_text(node), node.place) for name, node in nodes.items()}, problems)
 
 
 def _named(path: Path, what: str, hint: str) -> tuple[Mapping[str, Node], list[Problem]]:
-    """The values of a file by name, and what is wrong with it. Raises InputError where it is no mapping."""
+    """The values of a file by name, and its problems. Raises InputError where it is no mapping."""
     root, problems = compose(read_text(path), str(path))
     if not isinstance(root, MappingNode):
         raise InputError(Problem(what, root.place, hint))
@@ -59,7 +59,7 @@ def signals_of(given: Mapping[str, str | float] | str | Path, what: str) -> Sign
 
 
 def _checked(signals: Signals, problems: list[Problem]) -> Signals:
-    """The same. Raises InputError, all problems at once, where one is no expression of t."""
+    """Return the signals. Raises InputError, all problems at once, where one is no expression of t."""
     for name, signal in signals.items():
         try:
             compiled(parse(signal.text), {}, {"t": 0})
@@ -71,14 +71,14 @@ def _checked(signals: Signals, problems: list[Problem]) -> Signals:
 
 
 def refuse_unknown(signals: Signals, able: list[str], what: str) -> None:
-    """Raises InputError at the first name that is none of those able, which are `what`."""
+    """Raises InputError at the first name that is not in `able`; `what` says what the names should be."""
     for name, signal in signals.items():
         if name not in able:
             raise InputError(Problem(f"'{name}' is no {what}", signal.place, choose_from(name, able)))
 
 
 def add_motions(mechanism: Mechanism, coordinates: Coordinates, motions: Signals, start: Mapping[str, float]) -> None:
-    """Drives joints: their coordinates, which have the values `start` at the pose, are functions of time."""
+    """Add motions that drive joint coordinates as functions of time; `start` are their values at the pose."""
     refuse_unknown(motions, list(coordinates), "joint of the model with a coordinate")
     for name, signal in motions.items():
         joint, coordinate = coordinates[name]

@@ -1,4 +1,5 @@
-"""What bodies of a model look like: shapes, or a mesh that stays where it is. No say in the motion."""
+"""The appearance of the bodies of a model: shapes, or a mesh whose file stays where it is. It has no effect on
+motion."""
 
 from __future__ import annotations
 
@@ -16,16 +17,16 @@ from mbproj.formats.mechanism import Mechanism, Same
 from mbproj.formats.placed import placed
 from mbproj.scene.appearance import MESH_FORMATS
 
-#: No shape of a scene has so many m.
+#: The largest extent of a shape that is drawn, in m.
 LARGEST = 1e6
-#: A shape as the scene has it, and how far along z of its frame its middle is.
+#: Shapes, each as the key of a scene, with the position of its middle along z of its frame in m.
 Shapes = tuple[tuple[dict[str, Any], float], ...]
 
 
 @dataclass(frozen=True, eq=False)
 class Visual:
-    """Shapes, or the file of a mesh and what makes metres of its numbers, at a global `pose`; neither where a scene has
-    no such thing, whose `word` is then said."""
+    """An appearance at a global `pose`: shapes, or the file of a mesh, whose numbers times `scale` are metres. It has
+    neither where a scene has no such shape; then `word` names it in the table."""
 
     body: str
     pose: Pose
@@ -37,33 +38,33 @@ class Visual:
 
 
 def box(sizes: Iterable[float]) -> Shapes:
-    """With these edges."""
+    """The shapes of a box with these edges."""
     return (({"box": [float(each) for each in sizes]}, 0.0),)
 
 
 def sphere(radius: float) -> Shapes:
-    """About its frame."""
+    """The shapes of a sphere about the origin of its frame."""
     return (({"sphere": float(radius)}, 0.0),)
 
 
 def cylinder(radius: float, length: float) -> Shapes:
-    """Along z."""
+    """The shapes of a cylinder along z."""
     return (({"cylinder": {"radius": float(radius), "length": float(length)}}, 0.0),)
 
 
 def capsule(radius: float, length: float) -> Shapes:
-    """A cylinder and two spheres."""
+    """The shapes of a capsule: a cylinder along z and two spheres."""
     ends = tuple(({"sphere": float(radius)}, sign * 0.5 * length) for sign in (-1.0, 1.0))
     return (*cylinder(radius, length), *ends)
 
 
 def colour(rgba: Sequence[float]) -> str:
-    """#rrggbb of parts up to 1."""
+    """The colour #rrggbb from red, green and blue between 0 and 1."""
     return "#" + "".join(f"{round(255 * min(1.0, max(0.0, float(part)))):02x}" for part in rgba[:3])
 
 
 def mesh_file(name: str, folder: Path) -> Path | None:
-    """The file that a model names, maybe in a package: in its folder, and there."""
+    """The file that a model names, perhaps as one of a package; None where it does not exist in the model's folder."""
     plain = name.partition("://")[2] if "://" in name else name
     for each in (plain, plain.partition("/")[2]) if "://" in name else (plain,):
         try:
@@ -76,7 +77,8 @@ def mesh_file(name: str, folder: Path) -> Path | None:
 
 
 def add_visuals(mechanism: Mechanism, visuals: Iterable[Visual], folder: Path) -> None:
-    """Gives bodies an appearance for a scene in this folder: shapes, or else one mesh. What is not drawn is said."""
+    """Give bodies an appearance for a scene in this folder: shapes, or else one mesh. Visuals that are not drawn get
+    rows of the table."""
     shapes: dict[str, list[dict[str, Any]]] = {}
     meshes: dict[str, list[dict[str, Any]]] = {}
     colours: dict[str, str | None] = {}
@@ -112,14 +114,14 @@ def add_visuals(mechanism: Mechanism, visuals: Iterable[Visual], folder: Path) -
 
 
 def _has_size(shape: dict[str, Any]) -> bool:
-    """Whether it has an extent that can be drawn."""
+    """Whether the shape has an extent that can be drawn."""
     (sizes,) = shape.values()
     numbers = sizes.values() if isinstance(sizes, dict) else np.atleast_1d(sizes)
     return all(0.0 < each < LARGEST for each in numbers)
 
 
 def _from(folder: Path, mesh: Path | None) -> str:
-    """The path of a mesh from the scene's folder, "" where the scene could not read it."""
+    """The path of a mesh from the scene's folder; "" where the scene could not read it."""
     if mesh is None or mesh.suffix[1:].lower() not in MESH_FORMATS or not mesh.is_relative_to(folder.resolve()):
         return ""
     return str(mesh.relative_to(folder.resolve()))

@@ -1,4 +1,4 @@
-"""XML of others as a tree whose elements know their lines: no entities, no network, bounded in size and depth."""
+"""Reads XML from others as a tree whose elements know their lines: no entities, no network, bounded size and depth."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from xml.parsers import expat
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place, Problem
 
-#: Of a file and of its tree at most.
+#: The most bytes of a file, and the most elements and levels of its tree.
 MOST_BYTES, MOST_ELEMENTS, MOST_DEPTH = 32_000_000, 500_000, 200
 
 _COMMENT = re.compile(rb"<!--.*?-->", re.DOTALL)
@@ -19,7 +19,7 @@ _COMMENT = re.compile(rb"<!--.*?-->", re.DOTALL)
 
 @dataclass(eq=False)
 class Element:
-    """An element with its attributes, the elements in it, its text, and where it stands."""
+    """An element with its attributes, the elements in it, its text, and its place."""
 
     tag: str
     attributes: dict[str, str]
@@ -28,19 +28,19 @@ class Element:
     text: str = ""
 
     def get(self, name: str, default: str = "") -> str:
-        """An attribute."""
+        """The value of an attribute, or `default`."""
         return self.attributes.get(name, default)
 
     def all(self, *tags: str) -> list[Element]:
-        """The elements directly in it that have one of these tags."""
+        """The children with one of these tags."""
         return [child for child in self.children if child.tag in tags]
 
     def first(self, tag: str) -> Element | None:
-        """The first element directly in it with this tag."""
+        """The first child with this tag; None where there is none."""
         return next((child for child in self.children if child.tag == tag), None)
 
     def walk(self) -> Iterator[Element]:
-        """It and all elements below it, in the order of the text."""
+        """Yield this element and all below it, in the order of the text."""
         waiting = [self]
         while waiting:
             element = waiting.pop()
@@ -68,14 +68,14 @@ def parse(data: bytes, file: str) -> Element:
     try:
         return _Parser(file).parse(data)
     except InputError:
-        plain = _COMMENT.sub(_blank, data)  # readers of robots' formats let comments hold "--", as in a drawing
+        plain = _COMMENT.sub(_blank, data)  # XML forbids "--" in comments, but readers of robots' formats accept it
         if plain == data:
             raise
     return _Parser(file).parse(plain)
 
 
 def _blank(comment: re.Match[bytes]) -> bytes:
-    """As many lines without a comment."""
+    """The line ends of a comment, so that later lines keep their numbers."""
     return b"\n" * comment[0].count(b"\n")
 
 

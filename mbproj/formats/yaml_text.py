@@ -1,4 +1,4 @@
-"""Mappings as the YAML of a scene: short ones on one line, long ones in blocks, no line above 100 characters."""
+"""Writes mappings as YAML: short ones on one line, long ones in blocks, no line above 100 characters."""
 
 from __future__ import annotations
 
@@ -11,16 +11,17 @@ import numpy as np
 from mbproj.formats.mechanism import Bare, Quantity
 
 WIDTH = 100
-#: What is less than this part of the largest number beside it is round-off.
+#: A number of an array is written as 0 where it is less than this part of the largest one.
 ROUND_OFF = 1e-15
-#: Text that a YAML reader takes for text, and for nothing else.
+#: Text without quotes that every YAML reader takes for text.
 _PLAIN = re.compile(r"[A-Za-z_./][A-Za-z0-9_./-]*")
 #: Words that YAML 1.1 takes for something else.
 _WORDS = {"y", "n", "yes", "no", "on", "off", "true", "false", "null"}
 
 
 def number(value: float, scale: float = 0.0) -> str:
-    """A number with 12 digits where these are enough, and else with all; 0 for round-off beside `scale`."""
+    """The number with 12 digits where these give the same number back, else with all; 0 for round-off beside
+    `scale`."""
     value = float(value)
     if abs(value) <= ROUND_OFF * scale or value == 0.0:
         return "0"
@@ -37,7 +38,7 @@ def quoted(text: str) -> str:
 
 
 def flow(value: Any) -> str:
-    """A value on one line."""
+    """The YAML text of a value on one line."""
     if isinstance(value, Bare):
         return str(value) if not set(value) & set(",[]{}#:") else f'"{value}"'
     if isinstance(value, bool):
@@ -59,7 +60,7 @@ def flow(value: Any) -> str:
 
 
 def lines(key: str, value: Any, indent: int, comment: str = "") -> Iterator[str]:
-    """`key: value` as lines: one where it fits, with the comment where that does too."""
+    """The lines of `key: value`: one where it fits, with the comment where that fits too."""
     head = f"{' ' * indent}{quoted(key)}:"
     whole = f"{head} {flow(value)}"
     if len(whole) <= WIDTH:
@@ -75,7 +76,7 @@ def lines(key: str, value: Any, indent: int, comment: str = "") -> Iterator[str]
 
 
 def _items(head: str, values: Any, indent: int) -> Iterator[str]:
-    """A list over several lines: one an item, or in brackets that go on."""
+    """The lines of a list that does not fit on one: a line for each item, or numbers in brackets."""
     parts = [flow(each) for each in values] if not isinstance(values, np.ndarray) else flow(values)[1:-1].split(", ")
     if any(isinstance(each, Mapping) for each in values):
         yield head

@@ -1,4 +1,4 @@
-"""What acts on the coordinates of joints, in the words that other formats have: springs, dampers, dry friction."""
+"""The springs, dampers, friction, inertias and limits on joint coordinates, in the form that other formats have."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from mbproj.scene.friction import DryFriction
 from mbproj.scene.records import Joint, JointForce, Law, Scene
 from mbproj.scene.stops import Limit
 
-#: Says a row of the table: an element, what happens with it, whether the motion is still the scene's.
+#: Adds a row to the table: an element, what happens to it, whether the motion is still that of the scene.
 Say = Callable[[str, str, Same], None]
 
 
 def left_out(kind: Kind) -> str:
-    """Why a force that is an element is in no other format."""
+    """The reason, for the table, why a force that is an element is left out."""
     if kind.type in SPRINGS:
         return "left out: numbers of it change in a run"
     return f"left out: no model has the type {kind.type}"
@@ -27,8 +27,8 @@ def left_out(kind: Kind) -> str:
 
 @dataclass(frozen=True)
 class Acting:
-    """On one coordinate: F = -stiffness (s - rest) - damping s', a constant dry friction, a reflected inertia, and the
-    limit of s. SI units."""
+    """All that acts on one coordinate s, in SI units: F = -stiffness (s - rest) - damping s', a constant dry friction,
+    a reflected inertia, and the limit of s."""
 
     stiffness: float = 0.0
     rest: float = 0.0
@@ -39,7 +39,8 @@ class Acting:
 
 
 def acting_on(scene: Scene, say: Say) -> dict[str, Acting]:
-    """By coordinate, "joint.angle"; what has no such words is said."""
+    """What acts on each coordinate, by its name "joint.angle". A force that has no such form gets a row of the
+    table."""
     found: dict[str, Acting] = {}
     joints = {joint.name: joint for joint in scene.joints}
     for joint in scene.joints:
@@ -75,19 +76,19 @@ def acting_on(scene: Scene, say: Say) -> dict[str, Acting]:
 
 
 def _only(joint: Joint, unit: str | None) -> str:
-    """The coordinate of a joint in a unit."""
+    """The first coordinate of a joint in a unit (None: any)."""
     units = {name: "rad" if row[0] == "angle" else "m" for name, row in JOINTS[joint.type].coordinates.items()}
     return next(name for name, own in units.items() if unit in (None, own))
 
 
 def constant(dry: DryFriction) -> bool:
-    """Whether a dry friction is one force or torque, the same while it slides and while it sticks."""
+    """Whether a dry friction is one constant force or torque, equal while it slides and while it sticks."""
     smooth = dry.regularised is not None or dry.stribeck_speed is not None
     return dry.bearing is None and not smooth and not dry.varies and dry.static == dry.sliding
 
 
 def _with(old: Acting, law: Law) -> Acting:
-    """With one more spring and damper: k = Σ kᵢ, and without force where Σ kᵢ (s - sᵢ) = 0."""
+    """`old` with one more spring and damper: k = Σ kᵢ, and the rest position s where Σ kᵢ (s - sᵢ) = 0."""
     total = old.stiffness + law.stiffness
     moment = old.stiffness * old.rest + law.stiffness * (law.free or 0.0)
     rest = moment / total if total else 0.0

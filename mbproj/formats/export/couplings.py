@@ -1,4 +1,5 @@
-"""Couplings of joint coordinates as sums: Σ kᵢ (sᵢ - sᵢ⁰) = f(s₀) - f(s₀⁰), counted from the start, where they hold."""
+"""Couplings of joint coordinates as sums: Σ kᵢ (sᵢ - sᵢ⁰) = f(s₀) - f(s₀⁰), counted from the start, where they are
+met."""
 
 from __future__ import annotations
 
@@ -13,14 +14,14 @@ from mbproj.formats.export.start import Start
 from mbproj.joints.ratios import thread
 from mbproj.scene.records import Joint
 
-#: A function that differs from its polynomial of the fourth degree by this part of its size is another one.
+#: A function is a polynomial of the fourth degree where it differs from one by less than about this part of its size.
 SAME = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
 class Sum:
-    """`weights` of coordinates by name; `curve` is f(s₀⁰ + d) - f(s₀⁰) as a polynomial of d of at most the fourth
-    degree, None where there is no function, and `first` is the name of s₀."""
+    """A coupling as a sum: `weights` kᵢ of coordinates by name. `curve` is f(s₀⁰ + d) - f(s₀⁰) as a polynomial of d of
+    at most the fourth degree, None where there is no function; `first` is the name of s₀."""
 
     name: str
     weights: Mapping[str, float]
@@ -29,7 +30,7 @@ class Sum:
 
 
 def sum_of(joint: Joint, start: Start) -> Sum | None:
-    """That of a coupling, or of a screw; None where its function is no such polynomial."""
+    """The sum of a coupling, or of a screw; None where its function is no such polynomial."""
     if joint.type == "screw":
         names = [f"{joint.name}.displacement", f"{joint.name}.angle"]
         return Sum(joint.name, dict(zip(names, thread(joint.parameters["pitch"]).weights, strict=True)))
@@ -44,8 +45,8 @@ def sum_of(joint: Joint, start: Start) -> Sum | None:
 
 
 def _polynomial(joint: Joint, at: float) -> Polynomial | None:
-    """f(at + d) - f(at) through five points, where ten others lie on it too, over more than a turn to both sides: what
-    rests for a part of a turn is no polynomial."""
+    """The polynomial f(at + d) - f(at) through five points. None where f leaves it at one of ten others, which span
+    more than a turn to both sides: a function with a dwell is no polynomial."""
     from mbproj.functions.curve import Curve
 
     assert joint.couples is not None and joint.couples.function is not None

@@ -1,4 +1,4 @@
-"""XML that a person reads: a tag a line, indented, with numbers that read back as they are."""
+"""Readable XML: one tag on each line, indented, with numbers from which the same numbers are read."""
 
 from __future__ import annotations
 
@@ -10,26 +10,26 @@ import numpy as np
 
 from mbproj.dataclass import dataclass
 
-#: What is less than this part of the largest number beside it is round-off.
+#: A number of an array is written as 0 where it is less than this part of the largest one.
 ROUND_OFF = 1e-15
 
 
 @dataclass(eq=False)
 class Tag:
-    """An element with its attributes, whose text is ready, and the elements in it."""
+    """An element with its attributes as texts, and the elements in it."""
 
     name: str
     attributes: dict[str, str] = field(default_factory=dict)
     children: list[Tag] = field(default_factory=list)
 
     def add(self, name: str, /, **attributes: object) -> Tag:
-        """A new element in it; attributes that are None are left out, `class_` is class."""
+        """Add a new element to this one, and return it. Attributes that are None are left out; `class_` is class."""
         child = tag(name, **attributes)
         self.children.append(child)
         return child
 
     def lines(self, indent: int = 0) -> Iterator[str]:
-        """Its text."""
+        """The lines of the element's text."""
         head = f"{' ' * indent}<{self.name}" + "".join(f" {k}={quoteattr(v)}" for k, v in self.attributes.items())
         if not self.children:
             yield f"{head}/>"
@@ -54,5 +54,5 @@ def _text(value: object) -> str:
 
 
 def _number(value: float) -> str:
-    """The shortest text that reads back as the number."""
+    """The shortest text from which the same number is read."""
     return repr(int(value)) if value == int(value) and abs(value) < 1e15 else repr(value)

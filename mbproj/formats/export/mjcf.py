@@ -1,4 +1,5 @@
-"""A scene as MJCF: nested bodies, equalities that close the loops, tendons between points, a keyframe of the start."""
+"""Writes a scene as MJCF: nested bodies, equalities that close loops, tendons between points, a keyframe of the
+start."""
 
 from __future__ import annotations
 
@@ -18,12 +19,13 @@ from mbproj.formats.placed import quaternion
 from mbproj.scene.records import GROUND, Body, Joint, Scene
 from mbproj.scene.stops import Limit, OfBody
 
-#: What closes a loop in MJCF.
+#: The joints that can close a loop in MJCF.
 LOOPS = ("spherical", "fixed", "revolute", "distance")
 
 
 def as_mjcf(scene: Scene, version: str) -> Written:
-    """The model, and the table of what it cannot say. Raises InputError and assembly's errors where nothing starts."""
+    """The model, and the table of what it leaves out. Raises InputError, and the errors of assembly, where the scene
+    has no start."""
     return _Mjcf(scene).written(version)
 
 
@@ -38,7 +40,7 @@ class _Mjcf:
         self.tendons = Tendons(scene, self.start, self.tree, self.acting, self.equality, self.out.say)
 
     def written(self, version: str) -> Written:
-        """The whole file."""
+        """The text of the whole file, with the table."""
         root = tag("mujoco", model=self.scene.title)
         root.add("compiler", angle="radian", inertiafromgeom="false", fusestatic="false")
         root.add("option", gravity=self.scene.gravity)
@@ -120,7 +122,7 @@ class _Mjcf:
         return low, high
 
     def _loops(self) -> None:
-        """Each as equalities, which hold where the model starts."""
+        """Write each loop as equalities, which hold at the model's start."""
         for joint in self.tree.loops:
             bodies = [None if body == GROUND else body for body in joint.bodies]
             if bodies[0] is None:
@@ -139,7 +141,7 @@ class _Mjcf:
                 self._points(joint, bodies)
 
     def _points(self, joint: Joint, bodies: list[str | None]) -> None:
-        """A point that two bodies share, and a second one on the axis of a revolute joint."""
+        """Write the equality of a point that two bodies share, and of a second one on the axis of a revolute joint."""
         assert bodies[0] is not None
         place = self.start.of_joint(joint, "p1")
         pose = self.start.poses[bodies[0]]
@@ -153,7 +155,7 @@ class _Mjcf:
             self.out.say(f"joint '{joint.name}'", what, Same.YES)
 
     def _arm(self) -> float:
-        """A length of the mechanism, in m."""
+        """A typical length of the mechanism, in m."""
         places = np.array([pose.position for pose in self.start.poses.values()])
         return float(f"{max(0.01, np.ptp(places, axis=0).max() / 2):.1g}")
 
@@ -171,7 +173,8 @@ class _Mjcf:
                 self._coupled(found, free)
 
     def _coupled(self, found: Sum, free: dict[str, Freedom]) -> None:
-        """Of two coordinates an equality of joints, and else one of tendons: y - y₀ = a₀ + a₁ (x - x₀) + .. ."""
+        """Write y - y₀ = a₀ + a₁ (x - x₀) + ..: an equality of joints where there are two coordinates, else of
+        tendons."""
         weights = {name: weight for name, weight in found.weights.items() if weight}
         curve, first = found.curve, found.first
         if curve is not None and first in weights:
@@ -191,7 +194,7 @@ class _Mjcf:
         self.equality.add("tendon", name=found.name, tendon1=whole, tendon2=second, polycoef=coefficients)
 
     def _keyframe(self, root: Tag) -> None:
-        """The velocities of the start, which a model begins without."""
+        """Write a keyframe with the velocities of the start, since a model itself begins at rest."""
         if not self.start.moves:
             return
         qpos: list[Array] = []

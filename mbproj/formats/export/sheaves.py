@@ -1,4 +1,4 @@
-"""How a rope of a scene runs, where a tendon of MJCF runs so too: over points and sheaves in one plane."""
+"""The run of a scene's rope over points and sheaves in one plane, as far as a tendon of MJCF can have it."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from mbproj.scene.blocks.ropes.path import Node, Path, axes, straight
 from mbproj.scene.records import GROUND, Joint, Vector
 from mbproj.scene.stops import OfBody
 
-#: How far from the middle of a circle, in radii, the site is that says on which side a tendon passes it.
+#: The distance, in radii, of a side site from the centre of its circle; it tells on which side a tendon passes.
 ASIDE = 1.5
 
 
 class Sheave(NamedTuple):
-    """A circle: its radius, its normal in the axes of its body, a point there on the side where the rope lies."""
+    """A circle: its radius in m, its normal and a point on the side of the rope, both in the axes of its body."""
 
     radius: float
     normal: Array
@@ -31,8 +31,8 @@ class Sheave(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """The places of a rope from its start, each on a body from its centre of mass in its axes; those that are sheaves,
-    by their number; how long it is at the start."""
+    """The run of a rope. `points` are the places in order, each a body and a point from its centre of mass in its axes;
+    `shapes` are the sheaves, by the number of the place; `length` is that at the start in m."""
 
     points: list[tuple[str, Array]]
     shapes: Mapping[int, Sheave]
@@ -40,9 +40,9 @@ class Run:
 
 
 def run_of(joint: Joint, start: Start, tree: Tree) -> Run | str:
-    """How a rope runs; or why no tendon does."""
+    """The run of a rope, or the reason why no tendon can have it."""
     path: Path = joint.parameters["path"]
-    wrong = _unlike(path.nodes)
+    wrong = _why_no_tendon(path.nodes)
     if wrong:
         return wrong
     points = [(node.body, start.own(node.at)) for node in path.nodes]
@@ -72,8 +72,8 @@ def run_of(joint: Joint, start: Start, tree: Tree) -> Run | str:
     return Run(points, shapes, _length(here, ropes))
 
 
-def _unlike(nodes: tuple[Node, ...]) -> str:
-    """What no tendon has: wheels, whole turns, two circles without a point between."""
+def _why_no_tendon(nodes: tuple[Node, ...]) -> str:
+    """Why no tendon has these places: wheels, whole turns, two circles without a point between. "" where one can."""
     kinds = {node.kind for node in nodes} - {"point", "sheave"}
     if kinds:
         return f"no tendon turns the {min(kinds)} that it runs over"
@@ -90,7 +90,7 @@ def _vector(values: Array) -> Vector:
 
 
 def _stays(tree: Tree, one: str, other: str, normal: Array) -> bool:
-    """Whether two bodies move against each other in the plane, by turns about its normal and slides across it."""
+    """Whether the relative motion of two bodies is in the plane: turns about its normal, and slides normal to that."""
     first, second = _above(tree, one), _above(tree, other)
     for name in {*first} ^ {*second}:
         for freedom in (first | second)[name]:
@@ -104,7 +104,7 @@ def _stays(tree: Tree, one: str, other: str, normal: Array) -> bool:
 
 
 def _above(tree: Tree, body: str) -> dict[str, tuple[Freedom, ...]]:
-    """What moves between a body and the ground, by the body that it carries."""
+    """The freedoms between a body and the ground, by the body that they carry."""
     branches = {branch.body: branch for branch in tree.branches}
     found = {}
     while body != GROUND:

@@ -1,4 +1,5 @@
-"""Where a scene starts, as other formats need it: poses and velocities of its bodies, frames of its joints."""
+"""The start of a scene in the form that other formats need: poses and velocities of its bodies, frames of its
+joints."""
 
 from __future__ import annotations
 
@@ -21,9 +22,10 @@ from mbproj.scene.stops import OfBody
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """The assembled start: `poses` of bodies and the ground; `velocities` (3,) of centres of mass and angular ones,
-    `turning` (3,), both global; joints' coordinates and their rates by name; `given`: the poses that the scene gives;
-    `frames`: what each joint binds, by symbol, in the axes of its body."""
+    """The assembled start of a scene: `poses` of bodies and the ground; `velocities` (3,) of their centres of mass and
+    angular velocities `turning` (3,), both global. `values` and `rates` are joint coordinates and their rates by name.
+    `given` are the poses in the scene's file. `frames` are the points and axes of each joint by symbol, in the axes of
+    its bodies."""
 
     poses: Mapping[str, Pose]
     velocities: Mapping[str, Array]
@@ -34,7 +36,7 @@ class Start:
     frames: Mapping[str, Mapping[str, Array]]
 
     def point(self, body: str, local: Array) -> Array:
-        """A point of a body in global axes, from its centre of mass in its own."""
+        """The global place of a point that is given from the body's centre of mass, in its axes."""
         pose = self.poses[body]
         return np.asarray(pose.position + pose.rotation @ local)
 
@@ -44,12 +46,12 @@ class Start:
         return self.point(body, local) if symbol[0] == "p" else np.asarray(self.poses[body].rotation @ local)
 
     def ends(self, bodies: tuple[str, str], points: Pair) -> list[Array]:
-        """A point of each of two bodies, from its centre of mass in its own axes."""
+        """The points of two bodies, each from its body's centre of mass, in that body's axes."""
         both = zip(bodies, (points.first, points.second), strict=True)
         return [self.own(OfBody(body, point, points.local)) for body, point in both]
 
     def own(self, point: OfBody) -> Array:
-        """A point of a body from its centre of mass in its own axes."""
+        """The point from its body's centre of mass, in that body's axes."""
         if point.local:
             return np.array(point.vector)
         pose = self.given[point.body]
@@ -57,12 +59,12 @@ class Start:
 
     @property
     def moves(self) -> bool:
-        """Whether anything moves at the start."""
+        """Whether any body has a velocity at the start."""
         return any(np.any(each) for each in (*self.velocities.values(), *self.turning.values()))
 
 
 def start_of(scene: Scene) -> Start:
-    """Raises InputError and the errors of assembly where the scene has no start."""
+    """The start of a scene. Raises InputError, and the errors of assembly, where it has none."""
     system = compile_system(scene)
     state = start_state(scene, system)
     pose, carrier = pose_of(state.q), system.body_carrier

@@ -1,4 +1,4 @@
-"""What of a scene tendons of MJCF say: ropes, telescopes, springs and stops between two points, sums of coordinates."""
+"""Parts of a scene as tendons of MJCF: ropes, telescopes, springs and stops between points, sums of coordinates."""
 
 from __future__ import annotations
 
@@ -19,13 +19,14 @@ from mbproj.formats.mechanism import ImportedNames, Same
 from mbproj.scene.records import Joint, PointForce, Scene
 from mbproj.scene.stops import DistanceStop, Limit
 
-#: Beyond every coordinate, of a limit with one side.
+#: The other bound of a limit with one side, in m: beyond every coordinate.
 FAR = 1e6
 
 
 @dataclass(eq=False)
 class Tendons:
-    """The `section` of tendons, the sites and shapes by body that they run over; `equality` is the section of these."""
+    """Writes the `section` of tendons of a model; `on` has the sites and shapes that they run over, by body. `equality`
+    is the section of equalities."""
 
     scene: Scene
     start: Start
@@ -38,28 +39,29 @@ class Tendons:
     names: ImportedNames = field(default_factory=ImportedNames)
 
     def marks(self, body: str) -> list[Tag]:
-        """Sites and shapes of a body."""
+        """The sites and shapes of a body."""
         return self.on.get(body, [])
 
     def site(self, name: str, body: str, at: Array) -> str:
-        """Adds a site, whose name it is."""
+        """Add a site to a body, and return its name."""
         self.on.setdefault(body, []).append(tag("site", name=name, pos=at))
         return name
 
     def line(self, name: str, bodies: tuple[str, str], ends: list[Array], **attributes: object) -> str:
-        """Adds a tendon between two points, whose name it is."""
+        """Add a tendon between two points, and return its name."""
         sites = [self.site(f"{name}_{side}", body, end) for side, body, end in zip((1, 2), bodies, ends, strict=True)]
         return self._path(name, [("site", {"site": site}) for site in sites], attributes)
 
     def fixed(self, name: str, weights: Mapping[str, float]) -> str:
-        """Adds a sum of joint coordinates, whose name it is."""
+        """Add a fixed tendon, a weighted sum of joint coordinates, and return its name."""
         own = self.section.add("fixed", name=self.names.own(name))
         for joint, weight in weights.items():
             own.add("joint", joint=joint, coef=weight)
         return str(own.attributes["name"])
 
     def measured(self, joint: Joint) -> None:
-        """What acts along a telescope or a rope acts along a tendon; without it a telescope has no say."""
+        """Write a telescope or a rope as a tendon, with the forces along it. Where nothing acts along a telescope, it
+        is left out."""
         acting = self.acting.get(f"{joint.name}.length")
         taut = joint.type == "rope" and joint.parameters["path"].taut
         if acting is None and not taut:
@@ -85,7 +87,7 @@ class Tendons:
             self.say(f"joint '{joint.name}'", what, Same.YES)
 
     def forces(self) -> None:
-        """Springs and stops between two points."""
+        """Write the springs and stops between two points."""
         for force in self.scene.forces:
             if isinstance(force, PointForce) and force.element is not None:
                 self.say(f"force '{force.name}'", left_out(force.element), Same.NO)
@@ -108,13 +110,13 @@ class Tendons:
         self.line(force.name, force.bodies, ends, stiffness=stiffness, springlength=length, damping=damping)
 
     def _given_length(self, bodies: tuple[str, str], ends: list[Array]) -> float:
-        """The distance of two points at the pose that the scene gives, where a spring without a length has no force."""
+        """The distance in m of two points at the scene's pose: the free length of a spring that gives none."""
         places = [self.start.given[body] for body in bodies]
         first, second = (pose.position + pose.rotation @ end for pose, end in zip(places, ends, strict=True))
         return float(np.linalg.norm(second - first))
 
     def _along(self, joint: Joint, acting: Acting, *, round_shapes: bool) -> dict[str, object]:
-        """What acts along a coordinate `length`, as a tendon has it."""
+        """The attributes of a tendon for all that acts along a coordinate `length`."""
         limit, element = acting.limit, f"joint '{joint.name}'"
         rest: tuple[float, ...] = (acting.rest,)
         stiffness, span = acting.stiffness, None
@@ -138,7 +140,7 @@ class Tendons:
         }
 
     def _run(self, joint: Joint, run: Run, attributes: dict[str, object]) -> str:
-        """A tendon over the places of a rope."""
+        """Add a tendon over the places of a rope, and return its name."""
         path: list[tuple[str, dict[str, str]]] = []
         for number, (body, at) in enumerate(run.points, 1):
             if number - 1 not in run.shapes:

@@ -1,4 +1,4 @@
-"""A tree of a scene's bodies, as formats of robots need one: joints that make it, and joints that close its loops."""
+"""The tree of a scene's bodies that formats of robots need: the joints of the tree, and those that close its loops."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from mbproj.formats.export.start import Start
 from mbproj.joints import JOINTS
 from mbproj.scene.records import GROUND, Joint, JointForce, Scene
 
-#: Joints that may stand in a tree, those first that formats of robots cannot write as a loop.
+#: The joints that may be in a tree; the first of them cannot be written as a loop in formats of robots.
 IN_TREE = (
     *("prismatic", "cylindrical", "planar", "universal", "screw", "point_on_line", "point_in_plane"),
     *("fixed", "revolute", "spherical"),
@@ -23,9 +23,9 @@ IN_TREE = (
 
 @dataclass(frozen=True, eq=False)
 class Freedom:
-    """A single turn or slide ("hinge", "slide"), a "ball" or a "free" body: `name` is the scene's, of a joint with one
-    coordinate, or of the coordinate. `point` and unit `axis` are global at the start; `coordinate` is "joint.angle",
-    with its value and its rate, "" where the scene counts none."""
+    """A freedom of a joint: a "hinge", a "slide", a "ball", or all six of a "free" body. `name` is that of the joint
+    where it has one coordinate, else it ends with that of the coordinate. `point` and unit `axis` are global at the
+    start. `coordinate` is "joint.angle", with its value and its rate; "" where the scene has none."""
 
     kind: str
     name: str
@@ -38,7 +38,7 @@ class Freedom:
 
 @dataclass(frozen=True, eq=False)
 class Branch:
-    """A body with the one that carries it, and what it may do against it, in this order from the carrier on."""
+    """A body, its carrier, and the freedoms between them, in order from the carrier on."""
 
     body: str
     carrier: str
@@ -48,7 +48,7 @@ class Branch:
 
 @dataclass(frozen=True, eq=False)
 class Tree:
-    """Branches from the ground on, each after its carrier; joints that close loops."""
+    """The branches from the ground on, each after its carrier's, and the joints that close loops."""
 
     branches: tuple[Branch, ...]
     loops: tuple[Joint, ...]
@@ -59,12 +59,12 @@ class Tree:
 
     @property
     def freedoms(self) -> dict[str, Freedom]:
-        """Those with a coordinate, by it."""
+        """The freedoms that have a coordinate, by its name."""
         return {each.coordinate: each for branch in self.branches for each in branch.freedoms if each.coordinate}
 
 
 def tree_of(scene: Scene, start: Start, able: tuple[str, ...] = IN_TREE) -> Tree:
-    """A tree of joints of the types that are `able`, those first on whose coordinates something acts."""
+    """A tree of joints of the types in `able`. It prefers joints on whose coordinates something acts."""
     acted = _acted_on(scene)
     own = [joint for joint in scene.joints if JOINTS[joint.type].frame != "joints"]
     wanted = sorted(
@@ -84,7 +84,7 @@ def tree_of(scene: Scene, start: Start, able: tuple[str, ...] = IN_TREE) -> Tree
 
 
 def _acted_on(scene: Scene) -> set[str]:
-    """Joints whose coordinates must be those of a tree: something acts on them, or couples them."""
+    """The names of the joints that should be in the tree: something acts on their coordinates, or couples them."""
     found = {force.joint for force in scene.forces if isinstance(force, JointForce)}
     found |= {motion.joint for motion in scene.motions}
     for joint in scene.joints:
@@ -117,9 +117,9 @@ def _branches(scene: Scene, start: Start, joints: list[Joint]) -> Iterator[Branc
 
 
 def freedoms(joint: Joint, start: Start, back: bool) -> tuple[Freedom, ...]:
-    """What the second body of a joint may do against the first, or `back` the first against the second.
+    """The freedoms of the second body of a joint against the first, or with `back` of the first against the second.
 
-    Back, each axis is turned round and their order too: R₁(θ₁) R₂(θ₂) undone is R₂(-θ₂) R₁(-θ₁)."""
+    Back reverses each axis, and their order too: the inverse of R₁(θ₁) R₂(θ₂) is R₂(-θ₂) R₁(-θ₁)."""
     point = start.of_joint(joint, "p2")
     kinds = _kinds(joint, start)
     alone = sum(1 for _, coordinate, _ in kinds if coordinate) == 1 and len(kinds) == 1
@@ -133,7 +133,7 @@ def freedoms(joint: Joint, start: Start, back: bool) -> tuple[Freedom, ...]:
 
 
 def _kinds(joint: Joint, start: Start) -> list[tuple[str, str, Array]]:
-    """(kind, coordinate, axis) from the first body on."""
+    """The (kind, coordinate, axis) of each freedom of a joint, from the first body on."""
     x, y, z, z2 = (start.of_joint(joint, symbol) for symbol in ("x1", "y1", "z1", "z2"))
     return {
         "fixed": [],
@@ -150,8 +150,8 @@ def _kinds(joint: Joint, start: Start) -> list[tuple[str, str, Array]]:
 
 
 def without_massless(scene: Scene, tree: Tree, named: Mapping[str, int]) -> Tree:
-    """The tree where a massless body between two others gives its freedoms to the one that it carries; those that
-    loops, forces or markers name (`named`) stay."""
+    """The tree without massless bodies between two others: each gives its freedoms to the body that it carries. Bodies
+    that loops, forces or markers name stay; `named` counts these names."""
     massless = {body.name for body in scene.bodies if not body.mass and not np.any(body.inertia)}
     branches = {branch.body: branch for branch in tree.branches}
     for name in massless:
@@ -167,7 +167,7 @@ def without_massless(scene: Scene, tree: Tree, named: Mapping[str, int]) -> Tree
 
 
 def down(tree: Tree, body: str) -> list[Branch]:
-    """Branches in the order of the file."""
+    """The branches that a body carries, directly or not, in the order of the file."""
     found = []
     for branch in tree.carried(body):
         found += [branch, *down(tree, branch.body)]
@@ -175,7 +175,7 @@ def down(tree: Tree, body: str) -> list[Branch]:
 
 
 def named(scene: Scene) -> Counter[str]:
-    """How often loops, forces and markers name each body: all that a body between two others must not be."""
+    """How often loops, forces and markers name each body. A body that they name is needed, and cannot be removed."""
     found: Counter[str] = Counter(marker.body for marker in scene.markers)
     for force in scene.forces:
         found.update(getattr(force, "bodies", ()))

@@ -1,4 +1,4 @@
-"""A scene as URDF: links whose axes are the global ones at the start, and its loops in a YAML file beside it."""
+"""Writes a scene as URDF: links with the global axes at the start, and its loops in a YAML file beside it."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from mbproj.formats.yaml_text import flow, lines
 from mbproj.scene.records import GROUND, Joint, PointForce, Scene
 from mbproj.scene.stops import DistanceStop, Limit
 
-#: Joints of its tree; a spherical one is a loop between bodies that are free, as URDF has no ball.
+#: The joints that may be in the tree. URDF has no ball: a spherical joint becomes a loop between free bodies.
 IN_TREE = ("prismatic", "cylindrical", "planar", "universal", "screw", "fixed", "revolute")
-#: The gravity that readers of URDF take.
+#: The gravity that readers of URDF assume, in m/s².
 GRAVITY = (0.0, 0.0, -9.81)
-#: Beyond every coordinate, of a limit with one side, and of a drive that nothing limits.
+#: The other bound of a limit with one side, in m or rad, and the effort of a drive that nothing limits.
 FAR, STRONG = 1e6, 1e6
 
 
 def as_urdf(scene: Scene, version: str) -> Written:
-    """The model, its loops, and the table of what it cannot say. Raises InputError and assembly's errors where nothing
-    starts."""
+    """The model, its loops, and the table of what it leaves out. Raises InputError, and the errors of assembly, where
+    the scene has no start."""
     return _Urdf(scene).written(version)
 
 
@@ -45,7 +45,7 @@ class _Urdf:
         self.loops: list[tuple[str, str, str]] = []
 
     def written(self, version: str) -> Written:
-        """Both files."""
+        """The texts of both files, with the table."""
         self._couplings()
         self.root.add("link", name="world")
         for branch in self.tree.branches:
@@ -66,7 +66,7 @@ class _Urdf:
         return "world" if body == GROUND else body
 
     def _branch(self, branch: Branch) -> None:
-        """Its joints in a row, with links without mass between them. The frame of a link is at its joint."""
+        """Write the joints of a branch in a row, with massless links between. The frame of a link is at its joint."""
         pose = self.start.poses[branch.body]
         own = branch.freedoms or (Freedom("fixed", branch.joint, pose.position),)
         carrier = self._called(branch.carrier)
@@ -116,7 +116,7 @@ class _Urdf:
                 self.out.say(f"{word} of '{freedom.name}'", "left out: URDF has none", Same.NO)
 
     def _range(self, freedom: Freedom, limit: Limit | None) -> tuple[float, float]:
-        """From where the joint is at the start."""
+        """The range of a joint's coordinate, counted from its value at the start."""
         low = -FAR if limit is None or limit.low is None else limit.low - freedom.value
         high = FAR if limit is None or limit.high is None else limit.high - freedom.value
         return low, high
@@ -125,7 +125,7 @@ class _Urdf:
         return np.zeros(3) if link == "world" else self.places[link]
 
     def _frame(self, name: str, body: str, point: Array) -> str:
-        """A link without mass at a point of a body."""
+        """Add a massless link at a point of a body, and return its name."""
         link, carrier = self.links.own(name), self._called(body)
         self.root.add("link", name=link)
         joint = self.root.add("joint", name=self.joints.own(f"{name}_joint"), type="fixed")
@@ -135,7 +135,7 @@ class _Urdf:
         return link
 
     def _loop(self, joint: Joint) -> None:
-        """A point, two points of a revolute joint, or a frame."""
+        """Write a loop: one point, two points for a revolute joint, or a frame."""
         if joint.type == "telescope":
             if f"{joint.name}.length" not in self.acting:
                 what = "left out: nothing acts along it, and it holds nothing"
@@ -158,7 +158,7 @@ class _Urdf:
             self.loops.append((ends[0], ends[1], "6d" if joint.type == "fixed" else "3d"))
 
     def _couplings(self) -> None:
-        """One coordinate as a multiple of another is a mimic."""
+        """Write couplings: one coordinate as a multiple of another is a mimic, others are left out."""
         free = self.tree.freedoms
         screws = [joint for joint in self.scene.joints if joint.type == "screw" and joint not in self.tree.loops]
         for joint in [*screws, *(joint for joint in self.scene.joints if joint.couples is not None)]:

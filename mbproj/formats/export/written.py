@@ -1,4 +1,4 @@
-"""A model that was written, with the table of what it lacks."""
+"""The result of an export: the model, with the table of what it leaves out."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from mbproj.scene.stops import PlaneStop
 
 @dataclass(eq=False)
 class Written:
-    """The text of a model, of the file of its loops where there is one, and the rows of the table."""
+    """The text of a model, that of the file of its loops (where there is one), and the rows of the table."""
 
     text: str
     loops: str = ""
     said: list[Said] = field(default_factory=list)
 
     def say(self, element: str, what: str, same: Same) -> None:
-        """A row of the table."""
+        """Add a row to the table."""
         self.said.append(Said(element, None, what, same))
 
 
 def say_unwritten(scene: Scene, say: Say, tree: Tree, acting: Mapping[str, Acting]) -> None:
-    """Rows on what neither format has."""
+    """Add rows on the parts of the scene that neither format has."""
     free = tree.freedoms
     for coordinate in acting:
         if coordinate not in free:

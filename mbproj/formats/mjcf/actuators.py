@@ -1,4 +1,4 @@
-"""Actuators of an MJCF model: left out and said, or on request what acts on a joint, a tendon, a site, a free body."""
+"""Actuators of an MJCF model: left out with a row of the table, or on request forces on joints, tendons and bodies."""
 
 from __future__ import annotations
 
@@ -22,7 +22,8 @@ from mbproj.scene.records import GROUND
 
 
 def add_actuators(tendons: Tendons, wishes: Wishes) -> None:
-    """Each is left out, or acts with its signal where the user asks for that. Raises InputError at unknown names."""
+    """Add the actuators that the user asks for, each with its signal, and a row of the table on every one. Raises
+    InputError at unknown names."""
     compiled, mechanism = tendons.compiled, tendons.mechanism
     count = len(compiled.model.actuator_trntype)
     names = [compiled.name("actuator", number) or f"actuator_{number}" for number in range(count)]
@@ -60,7 +61,7 @@ def _say_unused(compiled: Compiled, mechanism: Mechanism, number: int, name: str
 
 
 def _act(tendons: Tendons, number: int, name: str, law: Law | Muscle, drive: Drive) -> str:
-    """Adds what the actuator exerts; or why nothing in a scene does."""
+    """Add the forces of an actuator, and return ""; or the reason why a scene has no such force."""
     mechanism, along = tendons.mechanism, along_of(tendons, number)
     if isinstance(along, str):
         bodies = _on_body(tendons.compiled, mechanism, tendons.called, number)
@@ -83,7 +84,8 @@ def _act(tendons: Tendons, number: int, name: str, law: Law | Muscle, drive: Dri
 
 
 def _act_by_signal(mechanism: Mechanism, name: str, along: list[Along], law: Law | Muscle, drive: Drive) -> None:
-    """One force by a sum of coordinates and its rate, a signal, which acts along each of them."""
+    """Add a force that depends on a sum of coordinates and its rate: a signal, and forces by it along each
+    coordinate."""
     names = names_along(mechanism, name, along)
     length, rate = length_of(along, names)
     add_states(mechanism, drive, length)
@@ -96,7 +98,8 @@ def _act_by_signal(mechanism: Mechanism, name: str, along: list[Along], law: Law
 
 
 def _forces(along: Along, law: Law, drive: Drive) -> list[dict[str, Any]]:
-    """A spring with a damper, and what the signal adds; one function where the law is another or is limited."""
+    """The keys of the forces along one coordinate: a spring with a damper, and the part of the signal. It is one
+    function where the law is not linear, or is limited."""
     scale = along.factor * np.array([1.0, along.factor, along.factor])
     shift = along.factor**2 * along.start
     (a, a_s, a_v), (b, b_s, b_v) = law.gain * scale, law.bias * scale
@@ -129,7 +132,8 @@ def _forces(along: Along, law: Law, drive: Drive) -> list[dict[str, Any]]:
 def _on_body(
     compiled: Compiled, mechanism: Mechanism, called: Called, number: int
 ) -> list[tuple[str, dict[str, Any], Any]] | None:
-    """Force and torque on a body that a site, or a free joint, is pulled by: kind, place and axes, components."""
+    """The force and the torque of an actuator on a site or a free joint, each as kind, place and axes, components; None
+    for other actuators."""
     import mujoco
 
     model, data, of = compiled.model, compiled.data, mujoco.mjtTrn

@@ -1,4 +1,4 @@
-"""What an MJCF model looks like: geoms as shapes and meshes of bodies, sites as markers. No say in the motion."""
+"""The appearance of an MJCF model: geoms as shapes and meshes of bodies, sites as markers, with no effect on motion."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ WORDS = {MESH: "meshes", ELLIPSOID: "ellipsoids"}
 
 
 def visuals(compiled: Compiled, called: Called) -> Iterator[Visual]:
-    """Geoms of bodies, at the pose of the start."""
+    """Yield the geoms of bodies, at the pose of the start."""
     model, data = compiled.model, compiled.data
     for geom in range(model.ngeom):
         kind, material = int(model.geom_type[geom]), int(model.geom_matid[geom])
@@ -30,7 +30,7 @@ def visuals(compiled: Compiled, called: Called) -> Iterator[Visual]:
             mesh = compiled.source.files.get(model.mesh(number).name)
             scales = np.array(model.mesh_scale[number])
             scale, mesh = float(scales[0]), mesh if (scales == scales[0]).all() else None
-            # MuJoCo moves a mesh to its centre of mass and principal axes.
+            # MuJoCo's frame of a mesh has the mesh's centre of mass and principal axes.
             moved = Pose(np.array(model.mesh_pos[number]), from_quaternion(model.mesh_quat[number]))
             pose = pose.then(moved.inverse())
         yield Visual(
@@ -49,7 +49,7 @@ def _shapes(kind: int, size: Array) -> Shapes:
 
 
 def add_markers(compiled: Compiled, mechanism: Mechanism, called: Called) -> None:
-    """Sites of bodies that move become markers."""
+    """Add a marker for each site of a body that moves."""
     model, still = compiled.model, 0
     for site in range(model.nsite):
         body = called[int(model.site_bodyid[site])]

@@ -1,4 +1,4 @@
-"""Meshes of an MJCF model: those that are there as bytes, and spheres in the place of those that are missing."""
+"""Meshes of an MJCF model: the bytes of those whose files exist, and spheres in the place of those that are missing."""
 
 from __future__ import annotations
 
@@ -7,20 +7,20 @@ from pathlib import Path
 from mbproj.errors import Place
 from mbproj.formats.xml import Element
 
-#: A mesh is read up to so many bytes.
+#: The most bytes of a mesh that is read.
 MOST_MESH_BYTES = 64_000_000
-#: Where files are, which MuJoCo need not know.
+#: The attributes with the folders of files. They are removed, since MuJoCo gets the bytes of the files.
 FOLDERS = ("assetdir", "meshdir", "texturedir", "strippath")
 
-#: What is missing, where it stands, and why it cannot be had.
+#: A missing asset: its name in messages, its place, and the reason.
 Missing = tuple[str, Place, str]
 
 
 def take_meshes(
     root: Element, files: dict[str, bytes], folder: Path
 ) -> tuple[dict[str, Path], list[Missing], list[Element]]:
-    """Adds the meshes that are there to the files. Returns their paths by name, what is missing, and the geoms in its
-    place: spheres, whose mass must not count."""
+    """Add the bytes of the meshes to `files`. Return the paths of the meshes by name, the missing assets, and the geoms
+    that stand for these: spheres, whose mass must not count."""
     missing: list[Missing] = []
     found: dict[str, Path] = {}
     stand_ins: list[Element] = []
@@ -58,8 +58,8 @@ def take_meshes(
 
 
 def _read_mesh(files: dict[str, bytes], folder: Path, path: Path, asset: Element) -> str:
-    """Why a mesh's file cannot be had, "" where it is among the meshes now. Each file gets a name of its own: MuJoCo
-    takes two of one name in different folders for one."""
+    """Add the bytes of a mesh to `files`, and return ""; or the reason why that is not possible. Each file gets a new
+    name, since MuJoCo takes two files of one name in different folders for the same."""
     if asset.tag == "hfield":
         return "is a height field, which takes no part"
     try:

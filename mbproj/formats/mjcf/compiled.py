@@ -1,4 +1,4 @@
-"""MuJoCo's compiler on a source that stands on its own: the model, where its elements stand, its pose at the start."""
+"""Runs MuJoCo's compiler on a complete source: gives the model, the places of its elements, its pose at the start."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from mbproj.formats.xml import Element
 from mbproj.scene.text.suggestions import choose_from
 
 _LINE = re.compile(r"[Ll]ine:? *=? *(\d+)")
-#: What MuJoCo's compiler counts in messages that have no line.
+#: An element by its number, as in "actuator 0", in messages of MuJoCo's compiler that have no line.
 _COUNTED = re.compile(r"\b(actuator|tendon|equality|sensor) (\d+)\b")
-#: Tags that MuJoCo numbers apart, and what it calls them.
+#: The kind under which MuJoCo numbers the elements of a tag.
 KINDS = {"body": "body", "joint": "jnt", "freejoint": "jnt", "geom": "geom", "site": "site"}
 #: The numbers of the plugin mujoco.pid, in its order.
 PID_KEYS = ("kp", "ki", "kd", "imax", "slewmax")
@@ -25,7 +25,8 @@ PID_KEYS = ("kp", "ki", "kd", "imax", "slewmax")
 
 @dataclass(frozen=True, eq=False)
 class Compiled:
-    """MuJoCo's model and data at the pose of the start, with the source. `at` are places by kind and number."""
+    """MuJoCo's model and data at the pose of the start, with the source. `places` are those of elements by kind and
+    number."""
 
     model: Any
     data: Any
@@ -33,11 +34,11 @@ class Compiled:
     places: Mapping[tuple[str, int], Place]
 
     def name(self, kind: str, number: int) -> str:
-        """The name of an element, "" where it has none; `kind` as MuJoCo's accessors have it, "body", "jnt", .."""
+        """The name of an element, "" where it has none; `kind` is the name of MuJoCo's accessor, "body", "jnt", .."""
         return str(getattr(self.model, kind)(number).name)
 
     def place(self, kind: str, number: int) -> Place | None:
-        """Where an element stands."""
+        """The place of an element; None where it is not known."""
         return self.places.get((kind, number))
 
     def disables(self, what: str) -> bool:
@@ -47,7 +48,8 @@ class Compiled:
         return bool(self.model.opt.disableflags & getattr(mujoco.mjtDisableBit, f"mjDSBL_{what}"))
 
     def plugin_of(self, number: int) -> Mapping[str, float] | str | None:
-        """The numbers of an actuator that is `mujoco.pid`; what is said of another plugin; None where it is none."""
+        """The numbers of an actuator of the plugin `mujoco.pid`; for another plugin the reason to leave it out; None
+        for an actuator without a plugin."""
         at = int(self.model.actuator_plugin[number])
         if at < 0:
             return None
@@ -58,13 +60,14 @@ class Compiled:
         return {word: float(value or 0.0) for word, value in zip(PID_KEYS, text, strict=False)}
 
     def place_in(self, section: str, name: str) -> Place | None:
-        """Where the element of a section with this name stands."""
+        """The place of the element with this name in a section; None where there is none."""
         elements = (element for each in self.source.root.all(section) for element in each.children)
         return next((element.place for element in elements if element.get("name") == name), None)
 
 
 def compile_mjcf(source: Source, wishes: Wishes) -> Compiled:
-    """Raises InputError where MuJoCo is missing, refuses the model, or a missing mesh would give a body its mass."""
+    """Compile the source, and set the pose of the start. Raises InputError where MuJoCo is not installed or refuses the
+    model, or a missing mesh would give a body its mass."""
     if find_spec("mujoco") is None:
         place = Place(source.root.place.file)
         raise InputError(Problem("MuJoCo compiles MJCF, and is not installed", place, "pip install 'mbproj[import]'"))
@@ -79,7 +82,7 @@ def _model(source: Source) -> Any:
     import mujoco
 
     text, places = source.text()
-    # Its own way is a file MUJOCO_LOG.TXT in the user's folder.
+    # By default MuJoCo writes its warnings to a file MUJOCO_LOG.TXT in the user's folder.
     mujoco.set_mju_user_warning(lambda message: warn_once(f"MuJoCo: {message}"))
     try:
         return mujoco.MjModel.from_xml_string(text, assets=dict(source.meshes))
@@ -96,7 +99,7 @@ def _model(source: Source) -> Any:
 
 
 def _place_of(source: Source, words: str) -> Place:
-    """Where the element stands that a message counts, as in "actuator 0"; the model where it counts none."""
+    """The place of the element that a message names by its number, as in "actuator 0"; else that of the model."""
     for section, number in _COUNTED.findall(words):
         elements = [element for each in source.root.all(section) for element in each.children]
         if int(number) < len(elements):
@@ -105,7 +108,8 @@ def _place_of(source: Source, words: str) -> Place:
 
 
 def _refuse_mass_of_missing(source: Source) -> None:
-    """Compiles with heavy and with massless spheres for what is missing: a mass that differs is unknown."""
+    """Raises InputError where the mass of a body depends on a missing mesh: it then differs between a model with heavy
+    spheres for missing meshes and one with massless spheres."""
     given = [dict(element.attributes) for element in source.stand_ins]
     for element in source.stand_ins:
         element.attributes["size"] = "1"
@@ -126,7 +130,7 @@ def _refuse_mass_of_missing(source: Source) -> None:
 
 
 def _posed(model: Any, source: Source, wishes: Wishes) -> Any:
-    """Data at the keyframe or the pose that is wished, at MuJoCo's reference pose unless one is."""
+    """MuJoCo's data at the keyframe or the pose that the user asks for, else at the model's reference pose."""
     import mujoco
 
     data = mujoco.MjData(model)
@@ -151,7 +155,7 @@ def _posed(model: Any, source: Source, wishes: Wishes) -> Any:
 
 
 def _places(model: Any, root: Element) -> dict[tuple[str, int], Place]:
-    """By name, and by order where the file has as many elements as the model."""
+    """The places of elements by kind and number, found by name, or by order where the file has as many as the model."""
     found: dict[tuple[str, int], Place] = {}
     world = [element for each in root.all("worldbody") for element in each.walk()]
     for kind in ("body", "jnt", "geom", "site"):

@@ -1,7 +1,7 @@
-"""What drives an actuator's law: its control signal within its range, or states that follow it.
+"""Drives of actuators: the input of an actuator's law, which is its control signal, or a state that follows that.
 
-An integrator and a filter of a constant signal have a closed form. What MuJoCo limits step by step is limited here
-within one time step h of the model: x' = clip(f, (low - x)/h, (high - x)/h)."""
+An integrator and a filter of a constant signal have a closed form. MuJoCo limits states after each step; here the rate
+keeps them within their limits over one time step h of the model: x' = clip(f, (low - x)/h, (high - x)/h)."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ INPUTS = {"pos": 1, "vel": 2, "ff": 4}
 
 @dataclass(frozen=True)
 class StateOf:
-    """x' = derivative, an expression that may hold `LENGTH`."""
+    """A state of a drive. Its derivative is an expression that may have `LENGTH` in it."""
 
     name: str
     derivative: str
@@ -35,7 +35,7 @@ class StateOf:
 
 @dataclass(frozen=True)
 class Drive:
-    """What a law is driven by: a number where it is constant, an expression of t and of the states."""
+    """The input of a law: an expression of t and of the states, and its number where it is constant."""
 
     constant: float | None
     text: str
@@ -43,13 +43,13 @@ class Drive:
 
 
 def free_symbol(mechanism: Mechanism, wanted: str) -> str:
-    """A name for a signal or a state that nothing else has, and that an expression can name."""
+    """A free name for a signal or a state, which expressions can use, as near to the wanted one as can be."""
     taken = frozenset([*mechanism.forces, *mechanism.signals, *mechanism.states])
     return ImportedNames(taken).own(re.sub(r"\W", "_", wanted))
 
 
 def inputs_of(compiled: Compiled, number: int, name: str) -> tuple[str, ...]:
-    """How a user names the control signals of an actuator."""
+    """The names that a user can give to the control signals of an actuator."""
     model = compiled.model
     if int(getattr(model, "actuator_ctrlnum", np.ones(model.nu))[number]) == 1:
         return (name,)
@@ -61,8 +61,8 @@ def inputs_of(compiled: Compiled, number: int, name: str) -> tuple[str, ...]:
 def drive_of(
     compiled: Compiled, mechanism: Mechanism, number: int, name: str, law: Law | Muscle, signals: Signals
 ) -> Drive | str:
-    """What drives an actuator; or why a scene has nothing like it. Its control signals are `signals` by name, or `ctrl`
-    at the start."""
+    """The drive of an actuator, or the reason why a scene has none like it. Its control signals are in `signals` by
+    name; others keep their value `ctrl` of the start."""
     import mujoco
 
     model, kinds = compiled.model, mujoco.mjtDyn
@@ -93,7 +93,8 @@ def _command(compiled: Compiled, number: int, name: str, signals: Signals, which
 
 
 def _activation(compiled: Compiled, mechanism: Mechanism, number: int, name: str, command: Drive) -> Drive | str:
-    """An integrator, a filter or a muscle's activation, in closed form where the signal is constant."""
+    """The drive of an actuator whose input is its activation: an integrator, a filter or a muscle's. It has a closed
+    form where the signal is constant. Else the reason why there is none."""
     import mujoco
 
     model, kinds, u = compiled.model, mujoco.mjtDyn, command.constant
@@ -139,7 +140,8 @@ def _state(compiled: Compiled, mechanism: Mechanism, number: int, name: str, com
 
 
 def _pid(compiled: Compiled, mechanism: Mechanism, number: int, name: str, law: Law, signals: Signals) -> Drive | str:
-    """kp u_pos + kv u_vel + ki ∫ (u_pos - length) + u_ff; the law has -kp length - kv velocity."""
+    """The drive of a PID actuator: kp u_pos + kv u_vel + ki ∫ (u_pos - length) + u_ff. The law itself has the terms
+    -kp length - kv velocity."""
     model = compiled.model
     chosen = [word for word, bit in INPUTS.items() if int(model.actuator_ctrlspec[number]) & bit]
     given = {word: _command(compiled, number, name, signals, which) for which, word in enumerate(chosen)}
@@ -159,13 +161,14 @@ def _pid(compiled: Compiled, mechanism: Mechanism, number: int, name: str, law: 
             return summing
         states.append(summing)
         terms.append((integral, Drive(None, summing.name)))
-    return _together(terms, states)
+    return _sum_of(terms, states)
 
 
 def _plugin(
     compiled: Compiled, mechanism: Mechanism, number: int, name: str, command: Drive, activated: bool
 ) -> Drive | str:
-    """The same of the plugin: one input, through an activation or not; its integral is limited by its force."""
+    """The drive of an actuator of the plugin `mujoco.pid`, with one input, which an activation may follow. The force of
+    its integral is limited."""
     config = compiled.plugin_of(number)
     assert config is not None and not isinstance(config, str)
     model, states, speed = compiled.model, list[StateOf](), "0"
@@ -193,11 +196,11 @@ def _plugin(
             return summing
         states.append(summing)
         terms.append((config["ki"], Drive(None, summing.name)))
-    return _together(terms, states)
+    return _sum_of(terms, states)
 
 
-def _together(terms: Sequence[tuple[float, Drive]], states: Sequence[StateOf]) -> Drive:
-    """The sum of what drives, a number where all are constant."""
+def _sum_of(terms: Sequence[tuple[float, Drive]], states: Sequence[StateOf]) -> Drive:
+    """The drive Σ factor × drive with these states; it is constant where all drives are."""
     values = [factor * each.constant for factor, each in terms if each.constant is not None and factor]
     if len(values) == sum(bool(factor) for factor, _ in terms):
         return Drive(sum(values), shown(sum(values)))
@@ -205,7 +208,7 @@ def _together(terms: Sequence[tuple[float, Drive]], states: Sequence[StateOf]) -
 
 
 def _slewed(compiled: Compiled, mechanism: Mechanism, name: str, command: Drive, fastest: float, first: float) -> Drive:
-    """A setpoint that follows the command no faster than so."""
+    """The drive of a setpoint that begins at `first` and follows the command at most at the rate `fastest`."""
     if command.constant is not None:
         way, most = command.constant - first, f"{shown(fastest)}*t"
         return Drive(None, f"({shown(first)} + min(max({shown(way)}, -{most}), {most}))") if way else command
@@ -218,7 +221,7 @@ def _slewed(compiled: Compiled, mechanism: Mechanism, name: str, command: Drive,
 def _integral(
     compiled: Compiled, mechanism: Mechanism, name: str, position: str, most: float, first: float
 ) -> StateOf | str:
-    """∫ (position - length), within ±most where that is not 0."""
+    """The state ∫ (position - length) dt, within ±most where that is not 0; or the reason why there is none."""
     if most and abs(first) > most:
         return "its integral begins beyond its limit"
     x = free_symbol(mechanism, f"{name}_integral")
@@ -236,7 +239,7 @@ def _within(value: float, limits: tuple[float, float] | None) -> float:
 
 
 def _limited(compiled: Compiled, rate: str, x: str, limits: tuple[float, float] | None) -> str:
-    """A rate that does not lead beyond the limits within a time step of the model."""
+    """The rate of x, limited so that x stays within its limits over one time step of the model."""
     if limits is None:
         return rate
     h = shown(float(compiled.model.opt.timestep))
@@ -245,7 +248,7 @@ def _limited(compiled: Compiled, rate: str, x: str, limits: tuple[float, float] 
 
 
 def add_states(mechanism: Mechanism, drive: Drive, length: str) -> None:
-    """The states of what drives an actuator of this length."""
+    """Add the states of a drive to the mechanism; `length` is the expression of the actuator's length."""
     for state in drive.states:
         entry: dict[str, object] = {"derivative": Bare(state.derivative.replace(LENGTH, f"({length})"))}
         if state.initial:

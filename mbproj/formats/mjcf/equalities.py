@@ -17,13 +17,14 @@ from mbproj.formats.mjcf.tendons.measured import Sum, Tendons
 from mbproj.formats.yaml_text import number
 
 CONNECT, WELD, JOINT, TENDON = range(4)
-#: MuJoCo's own softness of an equality: its time constant in s and its least impedance. A softer one gives way visibly.
+#: MuJoCo's default softness of an equality: its time constant in s and its least impedance. A softer one differs
+#: visibly from a rigid joint.
 TIME_CONSTANT, IMPEDANCE = 0.02, 0.9
 WORDS = {CONNECT: "connect", WELD: "weld", JOINT: "joint", TENDON: "tendon"}
 
 
 def add_equalities(tendons: Tendons) -> None:
-    """Adds a joint for each equality that is active."""
+    """Add a joint for each equality that is active."""
     compiled, mechanism = tendons.compiled, tendons.mechanism
     model = compiled.model
     elements = [e for section in compiled.source.root.all("equality") for e in section.children]
@@ -51,7 +52,7 @@ def _held(
     place: Place | None,
     shown: str,
 ) -> None:
-    """A point (connect) or a frame (weld) of each of two bodies."""
+    """Add the joint of an equality that holds a point (connect) or a frame (weld) of two bodies together."""
     import mujoco
 
     model, data = compiled.model, compiled.data
@@ -84,7 +85,8 @@ def _held(
 
 
 def _say_soft(compiled: Compiled, mechanism: Mechanism, at: int, shown: str, place: Place | None, becomes: str) -> None:
-    """An equality gives way in MuJoCo, and not in the scene: the same motion, unless the model makes it softer."""
+    """Add the row on an equality, which is soft in MuJoCo and rigid in the scene. The motion counts as the same, unless
+    the model makes the equality softer than MuJoCo's default."""
     constant, impedance = float(compiled.model.eq_solref[at][0]), float(compiled.model.eq_solimp[at][0])
     if 0.0 < constant <= TIME_CONSTANT and impedance >= IMPEDANCE:
         mechanism.say(shown, place, f"a soft constraint in MuJoCo, a {becomes} in the scene", Same.YES)
@@ -94,7 +96,8 @@ def _say_soft(compiled: Compiled, mechanism: Mechanism, at: int, shown: str, pla
 
 
 def _frames_held(values: Array, weld: bool) -> tuple[Pose, Pose]:
-    """The frames in each body that meet. Of a weld: relpose of body 2 in body 1, and an anchor in body 2."""
+    """The frames in each body that an equality holds together. A weld gives the pose of body 2 in body 1, `relpose`,
+    and an anchor in body 2."""
     if not weld:
         return Pose(values[0:3], np.eye(3)), Pose(values[3:6], np.eye(3))
     anchor = Pose(values[0:3], np.eye(3))
@@ -103,12 +106,12 @@ def _frames_held(values: Array, weld: bool) -> tuple[Pose, Pose]:
 
 
 def _coupled(tendons: Tendons, at: int, place: Place | None, shown: str) -> None:
-    """y - y₀ = a₀ + a₁ (x - x₀) + .. + a₄ (x - x₀)⁴ of two joints, or of two tendons."""
+    """Add the coupler of an equality of two joints or two tendons: y - y₀ = a₀ + a₁ (x - x₀) + .. + a₄ (x - x₀)⁴."""
     compiled, mechanism = tendons.compiled, tendons.mechanism
     model = compiled.model
     of_tendons = int(model.eq_type[at]) == TENDON
     numbers = [int(each) for each in (model.eq_obj1id[at], model.eq_obj2id[at]) if each >= 0]
-    if of_tendons and len(numbers) == 1 and _kept(tendons, at, numbers[0], place, shown):
+    if of_tendons and len(numbers) == 1 and _fix_length(tendons, at, numbers[0], place, shown):
         return
     curve = Polynomial(model.eq_data[at][: 5 if len(numbers) == 2 else 1])
     bent = bool(np.any(curve.coef[2:]))
@@ -127,8 +130,8 @@ def _coupled(tendons: Tendons, at: int, place: Place | None, shown: str) -> None
 
 
 def _sum(tendons: Tendons, number: int, of_tendons: bool, *, whole: bool) -> Sum | str:
-    """How far a joint or a tendon is from its reference, as weights of coordinates of the scene and a constant; of one
-    coordinate if it has to be `whole`. Or why there is none."""
+    """The distance of a joint or a tendon from its reference, as a sum of the scene's coordinates and a constant. With
+    `whole` the sum has one coordinate only. Else the reason why there is none."""
     model, data = tendons.compiled.model, tendons.compiled.data
     if not of_tendons:
         at, found = int(model.jnt_qposadr[number]), tendons.coordinate(number)
@@ -144,8 +147,9 @@ def _sum(tendons: Tendons, number: int, of_tendons: bool, *, whole: bool) -> Sum
     return found_sum if isinstance(found_sum, str) else Sum(found_sum.weights, found_sum.constant - rest)
 
 
-def _kept(tendons: Tendons, at: int, number: int, place: Place | None, shown: str) -> bool:
-    """Whether a tendon over sites that keeps its length makes a distance joint, or a rope."""
+def _fix_length(tendons: Tendons, at: int, number: int, place: Place | None, shown: str) -> bool:
+    """Make a distance joint, or a rope of fixed length, of a tendon over sites whose length an equality fixes. Return
+    whether that is possible."""
     compiled, mechanism = tendons.compiled, tendons.mechanism
     branches = tendons.branches(number)
     if len(branches) != 1 or tendons.wrong(number):
@@ -166,7 +170,8 @@ def _kept(tendons: Tendons, at: int, number: int, place: Place | None, shown: st
 
 
 def _row(y: Mapping[str, float], x: Mapping[str, float], curve: Polynomial) -> dict[str, object]:
-    """What a coupler is written as: Σ k s = constant where the curve is straight, else a function of the first."""
+    """The keys of a coupler: Σ k s = constant where the curve is a straight line, else with a function of the first
+    coordinate."""
     coefficients = [float(each) for each in curve.coef]
     absolute = any(name.endswith(".length") for name in (*y, *x))  # the others count from the pose
     if len(coefficients) < 3 or not np.any(coefficients[2:]):

@@ -19,7 +19,7 @@ FREE, BALL, SLIDE, HINGE = range(4)
 def add_joints(
     compiled: Compiled, mechanism: Mechanism, called: Called, names: ImportedNames, coordinates: Coordinates
 ) -> None:
-    """Connects each body that moves with its parent; `coordinates` then has those of hinges and slides by name."""
+    """Connect each body that moves with its parent. `coordinates` gets those of hinges and slides, by name."""
     model = compiled.model
     for number in range(1, model.nbody):
         child = called[number]
@@ -43,7 +43,7 @@ def add_joints(
 
 
 def single(compiled: Compiled, mechanism: Mechanism, number: int, child: str) -> Single:
-    """A hinge or a slide with what acts on its coordinate, which counts from the pose of the start."""
+    """A hinge or a slide with all that acts on its coordinate, which counts from the pose of the start."""
     model, data = compiled.model, compiled.data
     dof, at = int(model.jnt_dofadr[number]), float(data.qpos[model.jnt_qposadr[number]])
     turns = int(model.jnt_type[number]) == HINGE
@@ -79,7 +79,7 @@ def single(compiled: Compiled, mechanism: Mechanism, number: int, child: str) ->
 
 
 def joint_name(compiled: Compiled, number: int, child: str) -> str:
-    """Its name, or one from its body."""
+    """The name of a joint, or one made from the name of its body `child` where it has none."""
     name = compiled.name("jnt", number)
     if name:
         return name
@@ -90,7 +90,7 @@ def joint_name(compiled: Compiled, number: int, child: str) -> str:
 
 
 def start_of(compiled: Compiled, called: Called) -> dict[str, float]:
-    """The model's coordinates of hinges and slides at the pose of the start, by name."""
+    """The model's coordinates of hinges and slides at the pose of the start, by name, in rad and m."""
     model, found = compiled.model, {}
     for number in range(model.njnt):
         if int(model.jnt_type[number]) in (HINGE, SLIDE):
@@ -100,7 +100,8 @@ def start_of(compiled: Compiled, called: Called) -> dict[str, float]:
 
 
 def _say_free(compiled: Compiled, mechanism: Mechanism, number: int, child: str) -> None:
-    """A free joint is no joint in a scene; what acts on its coordinates has no counterpart."""
+    """Add rows on a free joint, which a scene does not need. Springs and other effects on its coordinates are left
+    out."""
     model, dof = compiled.model, int(compiled.model.jnt_dofadr[number])
     place = compiled.place("jnt", number) or compiled.place("body", int(model.jnt_bodyid[number]))
     for values, what in (
@@ -121,7 +122,7 @@ def _ball(
     names: ImportedNames,
     coordinates: Coordinates,
 ) -> None:
-    """A ball alone, or slides before one: massless bodies between."""
+    """Connect two bodies by a ball, or by slides and then a ball, with massless bodies between."""
     model, data = compiled.model, compiled.data
     first = int(model.body_jntadr[number])
     ball = first + kinds.index(BALL)
@@ -151,7 +152,8 @@ def _ball(
 def _on_ball(
     compiled: Compiled, mechanism: Mechanism, ball: int, name: str, place: Place | None, ends: tuple[str, str]
 ) -> None:
-    """A ball's spring acts along the rotation vector and its damping on the angular velocity, as a bushing's do."""
+    """Add a bushing for the spring and the damping of a ball, which act on the rotation vector and the angular
+    velocity."""
     model = compiled.model
     dof, body = int(model.jnt_dofadr[ball]), int(model.jnt_bodyid[ball])
     stiffness, damping = float(model.jnt_stiffness[ball]), float(model.dof_damping[dof])
@@ -185,8 +187,8 @@ def _on_ball(
 
 
 def _from_rest(compiled: Compiled, ball: int) -> Array | None:
-    """The orientation (3, 3) in global axes of a frame that spring and pose would turn to the global axes, from where
-    the spring is at rest; None where that is the pose at hand."""
+    """The global orientation (3, 3), where the ball's spring is at rest, of a frame on the body that has the global
+    axes at the present pose. None where the spring is at rest there."""
     model, at = compiled.model, int(compiled.model.jnt_qposadr[ball])
     rest, now = (np.array(to_matrix(tuple(values[at : at + 4]))) for values in (model.qpos_spring, compiled.data.qpos))
     if np.abs(rest - now).max() < 1e-12:

@@ -16,7 +16,8 @@ Range = tuple[float, float]
 
 @dataclass(frozen=True, eq=False)
 class Law:
-    """`gain` and `bias` (3,), and the least and the largest force where the model limits it."""
+    """The law of an actuator that is no muscle: `gain` and `bias` (3,), and the range of the force where the model
+    limits it."""
 
     gain: Array
     bias: Array
@@ -24,16 +25,16 @@ class Law:
 
     @property
     def pushes(self) -> bool:
-        """Whether it exerts something without a control signal."""
+        """Whether the actuator exerts a force without a control signal."""
         return bool(self.bias.any())
 
     @property
     def simple(self) -> bool:
-        """Whether the force follows from the signal alone, and is not limited."""
+        """Whether the force depends on the signal alone, and is not limited."""
         return not (self.gain[1:].any() or self.bias[1:].any() or self.range)
 
     def force(self, drive: str, length: str, rate: str) -> str:
-        """The force as an expression of what drives it, of the length and of its rate."""
+        """The force as an expression of the texts of its drive, of the length and of its rate."""
         terms = [(self.gain[0], drive), (self.bias[0], "1")]
         for at, text in ((1, length), (2, rate)):
             terms += [(self.gain[at], f"{drive}*{text}"), (self.bias[at], text)]
@@ -42,8 +43,8 @@ class Law:
 
 @dataclass(frozen=True, eq=False)
 class Muscle:
-    """A muscle with the `prm` (9,) of MuJoCo: range of lengths (2), peak force, scale, least and largest length,
-    largest velocity, passive force, force of lengthening; `lengths` are those of the actuator."""
+    """A muscle. `prm` (9,) are MuJoCo's numbers: range of lengths (2), peak force, scale, least and largest length,
+    largest velocity, passive force, force of lengthening. `lengths` is the range of the actuator's length in m."""
 
     prm: Array
     lengths: Range
@@ -54,7 +55,8 @@ class Muscle:
     simple = False
 
     def force(self, drive: str, length: str, rate: str) -> str:
-        """-peak (FL(L) FV(V) act + FP(L)); L and V are the names `length` and `rate`, which `scaled` defines."""
+        """The force -peak (FL(L) FV(V) act + FP(L)) as an expression. L and V are the signals named `length` and
+        `rate`, which `scaled` defines."""
         least, most, _, passive, lengthening = self.prm[4:9]
         peak = self.prm[2] if self.prm[2] >= 0.0 else self.prm[3] / max(self.acceleration, 1e-15)
         rising, falling = 0.5 * (least + 1.0), 0.5 * (1.0 + most)
@@ -68,7 +70,8 @@ class Muscle:
         return within(f"{shown(-peak)}*({active} + {shown(passive)}*({stretched}))", self.range)
 
     def scaled(self, length: str, rate: str) -> Mapping[str, str]:
-        """L and V: the length, and the velocity by the largest one, in lengths at rest."""
+        """The expressions of L and V: the length, and the velocity over the largest one, in units of the rest
+        length."""
         first, last = self.prm[:2]
         rest = (self.lengths[1] - self.lengths[0]) / max(last - first, 1e-15)
         start = first - self.lengths[0] / rest
@@ -79,7 +82,7 @@ class Muscle:
 
 
 def law_of(compiled: Compiled, number: int) -> Law | Muscle | str:
-    """The law of an actuator, or why a scene has none."""
+    """The law of an actuator, or the reason why a scene has none like it."""
     import mujoco
 
     model = compiled.model
@@ -125,12 +128,12 @@ def _limits(compiled: Compiled, number: int) -> Range | None:
 
 
 def within(text: str, limits: Range | None) -> str:
-    """An expression, not below the first and not above the second."""
+    """The expression, limited to a range; unchanged where that is None."""
     return text if limits is None else f"min(max({text}, {shown(limits[0])}), {shown(limits[1])})"
 
 
 def summed(terms: list[tuple[float, str]]) -> str:
-    """Σ factor × text, without terms that are zero."""
+    """The expression Σ factor × text, without terms that are zero."""
     parts = []
     for factor, text in terms:
         if text == "1" and factor:
@@ -141,6 +144,6 @@ def summed(terms: list[tuple[float, str]]) -> str:
 
 
 def _part(x: str, start: float, end: float) -> str:
-    """0 at the start and beyond it, 1 at the end and beyond it."""
+    """The expression of a ramp over x: 0 up to `start`, 1 from `end` on."""
     difference = f"{x} - {shown(start)}" if end > start else f"{shown(start)} - {x}"
     return f"clip(({difference})/{shown(abs(end - start))}, 0, 1)"

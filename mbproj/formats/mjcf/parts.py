@@ -10,12 +10,13 @@ from mbproj.formats.mechanism import ImportedBody, ImportedNames, Mechanism, Sam
 from mbproj.formats.mjcf.compiled import Compiled
 from mbproj.scene.records import GROUND
 
-#: What the scene calls the body of each number.
+#: The name in the scene of each body, by its number in the model.
 Called = dict[int, str]
 
 
 def add_parts(compiled: Compiled, mechanism: Mechanism, names: ImportedNames) -> Called:
-    """Adds the bodies at the pose of the start, in the order of the model, which begins at the ground."""
+    """Add the bodies at the pose of the start, in the order of the model, which begins at the ground; return their
+    names."""
     import mujoco
 
     model, data = compiled.model, compiled.data
@@ -54,12 +55,12 @@ def add_parts(compiled: Compiled, mechanism: Mechanism, names: ImportedNames) ->
 
 
 def _at_centre(velocity: Array, arm: Array) -> Array:
-    """The centre of mass's velocity, from (ω, v) at the origin of the body, both global."""
+    """The velocity (3,) of the centre of mass, from (ω, v) at the origin of the body, both global."""
     return np.asarray(velocity[3:] + np.cross(velocity[:3], arm))
 
 
 def _say_compensated(compiled: Compiled, mechanism: Mechanism, number: int, name: str) -> None:
-    """Compensated gravity is a constant force at the centre of mass."""
+    """Add a constant force at the centre of mass for compensated gravity, with a row of the table."""
     part = float(compiled.model.body_gravcomp[number])
     if part:
         lift = -part * mechanism.parts[name].mass * mechanism.gravity

@@ -1,4 +1,5 @@
-"""What else stands in an MJCF model: actuators, contacts, tendons, keyframes. Each is said, or used on request."""
+"""The other parts of an MJCF model, such as contacts and keyframes: each gets a row of the table, or is used on
+request."""
 
 from __future__ import annotations
 
@@ -17,7 +18,7 @@ from mbproj.scene.records import GROUND
 
 
 def say_rest(tendons: Tendons, wishes: Wishes) -> None:
-    """Rows on all that is no body, no joint and no loop."""
+    """Add rows on all parts of the model that are no body, no joint and no loop."""
     compiled, mechanism = tendons.compiled, tendons.mechanism
     add_actuators(tendons, wishes)
     _contacts(compiled, mechanism, tendons.called, wishes)
@@ -27,7 +28,8 @@ def say_rest(tendons: Tendons, wishes: Wishes) -> None:
 
 
 def _contacts(compiled: Compiled, mechanism: Mechanism, called: Called, wishes: Wishes) -> None:
-    """Shapes that may touch. On request a sphere, or the end of a capsule, above a plane of the ground is a stop."""
+    """Add a row on shapes that may touch. On request, add a stop for each sphere, and each end of a capsule, above a
+    plane of the ground."""
     model = compiled.model
     touching = np.flatnonzero((model.geom_contype != 0) | (model.geom_conaffinity != 0))
     moving = [geom for geom in touching if called[int(model.geom_bodyid[geom])] != GROUND]
@@ -77,7 +79,7 @@ def _keyframes(compiled: Compiled, mechanism: Mechanism, wishes: Wishes) -> None
 
 
 def _surroundings(compiled: Compiled, mechanism: Mechanism) -> None:
-    """A medium, and parts that only look or measure."""
+    """Add rows on a medium around the bodies, and on parts that are only drawn or measured."""
     model = compiled.model
     option = next((e for e in compiled.source.root.all("option")), None)
     place = option.place if option else None

@@ -1,4 +1,4 @@
-"""The source of an MJCF model for MuJoCo's compiler: includes read by us, assets that are missing stripped and said."""
+"""The source of an MJCF model for MuJoCo's compiler: mbproj reads includes, and removes assets that are missing."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from mbproj.formats.included import include, inside, is_missing
 from mbproj.formats.mjcf.assets import Missing, take_meshes
 from mbproj.formats.xml import Element
 
-#: Assets that have no say in the motion, and the attributes that name them.
+#: Assets without effect on the motion; attributes of the same names refer to them.
 SHOWN_ONLY = ("texture", "skin")
-#: What is not negative on the coordinates of these elements.
+#: The attributes that must not be negative, and the elements that have them.
 POSITIVE, HELD = ("stiffness", "damping", "frictionloss"), ("joint", "freejoint", "tendon", "fixed", "spatial")
-#: Attributes that are names or texts, whatever stands in them.
+#: Attributes that are names or texts, even where they look like numbers.
 NAMING = ("name", "class", "childclass", "file", "model", "data")
 
 
 @dataclass(eq=False)
 class Source:
-    """A model that stands on its own: its root, and the bytes of its files by the name that MuJoCo has for them. The
-    `files` of meshes stand by the mesh's name, beside what is missing and the geoms that stand for it. `gone` may act
-    on the motion: included files that are not there, flexible bodies."""
+    """A complete model: its root, and the bytes of its meshes by the name that MuJoCo has for the file. `files` are the
+    paths of meshes by name, `missing` the missing assets, `stand_ins` the geoms in their place. `gone` are missing
+    parts that may affect the motion: included files, flexible bodies."""
 
     root: Element
     meshes: dict[str, bytes]
@@ -35,7 +35,7 @@ class Source:
     gone: list[Missing]
 
     def text(self) -> tuple[str, list[Place]]:
-        """XML with one tag a line, and where each of its lines comes from."""
+        """The XML text with one tag on each line, and the place from which each line comes."""
         lines: list[str] = []
         places: list[Place] = []
         for line, place in _tags(self.root):
@@ -45,8 +45,8 @@ class Source:
 
 
 def source_of(root: Element, path: Path, files: dict[str, bytes] | None = None, above: tuple[Path, ...] = ()) -> Source:
-    """The model with its includes, which `above` attach. Raises InputError at a file outside of its folder or in a
-    circle, and at numbers that are not finite."""
+    """The source of a model with its includes; `above` are the models that attach it. Raises InputError at a file
+    outside of its folder or in a circle, and at numbers that are not finite."""
     folder, above = path.resolve().parent, (*above, path.resolve())
     source = Source(root, {} if files is None else files, {}, [], [], [])
     source.root = _included(source, root, folder, above)
@@ -72,8 +72,8 @@ def _tags(element: Element) -> Iterator[tuple[str, Place]]:
 
 
 def _included(source: Source, element: Element, folder: Path, above: tuple[Path, ...]) -> Element:
-    """The element with what <include> brings in its place; files are named from the main model's folder. Those that are
-    missing are noted in the source."""
+    """The element with the contents of included files in the place of each <include>. Files are named from the main
+    model's folder; missing ones are noted in the source."""
     children: list[Element] = []
     for child in element.children:
         if child.tag != "include":
@@ -89,7 +89,7 @@ def _included(source: Source, element: Element, folder: Path, above: tuple[Path,
 
 
 def _refuse_infinite(root: Element) -> None:
-    """Raises InputError at numbers that are not finite, which MuJoCo lets pass; an element may have such a name."""
+    """Raises InputError at numbers that are not finite, which MuJoCo accepts. A name may look like one."""
     names = {element.get("name") for element in root.walk()}
     problems = []
     for element in root.walk():
@@ -114,7 +114,7 @@ def _number(text: str) -> float | None:
 
 
 def _refuse_negative(root: Element) -> None:
-    """Raises InputError at springs, dampers and dry friction that would drive what they hold: MuJoCo lets them pass."""
+    """Raises InputError at negative springs, dampers and dry friction, which would add energy; MuJoCo accepts them."""
     problems = []
     for element in root.walk():
         for key in POSITIVE if element.tag in HELD else ():
@@ -127,7 +127,7 @@ def _refuse_negative(root: Element) -> None:
 
 
 def _without_pictures(root: Element) -> None:
-    """Takes out textures and skins: they have no say in the motion, and most of the time their files are missing."""
+    """Remove textures and skins: they have no effect on the motion, and their files are usually missing."""
     for element in root.walk():
         element.children = [child for child in element.children if child.tag not in SHOWN_ONLY]
         if element.tag == "material":
@@ -143,8 +143,8 @@ def _without_flexible(source: Source) -> None:
 
 
 def _attach(source: Source, folder: Path, above: tuple[Path, ...]) -> None:
-    """Reads the models that <attach> takes from. Raises InputError at one outside of the folder, in a circle, or whose
-    own meshes are missing."""
+    """Read the models to which <attach> refers. Raises InputError at one that is outside of the folder, in a circle, or
+    whose own meshes are missing."""
     for asset in [each for section in source.root.all("asset") for each in section.all("model")]:
         file = inside(asset.get("file"), asset.place, folder, folder)
         inner = source_of(include(file, asset.place, above, asset.get("file")), file, source.meshes, above)

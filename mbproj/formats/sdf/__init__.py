@@ -1,1 +1,1 @@
-"""SDF, read by ourselves: its scopes with includes, frames by name, inertias, and a graph of joints with its loops."""
+"""The reader of SDF: scopes with includes, frames by name, inertias, and a graph of joints with its loops."""

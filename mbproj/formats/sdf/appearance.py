@@ -14,8 +14,8 @@ from mbproj.formats.xml import Element
 
 
 def visuals(link: Element, body: str, frame: Pose, place: Callable[[Element], Pose], folder: Path) -> Iterator[Visual]:
-    """Those of a link that stands at `frame`; `place` gives the pose of a shape in it. Raises InputError at what is no
-    number."""
+    """Yield the visuals of a link whose global pose is `frame`; `place` gives the pose of a shape in the link. Raises
+    InputError at a text that is no number."""
     for element in link.all("visual"):
         geometry = element.first("geometry")
         kind = geometry.children[0] if geometry is not None and geometry.children else None

@@ -1,4 +1,4 @@
-"""Frames of an SDF by name: where each stands, and the link that each is part of.
+"""Frames of an SDF by name: the pose of each, and the link that each is part of.
 
 A pose is relative to the frame that it names, which may be in another model: `model::frame`. In a model it is relative
 to the model unless it names one; that of a joint is relative to its child, that of a frame to what it is attached to.
@@ -14,15 +14,15 @@ from mbproj.formats.geometry import IDENTITY, Pose
 from mbproj.formats.sdf.scopes import Scope, pose_in, text, unknown
 from mbproj.formats.xml import Element
 
-#: The link of a frame that cannot move.
+#: The name that stands for the link of a frame that cannot move.
 WORLD = ""
-#: Names that every scope has.
+#: Names of frames that every scope has.
 MODEL, ROOTS = "__model__", ("world", "__root__")
 
 
 @dataclass(eq=False)
 class Frames:
-    """Poses in the model of their scope, and links by their full name; each is found once."""
+    """Finds the pose of each frame in the model of its scope, and the full name of its link, each once."""
 
     _poses: dict[tuple[int, str], Pose] = field(default_factory=dict)
     _links: dict[tuple[int, str], str] = field(default_factory=dict)
@@ -113,22 +113,23 @@ class Frames:
 
 
 def full_name(scope: Scope, name: str) -> str:
-    """The name with those of the models around it."""
+    """The name, with the names of the models around it."""
     return f"{scope.path}::{name}" if scope.path else name
 
 
 def _relative(pose: Element | None) -> str:
-    """What a pose is relative to, as files of today and of 1.5 say it."""
+    """The name of the frame that a pose is relative to, in today's files or those of version 1.5; "" where it has
+    none."""
     return "" if pose is None else pose.get("relative_to") or pose.get("frame")
 
 
 def _default(element: Element) -> str:
-    """The frame that an element is in where it says no other."""
+    """The frame that an element is attached to: its child for a joint, `attached_to` or the model for others."""
     return text(element, "child") if element.tag == "joint" else element.get("attached_to") or MODEL
 
 
 class _Once:
-    """Raises InputError where a frame is asked for while it is being found."""
+    """A context for finding a frame, which raises InputError where that needs the frame itself."""
 
     def __init__(self, waiting: set[tuple[int, str, str]], key: tuple[int, str, str], name: str, place: Place) -> None:
         self._waiting, self._key, self._name, self._place = waiting, key, name, place
@@ -144,7 +145,7 @@ class _Once:
 
 
 def in_link(frames: Frames, scope: Scope, at: Pose, shape: Element) -> Pose:
-    """The pose of a shape of a link that stands at `at`, in the link's frame."""
+    """The pose of a shape in its link's frame; `at` is the link's pose in the world."""
     given = shape.first("pose")
     named = "" if given is None else given.get("relative_to") or given.get("frame")
     if not named:

@@ -1,4 +1,4 @@
-"""The mass and the inertia of a link of an SDF: given, or those of its collision shapes with their densities."""
+"""The mass and the inertia of a link of an SDF: as given, or from its collision shapes with their densities."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from mbproj.formats.geometry import Pose, check_inertia
 from mbproj.formats.sdf.scopes import number, pose_in, vector
 from mbproj.formats.xml import Element
 
-#: Of a shape without one, in kg/m³: that of water.
+#: The density of a shape that gives none, in kg/m³: that of water.
 DENSITY = 1000.0
 
 
 @dataclass(frozen=True, eq=False)
 class Inertia:
-    """A mass, the place of its centre in the frame of the link, and its inertia (3, 3) about it in axes of the link."""
+    """A mass, its centre (3,) in the frame of the link, and its inertia (3, 3) about that in the link's axes."""
 
     mass: float
     centre: Array
@@ -28,7 +28,8 @@ class Inertia:
 
 
 def inertia_of(link: Element, shape_pose: Callable[[Element], Pose]) -> Inertia:
-    """That of a link; `shape_pose` gives where a collision stands in it. Raises InputError where no body has it."""
+    """The inertia of a link; `shape_pose` gives the pose of a collision in it. Raises InputError where no body can have
+    it."""
     inertial = link.first("inertial")
     if inertial is None:
         return Inertia(1.0, np.zeros(3), np.eye(3))
@@ -47,7 +48,7 @@ def inertia_of(link: Element, shape_pose: Callable[[Element], Pose]) -> Inertia:
 
 
 def _of_shapes(link: Element, density: float, shape_pose: Callable[[Element], Pose]) -> Inertia:
-    """The sum of the shapes about their common centre of mass, by Steiner's theorem."""
+    """The inertia of all shapes about their common centre of mass, by Steiner's theorem."""
     parts: list[Inertia] = []
     for collision in link.all("collision"):
         found = _shape(collision, number(collision, "density", density))
@@ -70,7 +71,7 @@ def _of_shapes(link: Element, density: float, shape_pose: Callable[[Element], Po
 
 
 def _shape(collision: Element, density: float) -> Inertia | None:
-    """A shape in its own frame; None of a plane, which has no volume."""
+    """The inertia of a shape in its own frame; None for a plane, which has no volume."""
     geometry = collision.first("geometry")
     shape = geometry.children[0] if geometry is not None and geometry.children else None
     if shape is None or shape.tag in ("plane", "empty"):
@@ -110,7 +111,8 @@ def _cylinder(shape: Element) -> _Solid:
 
 
 def _cone(shape: Element) -> _Solid:
-    """Its frame is halfway up, its tip along z: its centre of mass is a quarter of its height above the base."""
+    """The solid of a cone. Its frame is at half its height, with the tip along z; its centre of mass is at a quarter of
+    its height above the base."""
     r, h = number(shape, "radius", 0.5), number(shape, "length", 1.0)
     across = 3 / 20 * r * r + 3 / 80 * h * h
     return pi * r * r * h / 3, -h / 4, (across, across, 0.3 * r * r)

@@ -1,4 +1,4 @@
-"""Joints of an SDF as joints of a scene: what each type becomes, what acts on its coordinates, what follows others."""
+"""Joints of an SDF as joints of a scene, with all that acts on their coordinates, and couplers for mimics and gears."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from mbproj.formats.sdf.scopes import Scope, number, text, vector
 from mbproj.formats.xml import Element
 from mbproj.scene.text.suggestions import choose_from
 
-#: The joint of a scene where one stands alone; a universal one and two turns in a row depend on their axes.
+#: The joint of a scene for each type; that of a universal joint, and of two turns in a row, depends on the axes.
 TYPES = {
     "fixed": "fixed",
     "revolute": "revolute",
@@ -37,7 +37,7 @@ TYPES = {
 
 @dataclass(frozen=True, eq=False)
 class SdfJoint:
-    """A joint: its name in the scene, its links by full name, its frame in each of them, its unit axes there."""
+    """A joint: its name in the scene, its links by full name, its frame in each of them, its unit axes in these."""
 
     name: str
     type: str
@@ -57,7 +57,7 @@ class SdfJoint:
         return self.name if axis == "axis" else f"{self.name}_{axis}"
 
     def moved(self, value: float) -> Pose:
-        """Where its frame in the child stands in that in the parent, at a coordinate in rad or m."""
+        """The pose of its frame in the child, in its frame in the parent, at a value of the coordinate in rad or m."""
         if self.type == "prismatic":
             return Pose(value * self.axes[0], np.eye(3))
         along = value / (2 * pi) * pitch_of(self.element) if self.type == "screw" else 0.0
@@ -67,8 +67,8 @@ class SdfJoint:
 def read_joint(
     scope: Scope, frames: Frames, element: Element, name: str, meet: bool, links: Mapping[str, Pose]
 ) -> SdfJoint:
-    """A joint with its frame where the file puts it, at the child, or where frames of both links `meet`. `links` are
-    poses in the world. Raises InputError at what is missing."""
+    """Read a joint. Its frame is at the child, where the file puts it, or with `meet` where the named frames of both
+    links coincide. `links` are poses in the world. Raises InputError where something is missing."""
     kind = element.get("type")
     if kind not in TYPES:
         raise InputError(Problem(f"unknown joint type '{kind}'", element.place, choose_from(kind, list(TYPES))))
@@ -93,7 +93,7 @@ def read_joint(
 
 
 def _axis(scope: Scope, frames: Frames, element: Element, stands: Pose) -> Array:
-    """The unit axis in the joint's frame, where it is given unless it says another one."""
+    """The unit axis in the joint's frame; the file may give it in another frame that it names."""
     xyz = element.first("xyz")
     axis = vector(element, "xyz", "0 0 1")
     if not axis.any():
@@ -107,7 +107,7 @@ def _axis(scope: Scope, frames: Frames, element: Element, stands: Pose) -> Array
 
 
 def pitch_of(element: Element) -> float:
-    """The advance of a screw in m a turn; files before 1.10 have -2π over it."""
+    """The advance of a screw in m a turn. Files before version 1.10 give -2π divided by it."""
     if element.first("screw_thread_pitch") is None and element.first("thread_pitch") is not None:
         old = number(element, "thread_pitch", 1.0)
         return -2.0 * pi / old if old else 0.0
@@ -123,14 +123,14 @@ def add_joint(
     coordinates: Coordinates,
     pose: Mapping[str, float],
 ) -> None:
-    """Adds a joint whose frames in both links agree."""
+    """Add a joint whose frames in both links agree."""
     bodies = (called[joint.links[0]], called[joint.links[1]])
     stands = links[joint.links[1]].then(joint.frames[1])
     kind = TYPES[joint.type]
     if kind in ("fixed", "spherical"):
         mechanism.join(names.own(joint.name), kind, bodies, stands.position, place=joint.place)
         return
-    first = links[joint.links[0]].then(joint.frames[0])  # its axis there is where the joint has not turned yet
+    first = links[joint.links[0]].then(joint.frames[0])  # the joint does not turn its first axis in the parent
     singles = []
     for at, (axis, element) in enumerate(zip(joint.axes, joint.elements, strict=True)):
         frame = first if at == 0 else stands
@@ -148,7 +148,7 @@ def add_joint(
 
 
 def acted_on(mechanism: Mechanism, joint: SdfJoint, element: Element, single: Single, at: float) -> Single:
-    """The coordinate with its limits, losses, spring and rotor; `at` is where it stands."""
+    """The turn or slide with its limits, losses, spring and rotor; `at` is the value of its coordinate at the pose."""
     limit, dynamics = element.first("limit"), element.first("dynamics")
     found = single
     if limit is not None and joint.type != "continuous":
@@ -178,7 +178,8 @@ def acted_on(mechanism: Mechanism, joint: SdfJoint, element: Element, single: Si
 
 
 def open_loop(mechanism: Mechanism, joint: SdfJoint) -> Loop | None:
-    """A joint whose frames stand apart; what acts on its coordinate is left out, as where that is zero is not known."""
+    """The loop of a joint whose frames are apart at the pose; None where its type cannot be closed from a distance. All
+    that acts on its coordinate is left out, since its zero is not known."""
     kind = TYPES[joint.type]
     if kind not in ("fixed", "spherical", "revolute", "prismatic"):
         what = f"left out: a {joint.type} joint is not closed from a distance"
@@ -198,7 +199,8 @@ def add_mimics(
     coordinates: Coordinates,
     pose: Mapping[str, float],
 ) -> None:
-    """s = multiplier (s' - reference) + offset, both counted from the pose; `joints` by scope and name."""
+    """Add a coupler for each mimic: s = multiplier (s' - reference) + offset, with s and s' counted from the pose.
+    `joints` are by scope and name."""
     for joint in joints.values():
         for element in joint.elements:
             mimic = element.first("mimic")
@@ -235,7 +237,8 @@ def add_gearboxes(
     names: ImportedNames,
     coordinates: Coordinates,
 ) -> None:
-    """θ₂ = -ratio θ₁, turns of the child and the parent against a reference body about axes of joints with it."""
+    """Add a coupler for each gearbox: θ₂ = -ratio θ₁. These are the angles of the child and the parent against a
+    reference body, about the axes of joints with it."""
     for joint in joints.values():
         if joint.type != "gearbox":
             continue
@@ -261,7 +264,8 @@ def _turn_of(
     links: Mapping[str, Pose],
     coordinates: Coordinates,
 ) -> tuple[str, float] | None:
-    """The angle of a link of a gearbox against its reference body, and its sign."""
+    """The coordinate that is the angle of a link of a gearbox against its reference body, and its sign; None where no
+    joint measures it."""
     link = gearbox.links[side]
     wanted = links[gearbox.links[1]].rotation @ gearbox.frames[1].rotation @ gearbox.axes[side]
     for joint in joints.values():

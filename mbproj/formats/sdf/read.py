@@ -1,4 +1,4 @@
-"""An SDF as a mechanism: links and the graph of their joints, of which a tree is chosen only to read it by."""
+"""Reads an SDF as a mechanism: links and the graph of their joints, from which a tree is chosen to find poses by."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ from mbproj.formats.xml import Element
 from mbproj.scene.records import GROUND
 from mbproj.scene.text.suggestions import choose_from
 
-#: SDF's own gravity of a world that gives none, in m/s².
+#: SDF's default gravity of a world, in m/s².
 GRAVITY = "0 0 -9.8"
-#: Frames that stand apart by less, in m and rad, are one.
+#: Two frames agree where they differ by less, in m and rad.
 EXACT = 1e-9
 
 
 def read_sdf(root: Element, path: Path, wishes: Wishes) -> Mechanism:
-    """The first world, or the first model that stands alone, of the file whose root element is given."""
+    """The mechanism of the first world, or of the first model outside a world, in a file with this root element."""
     scope, others = scopes_of(root, path)
     frames = Frames()
     links = _links(scope, frames)
@@ -87,7 +87,7 @@ _Links = dict[str, tuple[Pose, Scope, Element]]
 
 
 def _links(scope: Scope, frames: Frames) -> _Links:
-    """Links by full name with their pose in the world."""
+    """The links by full name, with their poses in the world."""
     found: _Links = {}
     for model in scope.walk():
         for name, element in model.all("link"):
@@ -98,7 +98,7 @@ def _links(scope: Scope, frames: Frames) -> _Links:
 
 
 def _short(name: str, names: Iterable[str]) -> str:
-    """The last part of a full name where no other has it, and else all of it."""
+    """The last part of a full name where no other name has the same one, else the full name."""
     last = name.rpartition("::")[2]
     alone = Counter(each.rpartition("::")[2] for each in names)[last] == 1
     return last if alone else name.replace("::", "_")
@@ -128,7 +128,7 @@ def _joints(scope: Scope, frames: Frames, links: Mapping[str, Pose], wishes: Wis
 
 
 def _grounded(links: _Links, joints: Iterable[SdfJoint]) -> set[str]:
-    """The world, the links of static models, and those that are fixed to them."""
+    """The names of the world, of the links of static models, and of links that are fixed to these."""
     still = {WORLD} | {name for name, (_, scope, _) in links.items() if scope.static}
     more = True
     while more:
@@ -141,7 +141,7 @@ def _grounded(links: _Links, joints: Iterable[SdfJoint]) -> set[str]:
 
 
 def _tree(joints: Iterable[SdfJoint], links: _Links, still: set[str]) -> dict[str, SdfJoint]:
-    """The joints that close no loop with those before them in the file, by name."""
+    """The joints that close no loop with earlier joints of the file, by name."""
     group = {name: "" if name in still else name for name in [*links, WORLD]}
     chosen = {}
     for joint in joints:
@@ -155,7 +155,7 @@ def _tree(joints: Iterable[SdfJoint], links: _Links, still: set[str]) -> dict[st
 def _order(
     links: _Links, joints: Mapping[tuple[int, str], SdfJoint], tree: Mapping[str, SdfJoint], still: set[str]
 ) -> Iterator[str]:
-    """Links that move, from the ground on along the tree, then those that nothing connects with it."""
+    """Yield the links that move: first along the tree from the ground on, then those that are not connected with it."""
     done = set(still)
     for start in [None, *links]:
         if start is not None and start in done:
@@ -182,7 +182,8 @@ def _placed(
     still: set[str],
     wishes: Wishes,
 ) -> dict[str, Pose]:
-    """Poses of the links in the world: those of the file, unless joints of the tree meet, or stand elsewhere."""
+    """The poses of the links in the world: those of the file, unless the user asks that frames of joints meet, or for
+    other coordinates."""
     poses = {name: pose for name, (pose, _, _) in links.items()} | {WORLD: IDENTITY}
     if not wishes.meet and not wishes.pose:
         return poses
@@ -208,7 +209,7 @@ def _placed(
 
 
 def _meets(joint: SdfJoint, poses: Mapping[str, Pose]) -> bool:
-    """Whether a joint's frames in both its links are one."""
+    """Whether a joint's frames in its two links agree."""
     first, second = (poses[link].then(own) for link, own in zip(joint.links, joint.frames, strict=True))
     apart = np.abs(first.position - second.position).max()
     return bool(max(apart, np.abs(first.rotation - second.rotation).max()) < EXACT)

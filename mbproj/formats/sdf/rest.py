@@ -1,4 +1,4 @@
-"""What else stands in an SDF: other worlds and models, shapes, sensors, plug-ins, and words of physics engines."""
+"""Rows on the other parts of an SDF: further worlds and models, shapes, sensors, plug-ins, data of physics engines."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from mbproj.formats.sdf.joints import SdfJoint
 from mbproj.formats.sdf.scopes import FRAMES, Scope, text
 from mbproj.formats.xml import Element
 
-#: Of a world, a model, a link and a joint: what is read, what has no say in the motion, and what may act on it.
+#: Tags in a world, a model, a link or a joint: those read, those without effect on the motion, those of joints only.
 READ = (
     *("pose", "static", "gravity", "inertial", "visual", "collision"),
     *("parent", "child", "axis", "axis2", "name", "uri"),
@@ -24,7 +24,7 @@ ONLY_SHOWN = (
 )
 OF_JOINTS = ("screw_thread_pitch", "thread_pitch", "gearbox_ratio", "gearbox_reference_body", "reference_body")
 OF_ROTORS = ("drake:rotor_inertia", "drake:gear_ratio")
-#: Plug-ins that show, measure, or act on request only.
+#: Words in the names of plug-ins that only draw, measure, or act on request.
 HARMLESS = (
     *("apply-link-wrench", "joint-state-publisher", "pose-publisher", "scene-broadcaster", "user-commands"),
     *("physics", "sensors", "imu"),
@@ -34,7 +34,7 @@ HARMLESS = (
 def say_rest(
     mechanism: Mechanism, scope: Scope, others: list[Element], frames: Frames, joints: Iterable[SdfJoint], meet: bool
 ) -> None:
-    """Rows on all that is no link, no joint and no frame."""
+    """Add rows on all parts that are no link, no joint and no frame."""
     for other in others:
         what = f"left out: the scene is that of '{scope.name}'"
         mechanism.say(f"{other.tag} '{other.get('name')}'", other.place, what, Same.NO)
@@ -74,7 +74,7 @@ def text_of(element: Element) -> str:
 
 
 def _say_apart(mechanism: Mechanism, frames: Frames, joint: SdfJoint) -> None:
-    """SDF puts a joint at its child, wherever the frame of its parent that it names stands."""
+    """Add a row on a joint whose named frame of the parent is elsewhere: SDF puts the joint at its child."""
     named = text(joint.element, "parent")
     if named in ("world", "__root__") or joint.scope.frames.get(named) is None:
         return

@@ -1,4 +1,4 @@
-"""The scopes of an SDF file: a world or a model with the frames that it names, models within it, and includes."""
+"""The scopes of an SDF file: a world or a model with its named frames, the models within it, and includes."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from mbproj.formats.included import include, inside
 from mbproj.formats.xml import Element
 from mbproj.scene.text.suggestions import choose_from
 
-#: Elements that name a frame.
+#: The elements that define a named frame.
 FRAMES = ("link", "joint", "frame")
 
 
 @dataclass(eq=False)
 class Scope:
-    """A world or a model: the elements in it that name frames, by name, and the models within it."""
+    """A world or a model: the elements in it that define frames, by name, and the models within it."""
 
     name: str
     element: Element
@@ -32,25 +32,25 @@ class Scope:
     rest: list[Element] = field(default_factory=list)
 
     def walk(self) -> Iterator[Scope]:
-        """It and all models below it, in the order of the text."""
+        """Yield this scope and all models below it, in the order of the text."""
         yield self
         for model in self.models.values():
             yield from model.walk()
 
     def all(self, tag: str) -> Iterator[tuple[str, Element]]:
-        """Its own links, joints or frames with their names."""
+        """Yield the scope's own links, joints or frames, with their names."""
         return ((name, element) for name, element in self.frames.items() if element.tag == tag)
 
     @property
     def path(self) -> str:
-        """Its name from the outermost model on, "" of the world and of a model that stands alone."""
+        """The names of the models from the outermost one to this scope; "" for the world, or a model outside one."""
         if self.above is None:
             return ""
         return f"{self.above.path}::{self.name}" if self.above.path else self.name
 
     @property
     def static(self) -> bool:
-        """Whether it, or a model around it, stays where it is."""
+        """Whether this model, or one around it, is static."""
         own = text(self.element, "static") in ("true", "1")
         return own or (self.above is not None and self.above.static)
 
@@ -78,7 +78,7 @@ def vector(element: Element, tag: str, default: str) -> Array:
 
 
 def pose_in(element: Element) -> Pose:
-    """The <pose> of an element: place, and roll, pitch and yaw in rad or degrees, or a quaternion x y z w."""
+    """The <pose> of an element: a place, with roll, pitch and yaw in rad or degrees, or a quaternion x y z w."""
     pose = element.first("pose")
     if pose is None or not pose.text:
         return IDENTITY
@@ -93,8 +93,8 @@ def pose_in(element: Element) -> Pose:
 
 
 def scopes_of(root: Element, path: Path) -> tuple[Scope, list[Element]]:
-    """The world, or the model that stands alone, and what else the file has that is another world or model. Raises
-    InputError, all problems at once, where a name is missing or stands twice, or an include cannot be had."""
+    """The scope of the first world, or of the first model outside a world, and the further worlds and models of the
+    file. Raises InputError, all problems at once, where a name is missing or repeated, or an include cannot be read."""
     found = root.all("world", "model")
     if not found:
         raise InputError(Problem("the file has no <model> and no <world>", root.place, "an SDF has one of them"))
@@ -107,7 +107,7 @@ def scopes_of(root: Element, path: Path) -> tuple[Scope, list[Element]]:
 
 @dataclass(eq=False)
 class _Files:
-    """Reads scopes, with those of included files, which stand in the folder."""
+    """Reads scopes, with those of included files, which must be in the folder."""
 
     folder: Path
     problems: list[Problem] = field(default_factory=list)
@@ -142,7 +142,7 @@ class _Files:
             scope.models[name] = model
 
     def _include(self, scope: Scope, element: Element, files: tuple[Path, ...]) -> None:
-        """The model of another file, with the name, the pose and more that the include gives it."""
+        """Add the model of another file, with the name, the pose and other elements that the include gives it."""
         uri = text(element, "uri")
         file = self._file(uri, element.place, files[-1].parent)
         root = include(file, element.place, files, str(Path(element.place.file).parent / _shown(uri, file)))
@@ -157,7 +157,7 @@ class _Files:
         self._add(scope, name, model, self.scope(model, scope, (*files, file), name))
 
     def _file(self, uri: str, place: Place, base: Path) -> Path:
-        """model://NAME and a folder are NAME/model.sdf in the model's folder."""
+        """The file of a URI. model://NAME, or the name of a folder, means NAME/model.sdf in the model's folder."""
         scheme, _, rest = uri.rpartition("://")
         if scheme not in ("", "model", "file", "package"):
             raise InputError(Problem(f"'{uri}' is no file", place, "mbproj reads no network: copy it to the folder"))
@@ -172,7 +172,7 @@ class _Files:
         return inside(rest, place, self.folder, base)
 
     def _merge(self, scope: Scope, model: Element, files: tuple[Path, ...]) -> None:
-        """Its elements stand among those of the scope, in a frame that takes the place of its own."""
+        """Add the elements of a model to the scope itself, with a new frame in the place of the model's own frame."""
         if model.get("placement_frame"):
             problem = Problem("a merged include has no placement frame", model.place, "give the pose of its own frame")
             raise InputError(problem)
@@ -208,7 +208,7 @@ def _shown(uri: str, file: Path) -> str:
 
 
 def _overridden(model: Element, include: Element) -> Element:
-    """The model with what the include says of it."""
+    """The model with the elements of the include in the place of its own."""
     own = {child.tag for child in include.children} & {"pose", "static", "placement_frame"}
     children = [child for child in model.children if child.tag not in own]
     children += [child for child in include.children if child.tag in ("pose", "static", "plugin")]
@@ -219,6 +219,6 @@ def _overridden(model: Element, include: Element) -> Element:
 
 
 def unknown(name: str, scope: Scope, place: Place) -> InputError:
-    """The error where nothing in the scope has a name."""
+    """The error of a name that no frame in the scope has."""
     able = [*scope.frames, *scope.models]
     return InputError(Problem(f"unknown frame '{name}'", place, choose_from(name, able)))

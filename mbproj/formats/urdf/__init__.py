@@ -1,1 +1,1 @@
-"""URDF, read by ourselves: the tree, and the loops that stand beside it in several dialects."""
+"""The reader of URDF: the tree, and its loops, for which there are several dialects."""

@@ -16,7 +16,7 @@ from mbproj.formats.xml import Element
 def visuals(
     root: Element, model: Urdf, frames: Mapping[str, Pose], called: Mapping[str, str], folder: Path
 ) -> Iterator[Visual]:
-    """Those of all links. Raises InputError at numbers that are wrong."""
+    """Yield the visuals of all links. Raises InputError at numbers that are wrong."""
     materials = {each.get("name"): _colour(each) for each in root.walk() if each.tag == "material" and each.children}
     for link in model.links.values():
         for element in link.element.all("visual"):

@@ -27,7 +27,7 @@ from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode, SequenceNode
 from mbproj.scene.text.source import read_text
 from mbproj.scene.text.suggestions import choose_from
 
-#: The joint of the scene by the word of a dialect.
+#: The joint of the scene, by the word of a dialect.
 TYPES = {
     "spherical": "spherical",
     "ball": "spherical",
@@ -43,7 +43,7 @@ _CLOSING = re.compile(r"closing_(.+)_([12])")
 
 
 def loops_in(root: Element, model: Urdf) -> Iterator[Loop]:
-    """Those that stand in the file itself."""
+    """Yield the loops in the file itself."""
     for element in root.all("loop_joint"):
         yield _loop(element, [element.first("link1"), element.first("link2")], model, of_origin=False)
     for element in root.all("loop"):
@@ -70,7 +70,7 @@ def _loop(element: Element, ends: list[Element | None], model: Urdf, of_origin: 
 
 
 def _closing(model: Urdf) -> Iterator[Loop]:
-    """Links closing_NAME_1 and closing_NAME_2, whose origins meet."""
+    """Yield the loops of links closing_NAME_1 and closing_NAME_2, whose origins meet."""
     pairs: dict[str, dict[str, str]] = {}
     for name in model.links:
         found = _CLOSING.fullmatch(name)
@@ -87,9 +87,9 @@ def _closing(model: Urdf) -> Iterator[Loop]:
 
 
 def loops_beside(path: Path, given: Path | None, model: Urdf) -> Iterator[Loop]:
-    """Those in the YAML file that the user names, or that stands beside the model.
+    """Yield the loops in the YAML file that the user names, or that is beside the model.
 
-    Raises InputError where a file has none in the one or the other dialect."""
+    Raises InputError where such a file has no loops in either dialect."""
     for file in [given] if given is not None else _beside(path):
         root, problems = compose(read_text(file), str(file))
         if problems:
@@ -107,7 +107,7 @@ def loops_beside(path: Path, given: Path | None, model: Urdf) -> Iterator[Loop]:
 
 
 def _beside(path: Path) -> Iterator[Path]:
-    """The files beside a model that list loops."""
+    """Yield the files beside a model that list loops."""
     for file in (path.with_suffix(".yaml"), path.with_name("loop_closures.yaml")):
         if file.is_file():
             head = file.read_text(encoding="utf-8", errors="replace")[:100_000]
@@ -116,7 +116,7 @@ def _beside(path: Path) -> Iterator[Path]:
 
 
 def _pairs(listed: SequenceNode, values: Mapping[str, Node], model: Urdf) -> Iterator[Loop]:
-    """Pairs of frames that meet in a point, 3d, or altogether, 6d."""
+    """Yield the loops of pairs of frames that meet in a point, 3d, or coincide, 6d."""
     kinds = values.get("type")
     words = [_text(each) for each in kinds.items] if isinstance(kinds, SequenceNode) else []
     for at, pair in enumerate(listed.items):
@@ -130,7 +130,7 @@ def _pairs(listed: SequenceNode, values: Mapping[str, Node], model: Urdf) -> Ite
 
 
 def _balls(listed: SequenceNode, values: Mapping[str, Node], model: Urdf) -> Iterator[Loop]:
-    """Points of two links that meet."""
+    """Yield the loops of points of two links that meet."""
     for at, entry in enumerate(listed.items):
         own = entry.values if isinstance(entry, MappingNode) else {}
         links, frames = [], []
@@ -153,7 +153,7 @@ def _text(node: Node) -> str:
 
 
 def _link_of(name: str, model: Urdf, place: Place) -> str:
-    """The link whose frame a joint or a link names."""
+    """The link whose frame has the name of a joint or a link. Raises InputError where there is none."""
     if name in model.joints:
         return model.joints[name].child
     if name in model.links:

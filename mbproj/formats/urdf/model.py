@@ -1,4 +1,4 @@
-"""A URDF file as links and joints: their numbers, and where each stands in the file."""
+"""A URDF file as links and joints: their numbers, and the place of each in the file."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from mbproj.formats.geometry import IDENTITY, Pose, check_inertia, from_rpy, num
 from mbproj.formats.xml import Element
 from mbproj.scene.text.suggestions import choose_from
 
-#: Joints of URDF by how many coordinates they leave.
+#: The number of coordinates of each type of joint.
 TYPES = {"fixed": 0, "revolute": 1, "continuous": 1, "prismatic": 1, "planar": 3, "floating": 6}
 
 
 @dataclass(frozen=True, eq=False)
 class UrdfLink:
-    """A link: mass, inertia (3, 3) about its centre of mass in its own axes, the place of that centre in its frame."""
+    """A link: its mass, its inertia (3, 3) about the centre of mass, and that centre (3,), both in the link's frame."""
 
     name: str
     mass: float
@@ -34,13 +34,14 @@ class UrdfLink:
 
     @property
     def massless(self) -> bool:
-        """Whether it has neither mass nor inertia: a frame."""
+        """Whether the link has neither mass nor inertia, so that it is only a frame."""
         return not self.mass and not self.inertia.any()
 
 
 @dataclass(frozen=True, eq=False)
 class UrdfJoint:
-    """A joint from link to link; `origin` is its frame, which is the child's too, in the parent's, `axis` is in it."""
+    """A joint between two links. `origin` is its frame in the parent's frame, and also the frame of the child; `axis`
+    is in that frame."""
 
     name: str
     type: str
@@ -57,7 +58,8 @@ class UrdfJoint:
 
 @dataclass(frozen=True, eq=False)
 class Urdf:
-    """Links and joints by name, in the order of the file; `frames` of links at the zero pose, from the root."""
+    """The links and joints by name, in the order of the file; `frames` are those of links at the zero pose, in the
+    root's."""
 
     root: str
     links: dict[str, UrdfLink]
@@ -65,7 +67,7 @@ class Urdf:
     frames: dict[str, Pose] = field(default_factory=dict)
 
     def down(self) -> Iterator[UrdfJoint]:
-        """The joints from the root on."""
+        """Yield the joints from the root on."""
         children: dict[str, list[UrdfJoint]] = {}
         for joint in self.joints.values():
             children.setdefault(joint.parent, []).append(joint)
@@ -92,7 +94,7 @@ def number(element: Element, name: str, default: str | None = None) -> float:
 
 
 def axis_of(element: Element) -> Array:
-    """The axis of a joint, x unless one is given."""
+    """The unit axis of a joint, x where none is given."""
     axis = element.first("axis")
     if axis is None:
         return np.array([1.0, 0.0, 0.0])
@@ -103,7 +105,7 @@ def axis_of(element: Element) -> Array:
 
 
 def read_urdf_model(root: Element) -> Urdf:
-    """Raises InputError, all problems at once, where the links and joints make no tree."""
+    """Read the links and joints. Raises InputError, all problems at once, where they make no tree."""
     problems: list[Problem] = []
     links: dict[str, UrdfLink] = {}
     joints: dict[str, UrdfJoint] = {}

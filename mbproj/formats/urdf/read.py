@@ -1,4 +1,4 @@
-"""A URDF as a mechanism: bodies and joints of the tree, what acts on them, then the loops."""
+"""Reads a URDF as a mechanism: bodies and joints of the tree, forces on these, then the loops."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ from mbproj.scene.records import GROUND
 from mbproj.scene.text.suggestions import choose_from
 
 GRAVITY = np.array([0.0, 0.0, -9.81])
-#: What is read of a model, and tags of elements that would act on its motion: a coupling of URDF+; loops, springs and
-#: plug-ins of Gazebo, and bodies that its gravity does not move.
+#: The tags that are read, and those of elements that would affect the motion: a coupling of URDF+; loops, springs and
+#: plug-ins of Gazebo, and bodies without gravity there.
 READ = ("link", "joint", "material", "loop_joint", "loop")
 MOVING = (
     *("coupling", "joint", "gearbox", "plugin", "springReference", "springStiffness"),
@@ -34,7 +34,7 @@ MOVING = (
 
 
 def read_urdf(root: Element, path: Path, wishes: Wishes) -> Mechanism:
-    """The model whose root element stands in the file at `path`; its root link is the ground."""
+    """The mechanism of the model in the file at `path`, whose root element is `root`; its root link is the ground."""
     model = read_urdf_model(root)
     loops = [*loops_in(root, model), *loops_beside(path, wishes.loops, model)]
     frames = _frames(model, wishes.pose, root)
@@ -65,7 +65,7 @@ def read_urdf(root: Element, path: Path, wishes: Wishes) -> Mechanism:
 
 
 def _frames(model: Urdf, pose: Mapping[str, float], root: Element) -> dict[str, Pose]:
-    """The frames of the links where joints have these coordinates, and zero where none is given."""
+    """The global frames of the links at these joint coordinates; others are zero."""
     able = [name for name, joint in model.joints.items() if joint.type in ("revolute", "continuous", "prismatic")]
     for name in pose:
         if name not in able:
@@ -112,7 +112,7 @@ def _add_joint(
 
 
 def _acted_on(mechanism: Mechanism, joint: UrdfJoint, single: Single, pose: Mapping[str, float]) -> Single:
-    """With the limits and the losses that the joint has."""
+    """The turn or slide with the limits and losses of its joint."""
     at, shown = pose.get(joint.name, 0.0), f"joint '{joint.name}'"
     limit, dynamics = joint.element.first("limit"), joint.element.first("dynamics")
     found = single
@@ -128,7 +128,7 @@ def _acted_on(mechanism: Mechanism, joint: UrdfJoint, single: Single, pose: Mapp
     if dynamics is not None:
         damping, friction = number(dynamics, "damping", "0"), number(dynamics, "friction", "0")
         stiffness = number(dynamics, "spring_stiffness", "0")
-        rest = number(dynamics, "spring_reference", "0") - at if stiffness else 0.0  # in the words of SDF
+        rest = number(dynamics, "spring_reference", "0") - at if stiffness else 0.0  # attributes that SDF has, too
         found = replace(found, damping=damping, dry=friction, stiffness=stiffness, rest=rest)
         _say_unread(mechanism, shown, dynamics)
     for tag in ("safety_controller", "calibration"):
@@ -139,7 +139,7 @@ def _acted_on(mechanism: Mechanism, joint: UrdfJoint, single: Single, pose: Mapp
 
 
 def _say_unread(mechanism: Mechanism, shown: str, dynamics: Element) -> None:
-    """Attributes of <dynamics> beyond those that are read, unless they are zero."""
+    """Add a row on attributes of <dynamics> that are not read and not zero."""
     for name, text in dynamics.attributes.items():
         if name in ("damping", "friction", "spring_stiffness", "spring_reference"):
             continue
@@ -155,7 +155,7 @@ def _say_unread(mechanism: Mechanism, shown: str, dynamics: Element) -> None:
 def _add_mimics(
     mechanism: Mechanism, model: Urdf, names: ImportedNames, coordinates: Coordinates, pose: Mapping[str, float]
 ) -> None:
-    """s = multiplier s' + offset, with both coordinates counted from the pose."""
+    """Add a coupler for each mimic: s = multiplier s' + offset, with both coordinates counted from the pose."""
     for joint in model.joints.values():
         mimic = joint.element.first("mimic")
         if mimic is None:
@@ -174,7 +174,7 @@ def _add_mimics(
 
 
 def _say_rest(mechanism: Mechanism, root: Element, model: Urdf) -> None:
-    """What has no say, or no counterpart."""
+    """Add rows on parts without effect on the motion, or without a counterpart in a scene."""
     touching = sum(len(link.element.all("collision")) for link in model.links.values())
     if touching:
         mechanism.say(f"{touching} collision shapes", None, "left out: shapes pass through each other", Same.UNTIL)

@@ -1,4 +1,4 @@
-"""What acts along tendons of an MJCF model: springs, dampers, limits, dry friction, armature; the rest is said."""
+"""Springs, dampers, limits, dry friction and armature along tendons of an MJCF model; others get a row of the table."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from mbproj.formats.mjcf.tendons.along import Along, act_along, along_tendon, le
 from mbproj.formats.mjcf.tendons.measured import Measured, Tendons
 from mbproj.formats.yaml_text import number as shown
 
-#: What a spring and a damper may do beside what is linear.
+#: The nonlinear parts of a spring and of a damper, as the table names them.
 BENT = ("stiffness that is not linear", "damping that is not linear")
-#: What a stop calls the least and the largest distance of two points.
+#: The keys of a stop for the least and the largest distance of two points.
 SIDES = ("shortest", "longest")
-#: A limit of so many m, and more, is none.
+#: A limit counts as none beyond so many m.
 NO_LIMIT = 1e5
 
 
 def add_tendons(tendons: Tendons) -> None:
-    """Adds what acts along each. One that only couples is said with its equality."""
+    """Add all that acts along each tendon. A tendon that only couples gets its row with its equality."""
     mechanism = tendons.mechanism
     for number in range(tendons.compiled.model.ntendon):
         name, place = tendons.name(number), tendons.place(number)
@@ -40,7 +40,7 @@ def add_tendons(tendons: Tendons) -> None:
 
 
 def _say_bends(tendons: Tendons, number: int) -> None:
-    """How long the scene's rope is the model's tendon; that a tendon is none where nothing acts along it."""
+    """Add rows on how far the scene's rope is the model's tendon, and on a tendon along which nothing acts."""
     mechanism, element = tendons.mechanism, f"tendon '{tendons.name(number)}'"
     place = tendons.place(number)
     if not tendons.branches(number) or element in {row.element for row in mechanism.said}:
@@ -55,7 +55,7 @@ def _say_bends(tendons: Tendons, number: int) -> None:
 
 
 def _acting(model: Any) -> dict[str, Array]:
-    """What may act along a tendon."""
+    """The numbers of all that may act along tendons, by the word for it."""
     found = {
         "limit": model.tendon_limited,
         "spring": model.tendon_stiffness,
@@ -73,7 +73,8 @@ def _acting(model: Any) -> dict[str, Array]:
 
 
 def _between(tendons: Tendons, number: int, left: set[str]) -> set[str]:
-    """The spring, the damper and the limit along the line between two points."""
+    """Add those of `left` that can act along the line between two points: the spring, the damper and the limit. Return
+    the words of those added."""
     line, model, mechanism = tendons.line(number), tendons.compiled.model, tendons.mechanism
     if line is None or not left:
         return set()
@@ -103,7 +104,8 @@ def _between(tendons: Tendons, number: int, left: set[str]) -> set[str]:
 
 
 def _elastic(tendons: Tendons, number: int, left: set[str]) -> set[str]:
-    """A spring that only pulls is an elastic rope, where that is slack at the start and nothing else is asked of it."""
+    """Make an elastic rope of a tendon whose spring only pulls, where it is slack at the start and nothing else acts
+    along it. Return the words of what was added."""
     model, branches = tendons.compiled.model, tendons.branches(number)
     low, high = (float(each) for each in model.tendon_lengthspring[number])
     alone = len(branches) == 1 and branches[0].weight == 1.0 and not tendons.wrong(number)
@@ -118,7 +120,8 @@ def _elastic(tendons: Tendons, number: int, left: set[str]) -> set[str]:
 
 
 def _pulled(tendons: Tendons, number: int, left: set[str]) -> set[str] | str:
-    """The spring and the damper along coordinates: one force, a signal where the coordinates or the law need that."""
+    """Add the spring and the damper along coordinates: one force, or a signal where there are several coordinates or
+    the law is not linear. Return the words of those added, or the reason why there are none."""
     model, mechanism, name = tendons.compiled.model, tendons.mechanism, tendons.name(number)
     if not left & {"spring", "damping", *BENT}:
         return set()
@@ -151,7 +154,7 @@ def _pulled(tendons: Tendons, number: int, left: set[str]) -> set[str] | str:
 
 
 def _linear(along: Along, stiffness: float, damping: float, free: float) -> dict[str, Any]:
-    """A spring and a damper on one coordinate."""
+    """The entry of a linear spring and damper on one coordinate."""
     entry, square = dict(along.entry), along.factor**2
     if stiffness:
         entry["stiffness"] = Quantity(square * stiffness, "N/m")
@@ -168,7 +171,8 @@ def _powers(model: Any, word: str, number: int) -> list[float]:
 
 
 def _limits(tendons: Tendons, number: int) -> tuple[float | None, float | None] | None:
-    """The least and the largest length, where each is one; None, and said, where the pose is beyond them."""
+    """The least and the largest length in m, each None where it is no limit. None, with a row of the table, where the
+    pose is beyond them."""
     low, high = (float(each) for each in tendons.compiled.model.tendon_range[number])
     if not low <= tendons.length(number) <= high or low == high:
         element = f"limit of tendon '{tendons.name(number)}'"
@@ -184,7 +188,8 @@ def _say_rigid(tendons: Tendons, number: int) -> None:
 
 
 def _limited(tendons: Tendons, number: int, left: set[str]) -> set[str] | str:
-    """The limit: of a rope that is slack below it, or of a coordinate."""
+    """Add the limit of a tendon: of a rope that is slack below it, or of a coordinate. Return the words of what was
+    added, or the reason why there is none."""
     if "limit" not in left:
         return set()
     if tendons.held(number):
@@ -206,7 +211,8 @@ def _limited(tendons: Tendons, number: int, left: set[str]) -> set[str] | str:
 
 
 def _loaded(tendons: Tendons, number: int, left: set[str]) -> set[str] | str:
-    """Armature and dry friction, on a coordinate that the length follows from."""
+    """Add armature and dry friction to a coordinate that determines the length. Return the words of those added, or the
+    reason why there are none."""
     model, mechanism = tendons.compiled.model, tendons.mechanism
     done = left & {"armature", "dry friction"}
     if not done:

@@ -13,14 +13,15 @@ from mbproj.formats.mjcf.laws import summed
 from mbproj.formats.mjcf.tendons.measured import Tendons
 from mbproj.formats.mjcf.tendons.paths import is_path
 
-#: What is said where nothing in a scene acts along a coordinate of the model.
+#: The reason for the table where a scene has no force along a coordinate of the model.
 NOTHING = "a scene has no force along what it pulls"
 
 
 @dataclass(frozen=True, eq=False)
 class Along:
-    """A coordinate s that an actuator acts along, with length = factor (start + s): what its force begins with, the
-    words of the scene for s and the force, and units."""
+    """A coordinate s that an actuator acts along, with length = factor (start + s). `entry` has the first keys of its
+    force in the scene; `s`, `force` and `free` are the scene's words for the coordinate, the force and the free
+    length. `unit` is that of s."""
 
     entry: Mapping[str, Any]
     s: str
@@ -32,7 +33,7 @@ class Along:
 
 
 def along_of(tendons: Tendons, number: int) -> list[Along] | str:
-    """The coordinates that an actuator acts along; or why there are none."""
+    """The coordinates that an actuator acts along, or the reason why there are none."""
     import mujoco
 
     model, of = tendons.compiled.model, mujoco.mjtTrn
@@ -46,7 +47,8 @@ def along_of(tendons: Tendons, number: int) -> list[Along] | str:
 
 
 def along_tendon(tendons: Tendons, number: int, factor: float = 1.0) -> list[Along] | str:
-    """Lines between two sites, ropes, or the coordinates in a sum; or why there are none."""
+    """The coordinates whose sum is the length of a tendon: lines between two sites, ropes, or those of joints. Else the
+    reason why there are none."""
     if not is_path(tendons.compiled, number):
         return _of_joints(tendons, tendons.joints(number), factor)
     if wrong := tendons.wrong(number):
@@ -66,7 +68,7 @@ def along_tendon(tendons: Tendons, number: int, factor: float = 1.0) -> list[Alo
 
 
 def _of_joints(tendons: Tendons, weights: Mapping[int, float], factor: float) -> list[Along] | str:
-    """The coordinates of joints with weights; why not where one of them has none."""
+    """The coordinates of joints, with their weights; or the reason where a joint has none."""
     found = [_on_joint(tendons, joint, factor * weight) for joint, weight in weights.items()]
     known = [each for each in found if each is not None]
     return known if known and len(known) == len(found) else NOTHING
@@ -87,7 +89,8 @@ def _on_joint(tendons: Tendons, joint: int, factor: float) -> Along | None:
 
 
 def length_of(along: list[Along], names: list[str]) -> tuple[str, str]:
-    """The sum of the coordinates as an expression, and its rate; `names` are those of the forces along them."""
+    """The expressions of the length that the coordinates sum up to, and of its rate; `names` are those of the forces
+    along the coordinates."""
     seen = []
     for each, name in zip(along, names, strict=True):
         of = (
@@ -105,7 +108,7 @@ def _weighed(along: list[Along], seen: list[str], ending: str) -> list[tuple[flo
 
 
 def names_along(mechanism: Mechanism, name: str, along: list[Along]) -> list[str]:
-    """Names of the forces along the coordinates."""
+    """Free names for the forces along the coordinates."""
     names: list[str] = []
     for _ in along:
         names.append(ImportedNames(frozenset([*mechanism.forces, *names])).own(name))
@@ -113,7 +116,7 @@ def names_along(mechanism: Mechanism, name: str, along: list[Along]) -> list[str
 
 
 def act_along(mechanism: Mechanism, name: str, along: list[Along], names: list[str], force: str) -> None:
-    """One force, a signal that all may read, acts along each coordinate by its factor."""
+    """Add a signal with the expression `force`, and forces along each coordinate that are factor times the signal."""
     signal = free_symbol(mechanism, f"{name}_force")
     mechanism.signals[signal] = Bare(force)
     for own, each in zip(names, along, strict=True):

@@ -1,6 +1,6 @@
 """Joints of a scene that measure tendons: ropes, telescopes, and massless sliders that follow a sum of coordinates.
 
-They are made when something acts along the tendon, and once."""
+Each is made once, when something first acts along the tendon."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ from mbproj.formats.mjcf.tendons.paths import Branch, Spot, above, branches_of, 
 from mbproj.scene.blocks.ropes.block import MOST_NODES
 from mbproj.scene.records import GROUND
 
-#: What may be asked of a rope's length beside what acts along it; only one of them.
+#: The keys of a joint that say what its length may be; a new choice removes the others.
 LENGTH_KEYS = ("free", "slack", "length", "stiffness", "limits")
 
 
 class Measured(NamedTuple):
-    """A coordinate s of a joint by which a tendon is `ratio` s + `constant` long."""
+    """A coordinate s of a joint that determines the length of a tendon: `ratio` s + `constant`."""
 
     joint: str
     coordinate: str
@@ -37,7 +37,7 @@ class Measured(NamedTuple):
 
 
 class Sum(NamedTuple):
-    """Σ weight × coordinate of joints, by name, is a tendon's length without a `constant`."""
+    """A tendon's length as Σ weight × coordinate + `constant`; the weights are by the names of joint coordinates."""
 
     weights: dict[str, float]
     constant: float
@@ -45,8 +45,8 @@ class Sum(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Tendons:
-    """The tendons of a model; `names` are those of the scene's joints, `made` what was made for a tendon's parts. In
-    the scene something goes along those that are `acting`."""
+    """The tendons of a model. `names` are those of the scene's joints, `made` the joints that were made for parts of
+    tendons. `acting` are the numbers of the tendons that have a counterpart in the scene."""
 
     compiled: Compiled
     mechanism: Mechanism
@@ -62,28 +62,28 @@ class Tendons:
         return self.compiled.name("tendon", number) or f"tendon_{number}"
 
     def place(self, number: int) -> Place | None:
-        """Where a tendon stands."""
+        """The place of a tendon."""
         return self.compiled.place_in("tendon", self.name(number))
 
     def length(self, number: int) -> float:
-        """How long a tendon is at the start."""
+        """The length of a tendon at the start, in m."""
         return float(self.compiled.data.ten_length[number])
 
     def branches(self, number: int) -> list[Branch]:
-        """Those of a tendon over sites whose lengths may change; none of another one."""
+        """The branches of a tendon over sites whose lengths may change; [] for another tendon."""
         return [each for each in self._every(number) if each.wrong or self._moves(each)]
 
     def constant(self, number: int) -> float:
-        """What never changes of the length of a tendon over sites."""
+        """The constant part of the length of a tendon over sites, in m."""
         every = self._every(number)
         return sum(each.weight * each.length for each in every if not (each.wrong or self._moves(each)))
 
     def passed(self, number: int) -> list[str]:
-        """Shapes that a tendon does not touch at the start."""
+        """The names of shapes that a tendon may run around, but does not touch at the start."""
         return [name for each in self._every(number) for name in each.passed]
 
     def bends(self, number: int) -> bool:
-        """Whether it runs around shapes."""
+        """Whether a tendon runs around shapes."""
         return any(each.normal is not None for each in self.branches(number))
 
     def _every(self, number: int) -> list[Branch]:
@@ -93,7 +93,7 @@ class Tendons:
         return self.found[number]
 
     def wrong(self, number: int) -> str:
-        """Why no rope is the same as the tendon, "" where one is."""
+        """The reason why no rope runs as the tendon does; "" where one does."""
         for branch in self.branches(number):
             if branch.wrong:
                 return branch.wrong
@@ -102,7 +102,7 @@ class Tendons:
         return ""
 
     def joints(self, number: int) -> dict[int, float]:
-        """The weights of joints in a tendon that is their sum."""
+        """The weights of joints, by number, in a tendon that is their sum; {} for a tendon over sites."""
         model = self.compiled.model
         if is_path(self.compiled, number):
             return {}
@@ -111,19 +111,20 @@ class Tendons:
         return {int(model.wrap_objid[at]): float(model.wrap_prm[at]) for at in every}
 
     def coordinate(self, joint: int) -> tuple[str, str] | None:
-        """The joint and the coordinate in the scene that a joint of the model became."""
+        """The joint and the coordinate of the scene that a joint of the model became; None where it has none."""
         child = self.called[int(self.compiled.model.jnt_bodyid[joint])]
         return self.coordinates.get(joint_name(self.compiled, joint, child))
 
     def line(self, number: int) -> tuple[tuple[str, str], Array] | None:
-        """The bodies that a straight tendon between two sites joins, and a point (2, 3) in each; None of others."""
+        """The bodies that a straight tendon between two sites joins, and the points (2, 3) in their axes; None for
+        others."""
         branches = self.branches(number)
         if len(branches) != 1 or branches[0].weight != 1.0 or self.constant(number):
             return None
         return self.ends(branches[0])
 
     def ends(self, branch: Branch) -> tuple[tuple[str, str], Array] | None:
-        """The same of a branch."""
+        """The bodies that a straight branch between two spots joins, and the points (2, 3) in their axes; else None."""
         if branch.wrong or len(branch.spots) != 2:
             return None
         first, last = branch.spots
@@ -131,7 +132,7 @@ class Tendons:
         return (self.called[first.number], self.called[last.number]), np.array(points)
 
     def rope(self, number: int, at: int) -> str:
-        """The joint that measures a branch: a free rope, until something says what its length is."""
+        """The name of the rope that measures a branch. Its length is free, until `say_length` gives other keys."""
         self.acting.add(number)
         if ("rope", number, at) in self.made:
             return self.made["rope", number, at]
@@ -146,24 +147,24 @@ class Tendons:
         return name
 
     def say_length(self, joint: str, **keys: Any) -> None:
-        """Says of a joint that measures what its length may be."""
+        """Set the keys of a measuring joint that say what its length may be."""
         old = self.mechanism.joints[joint]
         kept = {key: value for key, value in old.keys.items() if key not in LENGTH_KEYS}
         self.mechanism.joints[joint] = replace(old, keys={**kept, **keys})
 
     def add_key(self, joint: str, key: str, value: Any) -> None:
-        """Says something else of a joint."""
+        """Set another key of a joint."""
         old = self.mechanism.joints[joint]
         self.mechanism.joints[joint] = replace(old, keys={**old.keys, key: value})
 
     def held(self, number: int) -> bool:
-        """Whether an equality says how long its rope is."""
+        """Whether an equality fixes the length of the tendon's rope."""
         name = self.made.get(("rope", number, 0), "")
         return "length" in self.mechanism.joints[name].keys if name else False
 
     def measured(self, number: int, *, dry: bool = False) -> Measured | str:
-        """A coordinate that a tendon's length follows from, on which dry friction may act if that is asked; or why
-        there is none."""
+        """A coordinate that determines a tendon's length, or the reason why there is none. With `dry` it must be one on
+        which dry friction may act."""
         if wrong := self.wrong(number):
             return wrong
         branches = self.branches(number)
@@ -179,7 +180,8 @@ class Tendons:
         return self.slider(number)
 
     def sum(self, number: int) -> Sum | str:
-        """The coordinates whose sum is a tendon's length, which rows may couple; or why there are none."""
+        """The coordinates whose sum is a tendon's length, and which couplers accept; or the reason why there are
+        none."""
         if wrong := self.wrong(number):
             return wrong
         if not is_path(self.compiled, number):
@@ -201,7 +203,8 @@ class Tendons:
         return Sum(weights, constant)
 
     def slider(self, number: int) -> Measured | str:
-        """A massless body on a slide that is coupled to the sum: its displacement is how much longer the tendon is."""
+        """A massless body on a slide that a coupler moves: its displacement is the change of the tendon's length since
+        the start. Or the reason why there is none."""
         if ("slider", number, 0) in self.made:
             return Measured(self.made["slider", number, 0], "displacement", 1.0, self.length(number))
         coupled = self.sum(number)
@@ -221,7 +224,7 @@ class Tendons:
         return Measured(joint, "displacement", 1.0, self.length(number))
 
     def _telescopes(self, number: int, at: int) -> list[tuple[str, float]]:
-        """Telescopes in the place of the straight parts of a branch that may change, with their lengths."""
+        """The telescopes for the straight parts of a branch between different bodies, with their lengths in m."""
         branch, found = self.branches(number)[at], []
         for part, (start, end) in enumerate(pairwise(branch.spots), 1):
             bodies = (self.called[start.number], self.called[end.number])
@@ -240,13 +243,14 @@ class Tendons:
         return found
 
     def _turns(self, branch: Branch) -> list[Array]:
-        """The axes about which bodies of a branch turn."""
+        """The global axes of the hinges between the bodies of a branch and the ground."""
         model, data = self.compiled.model, self.compiled.data
         joints = sorted({joint for spot in branch.spots for joint in above(model, spot.number)})
         return [np.array(data.xaxis[joint]) for joint in joints if int(model.jnt_type[joint]) == HINGE]
 
     def _in_plane(self, number: int) -> Array:
-        """The direction of a slide: along the first part of a path, or across the first turn, as in its plane."""
+        """A direction for a slide, in the plane of the motion where there is one: that of the first part of a path. For
+        a sum of joints it is the global axis most normal to the axis of the first joint."""
         for branch in self.branches(number):
             way = branch.spots[1].point - branch.spots[0].point
             return np.asarray(way / np.linalg.norm(way))
@@ -266,7 +270,7 @@ class Tendons:
         return len({self.called[spot.number] for spot in branch.spots}) > 1
 
     def _own(self, number: int, at: int, what: str) -> str:
-        """A name for a joint of a tendon's branch, that of the tendon for its only rope."""
+        """A free name for a joint of a tendon's branch; the only rope of a tendon has the tendon's name."""
         name = self.name(number)
         if len(self.branches(number)) > 1:
             name = f"{name}_{at + 1}"
@@ -274,8 +278,8 @@ class Tendons:
 
 
 def _across(branch: Branch, turns: Sequence[Array]) -> Array:
-    """A normal for a path without circles, which may be any but along a part of it: the axis of what turns is one in
-    which the mechanism may be planar."""
+    """A normal for a path without circles: any direction that is not along a part of it. An axis of a hinge comes
+    first, since the mechanism may be planar about it."""
     ways = np.array([end.point - start.point for start, end in pairwise(branch.spots)])
     ways /= np.linalg.norm(ways, axis=1)[:, None]
     able = [*turns, *np.eye(3)]

@@ -1,7 +1,7 @@
 """The paths of tendons over sites, pulleys, spheres and cylinders, as a rope of a scene runs: points and circles.
 
-A scene's rope has a plane, MuJoCo's tendon has not. They are the same where the motion of all bodies that the tendon
-touches beside a circle is in that plane."""
+A scene's rope has a plane, MuJoCo's tendon has none. They are the same where all bodies that the tendon touches next to
+a circle move in that plane."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from mbproj.formats.mjcf.compiled import Compiled
 from mbproj.formats.mjcf.joints import HINGE, SLIDE
 from mbproj.formats.mjcf.parts import Called
 
-#: Places of a path that are nearer to each other, in m, are one.
+#: Two places of a path on one body are the same where they are nearer to each other than this, in m.
 ONE_PLACE = 1e-12
 
 
 class Spot(NamedTuple):
-    """A place of a path on a body of the model: a global point, or the centre of a circle that the path bends around.
-    `shape` is the number of the geom where it has one."""
+    """A place of a path on the body `number` of the model: a global point, or the centre of a circle that the path
+    bends around. `shape` is the number of the circle's geom."""
 
     number: int
     point: Array
@@ -35,9 +35,9 @@ class Spot(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Branch:
-    """A part of a tendon between pulleys, which counts with a weight: its spots and `length` at the start, the normal
-    (3,) of its circles, the body that carries them. `wrong`: why a rope is not the same. `passed`: shapes that it does
-    not touch."""
+    """A part of a tendon between pulleys, whose length counts with a weight. It has its spots and its `length` at the
+    start, the normal (3,) of its circles, and the body that carries them. `wrong` is the reason why no rope runs so.
+    `passed` are the shapes that it does not touch."""
 
     weight: float
     spots: Sequence[Spot]
@@ -63,7 +63,8 @@ def branches_of(compiled: Compiled, called: Called, number: int) -> list[Branch]
 
 
 class _Item(NamedTuple):
-    """A site, or a shape with its side site (-1: none) and the points (2, 3) where the tendon meets it, if it does."""
+    """A site, or a shape with its side site (-1: none) and the points (2, 3) at which the tendon meets and leaves it;
+    None where it does not."""
 
     site: int
     shape: int
@@ -72,7 +73,7 @@ class _Item(NamedTuple):
 
 
 def _divided(compiled: Compiled, number: int) -> Iterator[tuple[float, list[_Item]]]:
-    """The weights of the branches, and what each goes over."""
+    """Yield the weight of each branch, and the sites and shapes over which it runs."""
     import mujoco
 
     model, data, of = compiled.model, compiled.data, mujoco.mjtWrap
@@ -104,7 +105,7 @@ def _branch(compiled: Compiled, called: Called, weight: float, items: list[_Item
     circles = [at for at, each in enumerate(kept) if each.shape >= 0]
     if not circles:
         length = sum(float(np.linalg.norm(end.point - start.point)) for start, end in pairwise(sites))
-        return Branch(weight, _apart(called, sites), length, passed=passed)
+        return Branch(weight, _without_repeats(called, sites), length, passed=passed)
     axes = [_axis(compiled, kept[at], sites[at - 1].point, sites[at + 1].point) for at in circles]
     normal = axes[0]
     carrier = int(model.geom_bodyid[kept[circles[0]].shape])
@@ -114,7 +115,8 @@ def _branch(compiled: Compiled, called: Called, weight: float, items: list[_Item
         if wrong:
             return Branch(weight, sites, 0.0, wrong=wrong, passed=passed)
         sites[at] = _circle(compiled, circle, beside, normal)
-    return Branch(weight, _apart(called, sites), _length(kept, sites, normal), normal, carrier, passed=passed)
+    length = _length(kept, sites, normal)
+    return Branch(weight, _without_repeats(called, sites), length, normal, carrier, passed=passed)
 
 
 def _called(compiled: Compiled, item: _Item) -> str:
@@ -122,7 +124,7 @@ def _called(compiled: Compiled, item: _Item) -> str:
 
 
 def _length(kept: list[_Item], spots: list[Spot], normal: Array) -> float:
-    """With the arcs on the circles, each less than a turn."""
+    """The length of a path in m, with the arcs on its circles, each less than a turn."""
     total, last = 0.0, spots[0].point
     for item, spot in zip(kept, spots, strict=True):
         first, second = (spot.point, spot.point) if item.touches is None else item.touches
@@ -135,8 +137,8 @@ def _length(kept: list[_Item], spots: list[Spot], normal: Array) -> float:
     return total
 
 
-def _apart(called: Called, spots: list[Spot]) -> list[Spot]:
-    """Without points that are where the one before them is, on the same body."""
+def _without_repeats(called: Called, spots: list[Spot]) -> list[Spot]:
+    """The spots without points that are at the place of the point before, on the same body."""
     found = spots[:1]
     for spot in spots[1:]:
         last = found[-1]
@@ -159,7 +161,8 @@ def _axis(compiled: Compiled, item: _Item, before: Array, after: Array) -> Array
 
 
 def _inside(compiled: Compiled, item: _Item) -> str:
-    """What is said where the tendon is kept inside of a shape."""
+    """The reason why no rope runs so, where the side site is inside of a shape, which keeps the tendon inside; else
+    ""."""
     if item.side < 0:
         return ""
     data, model = compiled.data, compiled.model
@@ -173,7 +176,8 @@ def _inside(compiled: Compiled, item: _Item) -> str:
 def _out_of_plane(
     compiled: Compiled, item: _Item, beside: tuple[Spot, Spot], normal: Array, axis: Array, carrier: int
 ) -> str:
-    """What is said where the tendon, or the motion of what it touches, leaves the plane with this normal."""
+    """The reason why no rope runs so, where the tendon, or the motion of a body that it touches, leaves the plane with
+    this normal; else ""."""
     model, data = compiled.model, compiled.data
     name = _called(compiled, item)
     if np.linalg.norm(np.cross(normal, axis)) > EXACT:
@@ -196,7 +200,7 @@ def _is_cylinder(compiled: Compiled, item: _Item) -> bool:
 
 
 def _stays(model: Any, data: Any, one: int, other: int, normal: Array) -> bool:
-    """Whether two bodies move against each other in one plane: by turns about its normal and slides across it."""
+    """Whether the relative motion of two bodies is in the plane: turns about its normal, and slides normal to that."""
     for joint in above(model, one) ^ above(model, other):
         kind, axis = int(model.jnt_type[joint]), data.xaxis[joint]
         if kind not in (HINGE, SLIDE):
@@ -207,7 +211,7 @@ def _stays(model: Any, data: Any, one: int, other: int, normal: Array) -> bool:
 
 
 def above(model: Any, number: int) -> set[int]:
-    """The joints between a body and the ground."""
+    """The numbers of the joints between a body and the ground."""
     found: set[int] = set()
     while number:
         first = int(model.body_jntadr[number])
@@ -217,7 +221,7 @@ def above(model: Any, number: int) -> set[int]:
 
 
 def _circle(compiled: Compiled, item: _Item, beside: tuple[Spot, Spot], normal: Array) -> Spot:
-    """The circle in the plane of the tendon, with the side to which that bends."""
+    """The circle of a shape in the plane of the tendon, with the side to which the tendon bends."""
     model, data = compiled.model, compiled.data
     assert item.touches is not None
     centre = np.array(data.geom_xpos[item.shape])
