@@ -1,6 +1,6 @@
-"""The paper's equations in NumPy, 7 coordinates a body, dense: the full formulation, the reference of all others.
+"""The paper's equations in NumPy, 7 coordinates a body, dense: the full formulation, the reference for all others.
 
-What the kernel's runs do not need is imported when it is first used.
+Modules that a run in the kernel does not need are imported on first use.
 """
 
 from __future__ import annotations

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Blocks:
-    """A matrix (6n, 6n): block e (6, 6) of `value` (e, 6, 6) couples body `row` (e,) with body `column` (e,); blocks of
-    one pair add up. The ground has no coordinates, so that it has no blocks."""
+    """A matrix (6n, 6n): block e (6, 6) of `value` (e, 6, 6) couples body `row` (e,) with body `column` (e,). Blocks of
+    one pair add up. The ground has no coordinates, and therefore no blocks."""
 
     bodies: int
     row: Integers
@@ -27,22 +27,22 @@ class Blocks:
 
     @classmethod
     def of(cls, bodies: int, row: Integers, column: Integers, value: Array) -> Blocks:
-        """The blocks of bodies that move; the ground is the body of index `bodies`."""
+        """Return the blocks between moving bodies; blocks of the ground, index `bodies`, are dropped."""
         moves = (row < bodies) & (column < bodies)
         return cls(bodies, row[moves], column[moves], value[moves])
 
     def matrix(self) -> Array | csr_matrix:
-        """(6n, 6n): sparse of large mechanisms."""
+        """Return the matrix (6n, 6n), sparse for large mechanisms."""
         return self.sparse() if self.bodies > THRESHOLDS.dense_modes else self.dense()
 
     def dense(self) -> Array:
-        """(6n, 6n)."""
+        """Return the dense matrix (6n, 6n)."""
         found = np.zeros((self.bodies, self.bodies, 6, 6))
         np.add.at(found, (self.row, self.column), self.value)
         return np.ascontiguousarray(found.transpose(0, 2, 1, 3)).reshape(6 * self.bodies, 6 * self.bodies)
 
     def sparse(self) -> csr_matrix:
-        """(6n, 6n), of SciPy."""
+        """Return the matrix (6n, 6n) as SciPy's sparse matrix."""
         from scipy.sparse import coo_matrix
 
         six = np.arange(6)
@@ -52,12 +52,12 @@ class Blocks:
         return coo_matrix((self.value.ravel(), places), shape=(6 * self.bodies,) * 2).tocsr()
 
     def scaled(self, factor: float) -> Blocks:
-        """So many times the matrix."""
+        """Return the matrix times a factor."""
         return Blocks(self.bodies, self.row, self.column, factor * self.value)
 
 
 def added(bodies: int, parts: Sequence[Blocks]) -> Blocks:
-    """The sum of matrices over so many bodies."""
+    """Return the sum of matrices over `bodies` bodies."""
     none = Blocks(bodies, np.zeros(0, dtype=np.intp), np.zeros(0, dtype=np.intp), np.zeros((0, 6, 6)))
     joined = [none, *parts]
     row, column = (np.concatenate([getattr(part, name) for part in joined]) for name in ("row", "column"))
@@ -65,15 +65,15 @@ def added(bodies: int, parts: Sequence[Blocks]) -> Blocks:
 
 
 def on_diagonal(value: Array) -> Blocks:
-    """A block (n, 6, 6) of each body."""
+    """Return the matrix with the diagonal blocks `value` (n, 6, 6), one a body."""
     every = np.arange(len(value))
     return Blocks(len(value), every, every, value)
 
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """A matrix (m, 6n): entry e of `value` (e, 6) is what row `row` (e,) has of body `body` (e,); entries of one pair
-    add up."""
+    """A matrix (m, 6n): entry e of `value` (e, 6) is the part of row `row` (e,) for body `body` (e,). Entries of one
+    pair add up."""
 
     count: int
     bodies: int
@@ -83,49 +83,49 @@ class Rows:
 
     @classmethod
     def of(cls, count: int, bodies: int, row: Integers, body: Integers, value: Array) -> Rows:
-        """The entries of bodies that move; the ground is the body of index `bodies`."""
+        """Return the entries of moving bodies; entries of the ground, index `bodies`, are dropped."""
         moves = body < bodies
         return cls(count, bodies, row[moves], body[moves], value[moves])
 
     def times(self, x: Array) -> Array:
-        """The product (m,) with x (6n,), or (m, k) with x (6n, k)."""
+        """Return the product (m,) with x (6n,), or (m, k) with x (6n, k)."""
         found = np.zeros((self.count, *x.shape[1:]))
         np.add.at(found, self.row, np.einsum("ej,ej...->e...", self.value, x.reshape(-1, 6, *x.shape[1:])[self.body]))
         return found
 
     def scaled(self, factor: Array) -> Rows:
-        """Each row times its factor (m,)."""
+        """Return the rows, each multiplied by its factor (m,)."""
         return Rows(self.count, self.bodies, self.row, self.body, factor[self.row, None] * self.value)
 
     def combined(self, matrix: Array) -> Rows:
-        """The rows (k,) of a matrix (k, m) times these."""
+        """Return the product of a matrix (k, m) with these rows."""
         row, entry = np.nonzero(matrix[:, self.row])
         value = matrix[row, self.row[entry], None] * self.value[entry]
         return Rows(len(matrix), self.bodies, row, self.body[entry], value)
 
     def chosen(self, rows: Integers) -> Rows:
-        """These rows (k,), each once, in their order."""
+        """Return the chosen rows (k,) in this order; each may be chosen once."""
         place = np.full(self.count, -1, dtype=np.intp)
         place[rows] = np.arange(len(rows))
         mine = place[self.row] >= 0
         return Rows(len(rows), self.bodies, place[self.row[mine]], self.body[mine], self.value[mine])
 
     def at(self, row: int) -> Array:
-        """One row, (6n,)."""
+        """Return one row, (6n,)."""
         return self.chosen(np.array([row])).dense()[0]
 
     def matrix(self) -> Array | csr_matrix:
-        """(m, 6n): sparse of large mechanisms."""
+        """Return the matrix (m, 6n), sparse for large mechanisms."""
         return self.sparse() if self.bodies > THRESHOLDS.dense_modes else self.dense()
 
     def dense(self) -> Array:
-        """(m, 6n)."""
+        """Return the dense matrix (m, 6n)."""
         found = np.zeros((self.count, self.bodies, 6))
         np.add.at(found, (self.row, self.body), self.value)
         return found.reshape(self.count, 6 * self.bodies)
 
     def sparse(self) -> csr_matrix:
-        """(m, 6n), of SciPy."""
+        """Return the matrix (m, 6n) as SciPy's sparse matrix."""
         from scipy.sparse import coo_matrix
 
         row = np.broadcast_to(self.row[:, None], self.value.shape)
@@ -134,7 +134,7 @@ class Rows:
 
 
 def stacked(bodies: int, parts: Sequence[Rows]) -> Rows:
-    """Rows one after another."""
+    """Return the parts as one matrix, one below another."""
     first = np.cumsum([0, *(part.count for part in parts)])
     joined = [Rows(0, bodies, np.zeros(0, dtype=np.intp), np.zeros(0, dtype=np.intp), np.zeros((0, 6))), *parts]
     row = np.concatenate([part.row + start for part, start in zip(joined, [0, *first], strict=False)])
@@ -143,13 +143,13 @@ def stacked(bodies: int, parts: Sequence[Rows]) -> Rows:
 
 
 def summed(parts: Sequence[Rows]) -> Rows:
-    """Rows of the same number, added."""
+    """Return the sum of matrices with the same number of rows."""
     row, body, value = (np.concatenate([getattr(part, name) for part in parts]) for name in ("row", "body", "value"))
     return Rows(parts[0].count, parts[0].bodies, row, body, value)
 
 
 def products(left: Rows, right: Rows, weight: Array) -> Blocks:
-    """Σ weight leftᵀ right over the rows, which are few entries each: (6n, 6n)."""
+    """Return Σ weight leftᵀ right over the rows, (6n, 6n). Each row has few entries."""
     order = np.argsort(right.row, kind="stable")
     start = np.searchsorted(right.row[order], np.arange(right.count + 1))
     lengths = (start[1:] - start[:-1])[left.row]

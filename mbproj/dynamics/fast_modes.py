@@ -1,10 +1,9 @@
-"""How fast the forces of a scene alone move a mechanism, and its elements' states change: the eigenvalues of their
-linear part at a state.
+"""Rates at which forces and states of elements change a mechanism: the eigenvalues of their linear part at a state.
 
 Laws and bushings depend on coordinates s. Their forces F = -k δs - c δs' make δs'' = W F. An entry of W is the
 acceleration along one coordinate that a unit force along another causes, joints closed: δs'' = -W (k δs + c δs'). k and
-c are diagonal but for bushings, which couple their six coordinates. Gravity, spin, preloads, and what the bodies'
-motion changes in W are left out: a stiff force is faster than those. States have δx' = f_x δx.
+c are diagonal but for bushings, which couple their six coordinates. Gravity, spin, preloads and the change of W by the
+bodies' motion are left out: a stiff force is faster than those. States have δx' = f_x δx.
 """
 
 from __future__ import annotations
@@ -32,8 +31,9 @@ from mbproj.thresholds import THRESHOLDS
 
 @dataclass(frozen=True, eq=False)
 class Slopes:
-    """-∂F/∂s and -∂F/∂s' along each of the F coordinates that forces act along, (F,), in N/m or N m/rad, and N s/m or
-    N m s/rad: of laws, and the diagonals of `bushings`, which are the last, with their damping at the pose at hand."""
+    """-∂F/∂s and -∂F/∂s' along each of the F coordinates of forces, (F,), in N/m or N m/rad, and N s/m or N m s/rad.
+
+    Slopes of laws come first, and then the diagonals of `bushings`, whose damping is the one at this pose."""
 
     stiffness: Array
     damping: Array
@@ -45,7 +45,7 @@ class Slopes:
         return np.flatnonzero((self.stiffness != 0.0) | (self.damping != 0.0))
 
     def matrices(self, chosen: Integers) -> tuple[Array, Array]:
-        """k and c along the coordinates that are chosen, (e, e)."""
+        """Return k and c along the `chosen` coordinates, (e, e)."""
         k, c = np.diag(self.stiffness[chosen]), np.diag(self.damping[chosen])
         bushing, own = np.divmod(chosen - (len(self.stiffness) - self.bushings.preload.size), len(COORDINATES))
         row, column = np.nonzero((bushing[:, None] == bushing) & (bushing >= 0))
@@ -65,9 +65,9 @@ class Slopes:
 
 @dataclass(frozen=True, eq=False)
 class Mode:
-    """An eigenvalue λ in 1/s, and the forces along the coordinates that were chosen, as large as the eigenvector has
-    them, (e,). `shares` (F + K,): the part that the force along each coordinate has in its energy; or, where states of
-    elements take most part in it, that of each state (Pérez-Arriaga et al. 1982)."""
+    """An eigenvalue λ in 1/s with its eigenvector's `force` along the chosen coordinates, (e,). `shares` (F + K,): the
+    part of each coordinate's force in the mode's energy. Where states of elements dominate the mode, it is the
+    participation of each state (Pérez-Arriaga et al. 1982)."""
 
     eigenvalue: complex
     shares: Array
@@ -75,17 +75,17 @@ class Mode:
 
     @property
     def moves_bodies(self) -> bool:
-        """Whether forces take part in it."""
+        """Whether forces take part in the mode."""
         return bool(np.abs(self.force).max(initial=0.0) > 0.0)
 
 
 def slopes(system: System, state: State) -> Slopes:
-    """The laws' slopes at a state; 0 where a function has no finite slope (at the root of its √, say)."""
+    """Return the forces' slopes at a state; 0 where a function has no finite slope (at the root of its √, say)."""
     return slopes_at(state.instant(system))
 
 
 def slopes_at(instant: Instant) -> Slopes:
-    """The same where it is taken apart."""
+    """Return the forces' slopes at an instant; 0 where a function has no finite slope."""
     laws, bushings = law_state(instant), instant.system.forces.bushings
     if laws.bent is not None:
         bushings = replace(bushings, damping=viscous(bushings, laws.bent))
@@ -97,14 +97,16 @@ def slopes_at(instant: Instant) -> Slopes:
 
 
 def speeds_of_free_bodies(system: System, pose: Pose, slopes: Slopes) -> Array:
-    """Of each coordinate what bounds its part in |λ|, (F,), 1/s: √(k w) + c w on bodies that nothing else holds, each
-    with its mass divided among the forces on it (Irons & Treharne 1971)."""
+    """Return, for each coordinate, a bound of its part in |λ|, (F,), 1/s.
+
+    It is √(k w) + c w on bodies that nothing else holds, each with its mass divided among the forces on it (Irons &
+    Treharne 1971)."""
     n = system.bodies
     law, body, force, torque = _pulls(system.forces, pose)
     moves = body < n
     law, body, force, torque = law[moves], body[moves], force[moves], torque[moves]
     on_body = np.bincount(body, minlength=n)[body]
-    with np.errstate(divide="ignore", over="ignore", invalid="ignore"):  # a body without mass gives way at once
+    with np.errstate(divide="ignore", over="ignore", invalid="ignore"):  # a body without mass has infinite w
         turned = np.sum(torque * (np.linalg.pinv(system.inertia[body]) @ torque[..., None])[..., 0], axis=1)
         gives = on_body * (np.sum(force * force, axis=1) / system.mass[body] + turned)
     w = np.bincount(law, np.nan_to_num(gives, nan=np.inf), minlength=len(slopes.stiffness))
@@ -114,8 +116,8 @@ def speeds_of_free_bodies(system: System, pose: Pose, slopes: Slopes) -> Array:
 
 
 def _pulls(forces: Forces, pose: Pose) -> tuple[Integers, Integers, Array, Array]:
-    """Unit forces along each coordinate on each body: the coordinate and the body (p,), the force (p, 3) in global
-    axes, and the torque (p, 3) in the body's."""
+    """Return unit forces along each coordinate on each body: the coordinate and the body (p,), the force (p, 3) in
+    global axes, and the torque (p, 3) in body axes."""
     bound = forces.laws.coordinates
     gradient = bound.gradient_entries(attached(pose, *slots_of(bound)))
     body = bound.body[bound.entry_slot]
@@ -142,15 +144,15 @@ def _pulls(forces: Forces, pose: Pose) -> tuple[Integers, Integers, Array, Array
 
 
 def responses(system: System, pose: Pose, laws: Integers) -> Array:
-    """W, (e, e), along these coordinates, m or rad per s² and N or N m: with N a basis of the velocities that joints
-    allow, Jᵀ N (NᵀMN)⁻¹ Nᵀ J. Raises LinAlgError where these move no mass."""
+    """Return W, (e, e), along these coordinates, m or rad per s² and N or N m. With N a basis of the velocities that
+    joints allow it is Jᵀ N (NᵀMN)⁻¹ Nᵀ J. Raises LinAlgError where some of these move no mass."""
     pulls = unit_pulls(system, pose, laws)
     return np.asarray(pulls @ _accelerations(system, pose, pulls.T))
 
 
 def moved_bodies(system: System, pose: Pose, laws: Integers, mode: Mode) -> Array | None:
-    """The kinetic energy of each carrier in a mode that `laws` were chosen for, (n,), in any unit; None where massless
-    bodies are free to move."""
+    """Return the kinetic energy of each carrier in a mode, (n,), in an arbitrary unit; None where massless bodies can
+    move. `laws` are the coordinates chosen for the mode."""
     try:
         motion = _accelerations(system, pose, unit_pulls(system, pose, laws).T @ mode.force)
     except np.linalg.LinAlgError:
@@ -162,12 +164,12 @@ def moved_bodies(system: System, pose: Pose, laws: Integers, mode: Mode) -> Arra
 
 
 def unit_pulls(system: System, pose: Pose, laws: Integers) -> Array:
-    """Q (e, 7n) of unit forces."""
+    """Return the generalised forces Q (e, 7n) of unit forces along coordinates."""
     return np.array([generalised(pose, *unit_pull(system.forces, pose, int(law))) for law in laws])
 
 
 def _accelerations(system: System, pose: Pose, pulls: Numbers) -> Numbers:
-    """What generalised forces (7n, ...) make of q'', (7n, ...), joints closed and at rest."""
+    """Return the accelerations q'' (7n, ...) by generalised forces (7n, ...), joints closed and at rest."""
     _, sigma, directions = np.linalg.svd(scaled_jacobian(system, pose))
     lengths = np.tile([system.length] * 3 + [1.0] * 4, system.bodies)
     free = directions[int(np.count_nonzero(sigma > THRESHOLDS.dependent)) :] * lengths
@@ -176,7 +178,7 @@ def _accelerations(system: System, pose: Pose, pulls: Numbers) -> Numbers:
 
 
 def leading(names: Sequence[str], parts: Array) -> tuple[str, ...]:
-    """The names with the largest parts, the largest first; parts of one name add up."""
+    """Return the names with the largest parts, the largest first; parts of one name add up."""
     total: dict[str, float] = {}
     for name, part in zip(names, parts.tolist(), strict=True):
         total[name] = total.get(name, 0.0) + part
@@ -187,8 +189,8 @@ def leading(names: Sequence[str], parts: Array) -> tuple[str, ...]:
 
 
 def fast_modes(W: Array, laws: Integers, slopes: Slopes, f_x: Array) -> list[Mode]:
-    """The modes that do not grow by themselves by more than `growing` of their |λ|, the fastest first; one of each
-    conjugate pair. `f_x` (K, K): of the states of elements."""
+    """Return the modes, the fastest first, one of each conjugate pair. Modes that grow by more than `growing` of their
+    |λ| are left out. `f_x` (K, K): the matrix of the states of elements."""
     count, (k, c) = len(laws), slopes.matrices(laws)
     matrix = np.zeros((2 * count + len(f_x),) * 2)
     matrix[:count, count : 2 * count] = np.eye(count)
@@ -205,14 +207,14 @@ def fast_modes(W: Array, laws: Integers, slopes: Slopes, f_x: Array) -> list[Mod
 
 
 def _participation(vectors: Numbers) -> Array:
-    """The part that each number takes in each mode, in a column: its eigenvector times the left one."""
+    """Return the participation of each number in each mode, a column: its eigenvector times the left eigenvector."""
     found = np.abs(vectors * np.linalg.pinv(vectors).T)
     return np.asarray(found / found.sum(axis=0))
 
 
 def _mode(value: complex, vector: Numbers, part: Array, laws: Integers, slopes: Slopes) -> Mode:
-    """A mode of an eigenvector (2e + K,), displacements and rates along the coordinates that were chosen, and states,
-    which take `part` (K,) in it."""
+    """Return the mode of an eigenvector (2e + K,): displacements and rates along the chosen coordinates, and states,
+    with participations `part` (K,)."""
     count, (k, c) = len(laws), slopes.matrices(laws)
     moved, rate = vector[:count], vector[count : 2 * count]
     energy = np.abs(moved * (k @ moved)) + np.abs(rate * (c @ rate)) / abs(value)

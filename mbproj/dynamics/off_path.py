@@ -1,4 +1,4 @@
-"""Whether ropes lie on their sheaves as their paths say."""
+"""Checks whether ropes lie on their sheaves in the order of their paths."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ TINY = 1e-30
 
 
 class OffPath(NamedTuple):
-    """What the path of a rope, by its `coordinate`, does not allow: it has left a `circle`, or else a `span` is lost;
-    both are counted from 0, and the other one is -1."""
+    """A failure of the path of a rope, given by its `coordinate`: it has left a `circle`, or else a `span` between
+    circles has vanished. Both count from 0; the other one is -1."""
 
     coordinate: int
     circle: int
@@ -26,8 +26,8 @@ class OffPath(NamedTuple):
 
 
 def drawn_in(system: System, q: Array, v: Array, h: float) -> OffPath | None:
-    """A span that is as good as gone where a run cannot go on, at q, v (7n,): it is hardly there, or so fast getting
-    shorter that it would not last for another h s."""
+    """Return the span that has almost vanished where a run cannot go on, at q, v (7n,); None without one. It is very
+    short, or shortens so fast that it would not last for another h s."""
     bound = system.coordinates
     if not any(isinstance(group.primitive, Rope) for group in bound.groups):
         return None
@@ -49,7 +49,7 @@ def drawn_in(system: System, q: Array, v: Array, h: float) -> OffPath | None:
 
 
 def off_path(system: System, pose: Pose) -> OffPath | None:
-    """The first of the ropes' troubles at one pose; None where all lie on their paths."""
+    """Return the first failure of a rope's path at one pose; None where all ropes lie on their paths."""
     bound = system.coordinates
     for group in bound.groups:
         rope = group.primitive

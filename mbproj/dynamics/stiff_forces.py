@@ -1,6 +1,6 @@
-"""What stiff forces add to the matrix of an implicit step: JᵀkJ and JᵀcJ of those that are stiff for its size, with J
-the gradients of their coordinates, (7n,). Springs that push apart and dampers that drive are left out, so that the
-matrix stays positive: the residual holds them exactly."""
+"""The terms of stiff forces in the matrix of an implicit step: JᵀkJ and JᵀcJ, with J the gradients of the coordinates,
+(7n,). Only forces that are stiff for the step size enter. Springs that push apart and dampers that drive are left out,
+so that the matrix stays positive: the residual contains them exactly."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from mbproj.thresholds import THRESHOLDS
 
 @dataclass(frozen=True, eq=False)
 class StiffForces:
-    """The coordinates of forces that are stiff, `chosen` (e,), their gradients J (e, 7n), and k and c (e, e), symmetric
-    and without negative eigenvalues."""
+    """The coordinates of stiff forces, `chosen` (e,), their gradients J (e, 7n), and k and c (e, e), symmetric and
+    without negative eigenvalues."""
 
     chosen: Integers
     J: Array
@@ -36,13 +36,13 @@ class StiffForces:
         return np.asarray(self.J.T @ self.c @ self.J)
 
     def leader(self, dq: Array, dv: Array) -> int:
-        """The coordinate whose force a change of q and v (7n,) changes most, beside its stiffness."""
+        """Return the coordinate whose force a change of q and v (7n,) changes most."""
         force = np.abs(self.k @ (self.J @ dq)) + np.abs(self.c @ (self.J @ dv))
         return int(self.chosen[int(np.argmax(force))])
 
 
 def stiff_forces(instant: Instant, h: float) -> StiffForces | None:
-    """Those that a step of size h at a state cannot take explicitly; None without any."""
+    """Return the forces that a step of size h at a state cannot treat explicitly; None without any."""
     system = instant.system
     if not system.forces.size:
         return None
@@ -55,7 +55,7 @@ def stiff_forces(instant: Instant, h: float) -> StiffForces | None:
 
 
 def _positive(matrix: Array) -> Array:
-    """The nearest symmetric matrix without negative eigenvalues."""
+    """Return the nearest symmetric matrix without negative eigenvalues."""
     symmetric = 0.5 * (matrix + matrix.T)
     if not np.any(symmetric - np.diag(np.diagonal(symmetric))):
         return np.diag(np.maximum(np.diagonal(symmetric), 0.0))

@@ -1,8 +1,8 @@
-"""Which momenta a mechanism keeps: the rigid motions of all bodies that no joint, motion or force resists.
+"""Conserved momenta of a mechanism: those of rigid motions of all bodies that no joint, motion or force resists.
 
-Let u be the velocities of a rigid motion. By Noether's theorem uᵀM q' is constant where u leaves as they are the
-constraints, the potential and every coordinate that forces act along. What depends on the pose is asked at some poses
-that the mechanism can take.
+Let u be the velocities of a rigid motion. By Noether's theorem uᵀM q' is constant where u leaves the constraints, the
+potential and every coordinate of a force as they are. Conditions that depend on the pose are tested at some poses that
+the mechanism can take.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ from mbproj.model.euler_parameters import matrix_L
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
-#: Poses that are asked beside the start.
+#: The number of poses that are tested beside the start.
 POSES = 3
 
-#: Velocities q' (k, 7n) at q of the k rigid motions that are asked.
+#: Velocities q' (k, 7n) at q of the k rigid motions that are tested.
 Fields = Callable[[Array], Array]
 
 
 def rigid_fields(q: Array) -> Array:
-    """The six rigid motions at q (7n,): along and about the global axes through the origin, (6, 7n)."""
+    """Return the six rigid motions at q (7n,): along and about the global axes through the origin, (6, 7n)."""
     rows, to_body = q.reshape(-1, 7), pose_of(q).rotation[:-1].swapaxes(-1, -2)
     found = np.zeros((6, len(rows), 7))
     for axis, e in enumerate(np.eye(3)):
@@ -42,8 +42,8 @@ def rigid_fields(q: Array) -> Array:
 def kept_fields(
     system: System, state: State, close: Callable[[Array], Array | None], fields: Fields = rigid_fields
 ) -> Array:
-    """The combinations (j, k) of the k fields whose momenta the mechanism keeps. `close`: q moved to the constraints,
-    or None where that fails."""
+    """Return the combinations (j, k) of the k fields whose momenta the mechanism conserves. `close` returns q moved to
+    the constraints, or None where that fails."""
     poses, generator = [state.q], np.random.default_rng(7)
     for _ in range(POSES):
         q = close(state.q + THRESHOLDS.long_way * _tangent(system, state.q, generator))
@@ -60,7 +60,7 @@ def _lengths(system: System) -> Array:
 
 
 def _tangent(system: System, q: Array, generator: np.random.Generator) -> Array:
-    """A change of q that the joints allow to first order, of size 1 in the mechanism's lengths."""
+    """Return a change of q that the joints allow to first order, of size 1 in the mechanism's lengths."""
     lengths = _lengths(system)
     _, sizes, basis = np.linalg.svd(jacobian(system, pose_of(q)) * lengths)
     free = basis[np.count_nonzero(sizes > THRESHOLDS.balanced * sizes[0]) :]
@@ -69,8 +69,8 @@ def _tangent(system: System, q: Array, generator: np.random.Generator) -> Array:
 
 
 def _resistance(system: System, state: State, q: Array, fields: Array) -> Array:
-    """What each field (k, 7n) changes at q that it must not, (r, k): rows, coordinates of forces and contacts, the
-    potential of gravity, bodies on which forces of given components act."""
+    """Return the change, (r, k), that each field (k, 7n) at q makes of quantities which it must not change: rows,
+    coordinates of forces and contacts, the potential of gravity, and bodies with given forces."""
     pose, columns = pose_of(q), []
     C_q = jacobian(system, pose) / system.row_scale[:, None]
     for u in fields:
@@ -93,14 +93,14 @@ def _row_lengths(system: System, bound: object) -> Array:
 
 
 def _by_gravity(system: System, u: Array) -> Array:
-    """The power of gravity, over the weight times the mechanism's length."""
+    """Return the power of gravity, over the weight times the mechanism's length."""
     weight = float(np.sum(system.mass) * np.linalg.norm(system.gravity))
     power = np.sum(system.mass * (u.reshape(-1, 7)[:, :3] @ system.gravity))
     return np.array([power / (weight * system.length) if weight else 0.0])
 
 
 def _of_pushed(system: System, pose: Pose, u: Array) -> Array:
-    """How bodies move on which forces and torques of given components act: these may do work on any motion."""
+    """Return the velocities of bodies with given forces and torques, which may do work on any motion."""
     given, twist = system.forces.on_bodies, twist_of(pose, u)
     if not given.size:
         return np.zeros(0)

@@ -1,4 +1,4 @@
-"""Explicit Runge-Kutta integration with projection after the steps: `simulate`."""
+"""Integrates the equations of motion by one-step methods, with projection after the steps: `simulate`."""
 
 from mbproj.integrate.outcome.report import Report, Worst
 from mbproj.integrate.simulate import Recorder, simulate

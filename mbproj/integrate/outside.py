@@ -1,4 +1,5 @@
-"""What acts on a run from Python: a controller that sees signals at instants and sets states, or a loop instead."""
+"""Inputs to a run from Python: a controller that reads signals at instants and sets states, or the caller's own
+loop."""
 
 from __future__ import annotations
 
@@ -22,13 +23,13 @@ from mbproj.registry import AUTOMATIC
 from mbproj.scene.records import Settings
 from mbproj.scene.text.suggestions import choose_from
 
-#: Called with the time in s and the signals by name; what it gives are states by name, or None.
+#: Called with the time in s and the signals by name; returns states by name, or None.
 Function = Callable[[float, Mapping[str, float]], Mapping[str, float] | None]
 
 
 @final
 class Exchange:
-    """What a run in the kernel tells and takes where it waits: at its start and each period after."""
+    """The exchange with a run in the kernel where it waits: at its start and once each period."""
 
     def __init__(self, compiled: Compiled, system: System, run: Any, leg: Leg) -> None:
         self._run, self._signals = run, system.names.signals
@@ -37,16 +38,16 @@ class Exchange:
         self._instants: Iterator[float] = iter([each.time for each in leg.breaks if each.asks])
 
     def next(self) -> float:
-        """The time of the next instant, s."""
+        """Return the time of the next instant, in s."""
         return next(self._instants)
 
     @property
     def signals(self) -> dict[str, float]:
-        """The scene's signals here, by name, before what is set here."""
+        """The scene's signals at this instant, by name, before states are set."""
         return dict(zip(self._signals, self._run.values(self._programs), strict=True))
 
     def give(self, inputs: Mapping[str, float]) -> None:
-        """Sets states of the scene. Raises InputError for one that there is not, or that is not finite."""
+        """Set states of the scene. Raises InputError for one that does not exist, or a value that is not finite."""
         self._run.give([self._input(name, float(value)) for name, value in inputs.items()])
 
     def _input(self, name: str, value: float) -> tuple[int, float]:
@@ -62,13 +63,13 @@ class Exchange:
 
 @dataclass(frozen=True)
 class Acting:
-    """A `function` from Python that acts each `period`, s."""
+    """A `function` from Python that acts once each `period`, in s."""
 
     function: Function
     period: float
 
     def exchange(self, compiled: Compiled, run: Any, leg: Leg) -> Callable[[], None]:
-        """What is done where the run waits."""
+        """Return the function to call where the run waits."""
         exchange = Exchange(compiled, compiled.system, run, leg)
 
         def act() -> None:
@@ -87,7 +88,7 @@ def march_with(
     tally: Tally,
     marks: Marks,
 ) -> Iterator[Samples | None]:
-    """Samples of a run on which a function acts each `period`. Raises InputError where none can."""
+    """Return samples of a run on which a function acts once each `period`. Raises InputError where none can act."""
     if period is None or not 0.0 < period < float("inf"):
         raise InputError(Problem(f"a controller acts each period, a time in s, found {period!r}", hint="give a period"))
     refuse_outside(system, settings, has_kernel=choice.compiled is not None)
@@ -96,7 +97,7 @@ def march_with(
 
 
 def refuse_outside(system: System, settings: Settings, *, has_kernel: bool) -> None:
-    """Raises InputError where nothing from Python can act on a run."""
+    """Raise InputError where nothing from Python can act on a run."""
     if system.has_contacts:
         what = "stops and dry friction that sticks cannot be run step by step from Python"
         raise InputError(Problem(what, hint="let them give way: 'stiffness', 'regularised'"))

@@ -1,4 +1,4 @@
-"""A state of a run between two steps, and the turns of the joints' angles that a step makes."""
+"""A state of a run between two steps, and the turns of the joints' angles in a step."""
 
 from __future__ import annotations
 
@@ -23,8 +23,10 @@ from mbproj.integrate.steppers.runge_kutta import Step
 
 @dataclass(frozen=True, eq=False)
 class Point:
-    """An accepted y at time t, with what holds there: q'', λ and powers, the joints'
-    coordinates without turns, and `turning`: with them, and what the steps from here on know of them."""
+    """An accepted y at time t, with the accelerations, λ and powers `found` there.
+
+    `coordinate` are the joints' coordinates without turns; `turning` are those with turns, and the data from which the
+    next step counts them."""
 
     t: float
     y: Array
@@ -33,19 +35,19 @@ class Point:
     turning: Turning
 
     def slope(self, formulation: FullFormulation) -> Array:
-        """y'."""
+        """Return y'."""
         return formulation.slope(self.t, self.y, self.found, self.turning.speed)
 
     def turns(self, formulation: FullFormulation) -> Integers:
-        """The whole turns of the joints' coordinates, (nc,)."""
+        """Return the whole turns of the joints' coordinates, (nc,)."""
         return turns_of(formulation.system, self.turning.coordinate, self.coordinate)
 
     def state(self, formulation: FullFormulation) -> State:
-        """The state here."""
+        """Return the state at this point."""
         return formulation.state(self.t, self.y, self.turns(formulation))
 
     def save(self) -> dict[str, Any]:
-        """This point as plain data."""
+        """Return this point as plain data."""
         found, turning = self.found, self.turning
         return {
             "t": self.t,
@@ -62,13 +64,13 @@ class Point:
 
     @classmethod
     def restore(cls, saved: Mapping[str, Any]) -> Point:
-        """The point that was saved."""
+        """Return the point that was saved."""
         found = Accelerations(saved["acceleration"], saved["multipliers"], saved["power"], float(saved["nearness"]))
         turning = Turning(float(saved["t"]), saved["turned"], saved["speed"], saved["prescribed"])
         return cls(float(saved["t"]), saved["y"], found, saved["coordinate"], turning)
 
     def sample(self, formulation: FullFormulation, step_size: float, tally: Tally) -> Sample:
-        """This point as it is recorded."""
+        """Return this point as a sample."""
         acceleration, multipliers, power, _ = self.found
         work = self.y[formulation.layout["quadratures"]] if len(power) else np.zeros(2)
         rows = multipliers[formulation.system.bodies :]
@@ -78,8 +80,8 @@ class Point:
 def counted(
     formulation: FullFormulation, stepper: Stepper, before: Point, t: float, step: Step, q: Array, v: Array
 ) -> tuple[Array, Turning]:
-    """The joints' coordinates at (q, v), where a step from `before` has led, and the same with turns. Raises
-    TurnsUntold where the step is too coarse to count them."""
+    """Return the joints' coordinates at (q, v) after a step from `before`, without turns and with. Raises TurnsUntold
+    where the step is too long to count turns."""
     system, drive = formulation.system, drive_at(formulation.system, t)
     coordinate, speed = coordinates(system, q, v)
     counted, slip = before.turning.count(system, coordinate, before.turning.by_rates(t, speed), drive)
@@ -91,7 +93,7 @@ def counted(
 
 
 def _by_stages(formulation: FullFormulation, stepper: Stepper, before: Point, step: Step) -> Array:
-    """By how much the joints' coordinates change in a step by the rates of its stages, (nc,)."""
+    """Return the change of the joints' coordinates in a step by the rates of its stages, (nc,)."""
     followed = formulation.parts(step.y_new)[2]
     if len(followed):
         return followed - before.turning.coordinate

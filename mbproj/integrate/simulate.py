@@ -1,4 +1,4 @@
-"""simulate(): runs a system from a state with given settings and hands what it observes to a recorder."""
+"""`simulate` runs a system from a state with given settings and hands its samples to a recorder."""
 
 from __future__ import annotations
 
@@ -49,47 +49,47 @@ if TYPE_CHECKING:
     from mbproj.integrate.automatic.march import Automatic
     from mbproj.integrate.outside import Function
 
-#: A block is handed on when it is full or this old, in s.
+#: A block is handed on when it is full, or this old, in s.
 BLOCK_SECONDS = 0.5
 
 
 class Recorder(Protocol):
-    """What takes the observed blocks of a run, e.g. `mbproj.results.ResultsWriter`."""
+    """Interface of what records the blocks of a run, as `mbproj.results.ResultsWriter`."""
 
     def write(self, block: Block) -> None:
-        """Takes T consecutive samples by dataset path."""
+        """Record T consecutive samples by dataset path."""
 
 
 @runtime_checkable
 class EventRecorder(Recorder, Protocol):
-    """A recorder that takes the events of a run, too."""
+    """A recorder that also records the events of a run."""
 
     def events(self, events: Sequence[Event]) -> None:
-        """Takes all, in the order of time, when the run ends or stops."""
+        """Record all events, in the order of time, when the run ends or stops."""
 
 
-#: Called with the simulated time reached, in s: after every block of samples, and now and then where there are none.
+#: Called with the simulated time reached, in s: after every block of samples, and now and then without samples.
 Progress = Callable[[float], None]
-#: Called now and then, and at the end: with the formulation, the program's build, the state that a run can go on from.
+#: Called now and then, and at the end, with the formulation, the program's build, and the newest mark.
 Keep = Callable[[str, str, Mark], None]
 
 
 class _Clocks(NamedTuple):
-    """Seconds that passed, and those of them in which this thread had the processor."""
+    """Elapsed seconds, and the part of them in which this thread had the processor."""
 
     elapsed: float = 0.0
     busy: float = 0.0
 
     @classmethod
     def now(cls) -> _Clocks:
-        """Both clocks."""
+        """Return the readings of both clocks."""
         return cls(perf_counter(), thread_time())
 
     def __sub__(self, other: _Clocks) -> _Clocks:
         return _Clocks(self.elapsed - other.elapsed, self.busy - other.busy)
 
     def plus(self, other: _Clocks) -> _Clocks:
-        """The sum of two spans."""
+        """Return the sum of two spans."""
         return _Clocks(self.elapsed + other.elapsed, self.busy + other.busy)
 
 
@@ -107,12 +107,12 @@ def simulate(
     period: float | None = None,
     steps: FollowedSteps | None = None,
 ) -> Report:
-    """Integrates from `state` over `settings.duration`, and reports. From a mark that `keep` was given
-    before it goes on to the bits of one run: of the same system, state and settings but for the duration. Studies need
-    no energies in the report: without `accounts` they are NaN. Each `period` (s), `controller(t, signals)` sets states.
+    """Integrate from `state` over `settings.duration`, and return a report. From a mark that `keep` received before, it
+    goes on to the bits of one run: with the same system, state and settings but for the duration. Without `accounts`
+    the report's energies are NaN. Once each `period` (s), `controller(t, signals)` sets states.
 
-    Raises InputError where the settings do not fit the system or its equations have no unique solution. Raises, after
-    all that was computed is recorded, SimulationError where it cannot go on, KeyboardInterrupt after SIGINT or SIGTERM.
+    Raises InputError where the settings do not fit the system or its equations have no unique solution. After all
+    samples are recorded it raises SimulationError where it cannot go on, and KeyboardInterrupt after SIGINT or SIGTERM.
     """
     _refuse_at_the_start(system, state, settings)
     choice, asked_for = choose(system, state, settings), settings
@@ -139,7 +139,7 @@ def simulate(
         nullcontext() if keeping is None else keeping.to_the_end(),
     ):
         if controller is not None:
-            from mbproj.integrate import outside  # few runs have one
+            from mbproj.integrate import outside  # imported for the few runs with a controller
 
             run = outside.march_with(controller, period, choice, system, state, settings, tally, marks)
         else:
@@ -204,7 +204,7 @@ def simulate(
 
 
 def _refuse_at_the_start(system: System, state: State, settings: Settings) -> None:
-    """Raises InputError where a run cannot start from the state. What few scenes need is imported for these alone."""
+    """Raise InputError where a run cannot start from the state. Modules that few scenes need are imported here."""
     if system.stops is not None:
         from mbproj.integrate.stops.start import refuse_penetration
 
@@ -232,7 +232,7 @@ def _march(
     automatic: Automatic | None = None,
     steps: FollowedSteps | None = None,
 ) -> Iterator[Samples | None]:
-    """Samples of any mechanism."""
+    """Return the samples of a run of any mechanism."""
     if automatic is None and not system.has_contacts:
         return march_by_one_method(choice, system, state, settings, tally=tally, marks=marks, steps=steps)
     from mbproj.integrate.stops.march import march
@@ -244,7 +244,7 @@ def _march(
 def _events(
     recorder: Recorder | None, in_time: Sequence[Event], tally: Tally, automatic: Automatic | None
 ) -> Iterator[None]:
-    """However a run ends, its recorder gets the events, if it takes them."""
+    """Give the events to the recorder, if it records them, however the run in this block ends."""
     try:
         yield
     finally:
@@ -255,7 +255,7 @@ def _events(
 
 @contextmanager
 def _naming(formulation: str) -> Iterator[None]:
-    """A run that stops within says which formulation it ran in."""
+    """Add the formulation to the error of a run in this block."""
     try:
         yield
     except SimulationError as error:
@@ -264,7 +264,7 @@ def _naming(formulation: str) -> Iterator[None]:
 
 
 def _floors(system: System, samples: Samples) -> Array:
-    """What round-off leaves of C and of C' at the last of some samples, and the fastest motion of them, (3,)."""
+    """Return the round-off of C and of C' at the last of some samples, and the fastest motion of them, (3,)."""
     with may_overflow():
         pose = pose_of(samples.q[-1])
         grains = position_grain(system, pose), velocity_grain(system, pose, twist_of(pose, samples.v[-1]))
@@ -276,8 +276,8 @@ def _floors(system: System, samples: Samples) -> Array:
 def _blocks(
     run: Iterator[Samples | None], asked: Interruption, pause: Callable[[], None], most: int
 ) -> Iterator[Samples]:
-    """The samples in blocks of about so many; when the run fails or is interrupted, first what it had computed. Where
-    time has passed without a sample, `pause` is called."""
+    """Yield the samples in blocks of about `most`; where the run fails or is interrupted, first those that it had made.
+    `pause` is called where time has passed without a sample."""
     pending: list[Samples] = []
     opened = perf_counter()
     try:

@@ -1,7 +1,7 @@
-"""A run that goes on when it is told to: from one instant to the next, with inputs from Python in between.
+"""A run that advances on demand: from one instant to the next, with inputs from Python in between.
 
 It is for hardware in the loop, reinforcement learning, and co-simulation. The time loop is that of every run: a step
-ends at each instant, and what is set there is a state of the scene, which changes at once.
+ends at each instant, and an input is a state of the scene, which changes at once.
 """
 
 from __future__ import annotations
@@ -17,17 +17,17 @@ from mbproj.integrate.outside import Exchange, refuse_outside
 from mbproj.model.system import System
 from mbproj.scene.records import Settings
 
-#: Steps are counted in blocks of so many samples, and of so many seconds.
+#: The kernel's blocks hold this many samples and take this many seconds, so that only instants end them.
 MOST, SECONDS = 1_000_000, 1e9
 _NONE: Mapping[str, float] = {}
 
 
 @final
 class Stepwise:
-    """Waits at the start of a run, and at each instant start + k period until its end.
+    """A run that waits at its start, and at each instant start + k period until its end.
 
-    `t` is the time in s, `is_over` whether the end of the run is reached. Raises InputError where a mechanism cannot be
-    run so: with stops or dry friction that sticks, without the kernel, or by the integrator auto.
+    `t` is the time in s, `is_over` whether the end of the run is reached. Raises InputError for a mechanism that cannot
+    be run so: with stops or dry friction that sticks, without the kernel, or by the integrator auto.
     """
 
     def __init__(self, system: System, state: State, settings: Settings, period: float) -> None:
@@ -43,19 +43,20 @@ class Stepwise:
 
     @property
     def signals(self) -> dict[str, float]:
-        """The scene's signals here, by name, before what is set here."""
+        """The scene's signals at this instant, by name, before states are set."""
         return self._outside.signals
 
     @property
     def state(self) -> State:
-        """The state here, from which another run can begin."""
+        """The state at this instant, from which another run can begin."""
         at = self._run.here()
         return self._compiled.standing(at["t"], at["y"], at["turns"])
 
     def advance(self, until: float | None = None, inputs: Mapping[str, float] = _NONE) -> float:
-        """Sets states of the scene to these `inputs`, and goes on to the next instant, or to the first that is not
-        before `until`; the time there, in s. Raises SimulationError where the run cannot go on, and InputError where it
-        is over, or an input is no state of the scene."""
+        """Set states of the scene to these `inputs`, go on to the next instant, and return its time in s.
+
+        With `until`, go on to the first instant that is not before that time. Raises SimulationError where the run
+        cannot go on, and InputError where it is over, or an input is no state of the scene."""
         if self.is_over:
             raise InputError(Problem(f"the run is over, at t = {self.t:.6g} s", hint="give it a longer duration"))
         while True:

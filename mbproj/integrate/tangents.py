@@ -1,9 +1,9 @@
-"""How the motion changes with the numbers of a model and with its start: forward sensitivities, along the run itself.
+"""Forward sensitivities along a run: the slopes of the motion by the numbers of a model and by its start.
 
-A *direction* is what one parameter does to the model: the slopes of its numbers (masses, points, forces) and of the
-state in which the run begins. Models of one structure that lie to either side give it: their difference. The kernel
-follows each step of a run with dual numbers and the factors of the run (`mbproj/kernel/src/tangents`). The sizes of the
-steps are constants.
+A *direction* is the effect of one parameter on the model: the slopes of its numbers (masses, points, forces) and of the
+state in which the run begins. It is the difference of two models of one structure, to either side. The kernel follows
+each step of a run with dual numbers and the factors of the run (`mbproj/kernel/src/tangents`). The sizes of the steps
+are constants.
 """
 
 from __future__ import annotations
@@ -23,17 +23,18 @@ from mbproj.integrate.steppers.methods import tableau_of
 
 @dataclass(frozen=True)
 class Directions:
-    """Of k directions the slopes of the model's numbers (k, N), and of the kernel's state at the start (k, S)."""
+    """The slopes of the model's numbers (k, N), and of the kernel's initial state (k, S), along k directions."""
 
     numbers: Array
     start: Array
 
 
 def slopes_along(trace: Trace, start: Array, directions: Directions, at: Array, y: Array) -> Array:
-    """How the kernel's state changes along each direction at times `at` (M,), ascending from the start on, where it is
-    y (M, S): (M, k, S). The run began in the state `start` (S,). Raises InputError where slopes are not known:
-    contacts, functions with branches, controllers, implicit steps; raises SimulationError where the equations have no
-    unique solution."""
+    """Return the slopes of the kernel's state along each direction, (M, k, S), at ascending times `at` (M,).
+
+    The state is y (M, S) at these times, and `start` (S,) at the start of the run. Raises InputError where slopes are
+    not known: contacts, functions with branches, controllers, implicit steps. Raises SimulationError where the
+    equations have no unique solution."""
     slopes = _slopes(trace, directions)
     began = trace.leg.start
     if trace.settings.kinematic is True:
@@ -51,19 +52,20 @@ def slopes_along(trace: Trace, start: Array, directions: Directions, at: Array, 
 
 
 def numbers_of(compiled: Compiled) -> Array:
-    """The kernel's numbers of a model, (N,), in the order in which directions have them."""
+    """Return the kernel's numbers of a model, (N,), in the order of directions."""
     found: Array = getattr(compiled.core, f"{compiled.dimension}Tangents").numbers(compiled.model)
     return found
 
 
 def structure_of(compiled: Compiled) -> Array:
-    """What a model has in common with its neighbours, as numbers: curves, knots, which numbers are where."""
+    """Return the structure that a model shares with its neighbours, as numbers: curves, knots, which numbers are
+    where."""
     found: Array = getattr(compiled.core, f"{compiled.dimension}Tangents").structure(compiled.model)
     return found
 
 
 def _slopes(trace: Trace, directions: Directions) -> Any:
-    """The kernel's follower of a run."""
+    """Return the kernel's object that follows a run."""
     compiled, settings = trace.compiled, trace.settings
     kind = getattr(compiled.core, f"{compiled.dimension}Tangents")
     tableau = kernel_tableau(compiled.core, tableau_of(settings.integrator), kinematic=settings.kinematic is True)

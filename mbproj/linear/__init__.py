@@ -1,4 +1,4 @@
-"""Where a mechanism rests and how it rings: equilibrium, modes, linear models, on the tangent space of the constraints.
+"""Equilibria, modes and linear models of a mechanism, on the tangent space of the constraints.
 
-Everything here takes its derivatives from `mbproj.dynamics.derivatives`. SciPy is imported where it is needed.
+All derivatives come from `mbproj.dynamics.derivatives`. SciPy is imported where it is needed.
 """

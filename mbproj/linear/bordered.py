@@ -1,5 +1,5 @@
-"""Bordered matrices of large mechanisms, sparse: [A Gᵀ; G 0] by SuperLU, with independent rows of G or with all; and
-the tangent spaces of large mechanisms that follow from them."""
+"""Sparse bordered matrices [A Gᵀ; G 0] of large mechanisms, by SuperLU, with independent rows of G or with all. The
+tangent spaces of large mechanisms follow from them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
     from scipy.sparse.linalg import LinearOperator
 
-#: Of the random vectors that a tangent space is spanned by.
+#: The seed of the random vectors that span a tangent space.
 SEED = 41
 
 
@@ -46,8 +46,8 @@ class Bordered:
             raise singular() from error
 
     def solve(self, force: Numbers, rows: Numbers | None = None) -> tuple[Numbers, Numbers]:
-        """ξ (6n,) and μ (m,) of A ξ + Gᵀμ = force and Gξ = rows, 0 where none are given; μ is 0 in dependent rows. Or
-        many, (6n, k) and (m, k)."""
+        """Return ξ (6n,) and μ (m,) of A ξ + Gᵀμ = force and Gξ = rows, 0 for None; μ is 0 in dependent rows. With
+        several columns they are (6n, k) and (m, k)."""
         right = np.zeros((self.size + len(self.rows), *force.shape[1:]), dtype=np.result_type(force, float))
         right[: self.size] = (self._lengths * force.T).T / self._size
         if rows is not None:
@@ -63,8 +63,8 @@ class Bordered:
 
 @final
 class Proximal:
-    """The factor of [A Gᵀ; G -ε] with all rows of G, dependent or not: the proximal method of multipliers takes ε out
-    again, step by step (Rockafellar 1976). Rows are in units of the mechanism, or of `sizes` (m,)."""
+    """The factor of [A Gᵀ; G -ε] with all rows of G, dependent or not. The proximal method of multipliers removes ε
+    step by step (Rockafellar 1976). Rows are in units of the mechanism, or of `sizes` (m,)."""
 
     def __init__(self, system: System, A: csr_matrix, G: Rows, sizes: Array | None = None) -> None:
         from scipy.sparse import bmat, identity
@@ -80,8 +80,8 @@ class Proximal:
             raise singular() from error
 
     def solve(self, force: Array, rows: Array | None = None) -> tuple[Array, Array]:
-        """ξ (6n,) and μ (m,) of A ξ + Gᵀμ = force and Gξ = rows, 0 where none are given; μ is the smallest. Or many,
-        (6n, k) and (m, k)."""
+        """Return ξ (6n,) and the smallest μ (m,) of A ξ + Gᵀμ = force and Gξ = rows, 0 for None. With several columns
+        they are (6n, k) and (m, k)."""
         scaled, n = self._scaled, len(force)
         x, μ = np.zeros(force.shape), np.zeros((self.G.count, *force.shape[1:]))
         top = (scaled.lengths * force.T).T / scaled.size
@@ -103,8 +103,8 @@ class Proximal:
 def tangent_space_of(
     system: System, pose: Pose, G: Rows, scale: Array | None = None, lengths: Array | None = None
 ) -> TangentSpace:
-    """At a pose, of rows G of the joints and motions, and of others after them; in units as `tangent_space` has them.
-    Raises InputError where a large mechanism has too many degrees of freedom."""
+    """Return the tangent space at a pose, of rows G of the joints and motions, and of further rows after them. Units
+    are as in `tangent_space`. Raises InputError where a large mechanism has too many degrees of freedom."""
     if system.bodies <= THRESHOLDS.dense_modes:
         return tangent_space(system, G.dense(), scale, lengths)
     from scipy.sparse import diags
@@ -118,7 +118,7 @@ def tangent_space_of(
     scale = system.row_scale[system.bodies :] if scale is None else scale
     exact = Bordered(system, diags(lengths**-2.0, format="csr"), G, rows)
     x = np.random.default_rng(SEED).normal(size=(6 * system.bodies, freedom))
-    for _ in range(2):  # once leaves the round-off of random vectors that are nearly parallel
+    for _ in range(2):  # a single pass leaves the round-off of nearly parallel random vectors
         x = np.linalg.qr((exact.solve((x.T / lengths).T)[0].T / lengths).T)[0]
     N = (lengths * x.T).T
     others = G.chosen(np.arange(len(own), G.count))
@@ -131,8 +131,8 @@ def tangent_space_of(
 
 
 def along_tangent_space(system: System, G: Rows, rows: Array) -> Array:
-    """The parts of rows (k, 6n) that rows G of the joints and motions leave, in coordinates in which only their inner
-    products count."""
+    """Return the parts of rows (k, 6n) along the tangent space of rows G of the joints and motions. They are in
+    coordinates in which only their inner products have a meaning."""
     if system.bodies <= THRESHOLDS.dense_modes:
         return np.asarray(rows @ tangent_space(system, G.dense()).N, dtype=float)
     lengths = tangent_lengths(system)
@@ -141,8 +141,10 @@ def along_tangent_space(system: System, G: Rows, rows: Array) -> Array:
 
 
 def unit_metric(system: System, G: Rows, scale: Array, lengths: Array) -> Proximal:
-    """The factor that splits displacements into those along rows and those along their tangent space, rows as long as
-    1 where lengths are in these units (6n,); rows that are 0 beside `scale` (m,) have no say."""
+    """Return the factor that splits displacements into those along rows and those along their tangent space.
+
+    Rows are scaled to length 1 where lengths are in the units `lengths` (6n,); rows that are 0 beside `scale` (m,) are
+    ignored."""
     from scipy.sparse import diags
 
     rows = G.sparse() @ diags(lengths)
@@ -152,7 +154,8 @@ def unit_metric(system: System, G: Rows, scale: Array, lengths: Array) -> Proxim
 
 
 def _pseudoinverse(metric: Bordered | Proximal, N: Array, lengths: Array) -> LinearOperator:
-    """Forces have no part along the tangent space N: its round-off would be divided by what proximal rows give way."""
+    """Return G⁺ as an operator. The part of forces along the tangent space N is subtracted first: its round-off would
+    be divided by the compliance of the proximal rows."""
     from scipy.sparse.linalg import LinearOperator
 
     def smallest(rows: Array) -> Array:
@@ -172,8 +175,8 @@ def _too_free(freedom: int) -> InputError:
 
 
 def is_definite(system: System, A: csr_matrix, G: Rows) -> bool:
-    """Whether ξᵀA ξ > 0 for all ξ with G ξ = 0, of a symmetric A: whether all pivots of A + ρ GᵀG are positive, with ρ
-    so large that only such ξ are left to say so (Finsler 1937)."""
+    """Return whether ξᵀA ξ > 0 for all ξ with G ξ = 0, of a symmetric A. That is so where all pivots of A + ρ GᵀG are
+    positive, for a large ρ (Finsler 1937)."""
     from scipy.sparse.linalg import splu
 
     scaled = _Scaled(system, A, G)
@@ -200,12 +203,12 @@ class _Scaled:
 
 
 def diagonal(matrix: csr_matrix) -> Array:
-    """The diagonal, as an array."""
+    """Return the diagonal as an array."""
     return np.asarray(matrix.diagonal(), dtype=float)
 
 
 def singular() -> InputError:
-    """What a factor of a large mechanism cannot be."""
+    """Return the error of a large mechanism whose matrix is singular."""
     return InputError(
         Problem(
             "the equations of this mechanism are singular: some motion moves no mass and is held by nothing",

@@ -1,9 +1,9 @@
-"""Eigenvalues λ of λ² M + λ D + K on the tangent space, dense: what is massless condensed, what is neutral split off.
+"""Eigenvalues λ of λ² M + λ D + K on the tangent space, dense: massless motions are condensed, neutral ones split off.
 
 Without damping and gyroscopic terms the problem is symmetric, and LAPACK's symmetric solver keeps repeated modes apart;
 Rayleigh's quotients then restore the digits of the slow modes beside the fast ones. Otherwise QZ solves the pencil of
 the first order (Moler and Stewart 1973). A neutral direction, K z = 0, would be a double eigenvalue 0, which round-off
-splits into ±√ε: its position is taken out, and its velocity is the unknown.
+splits into ±√ε. So its position is eliminated, and its velocity is the unknown.
 """
 
 from __future__ import annotations
@@ -15,15 +15,17 @@ from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem
 from mbproj.thresholds import THRESHOLDS
 
-#: Not 0: what nothing is divided by instead.
+#: The divisor that replaces 0.
 TINY = 1e-150
 
 
 @dataclass(frozen=True, eq=False)
 class Reduced:
-    """M, D and K on the tangent space, (f, f), with K_size: what K's terms sum up to without their signs, so that what
-    is left of them can be told from round-off. `weighs` (w, f): rows that vanish on motions without mass. `chains`:
-    whether eigenvalues 0 may be chained in other ways than a position and its speed are, as where bodies roll."""
+    """M, D and K on the tangent space, (f, f).
+
+    `D_size`, `K_size`: the sums of the terms' absolute values, by which remainders are compared with round-off.
+    `weighs` (w, f): rows that vanish on motions without mass. `chains`: whether eigenvalues 0 may form other chains
+    than a position and its speed, as with rolling."""
 
     M: Array
     D: Array
@@ -43,19 +45,20 @@ class Eigen:
     vectors: Numbers
 
     def slowest(self, count: int | None) -> Eigen:
-        """The first so many, or all."""
+        """Return the first `count` eigenvalues, or all."""
         return Eigen(self.values[:count], self.vectors[:, :count])
 
     def slowest_and_growing(self, count: int) -> Eigen:
-        """The first so many, and all after them that grow: these tell whether a motion is stable."""
+        """Return the first `count` eigenvalues, and all after them that grow: these decide whether a motion is
+        stable."""
         growing = self.values.real > THRESHOLDS.no_mode * np.abs(self.values).max(initial=0.0)
         kept = np.flatnonzero(growing | (np.arange(len(self.values)) < count))
         return Eigen(self.values[kept], self.vectors[:, kept])
 
 
 def eigen(reduced: Reduced) -> Eigen:
-    """All finite eigenvalues, the slowest first. Raises InputError where a motion without mass is held by nothing, or
-    round-off hides the mass of one."""
+    """Return all finite eigenvalues, the slowest first. Raises InputError where no force holds a motion without mass,
+    or round-off hides the mass of one."""
     reduced, back = _condensed(reduced)
     if not len(reduced.M):
         return Eigen(np.zeros(0, dtype=complex), np.zeros((len(back), 0), dtype=complex))
@@ -65,9 +68,11 @@ def eigen(reduced: Reduced) -> Eigen:
 
 
 def shares_of_states(reduced: Reduced, found: Eigen, count: int) -> Array:
-    """The part that each of the last `count` coordinates, which are first-order states, takes in each mode, (k, count):
-    its part in uᴴ(2 λ M + D) v, with u the left vector (Pérez-Arriaga et al. 1982); in |v|² where that is nothing, of
-    what may drift."""
+    """Return the participation of each of the last `count` coordinates, which are first-order states, in each mode, (k,
+    count).
+
+    It is the part in uᴴ(2 λ M + D) v, with u the left vector (Pérez-Arriaga et al. 1982). Where that vanishes, as for
+    drifting motions, it is the part in |v|²."""
     parts = np.zeros((len(found.values), len(reduced.M)))
     for mode, (value, v) in enumerate(zip(found.values, found.vectors.T, strict=True)):
         U, σ, _ = np.linalg.svd(value * (value * reduced.M + reduced.D) + reduced.K)
@@ -80,15 +85,15 @@ def shares_of_states(reduced: Reduced, found: Eigen, count: int) -> Array:
 
 
 def is_symmetric(reduced: Reduced) -> bool:
-    """Whether there is neither damping nor gyroscopic force, and K is symmetric, but for round-off."""
+    """Return whether there is neither damping nor gyroscopic force, and K is symmetric, up to round-off."""
     limit = THRESHOLDS.rounding
     still = np.all(np.abs(reduced.D) <= limit * reduced.D_size)
     return bool(still and np.abs(reduced.K - reduced.K.T).max() <= limit * max(reduced.K_size.max(), TINY))
 
 
 def _condensed(reduced: Reduced) -> tuple[Reduced, Array]:
-    """The same without motions that move no mass and lose no energy, which follow the others as K says; and how all
-    coordinates follow from those that are left."""
+    """Return the equations without motions that have no mass and lose no energy, which follow the others by K. Return
+    also the matrix by which all coordinates follow from the remaining ones."""
     U, light = heavy_and_light(reduced)
     rank = U.shape[1]
     if not light.size or is_damped(reduced, light):
@@ -112,21 +117,21 @@ def _condensed(reduced: Reduced) -> tuple[Reduced, Array]:
 
 
 def heavy_and_light(reduced: Reduced) -> tuple[Array, Array]:
-    """Orthonormal coordinates of the motions that move mass, (f, h), and of those that move none, (f, l)."""
+    """Return orthonormal coordinates of the motions that move mass, (f, h), and of those that move none, (f, l)."""
     _, σ, V = np.linalg.svd(np.linalg.qr(reduced.weighs, mode="r"), full_matrices=True)
     rank = int(np.count_nonzero(σ > THRESHOLDS.dependent))
     return V[:rank].T, V[rank:].T
 
 
 def is_damped(reduced: Reduced, light: Array) -> bool:
-    """Whether motions without mass lose energy, or exert forces at their rates."""
+    """Return whether motions without mass lose energy, or exert forces in proportion to their rates."""
     limit = THRESHOLDS.rounding * max(float(reduced.D_size.max(initial=0.0)), TINY)
     sizes = (np.abs(part).max(initial=0.0) for part in (reduced.D @ light, light.T @ reduced.D))
     return bool(max(sizes) > limit)
 
 
 def held_by(reduced: Reduced, light: Array) -> Array:
-    """The stiffness of motions without mass, (l, l). Raises InputError where it does not hold one of them."""
+    """Return the stiffness of motions without mass, (l, l). Raises InputError where it does not hold one of them."""
     held: Array = light.T @ reduced.K @ light
     sizes = np.abs(light).T @ reduced.K_size @ np.abs(light)
     if np.linalg.svd(held, compute_uv=False).min(initial=np.inf) <= THRESHOLDS.rounding * max(
@@ -137,7 +142,7 @@ def held_by(reduced: Reduced, light: Array) -> Array:
 
 
 def massless_and_free() -> InputError:
-    """A motion without mass that no force holds has no frequency, and no equation of motion."""
+    """Return the error of a motion without mass that no force holds: it has no frequency, and no equation of motion."""
     return InputError(
         Problem(
             "a motion moves no mass, and no force holds it: it has no frequency",
@@ -147,8 +152,8 @@ def massless_and_free() -> InputError:
 
 
 def _symmetric(reduced: Reduced) -> Eigen:
-    """λ² = -κ of K x = κ M x: a pair of imaginary eigenvalues, of which one is listed, or two real ones. Raises
-    InputError where M is not definite in double precision."""
+    """Return λ with λ² = -κ of K x = κ M x: one of a pair of imaginary eigenvalues, or two real ones. Raises InputError
+    where M is not definite in double precision."""
     from scipy.linalg import eigh
 
     M, K = 0.5 * (reduced.M + reduced.M.T), 0.5 * (reduced.K + reduced.K.T)
@@ -169,7 +174,8 @@ def _symmetric(reduced: Reduced) -> Eigen:
 
 
 def _by_qz(reduced: Reduced) -> Eigen:
-    """With x = Z a + Y y, Z the neutral directions: the unknowns are y, y' and a'. Conjugates are left out."""
+    """Return the eigenvalues by QZ. With x = Z a + Y y, Z the neutral directions, the unknowns are y, y' and a'.
+    Conjugates are left out."""
     from scipy.linalg import eig
 
     M, D, K = reduced.M, reduced.D, reduced.K
@@ -205,16 +211,16 @@ def _by_qz(reduced: Reduced) -> Eigen:
 
 
 def _chained(A: Array, E: Array) -> int:
-    """How often 0 is an eigenvalue of A x = λ E x, chains A x₁ = 0, A x₂ = E x₁ counted: round-off splits those into
-    values of the order of its root, to which it tells them from others."""
+    """Return the multiplicity of the eigenvalue 0 of A x = λ E x, with chains A x₁ = 0, A x₂ = E x₁. Round-off splits
+    chains into values of the order of its square root, by which they are recognised."""
     size = float(np.abs(A).max(initial=0.0))
     σ = np.linalg.svd(np.block([[A, np.zeros_like(A)], [-size * E, A]]), compute_uv=False)
     return len(σ) - int(np.count_nonzero(σ > len(σ) * np.finfo(float).eps * σ.max(initial=0.0)))
 
 
 def _neutral(reduced: Reduced) -> tuple[Array, Array, int]:
-    """Directions Z with K Z = 0 and those normal to them; and how many of the momenta along uᵀK = 0 no motion along Z
-    changes: these have a second eigenvalue 0, that of drifting along at a constant speed."""
+    """Return the directions Z with K Z = 0, those normal to them, and the number of conserved momenta along uᵀK = 0. No
+    motion along Z changes these momenta: each has a second eigenvalue 0, a drift at constant speed."""
     U, σ, V = np.linalg.svd(reduced.K)
     sizes = np.einsum("ik,ij,kj->k", np.abs(U), reduced.K_size, np.abs(V), optimize=True)
     none = σ <= np.maximum(THRESHOLDS.rounding * sizes, THRESHOLDS.nothing * σ[0])

@@ -1,4 +1,4 @@
-"""Which rows of large mechanisms are independent: loop by loop, those of long loops by sparse factors."""
+"""Independent rows of large mechanisms: loop by loop, with sparse factors for long loops."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from mbproj.thresholds import THRESHOLDS
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
-#: Of the random vectors, and how many there are.
+#: The seed of the random vectors, and their number.
 SEED, PROBES = 40, 8
 
 
 def independent_rows(system: System, pose: Pose, G: Rows) -> Integers:
-    """Rows of the joints and motions, G (m, 6n), that do not follow from others."""
+    """Return the numbers of rows of the joints and motions, G (m, 6n), that do not follow from others."""
     free = np.ones(system.constraints - system.bodies, dtype=bool)
     loops = loops_of(system)
     short = [loop for loop in loops if len(loop.bodies) <= THRESHOLDS.dense_modes]
@@ -44,8 +44,10 @@ def _unit_rows(system: System, G: Rows) -> csr_matrix:
 
 
 def _independent(rows: csr_matrix) -> Array:
-    """Whether each row is far from the span of others. The pivots of their products with each other are the squares of
-    their distances, with half of the digits; the few rows that these leave in doubt are seen beside the others."""
+    """Return whether each row is far from the span of others.
+
+    The pivots of the rows' products with each other are the squares of their distances, with half of the digits. The
+    few rows that these leave in doubt are compared with the others."""
     from scipy.sparse import identity
     from scipy.sparse.linalg import splu
 
@@ -59,8 +61,10 @@ def _independent(rows: csr_matrix) -> Array:
 
 
 def _beyond(clear: csr_matrix, doubtful: csr_matrix) -> Array:
-    """Whether each of the doubtful rows is far from the span of the clear ones and of those before it. What is left of
-    some random vectors beyond the clear rows meets every row that has a part there; only such rows are looked at."""
+    """Return whether each doubtful row is far from the span of the clear rows and of those before it.
+
+    Random vectors, less their parts along the clear rows, have products with every row that has a part beyond these.
+    Only such rows are examined."""
     from scipy.sparse import bmat, identity
     from scipy.sparse.linalg import splu
 

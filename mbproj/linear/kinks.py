@@ -1,4 +1,4 @@
-"""Forces without a linear part: those that have no slope at the reference, or whose value or slope jumps there."""
+"""Forces without a linear part: those without a slope at the reference, or whose value or slope jumps there."""
 
 from __future__ import annotations
 
@@ -26,9 +26,11 @@ HINT = "linearise beside the kink, or smooth the force"
 
 
 def refuse_kinks(reference: LinearReference) -> None:
-    """Raises InputError that names the forces and states which have no slope at the reference, or another one on either
-    side. The first are those of two points that have met, or of the root of a square: a stop at its edge, dry friction
-    at rest. Raises it where controllers act."""
+    """Raise InputError that names the forces and states without a slope at the reference, or with different slopes on
+    either side.
+
+    Examples are points that coincide, the root of a square, a stop at its edge, or dry friction at rest. It is also
+    raised where controllers act."""
     if reference.system.actions.size:
         what = f"{reference.system.actions.names[0]} acts at instants: between them it holds its values"
         raise InputError(Problem(what, hint="a continuous model has no such thing; write the law as 'states' for it"))
@@ -36,7 +38,8 @@ def refuse_kinks(reference: LinearReference) -> None:
 
 
 def refuse_bends(reference: LinearReference) -> None:
-    """The same, and of what controllers compute at instants."""
+    """Raise InputError as `refuse_kinks` does, also for functions that controllers evaluate at instants, but not for
+    their instants."""
     _refuse_touching(reference)
     refuse_loads(reference.system, "has no linear part here")
     problems = [
@@ -48,7 +51,7 @@ def refuse_bends(reference: LinearReference) -> None:
 
 
 def _refuse_touching(reference: LinearReference) -> None:
-    """Raises InputError that names the rigid stops which touch at the reference: they act on one side alone."""
+    """Raise InputError that names the rigid stops which touch at the reference: they act on one side only."""
     system, motion = reference.system, reference.motion
     if system.stops is None:
         return
@@ -63,7 +66,7 @@ def _refuse_touching(reference: LinearReference) -> None:
 
 
 def _kinks(reference: LinearReference, forces: Forces) -> Iterator[tuple[str, str]]:
-    """Who has a kink, and what it is."""
+    """The owners of functions with a kink along their own coordinate, and a description of the kink."""
     instant, laws = reference.motion.instant(reference.system), forces.laws
     state = law_state(instant)
     smooth = np.isfinite(np.sum(law_slopes(instant, state), axis=0))
@@ -81,7 +84,7 @@ def _kinks(reference: LinearReference, forces: Forces) -> Iterator[tuple[str, st
 
 
 def _of_channels(reference: LinearReference) -> Iterator[tuple[str, str]]:
-    """The same of functions that name channels, along these."""
+    """The owners of functions with a kink along a channel, and a description of the kink."""
     system = reference.system
     if not system.channels.size:
         return
@@ -102,8 +105,8 @@ def _of_channels(reference: LinearReference) -> Iterator[tuple[str, str]]:
 
 
 def _jump(programs: ProgramSet, program: int, at: list[float], variable: int, unit: float) -> str:
-    """What is another one on either side of a variable's value; nothing where the function is smooth: what is smooth
-    changes by less the nearer one looks."""
+    """Return the description of a function's jump or kink at a variable's value; "" where it is smooth. A smooth
+    function changes less over a shorter step."""
     aside = THRESHOLDS.half_digits * max(abs(at[variable]), unit)
     far, near = (_sides(programs, program, at, variable, step) for step in (aside, 0.1 * aside))
     slopes, values = far.T
@@ -116,7 +119,7 @@ def _jump(programs: ProgramSet, program: int, at: list[float], variable: int, un
 
 
 def _sides(programs: ProgramSet, program: int, at: list[float], variable: int, step: float) -> Array:
-    """Slope and value before and after, (2, 2)."""
+    """Return slope and value before and after, (2, 2)."""
     found = np.zeros((2, 2))
     for side, sign in enumerate((-1.0, 1.0)):
         here = [np.asarray(x + sign * step * (index == variable)) for index, x in enumerate(at)]

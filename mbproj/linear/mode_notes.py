@@ -1,4 +1,4 @@
-"""What is said of modes: which states take part, and notes on where they are taken."""
+"""Words on modes: the states that take part, and notes on the reference."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from mbproj.linear.modes import Modes, leading
 from mbproj.linear.reference import LinearReference
 from mbproj.thresholds import THRESHOLDS
 
-#: Dry frictions that are named at most.
+#: The most dry frictions that are named.
 MOST_HELD = 8
-#: How the coordinates are called in which frequencies hold away from balance.
+#: The coordinates in which frequencies hold away from balance, in words.
 COORDINATES = "shifts and turns of the bodies on the tangent space, which turns along the motion as little as it can"
 
 
 def states_in(modes: Modes, mode: int) -> str:
-    """The states of elements that take most part in a mode: "state 'current'"."""
+    """Return the states of elements with the largest part in a mode: "state 'current'"."""
     names, share = modes.reference.system.names.states, modes.state_share[mode]
     return " and ".join(f"state '{names[index]}'" for index in leading(share))
 
 
 def notes_on(modes: Modes) -> list[str]:
-    """What a reader of the frequencies has to know."""
+    """Return the notes that a reader of the frequencies needs."""
     return list(_notes(modes))
 
 
@@ -46,13 +46,13 @@ def _notes(modes: Modes) -> Iterator[str]:
 
 
 def _listed(names: Sequence[str]) -> str:
-    """The first names, and how many more there are."""
+    """Return the first names, and the number of further ones."""
     more = f" and {len(names) - MOST_HELD} more" if len(names) > MOST_HELD else ""
     return ", ".join(f"'{name}'" for name in names[:MOST_HELD]) + more
 
 
 def unsteady_states(reference: LinearReference) -> str:
-    """That states of elements change at a reference, by what; nothing where they do not."""
+    """Return the note that states of elements change at a reference, with their rates; "" where they do not."""
     system = reference.system
     if not system.states.size:
         return ""
@@ -66,5 +66,5 @@ def unsteady_states(reference: LinearReference) -> str:
 
 
 def is_balanced(reference: LinearReference) -> bool:
-    """Whether no more than round-off of the forces is left."""
+    """Return whether the forces balance to round-off."""
     return reference.imbalance.relative <= THRESHOLDS.balanced

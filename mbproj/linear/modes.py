@@ -26,21 +26,22 @@ from mbproj.model.system import System
 from mbproj.results.views.table import Table, Tabled
 from mbproj.thresholds import THRESHOLDS
 
-#: What keeps potential energy beside the forces: weight, where there is any, and forces that turn with their bodies.
+#: The names of potential energy beside the forces: weight, where there is any, and forces that turn with their bodies.
 GRAVITY, PRELOAD = "gravity and preload", "preload"
-#: The same where functions name channels: that has no potential energy at all.
+#: The name of the rest where functions name channels: it has no potential energy.
 REST = "gravity and what names channels"
 
 
 @dataclass(frozen=True, eq=False)
 class Modes(Tabled):
-    """k modes, the slowest first: eigenvalues λ (k,) in 1/s, one of each conjugate pair, those of neutral directions 0;
-    `shapes` (k, n, 6): the shift and small turn of each carrier in global axes, as large as the mechanism's length or
-    1 rad; `coordinates` (k, nc): what the joint coordinates do. `states` (k, K): what the states of elements do, as
-    large as their scale where no body moves; `state_share` (k, K): the part that each takes in the mode.
+    """k modes, the slowest first: eigenvalues λ (k,) in 1/s, one of each conjugate pair, 0 for neutral directions.
 
-    `kinetic` (k, b) and `strain` (k, e): parts of the modes' energies, of what `kinetic_names` and `strain_names` say.
-    `freedom` is the number of degrees of freedom, `turns` whether the tangent space turns along the motion."""
+    `shapes` (k, n, 6): the shift and small turn of each carrier in global axes; the largest is the mechanism's length
+    or 1 rad. `coordinates` (k, nc): the changes of the joint coordinates. `states` (k, K): the changes of the states of
+    elements; where no body moves the largest is its scale. `state_share` (k, K): the participation of each state.
+
+    `kinetic` (k, b) and `strain` (k, e): parts of the modes' energies, named by `kinetic_names` and `strain_names`.
+    `freedom`: the degrees of freedom. `turns`: whether the tangent space turns along the motion."""
 
     reference: LinearReference
     eigenvalues: Numbers
@@ -62,17 +63,18 @@ class Modes(Tabled):
 
     @property
     def damping_ratios(self) -> Array:
-        """-Re λ / |λ|, (k,); 0 of neutral directions."""
+        """-Re λ / |λ|, (k,); 0 for neutral directions."""
         size = np.abs(self.eigenvalues)
         return 0.0 - self.eigenvalues.real / np.where(size > 0.0, size, 1.0)
 
     def is_of_states(self, mode: int) -> bool:
-        """Whether states of elements take most part in a mode."""
+        """Return whether states of elements have the largest part in a mode."""
         return bool(self.state_share[mode].sum() > 0.5)
 
     def name(self, mode: int) -> str:
-        """What moves most in a mode, by kinetic energy, and what gives way most: "wheel 91 %, spring tyre 83 %"; or the
-        states of elements that take most part in it. Where no joint says how a body moves, its name has the axis."""
+        """Return the name of a mode: the largest parts of kinetic and of strain energy, "wheel 91 %, spring tyre 83 %".
+
+        For a mode of states it is these states. Where no joint coordinate changes, the name of a body has its axis."""
         names, of_states = [f"state {name}" for name in self.reference.system.names.states], self.is_of_states(mode)
         moving = (
             _largest(names, self.state_share[mode]) if of_states else _largest(self._movers(mode), self.kinetic[mode])
@@ -83,7 +85,8 @@ class Modes(Tabled):
         return f"{moving}; {_largest(self.strain_names, self.strain[mode])}" if gives_way else moving
 
     def _movers(self, mode: int) -> list[str]:
-        """What has kinetic energy: "engine along z", or "engine about y" where it turns more than it shifts."""
+        """Return the names of kinetic energy with an axis: "engine along z", or "engine about y" where it turns
+        more."""
         names = list(self.kinetic_names)
         if np.abs(self.coordinates[mode]).max(initial=0.0) > THRESHOLDS.rounding:
             return names
@@ -98,7 +101,7 @@ class Modes(Tabled):
 
     @property
     def table(self) -> Table:
-        """A row a mode, the slowest first."""
+        """A table with a row for each mode, the slowest first."""
         values = (self.frequencies.tolist(), self.damping_ratios.tolist(), self.eigenvalues.real.tolist())
         names = map(self.name, range(len(self.eigenvalues)))
         headings = ("frequency (Hz)", "damping ratio", "growth rate (1/s)", "moves")
@@ -106,13 +109,13 @@ class Modes(Tabled):
 
     @property
     def line(self) -> str:
-        """How free, and where."""
+        """The degrees of freedom and the reference, in words."""
         return f"{self.freedom} degrees of freedom, {self.reference.words}"
 
     __repr__ = Tabled.__repr__
 
     def slowest(self, count: int) -> Modes:
-        """The first so many."""
+        """Return the first `count` modes."""
         parts = ("eigenvalues", "shapes", "coordinates", "states", "state_share", "kinetic", "strain")
         return replace(self, **{name: getattr(self, name)[:count] for name in parts})
 
@@ -122,16 +125,18 @@ def _largest(names: Sequence[str], shares: Array) -> str:
 
 
 def leading(shares: Array) -> list[int]:
-    """The largest share, and the next where it is hardly smaller."""
+    """Return the number of the largest share, and of the next where it is hardly smaller."""
     order = np.argsort(-shares, kind="stable").tolist()
     least = THRESHOLDS.named * shares[order[0]]
     return [index for index in order[:2] if shares[index] >= least and shares[index] > 0.0]
 
 
 def modes(reference: LinearReference, count: int | None = None) -> Modes:
-    """All modes, or the `count` slowest; of large mechanisms few, and all that grow where they move. Raises InputError
-    where a force has a kink there, or nothing holds a motion without mass. Raises it where a large mechanism that
-    moves, or whose elements have states, is too free."""
+    """Return all modes, or the `count` slowest. A large mechanism has few by default, and all growing modes where it
+    moves.
+
+    Raises InputError where a force has a kink there, or nothing holds a motion without mass. Raises it where a large
+    mechanism that moves, or whose elements have states, is too free."""
     refuse_kinks(reference)
     scale = reference.system.states.scale
     large = reference.system.bodies > THRESHOLDS.dense_modes
@@ -151,15 +156,15 @@ def modes(reference: LinearReference, count: int | None = None) -> Modes:
     return described(reference, found.values, ξ, x, share, here.freedom, turns=turns)
 
 
-#: Modes of a large mechanism, unless more are asked for.
+#: The number of modes of a large mechanism, unless more are asked for.
 FEW = 10
 
 
 def described(
     reference: LinearReference, values: Numbers, ξ: Numbers, x: Numbers, share: Array, freedom: int, *, turns: bool
 ) -> Modes:
-    """Modes from eigenvalues (k,), virtual displacements (6n, k) in global axes and states of elements (K, k), of any
-    size, and the part (k, K) that these take."""
+    """Return modes from eigenvalues (k,), virtual displacements (6n, k) in global axes and states of elements (K, k),
+    of any size, and the states' participation (k, K)."""
     system, motion = reference.system, reference.motion
     shapes = ξ.T.reshape(len(values), system.bodies, 6)
     size = np.abs(shapes / ([system.length] * 3 + [1.0] * 3))
@@ -190,8 +195,8 @@ def described(
 
 
 def _alone(moved: Array, x: Numbers, unit: Array) -> Numbers:
-    """What makes states (K, k) as large as their `unit` in modes in which bodies move by no more than round-off beside
-    them, (k,); 0 in the others."""
+    """Return the factors (k,) that scale states (K, k) to their `unit` in modes where bodies move by round-off only; 0
+    in other modes."""
     if not len(unit):
         return np.zeros(len(moved))
     relative = x / unit[:, None]
@@ -201,7 +206,7 @@ def _alone(moved: Array, x: Numbers, unit: Array) -> Numbers:
 
 
 def _changes(bound: PrimitiveSet, reference: LinearReference, in_body: Numbers) -> Numbers:
-    """What the coordinates of a set do in each mode, (k, m)."""
+    """Return the changes of the coordinates of a set in each mode, (k, m)."""
     g = row_motion(bound, reference.motion.carried()).G
     found = np.zeros((bound.size, len(in_body)), dtype=complex)
     np.add.at(found, g.row, np.einsum("eu,keu->ek", g.value, in_body[:, g.body]))
@@ -209,7 +214,7 @@ def _changes(bound: PrimitiveSet, reference: LinearReference, in_body: Numbers) 
 
 
 def _kinetic(system: System, reference: LinearReference, in_body: Numbers) -> tuple[tuple[str, ...], Array]:
-    """Twice the mean kinetic energy at unit speed, (k, b), and whose it is."""
+    """Return twice the mean kinetic energy at unit speed, (k, b), and its names."""
     shift, turn = in_body[..., :3], in_body[..., 3:]
     own = system.mass * np.sum(np.abs(shift) ** 2, axis=-1)
     own = own + np.einsum("kbi,bij,kbj->kb", turn.conj(), system.inertia, turn).real
@@ -221,9 +226,11 @@ def _kinetic(system: System, reference: LinearReference, in_body: Numbers) -> tu
 def _strain(
     system: System, reference: LinearReference, in_body: Numbers, values: Numbers, kinetic: Array
 ) -> tuple[tuple[str, ...], Array]:
-    """The same of what forces along coordinates keep, (k, e); the rest is of gravity and of preload. Of a mode that
-    oscillates both energies have one mean, ½ |λ|² of the kinetic one at unit speed. Of one that does not, what dampers
-    take is between them: φᵀKφ = -λ² φᵀMφ - λ φᵀDφ."""
+    """Return twice the mean strain energy of forces along coordinates, (k, e), and its names; the last is the rest, of
+    gravity and preload.
+
+    In a mode that oscillates both energies have one mean, ½ |λ|² of the kinetic energy at unit speed. In one that does
+    not, they differ by the dampers' loss: φᵀKφ = -λ² φᵀMφ - λ φᵀDφ."""
     rest_of = REST if system.forces_name_channels else GRAVITY if system.gravity.any() else PRELOAD
     mass = kinetic.sum(axis=1)
     total = np.abs(values) ** 2 * mass
@@ -245,7 +252,7 @@ def _strain(
 
 
 def _of_bushings(forces: Forces, matrices: Array, reference: LinearReference, in_body: Numbers) -> Array:
-    """The same of each bushing, (k, B), with these matrices (B, 6, 6)."""
+    """Return the quadratic form of each bushing, (k, B), with these matrices (B, 6, 6)."""
     bushings = forces.bushings
     g = bushing_gradient(bushings, reference.motion.pose)
     all_bodies = np.concatenate([in_body, np.zeros((len(in_body), 1, 6))], axis=1)  # the ground does not move
@@ -255,12 +262,12 @@ def _of_bushings(forces: Forces, matrices: Array, reference: LinearReference, in
 
 
 def law_slopes_at(reference: LinearReference) -> tuple[Array, Array]:
-    """∂F/∂s and ∂F/∂s' of each law, (E,)."""
+    """Return ∂F/∂s and ∂F/∂s' of each law, (E,)."""
     instant = reference.motion.instant(reference.system)
     return law_slopes(instant, law_state(instant))
 
 
 def _shares(parts: Array) -> Array:
-    """Sizes as parts of their sum, row by row."""
+    """Return sizes as parts of their sum, row by row."""
     size = np.abs(parts)
     return np.asarray(size / np.maximum(size.sum(axis=1, keepdims=True), np.finfo(float).tiny), dtype=float)

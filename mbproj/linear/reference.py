@@ -1,4 +1,4 @@
-"""The motion that is linearised: its accelerations and multipliers, and by how much forces do not balance there."""
+"""The motion that is linearised: its accelerations and multipliers, and the imbalance of forces there."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from mbproj.thresholds import THRESHOLDS
 @dataclass(frozen=True)
 class Imbalance:
     """The largest force in N and torque in N m on a body that neither constraints nor a steady motion balance.
-    `relative` is the larger of both, beside the largest that acts."""
+    `relative`: the larger of both, relative to the largest torque that acts."""
 
     force: float
     torque: float
@@ -35,9 +35,10 @@ class Imbalance:
 
 @dataclass(frozen=True, eq=False)
 class LinearReference:
-    """A motion with its multipliers λ (m,) of the joints' rows and then the motions'. `turning` (3,): Ω in rad/s of the
-    axes that turn with it. `where` it is: "start", "equilibrium", "steady", or a time. `held`: the dry frictions that
-    hold, each by one of the last rows of the joints."""
+    """A motion with its multipliers λ (m,) of the joints' rows and then the motions'.
+
+    `turning` (3,): Ω in rad/s of the axes that turn with it. `where`: "start", "equilibrium", "steady", or a time.
+    `held`: the dry frictions that hold, each by one of the last rows of the joints."""
 
     system: System
     motion: MotionAtTime
@@ -54,17 +55,17 @@ class LinearReference:
 
     @property
     def rests(self) -> bool:
-        """Whether nothing moves, nor the axes."""
+        """Whether neither bodies nor axes move."""
         return not (self.moves or np.any(self.turning))
 
     @property
     def words(self) -> str:
-        """Where it is: "at start", "at t = 0.5 s"."""
+        """The place of the reference, in words: "at start", "at t = 0.5 s"."""
         return f"at {self.where}" if self.where.isalpha() else f"at t = {self.motion.t:.6g} s"
 
 
 def reference_at(system: System, state: State, where: str) -> LinearReference:
-    """The motion through a consistent state: the accelerations and multipliers are those of the equations of motion."""
+    """Return the motion through a consistent state, with accelerations and multipliers by the equations of motion."""
     held = held_at(system, state)
     system = held.system
     pose = pose_of(state.q)
@@ -81,7 +82,7 @@ def reference_at(system: System, state: State, where: str) -> LinearReference:
 
 
 def refuse_rolling(system: System, what: str) -> None:
-    """Raises InputError that names the joint where rows are at velocity level."""
+    """Raise InputError that names the joint where rows are at velocity level."""
     if system.rolls:
         joint = int(system.joints.owner[np.argmax(system.joints.is_velocity)])
         said = f"joint '{system.names.joints[joint]}' holds velocities: {what} such rows"
@@ -89,7 +90,7 @@ def refuse_rolling(system: System, what: str) -> None:
 
 
 def _by_tangent_space(system: System, still: MotionAtTime, force: Array, γ: Array) -> tuple[Array, Array, Array]:
-    """u' (6n,), λ (m,), and the forces (6n,) that the tangent space leaves."""
+    """Return u' (6n,), λ (m,), and the unbalanced forces (6n,), by the tangent space."""
     space = tangent_space(system, constraint_rows(system, still).dense())
     M, lengths = tangent_mass_matrix(system, still.pose), tangent_lengths(system)
     held = space.pseudoinverse @ γ
@@ -100,7 +101,7 @@ def _by_tangent_space(system: System, still: MotionAtTime, force: Array, γ: Arr
 
 
 def _by_bordered(system: System, still: MotionAtTime, force: Array, γ: Array) -> tuple[Array, Array, Array]:
-    """The same for large mechanisms, by sparse matrices."""
+    """Return u' (6n,), λ (m,), and the unbalanced forces (6n,) of a large mechanism, by sparse matrices."""
     from scipy.sparse import diags
 
     lengths, G, pose = tangent_lengths(system), constraint_rows(system, still), still.pose
@@ -111,8 +112,8 @@ def _by_bordered(system: System, still: MotionAtTime, force: Array, γ: Array) -
 
 
 def largest_force(system: System, motion: MotionAtTime, force: Array) -> float:
-    """The largest torque, or force times the mechanism's length, in N m, that acts on a body (6n,), or along what a
-    force acts along: those on a body may cancel each other."""
+    """Return the largest torque, or force times the mechanism's length, in N m. It acts on a body (6n,), or along a
+    coordinate: forces on a body may cancel each other."""
     largest = float(np.abs(force * tangent_lengths(system)).max(initial=0.0))
     laws = law_state(motion.instant(system))
     unit = np.where(np.array(system.forces.units) == "m", system.length, 1.0)
@@ -120,7 +121,7 @@ def largest_force(system: System, motion: MotionAtTime, force: Array) -> float:
 
 
 def imbalance(system: System, left: Array, largest: float) -> Imbalance:
-    """Of what constraints and a steady motion leave, (6n,), beside the largest torque that acts."""
+    """Return the imbalance of the forces `left` (6n,), relative to the largest torque that acts."""
     left = left.reshape(-1, 6)
     sizes = np.linalg.norm(left[:, :3], axis=1).max(initial=0.0), np.linalg.norm(left[:, 3:], axis=1).max(initial=0.0)
     relative = max(float(sizes[0]) * system.length, float(sizes[1])) / max(largest, float(np.finfo(float).tiny))

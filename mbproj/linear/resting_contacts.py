@@ -1,5 +1,5 @@
 """A mechanism for equilibria and small motions: compliant stops are laws, dry friction at rest holds its coordinate,
-and dry friction that slides is a law. That of stops is left to the caller."""
+and dry friction that slides is a law. The caller treats dry friction at stops."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ from mbproj.thresholds import THRESHOLDS
 
 @dataclass(frozen=True, eq=False)
 class RestingContacts:
-    """The `system` with its compliant stops as laws and what its frictions do; `whole`: the same without the frictions;
-    `by`: the names of those that hold, each by one of the last rows of the joints."""
+    """The `system` with its compliant stops as laws and its frictions as rows or laws; `whole`: the system without the
+    frictions. `by`: the names of those that hold, each by one of the last rows of the joints."""
 
     system: System
     whole: System
@@ -38,8 +38,8 @@ class RestingContacts:
 
 
 def held_at(system: System, state: State, *, resting: bool = False) -> RestingContacts:
-    """At a state; where all are `resting`, its velocities do not count. Raises InputError where a friction slides that
-    goes by what its bearing carries."""
+    """Return the contacts at a state; with `resting`, its velocities do not count. Raises InputError where a friction
+    slides that depends on the load of a bearing."""
     whole = standing_on_stops(system, _soft(system, state))
     frictions = system.frictions
     if frictions is None:
@@ -60,7 +60,8 @@ def held_at(system: System, state: State, *, resting: bool = False) -> RestingCo
 
 
 def _soft(system: System, state: State) -> dict[int, float]:
-    """What each compliant stop pushes by, with the mass that it sees at a state where its restitution asks for one."""
+    """Return the coefficient of damping of each compliant stop, with the mass that it meets at a state where its
+    restitution needs one."""
     stops = system.stops
     if stops is None:
         return {}
@@ -86,7 +87,7 @@ def _refuse_sliding_by_load(system: System, frictions: Frictions, rests: Flags) 
 
 
 def _independent(system: System, frictions: Frictions, state: State, among: Integers) -> list[int]:
-    """Those whose coordinates joints, motions and the ones before leave free."""
+    """Return the frictions whose coordinates joints, motions and earlier frictions leave free."""
     pose = pose_of(state.q)
     expected = coordinate_values(system, pose) + 2.0 * np.pi * state.turns
     u = tangent_velocities(pose, state.v)
@@ -108,7 +109,7 @@ def _independent(system: System, frictions: Frictions, state: State, among: Inte
 
 
 def _named(whole: System, held: System, contacts: Contacts) -> System:
-    """With names of the laws of those that slide."""
+    """Return the system with names for the laws of sliding frictions."""
     if not contacts.sliding:
         return held
     laws = whole.forces.laws.size
@@ -124,7 +125,7 @@ def _named(whole: System, held: System, contacts: Contacts) -> System:
 
 
 def refuse_loads(system: System, where: str) -> None:
-    """Raises InputError where a law goes by what a bearing carries."""
+    """Raise InputError where a law depends on the load of a bearing."""
     forces = system.forces
     problems = [
         Problem(f"force '{forces.law_owners[k]}' goes by what its bearing carries: it {where}", hint=LOAD_HINT)

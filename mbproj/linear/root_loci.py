@@ -13,7 +13,8 @@ from mbproj.linear.modes import Modes
 
 @dataclass(frozen=True, eq=False)
 class Trace:
-    """Eigenvalues (p, j) at the p `values` of the parameter `name`, a column a mode; nan where it has none."""
+    """Eigenvalues (p, j) at the p `values` of the parameter `name`, one column a mode; NaN where the mode does not
+    exist."""
 
     name: str
     values: Array
@@ -21,7 +22,7 @@ class Trace:
 
 
 def trace(name: str, values: Sequence[float], at: Callable[[float], Modes]) -> tuple[Trace, Modes]:
-    """The modes at each value, of which `at` computes them, and those of the last value."""
+    """Return the trace of the modes at each value, computed by `at`, and the modes at the last value."""
     columns: list[list[complex]] = []
     place: list[int] = []
     before: Modes | None = None
@@ -39,7 +40,7 @@ def trace(name: str, values: Sequence[float], at: Callable[[float], Modes]) -> t
 
 
 def _places(before: Modes | None, here: Modes, place: list[int], columns: int) -> list[int]:
-    """The column of each mode: that of the mode before which it is most like, in its eigenvalue and its shape."""
+    """Return the column of each mode: that of the previous mode most like it in eigenvalue and shape."""
     if before is None:
         return list(range(len(here.eigenvalues)))
     from scipy.optimize import linear_sum_assignment
@@ -53,7 +54,7 @@ def _places(before: Modes | None, here: Modes, place: list[int], columns: int) -
 
 
 def _likeness(before: Modes, here: Modes) -> Array:
-    """The modal assurance criterion of all pairs, 1 where shapes are alike (Allemang 2003)."""
+    """Return the modal assurance criterion of all pairs, 1 where shapes are alike (Allemang 2003)."""
     length = here.reference.system.length
     shapes = [each.shapes.reshape(len(each.shapes), -1, 6) / ([length] * 3 + [1.0] * 3) for each in (before, here)]
     old, new = (shape.reshape(len(shape), -1) for shape in shapes)

@@ -1,7 +1,8 @@
 """The slowest modes of large mechanisms, by shift-invert Arnoldi on the bordered matrices (Bai et al. 2000).
 
 The bordered pencil has the eigenvalues of the tangent space, and infinite ones, which an inverse iteration does not
-see: (K + σD + σ²M) ξ + Gᵀμ = b, G ξ = 0 is factored once. The shift σ is real, and not 0, where neutral directions are.
+reach: (K + σD + σ²M) ξ + Gᵀμ = b, G ξ = 0 is factored once. The shift σ is real, and not 0, because neutral directions
+are.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from mbproj.linear.reduction.frames import in_axes
 from mbproj.linear.reference import LinearReference
 from mbproj.thresholds import THRESHOLDS
 
-#: The start of Arnoldi's iteration.
+#: The seed of the start of Arnoldi's iteration.
 SEED = 22
 
 
@@ -31,7 +32,7 @@ class SparseEigen:
 
 
 def sparse_eigen(reference: LinearReference, count: int) -> SparseEigen:
-    """The `count` slowest modes of a mechanism at rest whose elements have no states."""
+    """Return the `count` slowest modes of a mechanism at rest whose elements have no states."""
     system, motion = reference.system, reference.motion
     equations = in_axes(linear_equations(system, motion, reference.multipliers), motion, reference.turning)
     pencil = _Pencil(reference, equations, independent_rows(system, motion.pose, equations.rows.G))
@@ -51,8 +52,8 @@ class _Pencil:
         self.start = np.random.default_rng(SEED).normal(size=self.M.shape[0])
 
     def is_symmetric(self) -> bool:
-        """Whether there is no damping, and K is symmetric on the tangent space but for round-off; what is not
-        symmetric in free turns of a body is that of torques that constraints balance."""
+        """Return whether there is no damping, and K is symmetric on the tangent space up to round-off. In free turns of
+        a body K is not symmetric, because of torques that constraints balance."""
         if self.D.nnz and np.abs(self.D.data).max() > 0.0:
             return False
         bordered = self.factor(self.shift())
@@ -62,11 +63,12 @@ class _Pencil:
         return abs(forth - back) <= 1e3 * THRESHOLDS.rounding * size
 
     def factor(self, σ: float) -> Bordered:
-        """Of K + σD + σ²M."""
+        """Return the factor of K + σD + σ²M."""
         return Bordered(self.system, self.K + σ * self.D + σ**2 * self.M, self.G, self.rows)
 
     def shift(self) -> float:
-        """A speed that is small beside the slowest mode: by inverse iteration from one that is small beside all."""
+        """Return a shift that is small beside the slowest mode, by inverse iteration from one that is small beside
+        all."""
         fastest = np.sqrt(np.abs(diagonal(self.K)).max(initial=0.0) / max(diagonal(self.M).max(), 1e-300))
         σ = THRESHOLDS.first_shift * max(float(fastest), THRESHOLDS.slowest_sought)
         bordered, x = self.factor(σ), self.start
@@ -76,7 +78,7 @@ class _Pencil:
         return max(σ, THRESHOLDS.shift * float(np.sqrt(abs(x @ (self.K @ x)) / (x @ (self.M @ x)))))
 
     def symmetric(self, count: int) -> tuple[Numbers, Numbers]:
-        """κ = -λ² of K ξ = κ M ξ by Lanczos; Rayleigh's quotients of the vectors are the values."""
+        """Return λ from κ = -λ² of K ξ = κ M ξ by Lanczos, with Rayleigh's quotients of the vectors as values."""
         from scipy.sparse.linalg import LinearOperator, eigsh
 
         σ = self.shift()
@@ -95,7 +97,7 @@ class _Pencil:
         return values.astype(complex), np.concatenate([vectors, vectors[:, grows]], axis=1).astype(complex)
 
     def general(self, count: int) -> tuple[Numbers, Numbers]:
-        """λ by Arnoldi on (x, v) -> (x, v)' inverted at σ, conjugates left out."""
+        """Return λ by Arnoldi on (x, v) -> (x, v)' inverted at σ, without conjugates."""
         from scipy.sparse.linalg import LinearOperator, eigs
 
         σ, n = self.shift(), self.M.shape[0]

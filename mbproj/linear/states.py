@@ -25,8 +25,8 @@ from mbproj.thresholds import THRESHOLDS
 
 
 def state_at(scene: Scene, system: System, time: float) -> State:
-    """The state at a time in s, by a run from where runs of the scene begin. Raises SimulationError where that does
-    not come so far."""
+    """Return the state at a time in s, by a run from the scene's initial state. Raises SimulationError where the run
+    does not reach it."""
     start = start_state(scene, system)
     if time <= start.t:
         return replace(start, t=time)
@@ -37,7 +37,8 @@ def state_at(scene: Scene, system: System, time: float) -> State:
 
 
 def stored_state(system: System, results: Results, time: float) -> State:
-    """The sample at this time. Raises InputError where there is none, or where the results are of other bodies."""
+    """Return the sample at this time. Raises InputError where there is none, or where the results are of other
+    bodies."""
     if tuple(results.names("bodies")) != system.names.bodies:
         said = f"'{results.path}' has other bodies than the scene"
         raise InputError(Problem(said, hint="give results of this scene, or the scene of these results"))
@@ -54,18 +55,19 @@ def stored_state(system: System, results: Results, time: float) -> State:
 
 @final
 class _Last:
-    """Keeps the last block of a run."""
+    """A recorder that keeps the last block of a run."""
 
     def __init__(self) -> None:
         self.block: Mapping[str, npt.NDArray[Any]] = {}
 
     def write(self, block: Mapping[str, npt.NDArray[Any]]) -> None:
-        """Takes a block."""
+        """Keep a block."""
         self.block = block
 
 
 def sampled_state(system: System, block: Mapping[str, npt.NDArray[Any]], sample: int) -> State:
-    """One sample of the bodies of the scene, as a state of the carriers: each is where its first body says."""
+    """Return one sample of the scene's bodies as a state of the carriers; the pose of a carrier is that of its first
+    body."""
     first = np.array([np.flatnonzero(system.body_carrier == carrier)[0] for carrier in range(system.bodies)])
     position, orientation, velocity, ω = (
         np.asarray(block[f"bodies/{name}"][sample], dtype=float)[first]

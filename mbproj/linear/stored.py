@@ -1,4 +1,4 @@
-"""Modes as the file has them: by the bodies of the scene, where the computation has carriers."""
+"""Modes as their file stores them: for the bodies of the scene, where the computation has carriers."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from mbproj.results.linear.modes_file import StoredModes
 
 
 def stored(modes: Modes, title: str, trace: Trace | None = None) -> StoredModes:
-    """What `modes.h5` holds."""
+    """Return the content of `modes.h5`."""
     system, motion, names = modes.reference.system, modes.reference.motion, modes.reference.system.names
     pose = motion.pose
     return StoredModes(

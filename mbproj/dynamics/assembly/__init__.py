@@ -1,1 +1,1 @@
-"""Assembly: the consistent start that is nearest to what the scene guesses."""
+"""Assembly: the consistent initial state nearest to the scene's guess."""

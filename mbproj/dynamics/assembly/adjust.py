@@ -1,13 +1,14 @@
-"""Loops of rounded numbers: the least change of joints' own points and axes that lets an over-constrained loop move.
+"""Adjusts joints whose numbers are rounded, so that an over-constrained loop closes and can move.
 
-A linkage whose rows depend on each other moves only where its numbers are exact. Rounded ones leave rows that almost
-depend on each other, and a structure. The change δ of all joints' frames is the shortest one for which all poses of a
+A linkage whose rows depend on each other moves only where its numbers are exact. With rounded numbers some rows almost
+depend on each other, and nothing moves. The change δ of all joints' frames is the shortest one for which all poses of a
 sample are closed while C_q keeps its smaller rank:
 
     minimise |δ|   where   Nₖᵀ (C(qₖ) + D δ) = 0   at each pose qₖ
 
-with N the left vectors of C_q beyond that rank and D = ∂C/∂δ. The poses follow by qₖ ← qₖ - C_q⁺ (C + D δ), and
-Gauss-Newton repeats both until they are round-off.
+
+with N the left singular vectors of C_q beyond that rank and D = ∂C/∂δ. The poses follow by qₖ ← qₖ - C_q⁺ (C + D δ).
+Gauss-Newton repeats both until the changes are round-off.
 """
 
 from __future__ import annotations
@@ -28,14 +29,14 @@ from mbproj.model.system import Adjustment, System
 from mbproj.scene.records import Scene
 from mbproj.thresholds import THRESHOLDS
 
-#: Poses of the sample, and of those that must then be closed as well.
+#: The number of poses of the sample, and of further poses that must then be closed as well.
 POSES, HELD_OUT = 7, 3
-#: Joints that a note names.
+#: The number of joints that a note names.
 MOST_NAMED = 4
 
 
 def adjusted(system: System, q: Array, most: float) -> System:
-    """The system with its joints moved so far that its loops close; itself where they do, or cannot.
+    """Return the system with joints moved so that its loops close; the same system where they do already, or cannot.
 
     Raises InputError where a point would move by more than `most` in m."""
     if system.bodies > THRESHOLDS.large or not system.joints.size:
@@ -63,7 +64,7 @@ def adjusted(system: System, q: Array, most: float) -> System:
 
 
 def adjustment_notes(scene: Scene, system: System) -> list[Problem]:
-    """How far joints were moved, the largest first; nothing where none was."""
+    """Return a note on how far joints were moved, the largest first; no note where none was moved."""
     changes = sorted(system.adjustments, key=lambda change: change.size(system.length), reverse=True)
     if not changes:
         return []
@@ -77,13 +78,13 @@ def adjustment_notes(scene: Scene, system: System) -> list[Problem]:
 
 
 def rounded_up(size: float) -> str:
-    """A length in um with two digits that is not smaller than one in m."""
+    """Return a length given in m as text in um with two digits, rounded up."""
     digits = 10.0 ** (np.floor(np.log10(1e6 * size)) - 1.0)
     return f"{np.ceil(1e6 * size / digits) * digits:.6g} um"
 
 
 def needed(system: System, q: Array) -> float:
-    """How far joints' points must move, in m, for its loops to close; 0 where they do, or cannot."""
+    """Return how far a joint's points must move for the loops to close, in m; 0 where they do already, or cannot."""
     if system.bodies > THRESHOLDS.large or not system.joints.size:
         return 0.0
     found = _Adjusting(system.at_positions).found(q)
@@ -91,7 +92,7 @@ def needed(system: System, q: Array) -> float:
 
 
 def _changes(system: System, shift: Array, tilt: Array) -> Iterator[Adjustment]:
-    """The larger one of both bodies of each joint that moves."""
+    """The adjustment of each joint that moves: the larger of those of its two bodies."""
     for at, name in enumerate(system.names.joints):
         own = slice(2 * at, 2 * at + 2)
         change = Adjustment(
@@ -104,14 +105,15 @@ def _changes(system: System, shift: Array, tilt: Array) -> Iterator[Adjustment]:
 
 
 def _holders(bound: PrimitiveSet) -> Integers:
-    """2 joint + side - 1 of each attachment: which frame it belongs to."""
+    """Return 2 joint + side - 1 of each attachment, the number of its frame."""
     joint = np.zeros(len(bound.body), dtype=np.intp)
     joint[bound.entry_slot] = bound.owner[bound.entry_row]
     return 2 * joint + bound.side - 1
 
 
 def _moved(bound: PrimitiveSet, shift: Array, tilt: Array) -> PrimitiveSet:
-    """The set with each frame's points shifted and its vectors turned, (frames, 3) each, in axes of its body."""
+    """Return the set with points shifted and vectors turned by those of their frames, (frames, 3) each, in body
+    axes."""
     if not bound.size:
         return bound
     held, local, point = _holders(bound), bound.local.copy(), bound.is_point > 0.0
@@ -126,7 +128,8 @@ def _moved(bound: PrimitiveSet, shift: Array, tilt: Array) -> PrimitiveSet:
 
 @dataclass(frozen=True, eq=False)
 class _Adjusting:
-    """Rows C (m,) of the joints, in units of the mechanism's length; δ is (frames, 6), a shift over it and a tilt."""
+    """The search for an adjustment δ (frames, 6), for each frame a shift over the mechanism's length and a tilt. Rows C
+    (m,) of the joints are in units of that length."""
 
     system: System
 
@@ -141,18 +144,19 @@ class _Adjusting:
         return np.zeros((2 * len(self.system.names.joints), 6))
 
     def rows(self, q: Array, delta: Array) -> Array:
-        """C at a pose."""
+        """Return C at a pose with the frames moved by `delta`."""
         bound = self._set(delta)
         return np.asarray(bound.value(pose_of(q).places(bound)) / self._scale)
 
     def factor(self, q: Array, delta: Array) -> tuple[Array, Array, Array]:
-        """The singular values of C_q by (δr / length, δθ), with all its left and right vectors."""
+        """Return the singular value decomposition of C_q by (δr / length, δθ): all left vectors, values, and right
+        vectors."""
         G = set_rows(self.system, self._set(delta), pose_of(q)).dense() / self._scale[:, None]
         U, s, V = np.linalg.svd(G)
         return U, s, V
 
     def by_frames(self, q: Array, delta: Array) -> Array:
-        """∂C/∂δ, (m, 6 frames), by central differences; couplings have no frames of their own."""
+        """Return ∂C/∂δ, (m, 6 frames), by central differences; couplings have no frames of their own."""
         bound = self.system.joints
         found = np.zeros((bound.size, len(delta), 6))
         own = np.array([not isinstance(bound.layout.members[at].primitive, Coupling) for at in bound.layout.member])
@@ -167,7 +171,8 @@ class _Adjusting:
         return found.reshape(bound.size, -1)
 
     def found(self, q: Array) -> tuple[Array, Array] | None:
-        """The shift in m and the tilt in rad of each frame, (frames, 3); None where none is needed, or none helps."""
+        """Return the shift in m and the tilt in rad of each frame, (frames, 3); None where none is needed, or none
+        helps."""
         delta = self._zero()
         _, s, _ = self.factor(q, delta)
         rank = int(np.count_nonzero(s > THRESHOLDS.almost_dependent * s[0]))
@@ -177,7 +182,7 @@ class _Adjusting:
         start = self._closed(q, delta, rank)
         poses = [start, *(self._away(start, delta, rank, rng) for _ in range(POSES - 1))]
         if max(float(np.abs(self.rows(pose, delta)).max()) for pose in poses) > THRESHOLDS.almost_dependent:
-            return None  # what almost depends on each other here does not elsewhere: the pose is singular
+            return None  # rows that almost depend on each other here do not elsewhere: the pose is singular
         for _ in range(THRESHOLDS.most_assembling):
             delta, poses, step = self._step(poses, delta, rank)
             if step < THRESHOLDS.rounding:
@@ -189,7 +194,7 @@ class _Adjusting:
         return self.system.length * delta[:, :3], delta[:, 3:]
 
     def _step(self, poses: list[Array], delta: Array, rank: int) -> tuple[Array, list[Array], float]:
-        """Both of Gauss-Newton's parts: δ and the poses after it, and how large its change was."""
+        """Return δ and the poses after one Gauss-Newton step, and the size of the change of δ."""
         wanted, sides, known = [], [], []
         for q in poses:
             C, D, (U, s, V) = self.rows(q, delta), self.by_frames(q, delta), self.factor(q, delta)
@@ -203,7 +208,7 @@ class _Adjusting:
         return delta + change.reshape(-1, 6), after, float(np.abs(change).max(initial=0.0))
 
     def _closed(self, q: Array, delta: Array, rank: int) -> Array:
-        """The pose nearest to q where all of C is zero that C_q of this rank reaches."""
+        """Return the pose nearest to q that closes the part of C within the range of C_q, which has this rank."""
         for _ in range(THRESHOLDS.most_assembling):
             U, s, V = self.factor(q, delta)
             step = V[:rank].T @ (U[:, :rank].T @ self.rows(q, delta) / s[:rank])
@@ -213,7 +218,7 @@ class _Adjusting:
         return q
 
     def _away(self, q: Array, delta: Array, rank: int, rng: np.random.Generator) -> Array:
-        """A pose some way along what C_q of this rank leaves free."""
+        """Return a pose some way from q along a random direction that C_q of this rank leaves free."""
         free = self.factor(q, delta)[2][rank:]
         way = rng.normal(size=len(free)) @ free
         return self._closed(moved(self.system, q, THRESHOLDS.long_way * way / np.abs(way).max()), delta, rank)

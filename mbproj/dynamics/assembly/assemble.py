@@ -1,7 +1,7 @@
-"""Assembly: the consistent start nearest to what the scene guesses, or an error that names the joint.
+"""Assembly: the consistent state nearest to the scene's guess, or an error that names the joint.
 
-Near means geometrically near: Σ |Δr|² + length² |Δθ|², with the size of the system to weigh turns against shifts. The
-guess carries no energy meaning, so the mass matrix has no say here (Nikravesh 2007).
+Near means geometrically near: Σ |Δr|² + length² |Δθ|², where the size of the system weighs turns against shifts. The
+mass matrix has no part in it, because the guess has no meaning as energy (Nikravesh 2007).
 """
 
 from __future__ import annotations
@@ -50,11 +50,11 @@ class State:
 
     @classmethod
     def of(cls, system: System, t: float, **blocks: Array | Integers) -> State:
-        """By its blocks; those that are not given are as a run begins with them."""
+        """Return a state made of blocks; a block that is not given has its initial values."""
         return cls(t, system.layout.joined(blocks), system.layout)
 
     def changed(self, **blocks: Array | Integers) -> State:
-        """The same with these blocks."""
+        """Return the state with these blocks replaced."""
         return State(self.t, self.layout.changed(self.y, blocks), self.layout)
 
     @property
@@ -67,7 +67,7 @@ class State:
 
     @property
     def x(self) -> Array:
-        """States of elements."""
+        """The states of elements."""
         return self.y[self.layout["states"]]
 
     @property
@@ -75,14 +75,15 @@ class State:
         return self.y[self.layout["turns"]].astype(np.intp)
 
     def instant(self, system: System) -> Instant:
-        """What functions of the system see here."""
+        """Return the `Instant` at this state, from which functions of the system take their variables."""
         pose = pose_of(self.q)
         expected = coordinate_values(system, pose) + 2.0 * np.pi * self.turns
         return Instant(system, pose, twist_of(pose, self.v), self.t, expected, self.x)
 
 
 def assemble(system: System, guess: Guess) -> State:
-    """The consistent state nearest to the guess with the joints' `start` and `speed` conditions and the motions met.
+    """Return the consistent state nearest to the guess that meets the joints' `start` and `speed` conditions and the
+    motions.
 
     Raises InputError that names the worst joint with its residual in metres and radians, or the motion at fault.
     """
@@ -100,24 +101,24 @@ def assemble(system: System, guess: Guess) -> State:
 
 
 def coordinate_values(system: System, pose: Pose) -> Array:
-    """The joints' coordinates (..., nc): displacements in m, angles in rad within (-π, π]."""
+    """Return the joints' coordinates (..., nc): displacements in m, angles in rad within (-π, π]."""
     return system.coordinates.value(pose.places(system.coordinates))
 
 
 def coordinates(system: System, q: Array, v: Array) -> tuple[Array, Array]:
-    """The joints' coordinates without turns, and their rates, (nc,) each."""
+    """Return the joints' coordinates without turns, and their rates, (nc,) each."""
     pose = pose_of(q)
     return coordinate_values(system, pose), set_velocity(system.coordinates, pose, twist_of(pose, v))
 
 
 def turns_of(system: System, q: Array, counted: Array) -> Array:
-    """The whole turns (T, nc) of coordinates with turns (T, nc) at poses q (T, 7n). At half a turn round-off tells on
-    which side of ±π an angle is; so the turns go with the angle that this pose has here."""
+    """Return whole turns (T, nc) at poses q (T, 7n), where `counted` (T, nc) are the coordinates with turns. At half a
+    turn round-off decides on which side of ±π an angle lies. So the turns fit the angle computed here."""
     return np.rint((counted - coordinate_values(system, pose_of(q))) / (2.0 * np.pi)) * is_angle(system)
 
 
 def moved_by(before: Array, after: Array) -> tuple[float, float]:
-    """The largest shift in m and the largest turn in rad of a body between two coordinate vectors (7n,)."""
+    """Return the largest shift in m and the largest turn in rad of a body between two coordinate vectors (7n,)."""
     old, new = before.reshape(-1, 7), after.reshape(-1, 7)
     shift = float(np.linalg.norm(new[:, :3] - old[:, :3], axis=1).max())
     sine = np.linalg.norm(matrix_L(old[:, 3:]) @ new[:, 3:, None], axis=(1, 2))
@@ -125,7 +126,8 @@ def moved_by(before: Array, after: Array) -> tuple[float, float]:
 
 
 def moved_from_scene(scene: Scene, system: System, q: Array) -> tuple[float, float]:
-    """The same of all bodies of the scene, those included that joints make one: from its poses to those at q."""
+    """Return the largest shift in m and turn in rad of a body from its pose in the scene to that at q. All bodies of
+    the scene count, also those merged by fixed joints."""
     pose, carrier = pose_of(q), system.body_carrier
     position = attached(pose, carrier, system.body_offset, np.ones(len(carrier)))
     orientation = product(pose.orientation[carrier], system.body_turn)
@@ -135,12 +137,12 @@ def moved_from_scene(scene: Scene, system: System, q: Array) -> tuple[float, flo
 
 
 def is_angle(system: System) -> Integers:
-    """1 for joint coordinates that count turns, 0 for displacements, (nc,)."""
+    """Return 1 for joint coordinates that count turns, 0 for displacements, (nc,)."""
     return np.array([unit == "rad" for unit in system.names.coordinate_units], dtype=np.intp)
 
 
 def _close(system: System, q: Array, start: Conditions, drive: Drive) -> Array:
-    """The closed pose next to q. Raises InputError where there is none."""
+    """Return the closed pose next to q. Raises InputError where there is none."""
     closed, residual = nearest(system, q, start, drive, _close_enough(system))
     if np.abs(residual).max(initial=0.0) <= THRESHOLDS.assembled:
         return closed
@@ -152,8 +154,8 @@ def _close(system: System, q: Array, start: Conditions, drive: Drive) -> Array:
 
 
 def nearest(system: System, q: Array, start: Conditions, drive: Drive, close_enough: float) -> tuple[Array, Array]:
-    """Gauss-Newton with the shortest weighted step. The pose reached, and what is left of the violation, in rad and
-    parts of the length; it ends at `close_enough`."""
+    """Return the pose that Gauss-Newton with the shortest weighted step reaches, and the violation left there, in rad
+    and parts of the length. The iteration ends at `close_enough`."""
 
     def residual(pose: Pose) -> Array:
         return scaled_residual(system, pose, start, drive)
@@ -165,7 +167,7 @@ def nearest(system: System, q: Array, start: Conditions, drive: Drive, close_eno
 
 
 def scaled_residual(system: System, pose: Pose, start: Conditions, drive: Drive) -> Array:
-    """Joint, motion and start rows at poses (...), lengths in units of the system's length, (..., m + c)."""
+    """Return the joint, motion and start rows at poses (...), lengths in units of the system's length, (..., m + c)."""
     rows = np.asarray(constraint(system, pose, drive) / system.row_scale, dtype=float)[..., system.bodies :]
     if not len(start.index):
         return rows
@@ -175,7 +177,7 @@ def scaled_residual(system: System, pose: Pose, start: Conditions, drive: Drive)
 
 
 def scaled_rows(system: System, pose: Pose, start: Conditions) -> Rows:
-    """The derivatives of `scaled_residual` by (δr / length, δθ) of each body."""
+    """Return the derivatives of `scaled_residual` by (δr / length, δθ) of each body."""
     scale = system.row_scale[system.bodies :]
     if len(start.index):
         scale = np.concatenate([scale, np.where(_asked_angles(system, start), 1.0, system.length)])
@@ -187,7 +189,7 @@ def _asked_angles(system: System, asked: Conditions) -> Flags:
 
 
 def _rows(system: System, pose: Pose, asked: Conditions) -> Rows:
-    """The derivatives of the joints' and the motions' rows, and of the coordinates that are asked for."""
+    """Return the derivatives of the joints' and the motions' rows, and of the coordinates in `asked`."""
     rows = set_rows(system, system.rows, pose)
     if not len(asked.index):
         return rows
@@ -235,16 +237,16 @@ def _refuse_flips(system: System, pose: Pose) -> None:
 
 
 def _close_enough(system: System) -> float:
-    """Where closing ends: round-off. Large systems that are closed to a little more are spared the factors that follow:
-    their first projection does the rest."""
+    """Return the violation at which closing ends: round-off. For a large system it is a little more, which saves
+    further factorisations; the first projection removes the rest."""
     return 1e-15 if system.bodies <= THRESHOLDS.large else 1e-12
 
 
 def _consistent_velocity(system: System, q: Array, pose: Pose, guess: Guess, drive: Drive) -> Array:
-    """The velocity nearest to the guess with C_q v + C_t = 0 and the joints' speeds."""
+    """Return the velocity nearest to the guess with C_q v + C_t = 0 and the joints' speeds."""
     wanted = np.concatenate([-time_derivative(system, drive), guess.speed.value])
     if not wanted.any() and not guess.v.any():
-        return guess.v  # what rests, and is to
+        return guess.v  # at rest, and asked to stay so
 
     def off(v: Array) -> Array:
         twist = twist_of(pose, v)

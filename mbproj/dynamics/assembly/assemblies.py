@@ -1,7 +1,7 @@
-"""All assemblies of a mechanism at a pose: the poses that meet its joints, its motions at a time, and what is held.
+"""All assemblies of a mechanism: the poses that meet its joints, its motions at a time, and coordinates that are held.
 
-They are looked for from many random starts. How sure it is that none is missing follows from how often each was found.
-One that draws as many starts as the rarest, which was found n times, is missed with the probability e^-n (Poisson).
+The search starts from many random poses. How often each assembly was found tells how likely another one was missed. Let
+the rarest be found n times: an assembly that attracts as many starts is missed with the probability e^-n (Poisson).
 """
 
 from __future__ import annotations
@@ -20,14 +20,15 @@ from mbproj.model.planar import Plane, planar_reduction
 from mbproj.model.system import Conditions, System
 from mbproj.thresholds import THRESHOLDS
 
-#: Of the random starts; and how many are closed at once.
+#: The seed of the random starts, and the number of starts that are closed at once.
 SEED, AT_ONCE = 44, 200
 
 
 @dataclass(frozen=True, eq=False)
 class Assembly:
-    """Coordinates q (7n,), joint coordinates (nc,) in m and rad, from how many starts it was reached, and its distance
-    σ from a singular pose: the smallest singular value of C_q in lengths of the mechanism and rad."""
+    """A pose that closes: coordinates q (7n,), joint coordinates (nc,) in m and rad, and the number of starts that led
+    here. `distance` is that from a singular pose: the smallest singular value of C_q in lengths of the mechanism and
+    rad."""
 
     q: Array
     coordinates: Array
@@ -36,13 +37,14 @@ class Assembly:
 
     @property
     def is_singular(self) -> bool:
-        """Whether assemblies meet there."""
+        """Whether assemblies meet at this pose."""
         return self.distance < THRESHOLDS.dependent
 
 
 @dataclass(frozen=True)
 class Assemblies:
-    """All that were found, the one at the start first; of how many `starts`, and how many of these led to one."""
+    """All assemblies that were found, the one at the initial pose first; the number of `starts`, and of those that
+    `closed`."""
 
     found: tuple[Assembly, ...]
     starts: int
@@ -50,20 +52,22 @@ class Assemblies:
 
     @property
     def missed(self) -> float:
-        """The probability that a further one as hard to find as the rarest of these was missed."""
+        """The probability that a further assembly, as hard to find as the rarest of these, was missed."""
         rarest = min((each.hits for each in self.found), default=0)
         return float(np.exp(-rarest))
 
 
 def freedom_left(system: System, state: State, held: Conditions) -> int:
-    """How many degrees of freedom what is held leaves at a state."""
+    """Return the number of degrees of freedom at a state while coordinates are `held`."""
     values = np.linalg.svd(scaled_rows_of(system, pose_of(state.q[None]), held)[0], compute_uv=False)
     return 6 * system.bodies - int(np.count_nonzero(values > THRESHOLDS.dependent))
 
 
 def assemblies(system: System, state: State, held: Conditions, starts: int | None = None) -> Assemblies:
-    """Those of a mechanism with its motions at the time of `state` and `held` coordinates, which leave no freedom. From
-    so many starts; without a number, until each assembly was found often, and none was new in half of the starts."""
+    """Return the assemblies with motions at the time of `state` and `held` coordinates, which leave no freedom.
+
+    Without a number of `starts` the search ends when each assembly was found often, and none was new in half of the
+    starts."""
     rng, drive = np.random.default_rng(SEED), drive_at(system, state.t)
     draw = _Draw(system, state)
     found, last_new, done, closed = [_polished(system, state.q, held, drive)], 0, 0, 0
@@ -91,7 +95,7 @@ def assemblies(system: System, state: State, held: Conditions, starts: int | Non
 
 
 class _Draw:
-    """Random poses to start from: in the plane where the joints keep all bodies in one, else anywhere."""
+    """Random initial poses: in the plane where the joints keep all bodies in one, else anywhere."""
 
     def __init__(self, system: System, state: State) -> None:
         self.system, self.plane = system, planar_reduction(system, state.q)
@@ -102,7 +106,7 @@ class _Draw:
         self.in_plane = self.plane.reduce(state.q, state.v)[0] if isinstance(self.plane, Plane) else None
 
     def starts(self, rng: np.random.Generator, count: int) -> Array:
-        """So many, (count, 7n)."""
+        """Return `count` random poses, (count, 7n)."""
         n = self.system.bodies
         if isinstance(self.plane, Plane) and self.in_plane is not None:
             centre = self.in_plane.reshape(n, 3)[:, :2].mean(axis=0)
@@ -117,8 +121,8 @@ class _Draw:
 
 
 def _is_not_turned_over(system: System, q: Array) -> Flags:
-    """Of poses (B, 7n), whether axes that a joint makes parallel have not come to be opposite: its rows allow it, no
-    assembly does."""
+    """Whether the axes that joints make parallel point the same way, for poses (B, 7n). The rows also allow opposite
+    axes, which no assembly has."""
     cosines = system.alignment.value(pose_of(q).places(system.alignment))
     found: Flags = np.asarray(np.all(cosines > 0.0, axis=-1))
     return found
@@ -129,14 +133,14 @@ def _polished(system: System, q: Array, held: Conditions, drive: Drive) -> Array
 
 
 def _number(system: System, q: Array, found: list[Array]) -> int | None:
-    """Which of those found a pose is; None where it is new."""
+    """Return the number of a pose among those found; None where it is new."""
     apart = [_apart(system, q, each) for each in found]
     at = int(np.argmin(apart))
     return at if apart[at] < THRESHOLDS.same_pose else None
 
 
 def _apart(system: System, q: Array, other: Array) -> float:
-    """How far two poses are apart, in lengths of the mechanism and rad."""
+    """Return the distance of two poses, in lengths of the mechanism and rad."""
     a, b = q.reshape(-1, 7), other.reshape(-1, 7)
     shift = np.abs(a[:, :3] - b[:, :3]).max() / system.length
     cosine = np.abs((a[:, 3:] * b[:, 3:]).sum(axis=1)).clip(0.0, 1.0)
@@ -155,7 +159,7 @@ def _assembly(system: System, q: Array, held: Conditions, hits: int) -> Assembly
 
 
 def conditions(system: System, state: State, wanted: Iterator[tuple[int, float | None]]) -> Conditions:
-    """Coordinates by number that are held at a value, or where they are at a state."""
+    """Return the conditions that hold coordinates, by number, at a value, or at their value in `state` for None."""
     own = coordinate_values(system, pose_of(state.q))
     pairs = [(index, float(own[index]) if value is None else value) for index, value in wanted]
     return Conditions(

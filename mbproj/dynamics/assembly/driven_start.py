@@ -1,4 +1,4 @@
-"""Motions at the start of a run: where they put the joints, and what is wrong where they cannot."""
+"""Motions at the start of a run: the coordinates that they fix, and errors where the mechanism cannot meet them."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from mbproj.thresholds import THRESHOLDS
 
 
 def known_at_start(system: System, guess: Guess, drive: Drive) -> Iterator[tuple[int, float]]:
-    """The joint coordinates that conditions and motions fix at the start, turns counted: index and value."""
+    """The joint coordinates that conditions and motions fix at the start, as pairs of index and value, with turns."""
     yield from zip(guess.start.index.tolist(), guess.start.value.tolist(), strict=True)
     yield from zip(system.motions.joint_coordinate.tolist(), drive.value.tolist(), strict=True)
 
 
 def refuse_contradictions(system: System, guess: Guess, drive: Drive) -> None:
-    """Raises InputError where a motion begins elsewhere, or at another speed, than its joint's own conditions say."""
+    """Raise InputError where a motion starts at another value or speed than its joint's own conditions."""
     motions, problems = system.motions, []
     for number, index in enumerate(motions.joint_coordinate.tolist()):
         name, unit = system.names.coordinates[index], system.names.coordinate_units[index]
@@ -46,13 +46,14 @@ def _asked(conditions: Conditions, index: int) -> float | None:
 
 
 def motions_out_of_reach(system: System, left: Array) -> InputError:
-    """The joints close, but not where the motions begin; `left` (k,) is what each misses by, scaled."""
+    """Return the error for motions whose initial values the joints cannot reach; `left` (k,) is the scaled violation of
+    each."""
     hint = "begin at the pose that 'bodies' gives, or take out other motions and conditions"
     return _worst(system, left, "the mechanism cannot reach where motion '{}' begins", hint)
 
 
 def motions_at_odds(system: System, left: Array) -> InputError:
-    """The motions ask for velocities that do not go together; `left` (k,) is what each misses by."""
+    """Return the error for motions whose velocities contradict; `left` (k,) is the violation of each."""
     hint = "its joints, or other motions and speeds, hold it: drive no more than there are degrees of freedom"
     return _worst(system, left, "the mechanism cannot move as motion '{}' asks at the start", hint)
 

@@ -1,4 +1,4 @@
-"""Gauss-Newton on poses: the steps that are geometrically shortest, damped where they lead nowhere."""
+"""Gauss-Newton on poses: geometrically shortest steps, damped where they do not reduce the residual."""
 
 from __future__ import annotations
 
@@ -19,14 +19,15 @@ from mbproj.thresholds import THRESHOLDS
 def gauss_newton(
     system: System, q: Array, residual: Callable[[Pose], Array], rows: Callable[[Pose], Rows], close_enough: float
 ) -> tuple[Array, Array]:
-    """The coordinates reached from q, and the `residual` that is left there; `rows` are its derivatives by
-    (δr / length, δθ), and it ends at `close_enough`, or at round-off. Where the shortest step does not reduce the
-    residual, Levenberg's damping."""
+    """Return the coordinates reached from q, and the `residual` that is left there.
+
+    `rows` are the derivatives of the residual by (δr / length, δθ). The iteration ends at `close_enough`, or at
+    round-off. Where the shortest step does not reduce the residual, Levenberg's damping shortens it."""
     pose = pose_of(q)
     left, damping = residual(pose), 0.0
     for _ in range(THRESHOLDS.most_assembling):
         open_by = np.abs(left).max(initial=0.0)
-        if not close_enough < open_by < np.inf or damping > 1e6:  # where there is no pose at all, it is no number
+        if not close_enough < open_by < np.inf or damping > 1e6:  # where no pose closes, the residual may be NaN
             break
         trial = moved(system, q, shortest(rows(pose), -left, damping))
         trial_pose = pose_of(trial)
@@ -41,29 +42,29 @@ def gauss_newton(
 
 
 def set_rows(system: System, bound: PrimitiveSet, pose: Pose) -> Rows:
-    """The derivatives (m, 6n) of a set's values by (δr / length, δθ in body axes) of each body."""
+    """Return the derivatives (m, 6n) of a set's values by (δr / length, δθ in body axes) of each body."""
     body, entries = tangent_entries(bound, pose)
     values = entries[:, :6] * ([system.length] * 3 + [1.0] * 3)
     return Rows.of(bound.size, system.bodies, bound.entry_row, body, values)
 
 
 def moved(system: System, q: Array, motion: Array) -> Array:
-    """q (7n,) after a motion (6n,) of (δr / length, δθ in body axes), to first order."""
+    """Return q (7n,) after a motion (6n,) of (δr / length, δθ in body axes), to first order."""
     bodies = (q + in_coordinates(system, q, motion)).reshape(-1, 7)
     bodies[:, 3:] /= np.linalg.norm(bodies[:, 3:], axis=1, keepdims=True)
     return bodies.ravel()
 
 
 def in_coordinates(system: System, q: Array, motion: Array) -> Array:
-    """The change of q (7n,) that a motion (6n,) of (δr / length, δθ in body axes) is to first order."""
+    """Return the change of q (7n,), to first order, by a motion (6n,) of (δr / length, δθ in body axes)."""
     δ = motion.reshape(-1, 6)
     turn = 0.5 * (np.swapaxes(matrix_L(q.reshape(-1, 7)[:, 3:]), -1, -2) @ δ[:, 3:, None])[..., 0]
     return np.concatenate([system.length * δ[:, :3], turn], axis=1).ravel()
 
 
 def shortest(rows: Rows, wanted: Array, damping: float = 0.0) -> Array:
-    """x (6n,) that minimises |rows x - wanted|² + damping |x|²; the shortest one without damping. Of (m, k) that are
-    wanted, all (6n, k)."""
+    """Return the x (6n,) that minimises |rows x - wanted|² + damping |x|²; without damping, the shortest such x. For
+    `wanted` (m, k) the result is (6n, k)."""
     if rows.bodies <= THRESHOLDS.dense_bodies:
         R = rows.dense()
         if damping == 0.0:
@@ -73,7 +74,8 @@ def shortest(rows: Rows, wanted: Array, damping: float = 0.0) -> Array:
 
 
 def _shortest_by_sparse_factor(rows: Rows, wanted: Array, damping: float) -> Array:
-    """The same by a factor of RᵀR, which is shifted where it is singular: further steps take the shift out again."""
+    """Return the result of `shortest` by a factor of RᵀR. Where that is singular it is shifted, and iterative
+    refinement removes the effect of the shift."""
     from scipy.sparse import identity
     from scipy.sparse.linalg import splu
 

@@ -1,4 +1,4 @@
-"""Gauss-Newton steps of many poses at once, with Levenberg's damping: the search for all assemblies of a mechanism."""
+"""Damped Gauss-Newton steps (Levenberg) of many poses at once, for the search for all assemblies of a mechanism."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ from mbproj.thresholds import THRESHOLDS
 
 
 def close_all(system: System, q: Array, held: Conditions, drive: Drive) -> tuple[Array, Flags]:
-    """The poses (B, 7n) reached from poses q (B, 7n), and which of them meet joints, motions and what is `held`."""
+    """Return the poses (B, 7n) reached from poses q (B, 7n), and whether each meets joints, motions and `held`
+    coordinates."""
     q = q.copy()
     damping, going = np.full(len(q), THRESHOLDS.half_digits), np.ones(len(q), dtype=bool)
     left = scaled_residual(system, pose_of(q), held, drive)
@@ -37,7 +38,7 @@ def close_all(system: System, q: Array, held: Conditions, drive: Drive) -> tuple
 
 
 def scaled_rows_of(system: System, pose: Pose, held: Conditions) -> Array:
-    """The derivatives (B, m + c, 6n) of `scaled_residual` by (δr / length, δθ in body axes) of each body."""
+    """Return the derivatives (B, m + c, 6n) of `scaled_residual` by (δr / length, δθ in body axes) of each body."""
     own = _tangent(system, system.rows, pose) / system.row_scale[system.bodies :, None]
     if not len(held.index):
         return own
@@ -47,7 +48,8 @@ def scaled_rows_of(system: System, pose: Pose, held: Conditions) -> Array:
 
 
 def _tangent(system: System, bound: PrimitiveSet, pose: Pose) -> Array:
-    """The same of a set's values, lengths in m, (B, m, 6n)."""
+    """Return the derivatives (B, m, 6n) of a set's values, lengths in m, by (δr / length, δθ in body axes) of each
+    body."""
     body, local = bound.body[bound.entry_slot], bound.local[bound.entry_slot]
     gradient = bound.gradient_entries(pose.places(bound))
     in_body = (gradient[..., None, :] @ pose.rotation[..., body, :, :])[..., 0, :]
@@ -61,7 +63,7 @@ def _tangent(system: System, bound: PrimitiveSet, pose: Pose) -> Array:
 
 
 def _steps(rows: Array, left: Array, damping: Array) -> Array:
-    """The damped steps (B, 6n), none longer than the mechanism, or a radian."""
+    """Return the damped steps (B, 6n), none longer than the mechanism's length, or a radian."""
     transposed = np.swapaxes(rows, -1, -2)
     square = transposed @ rows
     diagonal = np.einsum("bii->bi", square)
@@ -71,7 +73,7 @@ def _steps(rows: Array, left: Array, damping: Array) -> Array:
 
 
 def _moved(system: System, q: Array, motion: Array) -> Array:
-    """q (B, 7n) after motions (B, 6n)."""
+    """Return q (B, 7n) after motions (B, 6n) of (δr / length, δθ in body axes)."""
     bodies, δ = q.reshape(len(q), -1, 7), motion.reshape(len(q), -1, 6)
     turn = 0.5 * (np.swapaxes(matrix_L(bodies[..., 3:]), -1, -2) @ δ[..., 3:, None])[..., 0]
     moved = np.concatenate([bodies[..., :3] + system.length * δ[..., :3], bodies[..., 3:] + turn], axis=-1)

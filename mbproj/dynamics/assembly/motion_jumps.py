@@ -1,4 +1,5 @@
-"""Motions that jump: a mechanism with mass follows no jump of a position, and one of a velocity takes an impulse."""
+"""Refuses motions that jump: bodies with mass cannot follow a jump of position, and one of velocity takes an
+impulse."""
 
 from __future__ import annotations
 
@@ -14,8 +15,8 @@ HINT = "a motion needs a continuous velocity: lead over with a smooth_step or a 
 
 
 def refuse_jumps(system: System, start: float, end: float) -> None:
-    """Raises InputError where a motion's value or velocity jumps from `start` to `end`. Jumps of the
-    acceleration alone are right: the driving force jumps with it."""
+    """Raise InputError where a motion's value or velocity jumps from `start` to `end`. Jumps of the acceleration alone
+    are allowed: the driving force jumps with it."""
     problems = _problems(system.motions, system.names.motions, system.names.motion_units, start, end)
     if problems:
         raise InputError(list(problems))
@@ -25,7 +26,7 @@ def refuse_jumps(system: System, start: float, end: float) -> None:
 def _problems(
     motions: Motions, names: tuple[str, ...], units: tuple[str, ...], start: float, end: float
 ) -> tuple[Problem, ...]:
-    """The first jump of each motion. Studies run a mechanism many times, and it does not change."""
+    """Return the first jump of each motion. The result is cached: studies run one mechanism many times."""
     return tuple(
         Problem(f"motion '{name}' {jump}", motions.places[number], HINT)
         for number, (name, unit) in enumerate(zip(names, units, strict=True))

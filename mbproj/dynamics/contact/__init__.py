@@ -1,1 +1,2 @@
-"""Stops at a state: gaps, impacts, forces in contact, all on the constraints. When they come is for the time loop."""
+"""Stops at one state, on top of the constraints: gaps, impacts and contact forces. The time loop finds when they
+act."""

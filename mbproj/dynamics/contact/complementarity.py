@@ -1,4 +1,4 @@
-"""One-sided conditions: the smallest change x with N x + b >= 0, and the pushes z >= 0 that make it, x = Nᵀz.
+"""One-sided conditions: the smallest change x with N x + b >= 0, and the pushes z >= 0 that cause it, x = Nᵀz.
 
 With x in coordinates in which the kinetic energy is ½|x|², this is the linear complementarity problem of impacts and of
 contact, NNᵀz + b >= 0, z >= 0, zᵀ(NNᵀz + b) = 0. It is solved as a least distance problem by non-negative least squares
@@ -14,12 +14,12 @@ import numpy.typing as npt
 from mbproj.arrays import Array
 from mbproj.thresholds import THRESHOLDS
 
-#: Exchanges per unknown, at most.
+#: The most exchanges per unknown.
 MOST_EXCHANGES = 20
 
 
 def one_sided(N: Array, b: Array) -> Array | None:
-    """z (k,) for rows N (k, f) and b (k,); None where no x fulfils all conditions."""
+    """Return z (k,) for rows N (k, f) and b (k,); None where no x meets all conditions."""
     size = np.linalg.norm(N, axis=1)
     able = size > THRESHOLDS.no_push * size.max(initial=0.0)
     deepest = float(np.max(-b, initial=0.0))
@@ -40,14 +40,14 @@ def one_sided(N: Array, b: Array) -> Array | None:
 
 
 def _polished(unit: Array, wanted: Array, pressing: npt.NDArray[np.bool_]) -> Array:
-    """The pushes of the rows that press, to round-off: their conditions hold as equations."""
+    """Return the pushes of the `pressing` rows to round-off: their conditions hold as equations."""
     rows, z = unit[pressing], np.zeros(len(wanted))
     z[pressing] = np.maximum(np.linalg.lstsq(rows @ rows.T, wanted[pressing], rcond=THRESHOLDS.no_push)[0], 0.0)
     return z
 
 
 def non_negative(E: Array, goal: Array) -> Array:
-    """The u >= 0 with the least |E u - goal| (Lawson & Hanson 1974, algorithm NNLS)."""
+    """Return the u >= 0 with the least |E u - goal| (Lawson & Hanson 1974, algorithm NNLS)."""
     k = E.shape[1]
     u, free = np.zeros(k), np.zeros(k, dtype=bool)
     for _ in range(MOST_EXCHANGES * k):

@@ -1,4 +1,4 @@
-"""Motions that go beyond a rigid stop of the coordinate that they drive: known before the run."""
+"""Refuses motions that drive a coordinate beyond its rigid stop, which is known before the run."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
 HINT = "end the motion inside, widen the range, or let the stop give way with 'stiffness'"
-#: Halvings of the time in which a motion passes a stop.
+#: The number of halvings of the interval in which a motion passes a stop.
 HALVINGS = 60
 
 
 def refuse_driven_beyond(system: System, start: float, end: float) -> None:
-    """Raises InputError where a motion takes the coordinate that it drives beyond a rigid stop before `end`."""
+    """Raise InputError where a motion drives its coordinate beyond a rigid stop before `end`."""
     if system.stops is None:
         return
     problems = _problems(system, system.motions, system.stops, start, end)
@@ -32,7 +32,7 @@ def refuse_driven_beyond(system: System, start: float, end: float) -> None:
 
 @lru_cache(maxsize=256)
 def _problems(system: System, motions: Motions, stops: Stops, start: float, end: float) -> tuple[Problem, ...]:
-    """The first passage of each stop. Studies run a mechanism many times, and it does not change."""
+    """Return the first passage of each stop. The result is cached: studies run one mechanism many times."""
     return tuple(
         problem
         for stop in np.flatnonzero(stops.is_rigid)

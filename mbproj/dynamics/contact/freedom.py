@@ -1,5 +1,6 @@
-"""What the joints leave free at a pose, in coordinates x in which the kinetic energy is ½|x|²: u = u₀ + T R⁻¹ x, with
-G T = 0 and TᵀM T = RᵀR; and the rows N in which stops see x."""
+"""The freedom that the joints leave at a pose, and the rows N of the gaps of stops in its coordinates x.
+
+In x the kinetic energy is ½|x|²: u = u₀ + T R⁻¹ x, with G T = 0 and TᵀM T = RᵀR."""
 
 from __future__ import annotations
 
@@ -25,7 +26,7 @@ from mbproj.thresholds import THRESHOLDS
 
 @dataclass(frozen=True, eq=False)
 class Free:
-    """A motion that nothing touches: u' (6n,), and λ (m,) of the joints' rows and the motions'."""
+    """A motion without contacts: u' (6n,), and the multipliers λ (m,) of the joints' and motions' rows."""
 
     change: Array
     multipliers: Array
@@ -33,7 +34,7 @@ class Free:
 
 @dataclass(frozen=True, eq=False)
 class Freedom:
-    """The mechanism at a state: `basis` T R⁻¹ (6n, f) and the pose and twist it belongs to."""
+    """The freedom of a mechanism at a state: `basis` T R⁻¹ (6n, f), and the pose and twist it belongs to."""
 
     system: System
     state: State
@@ -46,7 +47,7 @@ class Freedom:
 
     @classmethod
     def at(cls, system: System, state: State) -> Freedom:
-        """At a state. Raises SimulationError where a motion that the joints leave free has no inertia."""
+        """Return the freedom at a state. Raises SimulationError where a free motion has no inertia."""
         pose = pose_of(state.q)
         M, G = tangent_mass_matrix(system, pose), _rows(system, pose)
         space = tangent_space(system, G)
@@ -59,20 +60,20 @@ class Freedom:
         return cls(system, state, pose, twist_of(pose, state.v), M, G, basis, space.pseudoinverse)
 
     def rows(self, stops: Stops) -> Array:
-        """N (S, f): g' = N x of the gaps, but for what motions drive."""
+        """Return N (S, f): g' = N x for the gaps, apart from the part that motions drive."""
         return np.asarray(_gradients(stops, self.pose) @ self.basis)
 
     def changed(self, x: Array) -> Array:
-        """By how much q' changes with x (f,), (7n,)."""
+        """Return the change of q', (7n,), by x (f,)."""
         return velocities(self.pose, self.basis @ x)
 
     def gained(self, x: Array) -> float:
-        """The kinetic energy that comes with x, J."""
+        """Return the increase of kinetic energy by x, in J."""
         change = self.basis @ x
         return float(change @ self.M @ (tangent_velocities(self.pose, self.state.v) + 0.5 * change))
 
     def free(self, counted: Array) -> Free:
-        """How it moves where no stop and no dry friction acts; `counted` (nc,): the joints' coordinates with turns."""
+        """Return the motion without stops and dry friction; `counted` (nc,) are the joints' coordinates with turns."""
         drive = drive_at(self.system, self.state.t)
         particular = self.smallest @ tangent_gamma(self.system, self.pose, self.twist, drive)
         force = tangent_force(self.system, self._moving(particular, counted))
@@ -80,38 +81,38 @@ class Freedom:
         return Free(change, self._multipliers(tangent_force(self.system, self._moving(change, counted))))
 
     def gap_accelerations(self, stops: Stops, free: Free) -> Array:
-        """g'' of the gaps (S,) where no stop acts; what is round-off beside the whole motion is 0."""
+        """Return g'' of the gaps (S,) where no stop acts; values within round-off of the whole motion are 0."""
         bias = stops.side * _bias(stops.coordinates, self.pose, self.twist)
         found = _gradients(stops, self.pose) @ free.change + bias
         none = self.round_off(free) * np.linalg.norm(self.rows(stops), axis=1)
         return np.asarray(np.where(np.abs(found) <= none, 0.0, found))
 
     def round_off(self, free: Free) -> float:
-        """That of x'', √J/kg. A row N cannot see more of x'' than |N| |x''|."""
+        """Return the round-off of x'', √J/kg. Along a row N the round-off is at most |N| times this."""
         return float(THRESHOLDS.no_push * np.sqrt(free.change @ self.M @ free.change))
 
     def gap_gradients(self, stops: Stops) -> Array:
-        """∂g/∂(δr, δθ), (S, 6n)."""
+        """Return ∂g/∂(δr, δθ) of the gaps, (S, 6n)."""
         return _gradients(stops, self.pose)
 
     def rows_of(self, along: PrimitiveSet) -> Array:
-        """The rows (k, f) in which coordinates see x."""
+        """Return the rows N (k, f) of coordinates, s' = N x."""
         return np.asarray(_in_bodies(along, self.pose) @ self.basis)
 
     def accelerations_of(self, along: PrimitiveSet, free: Free) -> Array:
-        """s'' of coordinates, (k,)."""
+        """Return s'' of coordinates, (k,), in the motion `free`."""
         return np.asarray(_in_bodies(along, self.pose) @ free.change + _bias(along, self.pose, self.twist))
 
     def multipliers_of(self, gradients: Array) -> Array:
-        """λ (k, m) that a force of size 1 along each coordinate makes, with `gradients` (k, 6n)."""
+        """Return the multipliers λ (k, m) caused by a unit force along each coordinate, with `gradients` (k, 6n)."""
         return np.array([self._multipliers(g - self.M @ (self.basis @ (self.basis.T @ g))) for g in gradients])
 
     def gradients_of(self, along: PrimitiveSet) -> Array:
-        """∂s/∂(δr, δθ), (k, 6n)."""
+        """Return ∂s/∂(δr, δθ) of coordinates, (k, 6n)."""
         return _in_bodies(along, self.pose)
 
     def _multipliers(self, left: Array) -> Array:
-        """λ (m,) with Gᵀλ = left, the smallest."""
+        """Return the smallest λ (m,) with Gᵀλ = left."""
         return np.asarray(self.smallest.T @ left)
 
     def _moving(self, change: Array, counted: Array) -> MotionAtTime:
@@ -120,17 +121,17 @@ class Freedom:
 
 
 def counted_coordinates(system: System, state: State) -> Array:
-    """The joints' coordinates with turns, (nc,)."""
+    """Return the joints' coordinates with turns, (nc,)."""
     return coordinate_values(system, pose_of(state.q)) + 2.0 * np.pi * state.turns
 
 
 def _rows(system: System, pose: Pose) -> Array:
-    """G (m, 6n) of the joints and the motions."""
+    """Return G (m, 6n) of the joints and the motions."""
     return _in_bodies(system.rows, pose)
 
 
 def _in_bodies(bound: PrimitiveSet, pose: Pose) -> Array:
-    """∂/∂(δr, δθ) of a set's values, (m, 6n)."""
+    """Return the derivatives of a set's values by (δr, δθ), (m, 6n)."""
     return np.ascontiguousarray(tangent_jacobian(bound, pose)[:, :-1, :6]).reshape(
         bound.size, 6 * (len(pose.position) - 1)
     )
@@ -141,7 +142,7 @@ def _gradients(stops: Stops, pose: Pose) -> Array:
 
 
 def _bias(bound: PrimitiveSet, pose: Pose, twist: Twist) -> Array:
-    """The part of s'' that does not hold (r'', ω'), (k,): that of Λ'' which keeps |Λ| is -|Λ'|² Λ."""
+    """Return the part of s'' without (r'', ω'), (k,). The part of Λ'' that keeps |Λ| is -|Λ'|² Λ."""
     kept = np.zeros((len(pose.position) - 1, 7))
     kept[:, 3:] = -np.sum(twist.rate[:-1] ** 2, axis=1, keepdims=True) * pose.orientation[:-1]
     return np.asarray(set_bias(bound, pose, twist) + set_jacobian(bound, pose) @ kept.ravel())

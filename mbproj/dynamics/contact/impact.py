@@ -1,6 +1,6 @@
-"""Impacts: what velocities jump to where stops are struck, by one of three laws of restitution.
+"""Impacts: the jump of velocities where stops are struck, by one of three laws of restitution.
 
-No stop pulls, and none is passed. Rows of joints and motions keep their velocities.
+No stop pulls, and none is passed. The rates of the joints' and motions' rows do not change.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from mbproj.thresholds import THRESHOLDS
 
 @dataclass(frozen=True, eq=False)
 class Impact:
-    """q' after (7n,); of each stop its impulse, N s or N m s, and the energy that it takes, J, (k,); the energy that is
-    lost in the stops, and the work that motions do, which keep their speeds, J. `rubbed`: of what is lost the part of
-    frictions, by their numbers."""
+    """The result of an impact. `v`: q' after it (7n,). `impulse` (k,) of each stop in N s or N m s, and `taken` (k,),
+    the energy that each stop absorbs, in J. `lost`: the energy lost in stops, in J. `work`: the work of motions, which
+    keep their speeds, in J. `rubbed`: the numbers of frictions and the part of the loss in each."""
 
     v: Array
     impulse: Array
@@ -36,9 +36,11 @@ class Impact:
 
 @dataclass(frozen=True, eq=False)
 class Rubbing:
-    """Friction along tangents of stops that touch: rows T (k, f), rates before (k,), the coefficient of each, the other
-    tangent of its plane. `stop` is the number of its stop among those that touch, `friction` its own among all
-    frictions, (k,) each."""
+    """Friction along tangents of stops that touch.
+
+    Rows `T` (k, f), rates before the impact (k,), and coefficients (k,). `partner` (k,): the friction along the other
+    tangent of the plane. `by` (k,): the number of its stop among those that touch. `numbers` (k,): its own number among
+    all frictions."""
 
     T: Array
     rate: Array
@@ -49,14 +51,15 @@ class Rubbing:
 
     @classmethod
     def none(cls, freedom: int) -> Rubbing:
-        """Of smooth stops."""
+        """Return the friction of smooth stops, which is none."""
         numbers = np.zeros(0, dtype=np.intp)
         return cls(np.zeros((0, freedom)), np.zeros(0), np.zeros(0), numbers, numbers, numbers)
 
 
 @dataclass(frozen=True, eq=False)
 class Struck:
-    """Stops that touch: rows N (k, f), rates of the gaps before (k,), restitutions (k,), and their friction."""
+    """Stops that touch: rows N (k, f), rates of the gaps before the impact (k,), restitutions (k,), and their
+    friction."""
 
     freedom: Freedom
     N: Array
@@ -71,12 +74,14 @@ class Struck:
 
     @property
     def rates(self) -> Array:
-        """Before, along all rows, (k + K,)."""
+        """The rates along all rows before the impact, (k + K,)."""
         return np.concatenate([self.rate, self.rubbing.rate])
 
     def impulses(self, b: Array, given: Array | float = 0.0) -> Array | None:
-        """The impulses y (k + K,) that change rates b to what the joints allow: those of stops push, or leave the stop,
-        and those of frictions are within the cones of these pushes and of those `given` (k,) before."""
+        """Return the impulses y (k + K,) that change the rates b to admissible ones; None where there are none.
+
+        Stops push, or are left. Impulses of frictions are within the cones of these pushes plus the pushes `given` (k,)
+        before."""
         if not len(self.rubbing.rate):
             return one_sided(self.N, b)
         rubbing, before = self.rubbing, np.zeros(len(self.rate)) + given
@@ -93,7 +98,7 @@ class Struck:
         return forces(problem)
 
     def done(self, v: Array, impulse: Array, work: Array) -> Impact:
-        """The impact by impulses that do so much work on the mechanism, (k + K,) each."""
+        """Return the impact with these impulses, which do this `work` on the mechanism, (k + K,) each."""
         k, x = len(self.rate), self.A.T @ impulse
         given = float(0.5 * x @ x + impulse @ self.rates)
         return Impact(
@@ -107,9 +112,10 @@ class Struck:
 
 
 def newton(struck: Struck, v: Array) -> Impact | None:
-    """Of each stop that is struck the speed after is -e times that before, or more where it is left; one that is left
-    keeps its speed. As far as friction allows, nothing slides after (Glocker and Pfeiffer 1995). None where nothing
-    that the joints allow opens the gaps: a motion drives into a stop."""
+    """Newton's law: the speed of each struck stop after is -e times that before, or more where the stop is left.
+
+    A stop that is being left keeps its speed. As far as friction allows, nothing slides afterwards (Glocker and
+    Pfeiffer 1995). Returns None where no admissible change opens the gaps: a motion drives into a stop."""
     b = struck.rates
     k = len(struck.rate)
     b[:k] = np.where(struck.rate < 0.0, (1.0 + struck.restitution) * struck.rate, struck.rate)
@@ -118,8 +124,8 @@ def newton(struck: Struck, v: Array) -> Impact | None:
 
 
 def poisson(struck: Struck, v: Array) -> Impact | None:
-    """Compression until no gap closes; then each stop pushes at least with e times its impulse of compression (Glocker
-    and Pfeiffer 1995). None as above."""
+    """Poisson's law: compression until no gap closes; then each stop pushes with at least e times its impulse of
+    compression (Glocker and Pfeiffer 1995). Returns None where no admissible change opens the gaps."""
     k, before = len(struck.rate), struck.rates
     compression = struck.impulses(before)
     if compression is None:
@@ -135,8 +141,10 @@ def poisson(struck: Struck, v: Array) -> Impact | None:
 
 
 def energetic(struck: Struck, v: Array) -> Impact | None:
-    """One stop gives back e² of the energy that it takes until its gap closes no more (Stronge 1990). None as above.
-    Others that touch are left alone: who calls sees whether that may be."""
+    """Stronge's law (1990): one stop returns e² of the energy that it absorbs until its gap stops closing.
+
+    Returns None where no admissible change opens the gap. Other stops that touch get no impulse: the caller checks
+    whether that is admissible."""
     first = int(np.argmin(struck.rate))
     rows = np.append(first, len(struck.rate) + np.flatnonzero(struck.rubbing.by == first))
     A, e = struck.A[rows], float(struck.restitution[first])
@@ -152,20 +160,22 @@ def energetic(struck: Struck, v: Array) -> Impact | None:
 
 
 def _work(struck: Struck, rates: Array, y: Array) -> Array:
-    """What impulses do from these rates on, J (k + K,): each works at the mean of the speeds before and after."""
+    """Return the work of impulses y from these rates on, J (k + K,): impulse times the mean of the speeds before and
+    after."""
     return np.asarray(y * (rates + 0.5 * (struck.A @ (struck.A.T @ y))))
 
 
-#: What restitution is of: the speeds, the impulses, or the energy.
+#: The laws of impact, by name: restitution relates the speeds, the impulses, or the energies.
 LAWS: Mapping[str, Callable[[Struck, Array], Impact | None]] = MappingProxyType(
     {"newton": newton, "poisson": poisson, "energetic": energetic}
 )
 
 
 def contact_pushes(N: Array, acceleration: Array) -> Array | None:
-    """The forces (k,) of stops that touch and stay, from what their gaps' accelerations (k,) would be without: none
-    pulls, and one that pushes keeps its gap. None where nothing opens the gaps. Where rows depend on each other they
-    share as springs of one stiffness do."""
+    """Return the forces (k,) of stops in resting contact; None where no pushes keep the gaps open.
+
+    `acceleration` (k,) are the gaps' accelerations without these forces. No stop pulls, and a stop that pushes keeps
+    its gap closed. Where rows depend on each other the stops share as springs of equal stiffness do."""
     z, B = one_sided(N, acceleration), N @ N.T
     if z is None:
         return None

@@ -1,7 +1,7 @@
 """The impact of one rough stop, followed along its normal impulse p (Routh 1905; Keller 1986; Stronge 1990).
 
 With u = (u_n, u_t) the rates along the normal and the tangents, du/dp = B (1, f). Friction f slides, f = -μ u_t/|u_t|,
-or sticks, B_tt f = -B_tn with |f| <= μ. Until u_n = 0 the stop takes the energy W = -∫ u_n dp, and it gives e² W back:
+or sticks, B_tt f = -B_tn with |f| <= μ. Until u_n = 0 the stop absorbs the energy W = -∫ u_n dp, and it returns e² W:
 this energetic law creates no energy, because friction opposes the sliding all along the way.
 """
 
@@ -15,20 +15,21 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.thresholds import THRESHOLDS
 
-#: Pieces of sliding and sticking at most; how many directions are looked at for those in which sliding can begin.
+#: The most pieces of sliding and sticking, and the number of directions in which a start of sliding is searched.
 MOST_PIECES, DIRECTIONS = 8, 360
 
 
 @dataclass(frozen=True, eq=False)
 class Followed:
-    """The impulses along the normal and the tangents (1 + k,), and the work that each does, J (1 + k,)."""
+    """The result of the path: the impulses along normal and tangents (1 + k,), and the work of each, J (1 + k,)."""
 
     impulse: Array
     work: Array
 
 
 def followed(B: Array, u: Array, coefficient: float, restitution: float) -> Followed | None:
-    """The impact at rates u (1 + k,) before it, of k tangents, with B (1 + k, 1 + k). None where nothing turns it."""
+    """Return the impact at rates u (1 + k,) before it, of k tangents, with B (1 + k, 1 + k); None where the gap never
+    stops closing."""
     speed, mobility = float(np.linalg.norm(u)), float(B[0, 0])
     path = _Path(B / mobility, coefficient)
     y = path.until(lambda y: float(y[0]), np.concatenate([u / speed, np.zeros(2 * len(u))]))
@@ -41,7 +42,7 @@ def followed(B: Array, u: Array, coefficient: float, restitution: float) -> Foll
 
 
 class _Path:
-    """y = (rates, impulses, works) over p, with B[0, 0] = 1 and rates of size 1."""
+    """The path y = (rates, impulses, works) over p, with B[0, 0] = 1 and rates of size 1."""
 
     def __init__(self, B: Array, coefficient: float) -> None:
         self.B, self.coefficient, size = B, coefficient, len(B)
@@ -49,7 +50,7 @@ class _Path:
         self.sticking = np.asarray(-np.linalg.lstsq(B[1:, 1:], B[1:, 0], rcond=THRESHOLDS.no_push)[0], dtype=float)
 
     def until(self, goal: Callable[[Array], float], y: Array) -> Array | None:
-        """y where the goal rises through zero; None where it does not."""
+        """Return y where the goal rises through zero; None where it does not."""
         for _ in range(MOST_PIECES):
             slides = np.linalg.norm(y[self.rate][1:]) > THRESHOLDS.stop_rests
             if not slides and np.linalg.norm(self.sticking) > self.coefficient:
@@ -64,7 +65,7 @@ class _Path:
     def _piece(
         self, goal: Callable[[Array], float], y: Array, friction: Callable[[Array], Array]
     ) -> tuple[Array, bool]:
-        """y at the end of sliding or sticking, and whether the goal is reached there."""
+        """Return y at the end of sliding or sticking, and whether the goal is reached there."""
         from scipy.integrate import solve_ivp
 
         def slope(p: float, y: Array) -> Array:
@@ -83,7 +84,7 @@ class _Path:
         to = THRESHOLDS.rounding
         found = solve_ivp(slope, (0.0, np.inf), y, "DOP853", rtol=to, atol=0.01 * to, events=events)
         end, arrived = np.array(found.y[:, -1]), bool(len(found.t_events[0]))
-        if not arrived:  # what is left of sliding, at once
+        if not arrived:  # the rest of the sliding stops at once
             left = -np.linalg.lstsq(self.B[1:, 1:], end[self.rate][1:], rcond=THRESHOLDS.no_push)[0]
             end[self.impulse][1:] += left
             end[self.rate] += self.B[:, 1:] @ left
@@ -93,7 +94,8 @@ class _Path:
         return -self.coefficient * rate / np.linalg.norm(rate)
 
     def _begins(self) -> Array:
-        """The direction in which what cannot stick begins to slide: the rate of sliding is along it."""
+        """Return the direction of incipient sliding where sticking is impossible: the rate of sliding grows along
+        it."""
         if len(self.B) == 2:
             return np.sign(self.B[1:, 0])
         angles = np.linspace(0.0, 2.0 * np.pi, DIRECTIONS + 1)
@@ -108,7 +110,7 @@ class _Path:
         return np.array([1.0, 0.0])
 
     def _across(self, angle: float) -> float:
-        """The part across a direction of what sliding along it makes of the rate."""
+        """Return the component, across a direction, of the rate's change while it slides along the direction."""
         way = np.array([np.cos(angle), np.sin(angle)])
         change = self.B[1:, 0] - self.coefficient * self.B[1:, 1:] @ way
         return float(way[0] * change[1] - way[1] * change[0])

@@ -1,4 +1,4 @@
-"""The pose next to one that is beyond stops at which all of them let the mechanism be, if there is one."""
+"""The pose nearest to one that is beyond stops at which all stops are respected, if there is one."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ NO_CONDITIONS = Conditions(np.zeros(0, dtype=np.intp), np.zeros(0))
 
 
 def stop_sizes(system: System) -> Array:
-    """What gaps are measured against, (S,): the mechanism's length in m, and 1 rad."""
+    """Return the scales of gaps, (S,): the mechanism's length in m, and 1 rad."""
     assert system.stops is not None
     return np.where(system.stops.coordinates.is_length, system.length, 1.0)
 
 
 def nearest_inside(system: System, state: State) -> tuple[Array, Array]:
-    """A pose q at which the joints close and no stop is passed, sought from that of a state; and the gaps (S,) there:
-    below 0 of stops that are passed even so."""
+    """Return a pose q at which the joints close and no stop is passed, searched from the pose of a state, and its gaps
+    (S,). A gap below 0 belongs to a stop that is passed even so."""
     system = system.at_positions
     stops, drive, none = system.stops, drive_at(system, state.t), NO_CONDITIONS
     assert stops is not None
@@ -47,11 +47,11 @@ def nearest_inside(system: System, state: State) -> tuple[Array, Array]:
         return stacked(system.bodies, [scaled_rows(system, pose, none), passed])
 
     between, _ = gauss_newton(system, state.q, residual, rows, THRESHOLDS.assembled)
-    q, _ = nearest(system, between, none, drive, THRESHOLDS.assembled)  # where both cannot be, the joints go first
+    q, _ = nearest(system, between, none, drive, THRESHOLDS.assembled)  # joints have priority
     return q, gap(pose_of(q))
 
 
 def _turns(system: System, pose: Pose, start: Array) -> Integers:
-    """Whole turns (nc,) of the joints' coordinates at a pose that is next to one where they were `start`."""
+    """Return whole turns (nc,) of the joints' coordinates at a pose near one where the coordinates were `start`."""
     angles = coordinate_values(system, pose)
     return turns_of(system, near(system, angles, start), angles)

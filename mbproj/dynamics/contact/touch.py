@@ -1,4 +1,4 @@
-"""A mechanism at stops: how near they are, how their gaps change, and how hard they may be pressed."""
+"""A mechanism at stops: the gaps, their rates and accelerations, and bounds on the pushes."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from mbproj.thresholds import THRESHOLDS
 
 
 class Touch:
-    """A mechanism at its stops in a state, where compliant ones push."""
+    """A mechanism at its stops in one state, where the compliant stops in `pushing` push."""
 
     def __init__(self, system: System, stops: Stops, state: State, pushing: dict[int, float]) -> None:
         self.system, self.state, self.stops = in_contact(system, Contacts((), pushing)), state, stops
@@ -44,41 +44,42 @@ class Touch:
 
     @cached_property
     def free(self) -> Free:
-        """The motion without contacts of rigid stops and dry friction."""
+        """The motion without contacts of rigid stops and without dry friction."""
         return self.freedom.free(self.counted)
 
     @cached_property
     def acceleration(self) -> Array:
-        """Of the gaps in it, (S,)."""
+        """The accelerations of the gaps in the motion `free`, (S,)."""
         return self.freedom.gap_accelerations(self.stops, self.free)
 
     @property
     def round_off(self) -> Array:
-        """Of the accelerations of gaps, (S,)."""
+        """The round-off of the accelerations of gaps, (S,)."""
         found: Array = self.freedom.round_off(self.free) * np.linalg.norm(self.N, axis=1)
         return found
 
     def least_push(self, touching: Flags) -> float:
-        """Beside such a push what pulls at these stops within round-off is none, N or N m."""
+        """Return the push, in N or N m, at these stops beside which a pull within round-off counts as zero."""
         size = np.linalg.norm(self.N[touching], axis=1)
         none = self.freedom.round_off(self.free) / float(size[size > 0.0].min(initial=np.inf))
         return none / THRESHOLDS.contact_pulls
 
     @property
     def counted(self) -> Array:
-        """The joints' coordinates with turns."""
+        """The joints' coordinates with turns, (nc,)."""
         return counted_coordinates(self.system, self.state)
 
     def fall(self, rigid: Flags) -> Array:
-        """How gaps are accelerated shut where those of `rigid` stops that rest stay, (S,): a ball falls on another one
-        that the floor holds."""
+        """Return the accelerations (S,) at which gaps close while resting `rigid` stops hold: a ball that rests on the
+        floor then stops another that falls on it."""
         rest = np.flatnonzero(rigid & (np.abs(self.rate) <= self.slow))
         pushes = contact_pushes(self.N[rest], self.acceleration[rest]) if rest.size else None
         held = 0.0 if pushes is None else self.N @ (self.N[rest].T @ pushes)
         return -(self.acceleration + held)
 
     def after(self, v: Array) -> Touch:
-        """The same with other velocities; what counts as slow is as before, as round-off is."""
+        """Return the contact with velocities v. The bound below which rates count as slow stays, because round-off
+        does."""
         found = Touch.__new__(Touch)
         moving = ("freedom", "free", "N", "acceleration")
         found.__dict__.update({k: x for k, x in self.__dict__.items() if k not in moving})

@@ -1,7 +1,8 @@
-"""What the forces of bushings change by. With f = gᵀF, F = preload - k s - c s', g the gradients of the coordinates,
-and the damping c along them, which depends on the pose,
+"""The derivatives of the forces of bushings. With f = gᵀF, F = preload - k s - c s', g the gradients of the
+coordinates, and the damping c along them, which depends on the pose,
 
     δf = -gᵀ k g ξ - gᵀ c (g ξ' + g' ξ) - gᵀ (∂c/∂ξ s') ξ + ∂(gᵀF)/∂ξ, the last with F held,
+
 
 where g' and the derivatives of g and c are complex steps, exact to round-off (Squire and Trapp 1998).
 """
@@ -23,7 +24,7 @@ from mbproj.model.forces import Forces
 
 @dataclass(frozen=True, eq=False)
 class _At:
-    """Positions (B, 2, 3) and Euler parameters (B, 2, 4) of the bodies of bushings."""
+    """Positions (B, 2, 3) and Euler parameters (B, 2, 4) of the two bodies of each bushing."""
 
     bushings: Bushings
     position: Array
@@ -34,8 +35,8 @@ class _At:
         return cls(bushings, pose.position[bushings.body], pose.orientation[bushings.body])
 
     def seen(self, shift: Numbers, turn: Numbers) -> tuple[Deflection, Numbers]:
-        """The bushings at changed positions and Euler parameters, and g (..., B, 6, 12) of (δr, δθ in body axes) of
-        both bodies."""
+        """Return the deflection at changed positions and Euler parameters, and g (..., B, 6, 12) by (δr, δθ in body
+        axes) of both bodies."""
         orientation = self.orientation + turn
         found = deflected(self.bushings, self.position + shift, orientation)
         size = np.sum(orientation * orientation, axis=-1)[..., None, None]
@@ -45,12 +46,13 @@ class _At:
 
 
 def bushing_gradient(bushings: Bushings, pose: Pose) -> Array:
-    """g (B, 6, 12): s' of (r', ω) of both bodies."""
+    """Return g (B, 6, 12): s' = g (r', ω) of both bodies."""
     return _at_pose(bushings, pose)[1]
 
 
 def bushing_derivatives(forces: Forces, pose: Pose, twist: Twist, force: Array) -> tuple[Blocks, Blocks]:
-    """What bushings add to D and K; `force` (F,) along all coordinates of forces, those of bushings last."""
+    """Return the parts of D and K that come from bushings. `force` (F,) are the forces along all coordinates; those of
+    bushings come last."""
     bushings, at = forces.bushings, _At.pose(forces.bushings, pose)
     count = bushings.size
     found, g = _at_pose(bushings, pose)
@@ -74,7 +76,7 @@ def _at_pose(bushings: Bushings, pose: Pose) -> tuple[Deflection, Array]:
 
 
 def _blocks(bushings: Bushings, bodies: int, matrices: Array) -> Blocks:
-    """Of matrices (B, 12, 12) over both bodies."""
+    """Return the matrices (B, 12, 12) over the two bodies of each bushing as blocks."""
     value = matrices.reshape(-1, 2, 6, 2, 6).swapaxes(2, 3).reshape(-1, 6, 6)
     row, column = np.repeat(bushings.body, 2, axis=1).ravel(), np.tile(bushings.body, 2).ravel()
     return Blocks.of(bodies, row, column, value)

@@ -1,5 +1,7 @@
-"""What the forces of a scene change by: of every law its slopes ∂F/∂s, ∂F/∂s' and by the channels that it names, of
-given forces that their arms and their axes turn with the body; and by what the rates of elements' states do."""
+"""Derivatives of the forces of laws, of given forces, and of the rates of elements' states.
+
+A law has slopes ∂F/∂s, ∂F/∂s' and slopes by the channels that it names. A given force changes because its arm and its
+axes turn with the body."""
 
 from __future__ import annotations
 
@@ -18,7 +20,7 @@ from mbproj.model.forces import Forces
 
 
 def law_slopes(instant: Instant, laws: LawState) -> tuple[Array, Array]:
-    """∂F/∂s and ∂F/∂s' of each law, (E,) each; not finite where a function has no slope."""
+    """Return ∂F/∂s and ∂F/∂s' of each law, (E,) each; not finite where a function has no slope."""
     forces = instant.system.forces
     found = [-forces.laws.stiffness, -forces.laws.damping]
     for law in np.flatnonzero(forces.laws.program >= 0):
@@ -29,9 +31,10 @@ def law_slopes(instant: Instant, laws: LawState) -> tuple[Array, Array]:
 
 
 def channel_slopes(instant: Instant) -> tuple[Array, Array]:
-    """∂F/∂channel of each law, and then of the three components of each given force, (E + 3G, c), and ∂x'/∂channel of
-    each state of elements, (K, c), at one state; what has no slope counts as constant. Of a law's own coordinate, where
-    it is no channel, see `law_slopes`."""
+    """Return the derivatives by channels: of forces, (E + 3G, c), and of the rates x' of elements' states, (K, c).
+
+    Forces are those of the E laws, and then the three components of each of G given forces. Without a slope a function
+    counts as constant. The slope by a law's own coordinate, which is no channel, is in `law_slopes`."""
     forces, programs, rates = instant.system.forces, instant.system.programs, _rates_by_channels(instant)
     value, rate = law_coordinates(instant)
     of_laws = np.zeros((forces.laws.size, rates.shape[1]))
@@ -45,7 +48,7 @@ def channel_slopes(instant: Instant) -> tuple[Array, Array]:
 
 
 def state_slopes(instant: Instant) -> Array:
-    """f_x (K, K) of x' = f; what has no slope there counts as constant."""
+    """Return f_x (K, K) of x' = f; where it has no slope a function counts as constant."""
     channels, slopes = instant.system.channels, _rates_by_channels(instant)
     found = np.zeros((len(slopes), len(slopes)))
     known = np.nan_to_num(slopes[:, channels.is_state], nan=0.0, posinf=0.0, neginf=0.0)
@@ -54,21 +57,23 @@ def state_slopes(instant: Instant) -> Array:
 
 
 def _rates_by_channels(instant: Instant) -> Array:
-    """∂x'/∂channel, (K, c)."""
+    """Return ∂x'/∂channel, (K, c)."""
     first, at = instant.system.first_rate, instant.values()
     rows = [slopes_by_channels(instant.system.programs, first + row, at) for row in range(instant.x.shape[-1])]
     return np.array(rows, dtype=float).reshape(len(rows), len(at) - CHANNELS)
 
 
 def slopes_by_channels(programs: ProgramSet, program: int, at: list[Numbers]) -> Array:
-    """The slopes of a program by each channel, (c,), at values of all variables; 0 by those that it does not name."""
+    """Return the slopes of a program by each channel, (c,), at values of all variables; 0 for a channel it does not
+    name."""
     found, named = np.zeros(len(at) - CHANNELS), programs.channels(program)
     found[named - CHANNELS] = slopes(programs, program, at, named)
     return found
 
 
 def given_rows(forces: Forces, pose: Pose) -> Rows:
-    """What a unit of each of the three components of each given force and torque does to its body, (3W, 6n)."""
+    """Return the generalised force of a unit of each of the three components of each given force and torque, (3W,
+    6n)."""
     given, turn = forces.on_bodies, pose.rotation[forces.on_bodies.body]
     unit = np.where(given.in_body[:, None, None], np.swapaxes(given.turn, -1, -2), turn)  # (W, 3, 3) in body axes
     value = np.concatenate([np.zeros_like(unit), unit], axis=-1)
@@ -79,8 +84,7 @@ def given_rows(forces: Forces, pose: Pose) -> Rows:
 
 
 def given_derivative(instant: Instant) -> Blocks:
-    """∂/∂ξ of the given forces and torques on the bodies, but for what they change by with the channels that they
-    name."""
+    """Return the derivative by ξ of the given forces and torques on the bodies, without the part through channels."""
     given, pose, vector = instant.system.forces.on_bodies, instant.pose, given_components(instant)
     bodies = len(pose.position) - 1
     carried = (given.turn @ vector[..., None])[..., 0]

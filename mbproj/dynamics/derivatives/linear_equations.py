@@ -1,6 +1,7 @@
-"""The equations of motion near a motion, to first order and exactly: for virtual displacements ξ that change in time,
+"""The equations of motion near a motion, linearised exactly, for virtual displacements ξ that change in time:
 
     M ξ'' + D ξ' + K ξ + Gᵀ δλ = 0,      (G ξ)'' = 0.
+
 
 The residual M u' + ω × Jω + Gᵀλ - f is varied with δω = ξθ' + ω × ξθ and δω' = ξθ'' + ω × ξθ' + ω' × ξθ in body axes,
 and with δs = gξ, δs' = gξ' + g'ξ and δs'' = gξ'' + 2 g'ξ' + g''ξ of any coordinate s. K holds the geometric stiffness
@@ -32,8 +33,10 @@ from mbproj.model.system import System
 
 @dataclass(frozen=True, eq=False)
 class MotionAtTime:
-    """A mechanism at one time: t in s, coordinates q (7n,), u = (r', ω) and u' (6n,), and the joints' coordinates
-    (nc,), each angle to less than half a turn: from them angles in forces take their turns; states of elements (K,)."""
+    """A mechanism at one time: t in s, coordinates q (7n,), u = (r', ω) and u' (6n,), and states of elements x (K,).
+
+    `expected` (nc,) are the joints' coordinates, each angle to less than half a turn: angles in forces take their turns
+    from them."""
 
     t: float
     q: Array
@@ -44,32 +47,32 @@ class MotionAtTime:
 
     @property
     def pose(self) -> Pose:
-        """Where the bodies are."""
+        """The pose of the bodies."""
         return pose_of(self.q)
 
     def twist(self, pose: Pose) -> Twist:
-        """How they move."""
+        """Return the velocities of the bodies at a pose."""
         return twist_of(pose, velocities(pose, self.u))
 
     def change_of(self, pose: Pose) -> Twist:
-        """How that changes: q'' as a twist holds q'."""
+        """Return the accelerations of the bodies at a pose: a `Twist` that holds q'' in place of q'."""
         return twist_of(pose, accelerations(pose, self.u, self.change))
 
     def instant(self, system: System) -> Instant:
-        """What functions of the system see."""
+        """Return the `Instant` from which functions of the system take their variables."""
         pose = self.pose
         return Instant(system, pose, self.twist(pose), self.t, self.expected, self.x)
 
     def carried(self) -> Carried:
-        """Where the bodies carry what is fixed in them."""
+        """Return r and A of the bodies with their first two time derivatives."""
         pose = self.pose
         return Carried.along(pose, self.twist(pose), self.change_of(pose))
 
 
 @dataclass(frozen=True, eq=False)
 class StateEquations:
-    """δx' = f_x δx + f_ξ ξ + f_ξ' ξ' of the K states of elements, (K, K) and (K, 6n): `by_states`, `by_displacement`
-    and `by_rate`; and F_x (K, 6n), the `push` of each on the bodies."""
+    """δx' = f_x δx + f_ξ ξ + f_ξ' ξ' of the K states of elements: `by_states` (K, K), `by_displacement` and `by_rate`
+    (K, 6n). `push` F_x (K, 6n): the generalised force of each state on the bodies."""
 
     by_states: Array
     by_displacement: Rows
@@ -79,8 +82,9 @@ class StateEquations:
 
 @dataclass(frozen=True, eq=False)
 class LinearEquations:
-    """M, D and K (6n, 6n), the rows of the joints and motions along the motion: G, G' and G'', (m, 6n); and those of
-    the states of elements. `slip`: how those at velocity level change with the pose, where there are any."""
+    """M, D and K (6n, 6n); G, G' and G'' (m, 6n), the rows of the joints and motions along the motion; and the
+    equations of the states. `slip`: the derivative of the rows at velocity level by the pose, None without such
+    rows."""
 
     M: Blocks
     D: Blocks
@@ -91,7 +95,7 @@ class LinearEquations:
 
 
 def linear_equations(system: System, motion: MotionAtTime, multipliers: Array) -> LinearEquations:
-    """Near a motion with multipliers λ of the joints' rows and then the motions', (m,)."""
+    """Return the equations near a motion with the multipliers λ (m,) of the joints' rows and then the motions'."""
     carried, n = motion.carried(), system.bodies
     parts = [_inertia(system, motion), _reflected(system, motion, carried), _forces(system, motion, carried)]
     constraint, rows = force_derivative(system.rows, carried, multipliers), row_motion(system.rows, carried)
@@ -102,8 +106,8 @@ def linear_equations(system: System, motion: MotionAtTime, multipliers: Array) -
 
 
 def channel_equations(system: System, motion: MotionAtTime) -> tuple[Blocks, Blocks, StateEquations]:
-    """What forces that name channels add to D and K, and the equations of the states; what has no slope counts as
-    constant."""
+    """Return the parts of D and K from forces that name channels, and the equations of the states. A function counts as
+    constant where it has no slope."""
     n, channels, none = system.bodies, system.channels, added(system.bodies, [])
     if not channels.size:
         empty = stacked(n, []).combined(np.zeros((len(motion.x), 0)))
@@ -135,19 +139,20 @@ def channel_equations(system: System, motion: MotionAtTime) -> tuple[Blocks, Blo
 
 
 def constraint_rows(system: System, motion: MotionAtTime) -> Rows:
-    """G of the joints' rows and then the motions', (m, 6n)."""
+    """Return G of the joints' rows and then the motions', (m, 6n)."""
     return row_motion(system.rows, motion.carried()).G
 
 
 def mass_blocks(system: System, motion: MotionAtTime) -> Blocks:
-    """diag(m I, J) in (δr, δθ in body axes), with what reflected inertias add, (6n, 6n)."""
+    """Return diag(m I, J) in (δr, δθ in body axes) with reflected inertias, (6n, 6n)."""
     parts = [_inertia(system, motion)[0], _reflected(system, motion, motion.carried())[0]]
     return added(system.bodies, parts)
 
 
 def tangent_force(system: System, motion: MotionAtTime) -> Array:
-    """f - M u' less all that is quadratic in the velocities, (6n,), in (N, N m in body axes) of each body: what the
-    constraints have to balance. Raises SimulationError where a force has no finite value."""
+    """Return f - M u' less all terms quadratic in the velocities, (6n,), in (N, N m in body axes) of each body.
+
+    The constraints have to balance it. Raises SimulationError where a force has no finite value."""
     pose = motion.pose
     twist, change = motion.twist(pose), motion.change_of(pose)
     ω, ω_dot = (body_rates(pose, moving)[:-1] for moving in (twist, change))
@@ -166,7 +171,7 @@ def tangent_force(system: System, motion: MotionAtTime) -> Array:
 
 
 def _inertia(system: System, motion: MotionAtTime) -> tuple[Blocks, Blocks, Blocks]:
-    """M, D and K of the bodies' own inertia."""
+    """Return M, D and K of the bodies' own inertia."""
     n, J = system.bodies, system.inertia
     ω, ω_dot = (part.reshape(n, 6)[:, 3:] for part in (motion.u, motion.change))
     spin = tilde(ω)
@@ -180,7 +185,7 @@ def _inertia(system: System, motion: MotionAtTime) -> tuple[Blocks, Blocks, Bloc
 
 
 def _reflected(system: System, motion: MotionAtTime, carried: Carried) -> tuple[Blocks, Blocks, Blocks]:
-    """The same of reflected inertias, which exert -I s'' on their coordinates."""
+    """Return M, D and K of reflected inertias, which exert -I s'' on their coordinates."""
     reflected, pose = system.reflected, motion.pose
     g = row_motion(reflected.rows, carried)
     s_ddot = set_velocity(reflected.rows, pose, motion.change_of(pose))
@@ -195,7 +200,7 @@ def _reflected(system: System, motion: MotionAtTime, carried: Carried) -> tuple[
 
 
 def _forces(system: System, motion: MotionAtTime, carried: Carried) -> tuple[Blocks, Blocks, Blocks]:
-    """The same of the scene's forces; gravity is constant in these coordinates."""
+    """Return M, D and K of the scene's forces; gravity is constant in these coordinates."""
     none = added(system.bodies, [])
     forces, bound, instant = system.forces, system.forces.laws.coordinates, motion.instant(system)
     state = law_state(instant)

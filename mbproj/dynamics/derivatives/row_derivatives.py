@@ -1,13 +1,14 @@
 """Derivatives of a set of primitives along the tangent coordinates of the bodies that they bind.
 
-A slot's point or vector x moves by δx = B ξ with B = [1, -A s~] of (δr, δθ), or [0, -A s~] of a vector; a row of G is
-g = ∂C/∂x B. Along a motion, ξ constant,
+A slot's point or vector x moves by δx = B ξ with B = [1, -A s~] of (δr, δθ), or [0, -A s~] of a vector; a row of G is g
+= ∂C/∂x B. Along a motion, ξ constant,
 
     g'  = (C_xx x') B + C_x B',      g'' = (C_xx x'' + C_xxx x' x') B + 2 (C_xx x') B' + C_x B'',
 
-and a generalised force gᵀw changes by ∂(gᵀw)/∂ξ = Bᵀ (w C_xx) B + s~ (Aᵀ w C_x)~ in the turns. The primitives define
-all of it: C_xx is what their curvature polarises to, and C_xxx the complex step of their curvature, exact to round-off
-(Squire and Trapp 1998).
+
+and a generalised force gᵀw changes by ∂(gᵀw)/∂ξ = Bᵀ (w C_xx) B + s~ (Aᵀ w C_x)~, the last in the turns. The primitives
+define all of it: C_xx follows from their curvature by polarisation, and C_xxx is the complex step of their curvature,
+exact to round-off (Squire and Trapp 1998).
 """
 
 from __future__ import annotations
@@ -24,35 +25,34 @@ from mbproj.dynamics.equations.constraint_equations import tangent_entries
 from mbproj.dynamics.equations.kinematics import Pose, Twist
 from mbproj.model.primitive_set import Group, PrimitiveSet
 
-#: A complex step; its square is nothing beside 1.
+#: A complex step, whose square vanishes beside 1.
 COMPLEX_STEP = 1e-100
-#: A step of differences of order 6, in m and in parts of a unit vector: both of its errors are near 1e-13.
+#: The step of differences of order 6, in m and in parts of a unit vector: truncation and round-off are both near 1e-13.
 DIFFERENCE = 5e-3
 
 
 @dataclass(frozen=True, eq=False)
 class Carried:
-    """Where the bodies carry what is fixed in them: r and A of the n bodies and the ground, and their first and second
-    time derivatives, (n+1, 3) and (n+1, 3, 3) each."""
+    """r (n+1, 3) and A (n+1, 3, 3) of the n bodies and the ground, each with its first and second time derivative."""
 
     position: tuple[Array, Array, Array]
     rotation: tuple[Array, Array, Array]
 
     @classmethod
     def along(cls, pose: Pose, twist: Twist, change: Twist) -> Carried:
-        """Of a motion; `change` holds q'' as a twist does q'."""
+        """Return the values along a motion; `change` is a `Twist` that holds q'' in place of q'."""
         return cls(
             (pose.position, twist.velocity, change.velocity),
             (pose.rotation, twist.rotation_dot, change.rotation_dot + twist.rotation_bias),
         )
 
     def slots(self, bound: PrimitiveSet, order: int) -> Array:
-        """x, x' or x'' of a set's points and vectors, (S, 3)."""
+        """Return x, x' or x'' of a set's points and vectors, (S, 3), for order 0, 1 or 2."""
         turned = (self.rotation[order][bound.body] @ bound.local[..., None])[..., 0]
         return np.asarray(turned + bound.is_point[:, None] * self.position[order][bound.body], dtype=float)
 
     def maps(self, bound: PrimitiveSet, order: int) -> Array:
-        """B, B' or B'', (S, 3, 6)."""
+        """Return B, B' or B'', (S, 3, 6), for order 0, 1 or 2."""
         found = np.zeros((len(bound.body), 3, 6))
         if order == 0:
             found[:, :, :3] = bound.is_point[:, None, None] * np.eye(3)
@@ -61,7 +61,7 @@ class Carried:
 
 
 def tilde(vectors: Array) -> Array:
-    """a~ with a~ b = a × b, (..., 3, 3)."""
+    """Return a~ with a~ b = a × b, (..., 3, 3)."""
     found = np.zeros((*vectors.shape, 3), dtype=vectors.dtype)
     x, y, z = vectors[..., 0], vectors[..., 1], vectors[..., 2]
     found[..., 0, 1], found[..., 0, 2], found[..., 1, 2] = -z, y, -x
@@ -70,8 +70,8 @@ def tilde(vectors: Array) -> Array:
 
 
 def second_derivatives(primitive: Primitive, x: Array) -> Array:
-    """∂g/∂x (k, rows, 3s, 3s) of the gradient g at x (k, s, 3): the quadratic form `curvature`, polarised; the complex
-    step of g where that is not integrable."""
+    """Return ∂g/∂x (k, rows, 3s, 3s) of the gradient g at x (k, s, 3): the quadratic form `curvature`, polarised. For a
+    primitive that is not integrable it is the complex step of g."""
     size = x.shape[-2] * 3
     if not primitive.integrable:
         steps = 1j * COMPLEX_STEP * np.eye(size).reshape(size, 1, -1, 3)
@@ -80,7 +80,7 @@ def second_derivatives(primitive: Primitive, x: Array) -> Array:
     unit = np.eye(size).reshape(size, 1, -1, 3)
     pairs = np.array(list(combinations(range(size), 2))).reshape(-1, 2).T
     directions = np.concatenate([unit, unit[pairs[0]] + unit[pairs[1]]])
-    with np.errstate(divide="ignore", invalid="ignore"):  # two points that have met: whoever asks looks
+    with np.errstate(divide="ignore", invalid="ignore"):  # two points may coincide here: the caller checks the result
         values = primitive.curvature(np.broadcast_to(x, (len(directions), *x.shape)), directions + np.zeros_like(x))
     found = np.zeros((*values.shape[1:], size, size))
     every = np.arange(size)
@@ -91,7 +91,7 @@ def second_derivatives(primitive: Primitive, x: Array) -> Array:
 
 
 def third_derivatives(primitive: Primitive, x: Array, x_dot: Array) -> Array:
-    """∂²g/∂x² x' x', (k, rows, 3s), of the gradient g at x and x' (k, s, 3)."""
+    """Return ∂²g/∂x² x' x', (k, rows, 3s), of the gradient g at x and x' (k, s, 3)."""
     size = x.shape[-2] * 3
     if not primitive.integrable:
         bent = turned_derivatives(primitive, x, x_dot) @ x_dot.reshape(len(x), 1, -1, 1)
@@ -102,8 +102,8 @@ def third_derivatives(primitive: Primitive, x: Array, x_dot: Array) -> Array:
 
 
 def turned_derivatives(primitive: Primitive, x: Array, x_dot: Array) -> Array:
-    """How ∂g/∂x changes along x', (k, rows, 3s, 3s), of a primitive that is not integrable: by central differences of
-    order 6 of what is exact."""
+    """Return the derivative of ∂g/∂x along x', (k, rows, 3s, 3s), of a primitive that is not integrable. It is a
+    central difference of order 6 of exact values."""
     h = DIFFERENCE / max(float(np.abs(x_dot).max()), np.finfo(float).tiny)
     terms = [
         weight * (second_derivatives(primitive, x + k * h * x_dot) - second_derivatives(primitive, x - k * h * x_dot))
@@ -113,7 +113,7 @@ def turned_derivatives(primitive: Primitive, x: Array, x_dot: Array) -> Array:
 
 
 def force_derivative(bound: PrimitiveSet, carried: Carried, weight: Array) -> Blocks:
-    """∂(gᵀw)/∂ξ at constant w, one a row (m,)."""
+    """Return ∂(gᵀw)/∂ξ at constant w (m,), one for each row."""
     x, maps = carried.slots(bound, 0), carried.maps(bound, 0)
     turn = carried.rotation[0][bound.body]
     bodies = len(carried.position[0]) - 1
@@ -133,14 +133,14 @@ def force_derivative(bound: PrimitiveSet, carried: Carried, weight: Array) -> Bl
 
 
 def rows_at(bound: PrimitiveSet, pose: Pose) -> Rows:
-    """g of a set's rows at a pose alone, (m, 6n): a tenth of the work of `row_motion`."""
+    """Return g of a set's rows at a pose, (m, 6n), with a tenth of the work of `row_motion`."""
     body, entries = tangent_entries(bound, pose)
     return Rows.of(bound.size, len(pose.position) - 1, bound.entry_row, body, entries[:, :6])
 
 
 @dataclass(frozen=True, eq=False)
 class RowMotion:
-    """g of a set's rows, and along a motion its first and second derivatives in time: G, G' and G'', (m, 6n) each."""
+    """g of a set's rows along a motion, and its first and second time derivatives: G, G' and G'', (m, 6n) each."""
 
     G: Rows
     G_dot: Rows
@@ -148,7 +148,7 @@ class RowMotion:
 
 
 def row_motion(bound: PrimitiveSet, carried: Carried) -> RowMotion:
-    """The rows of a set along a motion."""
+    """Return the rows of a set along a motion."""
     orders = [_along(bound, group, carried) for group in bound.groups]
     joined = [np.concatenate([np.zeros((0, 6)), *(part[order] for part in orders)]) for order in range(3)]
     body, bodies = bound.body[bound.entry_slot], len(carried.position[0]) - 1
@@ -156,7 +156,7 @@ def row_motion(bound: PrimitiveSet, carried: Carried) -> RowMotion:
 
 
 def _along(bound: PrimitiveSet, group: Group, carried: Carried) -> tuple[Array, Array, Array]:
-    """g, g' and g'' of the entries of one group, (e, 6) each, in the order of the set's entries."""
+    """Return g, g' and g'' of the entries of one group, (e, 6) each, in the order of the set's entries."""
     slots, primitive = group.slots, group.primitive
     x, x_dot, x_ddot = (carried.slots(bound, order)[slots] for order in range(3))
     B, B_dot, B_ddot = (carried.maps(bound, order)[slots] for order in range(3))
@@ -174,5 +174,5 @@ def _along(bound: PrimitiveSet, group: Group, carried: Carried) -> tuple[Array, 
 
 
 def _times(gradient: Array, maps: Array) -> Array:
-    """Gradients (k, rows, s, 3) times the slots' maps (k, s, 3, 6)."""
+    """Return gradients (k, rows, s, 3) times the slots' maps (k, s, 3, 6)."""
     return np.einsum("krai,kaiu->krau", gradient, maps)

@@ -1,8 +1,11 @@
-"""How rows at velocity level change with the pose. With slip a(x)·x' of slots x, and δx = B ξ as in `row_derivatives`,
+"""Derivatives of rows at velocity level by the pose. With slip a(x)·x' of slots x, and δx = B ξ as in
+`row_derivatives`,
 
     δ(a·x') = a·B ξ' + H ξ,      H = (x'ᵀ ∂a/∂x) B + a·B',
 
-where x' multiplies the gradient, and not what it changes by: of a function's row both are the same, and H is G'.
+
+where x' multiplies the components of a, not its variables. Where a is the gradient of a function, ∂a/∂x is symmetric,
+so that both are the same, and H is G'.
 """
 
 from __future__ import annotations
@@ -18,7 +21,7 @@ from mbproj.model.primitive_set import Group, PrimitiveSet
 
 @dataclass(frozen=True, eq=False)
 class SlipMotion:
-    """Rows at velocity level, `rows` (k,) of a set's, along a motion: H and H' (k, 6n)."""
+    """The rows at velocity level of a set, `rows` (k,), along a motion: H and H' (k, 6n)."""
 
     rows: Integers
     H: Rows
@@ -26,7 +29,7 @@ class SlipMotion:
 
 
 def slip_motion(bound: PrimitiveSet, carried: Carried) -> SlipMotion:
-    """Of a set along a motion."""
+    """Return H and H' of a set along a motion."""
     rows, bodies = np.flatnonzero(bound.is_velocity), len(carried.position[0]) - 1
     groups = [group for group in bound.groups if not group.primitive.integrable]
     parts = [_of_group(bound, group, carried) for group in groups]
@@ -43,7 +46,7 @@ def slip_motion(bound: PrimitiveSet, carried: Carried) -> SlipMotion:
 
 
 def _of_group(bound: PrimitiveSet, group: Group, carried: Carried) -> tuple[Array, Array]:
-    """H and H' of the entries of one group, (e, 6) each."""
+    """Return H and H' of the entries of one group, (e, 6) each."""
     slots, primitive = group.slots, group.primitive
     x, x_dot, x_ddot = (carried.slots(bound, order)[slots] for order in range(3))
     B, B_dot, B_ddot = (carried.maps(bound, order)[slots] for order in range(3))

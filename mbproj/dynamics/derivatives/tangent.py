@@ -11,7 +11,8 @@ from mbproj.model.euler_parameters import product
 
 
 def moved(q: Array, ξ: Array) -> Array:
-    """Coordinates (7n,) after each body was shifted by δr and turned by the rotation vector δθ, exactly; ξ (6n,)."""
+    """Return coordinates (7n,) after each body was shifted by δr and turned by the rotation vector δθ, exactly; ξ
+    (6n,)."""
     rows, change = q.reshape(-1, 7), ξ.reshape(-1, 6)
     half = 0.5 * np.linalg.norm(change[:, 3:], axis=1, keepdims=True)
     turn = np.concatenate([np.cos(half), 0.5 * np.sinc(half / np.pi) * change[:, 3:]], axis=1)
@@ -21,14 +22,14 @@ def moved(q: Array, ξ: Array) -> Array:
 
 
 def velocities(pose: Pose, u: Array) -> Array:
-    """q' (7n,) of u (6n,): Λ' = ½ Lᵀω."""
+    """Return q' (7n,) from u (6n,): Λ' = ½ Lᵀω."""
     rows = u.reshape(-1, 6)
     rate = 0.5 * (np.swapaxes(pose.L[:-1], -1, -2) @ rows[:, 3:, None])[..., 0]
     return np.concatenate([rows[:, :3], rate], axis=1).ravel()
 
 
 def accelerations(pose: Pose, u: Array, change: Array) -> Array:
-    """q'' (7n,) of u and u' (6n,): Λ'' = ½ Lᵀω' - ¼ |ω|² Λ."""
+    """Return q'' (7n,) from u and u' (6n,): Λ'' = ½ Lᵀω' - ¼ |ω|² Λ."""
     rows = velocities(pose, change).reshape(-1, 7)
     ω = u.reshape(-1, 6)[:, 3:]
     rows[:, 3:] -= 0.25 * np.sum(ω * ω, axis=1, keepdims=True) * pose.orientation[:-1]
@@ -36,6 +37,6 @@ def accelerations(pose: Pose, u: Array, change: Array) -> Array:
 
 
 def tangent_velocities(pose: Pose, v: Array) -> Array:
-    """u (6n,) of q' (7n,)."""
+    """Return u (6n,) from q' (7n,)."""
     twist = twist_of(pose, v)
     return np.concatenate([twist.velocity, body_rates(pose, twist)], axis=1)[:-1].ravel()

@@ -1,6 +1,6 @@
-"""The tangent space of the constraints at a pose: a null space matrix N of G, and how it changes along a motion.
+"""The tangent space of the constraints at a pose: a null space matrix N of G, and its derivatives along a motion.
 
-Lengths are measured in the mechanism's own. Rows may depend on each other: N is what all of them allow.
+Lengths are in units of the mechanism's own. Rows may depend on each other: N spans the motions that all of them allow.
 """
 
 from __future__ import annotations
@@ -20,9 +20,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class TangentSpace:
-    """N (6n, f), G N = 0, orthonormal where lengths are in units of the mechanism's length; and G⁺ (6n, m), which gives
-    the smallest ξ with Gξ = c, so that λ = (G⁺)ᵀ f is the smallest with Gᵀλ = f; of large mechanisms an operator.
-    `lengths` (6n,) are those units."""
+    """N (6n, f), G N = 0, orthonormal where lengths are in units of the mechanism's length; and G⁺ (6n, m).
+
+    G⁺ gives the smallest ξ with Gξ = c, so that λ = (G⁺)ᵀ f is the smallest with Gᵀλ = f; for large mechanisms it is an
+    operator. `lengths` (6n,) are the units."""
 
     N: Array
     pseudoinverse: Array | LinearOperator
@@ -34,8 +35,9 @@ class TangentSpace:
         return int(self.N.shape[1])
 
     def along(self, G_dot: Array, G_ddot: Array) -> tuple[Array, Array]:
-        """N' and N'' where N changes as little as can be: G N' = -G' N and G N'' = -G'' N - 2 G' N', with N' normal to
-        N at all times, so that NᵀN'' = -N'ᵀN', lengths in the mechanism's own."""
+        """Return N' and N'' where N changes as little as possible: G N' = -G' N and G N'' = -G'' N - 2 G' N'.
+
+        N' is normal to N at all times, so that NᵀN'' = -N'ᵀN'; lengths are in units of the mechanism's own."""
         N_dot = -self.pseudoinverse @ (G_dot @ self.N)
         scaled = N_dot / self.lengths[:, None]
         normal = -self.pseudoinverse @ (G_ddot @ self.N + 2.0 * G_dot @ N_dot)
@@ -43,8 +45,10 @@ class TangentSpace:
 
 
 def tangent_space(system: System, G: Array, scale: Array | None = None, lengths: Array | None = None) -> TangentSpace:
-    """By dense matrices, of rows G (m, 6n) of the joints and then the motions, or of others that are measured against
-    `scale` (m,); in the mechanism's lengths, or other `lengths` (6n,)."""
+    """Return the tangent space by dense matrices, of the rows G (m, 6n) of the joints and then the motions.
+
+    With `scale` (m,), the rows may be others, measured against it. With `lengths` (6n,), these units replace the
+    mechanism's lengths."""
     lengths = tangent_lengths(system) if lengths is None else lengths
     scale = system.row_scale[system.bodies :] if scale is None else scale
     rows = G * lengths / scale[:, None]
@@ -58,5 +62,5 @@ def tangent_space(system: System, G: Array, scale: Array | None = None, lengths:
 
 
 def tangent_lengths(system: System) -> Array:
-    """The units of tangent coordinates, (6n,): the mechanism's length of shifts, 1 of turns."""
+    """Return the units of tangent coordinates, (6n,): the mechanism's length for shifts, 1 for turns."""
     return np.tile([system.length] * 3 + [1.0] * 3, system.bodies)

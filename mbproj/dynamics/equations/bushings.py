@@ -1,13 +1,14 @@
-"""Bushings at a pose: six coordinates each, seen from the frame midway between both of theirs.
+"""Bushings at a pose: six coordinates each, in the axes of the frame midway between their two frames.
 
 R is the rotation from frame 1 to frame 2, φ its rotation vector, and A the orientation of the frame that half of R
-leads to. The coordinates are x = Aᵀ d, with d the way between the origins, and φ. Its components are the same in all
-three frames. Neither body comes first. With angular velocities in the axes of the midway frame,
+leads to. The coordinates are x = Aᵀ d, with d from origin to origin, and φ, whose components are the same in all three
+frames. Both bodies have the same part in it. With angular velocities in the axes of the midway frame,
 
     φ' = H (ω2 - ω1),    H = n nᵀ + (θ/2) / sin(θ/2) (1 - n nᵀ),    θ = |φ|, n = φ / θ
     x' = Aᵀ d' + x × ω,  ω = ½ (ω1 + ω2) - ½ tan(θ/4) n × (ω2 - ω1) of the midway frame.
 
-Dampers of rotation act on ω2 - ω1, so that what they exert does not depend on how far the frames have turned: the force
+
+Dampers of rotation act on ω2 - ω1, so that their torque does not depend on the angle between the frames: the force
 along φ is -H⁻¹ c H⁻¹ φ', and the torque -c (ω2 - ω1).
 """
 
@@ -21,7 +22,7 @@ from mbproj.dynamics.equations.kinematics import Pose, Twist
 from mbproj.model.bushings import Bushings
 from mbproj.model.euler_parameters import matrix_E, product, rotation_matrix
 
-#: sin²(θ/2) up to which (θ/2) / sin(θ/2) is its series, whose next term is below ε.
+#: sin²(θ/2) up to which (θ/2) / sin(θ/2) is computed from its series, whose next term is below ε.
 SMALL = 1e-3
 _UNTURNED = np.array([1.0, 0.0, 0.0, 0.0])
 _CONJUGATE = np.array([1.0, -1.0, -1.0, -1.0])
@@ -29,10 +30,12 @@ _CONJUGATE = np.array([1.0, -1.0, -1.0, -1.0])
 
 @dataclass(frozen=True, eq=False)
 class Deflection:
-    """`value` (..., B, 6): the coordinates s, translations and then the rotation vector. `gradient` (..., B, 2, 6, 6):
-    s' of a velocity of the centre of mass and an angular velocity, both in global axes, of each of the two bodies.
-    `turning` (..., B, 3, 3): H⁻¹, with ω2 - ω1 = H⁻¹ φ'. `cosine` (..., B): of half the angle, which vanishes at half a
-    turn."""
+    """The coordinates of bushings and their derivatives at a pose.
+
+    `value` (..., B, 6): the coordinates s, translations and then the rotation vector. `gradient` (..., B, 2, 6, 6): s'
+    for a velocity of the centre of mass and an angular velocity, both in global axes, of each of the two bodies.
+    `turning` (..., B, 3, 3): H⁻¹, with ω2 - ω1 = H⁻¹ φ'. `cosine` (..., B): that of half the angle, which vanishes at
+    half a turn."""
 
     value: Numbers
     gradient: Numbers
@@ -41,13 +44,13 @@ class Deflection:
 
 
 def deflection(bushings: Bushings, pose: Pose) -> Deflection:
-    """All bushings at poses (...)."""
+    """Return the deflections of all bushings at poses (...)."""
     return deflected(bushings, pose.position[..., bushings.body, :], pose.orientation[..., bushings.body, :])
 
 
 def deflected(bushings: Bushings, position: Numbers, orientation: Numbers) -> Deflection:
-    """The same of the positions (..., B, 2, 3) and Euler parameters (..., B, 2, 4) of their bodies, which may be
-    complex."""
+    """Return the deflections for positions (..., B, 2, 3) and Euler parameters (..., B, 2, 4) of the bodies; both may
+    be complex."""
     unit = orientation / np.sqrt(np.sum(orientation * orientation, axis=-1, keepdims=True))
     frames = product(unit, bushings.turn)
     relative = product(frames[..., 0, :] * _CONJUGATE, frames[..., 1, :])
@@ -63,7 +66,7 @@ def deflected(bushings: Bushings, position: Numbers, orientation: Numbers) -> De
     carried, lead = _across(x), _across(sines / (1.0 + cosine)[..., None])
     gradient = np.zeros((*cosine.shape, 2, 6, 6), dtype=cosine.dtype)
     for side, sign in enumerate((-1.0, 1.0)):
-        share = 0.5 * (np.eye(3) - sign * lead)  # of this body's ω in the midway frame's
+        share = 0.5 * (np.eye(3) - sign * lead)  # the part of this body's ω in that of the midway frame
         gradient[..., side, :3, :3] = sign * to_midway
         gradient[..., side, :3, 3:] = carried @ share @ to_midway - sign * to_midway @ _across(arm[..., side, :])
         gradient[..., side, 3:, 3:] = sign * H @ to_midway
@@ -71,7 +74,7 @@ def deflected(bushings: Bushings, position: Numbers, orientation: Numbers) -> De
 
 
 def rates(bushings: Bushings, found: Deflection, pose: Pose, twist: Twist) -> Numbers:
-    """s', (..., B, 6)."""
+    """Return s', (..., B, 6)."""
     orientation = pose.orientation[..., bushings.body, :]
     turning = 2.0 * (matrix_E(orientation) @ twist.rate[..., bushings.body, :, None])[..., 0]
     omega = turning / np.sum(orientation * orientation, axis=-1, keepdims=True)
@@ -80,15 +83,15 @@ def rates(bushings: Bushings, found: Deflection, pose: Pose, twist: Twist) -> Nu
 
 
 def viscous(bushings: Bushings, found: Deflection) -> Numbers:
-    """The damping along the coordinates, (..., B, 6, 6): the dampers' forces are its product with -s'."""
+    """Return the damping along the coordinates, (..., B, 6, 6): the dampers' forces are its product with -s'."""
     along = np.broadcast_to(bushings.damping, (*found.cosine.shape, 6, 6)).astype(found.turning.dtype)
     along[..., 3:, 3:] = found.turning @ bushings.damping[:, 3:, 3:] @ found.turning
     return along
 
 
 def wrenches(bushings: Bushings, found: Deflection, pose: Pose, force: Array) -> tuple[Array, Array]:
-    """What forces (..., B, 6) along the coordinates do to both bodies of each bushing at one pose, (..., B, 2, 3):
-    forces in global axes, and torques about their centres of mass in body axes."""
+    """Return the effect of forces (..., B, 6) along the coordinates on both bodies at one pose, (..., B, 2, 3): forces
+    in global axes, and torques about their centres of mass in body axes."""
     pull = (np.swapaxes(found.gradient, -1, -2) @ force[..., None, :, None])[..., 0]
     orientation = pose.orientation[bushings.body]
     axes = pose.rotation[bushings.body] / np.sum(orientation * orientation, axis=-1)[..., None, None]
@@ -96,7 +99,7 @@ def wrenches(bushings: Bushings, found: Deflection, pose: Pose, force: Array) ->
 
 
 def _rates_of_rotation(cosine: Numbers, sines: Numbers) -> tuple[Numbers, Numbers, Numbers]:
-    """(θ/2) / sin(θ/2), (..., 1), and H and H⁻¹, (..., 3, 3), from cos(θ/2) and n sin(θ/2)."""
+    """Return (θ/2) / sin(θ/2), (..., 1), and H and H⁻¹, (..., 3, 3), from cos(θ/2) and n sin(θ/2)."""
     q = np.sum(sines * sines, axis=-1)
     is_large = q.real > SMALL
     square = np.where(is_large, q, 1.0)
@@ -112,7 +115,7 @@ def _rates_of_rotation(cosine: Numbers, sines: Numbers) -> tuple[Numbers, Number
 
 
 def _across(vector: Numbers) -> Numbers:
-    """The matrices (..., 3, 3) of the products vector × ."""
+    """Return the matrices (..., 3, 3) of the products vector × ."""
     x, y, z = vector[..., 0], vector[..., 1], vector[..., 2]
     zero = np.zeros_like(x)
     rows = [[zero, -z, y], [z, zero, -x], [-y, x, zero]]

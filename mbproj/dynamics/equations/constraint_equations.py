@@ -25,10 +25,10 @@ from mbproj.model.system import System
 
 
 def constraint(system: System, pose: Pose, drive: Drive = NO_DRIVE) -> Numbers:
-    """C of Eqs. 2-4, (..., m): norm rows ΛᵀΛ - 1, then the joints' rows and the motions', in m or rad.
+    """Return C of Eqs. 2-4, (..., m): norm rows ΛᵀΛ - 1, then the joints' rows and the motions', in m or rad.
 
-    `drive` is what the motions prescribe, `drive_at(system, t)`: needed where the system has any, here and below. It
-    may name the teeth in mesh; else gears and screws close to the nearest ones.
+    A system with motions needs `drive`, the values that these prescribe: `drive_at(system, t)`. It may name the teeth
+    in mesh; else gears and screws close to the nearest ones.
     """
     orientation = pose.orientation[..., :-1, :]
     norms = np.sum(orientation * orientation, axis=-1) - 1.0
@@ -40,7 +40,7 @@ def constraint(system: System, pose: Pose, drive: Drive = NO_DRIVE) -> Numbers:
 
 
 def constraint_velocity(system: System, pose: Pose, twist: Twist, drive: Drive = NO_DRIVE) -> Numbers:
-    """C' = C_q q' + C_t of Eq. 5, (..., m)."""
+    """Return C' = C_q q' + C_t of Eq. 5, (..., m)."""
     norms = 2.0 * np.sum(pose.orientation[..., :-1, :] * twist.rate[..., :-1, :], axis=-1)
     found = np.concatenate([norms, set_velocity(system.rows, pose, twist)], axis=-1)
     found[..., system.bodies + system.joints.size :] -= drive.rate
@@ -48,26 +48,26 @@ def constraint_velocity(system: System, pose: Pose, twist: Twist, drive: Drive =
 
 
 def time_derivative(system: System, drive: Drive) -> Array:
-    """C_t, (m,): zero but in the rows of motions."""
+    """Return C_t, (m,): zero but in the rows of motions."""
     C_t = np.zeros(system.constraints)
     C_t[system.bodies + system.joints.size :] = -drive.rate
     return C_t
 
 
 def _excess(system: System, value: Numbers, drive: Drive) -> Numbers:
-    """What coordinates (..., k) are beyond what is prescribed; angles less their whole turns, within [-π, π]."""
+    """Return coordinates (..., k) less their prescribed values; angles without whole turns, within [-π, π]."""
     is_length = system.rows.is_length[system.joints.size :]
     excess = value - np.where(is_length, drive.value, np.remainder(drive.value, 2.0 * np.pi))
     return excess - np.where(is_length, 0.0, 2.0 * np.pi * np.round(excess.real / (2.0 * np.pi)))
 
 
 def set_velocity(bound: PrimitiveSet, pose: Pose, twist: Twist) -> Numbers:
-    """d/dt of a set's values, (..., m)."""
+    """Return the time derivative of a set's values, (..., m)."""
     return bound.rate(pose.places(bound), twist.rates(bound))
 
 
 def gamma(system: System, pose: Pose, twist: Twist, drive: Drive = NO_DRIVE) -> Numbers:
-    """γ of Eqs. 7-9, (..., m): C'' = C_q q'' - γ, with -C_tt in the rows of motions."""
+    """Return γ of Eqs. 7-9, (..., m): C'' = C_q q'' - γ, with -C_tt in the rows of motions."""
     rate = twist.rate[..., :-1, :]
     found = np.concatenate([-2.0 * np.sum(rate * rate, axis=-1), -set_bias(system.rows, pose, twist)], axis=-1)
     found[..., system.bodies + system.joints.size :] += drive.acceleration
@@ -77,19 +77,19 @@ def gamma(system: System, pose: Pose, twist: Twist, drive: Drive = NO_DRIVE) -> 
 def constraint_acceleration(
     system: System, pose: Pose, twist: Twist, change: Twist, drive: Drive = NO_DRIVE
 ) -> Numbers:
-    """C'' = C_q q'' - γ, (..., m); `change` holds q'' as a twist does q'."""
+    """Return C'' = C_q q'' - γ, (..., m); `change` is a `Twist` that holds q'' in place of q'."""
     norms = 2.0 * np.sum(pose.orientation[..., :-1, :] * change.rate[..., :-1, :], axis=-1)
     return np.concatenate([norms, set_velocity(system.rows, pose, change)], axis=-1) - gamma(system, pose, twist, drive)
 
 
 def set_bias(bound: PrimitiveSet, pose: Pose, twist: Twist) -> Numbers:
-    """The part of d²/dt² of a set's values that does not hold q'', (..., m)."""
+    """Return the part of d²/dt² of a set's values without q'', (..., m)."""
     bias = bound.rate(pose.places(bound), attached_bias(twist, bound.body, bound.local))
     return bias + bound.curvature(pose.places(bound), twist.rates(bound))
 
 
 def jacobian(system: System, pose: Pose) -> Array:
-    """C_q of Eqs. 5-6, (m, 7n), at one pose."""
+    """Return C_q of Eqs. 5-6, (m, 7n), at one pose."""
     n = system.bodies
     norms = np.zeros((n, n, 7))
     norms[np.arange(n), np.arange(n), 3:] = 2.0 * pose.orientation[:-1]
@@ -97,7 +97,7 @@ def jacobian(system: System, pose: Pose) -> Array:
 
 
 def set_jacobian(bound: PrimitiveSet, pose: Pose) -> Array:
-    """∂/∂q of a set's values, (m, 7n), at one pose."""
+    """Return ∂/∂q of a set's values, (m, 7n), at one pose."""
     tangent = tangent_jacobian(bound, pose)
     norm2 = np.sum(pose.orientation * pose.orientation, axis=-1)[:, None]
     rows = np.empty_like(tangent)
@@ -108,7 +108,7 @@ def set_jacobian(bound: PrimitiveSet, pose: Pose) -> Array:
 
 
 def tangent_jacobian(bound: PrimitiveSet, pose: Pose) -> Array:
-    """∂/∂(δr, δθ, ε) of a set's values, (m, n+1, 7), the ground last."""
+    """Return ∂/∂(δr, δθ, ε) of a set's values, (m, n+1, 7), the ground last."""
     bodies = len(pose.position)
     body, entries = tangent_entries(bound, pose)
     places = ((bound.entry_row * bodies + body) * 7)[:, None] + np.arange(7)
@@ -117,7 +117,8 @@ def tangent_jacobian(bound: PrimitiveSet, pose: Pose) -> Array:
 
 
 def tangent_entries(bound: PrimitiveSet, pose: Pose) -> tuple[Integers, Array]:
-    """What `tangent_jacobian` sums up: the body (e,) and ∂/∂(δr, δθ, ε) (e, 7) of each entry of the row `entry_row`."""
+    """Return the terms that `tangent_jacobian` sums: the body (e,) and ∂/∂(δr, δθ, ε) (e, 7) of each entry of the row
+    `entry_row`."""
     body = bound.layout.entry_body
     gradient = bound.gradient_entries(pose.places(bound))
     local = bound.local[bound.entry_slot]
@@ -130,11 +131,11 @@ def tangent_entries(bound: PrimitiveSet, pose: Pose) -> tuple[Integers, Array]:
 
 
 def constraint_at(system: System, q: Numbers, t: Numbers | float = 0.0) -> Numbers:
-    """C at coordinates q (..., 7n) and times t (...)."""
+    """Return C at coordinates q (..., 7n) and times t (...)."""
     return constraint(system, pose_of(q), drive_at(system, t))
 
 
 def constraint_velocity_at(system: System, q: Numbers, v: Numbers, t: Numbers | float = 0.0) -> Numbers:
-    """C' at coordinates q and velocities v (..., 7n) and times t (...)."""
+    """Return C' at coordinates q and velocities v (..., 7n) and times t (...)."""
     pose = pose_of(q)
     return constraint_velocity(system, pose, twist_of(pose, v), drive_at(system, t))

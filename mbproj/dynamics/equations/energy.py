@@ -9,7 +9,7 @@ from mbproj.model.system import System
 
 
 def kinetic_energy(system: System, pose: Pose, twist: Twist) -> Numbers:
-    """T = ½ Σ m r'² + ½ Σ ωᵀJω in J, and ½ Σ I s'² of reflected inertias, shape (...)."""
+    """Return T = ½ Σ m r'² + ½ Σ ωᵀJω in J, and ½ Σ I s'² of reflected inertias, shape (...)."""
     velocity, omega = twist.velocity[..., :-1, :], body_rates(pose, twist)[..., :-1, :]
     turned = [dot(system.inertia[:, axis], omega) for axis in range(3)]
     rotation = sum(omega[..., axis] * turned[axis] for axis in range(3))
@@ -18,6 +18,6 @@ def kinetic_energy(system: System, pose: Pose, twist: Twist) -> Numbers:
 
 
 def potential_energy(system: System, pose: Pose) -> Numbers:
-    """V = -Σ m g·r in J, shape (...): zero with all centres of mass at the origin."""
+    """Return V = -Σ m g·r in J, shape (...): zero with all centres of mass at the origin."""
     found: Numbers = -total(system.mass * dot(system.gravity, pose.position[..., :-1, :]))
     return found

@@ -20,8 +20,8 @@ TINY = float(np.finfo(float).tiny)
 
 
 def mass_matrix(system: System, pose: Pose) -> Array:
-    """M of Eqs. 11-12, (7n, 7n), singular: each body's block is diag(m I, 4 LᵀJL), of rank 6; with what reflected
-    inertias add, which couple bodies."""
+    """Return M of Eqs. 11-12, (7n, 7n), singular: each body's block is diag(m I, 4 LᵀJL), of rank 6. Reflected inertias
+    are added; they couple bodies."""
     n = system.bodies
     M = np.zeros((n, 7, n, 7), dtype=pose.L.dtype)
     index = np.arange(n)
@@ -33,7 +33,7 @@ def mass_matrix(system: System, pose: Pose) -> Array:
 
 
 def tangent_mass_matrix(system: System, pose: Pose) -> Array:
-    """diag(m I, J) in (δr, δθ in body axes) of each body, with what reflected inertias add, (6n, 6n)."""
+    """Return diag(m I, J) in (δr, δθ in body axes) of each body with reflected inertias, (6n, 6n)."""
     n = system.bodies
     M, index = np.zeros((n, 6, n, 6)), np.arange(n)
     M[index, :3, index, :3] = system.mass[:, None, None] * np.eye(3)
@@ -44,8 +44,11 @@ def tangent_mass_matrix(system: System, pose: Pose) -> Array:
 
 
 def generalised_force(system: System, pose: Pose, twist: Twist) -> Numbers:
-    """Q of Eq. 10, (..., 7n), or (7n,) with reflected inertias, and what these add: gravity, and the gyroscopic term
-    -8 L'ᵀ J L Λ' that Lagrange's equations give for T = 2 Λ'ᵀLᵀJLΛ' (Nikravesh 1988, sect. 8.3)."""
+    """Return Q of Eq. 10, (..., 7n), or (7n,) with reflected inertias: gravity, gyroscopic terms, and terms of the
+    latter.
+
+    The gyroscopic term -8 L'ᵀ J L Λ' follows from Lagrange's equations for T = 2 Λ'ᵀLᵀJLΛ' (Nikravesh 1988, sect.
+    8.3)."""
     force = system.mass[:, None] * system.gravity
     momentum = system.inertia @ pose.L[..., :-1, :, :] @ twist.rate[..., :-1, :, None]
     gyroscopic = -8.0 * (np.swapaxes(matrix_L(twist.rate)[..., :-1, :, :], -1, -2) @ momentum)[..., 0]
@@ -55,12 +58,12 @@ def generalised_force(system: System, pose: Pose, twist: Twist) -> Numbers:
 
 
 def solve_bordered(M: Array, C_q: Array, Q: Array, gamma: Array) -> tuple[Array, Array]:
-    """Eq. 14: q'' (7n,) and λ (m,) from the bordered system. Raises LinAlgError where it is exactly singular."""
+    """Return q'' (7n,) and λ (m,) from the bordered system, Eq. 14. Raises LinAlgError where it is exactly singular."""
     return _refined(_by_bordered, M, C_q, Q, gamma)
 
 
 def solve_eliminated(M: Array, C_q: Array, Q: Array, gamma: Array) -> tuple[Array, Array]:
-    """Eqs. 80-81: q'' and λ through A1 = M + C_qᵀC_q (Eq. 72), without the bordered system."""
+    """Return q'' and λ through A1 = M + C_qᵀC_q (Eqs. 72, 80-81), without the bordered system."""
     return _refined(_by_elimination, M, C_q, Q, gamma)
 
 
@@ -83,9 +86,11 @@ def _by_elimination(M: Array, C_q: Array, Q: Array, gamma: Array) -> tuple[Array
 
 
 def _refined(solve: Solver, M: Array, C_q: Array, Q: Array, gamma: Array) -> tuple[Array, Array]:
-    """A solution of Eq. 14 whose residual is round-off in every equation, not only in the largest: with masses 1e12
-    apart, a factorisation leaves in the equations of the light bodies what is round-off in those of the heavy ones
-    (Skeel 1980; LAPACK's xGERFS). As good as it gets where that does not help."""
+    """Return a solution of Eq. 14 whose residual is round-off in every equation, not only in the largest.
+
+    With masses 1e12 apart, a factorisation is accurate in the equations of the heavy bodies only: in those of the light
+    ones it leaves a large residual (Skeel 1980; LAPACK's xGERFS). The best iterate is returned where refinement does
+    not help."""
     acceleration, multipliers = solve(M, C_q, Q, gamma)
     left, defect = _residual(M, C_q, Q, gamma, acceleration, multipliers)
     for _ in range(THRESHOLDS.most_refining):
@@ -103,8 +108,8 @@ def _refined(solve: Solver, M: Array, C_q: Array, Q: Array, gamma: Array) -> tup
 def _residual(
     M: Array, C_q: Array, Q: Array, gamma: Array, acceleration: Array, multipliers: Array
 ) -> tuple[float, tuple[Array, Array]]:
-    """The componentwise backward error of a solution of Eq. 14 (Oettli and Prager 1964), and what it leaves of both
-    right-hand sides."""
+    """Return the componentwise backward error of a solution of Eq. 14 (Oettli and Prager 1964), and the residuals of
+    both right-hand sides."""
     defect = Q - M @ acceleration - C_q.T @ multipliers, gamma - C_q @ acceleration
     size = np.abs(acceleration), np.abs(multipliers)
     terms = np.abs(M) @ size[0] + np.abs(C_q.T) @ size[1] + np.abs(Q), np.abs(C_q) @ size[0] + np.abs(gamma)

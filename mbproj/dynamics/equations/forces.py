@@ -1,8 +1,8 @@
-"""What the forces of a scene do at a state: forces and torques on the bodies, potential energy, power.
+"""The forces of a scene at a state: forces and torques on the bodies, potential energy, power.
 
-A law gives a generalised force F on a coordinate s(q): on every point and vector that s binds it acts with F ∂s/∂x, so
-that its power is F s'. A bushing gives six such forces. Springs keep energy, and so do preloads, dampers lose it; what
-functions of a scene give is work done.
+A law gives a generalised force F on a coordinate s(q). On every point and vector that s binds it acts with F ∂s/∂x, so
+that its power is F s'. A bushing gives six such forces. Springs and preloads store energy, dampers lose it; functions
+of a scene do work.
 """
 
 from __future__ import annotations
@@ -27,8 +27,9 @@ from mbproj.thresholds import THRESHOLDS
 
 @dataclass(frozen=True, eq=False)
 class LawState:
-    """What forces act along, its rates, and along each the force of springs with their preloads, of dampers and of
-    functions, (..., F). `stored` (...): what springs keep, in J; `bent`: how bushings are, None without any."""
+    """The F coordinates that forces act along, their rates, and the forces of springs with preloads, of dampers and of
+    functions along each, (..., F). `stored` (...): the energy in springs, in J. `bent`: the deflections of bushings,
+    None without any."""
 
     value: Numbers
     rate: Numbers
@@ -40,14 +41,15 @@ class LawState:
 
     @property
     def force(self) -> Numbers:
-        """The whole force, (..., F), in N or N m."""
+        """The sum of the forces, (..., F), in N or N m."""
         return self.spring + self.damper + self.given
 
 
 @dataclass(frozen=True, eq=False)
 class Applied:
-    """Forces (n+1, 3) in N at the centres of mass in global axes, and torques (n+1, 3) in N m about them in body axes;
-    the power in W of what functions give, the power that dampers lose, and of that what laws lose `apart`."""
+    """Forces (n+1, 3) in N at the centres of mass in global axes, and torques (n+1, 3) in N m about them in body axes.
+    The power of functions and the power that dampers lose, in W; `apart`: the part of the losses that is counted
+    separately."""
 
     force: Array
     torque: Array
@@ -57,10 +59,10 @@ class Applied:
 
 
 def law_state(instant: Instant, held: Array | None = None, carried: Numbers | None = None) -> LawState:
-    """The laws and bushings of a system with forces, (...).
+    """Return the state of the laws and bushings of a system with forces, (...).
 
-    `held`: the branches that switches are held on, all free without. `carried` (..., B): the loads of bearings, 0
-    without.
+    `held`: the branches on which switches are held; None leaves all free. `carried` (..., B): the loads of bearings;
+    None stands for 0.
     """
     forces = instant.system.forces
     laws = forces.laws
@@ -87,8 +89,8 @@ def law_state(instant: Instant, held: Array | None = None, carried: Numbers | No
 
 
 def _along_sliding(laws: Laws, rate: Numbers, law: int) -> Numbers:
-    """The part of friction in a plane that is along the tangent of a law: of the velocity, or where that has turned
-    round of its opposite, so that a step may go through rest."""
+    """Return the component of the unit direction of friction in a plane along a law's tangent. The direction is that of
+    the velocity, or its opposite where the velocity has reversed: a step may then pass through rest."""
     own, across, direction = rate[..., law], rate[..., laws.partner[law]], laws.sliding[law]
     speed, back = np.hypot(own, across), direction[0] * own + direction[1] * across < 0.0
     part = np.where(back, -own, own) / np.where(speed > 0.0, speed, 1.0)
@@ -96,17 +98,17 @@ def _along_sliding(laws: Laws, rate: Numbers, law: int) -> Numbers:
 
 
 def law_coordinates(instant: Instant) -> tuple[Numbers, Numbers]:
-    """The coordinates of the laws and their rates, (..., E)."""
+    """Return the coordinates of the laws and their rates, (..., E)."""
     laws, pose, expected = instant.system.forces.laws, instant.pose, instant.expected
     value = laws.coordinates.value(attached(pose, *slots_of(laws.coordinates)))
     turns = np.round((expected[..., laws.joint_coordinate] - value) / (2.0 * np.pi)) if laws.is_angle.any() else 0.0
-    with np.errstate(divide="ignore", invalid="ignore"):  # two points that have met are noticed by `applied`
+    with np.errstate(divide="ignore", invalid="ignore"):  # `applied` reports points that coincide
         rate = set_velocity(laws.coordinates, pose, instant.twist)
     return value + 2.0 * np.pi * laws.is_angle * turns, rate
 
 
 def _with_bushings(forces: Forces, laws: LawState, instant: Instant) -> LawState:
-    """The same, with the bushings after the laws."""
+    """Return the state with the bushings after the laws."""
     bushings, bent = forces.bushings, deflection(forces.bushings, instant.pose)
     s, rate = bent.value, rates(bushings, bent, instant.pose, instant.twist)
     elastic = (bushings.stiffness @ s[..., None])[..., 0]
@@ -122,8 +124,9 @@ def _with_bushings(forces: Forces, laws: LawState, instant: Instant) -> LawState
 
 
 def applied(instant: Instant, held: Array | None = None, carried: Array | None = None) -> Applied:
-    """All forces of the scene but gravity, on every body and the ground, at one state, with the branches `held` and
-    the loads of bearings.
+    """Return all forces of the scene but gravity, on every body and the ground, at one state.
+
+    `held`: the branches of switches; `carried` (B,): the loads of bearings.
 
     Raises SimulationError that names the force whose function has no finite value there, or that has no direction.
     """
@@ -143,8 +146,8 @@ def applied(instant: Instant, held: Array | None = None, carried: Array | None =
 
 
 def state_rates(instant: Instant, held: Array | None = None) -> Array:
-    """x' of the states of elements, (K,), on the branches `held`. Raises SimulationError that names one whose rate has
-    no finite value."""
+    """Return x' of the states of elements, (K,), on the branches `held`. Raises SimulationError that names a state
+    whose rate has no finite value."""
     system = instant.system
     variables, first = instant.variables(), system.first_rate
     found = np.array([run(system.programs, first + k, variables, held)[0] for k in range(len(instant.x))])
@@ -155,7 +158,7 @@ def state_rates(instant: Instant, held: Array | None = None) -> Array:
 
 
 def require_values(instant: Instant) -> None:
-    """Raises SimulationError that names the force, state or controller whose function has no finite value."""
+    """Raise SimulationError that names the force, state or controller whose function has no finite value."""
     state_rates(instant)
     applied(instant)
     for action in range(instant.system.actions.size):
@@ -163,7 +166,8 @@ def require_values(instant: Instant) -> None:
 
 
 def action_values(instant: Instant, action: int) -> Array:
-    """What a controller's action sets its states to. Raises SimulationError that names one that has no finite value."""
+    """Return the values that a controller's action gives to its states. Raises SimulationError that names a controller
+    with a value that is not finite."""
     system, variables = instant.system, instant.variables()
     sets = system.actions.sets(action)
     found = np.array([run(system.actions.programs, k, variables)[0] for k in sets])
@@ -174,14 +178,14 @@ def action_values(instant: Instant, action: int) -> Array:
 
 
 def generalised(pose: Pose, force: Array, torque: Array) -> Array:
-    """Q (7n,) of forces (n+1, 3), global, and torques (n+1, 3), body axes: (F, 2 Lᵀτ / |Λ|²) for each body."""
+    """Return Q (7n,) of forces (n+1, 3), global, and torques (n+1, 3), body axes: (F, 2 Lᵀτ / |Λ|²) for each body."""
     norm2 = np.sum(pose.orientation * pose.orientation, axis=-1)[:, None]
     turning = 2.0 * (np.swapaxes(pose.L, -1, -2) @ torque[..., None])[..., 0] / norm2
     return np.concatenate([force, turning], axis=-1)[:-1].ravel()
 
 
 def unit_pull(forces: Forces, pose: Pose, law: int) -> tuple[Array, Array]:
-    """Forces and torques on every body and the ground, as in `Applied`, of a force of size 1 along one of the F
+    """Return the forces and torques on every body and the ground, as in `Applied`, of a unit force along one of the F
     coordinates."""
     size = np.zeros(forces.size)
     size[law] = 1.0
@@ -189,7 +193,8 @@ def unit_pull(forces: Forces, pose: Pose, law: int) -> tuple[Array, Array]:
 
 
 def _along_coordinates(forces: Forces, pose: Pose, size: Numbers, bent: Deflection | None) -> tuple[Array, Array]:
-    """What forces of these sizes (F,) do to the bodies: every attachment of a law is pulled with F ∂s/∂x."""
+    """Return the forces and torques on the bodies of forces `size` (F,) along the coordinates. Every attachment of a
+    law is pulled with F ∂s/∂x."""
     bound = forces.laws.coordinates
     gradient = bound.gradient_entries(attached(pose, *slots_of(bound)))
     pull = size[bound.entry_row, None] * gradient
@@ -206,7 +211,7 @@ def _along_coordinates(forces: Forces, pose: Pose, size: Numbers, bent: Deflecti
 
 
 def given_components(instant: Instant, held: Array | None = None) -> Array:
-    """The values of the programs of given forces and torques, (..., W, 3)."""
+    """Return the values of the programs of given forces and torques, (..., W, 3)."""
     forces, variables, samples = instant.system.forces, instant.variables(), np.shape(instant.t)
     programs = forces.on_bodies.program.ravel().tolist()
     each = [np.broadcast_to(run(forces.programs, index, variables, held)[0], samples) for index in programs]
@@ -214,7 +219,7 @@ def given_components(instant: Instant, held: Array | None = None) -> Array:
 
 
 def given_vectors(instant: Instant, held: Array | None = None) -> Array:
-    """The given forces and torques in global axes, (W, 3). Raises SimulationError where one is not finite."""
+    """Return the given forces and torques in global axes, (W, 3). Raises SimulationError where one is not finite."""
     given, vector = instant.system.forces.on_bodies, given_components(instant, held)
     if not np.all(np.isfinite(vector)):
         raise _program_fails(instant, int(given.program[~np.isfinite(vector)][0]), 0.0, 0.0)
@@ -222,7 +227,7 @@ def given_vectors(instant: Instant, held: Array | None = None) -> Array:
 
 
 def in_global_axes(instant: Instant, vector: Array) -> Array:
-    """Components (..., W, 3) of the given forces and torques, those in body axes turned into global ones."""
+    """Return components (..., W, 3) of the given forces and torques in global axes; those in body axes are turned."""
     given = instant.system.forces.on_bodies
     carried = (given.turn @ vector[..., None])[..., 0]
     turned = (instant.pose.rotation[..., given.body, :, :] @ carried[..., None])[..., 0]
@@ -231,7 +236,7 @@ def in_global_axes(instant: Instant, vector: Array) -> Array:
 
 
 def _on_bodies(instant: Instant, held: Array | None) -> tuple[Array, Array]:
-    """What the given forces and torques do to the bodies."""
+    """Return the forces and torques on the bodies of the given forces and torques."""
     given, pose = instant.system.forces.on_bodies, instant.pose
     force, torque = np.zeros_like(pose.position), np.zeros_like(pose.position)
     if not given.size:
@@ -244,7 +249,7 @@ def _on_bodies(instant: Instant, held: Array | None) -> tuple[Array, Array]:
 
 
 def _in_body(pose: Pose, body: Integers, vector: Array) -> Array:
-    """Global vectors (e, 3) in the axes of bodies (e,)."""
+    """Return global vectors (e, 3) in the axes of bodies (e,)."""
     return (vector[:, None, :] @ pose.rotation[body])[:, 0, :]
 
 
@@ -282,7 +287,8 @@ def _program_fails(instant: Instant, index: int, value: float, rate: float) -> S
 def program_fails(
     instant: Instant, index: int, where: str, variables: Sequence[Series], programs: ProgramSet | None = None
 ) -> SimulationError:
-    """Program `index` of these, else of the system, has no finite value for these variables."""
+    """Return the error for program `index`, of `programs` or else of the system, without a finite value for these
+    variables."""
     programs = programs or instant.system.programs
     cause = f"'{programs.texts[index]}' fails: {cause_of(instant, programs, index, variables)}"
     hint = "correct the expression, or end the run before that time"

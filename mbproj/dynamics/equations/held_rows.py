@@ -10,12 +10,12 @@ from mbproj.dataclass import dataclass
 
 @dataclass(frozen=True, eq=False)
 class HeldRows:
-    """Rows that are independent: `C_q` (r, 7n), combinations of all rows by `weights` (m, r), or all as they are, None.
+    """Independent rows `C_q` (r, 7n): combinations of all rows by `weights` (m, r), or all rows themselves for None.
 
-    Near a singular pose some combinations are not held: `left_out` (m, k), with the rows `weak` (k, 7n) that they make
-    of C_q, and `unseen` (m, k), what the rows held do not see of a violation for each. `nearness`: the distance from
-    dependence, as a part of the largest of the run; 1 where nobody has looked. `shares` (m, r): how much of the
-    multiplier of a row held each row bears, where that is not as the `weights`."""
+    Near a singular pose some combinations are not held. `left_out` (m, k) are their weights and `weak` (k, 7n) the rows
+    of C_q that they make. `unseen` (m, k): for each of them the violation that the held rows do not see. `nearness`:
+    the distance from dependence, as a part of the largest of the run; 1 where it was not measured. `shares` (m, r): the
+    part of the multiplier of a held row that each row bears, where that differs from `weights`."""
 
     C_q: Array
     weights: Array | None = None
@@ -26,27 +26,29 @@ class HeldRows:
     shares: Array | None = None
 
     def combined(self, rows: Array) -> Array:
-        """γ, C or C' (m,) of the rows held, (r,)."""
+        """Return γ, C or C' of the held rows, (r,), from those of all rows (m,)."""
         return rows if self.weights is None else self.weights.T @ rows
 
     def multipliers(self, held: Array) -> Array:
-        """λ (m,) from that of the rows held, (r,): the smallest where rows are redundant."""
+        """Return λ (m,) of all rows from the multipliers of the held rows, (r,): the smallest λ where rows are
+        redundant."""
         shares = self.weights if self.shares is None else self.shares
         return held if shares is None else shares @ held
 
     def lasting(self, multipliers: Array) -> tuple[Array, Array]:
-        """Of multipliers λ (m,) what is of the combinations left out, and the force -C_qᵀλ of that, (7n,)."""
+        """Return the part of the multipliers λ (m,) that belongs to combinations left out, and its force -C_qᵀλ,
+        (7n,)."""
         if self.left_out is None or self.unseen is None or self.weak is None:
             return np.zeros_like(multipliers), np.zeros(self.C_q.shape[1])
         share = self.unseen.T @ multipliers
         return self.left_out @ share, -(self.weak.T @ share)
 
     def closes(self, rows: Array) -> Array:
-        """The part of a violation (m,) that the rows held can close."""
+        """Return the part of a violation (m,) that the held rows can close."""
         if self.left_out is None or self.unseen is None:
             return rows
         return rows - self.unseen @ (self.left_out.T @ rows)
 
     def open(self, rows: Array) -> float:
-        """The largest violation of what is left out, in the mechanism's own lengths."""
+        """Return the largest violation of the combinations left out, in the mechanism's own lengths."""
         return 0.0 if self.left_out is None else float(np.abs(self.left_out.T @ rows).max(initial=0.0))

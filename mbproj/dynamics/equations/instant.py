@@ -1,4 +1,5 @@
-"""What functions of a scene see at a state: the time, and channels; and why one has no finite value there."""
+"""The variables of a scene's functions at a state: the time and channels; and the cause of a value that is not
+finite."""
 
 from __future__ import annotations
 
@@ -20,26 +21,26 @@ from mbproj.functions.taylor import Series
 from mbproj.model.channels import ChannelKind
 from mbproj.model.system import System
 
-#: So many inputs are told.
+#: The most inputs that a message lists.
 MOST_INPUTS = 6
 
 
 def of_signals(instant: Instant) -> Numbers:
-    """The signals of a scene, (..., S)."""
+    """Return the values of the signals of a scene, (..., S)."""
     programs, variables = instant.system.signals, instant.variables()
     values = (run(programs, at, variables)[0] for at in range(programs.size))
     return np.stack([np.broadcast_to(value, instant.channels.shape[:-1]) for value in values], axis=-1)
 
 
 def no_states() -> Array:
-    """Those of a system without elements that have some."""
+    """Return the states of a system without states of elements."""
     return np.zeros(0)
 
 
 @dataclass(frozen=True, eq=False)
 class Instant:
     """A system at times t (...), in poses and with twists (...). `expected` (..., nc): the joints' coordinates, each to
-    less than half a turn, from which angles take their turns; `x` (..., K): states of elements."""
+    less than half a turn, from which angles take their turns. `x` (..., K): the states of elements."""
 
     system: System
     pose: Pose
@@ -50,7 +51,7 @@ class Instant:
 
     @cached_property
     def channels(self) -> Numbers:
-        """All channels, (..., c)."""
+        """The values of all channels, (..., c)."""
         channels, bound = self.system.channels, self.system.coordinates
         found = np.empty((*self.pose.position.shape[:-2], channels.size))
         if not channels.is_state.all():
@@ -65,7 +66,7 @@ class Instant:
         return found
 
     def values(self, s: Numbers | float = 0.0, rate: Numbers | float = 0.0) -> list[Numbers]:
-        """The variables of a program that acts along a coordinate s with this rate, (...) each."""
+        """Return the variables of a program that acts along a coordinate s with this rate, (...) each."""
         own = (np.broadcast_to(np.asarray(each, dtype=float), self.channels.shape[:-1]) for each in (self.t, s, rate))
         return [*own, *self._each]
 
@@ -75,38 +76,40 @@ class Instant:
         return list(np.moveaxis(self.channels, -1, 0))
 
     def variables(self, s: Numbers | float = 0.0, rate: Numbers | float = 0.0) -> Sequence[Series]:
-        """The same; all but the time are taken as constant."""
+        """Return the variables as series in time; all but the time are taken as constant."""
         values = self.values(s, rate)
         return Variables(values, {TIME: time_series(values[TIME])})
 
 
 def cause_of(instant: Instant, programs: ProgramSet, index: int, variables: Sequence[Series]) -> str:
-    """What went wrong in a program that gave no finite numbers at an instant: "sqrt(-0.25) is not finite, with
-    pin.angle = 0.3"; where it is a signal that it names, of that, and the first in the order of evaluation."""
+    """Return the cause of a value that is not finite, in words: "sqrt(-0.25) is not finite, with pin.angle = 0.3".
+
+    Where a signal in the program has no finite value, the words are on that signal, the first in the order of
+    evaluation."""
     signals, names = instant.system.signals, instant.system.names.signals
     wrong = [at for at in _within(signals, programs, index) if not np.isfinite(run(signals, at, variables)[0])]
     if not wrong:
         return failure(programs, index, variables) + _inputs(instant, programs, index)
-    root = min(wrong, key=lambda at: len(_code(signals, at)))  # a signal that names another one is longer
+    root = min(wrong, key=lambda at: len(_code(signals, at)))  # a signal that names another one has longer code
     said = f"signal '{names[root]}' is not finite: '{signals.texts[root]}', {failure(signals, root, variables)}"
     return said + _inputs(instant, signals, root)
 
 
 def _code(programs: ProgramSet, index: int) -> bytes:
-    """The instructions of a program."""
+    """Return the instructions of a program as bytes."""
     own = slice(int(programs.start[index]), int(programs.start[index + 1]))
     return np.column_stack([programs.op[own].astype(float), programs.operand[own]]).tobytes()
 
 
 def _within(signals: ProgramSet, programs: ProgramSet, index: int) -> Iterator[int]:
-    """The signals that stand in a program: their code does. Those with tables are left out, as each set counts its
-    own."""
+    """The numbers of the signals whose code is a part of a program's code. Signals with tables are not found, because
+    each set numbers its own tables."""
     whole = _code(programs, index)
     yield from (at for at in range(signals.size) if _code(signals, at) in whole)
 
 
 def _inputs(instant: Instant, programs: ProgramSet, index: int) -> str:
-    """What a program names, with the values there."""
+    """Return the channels that a program names with their values, in words."""
     channels, names = instant.system.channels, instant.system.names
     own = range(int(programs.start[index]), int(programs.start[index + 1]))
     read = {int(programs.operand[at]) - CHANNELS for at in own if programs.op[at] == Op.VARIABLE}

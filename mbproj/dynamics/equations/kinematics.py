@@ -1,4 +1,4 @@
-"""Where the bodies are and how they move, from q and q': rotation matrices and everything fixed in the bodies.
+"""Poses and velocities of the bodies from q and q': rotation matrices, and points and vectors fixed in the bodies.
 
 q holds (r, Λ) per body (Eq. 1), 7n numbers; leading axes (samples in time) are free. The ground is appended as body n.
 """
@@ -19,20 +19,20 @@ _GROUND = np.array([[0.0, 0, 0, 1, 0, 0, 0]])
 
 @dataclass(frozen=True, eq=False)
 class Pose:
-    """Position (..., n+1, 3) and Euler parameters (..., n+1, 4). What follows from them is computed when somebody asks:
-    energies need no A."""
+    """Position (..., n+1, 3) and Euler parameters (..., n+1, 4). Derived quantities are computed on first use: energies
+    need no A."""
 
     position: Numbers
     orientation: Numbers
 
     @cached_property
     def L(self) -> Numbers:
-        """L of each, (..., n+1, 3, 4)."""
+        """L of each body, (..., n+1, 3, 4)."""
         return matrix_L(self.orientation)
 
     @cached_property
     def rotation(self) -> Numbers:
-        """A = E Lᵀ of each, (..., n+1, 3, 3)."""
+        """A = E Lᵀ of each body, (..., n+1, 3, 3)."""
         return rotation_matrix(self.orientation)
 
     @cached_property
@@ -40,7 +40,7 @@ class Pose:
         return {}
 
     def places(self, bound: PrimitiveSet) -> Numbers:
-        """The global points and vectors of a set, (..., S, 3): C, C' and C'' all ask for them."""
+        """Return the global points and vectors of a set, (..., S, 3). They are kept, because C, C' and C'' use them."""
         if bound not in self._places:
             self._places[bound] = attached(self, *slots_of(bound))
         return self._places[bound]
@@ -48,8 +48,8 @@ class Pose:
 
 @dataclass(frozen=True, eq=False)
 class Twist:
-    """r' (..., n+1, 3) and Λ' (..., n+1, 4) at bodies with Euler parameters `orientation`. What follows from them is
-    computed when somebody asks: energies need neither A' nor the rest."""
+    """r' (..., n+1, 3) and Λ' (..., n+1, 4) at bodies with Euler parameters `orientation`. Derived quantities are
+    computed on first use: energies need no A'."""
 
     velocity: Numbers
     rate: Numbers
@@ -70,52 +70,52 @@ class Twist:
         return {}
 
     def rates(self, bound: PrimitiveSet) -> Numbers:
-        """The velocities of a set's points and vectors, (..., S, 3)."""
+        """Return the velocities of a set's points and vectors, (..., S, 3)."""
         if bound not in self._rates:
             self._rates[bound] = attached_velocity(self, *slots_of(bound))
         return self._rates[bound]
 
 
 def pose_of(q: Numbers) -> Pose:
-    """The pose of every body and of the ground from q (..., 7n)."""
+    """Return the pose of every body and of the ground from q (..., 7n)."""
     rows = _by_body(q, _GROUND)
     return Pose(rows[..., :3], rows[..., 3:])
 
 
 def twist_of(pose: Pose, v: Numbers) -> Twist:
-    """How every body moves, from its pose and v = q' (..., 7n)."""
+    """Return the velocity of every body from its pose and v = q' (..., 7n)."""
     rows = _by_body(v, np.zeros((1, 7)))
     return Twist(velocity=rows[..., :3], rate=rows[..., 3:], orientation=pose.orientation)
 
 
 def attached(pose: Pose, body: Integers, local: Array, is_point: Array) -> Numbers:
-    """Global points r + A s (where `is_point` is 1) and vectors A s (where 0), (..., S, 3)."""
+    """Return global points r + A s (where `is_point` is 1) and vectors A s (where 0), (..., S, 3)."""
     return _rotated(pose.rotation, body, local) + is_point[:, None] * pose.position[..., body, :]
 
 
 def attached_velocity(twist: Twist, body: Integers, local: Array, is_point: Array) -> Numbers:
-    """Their velocities, (..., S, 3)."""
+    """Return the velocities of points and vectors, (..., S, 3)."""
     return _rotated(twist.rotation_dot, body, local) + is_point[:, None] * twist.velocity[..., body, :]
 
 
 def attached_bias(twist: Twist, body: Integers, local: Array) -> Numbers:
-    """The part of their accelerations that does not hold q'', (..., S, 3)."""
+    """Return the part of the accelerations of points and vectors without q'', (..., S, 3)."""
     return _rotated(twist.rotation_bias, body, local)
 
 
 def slots_of(bound: PrimitiveSet) -> tuple[Integers, Array, Array]:
-    """A set's attachments, as the functions above take them."""
+    """Return a set's attachments as the arguments of `attached`."""
     return bound.body, bound.local, bound.is_point
 
 
 def body_rates(pose: Pose, twist: Twist) -> Numbers:
-    """Angular velocities ω = 2 L Λ' in body axes, (..., n+1, 3) (Eq. 16)."""
+    """Return angular velocities ω = 2 L Λ' in body axes, (..., n+1, 3) (Eq. 16)."""
     return turning(pose.orientation, twist.rate)
 
 
 def _rotated(matrices: Numbers, body: Integers, local: Array) -> Numbers:
-    """Matrices of bodies times their vectors, column by column: over many samples several times faster than a product
-    of stacks."""
+    """Return the products of bodies' matrices and their vectors, column by column: over many samples several times
+    faster than a product of stacks."""
     if not local.any():
         return np.zeros((*matrices.shape[:-3], *local.shape), dtype=matrices.dtype, order="F")
     first, second, third = (matrices[..., column][..., body, :] for column in range(3))

@@ -1,4 +1,4 @@
-"""What is prescribed at a time: f, f' and f'' of the motions' rows s(q) - start - f(t) = 0, and the teeth in mesh."""
+"""Values that motions prescribe: f, f' and f'' of their rows s(q) - start - f(t) = 0, and the teeth in mesh."""
 
 from __future__ import annotations
 
@@ -14,9 +14,10 @@ from mbproj.model.system import System
 
 @dataclass(frozen=True, eq=False)
 class Drive:
-    """The coordinates that the k motions prescribe, in m and rad, their rates and accelerations, (..., k): C_t is
-    -`rate` and C_tt is -`acceleration` in their rows, and 0 in the others. `teeth`: those in mesh, where turns are
-    counted; gears and screws close to the nearest ones where they are not."""
+    """The values of the coordinates that the k motions drive, in m and rad, their rates and accelerations, (..., k).
+
+    C_t is -`rate` and C_tt is -`acceleration` in the motions' rows, and 0 in the others. `teeth`: those in mesh, where
+    turns are counted; without, gears and screws close to the nearest ones."""
 
     value: Numbers
     rate: Numbers
@@ -24,14 +25,14 @@ class Drive:
     teeth: Teeth | None = None
 
 
-#: Of a system without motions, where no turns are counted.
+#: The drive of a system without motions, where no turns are counted.
 NO_DRIVE = Drive(np.zeros(0), np.zeros(0), np.zeros(0))
 
 
 def drive_at(system: System, t: Numbers | float, teeth: Teeth | None = None) -> Drive:
-    """What is prescribed at the times t (...).
+    """Return the values that motions prescribe at the times t (...).
 
-    Raises SimulationError that names the motion and the expression which has no finite value or derivatives there.
+    Raises SimulationError that names the motion and the expression without a finite value or derivative there.
     """
     time, programs = time_series(np.asarray(t)), system.motions.programs
     found = np.empty((3, *np.shape(t), system.driven))

@@ -1,8 +1,8 @@
-"""What round-off alone leaves of C = 0 and C' = 0, row by row: no projection can close joints further.
+"""The residuals of C = 0 and C' = 0 that round-off alone leaves, row by row: no projection can close joints further.
 
-A row is computed from coordinates that are stored to ε of their size, so it is known to ε times the largest that enters
-it. The solution of the projection's equations adds ε times their condition times what was open before the last pass,
-which is less: that is itself near round-off for positions, and refined where pivots are small.
+A row is computed from coordinates that are stored to ε of their size, so it is known to ε times the largest coordinate
+in it. The solution of the projection's equations adds ε times their condition number times the violation before the
+last pass. That is less: this violation is itself near round-off for positions, and refined where pivots are small.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ EPSILON = float(np.finfo(float).eps)
 
 
 def position_grain(system: System, pose: Pose) -> Array:
-    """ε × the largest coordinate that enters each row of C, (m,): 1 in rows of vectors; in rows of points, the
-    positions of their bodies and their places in them."""
+    """Return ε times the largest coordinate in each row of C, (m,): 1 for vectors, and for points their local
+    coordinates plus the positions of their bodies."""
     reach = np.abs(pose.position).max(axis=-1)
     largest = _largest(system, lambda body, size, is_point: (reach[body] + size) * is_point)
     return EPSILON * np.maximum(largest, np.minimum(1.0, system.row_scale))
 
 
 def velocity_grain(system: System, pose: Pose, twist: Twist) -> Array:
-    """ε × the largest velocity that enters each row of C', (m,), per s: of points, of vectors (their length is 1), and
-    of the coordinates that the points' velocities are computed from."""
+    """Return ε times the largest velocity in each row of C', (m,), per s: of points, of vectors (their length is 1),
+    and of the coordinates from which velocities of points are computed."""
     speed = np.abs(twist.velocity).max(axis=-1)
     turning = 2.0 * np.linalg.norm(twist.rate, axis=-1)
     reach = np.abs(pose.position).max(axis=-1)
@@ -43,7 +43,7 @@ def velocity_grain(system: System, pose: Pose, twist: Twist) -> Array:
 
 
 def _largest(system: System, of_slot: Callable[[Integers, Array, Array], Array]) -> Array:
-    """The largest of what enters each row, (m,), from `of_slot(body, largest local coordinate, is_point)`, (S,)."""
+    """Return the largest value in each row, (m,), from `of_slot(body, largest local coordinate, is_point)`, (S,)."""
     largest, bound = np.zeros(system.constraints), system.rows
     values = of_slot(bound.body, np.abs(bound.local).max(axis=-1), bound.is_point)
     np.maximum.at(largest, system.bodies + bound.entry_row, values[bound.entry_slot])

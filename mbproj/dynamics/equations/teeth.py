@@ -1,4 +1,4 @@
-"""Teeth and threads: a pose alone knows the row of a gear or screw but for whole ones; counted turns tell which."""
+"""Teeth and threads: a pose determines the row of a gear or screw up to whole ones; counted turns determine these."""
 
 from __future__ import annotations
 
@@ -14,16 +14,17 @@ from mbproj.thresholds import THRESHOLDS
 
 @dataclass(frozen=True, eq=False)
 class Teeth:
-    """What is in mesh at a state: `expected` (..., nc), the joints' coordinates there, turns counted, each angle to
-    less than half a turn; and `start` (k,), what the sums of the k gears and screws count from (`sums_at_start`)."""
+    """The teeth in mesh at a state. `expected` (..., nc): the joints' coordinates there with turns, each angle to less
+    than half a turn. `start` (k,): the sums at the start of the k gears and screws (`sums_at_start`)."""
 
     start: Array
     expected: Array
 
 
 def sums_at_start(system: System, pose: Pose, coordinate: Array) -> Array:
-    """The whole teeth and threads of each gear and screw, (k,), at the pose where a run begins, in the rows' units;
-    `coordinate` (nc,) are the joints', turns counted. They stay what they are however far the wheels turn."""
+    """Return the whole teeth and threads of each gear and screw, (k,), at the initial pose, in the rows' units.
+
+    `coordinate` (nc,) are the joints' coordinates with turns. The result stays the same however far the wheels turn."""
     couplings = system.couplings
     rows = system.joints.value(attached(pose, *slots_of(system.joints)))[couplings.row]
     counted = couplings.sums(coordinate) - rows
@@ -38,14 +39,15 @@ def sums_at_start(system: System, pose: Pose, coordinate: Array) -> Array:
 
 
 def _rolled(system: System, value: Numbers, expected: Array, rows: Numbers) -> npt.NDArray[np.longdouble]:
-    """The laps and turns (..., k) of what rolls on curves; `value` are the coordinates as the pose has them."""
+    """Return the laps and turns (..., k) of rollers on curves; `value` are the coordinates that follow from the
+    pose."""
     couplings = system.couplings
     apart = couplings.sums(near(system, value, expected)) - system.joints.offset[couplings.row] - rows
     return couplings.rolled(value, expected, apart)
 
 
 def to_the_tooth(system: System, pose: Pose, teeth: Teeth, rows: Numbers) -> Numbers:
-    """The joints' rows (..., m), those of gears and screws counted on from the nearest tooth to the one in mesh."""
+    """Return the joints' rows (..., m), with gears and screws moved from the nearest tooth to the one in mesh."""
     couplings = system.couplings
     value = system.coordinates.value(attached(pose, *slots_of(system.coordinates)))
     counted = couplings.sums(near(system, value, teeth.expected)) - teeth.start
@@ -59,6 +61,6 @@ def to_the_tooth(system: System, pose: Pose, teeth: Teeth, rows: Numbers) -> Num
 
 
 def near(system: System, value: Numbers, expected: Numbers) -> Numbers:
-    """Joint coordinates (..., nc) with the whole turns that bring angles next to what is expected of them."""
+    """Return joint coordinates (..., nc) with the whole turns that bring each angle nearest to its expected value."""
     angle = ~system.coordinates.is_length
     return value + 2.0 * np.pi * angle * np.round((expected - value) / (2.0 * np.pi))

@@ -1,1 +1,1 @@
-"""From samples of a run to what a results file holds."""
+"""Converts samples of a run to the quantities of a results file."""

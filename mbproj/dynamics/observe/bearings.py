@@ -1,4 +1,4 @@
-"""What the bearings of joints carry, from the multipliers of their rows."""
+"""The loads of the bearings of joints, from the multipliers of the joints' rows."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from mbproj.model.system import System
 
 @dataclass(frozen=True, eq=False)
 class Supports:
-    """The forces on both supports of each bearing, (..., B, 3), and that along its axis, or the push of a stop, (...,
-    B), in N: linear in the multipliers."""
+    """The forces on both supports of each bearing, (..., B, 3), and the force along its axis, or the push of a stop,
+    (..., B), in N. All are linear in the multipliers."""
 
     first: Numbers
     second: Numbers
     along: Numbers
 
     def plus(self, others: Supports, parts: Numbers) -> Supports:
-        """These with parts (R,) of others, (R, ..., B, 3)."""
+        """Return these supports plus the `parts` (R,) of others, (R, ..., B, 3)."""
         return Supports(
             self.first + np.tensordot(parts, others.first, 1),
             self.second + np.tensordot(parts, others.second, 1),
@@ -31,7 +31,8 @@ class Supports:
 
 
 def supports(system: System, bearings: Bearings, pose: Pose, multipliers: Numbers) -> Supports:
-    """At poses (...) with multipliers λ (..., m) of the joints' rows, and maybe others after them."""
+    """Return the supports' forces at poses (...) for multipliers λ (..., m) of the joints' rows; further ones may
+    follow."""
     force, torque = reactions(system, pose, multipliers)
     F, T = force[..., bearings.joint, :], torque[..., bearings.joint, :]
     body = system.reaction_body[bearings.joint]
@@ -45,21 +46,21 @@ def supports(system: System, bearings: Bearings, pose: Pose, multipliers: Number
 
 
 def load(bearings: Bearings, at: Supports) -> Numbers:
-    """What each carries, (..., B): see `Bearings`."""
+    """Return the load of each bearing, (..., B): see `Bearings`."""
     radial = np.linalg.norm(at.first, axis=-1) + np.linalg.norm(at.second, axis=-1)
     carried = bearings.preload + bearings.radial * radial + bearings.axial * np.abs(at.along)
     return np.asarray(np.where(bearings.is_push, at.along, carried))
 
 
 def slopes(bearings: Bearings, at: Supports, change: Supports) -> Numbers:
-    """How the loads at a state (B,) change with changes (R, B, 3), (B, R)."""
+    """Return the derivatives (B, R) of the loads at a state, (B,), along changes (R, B, 3)."""
     radial = _along(at.first, change.first) + _along(at.second, change.second)
     axial = np.where(at.along < 0.0, -change.along, change.along)
     return np.asarray(np.where(bearings.is_push, change.along, bearings.radial * radial + bearings.axial * axial).T)
 
 
 def _pushes(system: System, bearings: Bearings) -> Array:
-    """By which part of each row of the joints each bearing is a push, (m, B). Contacts are the last joints."""
+    """Return the parts (m, B) with which the joints' rows make pushes of stops. Contacts are the last joints."""
     found = np.zeros((system.joints.size, bearings.size))
     for b, each in enumerate(bearings.parts):
         for joint, part in each:
@@ -68,7 +69,7 @@ def _pushes(system: System, bearings: Bearings) -> Array:
 
 
 def _along(force: Numbers, change: Numbers) -> Numbers:
-    """How |f| changes, (R, B)."""
+    """Return the derivative of |f| along changes, (R, B)."""
     size = np.linalg.norm(force, axis=-1)
     along = np.sum(force * change, axis=-1) / np.where(size > 0.0, size, 1.0)
     return np.where(size > 0.0, along, np.linalg.norm(change, axis=-1))

@@ -1,4 +1,4 @@
-"""What is recorded of stops and of dry frictions, where a mechanism has some."""
+"""Recorded quantities of stops and of dry frictions."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from mbproj.model.system import System
 
 @dataclass(frozen=True, eq=False)
 class ContactsSeen:
-    """Of T samples, by the paths of their datasets."""
+    """The quantities of stops and frictions at T samples, by the paths of their datasets."""
 
     system: System
     samples: Samples
@@ -29,7 +29,8 @@ class ContactsSeen:
     twist: Twist
 
     def __getitem__(self, path: str) -> Numbers:
-        """(T, S) of stops or (T, K) of frictions. Raises KeyError where it is none of `contact_paths`."""
+        """Return the values (T, S) of stops or (T, K) of frictions. Raises KeyError for a path that is not in
+        `contact_paths`."""
         stops, frictions = self.system.stops, self.system.frictions
         if stops is not None and path in OF_STOPS:
             return OF_STOPS[path](self, stops)
@@ -38,7 +39,8 @@ class ContactsSeen:
         raise KeyError(path)
 
     def pushes(self, stops: Stops) -> Numbers:
-        """How hard each stop pushes, (T, S): as a run knows it; of a state at rest, compliant ones by their gaps."""
+        """Return the push of each stop, (T, S): that of the run, or, for a state at rest, of compliant stops by their
+        gaps."""
         if self.samples.press is not None:
             return self.samples.press()
         gap = self["stops/gap"]
@@ -46,7 +48,7 @@ class ContactsSeen:
 
     @cached_property
     def rubs(self) -> tuple[Array, Array]:
-        """The force and the state of each dry friction, (T, K): as a run knows them; at rest, none."""
+        """The force and the state of each dry friction, (T, K): those of the run, or 0 for a state at rest."""
         if self.samples.rub is not None:
             return self.samples.rub()
         none = np.zeros((len(self.samples.t), len(self.system.names.frictions)))
@@ -54,12 +56,12 @@ class ContactsSeen:
 
 
 def contact_paths(system: System) -> tuple[str, ...]:
-    """The datasets of the stops and the frictions that a mechanism has."""
+    """Return the paths of the datasets of stops and frictions that a mechanism has."""
     stops = OF_STOPS if system.stops is not None else ()
     return (*stops, *(OF_FRICTIONS if system.frictions is not None else ()))
 
 
-#: What is recorded of stops, where there are some.
+#: The datasets of stops.
 OF_STOPS: Mapping[str, Callable[[ContactsSeen, Stops], Numbers]] = MappingProxyType(
     {
         "stops/gap": lambda seen, stops: gaps(stops, seen.pose, seen.samples.turns),
@@ -68,7 +70,7 @@ OF_STOPS: Mapping[str, Callable[[ContactsSeen, Stops], Numbers]] = MappingProxyT
     }
 )
 
-#: What is recorded of dry frictions that can stick, where there are some.
+#: The datasets of dry frictions that can stick.
 OF_FRICTIONS: Mapping[str, Callable[[ContactsSeen, Frictions], Numbers]] = MappingProxyType(
     {
         "friction/rate": lambda seen, frictions: set_velocity(frictions.coordinates, seen.pose, seen.twist),

@@ -1,4 +1,4 @@
-"""Where joints touch the curves that they follow."""
+"""The points at which joints touch the curves that they follow."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from mbproj.constraints.primitive import Primitive
 
 
 def place(primitive: Primitive, x: Numbers, offset: float) -> Numbers:
-    """Where a coordinate with these points and vectors (..., s, 3) touches its curve, (..., 3). In the plane of a curve
-    that is as deep as the point of the second body."""
+    """Return the point at which a coordinate with these points and vectors (..., s, 3) touches its curve, (..., 3). For
+    a plane curve the point is as deep as the point of the second body."""
     if isinstance(primitive, InSpace):
         line = primitive.contact(x).line
         return np.asarray(x[..., 4, :] - (line[..., None] * x[..., :3, :]).sum(axis=-2))

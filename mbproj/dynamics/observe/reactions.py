@@ -1,4 +1,4 @@
-"""What is exerted on bodies: by the constraints of each joint, and by forces and torques of given components."""
+"""Forces and torques on bodies: reactions of joints, and given forces and torques."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from mbproj.model.system import System
 
 
 def reactions(system: System, pose: Pose, multipliers: Array) -> tuple[Numbers, Numbers]:
-    """Force in N and torque in N m, (T, nj, 3), on body 2 of each joint at its point in body 2, global axes.
+    """Return force in N and torque in N m, (T, nj, 3), on body 2 of each joint at its point in body 2, global axes.
 
     The constraints act on the bodies with -C_qᵀλ (Eq. 10): with -λg at an attachment that has the gradient g.
     """
@@ -31,8 +31,8 @@ def reactions(system: System, pose: Pose, multipliers: Array) -> tuple[Numbers, 
 
 
 def applied_seen(instant: Instant) -> Mapping[str, Numbers]:
-    """By dataset: the forces in N and torques in N m, in global axes, (T, W, 3), and their power in W, (T, W). The
-    power is that along the velocity of the point or the angular velocity of the body."""
+    """Return, by dataset, the given forces in N and torques in N m, in global axes, (T, W, 3), and their power in W,
+    (T, W). The power is that along the velocity of the point, or along the angular velocity of the body."""
     given, pose = instant.system.forces.on_bodies, instant.pose
     vectors = in_global_axes(instant, given_components(instant))
     velocity = attached_velocity(instant.twist, given.body, given.point, np.ones(given.size))

@@ -1,6 +1,6 @@
-"""From samples to what a results file holds: poses, velocities, reactions, violations, energies, in the field's terms.
+"""Converts samples to the content of a results file: poses, velocities, reactions, violations, energies.
 
-Each quantity is computed when somebody asks for it, for all samples of a block at once.
+Each quantity is computed on first use, for all samples of a block at once.
 """
 
 from __future__ import annotations
@@ -55,24 +55,24 @@ Block: TypeAlias = Mapping[str, npt.NDArray[Any]]
 
 @final
 class Observer:
-    """What all blocks of a run from `start` share: the energy balance and the teeth of gears count from there."""
+    """The part that all blocks of a run share: energy balance and teeth of gears count from its `start`."""
 
     def __init__(self, system: System, start: State) -> None:
         keep_freed_memory()
         self.system, self.start = system, AtStart(system, start)
 
     def at(self, samples: Samples) -> Observation:
-        """Everything at some samples."""
+        """Return all recorded quantities at some samples."""
         return Observation(self, samples)
 
 
 @final
 class Observation(Mapping[str, npt.NDArray[Any]]):
-    """Everything that is recorded at T samples, by the path of its dataset. What overflows, in a run that is lost, is
-    recorded so.
+    """All recorded quantities at T samples, by the path of the dataset. Overflow, in a run that is lost, is recorded as
+    it is.
 
-    Within, time is the axis that is innermost in memory: sums over the others are then taken in one order for blocks
-    of any length, and quickly. A single sample has no such axis to NumPy, and is seen twice."""
+    Internally, time is the axis that is innermost in memory. Sums over other axes are then taken in one order for
+    blocks of any length, and quickly. NumPy has no such axis for a single sample, which is therefore taken twice."""
 
     def __init__(self, observer: Observer, samples: Samples) -> None:
         self.observer, self.system, self.samples = observer, observer.system, samples
@@ -113,19 +113,19 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
 
     @cached_property
     def change(self) -> Twist:
-        """The accelerations as a twist holds the velocities."""
+        """The accelerations, as a `Twist` that holds q'' in place of q'."""
         return twist_of(self.pose, np.asfortranarray(self._seen.acceleration))
 
     @cached_property
     def contacts(self) -> ContactsSeen:
-        """What stops and dry frictions do."""
+        """The quantities of stops and dry frictions."""
         from mbproj.dynamics.observe.contacts import ContactsSeen
 
         return ContactsSeen(self.system, self._seen, self.pose, self.twist)
 
     @cached_property
     def contact_paths(self) -> tuple[str, ...]:
-        """The datasets of these, where there are some."""
+        """The paths of the datasets of stops and dry frictions; empty without any."""
         if not self.system.has_contacts:
             return ()
         from mbproj.dynamics.observe.contacts import contact_paths
@@ -134,7 +134,7 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
 
     @cached_property
     def coordinate(self) -> Numbers:
-        """The joints' coordinates, turns counted, (T, nc)."""
+        """The joints' coordinates with turns, (T, nc)."""
         return coordinate_values(self.system, self.pose) + 2.0 * np.pi * self._seen.turns * is_angle(self.system)
 
     @cached_property
@@ -144,12 +144,12 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
 
     @cached_property
     def C(self) -> Numbers:
-        """All rows, (T, m)."""
+        """The violations of all rows, (T, m)."""
         return constraint(self.system, self.pose, self.drive)
 
     @cached_property
     def carried(self) -> Numbers | None:
-        """The loads of bearings, (T, B), where a law of the scene goes by them."""
+        """The loads of bearings, (T, B), where a law of the scene depends on them; else None."""
         bearings, forces = self.system.bearings, self.system.forces
         if bearings is None or not (forces.laws.bearing >= 0).any():
             return None
@@ -167,7 +167,7 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
 
     @cached_property
     def along(self) -> tuple[Numbers, ...]:
-        """Coordinate, rate and force of what acts along lengths and coordinates: laws, then reflected inertias."""
+        """Coordinate, rate and force of the laws, and then of the reflected inertias."""
         laws, turned = self.laws, inertial_reaction(self.system.reflected, self.pose, self.twist, self.change)
         own = self.coordinate[:, self.system.reflected.joint_coordinate]
         pairs = (laws.value, own), (laws.rate, turned.rate), (laws.force, turned.force)
@@ -175,7 +175,7 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
 
     @cached_property
     def given(self) -> Mapping[str, Numbers]:
-        """Forces and torques of given components, signals, and tensions, by dataset, where there are some."""
+        """Given forces and torques, signals, and tensions, by dataset, where there are some."""
         found = {**applied_seen(self.instant)} if self.system.forces.on_bodies.size else {}
         found |= {"signals/value": of_signals(self.instant)} if self.system.signals.size else {}
         return found | on_paths(self.system, self.pose, self._seen, lambda: self.contacts["stops/force"])
@@ -185,66 +185,66 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
         return on_bearings(self.system, self.pose, *reactions(self.system, self.pose, self._seen.multipliers))
 
     def open_by(self, *, length: bool) -> Numbers:
-        """The largest violation of each joint's rows of lengths or of angles, (T, nj)."""
+        """Return the largest violation of each joint's rows of lengths, or of angles, (T, nj)."""
         joints = self.system.joints
         rows = np.abs(self.C[:, self.system.bodies :][:, : joints.size])
         return _largest_by_joint(self.system, np.where(joints.is_length == length, rows, 0.0))
 
     def points(self, kind: str) -> tuple[Integers, Array]:
-        """The carriers of markers or bodies, and where they are on these."""
+        """Return the carriers of markers or bodies, and their places on these."""
         own = self.system
         return (own.marker_body, own.marker_local) if kind == "markers" else (own.body_carrier, own.body_offset)
 
     def position(self, kind: str) -> Numbers:
-        """Of markers or bodies, (T, k, 3)."""
+        """Return the positions of markers or bodies, (T, k, 3)."""
         body, local = self.points(kind)
         return attached(self.pose, body, local, np.ones(len(body)))
 
     def velocity(self, kind: str) -> Numbers:
-        """The same."""
+        """Return the velocities of markers or bodies, (T, k, 3)."""
         body, local = self.points(kind)
         return attached_velocity(self.twist, body, local, np.ones(len(body)))
 
     def acceleration(self, kind: str) -> Numbers:
-        """The same."""
+        """Return the accelerations of markers or bodies, (T, k, 3)."""
         body, local = self.points(kind)
         return attached_velocity(self.change, body, local, np.ones(len(body))) + attached_bias(self.twist, body, local)
 
     def turning(self, change: Twist) -> Numbers:
-        """Of each body, in its axes, ω or ω' = 2 L Λ'' (because L' Λ' = 0), (T, N, 3)."""
+        """Return ω of each body in its own axes, (T, N, 3); or ω' = 2 L Λ'' (because L' Λ' = 0) for accelerations."""
         to_body = np.swapaxes(rotation_matrix(self.system.body_turn), -1, -2)
         rates: Numbers = body_rates(self.pose, change)[:, self.system.body_carrier, :, None]
         return (to_body @ rates)[..., 0]
 
     def orientation(self) -> Numbers:
-        """Euler parameters of each body, (T, N, 4)."""
+        """Return the Euler parameters of each body, (T, N, 4)."""
         return product(self.pose.orientation[:, self.system.body_carrier], self.system.body_turn)
 
     def motion_force(self) -> Numbers:
-        """The constraints act along a coordinate with -λ (Eq. 10); the motions' rows are the last."""
+        """Return the force of each motion along its coordinate, -λ (Eq. 10); the motions' rows are the last."""
         return -self._seen.multipliers[:, self._seen.multipliers.shape[1] - self.system.driven :]
 
     def driven(self, name: str) -> Numbers:
-        """Value or rate of each motion, (T, k)."""
+        """Return the value or rate of each motion, (T, k)."""
         return np.asarray(getattr(self.drive, name))
 
     def stored(self) -> Numbers:
-        """V of gravity, springs and compliant stops, (T,)."""
+        """Return V of gravity, springs and compliant stops, (T,)."""
         own = potential(self.instant, self.laws)
         stops = self.system.stops
         return own if stops is None else own + stored_energy(stops, gaps(stops, self.pose, self._seen.turns))
 
     @cached_property
     def work(self) -> tuple[Numbers, Numbers]:
-        """W and D, (T,)."""
+        """W and D, (T,): the work done on the mechanism and the energy dissipated since the start."""
         return account(self.instant, self.observer.start.of_elements, self._seen.work)
 
     def balance(self) -> Numbers:
-        """E(t) - E(0) - W + D, (T,)."""
+        """Return E(t) - E(0) - W + D, (T,)."""
         return self["diagnostics/total_energy"] - self.observer.start.energy - self.work[0] + self.work[1]
 
 
-#: The quantities beside the counters.
+#: The prefix of counters, and the other quantities by dataset.
 COUNTERS = "diagnostics/"
 QUANTITIES: Mapping[str, Callable[[Observation], npt.NDArray[Any]]] = MappingProxyType(
     {
@@ -292,7 +292,8 @@ QUANTITIES: Mapping[str, Callable[[Observation], npt.NDArray[Any]]] = MappingPro
 
 
 def _largest_by_joint(system: System, rows: Numbers) -> Numbers:
-    """The largest of each joint's rows, (..., m) to (..., nj), which are consecutive; 0 of a joint that has none."""
+    """Return the largest of each joint's rows, which are consecutive, from (..., m) to (..., nj); 0 for a joint without
+    rows."""
     largest = np.zeros((*rows.shape[:-1], len(system.names.joints)))
     owner, first = np.unique(system.joints.owner, return_index=True)
     largest[..., owner] = np.maximum.reduceat(rows, first, axis=-1)

@@ -1,4 +1,4 @@
-"""Samples of a run, as the integration hands them over: consecutive times, with what each formulation knows there."""
+"""Samples of a run at consecutive times, as the integration yields them."""
 
 from __future__ import annotations
 
@@ -13,32 +13,34 @@ from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.model.layout import Layout
 
-#: A block has so many samples of so many bodies together, within these bounds: what it takes to observe a block is then
-#: small beside its samples, and so is its memory (some MB).
+#: The number of samples of a block times the bodies, within the bounds that follow. The cost of observing a block is
+#: then small beside its samples, and so is its memory (some MB).
 BODY_SAMPLES, FEWEST, MOST = 10_000, 20, 1024
-#: Bytes of a block's arrays that the process keeps for the next.
+#: The bytes of a block's arrays that the process keeps for the next block.
 KEPT_BYTES = 2**23
 
 
 def block_samples(bodies: int) -> int:
-    """How many samples a block has at most."""
+    """Return the largest number of samples in a block."""
     return max(FEWEST, min(MOST, BODY_SAMPLES // bodies))
 
 
 @cache
 def keep_freed_memory() -> None:
-    """glibc gives arrays of more than 128 kB back to the system when they are freed, and new ones get new pages: half
-    of the time of a block. Once so many bytes were freed at a time, it keeps as many."""
+    """Make glibc keep freed memory for the arrays of the next block.
+
+    It returns arrays of more than 128 kB to the system when they are freed. New arrays then get new pages, which takes
+    half of the time of a block. After it has freed KEPT_BYTES at a time, it keeps as many."""
     np.empty(KEPT_BYTES, dtype=np.uint8)
 
 
 @dataclass(frozen=True, eq=False)
 class Sample:
-    """A state: its acceleration q'' (7n,), multipliers λ of the joints' rows and then the motions', step size in s,
-    counters.
+    """A state with its acceleration q'' (7n,), multipliers λ of the joints' rows and then the motions', step size in s,
+    and counters.
 
-    `work` (2 + K,): what forces and motions have worked, what dampers and friction have dissipated since the start, and
-    of that each dry friction, J."""
+    `work` (2 + K,) since the start, in J: the work of forces and motions, the energy that dampers and friction have
+    dissipated, and the part of each dry friction in it."""
 
     state: State
     acceleration: Array
@@ -50,11 +52,13 @@ class Sample:
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """T consecutive samples: the fields of `Sample` with a leading axis of length T; y (T, N) has the `layout` of a
-    state. `carried` (T, m) are the multipliers that the run gave, and `solved` makes from the samples those that are
-    recorded, which may cost more than all else: they are solved for where somebody asks.
-    `press`: how hard each stop pushes, (T, S), where there are stops. `rub`: the force of each dry friction, and the
-    sign of its sliding, 0 while it sticks, (T, K) each, where there are some."""
+    """T consecutive samples: the fields of `Sample` with a leading axis of length T. y (T, N) has the `layout` of a
+    state.
+
+    `carried` (T, m) are the multipliers from the run. `solved` computes from the samples the multipliers to be
+    recorded; it can cost more than all else, and is called on first use. `press`: the push of each stop, (T, S), where
+    there are stops. `rub`: the force of each dry friction and the sign of its sliding, 0 while it sticks, (T, K) each,
+    where there are some."""
 
     t: Array
     y: Array
@@ -75,12 +79,12 @@ class Samples:
 
     @property
     def q(self) -> Array:
-        """(T, 7n)."""
+        """Coordinates, (T, 7n)."""
         return self.y[:, self.layout["positions"]]
 
     @property
     def v(self) -> Array:
-        """(T, 7n)."""
+        """Velocities q', (T, 7n)."""
         return self.y[:, self.layout["velocities"]]
 
     @property
@@ -90,16 +94,16 @@ class Samples:
 
     @property
     def turns(self) -> Integers:
-        """(T, nc)."""
+        """Whole turns of the joints' coordinates, (T, nc)."""
         return self.y[:, self.layout["turns"]].astype(np.intp)
 
     def state(self, at: int) -> State:
-        """That of one sample."""
+        """Return the state of one sample."""
         return State(float(self.t[at]), self.y[at].copy(), self.layout)
 
 
 def stack(samples: Sequence[Sample]) -> Samples:
-    """One block of at least one sample."""
+    """Return at least one sample as a block."""
     return Samples(
         t=np.array([sample.state.t for sample in samples]),
         y=np.stack([sample.state.y for sample in samples]),
@@ -114,7 +118,7 @@ def stack(samples: Sequence[Sample]) -> Samples:
 
 
 def join(blocks: Sequence[Samples]) -> Samples:
-    """One block of at least one."""
+    """Return at least one block as a single block."""
     if len(blocks) == 1:
         return blocks[0]
     arrays = {
@@ -139,5 +143,5 @@ def join(blocks: Sequence[Samples]) -> Samples:
 
 
 def _side_by_side(blocks: Sequence[tuple[Array, Array]]) -> tuple[Array, Array]:
-    """The forces and the states of frictions, block after block."""
+    """Return the forces and the states of frictions, block after block."""
     return np.concatenate([force for force, _ in blocks]), np.concatenate([state for _, state in blocks])

@@ -1,4 +1,4 @@
-"""Ropes: the tension of each portion, of which there are two on the sides of a wheel that turns; length and wraps."""
+"""Ropes: the tension of each portion, length and wraps. A wheel that turns with the rope has a portion on each side."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ from mbproj.model.system import System
 
 
 class Portion(NamedTuple):
-    """Whose force the tension is: a row of the joints, a motion, or a stop, by its number; -1 of the others."""
+    """The force that is a rope portion's tension: the number of a row of the joints, a motion, or a stop; -1 for the
+    others."""
 
     row: int = -1
     motion: int = -1
@@ -26,7 +27,7 @@ class Portion(NamedTuple):
 
 @lru_cache(maxsize=64)
 def portions(system: System) -> tuple[Portion, ...]:
-    """Those of all ropes, in the order of `names.tensions`."""
+    """Return the portions of all ropes, in the order of `names.tensions`."""
     found, names = list[Portion](), system.names
     for name in names.tensions:
         rope, _, number = name.rpartition(".tension_")
@@ -44,7 +45,7 @@ def portions(system: System) -> tuple[Portion, ...]:
 
 
 def _ends(system: System, length: int) -> Flags:
-    """Which stops keep a length from growing, else from getting shorter."""
+    """Whether each stop keeps a length from growing; where none does, whether it keeps it from shrinking."""
     stops = system.stops
     assert stops is not None
     own = stops.joint_coordinate == length
@@ -52,7 +53,7 @@ def _ends(system: System, length: int) -> Flags:
 
 
 def on_paths(system: System, pose: Pose, samples: Samples, pushes: Callable[[], Numbers]) -> dict[str, Numbers]:
-    """The tensions of ropes and the places where curves are touched, by dataset, where there are some."""
+    """Return the tensions of ropes and the points of contact on curves, by dataset, where there are some."""
     found = {"ropes/tension": tensions(system, samples, pushes)} if system.names.tensions else {}
     own = system.touching
     if own is not None:
@@ -66,7 +67,8 @@ def on_paths(system: System, pose: Pose, samples: Samples, pushes: Callable[[], 
 
 
 def tensions(system: System, samples: Samples, pushes: Callable[[], Numbers]) -> Numbers:
-    """Of all portions, (T, k), in N: positive where they pull. `pushes` gives how hard the stops push, (T, S)."""
+    """Return the tensions of all portions, (T, k), in N, positive where they pull. `pushes` returns those of stops, (T,
+    S)."""
     multipliers = samples.multipliers
     first = multipliers.shape[-1] - system.driven
     columns = []
@@ -80,7 +82,8 @@ def tensions(system: System, samples: Samples, pushes: Callable[[], Numbers]) ->
 
 
 def length_and_wraps(system: System, pose: Pose, name: str) -> tuple[float, list[float]]:
-    """In m, without what is wound on drums at its ends; and in rad on each circle between them."""
+    """Return the length of a rope in m, without rope wound on drums at its ends, and its wrap in rad on each circle
+    between."""
     bound = system.coordinates
     member = bound.layout.members[bound.layout.member[system.names.coordinates.index(f"{name}.length")]]
     rope = member.primitive

@@ -1,4 +1,4 @@
-"""Forces between teeth: where they act, and what the bearings of both wheels carry of them."""
+"""Forces between teeth: their points of action, and their effect on the bearings of both wheels."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ from mbproj.model.system import System
 
 
 def on_bearings(system: System, pose: Pose, force: Numbers, torque: Numbers) -> tuple[Numbers, Numbers]:
-    """Reactions (T, nj, 3) in which gears push with their teeth, not with a pure torque on each wheel.
+    """Return reactions (T, nj, 3) in which gears push with their teeth, not with a pure torque on each wheel.
 
-    At the pitch point P the second wheel takes F = τ/r e ± |τ|/r tan α n, with its torque τ, e across the line of the
-    centres, and n from P to its centre; the first wheel takes -F. The two bearings carry what that is more than τ.
+    At the pitch point P the second wheel takes F = τ/r e ± |τ|/r tan α n. τ is its torque, e is normal to the line of
+    the centres, and n points from P to its centre. The first wheel takes -F. The bearings carry the difference between
+    this force and the pure torque τ.
     """
     if not system.couplings.teeth:
         return force, torque
@@ -42,7 +43,7 @@ def on_bearings(system: System, pose: Pose, force: Numbers, torque: Numbers) -> 
 
 
 def _axis(system: System, x: Numbers, coordinate: int) -> Numbers:
-    """That about which an angle counts, at places (T, S, 3)."""
+    """Return the axis about which an angle counts, at places (T, S, 3)."""
     first, second, _ = system.coordinates.layout.members[system.coordinates.layout.member[coordinate]].slots
     return cross(x[..., first, :], x[..., second, :])
 

@@ -1,4 +1,4 @@
-"""The energy T + V of a state: gravity's, and that of springs."""
+"""The energy T + V of a state, and the work and losses since the start."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from mbproj.model.system import System
 
 @final
 class AtStart:
-    """What a run from a state counts from, each found when somebody asks for it."""
+    """The values at the start from which a run counts, each computed on first use."""
 
     def __init__(self, system: System, state: State) -> None:
         self._system, self._state = system, state
@@ -32,7 +32,7 @@ class AtStart:
 
     @cached_property
     def of_elements(self) -> tuple[Numbers, Numbers]:
-        """What elements keep, and have lost, in J."""
+        """The energies in J that elements store, and have lost."""
         return of_elements(self._state.instant(self._system))
 
     @cached_property
@@ -43,7 +43,7 @@ class AtStart:
 
 
 def total_energy(system: System, state: State) -> float:
-    """T + V in J of one state."""
+    """Return T + V of one state, in J."""
     at = state.instant(system)
     found = kinetic_energy(system, at.pose, at.twist)
     found = found + potential(at, law_state(at))
@@ -52,12 +52,12 @@ def total_energy(system: System, state: State) -> float:
 
 
 def potential(instant: Instant, laws: LawState) -> Numbers:
-    """V in J of gravity, of springs, and what elements keep."""
+    """Return V in J of gravity, springs and the stores of elements."""
     return potential_energy(instant.system, instant.pose) + laws.stored + of_elements(instant)[0]
 
 
 def of_elements(instant: Instant) -> tuple[Numbers, Numbers]:
-    """What elements keep, and what they have lost since they began, in J, (...)."""
+    """Return the energies in J that elements store, and have lost since they began, (...)."""
     energies, variables = instant.system.energies, instant.variables()
     stored, lost = (
         sum((run(programs, k, variables)[0] for k in range(programs.size)), np.zeros(instant.pose.position.shape[:-2]))
@@ -67,7 +67,7 @@ def of_elements(instant: Instant) -> tuple[Numbers, Numbers]:
 
 
 def account(instant: Instant, at_start: tuple[Numbers, Numbers], work: Array) -> tuple[Numbers, Numbers]:
-    """W and D since the start, (T,), with `work` (T, 2 + ...) of all forces: what elements keep and lose comes from
-    outside, but for what their forces take."""
+    """Return W and D since the start, (T,), with the `work` (T, 2 + ...) of all forces. Energy that elements store and
+    lose, beyond the work of their forces, comes from outside."""
     kept, lost = (now - then for now, then in zip(of_elements(instant), at_start, strict=True))
     return work[:, 0] + kept + lost, work[:, 1] + lost

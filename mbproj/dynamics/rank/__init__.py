@@ -1,1 +1,2 @@
-"""Rank of C_q and what follows from it: freedoms, redundant rows, singular poses, reactions not unique."""
+"""Rank of C_q and its consequences: degrees of freedom, redundant rows, singular poses, reactions that are not
+unique."""

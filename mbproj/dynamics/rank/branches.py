@@ -1,8 +1,8 @@
 """Directions in which a mechanism can leave a pose, to second order.
 
 Where rows depend on each other, not each velocity v with C_q v = 0 belongs to a motion: accelerations exist only where
-the right-hand sides agree, λᵀγ(v) = 0 for each self-stress λ. These are quadratic forms on null(C_q); at a branch point
-their common roots are the tangents of the branches, and along a linkage that is always redundant they vanish.
+the right-hand sides agree, λᵀγ(v) = 0 for each self-stress λ. These are quadratic forms on null(C_q). At a branch point
+their common roots are the tangents of the branches; along a linkage that is always redundant the forms vanish.
 """
 
 from __future__ import annotations
@@ -19,8 +19,10 @@ from mbproj.thresholds import THRESHOLDS
 
 
 def branch_directions(system: System, pose: Pose, motions: Array, trials: Array) -> Array:
-    """Directions (t, 6n) of (δr / length, δθ) near `trials` (T, f), combinations of the `motions` (f, 6n) that C_q
-    allows, along which accelerations exist; t < T where trials lead to none. Without motions of joints' own."""
+    """Return directions (t, 6n) of (δr / length, δθ) along which accelerations exist; t < T where trials lead to none.
+
+    They are near `trials` (T, f), combinations of the `motions` (f, 6n) that C_q allows. `system` has no
+    driving motions."""
     if not len(motions):
         return motions
     if len(motions) > THRESHOLDS.many_directions:
@@ -31,7 +33,7 @@ def branch_directions(system: System, pose: Pose, motions: Array, trials: Array)
 
 
 def _forms(system: System, pose: Pose, motions: Array) -> Array:
-    """λᵀγ as symmetric matrices (d, f, f), one for each self-stress, by γ(u + v) - γ(u) - γ(v)."""
+    """Return λᵀγ as symmetric matrices (d, f, f), one for each self-stress, by γ(u + v) - γ(u) - γ(v)."""
     stresses = self_stresses(system, pose)
     count = len(motions)
     alone = [_bent(system, pose, stresses, motion) for motion in motions]
@@ -45,7 +47,7 @@ def _forms(system: System, pose: Pose, motions: Array) -> Array:
 
 
 def _bent(system: System, pose: Pose, stresses: Array, motion: Array) -> Array:
-    """λᵀγ (d,) at a velocity (6n,) of (r' / length, ω)."""
+    """Return λᵀγ (d,) at a velocity (6n,) of (r' / length, ω)."""
     δ = motion.reshape(-1, 6)
     v = np.zeros((len(δ), 7))
     v[:, :3] = system.length * δ[:, :3]
@@ -54,14 +56,14 @@ def _bent(system: System, pose: Pose, stresses: Array, motion: Array) -> Array:
 
 
 def _root(forms: Array, trial: Array) -> Array | None:
-    """A unit vector near `trial` at which all forms vanish, by Gauss and Newton; None where that leads to none."""
+    """Return a unit vector near `trial` at which all forms vanish, by Gauss-Newton; None where it leads to none."""
     z = trial / np.linalg.norm(trial)
     for _ in range(THRESHOLDS.most_assembling):
         slope = forms @ z
         values = slope @ z
         if np.abs(values).max(initial=0.0) < THRESHOLDS.rounding:
             break
-        across = slope - np.outer(values, z)  # the forms are homogeneous: a shorter z would be a root of no worth
+        across = slope - np.outer(values, z)  # the forms are homogeneous: a shorter z is no better
         z = z - np.linalg.lstsq(2.0 * across, values, rcond=THRESHOLDS.dependent)[0]
         z = z / np.linalg.norm(z)
     return z if np.abs(forms @ z @ z).max(initial=0.0) < THRESHOLDS.dependent else None

@@ -1,9 +1,9 @@
 """Biconnected components of a mechanism: the parts of its graph of bodies and joints that no single body separates
 (Tarjan 1972).
 
-Forces that balance each other go round loops, and no loop leaves its component: where two components share only one
-body, what one exerts on it must vanish by itself. The reason: rows of C do not change when all bodies move as one. So
-rows depend on each other within components, those of a tree are single joints, and the rank is found component by
+Forces that balance each other go round loops, and no loop leaves its component. Where two components share only one
+body, the force of either on it must vanish by itself: rows of C do not change when all bodies move as one. So rows
+depend on each other only within components, those of a tree are single joints, and the rank is found component by
 component.
 """
 
@@ -24,26 +24,26 @@ from mbproj.model.system import System
 class Component:
     """Rows (k,) of C, counted without the norm rows, and the bodies (b,) that they hold, the ground left out.
 
-    `is_loop`: whether it has several joints or motions, or one that joins a body to itself: no others have rows that
-    could depend on each other."""
+    `is_loop`: whether it has several joints or motions, or one that joins a body to itself. The rows of other
+    components cannot depend on each other."""
 
     rows: Integers
     bodies: Integers
     is_loop: bool = True
 
     def by_level(self, system: System) -> Integers:
-        """Its rows by number, (k,): those at velocity level last. In this order it is told what depends on others: a
-        row at position level that is left out would open a joint."""
+        """Return the numbers of its rows, (k,), with those at velocity level last. In this order a row at position
+        level depends on others at this level alone; leaving it out opens no joint."""
         return np.argsort(system.is_velocity[system.bodies :][self.rows], kind="stable")
 
 
 def loops_of(system: System) -> list[Component]:
-    """The components whose rows can depend on each other."""
+    """Return the components whose rows can depend on each other."""
     return [component for component in components_of(system) if component.is_loop]
 
 
 def components_of(system: System) -> list[Component]:
-    """The components, each row in one; a motion lies where its joint does."""
+    """Return the components; each row is in one, and a motion in that of its joint."""
     rows_of, bodies_of = _links(system)
     edges = [
         (first, second, link)
@@ -61,7 +61,7 @@ def components_of(system: System) -> list[Component]:
 
 
 def component_rows(system: System, pose: Pose, components: list[Component]) -> list[Array]:
-    """The rows of each component in (δr / length, δθ) of its bodies, in units of the length or rad, (k, 6b)."""
+    """Return the rows of each component in (δr / length, δθ) of its bodies, in units of the length or rad, (k, 6b)."""
     entry_row, body, values = _entries(system, pose)
     component_of = np.full(system.constraints - system.bodies, -1, dtype=np.intp)
     place = np.zeros_like(component_of)
@@ -80,7 +80,7 @@ def component_rows(system: System, pose: Pose, components: list[Component]) -> l
 
 
 def _entries(system: System, pose: Pose) -> tuple[Integers, Integers, Array]:
-    """Row, body and ∂/∂(δr / length, δθ) (e, 6) of the entries of all rows, rows in metres over the length."""
+    """Return row, body and ∂/∂(δr / length, δθ) (e, 6) of the entries of all rows, rows in metres over the length."""
     body, values = tangent_entries(system.rows, pose)
     scaled = values[:, :6] * ([system.length] * 3 + [1.0] * 3)
     scaled /= np.where(system.rows.is_length, system.length, 1.0)[system.rows.entry_row, None]
@@ -88,7 +88,7 @@ def _entries(system: System, pose: Pose) -> tuple[Integers, Integers, Array]:
 
 
 def _links(system: System) -> tuple[list[Integers], list[list[int]]]:
-    """The rows of each joint and motion, and the bodies that they bind."""
+    """Return the rows of each joint and motion, and the bodies that they bind."""
     bound = system.rows
     links = bound.owner[bound.entry_row]
     order = np.argsort(links, kind="stable")
@@ -99,7 +99,7 @@ def _links(system: System) -> tuple[list[Integers], list[list[int]]]:
 
 
 def _biconnected(count: int, edges: list[tuple[int, int, int]]) -> Iterator[list[int]]:
-    """The biconnected components of a graph with `count` vertices, as lists of edges, depth first."""
+    """The biconnected components of a graph with `count` vertices, as lists of edges, by depth-first search."""
     around: list[list[tuple[int, int]]] = [[] for _ in range(count)]
     for number, (first, second, _) in enumerate(edges):
         if first == second:

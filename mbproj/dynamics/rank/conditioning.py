@@ -1,4 +1,5 @@
-"""How far C_q is from losing rank: its condition as written and scaled, and which joint would lose its rows first."""
+"""The distance of C_q from losing rank: condition numbers as written and scaled, and the joint that loses rows
+first."""
 
 from __future__ import annotations
 
@@ -16,12 +17,12 @@ from mbproj.thresholds import THRESHOLDS
 
 @dataclass(frozen=True)
 class Conditioning:
-    """Conditions of C_q, its redundant rows left out: `as_written`, in SI units, and `scaled`, lengths in units of the
-    system's length and rows of unit length; None for more than `large` bodies.
+    """Condition numbers of C_q without redundant rows: `as_written`, in SI units, and `scaled`, with lengths in units
+    of the system's length and rows of unit length; None for more than `large` bodies.
 
     `distance`: the smallest singular value of a loop's rows in (δr / length, δθ), of unit length: the smallest change
-    of the rows that makes some of them depend on each other (Eckart and Young 1936). None where there is no loop, as
-    the rows of a tree are independent at every pose. `owner`: whose rows change most in it, as "joint 'A'"."""
+    of the rows that makes them dependent (Eckart and Young 1936). None without a loop, as the rows of a tree are
+    independent at every pose. `owner`: the owner of the rows that change most in it, as "joint 'A'"."""
 
     as_written: float | None
     scaled: float | None
@@ -30,7 +31,7 @@ class Conditioning:
 
     @property
     def words(self) -> str:
-        """How far the pose is from a singular one."""
+        """The distance of the pose from a singular one, in words."""
         if self.distance is None:
             return "no loops, and so no singular poses"
         if self.distance < THRESHOLDS.alike_in_words:
@@ -39,7 +40,7 @@ class Conditioning:
 
 
 def conditioning(system: System, pose: Pose) -> Conditioning:
-    """The conditions at a pose. Components of more than `large` bodies do not count for the distance."""
+    """Return the conditioning at a pose. Components of more than `large` bodies do not count for the distance."""
     components = [component for component in loops_of(system) if len(component.bodies) <= THRESHOLDS.large]
     distance, owner, independent = None, None, np.ones(system.constraints, dtype=bool)
     for component, rows in zip(components, component_rows(system, pose, components), strict=True):
@@ -62,15 +63,15 @@ def conditioning(system: System, pose: Pose) -> Conditioning:
 
 
 def _has_joints(system: System, component: Component) -> bool:
-    """Whether the component has several joints: a motion is of the joint that it drives."""
+    """Whether the component has several joints; a motion counts for the joint that it drives."""
     driven = system.coordinates.owner[system.motions.joint_coordinate]
     joints = np.concatenate([system.joints.owner, driven])[component.rows]
     return bool(np.any(joints != joints[0]))
 
 
 def _condition(rows: Array) -> float:
-    """Of independent rows (m, 7n). Of many of them the singular values are the roots of the eigenvalues of their
-    products, by Lanczos' method."""
+    """Return the condition number of independent rows (m, 7n). For many rows it is the root of that of their products,
+    whose eigenvalues come from Lanczos' method."""
     if len(rows) <= 7 * THRESHOLDS.dense_bodies:
         values = np.linalg.svd(rows, compute_uv=False)
         return float(values[0] / values[-1])
@@ -85,7 +86,7 @@ def _condition(rows: Array) -> float:
 
 
 def _largest_owner(system: System, rows: Integers, share: Array) -> str:
-    """The joint or motion with the largest part of a vector over rows."""
+    """Return the joint or motion with the largest part of a vector over rows."""
     owners = [system.row_owner(int(row) + system.bodies) for row in rows]
     parts = dict.fromkeys(owners, 0.0)
     for owner, part in zip(owners, share, strict=True):

@@ -1,4 +1,4 @@
-"""What the rows of a mechanism mean for a run, as problems with their places: dependent ones, wheels that jam."""
+"""Problems that the rows of a mechanism cause in a run, with their places: dependent rows, wheels that jam."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from mbproj.model.channels import NO_MOTIONS
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
-#: Sets, and joints of each, that a message names.
+#: The most dependent sets, and joints of each, that a message names.
 MOST_SETS, MOST_JOINTS = 3, 6
 
 
 def problems_of(system: System, found: Redundancy, *, runs: bool) -> list[Problem]:
-    """Why a mechanism with these dependent sets cannot run, or, where its equations can be solved (`runs`), why what
-    they ask for is impossible: rows in contradiction.
+    """Return the problems of dependent sets, for which a mechanism cannot run. Where its equations can be solved
+    (`runs`), return those of sets whose rows contradict each other.
 
     Rows of joints that depend on each other along the whole motion, without contradiction, are no problem. A set that
-    was not examined is taken for such.
+    was not examined counts as such.
     """
     sets = [entry for entry in found.sets if entry.contradictory or not runs]
     joints = [entry for entry in sets if not entry.motions]
@@ -46,7 +46,7 @@ def problems_of(system: System, found: Redundancy, *, runs: bool) -> list[Proble
 
 
 def _locked(system: System, entry: DependentSet) -> Problem:
-    """A motion that drives what follows from joints and other motions."""
+    """Return the problem of a motion whose coordinate follows from joints and other motions."""
     names = " and ".join(f"'{name}'" for name in entry.motions)
     what = f"motion {names} locks the mechanism: what it drives already follows from the joints"
     if len(entry.motions) > 1:
@@ -64,7 +64,7 @@ def _listed(sets: list[DependentSet]) -> str:
 
 
 def _odds(entry: DependentSet) -> str:
-    """By how much the rows contradict each other."""
+    """Return, in words, the residual by which the rows contradict each other."""
     for kind, residual, per in zip(("velocities", "accelerations"), entry.residual, ("s", "s^2"), strict=True):
         if residual:
             return f" in contradiction, as the {kind} that they ask for differ by {residual:.3g} {entry.unit}/{per}"
@@ -72,14 +72,14 @@ def _odds(entry: DependentSet) -> str:
 
 
 def _place(system: System, entry: DependentSet) -> Place | None:
-    """Where the row stands that depends on the others: the motion, where there is one."""
+    """Return the place of the row that depends on the others: that of the motion, where there is one."""
     if entry.motions:
         return system.motions.places[system.names.motions.index(entry.motions[-1])]
     return system.joint_places[system.names.joints.index(entry.held[0].name)]
 
 
 def jammed_wheels(system: System, pose: Pose) -> list[Problem]:
-    """A note that names the joints which roll but for each other, where there are any; motions have no say in it."""
+    """Return a note that names rolling joints which block each other, where there are any. Motions are ignored."""
     if not system.rolls or system.bodies > THRESHOLDS.large:
         return []
     free = replace(system, motions=NO_MOTIONS)
@@ -96,14 +96,15 @@ def jammed_wheels(system: System, pose: Pose) -> list[Problem]:
 
 
 def _motions(system: System, pose: Pose) -> Array:
-    """An orthonormal basis (f, 6n) of the motions of (δr / length, δθ) that all rows allow."""
+    """Return an orthonormal basis (f, 6n) of the motions of (δr / length, δθ) that all rows allow."""
     every = Component(np.arange(system.constraints - system.bodies), np.arange(system.bodies))
     _, values, vectors = np.linalg.svd(unit_rows(component_rows(system, pose, [every])[0]), full_matrices=True)
     return np.asarray(vectors[np.count_nonzero(values > THRESHOLDS.dependent) :], dtype=float)
 
 
 def _moved(system: System, pose: Pose, joints: Integers, motions: Array) -> Array:
-    """By how much any of the motions (f, 6n) moves what each of these joints holds, (k,), in parts of the length."""
+    """Return how far the motions (f, 6n) move the joint's point on body 2, (k,) for these joints, in parts of the
+    length."""
     parts = motions.reshape(len(motions), system.bodies, 6)
     found = []
     for joint in joints.tolist():

@@ -1,4 +1,4 @@
-"""Motions that move no mass, null(M) ∩ null(C_q), which Eq. 20 rules out, or hardly any, in words."""
+"""Motions that move no mass, null(M) ∩ null(C_q), which Eq. 20 rules out, or hardly any; in words."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from mbproj.errors import Problem
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
-#: Motions that a message shows.
+#: The most motions that a message shows.
 SHOWN = 3
 
 
 @dataclass(frozen=True)
 class MasslessMotion:
-    """A motion without kinetic energy: what each body does in it, by name, as "turns about z"."""
+    """A motion without kinetic energy: the motion of each body, by name, as "turns about z"."""
 
     bodies: tuple[tuple[str, str], ...]
 
@@ -34,8 +34,8 @@ class MasslessMotion:
 
 @dataclass(frozen=True, eq=False)
 class LightMotion:
-    """A motion (6n,) of (δr / length, δθ), of size 1, that the joints leave; `inertia`: how much it moves, as a part of
-    the most that any motion of one body does."""
+    """A motion (6n,) of (δr / length, δθ), of size 1, that the joints allow. `inertia`: the inertia that it moves, as a
+    part of the largest in a motion of one body."""
 
     inertia: float
     motion: Array
@@ -46,7 +46,7 @@ class LightMotion:
 
 
 def least_inertia(system: System, pose: Pose) -> LightMotion | None:
-    """That which moves the least mass; None where the joints leave no freedom."""
+    """Return the motion that moves the least inertia; None where the joints leave no freedom."""
     bodies = np.arange(system.bodies)
     component = Component(np.arange(system.constraints - system.bodies), bodies)
     free = _null_space(unit_rows(component_rows(system, pose, [component])[0]))
@@ -65,7 +65,7 @@ def least_inertia(system: System, pose: Pose) -> LightMotion | None:
 
 
 def massless_motions(system: System, pose: Pose) -> tuple[MasslessMotion, ...]:
-    """As many motions as null(M) ∩ null(C_q) has directions, each of as few parts as can be; none where Eq. 20 holds.
+    """Return as many motions as null(M) ∩ null(C_q) has directions, each of few parts; none where Eq. 20 holds.
 
     M enters by its null space alone, so ratios of masses do not matter.
     """
@@ -73,8 +73,10 @@ def massless_motions(system: System, pose: Pose) -> tuple[MasslessMotion, ...]:
 
 
 def swamped_motions(system: System, pose: Pose) -> tuple[MasslessMotion, ...]:
-    """Motions that the joints of loops leave to bodies with hardly any mass or inertia beside the others: the forces of
-    these pass through them, and what is left of those is known to ε × the ratio only. Not so in trees."""
+    """Return motions that the joints of loops leave to bodies with hardly any mass or inertia beside the others.
+
+    Forces of heavy bodies pass through such a body, and their sum is known to ε times the ratio of masses only. In
+    trees this does no harm."""
     moments = np.linalg.eigvalsh(system.inertia)
     if (
         system.mass.min() > THRESHOLDS.hardly_any * system.mass.max()
@@ -89,8 +91,8 @@ def swamped_motions(system: System, pose: Pose) -> tuple[MasslessMotion, ...]:
 
 
 def _motions(system: System, pose: Pose, weightless: Array, below: float = 0.0) -> tuple[MasslessMotion, ...]:
-    """Combinations of some directions (n, 6, 6) of each body that no row resists, nor a reflected inertia above a part
-    of the largest that a body has."""
+    """Return combinations of `weightless` directions (n, 6, 6) of each body that no row resists. A reflected inertia
+    resists where it is above the part `below` of the largest of a body."""
     light = np.flatnonzero(weightless.any(axis=(1, 2)))
     if not len(light):
         return ()
@@ -106,7 +108,7 @@ def _motions(system: System, pose: Pose, weightless: Array, below: float = 0.0) 
 
 
 def massless_problem(system: System, motions: tuple[MasslessMotion, ...]) -> Problem:
-    """Why a mechanism with these motions cannot run, at the first body that moves in one."""
+    """Return the problem of a mechanism with these motions, at the first body that moves in one."""
     ((name, _), *_) = motions[0].bodies
     shown = "; ".join(str(motion) for motion in motions[:SHOWN])
     more = f"; and {len(motions) - SHOWN} more" if len(motions) > SHOWN else ""
@@ -119,8 +121,8 @@ def massless_problem(system: System, motions: tuple[MasslessMotion, ...]) -> Pro
 
 
 def _weightless(system: System, below: float) -> Array:
-    """Directions (n, 6, 6) of (δr, δθ in body axes) of each body that take no kinetic energy, or no more than `part` of
-    the largest energy of all. Others are 0."""
+    """Return directions (n, 6, 6) of (δr, δθ in body axes) of each body without kinetic energy, or with no more than
+    the part `below` of the largest. Other directions are 0."""
     found = np.zeros((system.bodies, 6, 6))
     heaviest, widest = system.mass.max(initial=0.0), np.abs(system.inertia).max(initial=0.0)
     for body in range(system.bodies):
@@ -132,8 +134,8 @@ def _weightless(system: System, below: float) -> Array:
 
 
 def _reflected(system: System, pose: Pose, bodies: Integers, below: float) -> Array:
-    """The gradients of the coordinates that have a reflected inertia, in (δr / length, δθ) of these bodies, in units of
-    the length or rad, (k, 6b): what changes one of them moves mass."""
+    """Return the gradients of coordinates with a reflected inertia, in (δr / length, δθ) of these bodies, (k, 6b), in
+    units of the length or rad. A motion that changes such a coordinate moves mass."""
     reflected, is_length = system.reflected, system.reflected.rows.is_length
     largest = np.where(is_length, system.mass.max(initial=0.0), np.abs(system.inertia).max(initial=0.0))
     rows = tangent_gradients(reflected, pose)[:, bodies] * ([system.length] * 3 + [1.0] * 3)
@@ -143,13 +145,13 @@ def _reflected(system: System, pose: Pose, bodies: Integers, below: float) -> Ar
 
 
 def _rows_on(system: System, bodies: Integers) -> Integers:
-    """The rows that hold any of these bodies."""
+    """Return the rows that hold any of these bodies."""
     bound = system.rows
     return np.unique(bound.entry_row[np.isin(bound.body[bound.entry_slot], bodies)])
 
 
 def _null_space(rows: Array) -> Array:
-    """An orthonormal basis (d, z) of what no row resists."""
+    """Return an orthonormal basis (d, z) of the directions that no row resists."""
     if not len(rows):
         return np.eye(rows.shape[1])
     _, values, vectors = np.linalg.svd(np.linalg.qr(rows, mode="r"), full_matrices=True)
@@ -157,8 +159,8 @@ def _null_space(rows: Array) -> Array:
 
 
 def _simple(basis: Array, turns: npt.NDArray[np.bool_]) -> Array:
-    """The same space by reduced rows: Gauss-Jordan elimination with the largest pivots, turns first: the motions of a
-    body about a point are then turns about axes through it."""
+    """Return a basis of the same space with few nonzeros, by Gauss-Jordan elimination with the largest pivots, turns
+    first. The motions of a body about a point are then turns about axes through it."""
     rows, weight = basis.copy(), np.where(turns, 1.0, THRESHOLDS.no_motion)
     for index in range(len(rows)):
         row, column = np.unravel_index(np.argmax(np.abs(rows[index:]) * weight), rows[index:].shape)
@@ -170,7 +172,7 @@ def _simple(basis: Array, turns: npt.NDArray[np.bool_]) -> Array:
 
 
 def _words(system: System, pose: Pose, bodies: Integers, motion: Array) -> Iterator[tuple[str, str]]:
-    """What each body that moves does, from (δr / length, δθ) (b, 6)."""
+    """The motion of each body that moves, in words, from (δr / length, δθ) (b, 6)."""
     largest = np.abs(motion).max()
     for body, part in zip(bodies, motion, strict=True):
         shift, turn = part[:3], pose.rotation[body] @ part[3:]
@@ -179,7 +181,8 @@ def _words(system: System, pose: Pose, bodies: Integers, motion: Array) -> Itera
 
 
 def _motion(length: float, centre: Array, shift: Array, turn: Array) -> str:
-    """A motion of a body whose centre of mass shifts by `shift`, in parts of the length, while it turns."""
+    """Return, in words, the motion of a body that turns while its centre of mass shifts by `shift`, in parts of the
+    length."""
     rate = float(np.linalg.norm(turn))
     if rate <= THRESHOLDS.no_motion * np.linalg.norm(shift):
         return f"shifts along {direction(shift)}"

@@ -26,10 +26,11 @@ __all__ = [
 
 @dataclass(frozen=True)
 class Mobility:
-    """Ranks at one pose. `redundant` counts dependent rows by joint name, each against the joints before it; `locked`
-    names the motions whose coordinates follow from the joints and the motions before them; `massless_motions` are those
-    without kinetic energy (Eq. 20 fails), and there are none where Eq. 20 holds. `rolling`: how many of the rank are of
-    rows at velocity level."""
+    """Ranks at one pose.
+
+    `redundant`: the number of dependent rows by joint name, each row against the joints before it. `locked`: the
+    motions whose coordinates follow from the joints and the motions before them. `massless_motions`: those without
+    kinetic energy; none where Eq. 20 holds. `rolling`: the part of the rank that belongs to rows at velocity level."""
 
     coordinates: int
     constraints: int
@@ -41,12 +42,13 @@ class Mobility:
 
     @property
     def degrees_of_freedom(self) -> int:
-        """7n - rank(C_q): of velocities."""
+        """7n - rank(C_q), the degrees of freedom of velocities."""
         return self.coordinates - self.rank
 
     @property
     def positions(self) -> int:
-        """Directions of poses that rows at position level leave: those of velocities, where nothing rolls."""
+        """The degrees of freedom of poses, which rows at position level alone limit; those of velocities without
+        rolling."""
         return self.degrees_of_freedom + self.rolling
 
     @property
@@ -56,12 +58,12 @@ class Mobility:
 
 
 def full_rank(system: System) -> Mobility:
-    """The ranks of a system whose rows are known to be independent."""
+    """Return the ranks of a system whose rows are known to be independent."""
     return Mobility(7 * system.bodies, system.constraints, system.constraints, {}, ())
 
 
 def mobility(system: System, pose: Pose) -> Mobility:
-    """The ranks of C_q and of Eq. 20 at this pose. Norm rows are independent of all others."""
+    """Return the ranks of C_q and of Eq. 20 at this pose. Norm rows are independent of all others."""
     components, free = loops_of(system), np.ones(system.constraints - system.bodies, dtype=bool)
     for component, rows in zip(components, component_rows(system, pose, components), strict=True):
         order = component.by_level(system)
@@ -81,7 +83,8 @@ def mobility(system: System, pose: Pose) -> Mobility:
 
 
 def unsolvable(system: System, ranks: Mobility) -> list[Problem]:
-    """Why Eq. 14 has no unique solution at this pose: nothing, or redundant joints, or motions without mass."""
+    """Return the causes for which Eq. 14 has no unique solution at this pose: redundant joints, or motions without
+    mass."""
     problems = []
     for name, rows in ranks.redundant.items():
         place = system.joint_places[system.names.joints.index(name)]
@@ -108,7 +111,7 @@ def unsolvable(system: System, ranks: Mobility) -> list[Problem]:
 
 
 def refuse_unsolvable(system: System, ranks: Mobility) -> None:
-    """Raises InputError with what `unsolvable` finds."""
+    """Raise InputError with the problems of `unsolvable`."""
     problems = unsolvable(system, ranks)
     if problems:
         raise InputError(problems)

@@ -1,4 +1,4 @@
-"""Poses that the joints can reach from one pose: what holds at them too holds along the motion."""
+"""Poses that the joints can reach from one pose: a property that holds at these too holds along the motion."""
 
 from __future__ import annotations
 
@@ -22,35 +22,34 @@ from mbproj.model.euler_parameters import matrix_L
 from mbproj.model.system import Conditions, System
 from mbproj.thresholds import THRESHOLDS
 
-#: Directions that are followed, of how many random ones, and their seed.
+#: The number of directions that are followed, the number of random trials for them, and their seed.
 DIRECTIONS, TRIALS, SEED = 3, 12, 6
 NO_CONDITIONS = Conditions(np.zeros(0, dtype=np.intp), np.zeros(0))
 
 
 @dataclass(frozen=True, eq=False)
 class Nearby:
-    """Closed poses within some tenths of the start; `freedom` is the number of directions that the joints leave there
-    to first order, without motions. Where there are such directions and no poses, they lead nowhere."""
+    """Closed poses within some tenths of the start. `freedom`: the number of directions that the joints leave there to
+    first order, without motions. Where there are such directions and no poses, the directions lead nowhere."""
 
     poses: tuple[Pose, ...]
     freedom: int
 
 
 def nearby(system: System, q: Array) -> Nearby:
-    """Poses that the joints reach from q (7n,); motions do not hold them, as they go on in time."""
+    """Return poses that the joints reach from q (7n,); motions do not hold them, as these go on in time."""
     free = replace(system, motions=NO_MOTIONS)
     pose = pose_of(q)
     motions = _motions(free, pose)
-    # Drawn among all motions: round-off decides which basis of those allowed the decomposition gives.
+    # Drawn among all motions, because the basis of the allowed ones that the decomposition gives depends on round-off.
     trials = np.random.default_rng(SEED).normal(size=(TRIALS, 6 * system.bodies)) @ motions.T
     directions = branch_directions(free, pose, motions, trials)[:DIRECTIONS]
     return Nearby(tuple(found for direction in directions for found in _walk(free, q, direction)), len(motions))
 
 
 def _motions(system: System, pose: Pose) -> Array:
-    """An orthonormal basis (f, 6n) of the motions of (δr / length, δθ) that the joints allow. For many bodies random
-    motions take its place, less what the rows resist of them. There are so many that they span no more than a part of
-    them does."""
+    """Return an orthonormal basis (f, 6n) of the motions of (δr / length, δθ) that the joints allow. For many bodies it
+    spans random motions without the part that rows resist. Their number is large enough that some are dependent."""
     if system.bodies <= THRESHOLDS.dense_bodies:
         _, values, vectors = np.linalg.svd(_joint_rows(system, pose), full_matrices=True)
         return np.asarray(vectors[np.count_nonzero(values > THRESHOLDS.dependent) :], dtype=float)
@@ -65,7 +64,7 @@ def _motions(system: System, pose: Pose) -> Array:
 
 
 def _walk(system: System, q: Array, direction: Array) -> Iterator[Pose]:
-    """Poses along a direction (6n,), each some steps further, until one does not close."""
+    """The poses along a direction (6n,), each some steps further, until one does not close."""
     reached = q
     for step in (THRESHOLDS.short_way, 5.0 * THRESHOLDS.short_way):
         motion = _allowed(scaled_rows(system, pose_of(reached), NO_CONDITIONS), direction)
@@ -81,7 +80,8 @@ def _walk(system: System, q: Array, direction: Array) -> Iterator[Pose]:
 
 
 def _allowed(rows: Rows, direction: Array) -> Array:
-    """The part of a direction (6n,), or of several (6n, k), that the rows do not resist, of unit length before."""
+    """Return the part of a direction (6n,), or of several (6n, k), that the rows do not resist; the directions are
+    first scaled to unit length."""
     direction = direction / np.linalg.norm(direction, axis=0)
     for _ in range(2):
         direction = direction - shortest(rows, rows.times(direction))
@@ -89,13 +89,13 @@ def _allowed(rows: Rows, direction: Array) -> Array:
 
 
 def _joint_rows(system: System, pose: Pose) -> Array:
-    """All rows as one component of all bodies, of unit length, (k, 6n)."""
+    """Return all rows with unit length, (k, 6n), as those of one component of all bodies."""
     everything = Component(np.arange(system.constraints - system.bodies), np.arange(system.bodies))
     return unit_rows(component_rows(system, pose, [everything])[0])
 
 
 def _far(system: System, q: Array, start: Array) -> float:
-    """How far the body that moved most did, in rad or parts of the length."""
+    """Return the largest displacement of a body between two poses, in rad or parts of the length."""
     now, then = q.reshape(-1, 7), start.reshape(-1, 7)
     shift = np.abs(now[:, :3] - then[:, :3]).max() / system.length
     turn = 2.0 * np.abs(matrix_L(then[:, 3:]) @ now[:, 3:, None]).max()

@@ -1,9 +1,9 @@
-"""Redundant rows of C_q: the smallest sets of rows of joints and motions that depend on each other. It tells whether
-they do so along the whole motion or at one pose only, and with a contradiction or without.
+"""Redundant rows of C_q: the smallest sets of rows of joints and motions that depend on each other. They may do so
+along the whole motion or at one pose only, and with a contradiction or without.
 
 A set is a circuit: leave one row out, and the others are independent. The basis is the earliest rows that are
-independent at the start, and those besides that are so at poses nearby; each other row depends on it for good, and each
-of these besides at the start only, so that no set mixes the two.
+independent at the start, and further rows that are independent at poses nearby. A row outside the basis depends on it
+permanently; a further row does so at the start only. So no set mixes the two.
 """
 
 from __future__ import annotations
@@ -27,13 +27,14 @@ from mbproj.thresholds import THRESHOLDS
 
 @dataclass(frozen=True, eq=False)
 class DependentSet:
-    """Rows of C that depend on each other: `rows` counted without the norm rows, the one that depends on the others
-    first, in the `unit` m or rad, and what each holds. `weights` are their coefficients in Σ weight · row = 0 of C_q at
-    the start, 1 for the first.
+    """Rows of C that depend on each other, in the `unit` m or rad.
+
+    `rows` are counted without the norm rows; the one that depends on the others comes first. `held` describes each.
+    `weights` are their coefficients in Σ weight · row = 0 of C_q at the start, 1 for the first.
 
     `permanent`: whether they depend on each other along the motion, or only at this pose; None where that was not
-    examined. `residual`: the differences of the velocities and the accelerations that they ask for at the start, in
-    that unit per s and per s²; 0 where it is round-off."""
+    examined. `residual`: the contradictions of the velocities and the accelerations that they require at the start, in
+    the unit per s and per s²; 0 where these are round-off."""
 
     rows: tuple[int, ...]
     unit: str
@@ -49,17 +50,17 @@ class DependentSet:
 
     @property
     def motions(self) -> tuple[str, ...]:
-        """The motions that drive what follows from the joints and each other."""
+        """The motions among the rows: their coordinates follow from the joints and each other."""
         return tuple(row.name for row in self.held if row.kind == "motion")
 
 
 @dataclass(frozen=True, eq=False)
 class Redundancy:
-    """The dependent sets of a mechanism, one for each row that is too many.
+    """The dependent sets of a mechanism, one for each redundant row.
 
-    `freedom`: directions that the joints leave at the start, to first order; `moves`: whether one leads to another
-    pose. Both are None where no row is redundant, or the mechanism is too large to be moved. `left_out`: bodies of the
-    largest component that is too large for its rows to be told apart, 0 where there is none."""
+    `freedom`: the number of directions that the joints leave at the start, to first order. `moves`: whether one of them
+    leads to another pose. Both are None where no row is redundant, or the mechanism is too large for the search.
+    `left_out`: the number of bodies of the largest component that is too large to be examined, 0 without one."""
 
     sets: tuple[DependentSet, ...]
     freedom: int | None = None
@@ -68,15 +69,15 @@ class Redundancy:
 
     @property
     def is_constant(self) -> bool:
-        """Whether all sets are of joints alone, permanent and without contradiction: rows may then be dropped, and no
-        motion changes."""
+        """Whether all sets are of joints alone, permanent and without contradiction: rows can then be dropped without
+        any effect on the motion."""
         return not self.left_out and all(
             entry.permanent and not entry.contradictory and not entry.motions for entry in self.sets
         )
 
 
 def redundancy(system: System, state: State) -> Redundancy:
-    """The redundant rows at a closed state. Components of more than `large` bodies are left out."""
+    """Return the redundant rows at a closed state. Components of more than `large` bodies are left out."""
     pose, components = pose_of(state.q), loops_of(system)
     left_out = max(
         (len(component.bodies) for component in components if len(component.bodies) > THRESHOLDS.large), default=0
@@ -106,7 +107,7 @@ def redundancy(system: System, state: State) -> Redundancy:
 
 @dataclass(frozen=True, eq=False)
 class _Dependence:
-    """A component with its rows at the start, those independent of the rows before them, and the others."""
+    """A component with its rows at the start: those independent of the rows before them, and the others."""
 
     component: Component
     rows: Array
@@ -115,7 +116,7 @@ class _Dependence:
 
 
 def _circuits(system: System, part: _Dependence, around: Nearby | None) -> Iterator[tuple[list[int], bool | None]]:
-    """Rows of the component that make a dependent set, the dependent one first, and whether they do so for good."""
+    """The dependent sets of a component as lists of rows, the dependent one first, and whether each is permanent."""
     here = unit_rows(part.rows)
     if around is None or not around.freedom:
         stays = None if around is None else True

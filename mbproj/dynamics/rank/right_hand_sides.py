@@ -1,4 +1,4 @@
-"""What the rows of C ask of velocities and accelerations, and whether rows that depend on each other agree on it."""
+"""Right-hand sides of the rows of C for velocities and accelerations, and contradictions between dependent rows."""
 
 from __future__ import annotations
 
@@ -22,9 +22,10 @@ TINY = float(np.finfo(float).tiny)
 
 @dataclass(frozen=True, eq=False)
 class RightHandSides:
-    """-C_t and γ of Eqs. 5 and 7 for the rows but the norm rows, (k,) each, in units of the length or rad. `quadratic`
-    is γ without -C_tt: quadratic in the bodies' velocities, which `moving` holds as (r' / length, ω), (n, 6). `speed`
-    is how large velocities can be expected to be, per s, and `doubt` the part to which they are not known."""
+    """-C_t and γ of Eqs. 5 and 7 for the rows but the norm rows, (k,) each, in units of the length or rad.
+
+    `quadratic` is γ without -C_tt: it is quadratic in the bodies' velocities `moving`, (r' / length, ω), (n, 6).
+    `speed` is the expected size of velocities, per s. `doubt` is the relative error of the velocities."""
 
     velocity: Array
     acceleration: Array
@@ -34,8 +35,8 @@ class RightHandSides:
     doubt: float = 0.0
 
     def within(self, component: Component, rows: Array) -> RightHandSides:
-        """The same with the doubt about the velocities of a component: the part of them that its `rows` do not allow.
-        Of a component at rest that is all there is, as round-off leaves it a velocity, however small."""
+        """Return the right-hand sides with the `doubt` of a component: the part of its velocities that its `rows` do
+        not allow. For a component at rest this is all of its velocity, which is round-off."""
         moving, unit = self.moving[component.bodies].ravel(), unit_rows(rows)
         length = np.maximum(np.linalg.norm(rows, axis=1), THRESHOLDS.dependent)
         left = unit @ moving - self.velocity[component.rows] / length
@@ -43,7 +44,8 @@ class RightHandSides:
         return replace(self, doubt=float(wrong / max(np.abs(moving).max(), TINY)))
 
     def disagreement(self, rows: Integers, weights: Array) -> tuple[float, float]:
-        """Σ weight · side of rows whose weighted sum is 0 in C_q, for velocity and acceleration; round-off is 0."""
+        """Return Σ weight · side of rows whose weighted sum is 0 in C_q, for velocity and acceleration; round-off
+        counts as 0."""
         largest = float(np.abs(weights).max())
         quadratic = float(np.abs(weights * self.quadratic[rows]).sum()) + largest * self.speed**2
         return (
@@ -53,13 +55,13 @@ class RightHandSides:
 
 
 def _beyond(parts: Array, round_off: float) -> float:
-    """The size of a sum; 0 where it is round-off."""
+    """Return the size of a sum; 0 where it is round-off."""
     off = abs(float(parts.sum()))
     return off if off > round_off + THRESHOLDS.dependent * float(np.abs(parts).sum()) else 0.0
 
 
 def right_hand_sides(system: System, state: State) -> RightHandSides:
-    """The right-hand sides at a state."""
+    """Return the right-hand sides at a state."""
     pose, n = pose_of(state.q), system.bodies
     twist, drive = twist_of(pose, state.v), drive_at(system, state.t)
     scale = system.row_scale[n:]
@@ -76,8 +78,8 @@ def right_hand_sides(system: System, state: State) -> RightHandSides:
 
 
 def tangent_gamma(system: System, pose: Pose, twist: Twist, drive: Drive) -> Array:
-    """γ of the rows but the norm rows, (k,), for accelerations in (r'', ω'): the part of Λ'' that keeps |Λ|, which the
-    norm rows ask for, is -|Λ'|² Λ."""
+    """Return γ of the rows but the norm rows, (k,), for accelerations in (r'', ω'). The part of Λ'' that keeps |Λ|,
+    which the norm rows require, is -|Λ'|² Λ."""
     kept = np.zeros((system.bodies, 7))
     kept[:, 3:] = -np.sum(twist.rate[:-1] ** 2, axis=1, keepdims=True) * pose.orientation[:-1]
     change = twist_of(pose, kept.ravel())

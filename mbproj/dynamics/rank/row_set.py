@@ -1,13 +1,13 @@
-"""Solve with these rows: which combinations of the rows of C_q are held at a pose, a function of what a step is given.
+"""Combinations of the rows of C_q that are held at a pose, as a function of a `RowSet`.
 
-All rows, where they are independent. Where some follow from the others, as many combinations as there are independent
-rows. Near a singular pose, those that still have a gradient. A `RowSet` is constant within a step: equal input has
-equal bits in any order of calls. Which set a step is given is the answer of the `RowPolicy`.
+All rows are held where they are independent. Where some follow from the others, as many combinations are held as there
+are independent rows. Near a singular pose, those are held that still have a gradient. A `RowSet` is constant within a
+step: equal input gives equal bits in any order of calls. The `RowPolicy` chooses the set of a step.
 
-Near a singular pose a combination at the distance σ from dependence closes σ w + ½ κ w² = -c for the violation c:
+Near a singular pose a combination at the distance σ from dependence closes σ w + ½ κ w² = -c for the violation c.
 Newton's method finds the root on the motion's own branch only where c is small against σ² (Kantorovich). An
 acceleration that divides a stage's violation by σ errs without bound. Its multiplier stays finite where the motion goes
-on, so that leaving the combination out errs by σ at most.
+on, so that leaving the combination out causes an error of σ at most.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ from mbproj.thresholds import THRESHOLDS
 
 @dataclass(frozen=True, eq=False)
 class RowSet:
-    """What decides which rows a step holds: how many are `redundant`, whether poses are looked at closely (`watching`),
-    and the `largest` distances from dependence so far, (m,), or (1,) with redundant rows. `multipliers` (m,) are those
-    of the last pose that was far from singular ones; rows that are left out keep theirs."""
+    """The data that decide which rows a step holds: the number of `redundant` rows, and whether singular poses are
+    looked for (`watching`). `largest`: the largest distances from dependence so far, (m,), or (1,) with redundant rows.
+    `multipliers` (m,): those of the last pose far from singular ones; rows that are left out keep theirs."""
 
     system: System
     redundant: int
@@ -41,17 +41,17 @@ class RowSet:
 
     @classmethod
     def regular(cls, system: System, redundant: int = 0) -> RowSet:
-        """All independent rows, without a look at singular poses."""
+        """Return the set of all independent rows, without a look at singular poses."""
         largest = np.full(system.constraints if not redundant else 1, THRESHOLDS.dependent)
         return cls(system, redundant, False, largest, np.zeros(system.constraints))
 
     def to_close(self, pose: Pose, C: Array) -> HeldRows:
-        """The rows that correct a position which violates them by C."""
+        """Return the rows that correct a position whose violation is C."""
         C_q = jacobian(self.system, pose)
         return self._held(C_q, lambda sigma, weights: sigma**2 < THRESHOLDS.apart * abs(float(weights @ C)))
 
     def to_move(self, pose: Pose, drive: Drive, v: Array | None = None) -> HeldRows:
-        """The rows that velocities are to meet at a pose, or accelerations, where the velocity v counts as well."""
+        """Return the rows that velocities meet at a pose; with the velocity v, those that accelerations meet."""
         C_q = jacobian(self.system, pose)
         C = rates = np.zeros(self.system.constraints)
         if self.watching:
@@ -66,7 +66,8 @@ class RowSet:
         return self._held(C_q, is_blind)
 
     def distances(self, C_q: Array) -> Array:
-        """Of the rows from the span of those before them, (m,); with redundant rows that of all together, (1,)."""
+        """Return the distance of each row from the span of those before it, (m,); with redundant rows, of all together,
+        (1,)."""
         rows, _ = self._scaled(C_q)
         if not self.redundant:
             return row_distances(rows)
@@ -74,13 +75,13 @@ class RowSet:
         return np.asarray(np.linalg.svd(rows, compute_uv=False)[rank - 1 : rank])
 
     def part(self, distances: Array) -> tuple[float, float]:
-        """The smallest distance, as a part of the largest, and that."""
+        """Return the smallest distance as a part of the largest, and that largest."""
         parts = distances / self.largest
         row = int(np.argmin(parts))
         return float(parts[row]), float(self.largest[row])
 
     def _held(self, C_q: Array, is_blind: Callable[[float, Array], bool]) -> HeldRows:
-        """All rows where they are independent, or their combinations."""
+        """Return all rows where they are independent, else combinations of them."""
         if not self.redundant and not self.watching:
             return HeldRows(C_q)
         rows, factors = self._scaled(C_q)
@@ -100,7 +101,7 @@ class RowSet:
         largest: float,
         is_blind: Callable[[float, Array], bool],
     ) -> HeldRows:
-        """Combinations by singular values, of which those are left out near a singular pose that are blind."""
+        """Return combinations by singular values. Near a singular pose those that are blind are left out."""
         if self.redundant and self.system.rolls:
             return self._by_level(C_q, rows, factors)
         U, sigma, _ = np.linalg.svd(rows)
@@ -122,8 +123,8 @@ class RowSet:
         return HeldRows(held.T @ C_q, held, out, U[:, kept:rank] / factors[:, None], out.T @ C_q, nearness=part)
 
     def _by_level(self, C_q: Array, rows: Array, factors: Array) -> HeldRows:
-        """Combinations of the rows at position level, and then what rows at velocity level ask for beyond these: no
-        combination of both leaves a part of a joint open."""
+        """Return combinations of the rows at position level, and then the part of the rows at velocity level beyond
+        these. A combination of both levels would leave a part of a joint open."""
         held, slow = ~self.system.is_velocity, self.system.is_velocity
         U, sigma, V = np.linalg.svd(rows[held])
         first = int(np.count_nonzero(sigma > THRESHOLDS.dependent))
@@ -141,14 +142,14 @@ class RowSet:
         return HeldRows(weights.T @ C_q, weights, nearness=self.part(self.distances(C_q))[0], shares=shares)
 
     def _smallest(self, weights: Array, idle: Array) -> Array:
-        """Combinations (m, r) with the smallest λ of joints and motions, forces times the mechanism's length: less what
-        acts on no body, `idle` (m, d)."""
+        """Return combinations (m, r) with the smallest λ of joints and motions, forces times the mechanism's length.
+        The part along `idle` (m, d), which acts on no body, is subtracted."""
         n = self.system.bodies
         weighed, own = (self.system.row_scale[n:, None] * part[n:] for part in (weights, idle))
         return np.asarray(weights - idle @ np.linalg.lstsq(own, weighed, rcond=None)[0])
 
     def _scaled(self, C_q: Array) -> tuple[Array, Array]:
-        """Rows of unit length, lengths in the mechanism's own, and the factors that make them so."""
+        """Return rows of unit length, lengths in the mechanism's own, and the factors that scale them."""
         rows = C_q * lengths(self.system)
         length = np.linalg.norm(rows, axis=1)
         counts = length > THRESHOLDS.dependent * self.system.row_scale
@@ -157,10 +158,10 @@ class RowSet:
 
 
 def lengths(system: System) -> Array:
-    """The units of a change of q, (7n,): the mechanism's length of r, 1 of Λ."""
+    """Return the units of a change of q, (7n,): the mechanism's length for r, 1 for Λ."""
     return np.tile([system.length] * 3 + [1.0] * 4, system.bodies)
 
 
 def in_lengths(system: System, v: Array) -> Array:
-    """A change of q with the mechanism's own lengths as unit: r / length and Λ."""
+    """Return a change of q in units of the mechanism's length: r / length and Λ."""
     return v / lengths(system)

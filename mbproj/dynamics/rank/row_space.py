@@ -1,4 +1,4 @@
-"""Linear dependence of rows, and nothing else: who depends on whom, and how far the others are from it."""
+"""Linear dependence of rows: which rows depend on which, and the distance of the others from dependence."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from mbproj.thresholds import THRESHOLDS
 
 
 def scaled_jacobian(system: System, pose: Pose) -> Array:
-    """C_q with lengths in units of the system's length and each row of unit length, (m, 7n)."""
+    """Return C_q with lengths in units of the system's length and each row of unit length, (m, 7n)."""
     C_q = jacobian(system, pose).reshape(system.constraints, -1, 7)
     C_q[..., :3] *= system.length
     return unit_rows(C_q.reshape(system.constraints, -1) / system.row_scale[:, None])
 
 
 def unit_rows(rows: Array) -> Array:
-    """The rows, which are of the order of 1, with unit length; those without length as 0."""
+    """Return the rows, which are of the order of 1, scaled to unit length; rows of zero length become 0."""
     length = np.linalg.norm(rows, axis=1, keepdims=True)
     return np.asarray(
         np.where(length > THRESHOLDS.dependent, rows / np.maximum(length, THRESHOLDS.dependent), 0.0), dtype=float
@@ -30,9 +30,10 @@ def unit_rows(rows: Array) -> Array:
 
 
 def row_distances(rows: Array) -> Array:
-    """The distance of each row from the span of the rows before it, (m,): the diagonal of R in QR of the transpose.
+    """Return the distance of each row from the span of the rows before it, (m,): the diagonal of R in QR of the
+    transpose.
 
-    A row beyond the number of columns has no distance left and gets 0.
+    A row beyond the number of columns has the distance 0.
     """
     count, columns = rows.shape
     distances = np.zeros(count)
@@ -44,7 +45,8 @@ def row_distances(rows: Array) -> Array:
 
 
 def _distances_by_elimination(rows: Array) -> Array:
-    """The same where rows are dependent: R's diagonal would then pass the defect on to rows that are independent."""
+    """Return the distances of dependent rows. The diagonal of R would spread the defect to rows that are
+    independent."""
     basis, size = np.zeros((min(rows.shape), rows.shape[1])), 0
     distances = np.zeros(len(rows))
     for index, row in enumerate(rows):
@@ -59,16 +61,17 @@ def _distances_by_elimination(rows: Array) -> Array:
 
 
 def split(rows: Array, order: Sequence[int] | Integers) -> tuple[Integers, Integers]:
-    """The rows taken in this `order` that are independent of those before them, and the others."""
+    """Return the rows, in this `order`, that are independent of those before them, and the others."""
     order = np.asarray(order, dtype=np.intp)
     free = row_distances(rows[order]) > THRESHOLDS.dependent
     return order[free], order[~free]
 
 
 def shares(rows: Array, basis: Integers, dependent: Integers) -> Array:
-    """The coefficients (d, b) with which independent rows make up those that depend on them; round-off is 0.
+    """Return the coefficients (d, b) of the `dependent` rows in the independent rows `basis`; round-off is set to 0.
 
-    A dependent row and the rows that have a share in it are a circuit: leave one out, and the others are independent.
+    A dependent row and the rows with a nonzero coefficient are a circuit: leave one out, and the others are
+    independent.
     """
     found = np.linalg.lstsq(rows[basis].T, rows[dependent].T, rcond=None)[0].T
     largest = np.maximum(np.abs(found).max(axis=1, initial=0.0, keepdims=True), 1.0)
@@ -76,8 +79,8 @@ def shares(rows: Array, basis: Integers, dependent: Integers) -> Array:
 
 
 def self_stresses(system: System, pose: Pose) -> Array:
-    """A basis of the multipliers λ (d, k) of joints and motions that exert nothing on any body, Gᵀλ = 0, one for each
-    redundant row; torques are of the order of 1, and forces of 1 / length."""
+    """Return a basis of the multipliers λ (d, k) of joints and motions without a force on any body, Gᵀλ = 0. There is
+    one for each redundant row; torques are of the order of 1, and forces of 1 / length."""
     components = [component for component in loops_of(system) if len(component.bodies) <= THRESHOLDS.large]
     scale = system.row_scale[system.bodies :]
     found = [np.zeros((0, len(scale)))]

@@ -1,4 +1,4 @@
-"""What a row of C holds, in words: whose it is, and along or about which direction it acts on body 2."""
+"""Words for a row of C: its owner, and the direction along or about which it acts on body 2."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ from mbproj.thresholds import THRESHOLDS
 
 @dataclass(frozen=True)
 class NamedRow:
-    """A row of a joint, or of a motion: its owner's name, and what it holds, as "along x" or "about [0.6, 0, 0.8]"."""
+    """A row of a joint or of a motion: its owner's name, and the direction it holds, as "along x" or "about [0.6, 0,
+    0.8]"."""
 
     kind: str
     name: str
@@ -24,7 +25,7 @@ class NamedRow:
 
 
 def name_rows(system: System, pose: Pose) -> list[NamedRow]:
-    """Every row of C but the norm rows, in their order; directions are global, at this pose."""
+    """Return a name for every row of C but the norm rows, in their order; directions are global, at this pose."""
     joints = [
         NamedRow("joint", system.names.joints[owner], holds)
         for owner, holds in zip(system.joints.owner, _held(system.joints, pose), strict=True)
@@ -33,7 +34,7 @@ def name_rows(system: System, pose: Pose) -> list[NamedRow]:
 
 
 def listed(rows: Iterable[NamedRow], most: int | None = None) -> str:
-    """Rows as one reads them, gathered by owner: "joint 'A' (along y, about x), motion 'm'"; at most so many owners."""
+    """Return rows in words, gathered by owner: "joint 'A' (along y, about x), motion 'm'"; at most `most` owners."""
     gathered: dict[tuple[str, str], list[str]] = {}
     for row in rows:
         gathered.setdefault((row.kind, row.name), []).append(row.holds)
@@ -45,7 +46,7 @@ def listed(rows: Iterable[NamedRow], most: int | None = None) -> str:
 
 
 def direction(vector: Array) -> str:
-    """A direction as one reads it: x, y or z where it is one of these, else its components; its sign does not count."""
+    """Return a direction in words: x, y or z where it is one of these, else its components, regardless of sign."""
     unit = vector / np.linalg.norm(vector)
     for axis, name in enumerate("xyz"):
         if abs(unit[axis]) > 1.0 - THRESHOLDS.one_direction:
@@ -55,7 +56,8 @@ def direction(vector: Array) -> str:
 
 
 def _held(bound: PrimitiveSet, pose: Pose) -> list[str]:
-    """What each row holds: how body 2 would have to shift, or turn, to change it."""
+    """Return, for each row, the direction along which body 2 would shift, or about which it would turn, to change
+    it."""
     x = attached(pose, *slots_of(bound))
     gradient = bound.gradient_entries(x)
     on_body_2 = (bound.side[bound.entry_slot] == 2)[:, None]

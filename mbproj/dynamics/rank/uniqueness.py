@@ -1,4 +1,4 @@
-"""Which components of the joints' reactions C determines: those that no forces in balance with themselves add to."""
+"""The components of the joints' reactions that C determines: those to which no self-equilibrated forces contribute."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ Marks = npt.NDArray[np.bool_]
 
 
 def indeterminate(system: System, pose: Pose) -> tuple[Marks, Marks]:
-    """Components of each joint's reaction force and torque, (nj, 3) each, global axes, that are not unique at this
-    pose: multipliers λ with Gᵀλ = 0 change them. None is where no row is redundant.
+    """Return whether each component of the joints' reaction forces and torques is not unique at this pose, (nj, 3)
+    each, global axes. Multipliers λ with Gᵀλ = 0 change such a component; there is none without redundant rows.
 
-    A mechanism of components of more than `large` bodies is taken to have no redundant rows there.
+    Components of more than `large` bodies are taken to have no redundant rows.
     """
     stresses = self_stresses(system, pose)
     force, torque = reactions(system, pose, stresses)
@@ -32,8 +32,10 @@ def indeterminate(system: System, pose: Pose) -> tuple[Marks, Marks]:
 
 
 def unique_components(system: System, state: State) -> dict[str, Marks]:
-    """Which components of the joints' reactions are unique, (nj, 3), by their paths in a results file: those that are
-    so at the start and, for few bodies, at poses nearby. Empty where a loop has too many bodies to tell."""
+    """Return whether each component of the joints' reactions is unique, (nj, 3), by its path in a results file.
+
+    A component is unique if it is so at the start and, for few bodies, at poses nearby. The result is empty where a
+    loop has too many bodies for a decision."""
     loops = loops_of(system)
     if max((len(loop.bodies) for loop in loops), default=0) > THRESHOLDS.large:
         return {}

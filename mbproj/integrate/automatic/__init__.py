@@ -1,1 +1,1 @@
-"""The choice of `integrator: auto`: an explicit method until a force holds it up, an implicit one until none does."""
+"""The choice of `integrator: auto`: an explicit method until a force slows it down, an implicit one until none does."""

@@ -1,6 +1,6 @@
-"""Whether another method would get on faster: told by a trial of some steps, of which the run itself knows nothing. No
-model of stability says when one is due: it is where the run has become slower, and else where trials have taken little
-of the work so far."""
+"""Decides by a trial whether the other method would be faster. A trial makes some steps that do not enter the run. It
+is made where the run has become slower, and else where trials have taken little of the work so far. No model of
+stability is used."""
 
 from __future__ import annotations
 
@@ -19,27 +19,28 @@ from mbproj.integrate.stiff.modes_at_a_step import FastModes, against
 from mbproj.registry import WHERE_SMOOTH, WHERE_STIFF
 from mbproj.thresholds import THRESHOLDS
 
-#: Steps of a method from a mark on, with a tally of their own, to where somebody ends it.
+#: Makes the steps of a method from a mark on, with their own tally, until its `Looks` end them.
 March = Callable[[str, Mark, Tally, Looks], Iterator[Samples | None]]
 
 
 def handed_over(standing: Standing) -> Mark:
-    """The mark from which another method goes on: what is its own it finds anew, and it knows of no error before."""
+    """Return the mark from which another method continues: it starts without this method's own data and without an
+    error of the step before."""
     return {**standing.mark, "anew": True, "previous_error": THRESHOLDS.least_error_before, "rejected": False}
 
 
 class Found(NamedTuple):
-    """What a look has found: the other method, where that is quicker from here on, and whether the run's end has
-    `shaped` the answer: a longer run may find another one."""
+    """The result of a look: the switch to the other method, None where this one stays. `shaped`: whether the run's end
+    has influenced the result, so that a longer run may give another one."""
 
     switch: Switch | None = None
     shaped: bool = False
 
 
 def decide(plan: Plan, standing: Standing, modes: Callable[[Standing], FastModes], march: March, leg: Leg) -> Found:
-    """Whether the other method is quicker from here on in a leg; the plan takes note of the look."""
+    """Return whether the other method is faster from here on in a leg; the plan records the look."""
     t, evaluations = standing.mark["t"], standing.evaluations
-    sampled = int((t - plan.since.time) / leg.interval)  # what samples cost, they cost by any method
+    sampled = int((t - plan.since.time) / leg.interval)  # samples cost the same by any method
     own = _speed((plan.since.time, plan.since.evaluations), (t, evaluations - sampled))
     found = Found()
     if plan.is_due(own, standing.attempts, evaluations):
@@ -58,14 +59,15 @@ def decide(plan: Plan, standing: Standing, modes: Callable[[Standing], FastModes
 
 
 def _fastest(standing: Standing, modes: FastModes) -> tuple[str, float]:
-    """What makes the fastest mode, and ω h of an explicit step of the size at hand; "" where all are slow."""
+    """Return the owner of the fastest mode, and ω h for an explicit step of this size; "" and 0 where all modes are
+    slow."""
     found = modes.fastest(standing.state(), standing.mark["h"])
     return ("", 0.0) if found is None else (found[0], against(WHERE_SMOOTH, standing.mark["h"], *found).omega_h)
 
 
 def _pays(plan: Plan, standing: Standing, own: float, other: str, march: March, end: float) -> tuple[bool, bool]:
-    """Whether a trial of the other method gets on faster than this one, at its `own` speed; and whether the run's end
-    has cut it short. It goes on while it becomes faster, and may halt at an event before."""
+    """Return whether a trial of the other method is faster than this one, at the speed `own`. Return also whether the
+    run's end has cut the trial short. A trial goes on while it becomes faster, and may halt at an event before."""
     tally, reached = Tally(), [(standing.mark["t"], standing.evaluations)]
     dearer = 1.0 / THRESHOLDS.implicit_cost if plan.is_stiff else THRESHOLDS.implicit_cost
     enough, shaped = THRESHOLDS.quicker * dearer * own, False
@@ -98,5 +100,5 @@ def _pays(plan: Plan, standing: Standing, own: float, other: str, march: March, 
 
 
 def _speed(before: tuple[float, int], after: tuple[float, int]) -> float:
-    """Simulated time for an evaluation, s."""
+    """Return the simulated time for one evaluation, in s."""
     return (after[0] - before[0]) / max(after[1] - before[1], 1)

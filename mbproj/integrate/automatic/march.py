@@ -1,4 +1,4 @@
-"""The march of `integrator: auto`: by one method after the other, as its plan says."""
+"""The march of `integrator: auto`: it runs one method after the other, as its plan says."""
 
 from __future__ import annotations
 
@@ -17,17 +17,19 @@ from mbproj.integrate.outcome.tally import Tally
 from mbproj.integrate.stiff.modes_at_a_step import FastModes, can_be_fast
 from mbproj.model.system import System
 
-#: The modes where a run stands, with the contacts there.
+#: Returns the fast modes where a run stands, with the contacts there.
 Modes = Callable[[Standing], FastModes]
-#: Samples by a method, from a mark on, to where looks end them.
+#: Yields samples by a method, from a mark on, until looks end them.
 By = Callable[[str, Marks, Tally, Looks | None], Iterator[Samples | None]]
 
 
 @dataclass
 class _Part:
-    """Scratch of the part of a leg that one method makes: its marks; the plan that belongs to the newest of them; the
-    mark that holds until there is one; from where another method goes on. `final`: the mark that holds once the end has
-    had a say in the plan."""
+    """Scratch for the part of a leg that one method makes.
+
+    `marks` are its marks, and `plan` belongs to the newest of them. `before` is the mark that holds until there is one.
+    `left` is the mark from which another method continues. `final` is the mark that holds once the run's end has
+    influenced the plan."""
 
     marks: Marks
     plan: dict[str, Any]
@@ -36,7 +38,7 @@ class _Part:
     final: Mark | None = None
 
     def newest(self) -> Mark:
-        """Where a longer run goes on from."""
+        """Return the mark from which a longer run continues."""
         if self.final is not None:
             return self.final
         own = self.marks.newest()
@@ -44,19 +46,20 @@ class _Part:
 
 
 class Automatic:
-    """Scratch of a run: its plan, which is kept from leg to leg, and whether the run's end has shaped that."""
+    """Scratch of a run: its plan, which is kept from leg to leg, and whether the run's end has influenced it
+    (`shaped`)."""
 
     def __init__(self) -> None:
         self.plan, self.shaped = Plan(), False
 
     def told(self) -> tuple[str, ...]:
-        """What its methods have done, for the report."""
+        """Return lines for the report on the methods used."""
         return told(self.plan)
 
     def march(
         self, system: System, modes: Modes, by: By, leg: Leg, tally: Tally, marks: Marks
     ) -> Iterator[Samples | None]:
-        """Samples of a leg from its start to its end, or from a mark on, by methods that step on `by` themselves."""
+        """Yield samples of a leg from its start, or from a mark on, to its end. `by` makes the steps of each method."""
         mark, before, final = marks.resumed, START, None
         if mark:
             with resuming():

@@ -1,4 +1,4 @@
-"""Which method makes the steps, since when, and when that is looked at again: plain data, saved with a run's marks."""
+"""The plan of `integrator: auto`: the method in use, since when, and the next look. It is saved with a run's marks."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from mbproj.integrate.outcome.tally import Tally
 from mbproj.registry import WHERE_SMOOTH, WHERE_STIFF
 from mbproj.thresholds import THRESHOLDS
 
-#: Whose the events are at which another method goes on.
+#: The owner of events at which the method changes.
 OWNER = "integrator"
-#: So many changes of the method are told.
+#: The most changes of the method that the report lists.
 MOST_TOLD = 4
 
 
 class Switch(NamedTuple):
-    """From `time` on (s) the steps are made by `method`: because `where` ("force 'bush'") made |hλ| `omega_h` of an
-    explicit step; "" and 0 where nothing holds explicit steps up any more."""
+    """A change: from `time` on (s) `method` makes the steps. For a change to the implicit method, `where` ("force
+    'bush'") is the cause, with |hλ| = `omega_h` for an explicit step; else they are "" and 0."""
 
     time: float
     method: str
@@ -32,13 +32,13 @@ class Switch(NamedTuple):
 
     @property
     def event(self) -> Event:
-        """What the results file records."""
+        """The event for the results file."""
         why = f", for {self.where} (ω h = {self.omega_h:.3g})" if self.where else ""
         return Event(self.time, OWNER, f"{self.method} goes on{why}")
 
 
 class Since(NamedTuple):
-    """Where the last look was: the time (s), and what was counted until then; less than 0 in a leg before."""
+    """The time (s) of the last look, and the counts at it; below 0 where it was in an earlier leg."""
 
     time: float = 0.0
     steps: int = 0
@@ -47,10 +47,12 @@ class Since(NamedTuple):
 
 @dataclass
 class Plan:
-    """Scratch of a run. Steps and evaluations are counted from the start of the leg at hand. `due`: the steps tried at
-    which the next look is; `trial`: those from which on a trial is due at the latest; `best`: the highest speed since
-    the last trial, in s for an evaluation; `failed`: trials in a row that did not pay; `trials` and `tried`: all
-    trials, and the evaluations that they took; `spent`: the run's own in the legs before."""
+    """Scratch of a run. Steps and evaluations are counted from the start of the current leg.
+
+    `due`: the number of attempted steps at the next look. `trial`: the number at which a trial is due at the latest.
+    `best`: the highest speed since the last trial, in s for an evaluation. `failed`: the number of failed trials in a
+    row. `trials` and `tried`: the number of all trials, and of their evaluations. `spent`: the run's own evaluations in
+    earlier legs."""
 
     method: str = WHERE_SMOOTH
     due: int = THRESHOLDS.look_steps
@@ -69,25 +71,25 @@ class Plan:
         return self.method == WHERE_STIFF
 
     def is_due(self, speed: float, attempts: int, evaluations: int) -> bool:
-        """Whether a run at this speed, in s for an evaluation, tries the other method: it has slowed down, or has not
-        tried for long; and trials have not taken much."""
+        """Whether a run at this speed, in s for an evaluation, should try the other method. That is so where it has
+        slowed down or the last trial is long ago, and trials have not taken too much of the work."""
         self.best = max(self.best, speed)
         affordable = self.trials < 2 or self.tried < THRESHOLDS.trial_part * (self.spent + evaluations)
         return affordable and (attempts >= self.trial or speed < THRESHOLDS.slowed * self.best)
 
     def take(self, switch: Switch) -> None:
-        """Another method makes the steps from here on."""
+        """Change to the method of `switch`."""
         self.method, self.failed = switch.method, -1
         self.switches.append(switch)
 
     def begin(self, speed: float, attempts: int) -> None:
-        """A trial has ended, after steps that got on so fast."""
+        """Record the end of a trial, with the run's speed before it in s for an evaluation."""
         self.failed += 1
         self.best = 0.0 if self.failed == 0 else speed
         self.trial = attempts + THRESHOLDS.look_steps * 2 ** min(self.failed, THRESHOLDS.longest_wait)
 
     def end_leg(self, counted: Tally) -> None:
-        """Counts from here on, where a leg has ended that has counted so much."""
+        """Shift the counts to the start of a new leg, with those of the leg that has ended."""
         self.due -= counted.steps + counted.rejected_steps
         self.trial -= counted.steps + counted.rejected_steps
         self.spent += counted.evaluations
@@ -95,13 +97,13 @@ class Plan:
         self.since = Since(time, steps - counted.steps, evaluations - counted.evaluations)
 
     def implicit_at(self, times: Array) -> Flags:
-        """Whether the implicit method made the steps there, (T,)."""
+        """Whether the implicit method made the steps at these times, (T,)."""
         starts = np.array([switch.time for switch in self.switches])
         stiff = np.array([False, *(switch.method == WHERE_STIFF for switch in self.switches)])
         return np.asarray(stiff[np.searchsorted(starts, times, side="left")])
 
     def save(self) -> dict[str, Any]:
-        """As plain data."""
+        """Return the plan as plain data."""
         return {
             "method": self.method,
             "due": self.due,
@@ -117,7 +119,7 @@ class Plan:
 
     @classmethod
     def restore(cls, saved: Mapping[str, Any]) -> Plan:
-        """From what was saved. Raises ValueError where it is none."""
+        """Return the plan that was saved. Raises ValueError for data that are no plan."""
         method = str(saved["method"])
         if method not in (WHERE_SMOOTH, WHERE_STIFF):
             raise ValueError(f"{method!r} is no part of it")
@@ -138,7 +140,7 @@ class Plan:
 
 
 def told(plan: Plan) -> tuple[str, ...]:
-    """Which method made the steps, line by line, and what it cost to find out."""
+    """Return lines on the methods that made the steps, and on the cost of trials."""
     why = f"{WHERE_STIFF} was not quicker" if plan.trials else "no force is stiff"
     lines = [_told(switch) for switch in plan.switches[:MOST_TOLD]] or [f"{plan.method} throughout: {why}"]
     more = len(plan.switches) - MOST_TOLD

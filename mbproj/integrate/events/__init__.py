@@ -1,1 +1,2 @@
-"""Events in time: when functions of time begin, end or have a kink. Steps end there, in every formulation."""
+"""Time events: the times at which functions of time begin, end or have a kink. Steps end there, in every
+formulation."""

@@ -1,4 +1,4 @@
-"""Breaks: the times at which steps end. Steps before and after see functions of time from their own side."""
+"""Breaks: the times at which steps end. Steps before and after evaluate functions of time from their own side."""
 
 from __future__ import annotations
 
@@ -18,8 +18,9 @@ from mbproj.thresholds import THRESHOLDS
 
 
 class Break(NamedTuple):
-    """When a step ends; until then functions of time are seen at `left` at the latest, from then on at `right` at the
-    earliest. `actions`: what controllers do then, in this order; `asks`: the run waits there for what is given."""
+    """A time at which a step ends. Before it functions of time are evaluated no later than `left`, after it no earlier
+    than `right`. `actions`: the controllers' actions at this time, in order. `asks`: whether the run waits there for
+    inputs."""
 
     time: float
     left: float
@@ -30,19 +31,22 @@ class Break(NamedTuple):
 
 @dataclass(frozen=True)
 class TimeWindow:
-    """Between two breaks: functions of time are seen from within."""
+    """The window between two breaks, in which functions of time are evaluated."""
 
     first: float = -np.inf
     last: float = np.inf
 
     def seen(self, t: float) -> float:
-        """The time at which they are seen at t."""
+        """Return the time within the window at which functions are evaluated for t."""
         return min(max(t, self.first), self.last)
 
 
 def breaks_of(system: System, start: float, settings: Settings, asks: float | None = None) -> tuple[Break, ...]:
-    """The breaks of a run, in their order: its events, where its fixed steps are split, where controllers act, and with
-    a period `asks` where it waits. One at its start or end says from which side that is seen."""
+    """Return the breaks of a run, in their order.
+
+    They are its events, the points that split its fixed steps, and the actions of controllers. With a period `asks`
+    there are also the times at which the run waits. A break at the start or the end selects the side for evaluations
+    there."""
     assert settings.duration is not None
     found: list[Break] = []
     grid = None
@@ -68,12 +72,12 @@ def breaks_of(system: System, start: float, settings: Settings, asks: float | No
 
 
 def _grid(settings: Settings, start: float) -> Sequence[float]:
-    """The times of samples with error control; of fixed steps, the start."""
+    """Return the times of samples for a run with error control; for fixed steps, the start."""
     return output_times(settings, start) if settings.step is None else [start]
 
 
 def _snapped(t: float, grid: Sequence[float], settings: Settings, slack: float) -> float:
-    """t, or the time of a step or a sample that is as good as the same."""
+    """Return t, or the time of a step or a sample within `slack` of it."""
     if settings.step is not None:
         assert settings.duration is not None
         near = [grid[0] + round((t - grid[0]) / settings.step) * settings.step, grid[0] + settings.duration]
@@ -85,7 +89,7 @@ def _snapped(t: float, grid: Sequence[float], settings: Settings, slack: float) 
 
 
 class BreakCursor:
-    """Scratch of a run with this `interval` between two samples, s: which of its breaks are passed."""
+    """Scratch of a run: the number of breaks passed. `interval`: the time between two samples, in s."""
 
     def __init__(self, breaks: Sequence[Break], start: float, interval: float) -> None:
         self._breaks, self._passed, self._interval, self._acted = breaks, 0, interval, 0
@@ -93,17 +97,17 @@ class BreakCursor:
 
     @property
     def next(self) -> float:
-        """When the next step must end; infinite where no break follows."""
+        """The time at which the next step must end; infinite where no break follows."""
         return self._breaks[self._passed].time if self._passed < len(self._breaks) else np.inf
 
     @property
     def passed(self) -> int:
-        """How many."""
+        """The number of breaks passed."""
         return self._passed
 
     @property
     def window(self) -> TimeWindow:
-        """From the last break to the next one."""
+        """The window from the last break to the next one."""
         before, after = self._breaks[: self._passed][-1:], self._breaks[self._passed :][:1]
         return TimeWindow(before[0].right if before else -np.inf, after[0].left if after else np.inf)
 
@@ -116,16 +120,16 @@ class BreakCursor:
         return bool(self.next < t - self._beside(t))
 
     def pass_break(self, t: float) -> None:
-        """Breaks up to t are passed."""
+        """Mark the breaks up to t as passed."""
         while self.is_at(t):
             self._passed += 1
 
     def take_actions(self) -> list[int]:
-        """What controllers do at breaks that are passed, once."""
+        """Return the controllers' actions at breaks that were passed since the last call."""
         found = [action for each in self._breaks[self._acted : self._passed] for action in each.actions]
         self._acted = self._passed
         return found
 
     def _beside(self, t: float) -> float:
-        """How near to t is at t, s."""
+        """Return the tolerance within which a time counts as t, in s."""
         return float(16.0 * np.finfo(float).eps * max(abs(t), self._interval))

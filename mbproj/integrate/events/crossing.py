@@ -1,6 +1,6 @@
-"""The first crossing in a step: where one of several arguments leaves the interval in which it is held.
+"""The first crossing in a step: one of several arguments leaves the interval in which it is held.
 
-What the arguments are, and what happens where one leaves, is not known here: kinks of laws are the first use.
+The arguments and the consequences of a crossing are the caller's. The first use is for kinks of laws.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
 from mbproj.thresholds import THRESHOLDS
 
-#: Arguments at a part θ of a step, (K,).
+#: Returns the arguments (K,) at the part θ of a step.
 Path = Callable[[float], Array]
-#: Where in a step the arguments are looked at.
+#: The parts of a step at which the arguments are evaluated.
 LOOKS = (0.25, 0.5, 0.75, 1.0)
-#: An argument that begins outside of its interval, by round-off, is looked at up to a step's part of 0.5 to this power.
+#: An argument that starts outside of its interval, by round-off, is evaluated down to a part of 0.5 to this power.
 HALVINGS = 40
-#: A crossing is found in so many looks at most.
+#: The most evaluations to find a crossing.
 MOST_LOOKS = 100
 
 
@@ -32,15 +32,17 @@ class Bounds:
     high: Array
 
     def excess(self, x: Array) -> Array:
-        """By how much each argument is outside; negative inside."""
+        """Return the excess of each argument beyond its interval; negative inside."""
         return np.maximum(self.low - x, x - self.high)
 
 
 @dataclass(frozen=True, eq=False)
 class Crossing:
-    """At the part `theta` of a step the argument `leader`, and with it those in `leaving` (K,), leave their intervals:
-    upwards (1) or downwards (-1) in `direction` (K,). `at_once`: so near to the start of the step that no step ends
-    there. `rate`: of the leader's excess, per step; positive."""
+    """A crossing at the part `theta` of a step: the argument `leader`, with those in `leaving` (K,), leaves its
+    interval.
+
+    `direction` (K,) is upwards (1) or downwards (-1). `at_once`: whether it is so near to the start of the step that no
+    step ends there. `rate`: the rate of the leader's excess, per step; positive."""
 
     theta: float
     at_once: bool
@@ -51,8 +53,8 @@ class Crossing:
 
 
 def first_crossing(path: Path, bounds: Bounds, together: float, shortest: float) -> Crossing | None:
-    """The first along a path. Arguments that leave within a part `together` of the step leave as one; one that leaves
-    before the part `shortest` leaves at once."""
+    """Return the first crossing along a path. Arguments that leave within a part `together` of the step leave as one;
+    an argument that leaves before the part `shortest` leaves at once."""
 
     def described(root: float, which: npt.NDArray[np.bool_]) -> Crossing:
         return _described(path, bounds, root, which, together, root <= shortest)
@@ -76,7 +78,8 @@ def first_crossing(path: Path, bounds: Bounds, together: float, shortest: float)
 
 
 def _inside(excess: Path, which: npt.NDArray[np.bool_], at: float, theta: float) -> float | None:
-    """The last look back from θ, halving what is left to `at`, at which one of them is inside; None where none is."""
+    """Return the last point, halving the distance from θ to `at`, at which one of the arguments is inside; None without
+    one."""
     for halving in range(1, HALVINGS):
         look = at + (theta - at) * 0.5**halving
         if excess(look)[which].max() < 0.0:
@@ -85,8 +88,8 @@ def _inside(excess: Path, which: npt.NDArray[np.bool_], at: float, theta: float)
 
 
 def _root(excess: Path, which: npt.NDArray[np.bool_], low: float, high: float) -> float:
-    """Where the largest of these excesses, negative at `low` and positive at `high`, is zero, by the Illinois rule: the
-    upper end of the last interval."""
+    """Return the root of the largest of these excesses, negative at `low` and positive at `high`, by the Illinois rule.
+    It is the upper end of the last interval."""
     below, above, side = float(excess(low)[which].max()), float(excess(high)[which].max()), 0
     for _ in range(MOST_LOOKS):
         if high - low <= THRESHOLDS.bracketed:

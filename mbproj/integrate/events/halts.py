@@ -1,4 +1,4 @@
-"""What halts a run: what ends contacts and frictions as they are within a step, and where the run stands then."""
+"""Halts of a run: conditions that end the current contacts and frictions within a step, and the state at a halt."""
 
 from __future__ import annotations
 
@@ -18,18 +18,19 @@ from mbproj.functions.series import run
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
-#: What is watched at a state, and its rates.
+#: The watched values at a state, and their rates.
 Ends = tuple[Array, Array]
-#: Where in a step a body is looked for that may have gone through another one.
+#: The parts of a step at which a passage of one body through another is searched.
 THROUGH = (0.5, 0.25, 0.75, 0.375, 0.625)
 
 
 class WatchedGap(NamedTuple):
-    """What halts a run: `sign` (s - bound) of a stop below -`slack`, with the stop's side as the sign where its gap
-    closes, and the other one where it opens; or `sign` s' where `of_rate`. The frictions are numbered after the stops,
-    and their bounds are 0. `other_sign` times that of an `other` one is added, where that is not -1. `idle`: the rate
-    that what rests without friction may have. Where |s'| stays within the slack over a step as long as `rests_over`, s,
-    it is at rest, which halts a run, too."""
+    """A condition that halts a run: `sign` (s - bound) of a stop below -`slack`, or `sign` s' where `of_rate`.
+
+    The sign is the stop's side where its gap closes, and the opposite where it opens. The numbers of frictions follow
+    those of stops, with bounds of 0. `other_sign` times the value of an `other` one is added, unless that is -1.
+    `idle`: the rate that a coordinate at rest without friction may have. A coordinate is at rest, which also halts a
+    run, where |s'| stays within the slack over a step no shorter than `rests_over`, in s."""
 
     stop: int
     sign: float
@@ -42,9 +43,11 @@ class WatchedGap(NamedTuple):
 
 
 class WatchedRow(NamedTuple):
-    """What halts a run: `bound` + `part` · load + `sign` λ of a row of C, after the norm rows, below -`slack`, with
-    the load of a `bearing`, or none, -1; with an `other` row, not -1, minus |λ| of both in place of `sign` λ. `bound`
-    and `part` are multiplied by what a `program` of forces gives there, if any."""
+    """A condition that halts a run: `bound` + `part` · load + `sign` λ of a row of C, after the norm rows, below
+    -`slack`.
+
+    The load is that of a `bearing`, none for -1. With an `other` row, not -1, minus |λ| of both rows replaces `sign` λ.
+    `bound` and `part` are multiplied by the value of a `program` of forces, if any."""
 
     row: int
     sign: float
@@ -58,23 +61,24 @@ class WatchedRow(NamedTuple):
 
 @dataclass(frozen=True)
 class Watched:
-    """All that halts a run. Forces are looked at in the middle of each step, and every `spacing` s at least."""
+    """All conditions that halt a run. Forces are evaluated in the middle of each step, and at least every `spacing`
+    s."""
 
     gaps: tuple[WatchedGap, ...] = ()
     rows: tuple[WatchedRow, ...] = ()
     spacing: float = 1.0
 
     def looks(self, h: float) -> list[float]:
-        """The parts of a step of size h at which forces are looked at."""
+        """Return the parts of a step of size h at which forces are evaluated."""
         count = max(1, int(np.ceil(h / self.spacing)) - 1) if self.rows else 0
         return [look / (count + 1) for look in range(1, count + 1)]
 
 
 @dataclass(frozen=True, eq=False)
 class HaltedAt:
-    """Where a run has halted, the size of the step that it has not made, s, and the integrals there in J: work,
-    dissipation and what laws lose apart, or none. `shaped`: whether the run's end has had a say in that step, so that a
-    longer run finds what it has met in other bits."""
+    """The state at which a run has halted, and the size of the step that it has not made, in s. `work`: the integrals
+    there in J, of work, dissipation and separate losses of laws; may be empty. `shaped`: whether the run's end has
+    influenced that step, so that a longer run gets there with other round-off."""
 
     state: State
     h: float
@@ -83,7 +87,7 @@ class HaltedAt:
 
 
 class Halted(Exception):
-    """A run has come to a stop of the mechanism."""
+    """Raised where a watched condition halts a run, with the state reached."""
 
     def __init__(self, standing: HaltedAt) -> None:
         super().__init__(f"halted at t = {standing.state.t:.6g} s")
@@ -91,7 +95,7 @@ class Halted(Exception):
 
 
 def watched_gaps(system: System, watched: Watched, state: State) -> tuple[Array, Array]:
-    """sign (s - bound) of what is watched, and its rate, (k,) each."""
+    """Return sign (s - bound) of the watched coordinates, and their rates, (k,) each."""
     stops, frictions, pose = system.stops, system.frictions, pose_of(state.q)
     twist, value, rate = twist_of(pose, state.v), [np.zeros(0)], [np.zeros(0)]
     if stops is not None:
@@ -108,7 +112,7 @@ def watched_gaps(system: System, watched: Watched, state: State) -> tuple[Array,
 
 
 def resting(watched: Watched, first: Ends, last: Ends, h: float) -> int | None:
-    """Which of what is watched has been at rest over a step of size h."""
+    """Return the first watched coordinate that was at rest over a step of size h; None without one."""
     for k, each in enumerate(watched.gaps):
         if h >= each.rests_over and max(abs(first[1][k]), abs(last[1][k])) <= each.slack:
             return k
@@ -116,7 +120,7 @@ def resting(watched: Watched, first: Ends, last: Ends, h: float) -> int | None:
 
 
 def watched_rows(system: System, watched: Watched, state: State, multipliers: Array) -> Array:
-    """bound + part · load + sign λ of what is watched, with λ of the rows of C after the norm rows, (k,)."""
+    """Return bound + part · load + sign λ of the watched rows, (k,), with λ of the rows of C after the norm rows."""
     loads, bearings = np.zeros(1), system.bearings
     if bearings is not None and any(each.part for each in watched.rows):
         found = load(bearings, supports(system, bearings, pose_of(state.q), multipliers))
@@ -129,7 +133,7 @@ def watched_rows(system: System, watched: Watched, state: State, multipliers: Ar
 
 
 def _given(system: System, programs: list[int], state: State) -> list[float]:
-    """What functions of forces give at a state, 1 for none, -1."""
+    """Return the values of programs of forces at a state; 1 for no program, -1."""
     if all(program < 0 for program in programs):
         return [1.0] * len(programs)
     instant = state.instant(system)
@@ -138,19 +142,19 @@ def _given(system: System, programs: list[int], state: State) -> list[float]:
 
 
 def _force(watched: WatchedRow, multipliers: Array) -> float:
-    """sign λ, or minus |λ| of two rows."""
+    """Return sign λ, or minus |λ| of two rows."""
     own = float(multipliers[watched.row])
     return watched.sign * own if watched.other < 0 else -float(np.hypot(own, multipliers[watched.other]))
 
 
 def may_pass(value: Numbers, rate: Numbers, value_after: Numbers, rate_after: Numbers, h: float) -> Flags:
-    """Whether gaps are passed within a step, if they close as fast as at its start and open as fast as at its end: a
-    body may have gone through another one."""
+    """Whether gaps may be passed within a step: they would be if they closed as at its start and opened as at its end.
+    A body may have gone through another one."""
     return np.asarray((value > 0.0) & (value + h * rate < 0.0) & (value_after - h * rate_after < 0.0))
 
 
 def least_watched(watched: Watched, first: tuple[Array, Array], last: tuple[Array, Array], h: float) -> Array:
-    """The least gaps and rates (k,) within a step."""
+    """Return the least gaps and rates (k,) within a step."""
     of_rate = np.array([each.of_rate for each in watched.gaps], dtype=bool)
     slow = np.array([slowest(*ends, h) for ends in zip(*first, *last, strict=True)]).reshape(of_rate.shape)
     return np.where(of_rate, slow, least(first, last, h))
@@ -159,9 +163,10 @@ def least_watched(watched: Watched, first: tuple[Array, Array], last: tuple[Arra
 def closed_inside(
     watched: Watched, at: Callable[[float], Ends], first: Ends, last: Ends, h: float, x: float = 0.0, x_to: float = 1.0
 ) -> Iterator[float]:
-    """Parts of a step of size h at which a gap may be closed that closes and opens again between its parts x and x_to:
-    the cubic through both ends may see nothing of that. Where the middle is not on the cubic, each half is looked at.
-    `at` gives what is watched at a part of the step, each angle by its own count of turns."""
+    """Parts of a step of size h at which a gap may be closed that closes and opens again between its parts x and x_to.
+
+    The cubic through both ends may not show that. Where the middle is not on the cubic, each half is examined. `at`
+    returns the watched values at a part of the step, each angle by its own count of turns."""
     gaps = [(k, each.slack) for k, each in enumerate(watched.gaps) if not each.of_rate]
     middle = 0.5 * (x + x_to)
     half = (middle - x) * h
@@ -185,7 +190,7 @@ def closed_inside(
 
 
 def slowest(value: float, rate: float, value_after: float, rate_after: float, h: float) -> float:
-    """The least rate within a step, on the cubic through both ends."""
+    """Return the least rate within a step, on the cubic through both ends."""
     theta, ends = slowest_at(value, rate, value_after, rate_after, h), min(rate, rate_after)
     if theta == 0.0:
         return ends
@@ -195,7 +200,7 @@ def slowest(value: float, rate: float, value_after: float, rate_after: float, h:
 
 
 def slowest_at(value: float, rate: float, value_after: float, rate_after: float, h: float) -> float:
-    """The part of a step at which the rate of its cubic has a minimum inside; 0 where it has none."""
+    """Return the part of a step at which the rate of its cubic has a minimum inside; 0 without one."""
     a, b, change = h * rate, h * rate_after, value_after - value
     c3, c2 = a + b - 2.0 * change, 3.0 * change - 2.0 * a - b
     theta = -c2 / (3.0 * c3) if c3 > 0.0 else 0.0
@@ -203,7 +208,7 @@ def slowest_at(value: float, rate: float, value_after: float, rate_after: float,
 
 
 def least(first: tuple[Array, Array], last: tuple[Array, Array], h: float) -> Array:
-    """The least values (k,) within a step, on the cubics through both ends (value, rate); less than any where one may
+    """Return the least values (k,) within a step, on the cubics through both ends (value, rate); -inf where a gap may
     have been passed."""
     theta = np.array([lowest(*ends, h) for ends in zip(*first, *last, strict=True)])
     value = [cubic(*ends, h, at) for ends, at in zip(zip(*first, *last, strict=True), theta, strict=True)]
@@ -212,7 +217,7 @@ def least(first: tuple[Array, Array], last: tuple[Array, Array], h: float) -> Ar
 
 
 def lowest(value: float, rate: float, value_after: float, rate_after: float, h: float) -> float:
-    """The part of a step at which its cubic has a minimum inside; 0 where it has none."""
+    """Return the part of a step at which its cubic has a minimum inside; 0 without one."""
     a, b, change = h * rate, h * rate_after, value_after - value
     c3, c2 = a + b - 2.0 * change, 3.0 * change - 2.0 * a - b
     root = c2 * c2 - 3.0 * c3 * a
@@ -223,6 +228,6 @@ def lowest(value: float, rate: float, value_after: float, rate_after: float, h: 
 
 
 def cubic(value: float, rate: float, value_after: float, rate_after: float, h: float, theta: float) -> float:
-    """The cubic through both ends of a step, at the part θ of it."""
+    """Return the value, at the part θ of a step, of the cubic through both ends."""
     a, b, change = h * rate, h * rate_after, value_after - value
     return value + theta * (a + theta * (3.0 * change - 2.0 * a - b + theta * (a + b - 2.0 * change)))

@@ -1,4 +1,4 @@
-"""The switches of a system's functions: which branch each is on, and what happens where one changes it."""
+"""The switches in a system's functions: the branch that each is on, and the event where one changes its branch."""
 
 from __future__ import annotations
 
@@ -25,8 +25,9 @@ from mbproj.model.system import System
 
 @dataclass(frozen=True, eq=False)
 class LawSwitches:
-    """K switches: the program of each among the system's, and its instruction. What is held is a branch for each
-    instruction of the set."""
+    """K switches: the number of each one's program in the system's set, and of its instruction.
+
+    A branch is held for each instruction of the set. In the methods `held` (N,) are these branches."""
 
     system: System
     program: tuple[int, ...]
@@ -34,7 +35,7 @@ class LawSwitches:
 
     @property
     def programs(self) -> ProgramSet:
-        """Of which they are instructions."""
+        """The programs whose instructions the switches are."""
         return self.system.programs
 
     @property
@@ -44,11 +45,11 @@ class LawSwitches:
 
     @property
     def free(self) -> Array:
-        """Nothing is held, (N,)."""
+        """Branches (N,) of which none is held."""
         return np.full(len(self.programs.op), FREE)
 
     def arguments(self, instant: Instant, held: Array) -> Array:
-        """Of all switches at a state, (K,)."""
+        """Return the arguments of all switches at a state, (K,)."""
         programs, laws, found = self.programs, self._laws, dict[int, float]()
         value, rate = law_coordinates(instant) if laws else (np.zeros(0), np.zeros(0))
         rows, bound = self.system.curved, self.system.coordinates
@@ -67,7 +68,8 @@ class LawSwitches:
         return np.array([found[at] for at in self.at])
 
     def _feet(self, instant: Instant, held: Array) -> dict[int, float]:
-        """Of what follows a curve the parameter of the foot; a stop by itself follows none."""
+        """Return the parameter of the foot of each distance from a curve; NaN for a stop, which follows no curve by
+        itself."""
         system = self.system
         found = dict.fromkeys(_following(system, Of.STOP), np.nan)
         for kind, bound in ((Of.ROW, system.joints), (Of.LAW, system.forces.laws.coordinates)):
@@ -77,16 +79,16 @@ class LawSwitches:
 
     @cached_property
     def _laws(self) -> dict[int, int]:
-        """The laws by their programs."""
+        """The number of the law of each program."""
         return {p: law for law, p in enumerate(self.system.forces.laws.program.tolist()) if p >= 0}
 
     def bounds(self, held: Array) -> Bounds:
-        """Where the branches held hold."""
+        """Return the intervals of the arguments within which the branches stay."""
         low, high = zip(*(interval(self.programs, at, float(held[at])) for at in self.at), strict=True)
         return Bounds(np.array(low), np.array(high))
 
     def settled(self, held: Array, x: Array) -> Array:
-        """With the branches at x for those that are free."""
+        """Return the branches with those at x in place of free ones."""
         found = held.copy()
         for at, value in zip(self.at, x.tolist(), strict=True):
             if np.isnan(held[at]):
@@ -94,11 +96,11 @@ class LawSwitches:
         return found
 
     def freed(self, held: Array, which: npt.NDArray[np.bool_]) -> Array:
-        """Without the branches of these."""
+        """Return the branches with these switches freed."""
         return self.turned_to(held, which, np.full(self.size, FREE))
 
     def crossed(self, held: Array, leaving: npt.NDArray[np.bool_], direction: Integers) -> Array:
-        """With the branches beyond for those that are leaving theirs."""
+        """Return the branches with the next ones, in these directions, for switches that leave theirs."""
         found = held.copy()
         for k in np.flatnonzero(leaving):
             at = self.at[k]
@@ -106,18 +108,18 @@ class LawSwitches:
         return found
 
     def is_free(self, held: Array) -> npt.NDArray[np.bool_]:
-        """Which are, (K,): those of a sign that is not told yet."""
+        """Whether each switch is free, (K,): a switch on a sign that is not decided yet."""
         free: npt.NDArray[np.bool_] = np.isnan(held[list(self.at)])
         return free
 
     def turned_to(self, held: Array, which: npt.NDArray[np.bool_], direction: Array) -> Array:
-        """With the branches of these signs."""
+        """Return the branches with these signs for some switches."""
         found = held.copy()
         found[np.array(self.at)[which]] = direction[which]
         return found
 
     def owner(self, k: int) -> str:
-        """Whose switch it is."""
+        """Return the owner of a switch, in words."""
         program, rows = self.program[k], self.system.curved
         if program in rows:
             return self.system.row_owner(self.system.bodies + rows[program][0])
@@ -138,7 +140,7 @@ class LawSwitches:
         return name.removeprefix(CONTACT_OF) if name.startswith(CONTACT_OF) else f"joint '{name}'"
 
     def what(self, k: int) -> str:
-        """What it is, in the scene's words: "'sign' in '-20*sign(angle_dot)'"."""
+        """Return the description of a switch, in the scene's words: "'sign' in '-20*sign(angle_dot)'"."""
         if self.program[k] in self.system.following:
             return "a knot of its curve"
         text = self.programs.texts[self.program[k]]
@@ -146,11 +148,11 @@ class LawSwitches:
         return f"'{name}' in '{text}'" if text else name
 
     def jumps(self, k: int) -> bool:
-        """Whether the law has a jump there, and not only a kink."""
+        """Whether the law has a jump at a switch, and not only a kink."""
         return Op(int(self.programs.op[self.at[k]])) in JUMPING
 
     def event(self, t: float, k: int, direction: int) -> Event:
-        """What is recorded where a switch changes its branch."""
+        """Return the event that is recorded where a switch changes its branch."""
         if self.program[k] in self.system.following:
             return Event(t, self.owner(k), "knot of its curve", direction)
         return Event(t, self.owner(k), f"{'jump' if self.jumps(k) else 'kink'} of {self._name(k)}", direction)
@@ -161,13 +163,14 @@ class LawSwitches:
 
 @lru_cache(maxsize=64)
 def switches_of(system: System) -> LawSwitches | None:
-    """Those of all functions; None where there are none."""
+    """Return the switches of all functions; None without any."""
     found = all_switches(system.programs)
     return LawSwitches(system, *zip(*found, strict=True)) if found else None
 
 
 def on_branches(system: System, held: Array) -> System:
-    """A system with what its rows and laws that follow curves switch on these branches, one for each instruction."""
+    """Return the system with the switches of its rows and laws that follow curves on these branches, one for each
+    instruction."""
     rows = {program: (row, 0) for program, (row, _) in system.curved.items()} | _following(system, Of.ROW)
     found, laws = system, _following(system, Of.LAW)
     if rows:
@@ -180,6 +183,6 @@ def on_branches(system: System, held: Array) -> System:
 
 
 def _following(system: System, kind: Of) -> dict[int, tuple[int, int]]:
-    """The number of each distance from a curve among the rows, the laws or the stops, by its program. With it stands
-    on which of two curves its foot is."""
+    """Return the number of each distance from a curve among the rows, the laws or the stops, by program. With it comes
+    the number of the curve, of two, that has the foot."""
     return {program: (at, second) for program, (own, at, second) in system.following.items() if own is kind}

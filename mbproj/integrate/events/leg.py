@@ -1,4 +1,4 @@
-"""What part of a run is made in one go: all of it, or a leg between two events that the loop itself does not know."""
+"""A leg: the part of a run between two events that the loop itself does not handle, or all of a run."""
 
 from __future__ import annotations
 
@@ -16,9 +16,11 @@ from mbproj.scene.sampling import SampleTimes, output_every, output_interval, ou
 
 @dataclass(frozen=True)
 class Leg:
-    """From `start` over `duration`, s. Fixed steps: `count` of size `step`, of which every `every`-th is recorded. With
-    error control: samples at `times`, from `start` on; a `first` step of that size, None where it is chosen. `breaks`
-    are those of the whole run, and `interval` lies between two of its samples."""
+    """A leg from `start` over `duration`, in s.
+
+    Fixed steps: `count` steps of size `step`, of which every `every`-th is recorded. With error control: samples at
+    `times`, from `start` on, and the size of the `first` step, None where the run chooses it. `breaks` are those of the
+    whole run; `interval` is the time between two of its samples."""
 
     start: float
     duration: float
@@ -32,7 +34,7 @@ class Leg:
 
     @classmethod
     def whole(cls, system: System, settings: Settings, start: float, asks: float | None = None) -> Leg:
-        """A whole run; with a period `asks` it waits at its start and that much later, again and again."""
+        """Return a whole run as a leg; with a period `asks` it waits at its start and then once in each period."""
         assert settings.duration is not None  # settings_to_run has seen to it
         duration, interval = settings.duration, output_interval(settings)
         breaks = breaks_of(system, start, settings, asks)
@@ -42,7 +44,7 @@ class Leg:
         return cls(start, duration, interval, breaks, settings.step, steps, every)
 
     def after_actions(self, t: float) -> Leg:
-        """The same where what controllers do up to a time is done already."""
+        """Return the leg without the controllers' actions up to a time, which are done already."""
         if not any(each.actions for each in self.breaks):
             return self
         done = (each._replace(actions=()) if each.time <= t else each for each in self.breaks)
@@ -50,11 +52,11 @@ class Leg:
 
     @property
     def without_samples(self) -> Leg:
-        """The same with error control, where samples at its start and end alone are made."""
+        """The leg with error control, and samples only at its start and end."""
         return replace(self, times=SampleTimes(self.start, self.end, self.start, self.duration))
 
     def records_at(self, times: Array) -> Flags:
-        """Which of some times are those of samples, with error control."""
+        """Whether each of some times is that of a sample, with error control."""
         grid = self.times
         assert grid is not None
         k = np.clip(np.rint((times - grid.origin) / grid.interval) - grid.offset, 1, max(grid.number - 2, 1))
@@ -64,5 +66,5 @@ class Leg:
 
     @property
     def end(self) -> float:
-        """When it ends."""
+        """The time at which it ends."""
         return self.start + self.duration

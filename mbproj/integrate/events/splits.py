@@ -1,7 +1,7 @@
-"""Where fixed steps are split: a short move or pulse between two events is narrower than some steps, or than one.
+"""Splits of fixed steps: a short move or pulse between two events is narrower than some steps, or than one.
 
-A method sees a function of time at its stages. Over such a stretch the quadrature Σ b_i f(c_i) by the steps at hand may
-be wrong. Then the stretch is made in equal parts, as many as make it right. The grid of steps stays.
+A method evaluates a function of time at its stages. Over such a stretch the quadrature Σ b_i f(c_i) by the given steps
+may be wrong. Then the stretch is divided into equal parts, as many as the quadrature needs. The grid of steps stays.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ Method: TypeAlias = "Tableau | ImplicitTableau"
 
 @dataclass(frozen=True)
 class Split:
-    """From `low` to `high` so many equal parts; whether they resolve what `owner` does there."""
+    """Equal `parts` from `low` to `high`; `resolved`: whether they resolve the function of `owner` there."""
 
     owner: str
     low: float
@@ -40,13 +40,13 @@ class Split:
 
     @property
     def times(self) -> list[float]:
-        """Where the parts begin and end."""
+        """The times at which the parts begin and end."""
         inner = (self.low + k / self.parts * (self.high - self.low) for k in range(1, self.parts))
         return [self.low, *inner, self.high]
 
 
 def splits_of(system: System, start: float, settings: Settings) -> tuple[Split, ...]:
-    """Those of a run with fixed steps from `start`; none with error control."""
+    """Return the splits of a run with fixed steps from `start`; none with error control."""
     if settings.step is None or (system.forces.is_empty and not system.driven):
         return ()
     assert settings.duration is not None
@@ -58,7 +58,7 @@ def splits_of(system: System, start: float, settings: Settings) -> tuple[Split, 
 def _of_system(
     system: System, start: float, end: float, interval: float, step: float, integrator: str
 ) -> tuple[Split, ...]:
-    """Studies run a mechanism many times, and it does not change."""
+    """Return the splits of a run. The result is cached: studies run one mechanism many times."""
     found, method = [], tableau_of(integrator)
     for stretch in stretches(system, start, end, interval, THRESHOLDS.split_parts * step):
         grain = float(np.spacing(max(abs(stretch.low), abs(stretch.high))))
@@ -73,13 +73,13 @@ def _of_system(
 
 
 def unresolved(splits: tuple[Split, ...]) -> tuple[str, ...]:
-    """What the parts do not resolve: "force 'push', 0.0001 s wide at 0.4567 s"."""
+    """Return the stretches that the parts do not resolve: "force 'push', 0.0001 s wide at 0.4567 s"."""
     found = [each for each in splits if not each.resolved]
     return tuple(f"{each.owner}, {each.high - each.low:.2g} s wide at {each.low:.6g} s" for each in found)
 
 
 def _needed(stretch: Stretch, step: float, method: Method, aside: float) -> tuple[int, bool]:
-    """In how many parts the stretch is made, 1 where the steps at hand do; and whether so many are enough."""
+    """Return the number of parts of the stretch, 1 where the given steps suffice; and whether that number is enough."""
     at_hand, fewest = max(int((stretch.high - stretch.low) / step), 1), THRESHOLDS.split_parts
     if _resolve(at_hand, -(-fewest // at_hand), stretch, method, aside):
         return 1, True
@@ -92,7 +92,8 @@ def _needed(stretch: Stretch, step: float, method: Method, aside: float) -> tupl
 
 
 def _moved(stretch: Stretch, aside: float) -> int:
-    """In how many parts none moves what is driven by more than 1 rad or 1 m; 0 of forces, or where it has no value."""
+    """Return the number of parts in which no driven coordinate moves by more than 1 rad or 1 m; 0 for forces, and where
+    a function has no value."""
     if stretch.orders < OF_MOTIONS:
         return 0
     ends = time_series(np.array([stretch.low + aside, stretch.high - aside]))
@@ -102,8 +103,8 @@ def _moved(stretch: Stretch, aside: float) -> int:
 
 
 def _resolve(count: int, finer: int, stretch: Stretch, method: Method, aside: float) -> bool:
-    """Whether `count` steps see what these see that are made in `finer` each: step by step, as a step of the grid may
-    end between them. Also where a function has no values: the run stops there."""
+    """Whether `count` steps integrate the functions as steps do that are `finer` times finer. They are compared step by
+    step, as a step of the grid may end between them. True also where a function has no value: the run stops there."""
     with np.errstate(all="ignore"):
         for part in stretch.parts:
             coarse, _ = _moments(part, stretch, count, method, aside)
@@ -116,8 +117,10 @@ def _resolve(count: int, finer: int, stretch: Stretch, method: Method, aside: fl
 
 
 def _moments(part: ProgramSet, stretch: Stretch, count: int, method: Method, aside: float) -> tuple[Array, Array]:
-    """∫f dθ and, by methods of order 3, ∫θ f dθ over each of `count` steps, θ from 0 to 1 over the stretch, for f and
-    its derivatives that count, (1 or 2, orders, count); and ∫|f| dθ over all, (orders,)."""
+    """Return ∫f dθ and, for methods of order 3, ∫θ f dθ over each of `count` steps, θ from 0 to 1 over the stretch.
+
+    f stands for the function and the derivatives that count, (1 or 2, orders, count). The second result is ∫|f| dθ over
+    all steps, (orders,)."""
     low, high, stages = stretch.low, stretch.high, len(method.b)
     theta = np.add.outer(np.arange(count), method.c[:stages]) / count
     times = np.clip(low + theta * (high - low), low + aside, high - aside)

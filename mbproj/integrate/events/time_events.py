@@ -1,5 +1,5 @@
-"""The times that a run's steps must not pass over: kinks, jumps and narrow features of the scene's functions of time,
-those inside force laws too, and what `break_times` adds."""
+"""Times that a run's steps must not pass over: kinks, jumps and narrow features of the scene's functions of time, those
+inside force laws too, and `break_times`."""
 
 from __future__ import annotations
 
@@ -24,18 +24,20 @@ from mbproj.scene.records import Settings
 from mbproj.scene.sampling import output_interval
 from mbproj.thresholds import THRESHOLDS
 
-#: Derivatives of forces do not count; of motions the acceleration does.
+#: The number of orders that count: for forces the value, for motions also velocity and acceleration.
 OF_FORCES, OF_MOTIONS = 1, 3
-#: The kind of events of direction 1 where contacts begin to share a force arbitrarily, -1 where that ends.
+#: The kind of events with direction 1 where contacts begin to share a force arbitrarily, and -1 where that ends.
 SHARED = "shared"
-#: The kind of events of stops on whose shares the motion depends from there on.
+#: The kind of events at stops where the motion begins to depend on how they share.
 DECIDES = "share decides"
 
 
 @dataclass(frozen=True, order=True)
 class Event:
-    """When, whose it is ("force 'push'", "motion 'm'", "stop 's'", "break_times"), what it is, and where to: 1 or -1, 0
-    in time. Of an impact, the impulse in N s or N m s and the energy that is lost in J."""
+    """An event: its time, its owner ("force 'push'", "motion 'm'", "stop 's'", "break_times"), and its kind.
+
+    `direction` is 1 or -1, and 0 for events in time. An impact has an `impulse` in N s or N m s and a loss of `energy`
+    in J."""
 
     time: float
     name: str
@@ -46,8 +48,8 @@ class Event:
 
 
 class Stretch(NamedTuple):
-    """A time between two neighbouring events of a function, or its start and the first; `parts`: what of it depends on
-    time alone, with how many derivatives that count."""
+    """A time between two neighbouring events of a function, or from its start to the first one. `parts`: the parts of
+    the function that depend on time alone; `orders`: the number of orders that count."""
 
     owner: str
     parts: tuple[ProgramSet, ...]
@@ -59,26 +61,26 @@ class Stretch(NamedTuple):
 def time_events(
     system: System, start: float, end: float, interval: float, asked: tuple[float, ...] = ()
 ) -> tuple[Event, ...]:
-    """From `start` to `end`, in their order: of each function the first `most_kinks` kinks, and the narrow features.
-    `interval` is the time between two samples, s. A later end adds events and changes none."""
+    """Return the events from `start` to `end`, in order: of each function the first `most_kinks` kinks, and the narrow
+    features. `interval` is the time between two samples, in s. A later end adds events and changes none."""
     own, _ = _of_scene(system.forces, system.motions, system.states, system.names, start, end, interval, 0.0)
     return tuple(sorted({*own, *(Event(t, "break_times", "asked for") for t in asked if start < t < end)}))
 
 
 def stretches(system: System, start: float, end: float, interval: float, longest: float) -> tuple[Stretch, ...]:
-    """Those shorter than `longest` that begin between `start` and `end`, and may end later. A later end adds some and
-    changes none."""
+    """Return the stretches shorter than `longest` that begin between `start` and `end`; they may end later. A later end
+    adds some and changes none."""
     return _of_scene(system.forces, system.motions, system.states, system.names, start, end, interval, longest)[1]
 
 
 def events_of(system: System, start: float, settings: Settings) -> tuple[Event, ...]:
-    """Those of a run from `start`."""
+    """Return the time events of a run from `start`."""
     assert settings.duration is not None
     return time_events(system, start, start + settings.duration, output_interval(settings), settings.break_times)
 
 
 def crowded(events: tuple[Event, ...]) -> tuple[str, ...]:
-    """Whose kinks are so many that some may not count."""
+    """Return the owners with so many kinks that further ones are ignored."""
     names = [event.name for event in events]
     return tuple(name for name in dict.fromkeys(names) if names.count(name) >= THRESHOLDS.most_kinks)
 
@@ -94,7 +96,7 @@ def _of_scene(
     interval: float,
     longest: float,
 ) -> tuple[tuple[Event, ...], tuple[Stretch, ...]]:
-    """Studies run a mechanism many times, and it does not change."""
+    """Return events and stretches of a scene. The result is cached: studies run one mechanism many times."""
     events: set[Event] = set()
     found: list[Stretch] = []
     sets = (
@@ -123,7 +125,7 @@ def _of_scene(
 def _of_function(
     part: ProgramSet, start: float, end: float, interval: float, orders: int, longest: float
 ) -> Iterator[tuple[float, str]]:
-    """Times and kinds, also beyond the end; without a kind where what a kink begins dies away."""
+    """The times and kinds of events, also beyond the end. The kind is "" at the end of a feature that a kink begins."""
     counted = 0
     for low, high in look_windows(start, end + longest, interval):
         beside = THRESHOLDS.one_break * float(np.spacing(max(abs(low), abs(high))))

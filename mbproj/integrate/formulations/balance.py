@@ -1,4 +1,4 @@
-"""What a motion in the full formulation keeps: its energy balance and momenta, held after each step."""
+"""Conservation in the full formulation: the energy balance and momenta, which are corrected after each step."""
 
 from __future__ import annotations
 
@@ -29,9 +29,10 @@ if TYPE_CHECKING:
 
 @dataclass
 class Balance:
-    """Scratch of a run: what is `kept`, y where the step at hand began, and whether that was refused.
+    """Scratch of a run: the conserved quantities `kept`, y at the start of the current step, and whether its correction
+    was refused.
 
-    `fields` (k, 6): the rigid motions whose momenta are kept."""
+    `fields` (k, 6): the rigid motions whose momenta are conserved."""
 
     system: System
     method: Projection
@@ -43,7 +44,8 @@ class Balance:
 
     @classmethod
     def of(cls, system: System, state: State, method: Method, settings: ProjectionSettings) -> Balance | None:
-        """That of a run from a state; None where no row is asked for, or nothing is kept or free to move."""
+        """Return the balance of a run from a state; None where none is asked for, or nothing is conserved or free to
+        move."""
         if not (settings.energy or settings.momentum) or not isinstance(method, Projection):
             return None
         fields = np.zeros((0, 6))
@@ -56,7 +58,7 @@ class Balance:
         return cls(system, method, settings.energy, fields, BalanceScratch())
 
     def begin(self, formulation: FullFormulation, t: float, y: Array) -> None:
-        """A new balance begins at y at t."""
+        """Begin a new balance at y and t."""
         q, v, _ = formulation.parts(y)
         self.kept.energy, _ = self._energy(formulation, formulation.instant(t, y), y)
         self.kept.momenta = self.fields @ rigid_fields(q) @ mass_matrix(self.system, pose_of(q)) @ v
@@ -64,7 +66,7 @@ class Balance:
     def after_step(
         self, formulation: FullFormulation, t: float, before: Array, y: Array, projected: Projected
     ) -> Projected:
-        """The state after a step from `before` to y at t, which the joints' rows moved to `projected`."""
+        """Return the state after a step from `before` to y at t, which the joints' rows moved to `projected`."""
         self.before, self.refused = before, False
         if not projected.velocity_iterations or projected.failures:
             return projected
@@ -72,8 +74,8 @@ class Balance:
         return replace(projected, v=self._after_step(formulation, t, closed))
 
     def _after_step(self, formulation: FullFormulation, t: float, y: Array) -> Array:
-        """v (7n,) of y, which is closed, corrected. A correction that is no step's error is refused, and a new balance
-        begins."""
+        """Return the corrected v (7n,) of a closed y. A correction that is larger than a step's error is refused, and a
+        new balance begins."""
         kept, v = self.kept, formulation.parts(y)[1]
         change, missing, part, self.refused = self._change(formulation, t, y)
         if self.refused:
@@ -90,15 +92,16 @@ class Balance:
         return np.asarray(v + change)
 
     def inside_step(self, formulation: FullFormulation, t: float, y: Array, projected: Projected) -> Array:
-        """A closed state y inside the step, corrected though its extension errs by more; nothing is counted."""
+        """Return a closed state y inside the step with corrected velocities, although its extension has a larger error.
+        Nothing is counted."""
         if self.refused or self.before is None or not projected.velocity_iterations or projected.failures:
             return y
         v = formulation.parts(y)[1] + self._change(formulation, t, y)[0]
         return formulation.layout.changed(y, {"velocities": v})
 
     def _change(self, formulation: FullFormulation, t: float, y: Array) -> tuple[Array, float | None, float, bool]:
-        """The change of v (7n,), its energy in J, None where that is singular, its part of v, and whether that is no
-        step's error."""
+        """Return the change of v (7n,), its energy in J, its part of v, and whether it is larger than a step's error.
+        The energy is None where the system is singular."""
         q, v, expected = formulation.parts(y)
         now, by_step = self._speed(formulation, q, v), self._changed(formulation, y)
         if not now > THRESHOLDS.row_rests * by_step:
@@ -117,7 +120,7 @@ class Balance:
         return change, (missing or 0.0) if is_regular else None, part, part > limit
 
     def _changed(self, formulation: FullFormulation, y: Array) -> float:
-        """By how much the step has changed the velocities, in the bodies' axes, as a speed."""
+        """Return the change of the velocities by the step, in the bodies' axes, as a speed."""
         assert self.before is not None
         change, system = np.zeros((2, self.system.bodies, 3)), self.system
         for sign, at in ((1.0, y), (-1.0, self.before)):
@@ -128,11 +131,11 @@ class Balance:
         return float(np.sqrt(moved + np.einsum("bi,bij,bj", change[1], system.inertia, change[1])))
 
     def _speed(self, formulation: FullFormulation, q: Array, v: Array) -> float:
-        """√(vᵀMv) of the bodies."""
+        """Return √(vᵀMv) of the bodies."""
         return float(np.sqrt(max(float(v @ mass_matrix(formulation.bodies, pose_of(q)) @ v), 0.0)))
 
     def _energy(self, formulation: FullFormulation, instant: Instant, y: Array) -> tuple[float, float]:
-        """E = T + V - W of what conserves it and what does work, and its round-off, J."""
+        """Return E = T + V - W, with V of what conserves energy and W of what does work, and its round-off, in J."""
         system, work = self.system, y[formulation.layout["quadratures"]]
         kinetic = kinetic_energy(system, instant.pose, instant.twist)
         weight = -system.mass * (instant.pose.position[:-1] @ system.gravity)

@@ -1,4 +1,5 @@
-"""Which coordinates a run takes, and why: planar or reduced ones in the kernel, or the full ones in NumPy."""
+"""The choice of a run's coordinates, and its reason: planar or reduced ones in the kernel, or the full ones in
+NumPy."""
 
 from __future__ import annotations
 
@@ -30,9 +31,9 @@ from mbproj.thresholds import THRESHOLDS
 
 @dataclass(frozen=True, eq=False)
 class Choice:
-    """The formulation by name, why it is this one, its degrees of freedom, what runs it in the kernel (None: the full
-    one, in NumPy), how many rows are left out because they follow from the others, and whether the run is kinematic:
-    nothing of the motion is integrated."""
+    """The chosen formulation by name, the reason for it, and its degrees of freedom. `compiled` runs it in the kernel;
+    None for the full formulation in NumPy. `redundant`: the number of rows that are left out because they follow from
+    the others. `kinematic`: whether nothing of the motion is integrated."""
 
     name: str
     why: str
@@ -43,13 +44,13 @@ class Choice:
 
     @property
     def elimination(self) -> dict[str, int] | None:
-        """How the kernel eliminates: bodies from the leaves, bodies and joints of the loops, numbers and fill of their
-        factor; None for the full formulation."""
+        """Counts of the kernel's elimination: bodies from the leaves, bodies and joints of the loops, numbers and fill
+        of their factor; None for the full formulation."""
         return None if self.compiled is None else dict(self.compiled.equations().topology)
 
     def responses(self, system: System, state: State, laws: Integers) -> Array | None:
-        """What unit forces of these laws make of the accelerations along their coordinates, (e, e), joints closed; None
-        where that is not unique."""
+        """Return the accelerations along the coordinates of these laws by unit forces, (e, e), joints closed; None
+        where they are not unique."""
         if self.compiled is not None:
             return self.compiled.responses(state, laws)
         from mbproj.dynamics.fast_modes import responses
@@ -61,15 +62,17 @@ class Choice:
 
 
 def choose(system: System, state: State, settings: Settings) -> Choice:
-    """The formulation for a run from `state`. Raises InputError where the one asked for is not available, or the
-    equations have no unique solution at the start. Raises it, too, where a motion jumps or goes beyond a rigid stop.
-    A mechanism that has degrees of freedom is refused where a kinematic run is asked for."""
+    """Return the formulation for a run from `state`.
+
+    Raises InputError where the requested one is not available, or the equations have no unique solution at the start.
+    It is raised, too, where a motion jumps or goes beyond a rigid stop, and for a kinematic run with degrees of
+    freedom."""
     found = _formulation(system, state, settings)
     return replace(found, kinematic=decided(_undecided(system, state, found), settings))
 
 
 def _undecided(system: System, state: State, found: Choice) -> int:
-    """How many directions of poses joints and motions leave: where bodies roll, more than of velocities."""
+    """Return the degrees of freedom of poses, joints and motions held: with rolling more than those of velocities."""
     if not system.rolls:
         return found.degrees_of_freedom
     from mbproj.dynamics.rank.mobility import mobility
@@ -78,7 +81,7 @@ def _undecided(system: System, state: State, found: Choice) -> int:
 
 
 def _formulation(system: System, state: State, settings: Settings) -> Choice:
-    """The same, but for whether the run is kinematic."""
+    """Return the choice without the decision on a kinematic run."""
     refuse_jumps(system, state.t, state.t + (settings.duration or 0.0))
     refuse_driven_beyond(system, state.t, state.t + (settings.duration or 0.0))
     asked = settings.formulation
@@ -102,7 +105,7 @@ def _formulation(system: System, state: State, settings: Settings) -> Choice:
 
 
 def _plane(system: System, state: State) -> Plane | NotPlanar:
-    """The plane of joints, forces and motions."""
+    """Return the plane of joints, forces and motions, or the reason against it."""
     plane = planar_reduction(system, state.q)
     if not isinstance(plane, Plane):
         return plane
@@ -111,7 +114,7 @@ def _plane(system: System, state: State) -> Plane | NotPlanar:
 
 
 def _obstacle(system: System, settings: Settings) -> str | None:
-    """What keeps the kernel from running this; None where nothing does."""
+    """Return the reason for which the kernel cannot run this; None where it can."""
     method = settings.projection.method
     if not PROJECTIONS[method].compiled:
         return f"the projection '{method}' exists in the full formulation only"
@@ -139,7 +142,7 @@ def _full(system: System, state: State, why: str) -> Choice:
 
 
 def _solvable(compiled: Compiled, system: System, state: State, settings: Settings, why: str) -> Choice:
-    """The choice, with redundant rows left out, unless the equations have no unique solution at the start."""
+    """Return the choice, with redundant rows left out, unless the equations have no unique solution at the start."""
     _refuse_massless(system, state, settings)
     redundant = settle_rows(compiled, state, settings.projection)
     regular, number = compiled.is_regular(state)
@@ -169,7 +172,7 @@ def _solvable(compiled: Compiled, system: System, state: State, settings: Settin
 
 
 def _refuse_massless(system: System, state: State, settings: Settings) -> None:
-    """Raises InputError where bodies without mass, or without inertia about some axis, are free to move (Eq. 20), or
+    """Raise InputError where bodies without mass, or without inertia about some axis, are free to move (Eq. 20), or
     where the method weighs corrections with M alone."""
     smallest = np.linalg.eigvalsh(system.inertia)[:, 0] / np.linalg.norm(system.inertia, axis=(1, 2)).clip(1e-300)
     light = np.flatnonzero((system.mass <= 0.0) | (smallest < THRESHOLDS.no_inertia))

@@ -1,4 +1,4 @@
-"""A run in the compiled kernel: what reduced and planar coordinates have in common."""
+"""A run in the compiled kernel: the common part of reduced and planar coordinates."""
 
 from __future__ import annotations
 
@@ -44,8 +44,8 @@ PHASES = ("accelerations", "position projection", "velocity projection", "rest")
 
 
 class Compiled(ABC):
-    """A system in the kernel's coordinates. `dimension` names the kernel's classes, Space or Plane; `joints` are the
-    system's numbers of the kernel's, which are those that have rows."""
+    """A system in the kernel's coordinates. `dimension` is the prefix of the kernel's classes, Space or Plane. `joints`
+    are the system's numbers of the kernel's joints, which are those with rows."""
 
     name: ClassVar[str]
     dimension: ClassVar[str]
@@ -54,24 +54,25 @@ class Compiled(ABC):
         assert core is not None
         self.core, self.system, self.layout, self.model = core, system, layout, model
         self._joints = joints
-        self.settled = ProjectionSettings()  # what the model's usual rows were found for: a penalty has more of them
+        #: The projection for which the model's usual rows were found: a penalty has more rows.
+        self.settled = ProjectionSettings()
 
     @property
     @abstractmethod
     def degrees_of_freedom(self) -> int:
-        """What the independent rows leave free."""
+        """The degrees of freedom that the independent rows leave."""
 
     @property
     @abstractmethod
     def row_scale(self) -> Array:
-        """What the kernel's rows are measured against: the system's length, or 1 rad, (m,)."""
+        """The scales of the kernel's rows: the system's length, or 1 rad, (m,)."""
 
     @abstractmethod
     def state(self, q: Array, v: Array) -> Array:
-        """The kernel's state (..., n, 13 or 6) from q and v = q' (..., 7n)."""
+        """Return the kernel's state (..., n, 13 or 6) from q and v = q' (..., 7n)."""
 
     def samples(self, block: Mapping[str, Any], counters: Mapping[str, Integers]) -> Samples:
-        """A block of the kernel in the coordinates of all formulations."""
+        """Return a block of the kernel in the coordinates of all formulations."""
         y, work = block["y"], block["y"][:, self.layout["quadratures"]]
         q, v, acceleration = self.motion(self.bodies_of(y), block["acceleration"])
         return Samples(
@@ -88,59 +89,61 @@ class Compiled(ABC):
 
     @abstractmethod
     def motion(self, y: Array, acceleration: Array) -> tuple[Array, Array, Array]:
-        """q, q' and q'' (T, 7n) at states of the kernel (T, n, 13 or 6) with its accelerations."""
+        """Return q, q' and q'' (T, 7n) at states of the kernel (T, n, 13 or 6) with its accelerations."""
 
     @abstractmethod
     def multipliers(self, samples: Samples, forces: Array | None = None) -> Array:
-        """λ of all rows at samples, (T, m), of a run in the kernel; with `forces` (T, S + K) along the coordinates of
-        stops and frictions that are no laws, or none."""
+        """Return λ of all rows at samples, (T, m), of a run in the kernel. `forces` (T, S + K) along the coordinates of
+        stops and frictions may be added; None for no such forces."""
 
     @abstractmethod
     def turns(self, turns: Integers) -> Integers:
-        """Whole turns of the kernel's coordinates from those of the system's (nc,)."""
+        """Return whole turns of the kernel's coordinates from those of the system's (nc,)."""
 
     @abstractmethod
     def of_all(self, kept: Array) -> Array:
-        """Angles or whole turns of the system's coordinates (.., nc) from those of the kernel's."""
+        """Return angles or whole turns of the system's coordinates (.., nc) from those of the kernel's."""
 
     def standing(self, t: float, y: Array, turns: Sequence[int]) -> State:
-        """The state of a mark of the kernel."""
+        """Return the state of a mark of the kernel."""
         q, v = self.coordinates(self.bodies_of(y))
         return State(t, self._states(y, q, v, self.of_all(np.array(turns, dtype=float))), self.system.layout)
 
     def bodies_of(self, y: Array) -> Array:
-        """The bodies' states (..., n, 13 or 6) at the kernel's y (..., its size)."""
+        """Return the bodies' states (..., n, 13 or 6) at the kernel's y (..., its size)."""
         return y[..., self.layout["bodies"]].reshape(*y.shape[:-1], self.system.bodies, -1)
 
     def coordinates(self, bodies: Array) -> tuple[Array, Array]:
-        """q and v (7n,) at one state of the kernel's bodies, (n, 13 or 6)."""
+        """Return q and v (7n,) at one state of the kernel's bodies, (n, 13 or 6)."""
         q, v, _ = self.motion(bodies[None], np.zeros((1, len(bodies), bodies.shape[1] // 2)))
         return q[0], v[0]
 
     def _states(self, y: Array, q: Array, v: Array, turns: Array) -> Array:
-        """Those of the system (..., N) at the kernel's (..., its size), with the positions and velocities there."""
+        """Return the system's y (..., N) from the kernel's (..., its size), with these positions, velocities and
+        turns."""
         beside = self.layout.shared(y, self.system.layout)
         return self.system.layout.joined({"positions": q, "velocities": v, "turns": turns, **beside})
 
     def joint(self, number: int) -> int:
-        """The system's number of one of the kernel's joints; motions follow the joints, and then reflected inertias."""
+        """Return the system's number of one of the kernel's joints; motions follow the joints, and then reflected
+        inertias."""
         beyond = number - len(self._joints)
         return self._joints[number] if beyond < 0 else len(self.system.names.joints) + beyond
 
     @abstractmethod
     def row(self, number: int) -> int:
-        """A row of the system's C (norm rows first) for one of the kernel's rows."""
+        """Return the row of the system's C (norm rows first) for one of the kernel's rows."""
 
     @abstractmethod
     def own_row(self, row: int) -> int:
-        """The kernel's row for one of the system's C, after the norm rows."""
+        """Return the kernel's row for one of the system's C, counted after the norm rows."""
 
     @abstractmethod
     def coordinate(self, number: int) -> int:
-        """The system's number of one of the kernel's coordinates."""
+        """Return the system's number of one of the kernel's coordinates."""
 
     def equations(self, projection: ProjectionSettings | None = None) -> Any:
-        """The kernel's equations at single states; with the rows of the run, unless a projection is given."""
+        """Return the kernel's equations at single states, with the rows of the run unless a projection is given."""
         if projection is None and PROJECTIONS[self.settled.method].correction == "penalty":
             projection = self.settled
         mass = self.core.Correction.mass
@@ -148,7 +151,7 @@ class Compiled(ABC):
         return getattr(self.core, f"{self.dimension}Equations")(self.model, settings)
 
     def owner(self, number: int) -> str | None:
-        """Whose rows are those of one of the kernel's joints, for messages: "joint 'A'", "motion 'm'"."""
+        """Return the owner of one of the kernel's joints, for messages: "joint 'A'", "motion 'm'"."""
         if number < 0:
             return None
         joint, joints = self.joint(number), self.system.names.joints
@@ -159,8 +162,8 @@ class Compiled(ABC):
         return f"joint '{joints[joint]}'"
 
     def is_regular(self, state: State) -> tuple[bool, int]:
-        """Whether the accelerations are unique at a state, and else the kernel's joint whose rows depend on the others'
-        (-1 where no joint is to blame). Raises SimulationError where a function of the scene has no value."""
+        """Return whether the accelerations are unique at a state, and else the kernel's joint whose rows depend on
+        others (-1 where no joint is the cause). Raises SimulationError where a function of the scene has no value."""
         equations, instant = self.equations(), state.instant(self.system)
         beside = [*self.turns(instant.expected).tolist(), *state.x.tolist()]
         if equations.accelerations(self.state(state.q, state.v), state.t, beside) is not None:
@@ -169,18 +172,18 @@ class Compiled(ABC):
         return False, int(equations.singular_joint)
 
     def responses(self, state: State, laws: Integers) -> Array | None:
-        """W of `mbproj.dynamics.fast_modes` for these laws, (e, e); None where it is not unique."""
+        """Return W of `mbproj.dynamics.fast_modes` for these laws, (e, e); None where it is not unique."""
         y = np.ascontiguousarray(self.state(state.q, state.v))
         found: Array | None = self.equations().responses(y, laws.tolist(), state.t)
         return found
 
     def require_functions(self, state: State) -> None:
-        """Raises SimulationError that names the force, motion, state or controller whose function has no value."""
+        """Raise SimulationError that names the force, motion, state or controller whose function has no value."""
         drive_at(self.system, state.t)
         require_values(state.instant(self.system))
 
     def run(self, state: State, settings: Settings, leg: Leg | None = None) -> Any:
-        """The kernel's run from a state, or a leg of one."""
+        """Return the kernel's run from a state, or a leg of one."""
         kind = getattr(self.core, f"{self.dimension}Run")
         turns = np.ascontiguousarray(self.turns(state.turns), dtype=np.int64)
         run = kind(
@@ -195,12 +198,12 @@ class Compiled(ABC):
         return run
 
     def beginning(self, state: State) -> Array:
-        """The kernel's y (its size,) in which a run from `state` begins."""
+        """Return the kernel's initial y (its size,) of a run from `state`."""
         bodies = self.state(state.q, state.v).ravel()
         return self.layout.joined({"bodies": bodies} | state.layout.shared(state.y, self.layout))
 
     def _keep(self, run: Any, state: State, settings: Settings) -> None:
-        """Rows of what the motion keeps, where they are asked for and something is free to move."""
+        """Add rows for conserved quantities to the run, where they are asked for and something is free to move."""
         projection, free = settings.projection, self.degrees_of_freedom > 0
         if not (free and PROJECTIONS[projection.method].corrects and (projection.energy or projection.momentum)):
             return
@@ -214,11 +217,11 @@ class Compiled(ABC):
 
     @abstractmethod
     def rigid_fields(self, q: Array) -> Array:
-        """q' (k, 7n) at q of the rigid motions of all bodies that these coordinates have: shifts, then turns about axes
-        through the origin."""
+        """Return q' (k, 7n) at q of the rigid motions of all bodies that these coordinates have: shifts, then turns
+        about axes through the origin."""
 
     def projection(self, settings: ProjectionSettings) -> Any:
-        """The settings as the kernel has them."""
+        """Return the projection's settings as the kernel takes them."""
         found = self.core.Projection(getattr(self.core.Correction, PROJECTIONS[settings.method].correction))
         if settings.gains is not None:
             found.alpha, found.beta = settings.gains
@@ -235,7 +238,7 @@ class Compiled(ABC):
         return found
 
     def failure(self, run: Any, settings: Settings) -> SimulationError | None:
-        """Why a run with these settings ended before its time; None where it did not."""
+        """Return the error of a run with these settings that ended before its time; None where it did not."""
         outcome, status, t = run.outcome, self.core.Status, float(run.outcome.time)
         if outcome.status in (status.running, status.finished):
             return None
@@ -275,7 +278,7 @@ class Compiled(ABC):
         return left_open(t, where, by, passes, projection=settings.projection, failed=failed)
 
     def _broken(self, t: float, run: Any) -> SimulationError:
-        """What the functions of the scene say at a state where one has no value."""
+        """Return the error of the functions of the scene at a state where one has no value."""
         try:
             with may_overflow():
                 self.require_functions(self.standing(t, run.broken_state, run.standing["turns"]))

@@ -1,6 +1,6 @@
 """The full formulation as an initial value problem: y = (q, q', ...), y' = (q', q'', ...) from Eq. 14 or Eqs. 80-81.
 
-What else is in y says its layout: states of elements, the work of forces, joint coordinates that are followed.
+The layout names the other blocks of y: states of elements, the work of forces, joint coordinates that are followed.
 """
 
 from __future__ import annotations
@@ -53,23 +53,23 @@ from mbproj.thresholds import THRESHOLDS
 @final
 @dataclass(frozen=True, eq=False)
 class FullFormulation:
-    """Constants of a run: the system; the settings; the projection method that they name; what gears and screws count
-    from; the window from within which functions of time are seen; the branches that laws are held on."""
+    """Constants of a run. `method`: the projection method. `sums`: the teeth at the start of gears and screws.
+    `window`: where functions of time are evaluated. `held`: the branches on which laws are held."""
 
     system: System
     settings: Settings
     method: Method
     policy: RowPolicy
     sums: Array
-    bodies: System  # without what its joints' coordinates turn
+    bodies: System  # the system without reflected inertias
     window: TimeWindow
     held: Array | None = None
-    on_branches: System | None = None  # the system with its rows and laws on these
-    balance: Balance | None = None  # where rows hold what the motion keeps
+    on_branches: System | None = None  # the system with its rows and laws on these branches
+    balance: Balance | None = None  # rows for conserved quantities, if any
 
     @classmethod
     def of(cls, system: System, state: State, settings: Settings, redundant: int = 0) -> FullFormulation:
-        """Of a system with `redundant` rows. Raises InputError where the projection method refuses its mass matrix."""
+        """Return a run's formulation. Raises InputError where the projection method refuses the mass matrix."""
         method = make_method(settings.projection)
         if isinstance(method, Projection) and (reason := method.refusal(mass_matrix(system, pose_of(state.q)))):
             raise InputError(reason)
@@ -81,45 +81,45 @@ class FullFormulation:
 
     @property
     def layout(self) -> Layout:
-        """Of y."""
+        """The layout of y."""
         return self.system.integrated
 
     def parts(self, y: Array) -> tuple[Array, Array, Array]:
-        """q (7n,), q' (7n,) and the joints' coordinates that are followed, all or none."""
+        """Return q (7n,), q' (7n,) and the joints' coordinates that are followed, all or none."""
         layout = self.layout
         return y[layout["positions"]], y[layout["velocities"]], y[layout["followed"]]
 
     def state(self, t: float, y: Array, turns: Integers) -> State:
-        """The state at y, with the whole turns (nc,) of the joints' coordinates."""
+        """Return the state at y, with the whole turns (nc,) of the joints' coordinates."""
         return State.of(self.system, t, **self.layout.shared(y, self.system.layout), turns=turns)
 
     def drive(self, t: float, expected: Array) -> Drive:
-        """What motions prescribe, and the teeth in mesh where the joints' coordinates are `expected`, (nc,).
-        Accelerations, which may jump, are seen from within the window; positions and rates belong to t itself."""
+        """Return the values that motions prescribe, with the teeth in mesh at the joints' coordinates `expected`,
+        (nc,). Accelerations, which may jump, are evaluated within the window; positions and rates at t."""
         drive = drive_at(self.system, t, Teeth(self.sums, expected) if self.system.couplings.size else None)
         seen = self.window.seen(t)
         inside = drive if seen == t else drive_at(self.system, seen)
         return replace(drive, acceleration=inside.acceleration)
 
     def seen_within(self, window: TimeWindow) -> FullFormulation:
-        """The same with another window."""
+        """Return the formulation with another window."""
         return replace(self, window=window)
 
     def holding(self, held: Array) -> FullFormulation:
-        """The same with these branches."""
+        """Return the formulation with these branches."""
         return replace(self, held=held, on_branches=on_branches(self.system, held))
 
     def arguments(self, switches: LawSwitches, held: Array, t: float, y: Array) -> Array:
-        """Of the switches of its laws at a state, (K,)."""
+        """Return the arguments of the switches of its laws at a state, (K,)."""
         with may_overflow():
             return switches.arguments(self.instant(t, y), held)
 
     def derivative(self, t: float, y: Array) -> Array:
-        """y' of y, with the rows of the step at hand."""
+        """Return y' at y, with the rows of the current step."""
         return self._derivative(t, y)[0]
 
     def watched_derivative(self, t: float, y: Array) -> Array:
-        """The same, where the policy takes note of how near the pose is to a singular one: a stage of a step."""
+        """Return y' at a stage of a step. The policy records how near the pose is to a singular one."""
         slope, nearness = self._derivative(t, y)
         self.policy.see(nearness)
         return slope
@@ -129,7 +129,7 @@ class FullFormulation:
         return self.slope(t, y, found), found.nearness
 
     def slope(self, t: float, y: Array, found: Accelerations, speed: Array | None = None) -> Array:
-        """y' at y with these accelerations; `speed` (nc,): of the joints' coordinates, where it is known."""
+        """Return y' at y with these accelerations. `speed` (nc,): the rates of the joints' coordinates, if known."""
         q, v, expected = self.parts(y)
         speed = coordinates(self.system, q, v)[1] if speed is None and len(expected) else speed
         rates = {
@@ -142,7 +142,7 @@ class FullFormulation:
         return self.layout.joined(rates)
 
     def instant(self, t: float, y: Array, expected: Array | None = None) -> Instant:
-        """What functions see at y; `expected` (nc,): the joints' coordinates, in place of those that are followed."""
+        """Return the `Instant` at y. `expected` (nc,): joints' coordinates in place of those that are followed."""
         q, v, followed = self.parts(y)
         pose = pose_of(q)
         near, system = followed if expected is None else expected, self.on_branches or self.system
@@ -151,10 +151,9 @@ class FullFormulation:
     def accelerations(
         self, t: float, y: Array, expected: Array | None = None, rows: RowSet | None = None
     ) -> Accelerations:
-        """With these rows, those of the step at hand where none are given: equal input has equal bits, whatever was
-        asked before. `expected` (nc,): the joints' coordinates, each angle to less than half a turn, in place of those
-        that are followed. Raises SimulationError where the equations have no unique solution, or an expression no
-        value."""
+        """Return the accelerations with these `rows`; without, with those of the current step. Equal input gives equal
+        bits. `expected` (nc,): the joints' coordinates, each angle to less than half a turn, in place of those that are
+        followed. Raises SimulationError where the equations have no unique solution, or an expression no value."""
         terms = self.terms(t, y, expected, rows)
         try:
             return terms.solved(*self.solve(terms.M, terms.C_q, terms.Q, terms.gamma))
@@ -163,11 +162,11 @@ class FullFormulation:
 
     @property
     def solve(self) -> Solver:
-        """How Eq. 14 is solved."""
+        """The solver of Eq. 14."""
         return SOLVERS[self.settings.acceleration]
 
     def terms(self, t: float, y: Array, expected: Array | None = None, rows: RowSet | None = None) -> Terms:
-        """The terms of Eq. 14 at a state, in the rows that are held. Raises as `accelerations` does."""
+        """Return the terms of Eq. 14 at a state, in the rows that are held. Raises as `accelerations` does."""
         instant, system = self.instant(t, y, expected), self.on_branches or self.system
         rows = replace(rows or self.policy.rows, system=system)
         (q, v, _), pose, twist, drive = self.parts(y), instant.pose, instant.twist, self.drive(t, instant.expected)
@@ -194,7 +193,7 @@ class FullFormulation:
         return self._with_bearings(terms, system.forces, instant, t)
 
     def _with_bearings(self, terms: Terms, forces: Forces, instant: Instant, t: float) -> Terms:
-        """The same with the friction that goes by what bearings carry. Raises SimulationError where that is not
+        """Return the terms with friction that depends on loads of bearings. Raises SimulationError where it is not
         unique."""
         system, bearings, pose = self.system, self.system.bearings, instant.pose
         assert bearings is not None
@@ -219,13 +218,13 @@ class FullFormulation:
         )
 
     def project(self, step: int, t: float, before: Array, y: Array) -> Projected:
-        """The state after step number `step` from `before`, projected as the settings say."""
+        """Return the state after step number `step` from `before`, projected according to the settings."""
         projected = self._projected(step, self.settings.projection, t, y)
         self.policy.see(projected.nearest)
         return projected if self.balance is None else self.balance.after_step(self, t, before, y, projected)
 
     def project_copy(self, t: float, y: Array) -> tuple[Array, Projected]:
-        """A state between two steps moved to the constraints, both levels that the settings switch on, and how."""
+        """Return a state between two steps, projected on the levels that the settings switch on; and the projection."""
         projected = self._projected(1, replace(self.settings.projection, every=1, threshold=None), t, y)
         closed = self.layout.changed(y, {"positions": projected.q, "velocities": projected.v})
         return closed if self.balance is None else self.balance.inside_step(self, t, closed, projected), projected
@@ -241,22 +240,22 @@ class FullFormulation:
             raise self.singular(t, q, v) from error
 
     def lead(self, t: float, y: Array) -> Array:
-        """y at a time, with those of its joint coordinates that are driven where their motions are."""
+        """Return y at a time, with driven joint coordinates at the values of their motions."""
         expected = self.parts(y)[2]
         if not len(expected):
             return y
         return self.layout.changed(y, {"followed": driven_to(self.system, expected, drive_at(self.system, t).value)})
 
     def violations(self, t: float, q: Array, v: Array, expected: Array) -> tuple[Array, Array]:
-        """|C| and |C'|, row by row, (m,)."""
+        """Return |C| and |C'|, row by row, (m,)."""
         system, pose, drive = self.system, pose_of(q), self.drive(t, expected)
         twist = twist_of(pose, v)
         return np.abs(constraint(system, pose, drive)), np.abs(constraint_velocity(system, pose, twist, drive))
 
     def check_branch(self, t: float, h: float, y: Array, projected: Projected) -> None:
-        """Raises SimulationError where the step has lost the motion. Near a pose at which C_q loses its rank,
-        branches of the motion may cross at an angle. There the projection may change the velocities of y by more
-        than a step of size h can err, or leave open what has lost its gradient: both count as lost."""
+        """Raise SimulationError where the step has lost the motion. Near a pose at which C_q loses its rank, branches
+        of the motion may cross at an angle. The projection may then change the velocities of y by more than a step of
+        size h can err, or leave rows without a gradient open: both count as lost."""
         v = self.parts(y)[1]
         part = self.change(v, projected.v)
         moved = float(np.linalg.norm(in_lengths(self.system, projected.v - v))) * h
@@ -267,29 +266,29 @@ class FullFormulation:
         ):
             raise other_branch(t, part)
         if part > THRESHOLDS.lost_velocity and moved > THRESHOLDS.lost_way and not self.system.driven:
-            raise LostStep(t, part)  # what motions drive is led to where they are
+            raise LostStep(t, part)  # driven coordinates are led by their motions
         if projected.left_open > THRESHOLDS.left_open or (
             projected.failures and self.policy.nearest < THRESHOLDS.near_singular
         ):
             raise branches_near(t)
 
     def change(self, v: Array, to: Array) -> float:
-        """By how much a velocity differs from another, as a part of it; lengths in the mechanism's own."""
+        """Return the difference of two velocities as a part of the first; lengths in the mechanism's own."""
         size = np.linalg.norm(in_lengths(self.system, v))
         return float(np.linalg.norm(in_lengths(self.system, to - v)) / max(size, np.finfo(float).tiny))
 
     def arrive(self, q: Array) -> float:
-        """Takes note of an accepted pose; how near the way there came to a singular one."""
+        """Record an accepted pose; return how near the step came to a singular one."""
         return self.policy.after(jacobian(self.system, pose_of(q)))
 
     def check_regular(self, t: float, q: Array) -> None:
-        """Raises SimulationError that names the joint where C_q has lost its rank at the start."""
+        """Raise SimulationError that names the joint where C_q has lost its rank at the start."""
         distances = row_distances(scaled_jacobian(self.system, pose_of(q)))
         if not self.policy.rows.redundant and distances.min(initial=1.0) < THRESHOLDS.singular:
             raise self.singular(t, q)
 
     def singular(self, t: float, q: Array, v: Array | None = None) -> SimulationError:
-        """Why the equations have no unique solution at a state."""
+        """Return the error for equations without a unique solution at a state."""
         with may_overflow():
             rows = scaled_jacobian(self.system, pose_of(q))
         if not np.all(np.isfinite(rows)) or not (v is None or np.all(np.isfinite(v))):

@@ -1,4 +1,4 @@
-"""The momenta that a mechanism keeps, with poses that it can take."""
+"""The momenta that a mechanism conserves, tested at poses that it can take."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from mbproj.scene.records import ProjectionSettings
 
 
 def momenta_of(system: System, state: State, fields: Fields = rigid_fields) -> Array:
-    """The combinations (j, k) of rigid motions whose momenta are kept."""
+    """Return the combinations (j, k) of rigid motions whose momenta are conserved."""
     return kept_fields(system, state, partial(_closed, system, state), fields)
 
 
 def _closed(system: System, state: State, q: Array) -> Array | None:
-    """q moved to the constraints; None where that fails."""
+    """Return q moved to the constraints; None where that fails."""
     instant = state.instant(system)
     teeth = Teeth(sums_at_start(system, instant.pose, instant.expected), instant.expected)
     drive = drive_at(system, state.t, teeth if system.couplings.size else None)

@@ -1,4 +1,4 @@
-"""The settings of a run as the kernel has them: its tableau, its steps, and the times at which they end."""
+"""The settings of a run in the kernel's classes: its tableau, its steps, and the times at which they end."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from mbproj.scene.records import Settings
 
 
 def kernel_tableau(core: ModuleType, tableau: Tableau | ImplicitTableau, *, kinematic: bool) -> Any:
-    """A tableau as the kernel has it."""
+    """Return a tableau as the kernel's class."""
     if isinstance(tableau, ImplicitTableau):
         names = ("a", "b", "c", "error", "dense", "splitting")
         coefficients = {name: np.ascontiguousarray(getattr(tableau, name)) for name in names}
@@ -26,12 +26,12 @@ def kernel_tableau(core: ModuleType, tableau: Tableau | ImplicitTableau, *, kine
 
 
 def kernel_breaks(leg: Leg) -> list[tuple[Any, ...]]:
-    """The times at which steps end, as the kernel takes them."""
+    """Return the times at which steps end, as the kernel takes them."""
     return [(*each[:3], list(each.actions), each.asks) for each in leg.breaks]
 
 
 def kernel_steps(core: ModuleType, settings: Settings, leg: Leg) -> Any:
-    """The steps of a run, or of a leg of one: fixed, or as the error allows."""
+    """Return the steps of a run, or of a leg of one, as the kernel's class: fixed, or by error control."""
     breaks = kernel_breaks(leg)
     if leg.step is not None:
         return core.Steps.fixed(leg.start, leg.duration, leg.step, leg.count, leg.every, breaks)

@@ -1,4 +1,4 @@
-"""Runs without degrees of freedom: joints and motions alone say where each body is, and nothing of it is integrated."""
+"""Kinematic runs: without degrees of freedom joints and motions determine all poses, and nothing is integrated."""
 
 from __future__ import annotations
 
@@ -12,12 +12,13 @@ from mbproj.scene.records import ProjectionSettings, Settings
 from mbproj.scene.sampling import output_interval
 from mbproj.thresholds import THRESHOLDS
 
-#: The settings of the scene that a kinematic run has no use for, in words.
+#: The settings of the scene that a kinematic run does not use, in words.
 UNUSED = "each sample is closed by Newton's method; the scene's integrator, step, tolerance and projection are not used"
 
 
 def decided(degrees_of_freedom: int, settings: Settings) -> bool:
-    """Whether a run is kinematic. Raises InputError where that is asked for of a mechanism that can move by itself."""
+    """Return whether a run is kinematic. Raises InputError where that is asked for and the mechanism has degrees of
+    freedom."""
     if settings.kinematic is True and degrees_of_freedom > 0:
         count = f"{degrees_of_freedom} degree{'s' if degrees_of_freedom > 1 else ''} of freedom"
         message = f"the mechanism has {count}: a kinematic run needs 0"
@@ -27,10 +28,11 @@ def decided(degrees_of_freedom: int, settings: Settings) -> bool:
 
 
 def settings_along(system: System, settings: Settings) -> Settings:
-    """What a kinematic run takes in place of the scene's settings. Positions and velocities are closed at each stage
-    and sample by Newton's method. States of elements are integrated by the scene's integrator, whose implicit steps
-    close what they predict; without states a quadrature of high order takes the works along. Raises InputError where
-    states need an integrator's step or tolerance and the scene has none."""
+    """Return the settings that a kinematic run uses in place of the scene's.
+
+    Positions and velocities are closed at each stage and sample by Newton's method. States of elements are integrated
+    by the scene's integrator, whose implicit steps close their predictions. Without states a quadrature of high order
+    integrates the work. Raises InputError where states need a step or tolerance and the scene has none."""
     closed = replace(settings, projection=ProjectionSettings(), kinematic=True)
     if not system.states.size:
         interval = output_interval(settings)
@@ -42,7 +44,7 @@ def settings_along(system: System, settings: Settings) -> Settings:
 
 
 def words(system: System, settings: Settings) -> str:
-    """What a kinematic run with these settings of the scene does, for the summary."""
+    """Return, for the summary, the description of a kinematic run with these settings of the scene."""
     if not system.states.size:
         return UNUSED
     how = "explicit steps" if is_explicit(settings.integrator) else "implicit steps"

@@ -1,4 +1,4 @@
-"""Planar coordinates: x, y and θ, 3 freedoms a body; reactions out of the plane by one spatial solve a sample."""
+"""Planar coordinates: x, y and θ of each body. Reactions out of the plane take one spatial solution a sample."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from mbproj.model.system import System, layout_in_bodies
 
 @final
 class InPlane(Compiled):
-    """The kernel in a plane."""
+    """A system in the kernel's planar coordinates."""
 
     name = "planar"
     dimension = "Plane"
@@ -83,8 +83,8 @@ class InPlane(Compiled):
         return self.plane.expand(np.broadcast_to(p, rates.shape), rates, np.zeros_like(rates))[1]
 
     def multipliers(self, samples: Samples, forces: Array | None = None) -> Array:
-        """From one spatial solve a sample. Where rows out of the plane are redundant, the smallest λ that keep the
-        bodies on the motion that the plane gives."""
+        """Return λ from one spatial solution a sample. Where rows out of the plane are redundant, it is the smallest λ
+        that keeps the bodies on the motion in the plane."""
         times, q, v, x = samples.t, samples.q, samples.v, samples.x
         if not len(times):
             return np.empty((0, self.system.constraints - self.system.bodies))
@@ -100,14 +100,14 @@ class InPlane(Compiled):
         return found
 
     def _equations_in_space(self, state: State) -> Any:
-        """Those of the kernel in space, with what is redundant there left out."""
+        """Return the kernel's equations in space, without rows that are redundant there."""
         space = Reduced(self.core, self.system)
         count_redundant(space, state)
         return space.equations()
 
     def _smallest(self, state: State, a: Array, forces: Array | None) -> Array:
-        """The smallest λ with Gᵀλ the applied forces, and those along stops and frictions, less what the motion q'' in
-        `a` (7n,) takes."""
+        """Return the smallest λ with Gᵀλ equal to the applied forces, and `forces` along stops and frictions, less the
+        inertial forces of the motion with q'' = `a` (7n,)."""
         system, instant = self.system, state.instant(self.system)
         pose, twist = instant.pose, instant.twist
         G = tangent_jacobian(system.rows, pose)[:, :-1, :6]

@@ -1,4 +1,4 @@
-"""Reduced coordinates: r, Λ, r' and ω in body axes, 6 freedoms a body."""
+"""Reduced coordinates: r, Λ, r' and ω in body axes, 6 degrees of freedom a body."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from mbproj.model.system import System, layout_in_bodies
 
 @final
 class Reduced(Compiled):
-    """The kernel in space."""
+    """A system in the kernel's spatial coordinates."""
 
     name = "reduced"
     dimension = "Space"
@@ -47,7 +47,7 @@ class Reduced(Compiled):
         return rigid_fields(q)
 
     def multipliers(self, samples: Samples, forces: Array | None = None) -> Array:
-        """Where redundant rows leave reactions open, the smallest."""
+        """Return λ of all rows; the smallest where redundant rows leave reactions undetermined."""
         if not self.model.rows.redundant:
             return samples.carried
         bodies = np.ascontiguousarray(space_state(samples.q, samples.v))
@@ -71,15 +71,15 @@ class Reduced(Compiled):
 
 
 def space_state(q: Array, v: Array) -> Array:
-    """(r, Λ, r', ω in body axes) of each body, (..., n, 13), from q and v = q' (..., 7n)."""
+    """Return (r, Λ, r', ω in body axes) of each body, (..., n, 13), from q and v = q' (..., 7n)."""
     at, rate = (part.reshape(*part.shape[:-1], -1, 7) for part in (q, v))
     omega = 2.0 * (matrix_L(at[..., 3:]) @ rate[..., 3:, None])[..., 0]
     return np.concatenate([at, rate[..., :3], omega], axis=-1)
 
 
 def from_space(y: Array, acceleration: Array) -> tuple[Array, Array, Array]:
-    """q, q' and q'' (T, 7n) from states (T, n, 13) and accelerations (r'', ω' in body axes) (T, n, 6):
-    Λ' = ½ Lᵀω, Λ'' = ½ Lᵀω' - ¼ |ω|² Λ."""
+    """Return q, q' and q'' (T, 7n) from states (T, n, 13) and accelerations (r'', ω' in body axes) (T, n, 6): Λ' = ½
+    Lᵀω, Λ'' = ½ Lᵀω' - ¼ |ω|² Λ."""
     orientation, omega = y[..., 3:7], y[..., 10:13]
     transposed = 0.5 * np.swapaxes(matrix_L(orientation), -1, -2)
     rate = (transposed @ omega[..., None])[..., 0]

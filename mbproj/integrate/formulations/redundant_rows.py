@@ -1,7 +1,7 @@
-"""Which of the kernel's rows a run holds: those that follow from the others wherever a mechanism goes are left out.
+"""The rows that a run in the kernel holds: rows that follow from the others throughout the motion are left out.
 
-They are found before the run, of the scene alone: off the constraints each choice of rows is another differential
-equation. A choice by the poses that a run has passed would give its derivative a history.
+They are found before the run, from the scene alone, because off the constraints each choice of rows is another
+differential equation. A choice by the poses that a run has passed would make its derivative depend on the past.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from mbproj.integrate.formulations.compiled import Compiled
 from mbproj.scene.records import ProjectionSettings
 from mbproj.thresholds import THRESHOLDS
 
-#: Directions that are tried.
+#: The number of random directions that are tried.
 TRIALS = 3
 
 
 def settle_rows(compiled: Compiled, state: State, projection: ProjectionSettings | None = None) -> int | None:
-    """Sets the rows that the kernel's model holds at most poses, of a run with this projection; how many are redundant,
-    or None, as `count_redundant` has it."""
+    """Set the rows that the kernel's model holds at most poses of a run with this projection. Return the number of
+    redundant rows, or None as `count_redundant` does."""
     compiled.settled = projection or ProjectionSettings()
     first = _left_out(compiled, state)
     if first is None:
@@ -35,14 +35,15 @@ def settle_rows(compiled: Compiled, state: State, projection: ProjectionSettings
 
 
 def count_redundant(compiled: Compiled, state: State) -> int | None:
-    """Tells the kernel's model how many of all rows depend on the others at `state`, and stay so in motion. With that
-    number the kernel holds the best rows of each pose; how many. None where some do so at this pose only, so that it is
-    singular."""
+    """Tell the kernel's model how many of all rows depend on the others at `state` and in motion, and return that
+    number. The kernel then holds the best rows at each pose. Return None where rows depend on others at this pose only,
+    which is singular."""
     return None if _left_out(compiled, state) is None else compiled.model.rows.redundant
 
 
 def _left_out(compiled: Compiled, state: State) -> list[int] | None:
-    """The same: which these are at `state`."""
+    """Count the redundant rows as `count_redundant` does, and return the numbers of those left out at `state`, or
+    None."""
     compiled.model.rows = compiled.core.UsualRows()
     y, equations = compiled.state(state.q, state.v), compiled.equations()
     for threshold in (
@@ -60,14 +61,16 @@ def _left_out(compiled: Compiled, state: State) -> list[int] | None:
 
 
 def _usual(compiled: Compiled, state: State, count: int, first: list[int]) -> Any:
-    """So many rows without which the others are well conditioned at most poses of a walk, and their usual pivots. The
-    walk of a large mechanism is short, so that it does not tell which poses are rare: the rows that are left out
-    `first` are so at all, and the least pivots of all its poses are the usual ones."""
+    """Return the rows to leave out so that the others are well conditioned at most poses of a walk, with the usual
+    pivots.
+
+    The walk of a large mechanism is short and does not show which poses are rare. Then the rows `first` are left out,
+    and the least pivots over the walk are the usual ones."""
     y, equations = compiled.state(state.q, state.v), compiled.equations()
     at_start, even_there = equations.pivots(y, state.t, first)
     if count == 0 and min(at_start, default=1.0) >= THRESHOLDS.near_branch:
         return compiled.core.UsualRows()
-    if even_there > 0.0:  # lengths of different orders make it small: beside 1, rows would seem dependent at every pose
+    if even_there > 0.0:  # small where lengths differ: beside 1, rows would seem dependent at every pose
         compiled.model.rows = compiled.core.UsualRows(count, [], [], even_there)
         equations = compiled.equations()
     length = max(THRESHOLDS.fewest_walked, THRESHOLDS.walked_bodies // compiled.system.bodies)
@@ -91,8 +94,8 @@ def _usual(compiled: Compiled, state: State, count: int, first: list[int]) -> An
 def _walk(
     compiled: Compiled, equations: Any, state: State, length: int, left_out: list[int] | None = None
 ) -> Iterator[tuple[Array, float]]:
-    """So many poses with closed joints on a way from the start that keeps its direction, more or less, and turns back
-    where it ends; without these rows, or without the worst of each pose."""
+    """The poses of a walk of this length with closed joints, as states and times. It roughly keeps its direction from
+    the start, and turns back where it ends. The rows `left_out` are not held; without them, the worst of each pose."""
     system, rng = compiled.system, np.random.default_rng(0)
     weights = np.tile([system.length] * 3 + [1.0] * 4, system.bodies)
     t, q, v, rate, seconds = state.t, state.q, state.v, 1.0, 0.0
@@ -107,15 +110,15 @@ def _walk(
         yield y, t
         rate = float(np.abs(v / weights).max())
         if rate < THRESHOLDS.dependent:
-            return  # nothing can move
+            return  # no motion is possible
         seconds = THRESHOLDS.long_way / rate
 
 
 def _corrected(
     compiled: Compiled, equations: Any, t: float, q: Array, v: Array, left_out: list[int] | None
 ) -> tuple[Array, Array, Array] | None:
-    """The state y nearest to (q, v) that the rows held allow, and its coordinates; None where there is none, or where
-    its numbers are so large that their squares overflow."""
+    """Return the state y nearest to (q, v) that the held rows allow, and its coordinates; None where there is none, or
+    where the squares of its numbers overflow."""
     with may_overflow():
         y = equations.corrected(compiled.state(q, v), t, left_out)
         if y is None:
@@ -125,7 +128,7 @@ def _corrected(
 
 
 def _stay_closed(compiled: Compiled, state: State, left_out: list[int]) -> bool:
-    """Whether rows that are left out stay closed where the others are kept so, in motions along random directions."""
+    """Whether rows that are left out stay closed in motions along random directions while the others are held."""
     equations, rng = compiled.equations(), np.random.default_rng(0)
     return all(_stays_closed(compiled, equations, left_out, state, rng) for _ in range(TRIALS))
 
@@ -142,7 +145,7 @@ def _stays_closed(
     _, q, v = moving
     rate = float(np.abs(v / weights).max())
     if rate < THRESHOLDS.dependent:
-        return True  # nothing can move
+        return True  # no motion is possible
     seconds = THRESHOLDS.short_way / rate
     moved = _corrected(compiled, equations, state.t + seconds, q + seconds * v, v, left_out)
     if moved is None:

@@ -1,11 +1,13 @@
-"""What names channels, in the stages of an implicit step of the full formulation.
+"""Channels in the stages of an implicit step of the full formulation.
 
 With δx'_j = x'_j - before_j, δa_j likewise, and weights W, states change by δx = W δx' and coordinates by δs = W² G δa,
 δs' = W G δa. Of δx' = f - before + f_x δx + f_s δs + f_s' δs' follows
 
     δx' = (1 - W f_x)⁻¹ (f - before + B δa),      B = W² f_s G + W f_s' G,
 
-so that forces which go by states add -F_x W (1 - W f_x)⁻¹ B to the matrix, which is not symmetric. Nothing is dropped.
+
+so that forces which depend on states add -F_x W (1 - W f_x)⁻¹ B to the matrix, which is not symmetric. Nothing is
+dropped.
 """
 
 from __future__ import annotations
@@ -21,8 +23,10 @@ from mbproj.dynamics.equations.instant import Instant
 
 @dataclass(frozen=True, eq=False)
 class StageCrossing:
-    """Of one stage: what forces that name coordinates and rates add to JᵀkJ and JᵀcJ, (7n, 7n); what states push,
-    (7n, K); and ∂x'/∂q, ∂x'/∂q', (K, 7n), and f_x (K, K)."""
+    """The derivatives through channels at one stage.
+
+    `elastic`, `viscous` (7n, 7n): what forces that name coordinates and rates add to JᵀkJ and JᵀcJ. `push` (7n, K): the
+    generalised forces of states. `by_position`, `by_velocity` (K, 7n): ∂x'/∂q and ∂x'/∂q'. `by_states` (K, K): f_x."""
 
     elastic: Array
     viscous: Array
@@ -38,7 +42,7 @@ class StageCrossing:
 
     @classmethod
     def at(cls, instant: Instant, v: Array) -> StageCrossing:
-        """At a state with velocities v (7n,)."""
+        """Return the derivatives at a state with velocities v (7n,)."""
         pose, n = instant.pose, 7 * instant.system.bodies
         q = np.concatenate([pose.position[:-1], pose.orientation[:-1]], axis=1).ravel()
         u = tangent_velocities(pose, v)
@@ -59,8 +63,9 @@ class StageCrossing:
 
 @dataclass(frozen=True, eq=False)
 class Crossing:
-    """Of s stages with accelerations of this `size`, the first 7n those of q: `left` (sK, sK) = 1 - W f_x, `by_motion`
-    (sK, s size) = B, and `push` (s size, sK) = F_x W."""
+    """The matrices of s stages, whose accelerations have this `size`, the first 7n of them q''.
+
+    `left` (sK, sK) = 1 - W f_x, `by_motion` (sK, s size) = B, and `push` (s size, sK) = F_x W."""
 
     left: Array
     by_motion: Array
@@ -68,7 +73,7 @@ class Crossing:
 
     @classmethod
     def of(cls, stages: list[StageCrossing], weights: Array, size: int) -> Crossing:
-        """Of stages with these weights."""
+        """Return the matrices of stages with these weights."""
         count, (n, K) = len(stages), stages[0].push.shape
         left, twice = np.eye(count * K).reshape(count, K, count, K), weights @ weights
         by_motion, push = np.zeros((count, K, count, size)), np.zeros((count, size, count, K))
@@ -82,13 +87,13 @@ class Crossing:
 
     @property
     def added(self) -> Array:
-        """What forces that go by states add to the matrix, (s size, s size)."""
+        """The part of the matrix from forces that depend on states, (s size, s size)."""
         return np.asarray(-self.push @ np.linalg.solve(self.left, self.by_motion))
 
     def pushed(self, left: Array) -> Array:
-        """The forces (s size,) of f - before (sK,)."""
+        """Return the forces (s size,) due to f - before (sK,)."""
         return np.asarray(self.push @ np.linalg.solve(self.left, left))
 
     def changes(self, left: Array, motion: Array) -> Array:
-        """δx' (sK,) of f - before (sK,) and δa (s size,)."""
+        """Return δx' (sK,) for f - before (sK,) and δa (s size,)."""
         return np.asarray(np.linalg.solve(self.left, left + self.by_motion @ motion))

@@ -1,14 +1,15 @@
 """The stages of an implicit step in the full formulation, by a simplified Newton method.
 
-Of stages y_i = known_i + Σ w_ij y'_j the unknowns are the accelerations a_i and the multipliers λ_i: with weights W,
-v = known_v + W a and q = known_q + W v,
+Of stages y_i = known_i + Σ w_ij y'_j the unknowns are the accelerations a_i and the multipliers λ_i: with weights W, v
+= known_v + W a and q = known_q + W v,
 
     M_i a_i + Σ_j (W_ij JᵀcJ + (W²)_ij JᵀkJ) (a_j - before_j) + C_qᵀ λ_i = Q_i,    C_q a_i = γ_i,
 
+
 where M, C_q, Q and γ are those of the stages before the change, and J, k and c those of the stiff forces alone (see
-`mbproj.dynamics.stiff_forces`). Nothing else is differentiated: what gyroscopic terms and the curvature of constraints
-change within a step is small wherever the error is. States of elements, x_i = known_i + Σ w_ij x'_j, are eliminated,
-and what names channels is taken along: see `mbproj.integrate.formulations.stage_crossing`.
+`mbproj.dynamics.stiff_forces`). Nothing else is differentiated: the changes of gyroscopic terms and of constraints'
+curvature within a step are small wherever the error is. States of elements, x_i = known_i + Σ w_ij x'_j, are
+eliminated; channels are in `mbproj.integrate.formulations.stage_crossing`.
 """
 
 from __future__ import annotations
@@ -34,21 +35,23 @@ from mbproj.thresholds import THRESHOLDS
 
 @dataclass(frozen=True, eq=False)
 class StageEquations:
-    """The equations of a formulation. `watched`: its policy takes note of the poses of the stages."""
+    """The equations of a formulation for implicit steps. `watched`: whether its policy records the poses of the
+    stages."""
 
     formulation: FullFormulation
     watched: bool = False
 
     def __call__(self, t: float, y: Array) -> Array:
-        """y' at a state."""
+        """Return y' at a state."""
         return self.formulation.watched_derivative(t, y) if self.watched else self.formulation.derivative(t, y)
 
     def of_step(self, t: float, y: Array, h: float) -> StepStages:
-        """The same for the stages of a step from (t, y) over h."""
+        """Return the equations for the stages of a step from (t, y) over h."""
         return StepStages(self.formulation, h, self.watched)
 
 
-#: Stiff forces and what names channels, of each stage; None and [] where nothing is stiff, and nothing names any.
+#: The stiff forces and the derivatives through channels of each stage; None where nothing is stiff, and [] without
+#: channels.
 _Matrix: TypeAlias = "tuple[list[StiffForces] | None, list[StageCrossing]]"
 _NOTHING: _Matrix = (None, [])
 
@@ -62,7 +65,7 @@ class StepStages:
     watched: bool
 
     def solve(self, times: Array, known: Array, weights: Array, first: Array) -> Stages:
-        """The stages at `times`; see `mbproj.integrate.steppers.stages`. Raises StagesUnsolved."""
+        """Return the stages at `times`; see `mbproj.integrate.steppers.stages`. Raises StagesUnsolved."""
         count, layout = len(times), self.formulation.layout
         positions, velocities = layout["positions"], layout["velocities"]
         newton, k = Newton(self.formulation, known, weights), np.tile(first, (count, 1))
@@ -100,16 +103,16 @@ class StepStages:
         return Stages(k, multipliers, found[-1].nearness, evaluations, filtered)
 
     def beside(self, t: float, y: Array, g: float, slope: Array) -> Accelerations:
-        """The slope of a state beside the step, from the known part of y = known + g y'. Newton's method gives it, from
-        a slope that is nearly right."""
+        """Return the accelerations of a state within the step, by one Newton step from a slope that is nearly right.
+        The state is y = known + g y'."""
         times, states = np.array([t]), y[np.newaxis]
         terms, matrix = [self.formulation.terms(t, y)], self._matrix_at(times, states)
         _, (found,) = self._changed(times, terms, matrix, np.array([[g]]), states, slope[np.newaxis])
         return found
 
     def _matrix_at(self, times: Array, y: Array) -> _Matrix:
-        """What Newton's matrix takes from states at the stages: the forces that are stiff for the step, where all
-        stages have them, and what names channels."""
+        """Return the parts of Newton's matrix at the stages: the forces that are stiff for the step, where all stages
+        have some, and the derivatives through channels."""
         instants = [self.formulation.instant(float(t), each) for t, each in zip(times, y, strict=True)]
         stiff = [found for each in instants if (found := stiff_forces(each, self.h)) is not None]
         named = instants if self.formulation.system.channels.size else []
@@ -119,7 +122,7 @@ class StepStages:
     def _unsolved(
         self, t: float, newton: Newton, terms: list[Terms], matrix: _Matrix, evaluations: int
     ) -> StagesUnsolved:
-        """Why the stages have not been solved."""
+        """Return the error of stages that were not solved."""
         worst = None if matrix[0] is None else matrix[0][-1]
         is_near = min(each.held.nearness for each in terms) < THRESHOLDS.near_singular
         system = self.formulation.system
@@ -134,7 +137,7 @@ class StepStages:
         y: Array,
         k: Array,
     ) -> tuple[Array, list[Accelerations]]:
-        """The slopes of the stages after a change by Newton's method, and what belongs to them."""
+        """Return the slopes of the stages after one Newton step, with their accelerations."""
         layout, (stiff, crossings) = self.formulation.layout, matrix
         before = np.zeros((len(terms), len(terms[0].M)))
         before[:, layout["positions"]] = k[:, layout["velocities"]]
@@ -157,12 +160,12 @@ class StepStages:
         return slopes, found
 
     def _rates(self, t: float, y: Array) -> Array:
-        """x' of the states of elements, (K,)."""
+        """Return x' of the states of elements, (K,)."""
         at = self.formulation
         return state_rates(at.instant(t, y), at.held) if at.system.states.size else np.zeros(0)
 
     def _stabilised(self, terms: Terms, weight: float, before: Array) -> Terms:
-        """With Baumgarte's terms implicit: C_q a + (2α w + β² w²) C_q (a - before) = γ."""
+        """Return the terms with Baumgarte's terms implicit: C_q a + (2α w + β² w²) C_q (a - before) = γ."""
         gains = self.formulation.settings.projection.gains
         if gains is None:
             return terms
@@ -180,8 +183,10 @@ class StepStages:
         crossing: Crossing | None,
         off: Array,
     ) -> list[Accelerations]:
-        """The accelerations of stages that stiff forces and channels couple, from those `before`, (s, 7n + reflected
-        inertias); `off` (s, K): by what the rates of states are another than before."""
+        """Return the accelerations of stages that stiff forces and channels couple.
+
+        `before` (s, 7n + reflected inertias) are those before the change; `off` (s, K) the rates of states less those
+        before."""
         positions, (count, size) = self.formulation.layout["positions"], before.shape
         rows = [len(each.C_q) for each in terms]
         added = np.zeros((count, size, count, size))
@@ -203,8 +208,10 @@ class StepStages:
     def _filtered(
         self, terms: Terms, stiff: list[StiffForces], crossings: list[StageCrossing], estimate: Array, h_gamma: float
     ) -> Array:
-        """An estimate e as stiff forces and states leave it, (1 - hγ ∂f/∂y)⁻¹ e: ε_v by M + hγ JᵀcJ + (hγ)² JᵀkJ, ε_q =
-        e_q + hγ ε_v, and ε_x = (1 - hγ f_x)⁻¹ (e_x + hγ (f_q e_q + B ε_v))."""
+        """Return an estimate e filtered by stiff forces and states, (1 - hγ ∂f/∂y)⁻¹ e.
+
+        It is ε_v by M + hγ JᵀcJ + (hγ)² JᵀkJ, ε_q = e_q + hγ ε_v, and ε_x = (1 - hγ f_x)⁻¹ (e_x + hγ (f_q e_q + B
+        ε_v))."""
         layout, size = self.formulation.layout, len(terms.M)
         of_q, of_v, _ = self.formulation.parts(estimate)
         n, x = len(of_q), estimate[layout["states"]]
@@ -229,7 +236,7 @@ class StepStages:
 
 
 class Newton:
-    """Scratch of Newton's method: how much its changes move the states of the stages, in parts of what it may leave."""
+    """Scratch of Newton's method: the sizes of its changes to the stages, in parts of the tolerated error."""
 
     def __init__(self, formulation: FullFormulation, known: Array, weights: Array) -> None:
         tolerance = formulation.settings.tolerance
@@ -240,11 +247,11 @@ class Newton:
         self._sizes: list[float] = []
         #: The last change of q and v of the last stage.
         self.change = (np.zeros(self._layout.size_of("positions")),) * 2
-        #: The state of an element that it moved most there; -1 where that was a body.
+        #: The state of an element that this change moved most; -1 where a body moved more.
         self.state = -1
 
     def takes(self, y: Array, change: Array) -> bool:
-        """Whether stages at y have converged with this change of their slopes."""
+        """Return whether stages at y have converged with this change of their slopes."""
         layout = self._layout
         dv, dx = (self._weights @ change[:, layout[name]] for name in ("velocities", "states"))
         dq = self._weights @ dv
@@ -262,28 +269,28 @@ class Newton:
 
     @property
     def ratio(self) -> float:
-        """The last change beside the one before."""
+        """The size of the last change over that of the one before."""
         before = self._sizes[-2]
         return self._sizes[-1] / before if before > 0.0 else 0.0
 
     @property
     def has_begun(self) -> bool:
-        """Whether it has made a change."""
+        """Whether a change was made."""
         return bool(self._sizes)
 
     @property
     def is_slow(self) -> bool:
-        """Whether its matrix has to be made: at first, and where changes shrink too slowly."""
+        """Whether the matrix has to be computed: at first, and where changes shrink too slowly."""
         return not self._sizes or (len(self._sizes) > 1 and self.ratio > THRESHOLDS.first_contraction)
 
     @property
     def has_failed(self) -> bool:
-        """Whether there is no use to go on."""
+        """Whether further changes are useless."""
         return not np.isfinite(self._sizes[-1]) or len(self._sizes) >= THRESHOLDS.most_newton
 
 
 def _on_diagonal(blocks: list[Array]) -> Array:
-    """One matrix with these on its diagonal."""
+    """Return a matrix with these blocks on its diagonal."""
     if len(blocks) == 1:
         return blocks[0]
     heights, widths = (np.cumsum([0, *(block.shape[axis] for block in blocks)]) for axis in (0, 1))

@@ -1,4 +1,5 @@
-"""The terms of Eq. 14 at a state, in the rows that are held there, and what its solution says of the whole system."""
+"""The terms of Eq. 14 at a state, in the rows that are held there, and the accelerations that follow from its
+solution."""
 
 from __future__ import annotations
 
@@ -12,8 +13,9 @@ from mbproj.dynamics.equations.held_rows import HeldRows
 
 
 class Accelerations(NamedTuple):
-    """q'' (7n,), λ (m,), and in W the power of forces and motions, that of dampers, and of that what laws lose
-    apart, (2 + apart,); empty without any.
+    """q'' (7n,), λ (m,), and the `power` in W of forces and motions, of dampers, and of separate losses of laws, (2 +
+    apart,); empty without any.
+
     `nearness`: the pose's distance from a singular one, as a part of the largest of the run."""
 
     acceleration: Array
@@ -24,8 +26,8 @@ class Accelerations(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Terms:
-    """M, C_q, Q and γ, each reflected inertia a coordinate and a row of its own after those of `held`; the multipliers
-    `lasting` (m,) of what is not held, the `power` of forces (2,), and the rates of motions, `driven`."""
+    """M, C_q, Q and γ; each reflected inertia has a coordinate and a row of its own after those of `held`. `lasting`
+    (m,): multipliers of combinations that are not held. `power` (2,) of forces, and the rates of motions, `driven`."""
 
     M: Array
     C_q: Array
@@ -37,7 +39,7 @@ class Terms:
     driven: Array
 
     def solved(self, acceleration: Array, multipliers: Array) -> Accelerations:
-        """What a solution of Eq. 14 in these terms says of all rows."""
+        """Return the accelerations and the multipliers of all rows for a solution of Eq. 14 in these terms."""
         rows, size = self.held.C_q.shape
         found = self.held.multipliers(multipliers[:rows]) + self.lasting
         power = self.power

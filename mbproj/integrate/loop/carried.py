@@ -1,5 +1,5 @@
-"""What a step carries on: after an explicit one the accelerations are evaluated anew, after an implicit one they and
-the multipliers are those of its last stage."""
+"""The data that a step hands on. After an explicit step the accelerations are evaluated anew; after an implicit one
+they and the multipliers are those of its last stage."""
 
 from __future__ import annotations
 
@@ -20,7 +20,8 @@ from mbproj.integrate.steppers.runge_kutta import Step
 
 
 def acted(formulation: FullFormulation, actions: Sequence[int], point: Point) -> Point:
-    """A point after what controllers do there. Raises SimulationError that names what has no finite value."""
+    """Return a point after the controllers' `actions` there. Raises SimulationError that names a controller whose value
+    is not finite."""
     system, layout, y = formulation.system, formulation.layout, point.y
     for action in actions:
         sets = system.actions.sets(action)
@@ -33,13 +34,13 @@ def acted(formulation: FullFormulation, actions: Sequence[int], point: Point) ->
 
 
 def attempted(stepper: Stepper, formulation: FullFormulation, point: Point, h: float, *, watched: bool = False) -> Step:
-    """A step of size h from a point. `watched`: the policy takes note of the poses of its stages."""
+    """Return a step of size h from a point. `watched`: whether the policy records the poses of its stages."""
     equations = StageEquations(formulation, watched)
     return stepper.attempt(equations, point.t, point.y, h, point.slope(formulation), point.found.multipliers)
 
 
 def point_at(formulation: FullFormulation, y: Array, coordinate: Array, turning: Turning) -> Point:
-    """The point at y at the time of `turning`."""
+    """Return the point at y at the time of `turning`."""
     found = formulation.accelerations(turning.t, y, turning.coordinate)
     return Point(turning.t, y, found, coordinate, turning)
 
@@ -53,7 +54,8 @@ def point_after(
     coordinate: Array,
     turning: Turning,
 ) -> Point:
-    """The point at y after a step that was made `inside` its window, as it is seen by `at_end`."""
+    """Return the point at y after a step made with the formulation `inside`, as the formulation `at_end` evaluates
+    it."""
     if step.multipliers is None:
         return point_at(at_end, y, coordinate, turning)
     found = _of_slope(inside, step.k[-1], step.multipliers[-1], step.nearness)
@@ -66,7 +68,7 @@ def point_after(
 def point_within(
     formulation: FullFormulation, stepper: Stepper, step: Step, y: Array, coordinate: Array, turning: Turning
 ) -> Point:
-    """The point at y within a step."""
+    """Return the point at y within a step."""
     if not isinstance(stepper, ImplicitRungeKutta):
         return point_at(formulation, y, coordinate, turning)
     slope = stepper.within(step, (turning.t - step.t) / step.h)
@@ -76,14 +78,14 @@ def point_within(
 
 
 def seen_by(formulation: FullFormulation, point: Point, tally: Tally) -> Accelerations:
-    """The accelerations at a point as a formulation has them."""
+    """Return the accelerations at a point in a formulation."""
     tally.count_evaluations(1)
     return formulation.accelerations(point.t, point.y, point.turning.coordinate)
 
 
 def jumped(carried: Accelerations, before: Accelerations, after: Accelerations) -> Accelerations:
-    """What is carried on, with the jump of what is evaluated anew. That alone would hold the force that a correction of
-    the positions makes in stiff springs."""
+    """Return the accelerations carried on, plus the jump from `before` to `after`. The accelerations `after` alone
+    would contain the force that a correction of the positions makes in stiff springs."""
     acceleration, multipliers, power = (
         kept + (new - old) for kept, old, new in zip(carried[:3], before[:3], after[:3], strict=True)
     )
@@ -91,6 +93,6 @@ def jumped(carried: Accelerations, before: Accelerations, after: Accelerations) 
 
 
 def _of_slope(formulation: FullFormulation, slope: Array, multipliers: Array, nearness: float) -> Accelerations:
-    """The accelerations in y'."""
+    """Return the accelerations contained in a slope y'."""
     layout = formulation.layout
     return Accelerations(slope[layout["velocities"]], multipliers, slope[layout["quadratures"]], nearness)

@@ -25,35 +25,35 @@ from mbproj.integrate.outcome.tally import Halved, Passed, Peak, RowsKept, Tally
 from mbproj.model.system import System
 from mbproj.scene.records import Settings
 
-#: The kernel comes back for Ctrl-C and for progress at least this often, s.
+#: The kernel returns for Ctrl-C and for progress at least this often, in s.
 RETURN_SECONDS = 0.1
 
 
 class Outside(Protocol):
-    """What acts on a run from Python, each `period` in s."""
+    """Interface of what acts on a run from Python, once each `period`."""
 
     @property
     def period(self) -> float:
-        """Between two instants, s."""
+        """The time between two instants, in s."""
 
     def exchange(self, compiled: Compiled, run: Any, leg: Leg) -> Callable[[], None]:
-        """What is done where the run waits."""
+        """Return the function to call where the run waits."""
 
 
 class Inside(Protocol):
-    """Contacts whose events the kernel's loop meets itself."""
+    """Interface of contacts whose events the kernel's loop handles itself."""
 
     def jumps(self, work: Array) -> Array:
-        """The work and the loss in no time since the leg began, in J, as `work` (..., 2 + K) has it."""
+        """Return the impulsive work and loss since the leg began, in J, in the layout of `work` (..., 2 + K)."""
 
     def begin(self, run: Any) -> None:
-        """Before the first step."""
+        """Prepare a run before its first step."""
 
     def take(self, run: Any) -> list[Event]:
-        """What was recorded since the last call."""
+        """Return the events since the last call."""
 
     def samples(self, samples: Samples, block: Mapping[str, Any]) -> Samples:
-        """A block of samples with what contacts do."""
+        """Return a block of samples with the forces of contacts."""
 
 
 def march(
@@ -69,10 +69,11 @@ def march(
     outside: Outside | None = None,
     steps: FollowedSteps | None = None,
 ) -> Iterator[Samples | None]:
-    """Blocks of samples from the start to the end of a leg, the whole run where none is given, or from a mark on; None
-    where the kernel came back without any, so that its caller can look whether the run is still wanted. Raises
-    SimulationError where the run cannot go on, and Halted where it has met something that is `watched`, or that the
-    contacts `inside` leave over."""
+    """Yield blocks of samples from the start, or from a mark on, to the end of a leg; without one, of the whole run.
+
+    None is yielded where the kernel returned without samples, so that the caller can check whether the run is still
+    wanted. Raises SimulationError where the run cannot go on, and Halted at a condition that is `watched`, or that the
+    contacts `inside` do not handle."""
     asks = None if outside is None else outside.period
     leg, marks = leg or Leg.whole(compiled.system, settings, state.t, asks), marks or Marks()
     run = compiled.run(state, settings, leg if looks is None or looks.sampled else leg.without_samples)
@@ -123,18 +124,18 @@ def march(
 
 
 def _as_known(gap: WatchedGap) -> tuple[Any, ...]:
-    """What is watched, where the kernel knows no idleness."""
+    """Return a watched gap as the kernel takes it, which knows no `idle`."""
     return gap._replace(slack=gap.slack + gap.idle)[:-1]
 
 
 def _own(compiled: Compiled, row: WatchedRow) -> WatchedRow:
-    """What is watched of the kernel's rows."""
+    """Return a watched row with the kernel's row numbers."""
     other = -1 if row.other < 0 else compiled.own_row(row.other)
     return row._replace(row=compiled.own_row(row.row), other=other)
 
 
 def _halted_at(compiled: Compiled, run: Any, inside: Inside | None) -> HaltedAt:
-    """Where a run stands before a step that meets a stop, or at one."""
+    """Return the state where a run has halted: before a step that meets a stop, or at one."""
     at = run.standing
     state, work = compiled.standing(at["t"], at["y"], at["turns"]), at["y"][compiled.layout["quadratures"]]
     if inside is not None:
@@ -144,7 +145,7 @@ def _halted_at(compiled: Compiled, run: Any, inside: Inside | None) -> HaltedAt:
 
 
 def _take_events(system: System, run: Any, tally: Tally, of_stops: list[Event]) -> None:
-    """The events in the state since the last call, and what fixed steps have passed over."""
+    """Add to the tally the state events since the last call, and switches that fixed steps have passed over."""
     switches = switches_of(system)
     if switches is not None:
         known = [switches.event(t, k, direction) for t, k, direction in run.take_met()]
@@ -154,7 +155,8 @@ def _take_events(system: System, run: Any, tally: Tally, of_stops: list[Event]) 
 
 
 def _in_order(known: list[Event], of_stops: list[Event]) -> list[Event]:
-    """Events as they became known: that a bounce will have come to rest is recorded with its impact."""
+    """Return events in the order in which they became known: that a bounce will come to rest is recorded with its
+    impact."""
     recorded, t = [(event.time, event) for event in known], 0.0
     for event in of_stops:
         t = t if event.kind == "rest" else event.time
@@ -163,7 +165,7 @@ def _in_order(known: list[Event], of_stops: list[Event]) -> list[Event]:
 
 
 def _halved(system: System, run: Any) -> list[Halved]:
-    """For want of what fixed steps were halved."""
+    """Return the forces and bodies for which fixed steps were halved."""
     found: list[Halved] = []
     for body, force, first, times in run.halved:
         found = with_another(found, Halved(unsolved_owner(system, body, force), first, times))
@@ -171,21 +173,21 @@ def _halved(system: System, run: Any) -> list[Halved]:
 
 
 def _resume(run: Any, tally: Tally, mark: Mark) -> None:
-    """Before the first step: the run goes on from a mark. Raises InputError where it is not of this scene."""
+    """Continue a run from a mark, before its first step. Raises InputError where the mark is not of this scene."""
     with resuming():
         run.resume(dict(mark))
         tally.met = restored_events(mark["met"])
 
 
 def _mark(run: Any, tally: Tally) -> Mark:
-    """Where a longer run can go on from."""
+    """Return the mark from which a longer run can continue."""
     mark = run.mark()
     return {**mark, "met": saved_events(_until(tally.met, mark), np.inf)} if mark else START
 
 
 def _until(met: Sequence[Event], mark: Mapping[str, Any]) -> list[Event]:
-    """The events up to a mark. When a bounce will have come to rest is known before: those of contacts are counted, of
-    stops and frictions alike."""
+    """Return the events up to a mark. Events of contacts, of stops and frictions alike, are counted: the time at which
+    a bounce will have come to rest is known before."""
     left, found = mark.get("contacts", {"events": 0})["events"], list[Event]()
     for event in met:
         of_contact = "contacts" in mark and event.name.startswith(("stop '", "friction '"))
@@ -196,7 +198,7 @@ def _until(met: Sequence[Event], mark: Mapping[str, Any]) -> list[Event]:
 
 
 def _standing(compiled: Compiled, run: Any, tally: Tally) -> Standing:
-    """Where a run stands that has come back between two steps."""
+    """Return where a run stands that has returned between two steps."""
     mark = run.here()
     return Standing(
         steps=tally.steps,
@@ -209,7 +211,7 @@ def _standing(compiled: Compiled, run: Any, tally: Tally) -> Standing:
 
 
 def _samples(compiled: Compiled, block: Mapping[str, Any], counters: Mapping[str, Integers]) -> Samples:
-    """A block in the coordinates of all formulations; of a run that is lost it may overflow there."""
+    """Return a block in the coordinates of all formulations; for a run that is lost it may overflow."""
     with may_overflow():
         return compiled.samples(block, counters)
 

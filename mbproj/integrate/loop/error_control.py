@@ -1,4 +1,4 @@
-"""Steps as large as the error estimate allows; they end at breaks, and where a switch of a law changes its branch."""
+"""Steps by error control; they end at breaks, and where a switch of a law changes its branch."""
 
 from __future__ import annotations
 
@@ -40,12 +40,12 @@ class _Attempt(NamedTuple):
     error: float
 
 
-#: A step, or why its equations have no solution.
+#: A step, or the error that its equations have no solution.
 _Tried: TypeAlias = _Attempt | SimulationError
 
 
 class ErrorControl:
-    """Scratch of a run with error control; `events` where its laws have switches."""
+    """Scratch of a run with error control. `events`: its state events, None where laws have no switches."""
 
     def __init__(self, run: Run, tolerance: float, switches: LawSwitches | None) -> None:
         self.run, self.tolerance, self.scale = run, tolerance, run.exact.layout.scale
@@ -53,7 +53,7 @@ class ErrorControl:
         self._again = False
 
     def samples(self, point: Point) -> Iterator[Sample]:
-        """Samples from a point to the end; those within a step by the continuous extension."""
+        """Yield samples from a point to the end; samples within a step come from the continuous extension."""
         run = self.run
         h = run.leg.first or self.first_step(run.exact, point, self.way_left(point.t))
         yield point.sample(run.exact, h, run.tally)
@@ -62,7 +62,7 @@ class ErrorControl:
         yield from self.steps(point, h, self.forgetful)
 
     def resumed(self, mark: Mark) -> Iterator[Sample]:
-        """Samples from a mark on. Raises InputError where it is not of this scene."""
+        """Yield samples from a mark on. Raises InputError where it is not of this scene."""
         with resuming():
             point, h = self.run.resume(mark), float(mark["h"])
             if self.events is not None:
@@ -71,7 +71,7 @@ class ErrorControl:
         yield from self.steps(point, h, control)
 
     def steps(self, point: Point, h: float, control: Controller) -> Iterator[Sample]:
-        """The samples that follow a point, from which the next step is of size h."""
+        """Yield the samples after a point, from which the next step has the size h."""
         run, times, lost = self.run, self.run.leg.times, None
         assert times is not None
         done = bisect_right(times, point.t)
@@ -114,24 +114,24 @@ class ErrorControl:
                 self.events.tell(point)
 
     def shortest(self, t: float) -> float:
-        """The shortest step from t that is tried. A kinematic one that is far shorter than the way between two samples
-        is at a turning point, to which ever shorter ones lead: the kernel follows these to the end."""
+        """Return the shortest step from t that is tried. A kinematic step far shorter than the interval of samples is
+        at a turning point, to which ever shorter steps lead: the kernel follows these to the end."""
         if self.run.exact.settings.kinematic is True:
             return max(THRESHOLDS.fewest_grains * self.run.grain(t), THRESHOLDS.turning_step * self.run.interval)
         return THRESHOLDS.fewest_grains * self.run.grain(t)
 
     def _before_step(self, h: float, control: Controller) -> Mark:
-        """What a step of size h depends on beside the point."""
+        """Return what a step of size h depends on beside the point, for its mark."""
         events = {} if self.events is None else {"events": self.events.save()}
         return {"h": h, "previous_error": control.previous_error, "rejected": control.rejected, **events}
 
     @property
     def forgetful(self) -> Controller:
-        """A controller for a first step."""
+        """A controller without memory, for a first step."""
         return Controller(self.run.stepper.error_order)
 
     def go_on(self, point: Point, crossing: Crossing | None, h: float) -> tuple[Point, float]:
-        """From an event on, after a step of size h: the point as it is seen from there, and a step chosen anew."""
+        """Return the point as it is evaluated after an event, which ended a step of size h, and a new step size."""
         if self.events is not None and crossing is not None:
             point = self.events.cross(point, crossing, h)
         if self.run.breaks.is_at(point.t) or crossing is None:
@@ -139,8 +139,8 @@ class ErrorControl:
         return point, self.first_step(self.run.inside, point, THRESHOLDS.part_after_break * self.way_left(point.t))
 
     def trial(self, point: Point, h: float, t: float) -> tuple[_Tried, float, Crossing | None]:
-        """A step from a point over h to t, or to the first event in the state before; at a point's own time no step can
-        end, and the event is at once."""
+        """Return a step from a point over h to t, or to the first state event before t. No step can end at a point's
+        own time: there the event is `at_once`."""
         tried = self.attempt(point, h, t)
         if self.events is None or isinstance(tried, SimulationError) or not tried.error <= 1.0:
             return tried, t, None
@@ -150,8 +150,8 @@ class ErrorControl:
         return (*self.cut(point, crossing, tried, t), crossing)
 
     def cut(self, point: Point, crossing: Crossing, tried: _Tried, t: float) -> tuple[_Tried, float]:
-        """The step to t again, so that it ends at a crossing: first where its extension shows it, then by Newton's
-        method where the step itself gets there. The same step where it ends there already."""
+        """Return the step to t repeated so that it ends at a crossing. The first try ends where the extension has it,
+        further ones follow Newton's method. A step that ends there already is returned as it is."""
         assert self.events is not None and isinstance(tried, _Attempt)
         whole, end = tried.step.h, t
         at = point.t + crossing.theta * whole
@@ -167,29 +167,29 @@ class ErrorControl:
         return tried, t
 
     def way_left(self, t: float) -> float:
-        """How far it is from t to where steps must end."""
+        """Return the time from t to where steps must end."""
         return min(self.run.breaks.next, self.run.end) - t
 
     def target(self, h: float, t: float) -> tuple[float, float]:
-        """The size of the next step from t, h or less, and where it ends."""
+        """Return the size of the next step from t, at most h, and its end."""
         left = self.way_left(t)
         self.run.shaped = self.run.shaped or (self.run.is_before_end and 2.0 * h > left)
         size = _fitted(h, left)
         return size, min(self.run.breaks.next, self.run.end) if size == left else t + size
 
     def first_step(self, formulation: FullFormulation, point: Point, longest: float) -> float:
-        """A step size to begin with at a point."""
+        """Return an initial step size at a point."""
         self.run.tally.count_evaluations(1)
         f, order = formulation.watched_derivative, self.run.stepper.order
         h, limited = first_step(
             f, order, point.t, point.y, point.slope(formulation), self.tolerance, self.scale, longest
         )
         self.run.shaped = self.run.shaped or (limited and self.run.is_before_end)
-        return max(h, THRESHOLDS.fewest_grains * self.run.grain(point.t))  # round-off of y may ask for less
+        return max(h, THRESHOLDS.fewest_grains * self.run.grain(point.t))  # round-off of y may ask for a shorter one
 
     def attempt(self, point: Point, h: float, t: float) -> _Tried:
-        """A step from a point over h to t, or why its equations have no solution: a step that is too large may lead to
-        where a function has no value, or beyond what numbers can hold."""
+        """Return a step from a point over h to t, or the error that its equations have no solution. A step that is too
+        large may lead to where a function has no value, or to overflow."""
         run, stepper = self.run, self.run.stepper
         run.inside.policy.begin()
         run.tally.count_evaluations(stepper.attempt_cost + stepper.error_cost)
@@ -200,8 +200,9 @@ class ErrorControl:
                 step, estimates = stepper.error(StageEquations(run.inside, watched=True), t, step)
                 error = self.norm(step, estimates)
                 if self._again and error > 1.0 and step.filtered is not None:
-                    # Of a stiff vibration the estimate is as large as it is, however short the step: it would be made
-                    # shorter until it follows what steps before have damped (Hairer & Wanner II, IV.8).
+                    # The estimate for a stiff vibration stays large however short the step. Without this filter steps
+                    # would shrink until they follow a vibration that earlier steps have damped (Hairer & Wanner II,
+                    # IV.8).
                     twice = step.filtered(estimates[0])[None]
                     error = self.norm(step, twice)
         except SimulationError as lost:
@@ -210,14 +211,15 @@ class ErrorControl:
         return _Attempt(step, error) if np.isfinite(error) else not_finite(t)
 
     def norm(self, step: Step, estimates: Array) -> float:
-        """Of estimates of a step's error: 1 is just acceptable. Those of a kinematic step are parts already."""
+        """Return the norm of estimates of a step's error: 1 is just acceptable. Estimates of a kinematic step are
+        relative already."""
         if step.stages is not None:
             return error_norm(estimates, np.zeros(1), np.zeros(1), self.tolerance, np.ones(1))
         return error_norm(estimates, step.y, step.y_new, self.tolerance, self.scale)
 
     def in_between(self, before: Point, after: Point, step: Step, times: Sequence[float]) -> Iterator[Sample]:
-        """Samples inside a step: the extension's value, of which a copy is projected; the integration goes on without
-        it."""
+        """Yield samples inside a step: values of the extension, projected. The integration goes on from values that are
+        not."""
         self.run.tally.count_evaluations(self.run.stepper.extend_cost + len(times))
         formulation, system, stepper = self.run.inside, self.run.inside.system, self.run.stepper
         extension = stepper.extend(StageEquations(formulation), step)
@@ -236,7 +238,7 @@ class ErrorControl:
 
 
 def _fitted(h: float, left: float) -> float:
-    """h, or what is left to where steps must end, or half of that where one step more would be tiny."""
+    """Return h, or the rest `left` to where steps must end, or half of the rest where one more step would be tiny."""
     if h >= left:
         return left
     return 0.5 * left if 2.0 * h > left > 1.01 * h else h

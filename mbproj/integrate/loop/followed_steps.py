@@ -1,5 +1,6 @@
-"""The steps of one run, which others follow. So a run beside it is a smooth function of its numbers, to round-off. With
-steps of its own it is so to its tolerance alone: error control chooses others (Bock 1981)."""
+"""The steps of one run, which other runs follow. A run that follows them is a smooth function of its numbers, to
+round-off. With its own steps it would be smooth to its tolerance alone, because error control chooses others (Bock
+1981)."""
 
 from __future__ import annotations
 
@@ -14,8 +15,8 @@ from mbproj.scene.records import Settings
 
 @dataclass
 class FollowedSteps:
-    """Where steps of a run with error control end, in s, and its breaks. Without any, a run records its own here; with
-    them, it follows. `left` says that a run could not: its breaks or its end are others."""
+    """The ends of the steps of a run with error control, in s, and its breaks. Without ends a run records its own here;
+    with them it follows. `left`: whether a run could not follow, because its breaks or its end differ."""
 
     ends: tuple[float, ...] = ()
     breaks: tuple[float, ...] = ()
@@ -23,15 +24,15 @@ class FollowedSteps:
 
     @property
     def known(self) -> bool:
-        """Whether a run has recorded them."""
+        """Whether a run has recorded its steps."""
         return bool(self.ends)
 
     def of_another(self) -> FollowedSteps:
-        """The same, for another run."""
+        """Return the steps for another run to follow."""
         return FollowedSteps(self.ends, self.breaks)
 
     def begin(self, run: Any, leg: Leg) -> None:
-        """Before the first step of a run in the kernel; those of another that are known are followed."""
+        """Prepare a run in the kernel before its first step: it follows the known steps, or records its own."""
         if leg.step is not None:
             return
         if not self.ends:
@@ -42,15 +43,15 @@ class FollowedSteps:
             self.left = True
 
     def finish(self, compiled: Compiled, run: Any, leg: Leg, settings: Settings) -> None:
-        """After the last step."""
+        """Record the steps after the last one."""
         if leg.step is None and not self.ends:
             self.ends, self.breaks = tuple(run.ends), _times(leg)
 
 
 @dataclass(frozen=True, eq=False)
 class Trace:
-    """A run in the kernel, as it was made: by which model, with which settings, from where to where; the ends (n,) of
-    its steps, their sizes, and the kernel's states (n, S) there."""
+    """A run in the kernel: its model, its settings and its leg; the ends `t` (n,) of its steps, their sizes `h` (n,),
+    and the kernel's states `y` (n, S) there."""
 
     compiled: Compiled
     settings: Settings
@@ -62,17 +63,17 @@ class Trace:
 
 @dataclass
 class TracedSteps(FollowedSteps):
-    """The same, and the states in which steps end: `trace`, of a run that came to its end."""
+    """Steps that also record the states at their ends: `trace`, for a run that came to its end."""
 
     trace: Trace | None = None
 
     def begin(self, run: Any, leg: Leg) -> None:
-        """Before the first step."""
+        """Prepare a run before its first step."""
         super().begin(run, leg)
         run.keep_path()
 
     def finish(self, compiled: Compiled, run: Any, leg: Leg, settings: Settings) -> None:
-        """After the last step."""
+        """Record the steps and the trace after the last step."""
         super().finish(compiled, run, leg, settings)
         self.trace = Trace(compiled, settings, leg, *run.path)
 

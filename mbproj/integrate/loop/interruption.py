@@ -1,4 +1,4 @@
-"""Ctrl-C, SIGTERM, and the end of the time that a run may take: noticed between steps, so that what was computed is
+"""Interruption of a run by Ctrl-C, SIGTERM, or a time limit. It is checked between steps, so that computed samples are
 kept."""
 
 from __future__ import annotations
@@ -16,16 +16,16 @@ from mbproj.errors import MbprojError
 
 
 class TimeIsUp(MbprojError):
-    """A run has taken longer than it may."""
+    """A run has exceeded its time limit."""
 
 
-#: When runs of this thread have to stop, by the monotonic clock in s.
+#: The time at which runs of this thread have to stop, by the monotonic clock in s.
 _deadline: ContextVar[float | None] = ContextVar("deadline", default=None)
 
 
 @contextmanager
 def time_limit(seconds: float | None) -> Iterator[None]:
-    """Runs in the block raise TimeIsUp after so many s, together; None: they take what they take."""
+    """Limit the runs in the block to so many s together, after which they raise TimeIsUp; None sets no limit."""
     token = _deadline.set(None if seconds is None else monotonic() + seconds)
     try:
         yield
@@ -34,32 +34,32 @@ def time_limit(seconds: float | None) -> Iterator[None]:
 
 
 class Interruption:
-    """Whether somebody asked the run to stop, or its time is up."""
+    """A request to stop the run, by a signal or by its time limit."""
 
     def __init__(self) -> None:
         self.requested = False
         self._deadline = _deadline.get()
 
     def check(self) -> None:
-        """Raises KeyboardInterrupt, or TimeIsUp, if so."""
+        """Raise KeyboardInterrupt after a signal, or TimeIsUp after the time limit."""
         if self.requested:
             raise KeyboardInterrupt
         if self._deadline is not None and monotonic() > self._deadline:
             raise TimeIsUp
 
     def request(self, signum: int, frame: FrameType | None) -> None:
-        """A signal handler: the first signal asks the run to stop, a second one stops at once."""
+        """Handle a signal: the first one asks the run to stop, a second one stops it at once."""
         if self.requested:
             raise KeyboardInterrupt
         self.requested = True
 
 
-#: That of the run that goes on in this thread.
+#: The interruption of the run in this thread.
 _current: ContextVar[Interruption | None] = ContextVar("current", default=None)
 
 
 def look() -> None:
-    """Between two steps: raises what `Interruption.check` raises."""
+    """Raise, between two steps, the exceptions of `Interruption.check`."""
     current = _current.get()
     if current is not None:
         current.check()
@@ -67,8 +67,8 @@ def look() -> None:
 
 @contextmanager
 def interruption() -> Iterator[Interruption]:
-    """Turns SIGINT and SIGTERM into a request while the block runs (in the main thread; elsewhere only `time_limit`
-    counts)."""
+    """Turn SIGINT and SIGTERM into a request while the block runs, in the main thread. In other threads only
+    `time_limit` has an effect."""
     asked = Interruption()
     token = _current.set(asked)
     try:

@@ -1,4 +1,4 @@
-"""Where a run stands between two steps, for who looks at it there and may let another method go on."""
+"""Pauses of a run between two steps, at which its caller may end it and let another method continue."""
 
 from __future__ import annotations
 
@@ -11,8 +11,9 @@ from mbproj.integrate.outcome.marks import Mark
 
 @dataclass(frozen=True, eq=False)
 class Standing:
-    """A run between two steps: what it has counted so far, whether the run's end has shaped what led here, and the mark
-    from which another method can go on; `state` gives that of the system."""
+    """The state of a run between two steps: its counts so far, and the mark from which another method can continue.
+
+    `shaped`: whether the run's end has influenced the way here. `state` returns the state of the system."""
 
     steps: int
     rejected: int
@@ -23,14 +24,15 @@ class Standing:
 
     @property
     def attempts(self) -> int:
-        """Steps that were tried since the start."""
+        """The number of steps tried since the start."""
         return self.steps + self.rejected
 
 
 @dataclass
 class Looks:
-    """Scratch of a run by one method: when `due` steps were tried since the start, `look` is called; it says whether
-    the run ends here, and sets `due` anew. It has no say in the steps. `sampled`: whether samples are made, too."""
+    """Scratch of a run by one method. When `due` steps were tried since the start, `look` is called: it returns whether
+    the run ends here, and sets `due` anew. It does not influence the steps. `sampled`: whether samples are made,
+    too."""
 
     due: int
     look: Callable[[Standing], bool]

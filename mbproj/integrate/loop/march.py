@@ -1,5 +1,5 @@
-"""The time loop: step, project, check, record; with a fixed step, or with the step that the error allows. Steps end at
-the breaks of a run."""
+"""The time loop in NumPy: step, project, check, record; with fixed steps, or by error control. Steps end at the breaks
+of a run."""
 
 from __future__ import annotations
 
@@ -39,8 +39,10 @@ def march(
     leg: Leg | None = None,
     watch: StopWatch | None = None,
 ) -> Iterator[Sample]:
-    """Samples from the start to the end of a leg, the whole run where none is given, or from a mark on; or to where
-    `looks` ends it, with error control, or `watch` halts it. Raises SimulationError where the run cannot go on."""
+    """Yield samples from the start, or from a mark on, to the end of a leg; without one, of the whole run.
+
+    With error control `looks` may end it, and `watch` may halt it. Raises SimulationError where the run cannot go
+    on."""
     marks, leg = marks or Marks(), leg or Leg.whole(formulation.system, formulation.settings, state.t)
     leg = leg if looks is None or looks.sampled else leg.without_samples
     run = Run(formulation, leg, tally, marks, looks, watch)
@@ -62,9 +64,9 @@ def march(
 
 
 class FixedSteps:
-    """Scratch of a run with steps of one size; the time of step k is t0 + k h, so that it does not drift. The last step
-    may be shorter, and one with a break in it, or an event of `events`, is split. `passes` takes note of what they do
-    not end at."""
+    """Scratch of a run with steps of one size. The time of step k is t0 + k h, so that it does not drift. The last step
+    may be shorter, and a step with a break or a state event in it is split. `passes` records switches at which no step
+    ends."""
 
     def __init__(self, run: Run, switches: LawSwitches | None) -> None:
         self.run = run
@@ -72,14 +74,14 @@ class FixedSteps:
         self.events = None if switches is None else StateEvents(run, switches, passes=self.passes)
 
     def samples(self, point: Point) -> Iterator[Sample]:
-        """Samples from a point at the start to the end."""
+        """Yield samples from a point at the start to the end."""
         run = self.run
         assert run.leg.step is not None
         yield point.sample(run.exact, run.leg.step, run.tally)
         yield from self.steps(1, self.cross_break(point) if run.breaks.passed or self.events is not None else point)
 
     def resumed(self, mark: Mark) -> Iterator[Sample]:
-        """Samples from a mark on. Raises InputError where it is not of this scene."""
+        """Yield samples from a mark on. Raises InputError where it is not of this scene."""
         with resuming():
             point, first = self.run.resume(mark), int(mark["grid"])
             if self.passes is not None:
@@ -89,18 +91,18 @@ class FixedSteps:
         yield from self.steps(first, point)
 
     def _before_step(self, k: int) -> Mark:
-        """What step number k depends on beside the point."""
+        """Return what step number k depends on beside the point, for its mark."""
         told = {} if self.passes is None else {"told": self.passes.save()}
         return {"grid": k, **told, **({} if self.events is None else {"events": self.events.save()})}
 
     def cross_break(self, point: Point) -> Point:
-        """The point at a break as it is seen from its other side."""
+        """Return the point at a break as it is evaluated from the other side."""
         h = self.run.leg.step
         assert h is not None
         return self.run.cross_break(point) if self.events is None else self.events.cross_break(point, h)
 
     def steps(self, first: int, point: Point) -> Iterator[Sample]:
-        """The samples of this step and all that follow."""
+        """Yield the samples of step number `first` and all that follow."""
         run = self.run
         steps, every, h = run.leg.count, run.leg.every, run.leg.step
         assert h is not None
@@ -117,8 +119,8 @@ class FixedSteps:
                     point = self.cross_break(point)
 
     def attempt(self, point: Point, t: float) -> tuple[Step, float, Crossing | None]:
-        """A step from a point to t, or to the first event before, and when it ends; at a point's own time no
-        step can end, and the event is at once."""
+        """Return a step from a point to t, or to the first event before t, and its end. No step can end at a point's
+        own time: there the event is `at_once`."""
         step = self._stages(point, t - point.t)
         crossing = None if self.events is None else self.events.first(step, estimated=False)
         if self.events is None or crossing is None or crossing.at_once:
@@ -140,9 +142,10 @@ class FixedSteps:
         return step
 
     def through(self, point: Point, end: float) -> tuple[Point, float]:
-        """From a point to `end`, and the size of the last step. A step whose equations are not solved is made in
-        halves, and these in halves again. Its parts are numbered as the nodes of a binary tree: 1 is the whole, 2n and
-        2n + 1 are the halves of n."""
+        """Make the steps from a point to `end`. Return the point there, and the size of the last step.
+
+        A step whose equations are not solved is made in halves, and these in halves again. The parts are numbered as
+        the nodes of a binary tree: 1 is the whole, 2n and 2n + 1 are the halves of n."""
         run, start, part = self.run, point.t, 1
         while True:
             count = 1 << (part.bit_length() - 1)

@@ -1,4 +1,4 @@
-"""The march by one method, in the formulation that was chosen."""
+"""The march by one method, in the chosen formulation."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ def march_by_one_method(
     outside: Outside | None = None,
     steps: FollowedSteps | None = None,
 ) -> Iterator[Samples | None]:
-    """Samples in the order of time, in portions as they come; None where there is none, but time has passed."""
+    """Yield samples in the order of time, in portions as they come; None where time has passed without a sample."""
     marks = marks or Marks()
     if choice.compiled is not None:
         is_smooth = is_explicit(settings.integrator) or settings.kinematic is True
-        own = steps if is_smooth else None  # stages solved to a tolerance are not
+        own = steps if is_smooth else None  # stages solved to a tolerance are not smooth
         yield from march_compiled(choice.compiled, state, settings, tally, marks, looks, outside=outside, steps=own)
-    else:  # what the kernel's runs do not need
+    else:  # a run in the kernel does not need these imports
         from mbproj.integrate.formulations.full import FullFormulation
         from mbproj.integrate.loop.march import march
 

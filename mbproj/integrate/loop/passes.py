@@ -1,4 +1,4 @@
-"""What fixed steps pass over: switches from which the motion is pushed back, at which no step can end."""
+"""Passes of fixed steps over switches from which the motion is pushed back, at which no step can end."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from mbproj.integrate.point import Point
 
 
 class Passes:
-    """Scratch of a run: the switches that are passed over, and their branches at the last step's end, as far as they
-    are told."""
+    """Scratch of a run: the switches that are passed over, and their branches at the end of the last step, as far as
+    they are known."""
 
     def __init__(self, run: Run, switches: LawSwitches) -> None:
         self._run, self._switches = run, switches
@@ -26,16 +26,16 @@ class Passes:
 
     @property
     def which(self) -> npt.NDArray[np.bool_]:
-        """The switches that are passed over, (K,)."""
+        """Whether each switch is passed over, (K,)."""
         return np.isin(np.arange(self._switches.size), list(self._passed))
 
     def give_up(self, k: int, t: float) -> None:
-        """From a time on a switch is passed over."""
+        """Pass over a switch from a time on."""
         self._passed[k] = Passed(self._switches.owner(k), self._switches.what(k), t, 1)
         self._run.tally.passed = list(self._passed.values())
 
     def watch(self, point: Point) -> None:
-        """Takes note of the branches at a point."""
+        """Record the branches at a point."""
         if not self._passed:
             return
         switches, free = self._switches, self._switches.free
@@ -48,11 +48,11 @@ class Passes:
         self._run.tally.passed = list(self._passed.values())
 
     def save(self) -> dict[str, Any]:
-        """All that the next call depends on, as plain data."""
+        """Return the data on which the next call depends, as plain data."""
         passed = {str(k): list(astuple(each)) for k, each in self._passed.items()}
         return {"branches": self._branches.tolist(), "passed": passed}
 
     def restore(self, saved: Mapping[str, Any]) -> None:
-        """Goes on from what was saved."""
+        """Continue from saved data."""
         self._branches = np.array(saved["branches"], dtype=float)
         self._passed = {int(k): Passed(*each) for k, each in saved["passed"].items()}

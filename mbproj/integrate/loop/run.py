@@ -1,4 +1,4 @@
-"""What every way of stepping through a run shares: its parts, what the step at hand sees, and the end of a step."""
+"""The common part of stepping with fixed steps and with error control: the run's data, and the end of a step."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ from mbproj.integrate.steppers.runge_kutta import Step
 
 
 class Run:
-    """Scratch of a run from `start`. `exact` sees functions of time at the time itself, `inside` from within the window
-    of the step at hand."""
+    """Scratch of a run from `start`. `exact` evaluates functions of time at the time itself, `inside` within the window
+    of the current step."""
 
     def __init__(
         self,
@@ -41,20 +41,20 @@ class Run:
     ) -> None:
         self.leg, self.start, self.end, self.tally, self.watch = leg, leg.start, leg.end, tally, watch
         self.stepper = stepper_of(formulation.settings.integrator, kinematic=formulation.settings.kinematic is True)
-        #: Between two samples, s.
+        #: The time between two samples, in s.
         self.interval = leg.interval
         self.breaks = BreakCursor(leg.breaks, leg.start, self.interval)
         self.exact, self.inside = formulation, formulation.seen_within(self.breaks.window)
-        #: Whether the run's end has had a say in a step: that of a longer run might be another.
+        #: Whether the run's end has influenced a step: a longer run might make another one.
         self.shaped = False
         self.newest: Point | None = None
-        #: A mark that another method has left is no mark of this run.
+        #: A mark left by another method is not a mark of this run.
         self._marks, self._mark, self._looks = marks, START if marks.resumed.get("anew") else marks.resumed, looks
         marks.newest = self._newest
 
     def mark(self, point: Point, rest: Callable[[], Mark]) -> None:
-        """The state before a step, with all that it depends on: a longer run can go on from there, unless the run's end
-        has shaped what led to it. `rest` is what the caller knows of it."""
+        """Record the mark before a step, from which a longer run can continue, unless the run's end has influenced the
+        way here. `rest` returns the caller's part of it."""
         if self._marks.wanted and not self.shaped:
             self._mark = self._saved(point, rest)
 
@@ -66,7 +66,7 @@ class Run:
         return {} if balance is None else {"kept": balance.kept.save()}
 
     def is_left(self, point: Point, rest: Callable[[], Mark]) -> bool:
-        """Whether who looks at the run ends it here; so that another method goes on."""
+        """Return whether the caller's look ends the run here, so that another method can continue."""
         looks, tally = self._looks, self.tally
         if looks is None or tally.steps + tally.rejected_steps < looks.due:
             return False
@@ -81,11 +81,11 @@ class Run:
         return looks.look(standing)
 
     def _newest(self) -> Mark:
-        """The last mark, with the events up to it."""
+        """Return the last mark, with the events up to it."""
         return {**self._mark, "met": saved_events(self.tally.met, float(self._mark["t"]))} if self._mark else START
 
     def resume(self, mark: Mark) -> Point:
-        """The point from which a run goes on. Raises ValueError where it is not one of this system."""
+        """Return the point from which a run continues. Raises ValueError for a mark of another system."""
         point, system = Point.restore(mark), self.exact.system
         layout, coordinates = self.exact.layout, system.coordinates.size
         fits = (
@@ -106,25 +106,25 @@ class Run:
         if self.exact.balance is not None:
             self.exact.balance.kept.restore(mark["kept"])
         self.pass_break(point.t)
-        self.breaks.take_actions()  # done before the mark
+        self.breaks.take_actions()  # these were done before the mark
         self.shaped = bool(mark.get("shaped", False))
         return replace(point, found=seen_by(self.inside, point, Tally())) if mark.get("anew") else point
 
     def grain(self, t: float) -> float:
-        """How far apart times are near t, and on the way to the next sample."""
+        """Return the resolution of times near t, and near the next sample."""
         return float(np.finfo(float).eps * max(abs(t), self.interval))
 
     @property
     def is_before_end(self) -> bool:
-        """Whether the run's end is where steps must end next."""
+        """Whether the next end of steps is the run's end."""
         return not self.breaks.next < self.end
 
     def hold(self, held: Array) -> None:
-        """The laws are on these branches from here on."""
+        """Hold the laws on these branches from here on."""
         self.exact, self.inside = self.exact.holding(held), self.inside.holding(held)
 
     def accept(self, before: Point, t: float, step: Step) -> Point:
-        """The point after a step; what is recorded at a break belongs to that time itself."""
+        """Return the point after a step. At a break it is evaluated at the time itself, as it is recorded."""
         look()
         self.newest = before
         at_end = self.exact if self.breaks.is_at(t) else self.inside
@@ -137,29 +137,30 @@ class Run:
         return point
 
     def why(self, failure: SimulationError) -> SimulationError:
-        """Why the run cannot go on from its newest point."""
+        """Return the error for which the run cannot go on from its newest point."""
         if self.newest is None:
             return failure
         return of_a_rope(self.exact.system, self.newest.state(self.exact), self.leg.step or 0.0, failure)
 
     def pass_break(self, t: float) -> None:
-        """From a break on functions of time are seen from its other side."""
+        """Pass a break: functions of time are evaluated from its other side from here on."""
         self.breaks.pass_break(t)
         self.inside = self.exact.seen_within(self.breaks.window)
 
     def cross_break(self, point: Point) -> Point:
-        """The point at a break as it is seen from its other side."""
+        """Return the point at a break as it is evaluated from the other side."""
         before = self.exact
         self.pass_break(point.t)
         return self.renewed(self.acted(point), before, point)
 
     def acted(self, point: Point) -> Point:
-        """A point after what controllers do at breaks that are passed."""
+        """Return a point after the controllers' actions at passed breaks."""
         actions = self.breaks.take_actions()
         return acted(self.inside, actions, point) if actions else point
 
     def renewed(self, point: Point, before: FullFormulation, was: Point | None = None) -> Point:
-        """A point with the accelerations from here on; until here it was seen by `before`, and `was` this one."""
+        """Return a point with accelerations for the steps from here on. `before` is the formulation until here, and
+        `was` the point in it."""
         if self.exact.balance is not None:
             self.exact.balance.begin(self.inside, point.t, point.y)
         found = seen_by(self.inside, point, self.tally)

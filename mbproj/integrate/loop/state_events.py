@@ -1,5 +1,5 @@
-"""Events in the state: where a switch changes its branch within a step, the step is made again, so that it ends there.
-Fixed steps pass over a switch from which the motion is pushed back."""
+"""State events: where a switch changes its branch within a step, the step is repeated so that it ends there. Fixed
+steps pass over a switch from which the motion is pushed back."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from mbproj.integrate.steppers.implicit_runge_kutta import ImplicitRungeKutta
 from mbproj.integrate.steppers.runge_kutta import Step, cubic
 from mbproj.thresholds import THRESHOLDS
 
-#: A switch that changes its branch so often at one time is pushed back from both sides.
+#: A switch that changes its branch this often at one time is pushed back from both sides.
 MOST_AT_ONCE = 3
 
 
@@ -37,12 +37,12 @@ class StateEvents:
         self._at_once, self._in_a_row = np.zeros((2, switches.size), dtype=int)
 
     def slack(self, t: float, h: float) -> float:
-        """How near to an event a step of size h to t ends, s."""
+        """Return the tolerance within which a step of size h to t ends at an event, in s."""
         return max(THRESHOLDS.located * self._tolerance * h, 4.0 * self.run.grain(t))
 
     def first(self, step: Step, *, estimated: bool = True) -> Crossing | None:
-        """The first crossing in a step; one that no step can end at is at its start. Where no error was `estimated`,
-        the cubic through both ends shows it."""
+        """Return the first crossing in a step. A crossing at which no step can end is at its start. Where no error was
+        `estimated`, the path is the cubic through both ends."""
         run, h = self.run, step.h
         if estimated or isinstance(run.stepper, ImplicitRungeKutta):
             run.tally.count_evaluations(run.stepper.extend_cost)
@@ -58,11 +58,11 @@ class StateEvents:
         return first_crossing(path, self.switches.bounds(self.held), self.slack(step.t + h, h) / h, 16.0 * grain / h)
 
     def excess(self, crossing: Crossing, t: float, y: Array) -> float:
-        """By how much the leader of a crossing is outside of its interval."""
+        """Return the excess of a crossing's leader beyond its interval."""
         return float(self.switches.bounds(self.held).excess(self._arguments(t, y))[crossing.leader])
 
     def cross(self, point: Point, crossing: Crossing, h: float) -> Point:
-        """From a crossing on, the branches beyond are held. Raises SimulationError where these lead back."""
+        """Return the point with the branches beyond a crossing. Raises SimulationError where these lead back."""
         for k in np.flatnonzero(crossing.leaving):
             if self._gives_up(point.t, int(k)):
                 continue
@@ -71,8 +71,8 @@ class StateEvents:
         return self._passed_to(held, point, h, crossing.leaving * crossing.direction)
 
     def next_try(self, crossing: Crossing, step: Step, at: float, whole: float, end: float) -> float | None:
-        """When a step over `whole` to `end` is to end, made again to `at`, by Newton's method; None where it is there
-        already, or where that does not lead to it."""
+        """Return when a step over `whole` to `end`, repeated to `at`, should end, by Newton's method; None where it
+        ends at the crossing already, or where the method does not lead there."""
         rate = crossing.rate / whole
         excess = self.excess(crossing, at, step.y_new)
         if not rate * self.slack(end, whole) < abs(excess) < THRESHOLDS.widest_polishing * rate * whole:
@@ -80,8 +80,8 @@ class StateEvents:
         return min(at - excess / rate, end)
 
     def cross_break(self, point: Point, h: float) -> Point:
-        """From a break on, functions of time are seen from its other side; arguments that have jumped there are on the
-        branch that they have jumped to. At the start of a run, all are."""
+        """Return the point after a break, where functions of time are evaluated from the other side. Arguments that
+        jump there move to the branch at their new value; at the start of a run all arguments do."""
         before, seen = self._arguments(point.t, point.y), self.run.exact
         self.run.pass_break(point.t)
         was, point = point, self.run.acted(point)
@@ -91,23 +91,23 @@ class StateEvents:
         return self._turned(self.run.renewed(point, seen, was), h)
 
     def tell(self, point: Point) -> None:
-        """Signs that were not told before a step, of what has not moved, are told where it has moved now."""
+        """Decide signs that were open before a step, for arguments that have moved in it."""
         if self._untold().any():
             self._hold(self._settled(self.held, self._arguments(point.t, point.y)))
 
     def save(self) -> dict[str, Any]:
-        """All that the next step depends on, as plain data."""
+        """Return the data on which the next step depends, as plain data."""
         counts = {"at_once": self._at_once.tolist(), "in_a_row": self._in_a_row.tolist()}
         return {"held": self.held.tolist(), "last": self._last.tolist(), **counts}
 
     def restore(self, saved: Mapping[str, Any]) -> None:
-        """Goes on from what was saved."""
+        """Continue from saved data."""
         self._last = np.array(saved["last"], dtype=float)
         self._at_once, self._in_a_row = (np.array(saved[name], dtype=int) for name in ("at_once", "in_a_row"))
         self._hold(np.array(saved["held"], dtype=float))
 
     def _turned(self, point: Point, h: float) -> Point:
-        """On the edge of two signs, that is held which the motion turns to."""
+        """Return the point with the sign held, of two at an edge, to which the motion turns."""
         free = self._untold()
         if not free.any():
             return point
@@ -115,8 +115,8 @@ class StateEvents:
         return self._passed_to(self.switches.turned_to(self.held, direction != 0.0, direction), point, h, direction)
 
     def _passed_to(self, held: Array, point: Point, h: float, direction: Integers | Array) -> Point:
-        """A point with other branches. Raises SimulationError where a switch that moves in a direction before is pushed
-        back after."""
+        """Return a point with other branches. Raises SimulationError where a switch moved in a direction before and is
+        pushed back after."""
         before, seen = self._moves(point, h), self.run.inside
         while True:
             direction = direction * ~self._given_up
@@ -130,8 +130,8 @@ class StateEvents:
             self._passes.give_up(int(back[0]), point.t)
 
     def _gives_up(self, t: float, k: int) -> bool:
-        """Counts how often a switch changes its branch; whether it is passed over from now on, where that is too often.
-        Raises SimulationError where none can be passed over."""
+        """Count a change of a switch's branch. Return whether it is passed over from now on, because it changes too
+        often. Raises SimulationError where none can be passed over."""
         since, run = t - self._last[k], self.run
         self._at_once[k] = self._at_once[k] + 1 if since <= 4.0 * run.grain(t) else 1
         self._in_a_row[k] = self._in_a_row[k] + 1 if since <= THRESHOLDS.chatter * run.interval else 1
@@ -148,16 +148,16 @@ class StateEvents:
         return np.zeros(self.switches.size, dtype=bool) if self._passes is None else self._passes.which
 
     def _untold(self) -> npt.NDArray[np.bool_]:
-        """Which have no branch yet, but will have one."""
+        """Whether each switch has no branch yet, but will have one."""
         found: npt.NDArray[np.bool_] = self.switches.is_free(self.held) & ~self._given_up
         return found
 
     def _settled(self, held: Array, x: Array) -> Array:
-        """With the branches at x for those that are free, and not passed over."""
+        """Return the branches with those at x for switches that are free and not passed over."""
         return self.switches.freed(self.switches.settled(held, x), self._given_up)
 
     def _moves(self, point: Point, h: float) -> Array:
-        """How the arguments change along the slope of a point, over a small part of a step, (K,)."""
+        """Return the change of the arguments along the slope of a point, over a small part of a step, (K,)."""
         y = point.y + THRESHOLDS.glance * h * point.slope(self.run.inside)
         return self._arguments(point.t, y) - self._arguments(point.t, point.y)
 

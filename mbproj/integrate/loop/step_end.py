@@ -1,4 +1,4 @@
-"""The end of a step: the state there is projected, checked, counted in turns, and evaluated."""
+"""The end of a step: the state is projected, checked, and evaluated, and turns are counted."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ def accept(
     t: float,
     step: Step,
 ) -> Point:
-    """The point after a step that was made `inside` its window, seen by `at_end`: projected, checked, counted. Raises
-    SimulationError where it overflows."""
+    """Return the point after a step made with the formulation `inside`: projected, checked, with turns, and evaluated
+    with `at_end`. Raises SimulationError where it overflows."""
     y = inside.lead(t, step.y_new)
     if not np.all(np.isfinite(y)):
         raise not_finite(t)
@@ -57,14 +57,14 @@ def _closed(
     step: Step,
     y: Array,
 ) -> tuple[Array, Array, Turning]:
-    """The state after a step, on the constraints, and the joints' coordinates there, without turns and with."""
+    """Return the projected state after a step, and the joints' coordinates there, without turns and with."""
     tally.steps += 1
     tally.count_evaluations(int(step.multipliers is None))
     projected = formulation.project(tally.steps, t, before.y, y)
     tally.count_projection(projected)
     try:
         formulation.check_branch(t, t - before.t, y, projected)
-    except SimulationError as error:  # a step that turns too far to be told comes to any branch, crossing or not
+    except SimulationError as error:  # a step too long to count turns may come to any branch, crossing or not
         raise _too_far(formulation, before, t) or error from None
     expected = formulation.parts(y)[2]
     position, velocity = formulation.violations(t, projected.q, projected.v, expected)
@@ -81,24 +81,24 @@ def _closed(
 def _open(
     formulation: FullFormulation, before: Point, t: float, position: Array, projected: Projected
 ) -> SimulationError:
-    """Why a step to t has left |C| at `position`."""
+    """Return the error for a step to t that has left |C| at `position`."""
     return _too_far(formulation, before, t) or left_open_at(formulation, t, position, projected)
 
 
 def _too_far(formulation: FullFormulation, before: Point, t: float) -> SimulationError | None:
-    """Where the rates lead further in a step to t than turns can be told, that they do."""
+    """Return the error for a step to t whose rates turn a joint too far to count turns; None where they do not."""
     far = before.turning.far(formulation.system, t)
     return None if far is None else untold(formulation, before, t, far)
 
 
 def is_closed(formulation: FullFormulation, position: Array, projected: Projected) -> bool:
-    """Whether |C| at `position`, as a projection has left it, is that of closed joints; of no number it is not."""
+    """Return whether |C| at `position`, as a projection has left it, counts as closed; NaN does not."""
     limit = THRESHOLDS.open_limit if projected.failures else THRESHOLDS.lost_limit
     return bool(np.all(position <= limit * formulation.system.row_scale))
 
 
 def left_open_at(formulation: FullFormulation, t: float, position: Array, projected: Projected) -> SimulationError:
-    """The joint that a projection has left open most."""
+    """Return the error for the joint that a projection has left open most."""
     system, row = formulation.system, int(np.argmax(position / formulation.system.row_scale))
     if not np.isfinite(position[row]):
         return not_finite(t)
@@ -108,8 +108,8 @@ def left_open_at(formulation: FullFormulation, t: float, position: Array, projec
 
 
 def _check_by_halves(formulation: FullFormulation, stepper: Stepper, before: Point, t: float, y: Array) -> None:
-    """Raises SimulationError where a step that came near a singular pose reaches other velocities than two half steps:
-    it may have left its branch of the motion with velocities that belong to another one."""
+    """Raise SimulationError where a step near a singular pose and two half steps reach different velocities. The step
+    may have left its branch of the motion, with velocities of another one."""
     h, half = 0.5 * (t - before.t), before
     for time in (before.t + h, t):
         step = attempted(stepper, formulation, half, time - half.t)
@@ -123,7 +123,7 @@ def _check_by_halves(formulation: FullFormulation, stepper: Stepper, before: Poi
 
 
 def first_point(formulation: FullFormulation, state: State, tally: Tally) -> Point:
-    """The start as a point: its turns are those of the state."""
+    """Return the start as a point, with the turns of the state."""
     tally.count_evaluations(1)
     system, drive = formulation.system, drive_at(formulation.system, state.t)
     coordinate, speed = coordinates(system, state.q, state.v)
@@ -142,5 +142,5 @@ def first_point(formulation: FullFormulation, state: State, tally: Tally) -> Poi
 
 
 def _joint_rows(system: System) -> slice:
-    """The rows of C that are the joints'."""
+    """Return the slice of the joints' rows in C."""
     return slice(system.bodies, system.bodies + system.joints.size)

@@ -14,10 +14,10 @@ from mbproj.thresholds import THRESHOLDS
 
 
 def error_norm(estimates: Array, y: Array, y_new: Array, tolerance: float, scale: Array) -> float:
-    """Root mean square of error / (tolerance × (scale + max(|y|, |y_new|))): 1 is just acceptable.
+    """Return the root mean square of error / (tolerance × (scale + max(|y|, |y_new|))): 1 is just acceptable.
 
-    Of two estimates (DOP853) the first is of higher order and they are combined as in the authors' code:
-    |e5|² / sqrt(|e5|² + 0.01 |e3|²).
+    Of two estimates (DOP853) the first is of higher order. They are combined as in the authors' code: |e5|² /
+    sqrt(|e5|² + 0.01 |e3|²).
     """
     weighted = estimates / (tolerance * (scale + np.maximum(np.abs(y), np.abs(y_new))))
     norms = np.sqrt(np.mean(weighted * weighted, axis=1))
@@ -39,11 +39,11 @@ class Controller:
 
     @property
     def is_again(self) -> bool:
-        """Whether the step at hand was rejected before, and is not the first of its kind."""
+        """Whether the current step is a repetition of a rejected one, and not the first of its kind."""
         return self.rejected and self.previous_error > THRESHOLDS.least_error_before
 
     def after_accepted(self, error: float, h: float) -> tuple[float, Controller]:
-        """The next step's size, and the controller for it."""
+        """Return the size of the next step, and the controller for it."""
         k = self.error_order + 1
         integral = 0.2 / k
         reached = max(error, THRESHOLDS.least_error)
@@ -53,7 +53,8 @@ class Controller:
         return h * factor, Controller(self.error_order, max(error, THRESHOLDS.least_error_before))
 
     def after_rejected(self, error: float, h: float) -> tuple[float, Controller]:
-        """The size to try again with, and the controller for it; an error that is not finite shrinks the step most."""
+        """Return the size to try again with, and the controller for it. An error that is not finite shrinks the step
+        most."""
         k = self.error_order + 1
         factor = THRESHOLDS.safety * error ** (0.15 / k - 1.0 / k) if np.isfinite(error) else 0.0
         return h * max(factor, THRESHOLDS.smallest_change), Controller(
@@ -64,7 +65,7 @@ class Controller:
 def _bend(
     f: RightHandSide, t: float, y: Array, slope: Array, h: float, norm: Callable[[Array], float]
 ) -> tuple[float, float]:
-    """The norm of f' along f, by a difference over h or less, and what h that took."""
+    """Return h, or a smaller one where f overflows, and the norm of f' along f by a difference over it."""
     while True:
         try:
             with may_overflow():
@@ -81,9 +82,11 @@ def _bend(
 def first_step(
     f: RightHandSide, order: int, t: float, y: Array, slope: Array, tolerance: float, scale: Array, longest: float
 ) -> tuple[float, bool]:
-    """A first step size from f and an estimate of f', at most `longest` (Hairer's hinit), and whether that has a say in
-    it. The trial step for f' is shortened while f overflows, or has no value, at its end. Raises SimulationError where
-    that does not help."""
+    """Return a first step size from f and an estimate of f', at most `longest` (Hairer's hinit), and whether `longest`
+    has limited it.
+
+    The trial step for f' is shortened while f overflows, or has no value, at its end. Raises SimulationError where that
+    does not help."""
     weight = tolerance * (scale + np.abs(y))
 
     def norm(vector: Array) -> float:

@@ -1,6 +1,6 @@
-"""Looks for what a step of the full formulation has met: gaps that are closed within it, or that open again, contacts
-that would pull, sliding that comes to rest, friction that holds no longer. The run halts before such a step;
-`mbproj.integrate.stops` finds the time, and what happens then."""
+"""Checks the steps of the full formulation for conditions that halt a run: gaps that are closed within a step, or open
+again, contacts that would pull, sliding that comes to rest, sticking friction that gives way. The run halts before such
+a step; `mbproj.integrate.stops` finds the time, and continues from there."""
 
 from __future__ import annotations
 
@@ -24,13 +24,14 @@ from mbproj.integrate.point import Point
 
 
 class StopWatch:
-    """Looks at the steps of a run in the full formulation."""
+    """Checks the steps of a run in the full formulation for conditions that halt it."""
 
     def __init__(self, formulation: FullFormulation, watched: Watched) -> None:
         self._formulation, self._system, self._watched = formulation, formulation.system, watched
 
     def take(self, before: Point, point: Point, *, shaped: bool) -> None:
-        """A step was made, which the run's end has `shaped` or not. Raises Halted where it has met something."""
+        """Check a step, which the run's end has influenced (`shaped`) or not. Raises Halted where a condition is
+        met."""
         h, first, last = point.t - before.t, self._look(before), self._look(point)
         watched, λ = self._watched, point.found.multipliers[self._system.bodies :]
         slack = np.array([each.slack + each.idle for each in watched.gaps])
@@ -41,12 +42,12 @@ class StopWatch:
             raise Halted(HaltedAt(before.state(self._formulation), h, work, shaped))
 
     def _gives_way(self, state: State, multipliers: Array) -> bool:
-        """Whether a force is beyond its bound."""
+        """Return whether a force is beyond its bound at a state."""
         force = watched_rows(self._system, self._watched, state, multipliers)
         return bool((force < -np.array([each.slack for each in self._watched.rows])).any())
 
     def _closes_inside(self, before: Point, point: Point, first: Ends, last: Ends) -> bool:
-        """Whether a gap closes and opens again within a step."""
+        """Return whether a gap closes and opens again within a step."""
         formulation, h, stops = self._formulation, point.t - before.t, self._system.stops
         turns = before.turns(formulation)
         which = [each.stop for each in self._watched.gaps if not each.of_rate]
@@ -64,14 +65,14 @@ class StopWatch:
         return any(True for _ in closed_inside(self._watched, at, first, last, h))
 
     def _inside(self, before: Point, point: Point, x: float) -> Array:
-        """y on the cubic through both ends of a step."""
+        """Return y on the cubic through both ends of a step."""
         first, last = (each.slope(self._formulation) for each in (before, point))
         a = x * x * (3.0 - 2.0 * x)
         slopes = (point.t - before.t) * x * (1.0 - x) * ((1.0 - x) * first - x * last)
         return np.asarray((1.0 - a) * before.y + a * point.y + slopes)
 
     def _gives_way_inside(self, before: Point, point: Point) -> bool:
-        """The same within a step: at states on the cubic through both ends."""
+        """Return whether a force is beyond its bound within a step, at states on the cubic through both ends."""
         formulation, h = self._formulation, point.t - before.t
         turns = before.turns(formulation)
         for x in self._watched.looks(h):
@@ -83,5 +84,5 @@ class StopWatch:
         return False
 
     def _look(self, point: Point) -> tuple[Array, Array]:
-        """The watched gaps with their signs, and their rates."""
+        """Return the watched gaps with their signs, and their rates."""
         return watched_gaps(self._system, self._watched, point.state(self._formulation))

@@ -1,1 +1,1 @@
-"""How a run ends: what it counted, why it cannot go on, and what it says of itself."""
+"""The end of a run: its counts, the cause where it cannot go on, and its report."""

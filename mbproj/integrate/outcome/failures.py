@@ -1,4 +1,4 @@
-"""Why a run cannot go on, in words: the same for every formulation."""
+"""Errors of a run that cannot go on, in the same words for every formulation."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ LOOSER = "take smaller steps, or give a tolerance instead"
 
 
 def not_finite(t: float) -> SimulationError:
-    """The solution has overflowed."""
+    """Return the error of a solution that has overflowed."""
     return SimulationError(t, "the solution is no longer finite", hint=SMALLER)
 
 
 def singular(t: float, where: str | None) -> SimulationError:
-    """The equations have no unique solution at this pose."""
+    """Return the error of equations without a unique solution at this pose."""
     cause = "the constraints are no longer independent of each other (a singular position)"
     return SimulationError(t, cause, where=where, hint="start from another pose, or change the lengths a little")
 
 
 def ill_conditioned(t: float, *, penalty: float | None) -> SimulationError:
-    """The matrix of a step is singular to working precision at a pose whose constraints are independent: its entries
-    are too far apart. `penalty`: the projection's α, None where its method has none."""
+    """Return the error of a matrix that is singular to working precision although the constraints are independent: its
+    entries are too far apart. `penalty`: the projection's α, None where its method has none."""
     if penalty is None:
         cause = "masses and inertias are too far apart for this method: its equations are singular to working precision"
         return SimulationError(t, cause, hint="use gpopm with the bordered accelerations, in the reduced formulation")
@@ -44,7 +44,7 @@ def ill_conditioned(t: float, *, penalty: float | None) -> SimulationError:
 
 
 def other_branch(t: float, change: float) -> SimulationError:
-    """A projection led to another branch of the motion, which it must not do silently."""
+    """Return the error of a projection that led to another branch of the motion, which must not happen silently."""
     cause = (
         f"the projection would change the velocity by {100.0 * change:.0f} % at once: branches of the motion cross "
         "near here (a singular position), and the step has come nearer to another one than its own"
@@ -54,7 +54,7 @@ def other_branch(t: float, change: float) -> SimulationError:
 
 
 class LostStep(SimulationError):
-    """A step that leads so far off that its projection has nothing to go by."""
+    """The error of a step so far from the motion that its projection is meaningless."""
 
     def __init__(self, t: float, change: float) -> None:
         cause = f"the projection would change the velocity by {100.0 * change:.0f} % at once"
@@ -62,7 +62,7 @@ class LostStep(SimulationError):
 
 
 def branches_near(t: float) -> SimulationError:
-    """A step to where branches of the motion cannot be told apart."""
+    """Return the error of a step to where branches of the motion cannot be distinguished."""
     cause = (
         "branches of the motion cross near here (a singular position), and the step is too large to tell its own from "
         "another one"
@@ -72,7 +72,7 @@ def branches_near(t: float) -> SimulationError:
 
 
 def unresolved(t: float, off: float) -> SimulationError:
-    """A step past a singular pose and its two halves do not come to the same."""
+    """Return the error of a step past a singular pose that differs from its two halves."""
     cause = (
         f"the step is too coarse for the singular position near here: in two halves it comes out {100.0 * off:.0f} % "
         "off, and branches of the motion cross there"
@@ -83,7 +83,8 @@ def unresolved(t: float, off: float) -> SimulationError:
 def left_open(
     t: float, where: str, by: float, passes: int, *, projection: ProjectionSettings, failed: bool
 ) -> SimulationError:
-    """A joint is open by so much (m, rad) that it will not close again; whether a projection has just failed."""
+    """Return the error of a joint that is open by so much (m, rad) that it will not close again. `failed`: whether a
+    projection has just failed."""
     if failed:
         cause = f"the projection did not close it: {by:.3g} is left after {passes} passes"
         more = "; where masses differ widely, --projection-fallback gopm may help"
@@ -104,16 +105,19 @@ def left_open(
 
 
 def locked(t: float, motion: str, at: str) -> SimulationError:
-    """A motion drives the mechanism beyond where it can go; it has got to about `at`, "A.angle = 0.3 rad"."""
+    """Return the error of a motion that drives the mechanism beyond where it can go; it has reached about `at`,
+    "A.angle = 0.3 rad"."""
     cause = f"it drives the mechanism to where its joints cannot stay closed: beyond about {at} there is no pose for it"
     hint = "end the motion or turn back before, or change the lengths"
     return SimulationError(t, cause, where=f"motion '{motion}'", hint=hint)
 
 
 class TurnsUntold(SimulationError):
-    """A step that cannot tell the turns of a joint's angle `where` ("A.angle"), nor then the teeth of gears and the
-    threads of screws: it turns by `turned` rad, and the pose comes out `off` rad from that (0: it does not close).
-    `step` (s) would do."""
+    """The error of a step too long to count the turns of a joint's angle `where` ("A.angle"). The teeth of gears and
+    the threads of screws are then unknown, too.
+
+    The step turns it by `turned` rad, and the pose differs by `off` rad from that (0: it does not close). A step of
+    `step` (s) would be short enough."""
 
     def __init__(self, t: float, where: str, turned: float, off: float, step: float, *, teeth: bool) -> None:
         self.step = step
@@ -125,7 +129,7 @@ class TurnsUntold(SimulationError):
 
 
 def _rounded_down(value: float) -> float:
-    """To two digits."""
+    """Return a value rounded down to two digits."""
     digit = 10.0 ** (floor(log10(value)) - 1)
     return floor(value / digit) * digit
 
@@ -141,8 +145,10 @@ def unsolved_stages(
     *,
     is_near: bool,
 ) -> StagesUnsolved:
-    """Newton's method has not solved an implicit step to t; its last change was `dq` and `dv` (7n,), or most of it that
-    of a `state`, unless that is -1. `is_near`: to a singular pose."""
+    """Return the error of Newton's method that has not solved an implicit step to t.
+
+    Its last change was `dq` and `dv` (7n,); a `state`, unless that is -1, changed most. `is_near`: whether a singular
+    pose is near."""
     from mbproj.dynamics.rank.row_set import in_lengths
     from mbproj.integrate.steppers.stages import StagesUnsolved
 
@@ -162,8 +168,8 @@ def unsolved_stages(
 
 
 def unsolved_stage(t: float, system: System, body: int, force: int, *, is_near: bool) -> SimulationError:
-    """Newton's method has not solved an implicit step for want of a body's accelerations, or of a force's where that is
-    not -1: by its number among those that forces act along. `is_near`: to a singular pose."""
+    """Return the error of Newton's method that has not solved an implicit step. The cause is a force, by its number
+    among the coordinates of forces, or for -1 a body. `is_near`: whether a singular pose is near."""
     cause = "Newton's method did not solve the equations of an implicit step"
     if is_near:
         cause += ": branches of the motion cross near here (a singular position)"
@@ -171,7 +177,8 @@ def unsolved_stage(t: float, system: System, body: int, force: int, *, is_near: 
 
 
 def unsolved_owner(system: System, body: int, force: int) -> str:
-    """The force by its number among those that forces act along, and then the states; or the body where that is -1."""
+    """Return the owner in words: a force, by its number among the coordinates of forces, then a state; a body for
+    -1."""
     owners = system.forces.owners
     if force >= len(owners):
         return f"state '{system.names.states[force - len(owners)]}'"
@@ -181,14 +188,15 @@ def unsolved_owner(system: System, body: int, force: int) -> str:
 
 
 def halved_in_vain(unsolved: SimulationError, h: float) -> SimulationError:
-    """The same of a fixed step that was halved down to `h` (s)."""
+    """Return the error of a fixed step that stays unsolved in parts as short as `h` (s)."""
     cause = f"{unsolved.cause}; nor did it those of its parts, down to {h:.2g} s"
     hint = "look there for a law that jumps, or grows without bound, and smooth it; or try --integrator dop853"
     return SimulationError(unsolved.time, cause, where=unsolved.where, hint=hint)
 
 
 def no_unique_sliding(t: float, where: str, hint: str = "") -> SimulationError:
-    """Friction is so strong, beside what its joint carries, that sliding has no solution, or two."""
+    """Return the error of friction so strong, compared with the load of its joint, that sliding has no solution, or
+    two."""
     cause = (
         "nothing sticks here, and sliding has no solution or two: friction adds more to the load than it is a part of "
         "(Painlevé's paradox)"
@@ -198,12 +206,13 @@ def no_unique_sliding(t: float, where: str, hint: str = "") -> SimulationError:
 
 
 def jammed(t: float, system: System, bearing: int) -> SimulationError:
-    """The same of friction that goes by a bearing."""
+    """Return the error of friction at a bearing for which sliding has no unique solution."""
     return jammed_law(t, system, int(np.flatnonzero(system.forces.laws.bearing == bearing)[0]))
 
 
 def jammed_law(t: float, system: System, law: int) -> SimulationError:
-    """The same of friction that is this law: it goes by a bearing, or by the push of a stop."""
+    """Return the error of a friction law for which sliding has no unique solution; it depends on a bearing, or on the
+    push of a stop."""
     friction, bearing = f"friction '{system.forces.law_owners[law]}'", int(system.forces.laws.bearing[law])
     if bearing < 0 or system.bearings is None or system.bearings.is_push[bearing]:
         return no_unique_sliding(t, friction, "use a smaller 'coefficient', or another place of the point")
@@ -211,8 +220,8 @@ def jammed_law(t: float, system: System, law: int) -> SimulationError:
 
 
 def off_rope(t: float, system: System, coordinate: int, circle: int, span: int) -> SimulationError:
-    """A rope, by its coordinate, does what its path does not allow: it leaves a circle, or else a span is lost; both
-    are counted from 0, and the other one is -1."""
+    """Return the error of a rope, by its coordinate, that leaves a circle of its path, or whose span has vanished. Both
+    count from 0; the other one is -1."""
     name = system.names.coordinates[coordinate].partition(".")[0]
     where, place = f"rope '{name}'", span + 1
     if circle >= 0:
@@ -223,7 +232,8 @@ def off_rope(t: float, system: System, coordinate: int, circle: int, span: int) 
 
 
 def drawn_into(t: float, system: System, coordinate: int, span: int) -> SimulationError:
-    """A rope, by its coordinate, has got so short that one of its parts, counted from 0, is gone."""
+    """Return the error of a rope, by its coordinate, that is so short that one of its parts, counted from 0, has
+    vanished."""
     name = system.names.coordinates[coordinate].partition(".")[0]
     cause = f"its part between places {span + 1} and {span + 2} is gone: what hangs there was drawn in"
     hint = "end the run before, or keep them apart: by a longer rope, or a stop"
@@ -231,7 +241,8 @@ def drawn_into(t: float, system: System, coordinate: int, span: int) -> Simulati
 
 
 def of_a_rope(system: System, state: State, h: float, failure: SimulationError) -> SimulationError:
-    """Why a run cannot go on from a state, with steps of h s: a failure, or the rope that has caused it."""
+    """Return the error of a run that cannot go on from a state, with steps of h s: that of the rope which has caused
+    it, or `failure`."""
     from mbproj.dynamics.off_path import drawn_in
 
     gone = drawn_in(system, state.q, state.v, max(h, failure.time - state.t))
@@ -239,7 +250,8 @@ def of_a_rope(system: System, state: State, h: float, failure: SimulationError) 
 
 
 def pushed_back(t: float, where: str, what: str, *, jumps: bool) -> SimulationError:
-    """The motion leads back onto a law's edge from both sides. Nothing holds on it where the law `jumps`."""
+    """Return the error of a motion that leads back onto a law's edge from both sides. Where the law `jumps`, no branch
+    holds."""
     if jumps:
         cause = (
             f"the motion leads back onto the edge of {what} from both sides, and neither holds: this is dry friction "
@@ -256,6 +268,6 @@ def pushed_back(t: float, where: str, what: str, *, jumps: bool) -> SimulationEr
 
 
 def step_vanished(t: float) -> SimulationError:
-    """The error control asks for steps that time cannot resolve."""
+    """Return the error of error control that asks for steps shorter than the resolution of time."""
     cause = "the error cannot be kept below the tolerance: the step has shrunk to nothing"
     return SimulationError(t, cause, hint="loosen the tolerance")

@@ -1,6 +1,6 @@
-"""Whether a run has stopped because its motions drive the mechanism to where it cannot go: a rod that is too short for
-the turn of its crank, a slider pulled further than its links reach. Nothing but a motion leads there: what moves freely
-turns back before."""
+"""Finds whether a run has stopped because its motions drive the mechanism to where it cannot go. Examples are a rod too
+short for the turn of its crank, or a slider pulled further than its links reach. Only a motion leads there: a free
+mechanism turns back before."""
 
 from __future__ import annotations
 
@@ -17,14 +17,15 @@ from mbproj.integrate.outcome.failures import locked
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
-#: From where the run stopped the mechanism is led on by what moves the motions by these, rad and parts of its length.
+#: The mechanism is led beyond the point where the run stopped, while motions change by these amounts in rad and parts
+#: of its length.
 FURTHER = (1e-3, 1e-2, 1e-1)
 
 
 @contextmanager
 def naming_lock_up(system: System, reached: Callable[[], tuple[float, Array]]) -> Iterator[None]:
-    """A run that stops within raises an error that names the motion, where no pose near by meets what the motions
-    prescribe then; `reached` gives the last sample's time and q (7n,)."""
+    """Replace the error of a run in this block by one that names the motion, where no near pose meets the motions'
+    values. `reached` returns the last sample's time and q (7n,)."""
     try:
         yield
     except SimulationError as error:
@@ -36,7 +37,8 @@ def naming_lock_up(system: System, reached: Callable[[], tuple[float, Array]]) -
 
 
 def _lock_up(system: System, t: float, q: Array, stop: float) -> SimulationError | None:
-    """What is wrong where the poses that the motions prescribe come to an end from q at the time t to beyond `stop`."""
+    """Return the error where the poses that meet the motions end on the way from q at time t to beyond `stop`; None
+    where they do not."""
     from mbproj.dynamics.rank.nearby import NO_CONDITIONS
 
     try:
@@ -49,13 +51,13 @@ def _lock_up(system: System, t: float, q: Array, stop: float) -> SimulationError
             if np.abs(residual).max(initial=0.0) > THRESHOLDS.locked_open:
                 return _locked(system, stop, drive, residual[system.joints.size :])
             drive = at if time > stop else drive
-    except (SimulationError, np.linalg.LinAlgError):  # a motion without a value there, say
+    except (SimulationError, np.linalg.LinAlgError):  # a motion may have no value there
         pass
     return None
 
 
 def _way(system: System, t: float, stop: float, drive: Drive) -> list[float]:
-    """Times from t to `stop` and on; none where it is too far, or the motions stand."""
+    """Return times from t to `stop` and beyond; none where it is too far, or the motions stand still."""
     fastest = float(np.abs(drive.rate / _units(system)).max())
     steps = np.ceil(fastest * (stop - t) / THRESHOLDS.short_way)
     if not fastest > 0.0 or not steps <= THRESHOLDS.locked_steps:
@@ -64,12 +66,12 @@ def _way(system: System, t: float, stop: float, drive: Drive) -> list[float]:
 
 
 def _units(system: System) -> Array:
-    """1 rad, or the mechanism's length, of each motion, (k,)."""
+    """Return 1 rad, or the mechanism's length, for each motion, (k,)."""
     return system.row_scale[-system.driven :]
 
 
 def _locked(system: System, t: float, drive: Drive, missed: Array) -> SimulationError:
-    """Of the motions, the one whose own row is missed by most, (k,)."""
+    """Return the error of the motion whose own row has the largest violation in `missed` (k,)."""
     worst = int(np.argmax(np.abs(missed)))
     coordinate = int(system.motions.joint_coordinate[worst])
     name, unit = system.names.coordinates[coordinate], system.names.coordinate_units[coordinate]

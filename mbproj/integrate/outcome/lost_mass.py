@@ -1,5 +1,5 @@
-"""Whether a run has stopped because its motion loses all its mass on the way: a crank and a rod without mass at their
-dead centre, where their slider stands. Its speed then grows beyond all bounds."""
+"""Finds whether a run has stopped because its motion loses all its mass: a crank and a rod without mass at their dead
+centre, where their slider stands. Its speed then grows beyond all bounds."""
 
 from __future__ import annotations
 
@@ -22,8 +22,10 @@ from mbproj.thresholds import THRESHOLDS
 
 @contextmanager
 def naming_lost_mass(system: System, start: Array, reached: Callable[[], tuple[float, Array]]) -> Iterator[None]:
-    """An error of a run within this block names the motion that has lost its mass: one that moves mass at the `start`
-    (7n,), and hardly any near the last sample; `reached` gives that sample's time and q (7n,)."""
+    """Replace the error of a run in this block by one that names the motion without mass.
+
+    Such a motion moves mass at the `start` (7n,), and hardly any near the last sample; `reached` returns that sample's
+    time and q (7n,)."""
     try:
         yield
     except SimulationError as error:
@@ -39,7 +41,8 @@ def naming_lost_mass(system: System, start: Array, reached: Callable[[], tuple[f
 
 
 def _lost(system: System, start: Array, t: float, q: Array) -> str | None:
-    """The motion, in words: that with the least inertia, followed from q both ways to where it has next to none."""
+    """Return in words the motion of least inertia, followed both ways from q to where it has next to none; None without
+    one."""
     drive, own = drive_at(system, t), least_inertia(system, pose_of(start))
     if own is None:
         return None
@@ -48,7 +51,8 @@ def _lost(system: System, start: Array, t: float, q: Array) -> str | None:
 
 
 def _followed(system: System, drive: Drive, q: Array, way: float, enough: float) -> str | None:
-    """The same one way, in steps of half of what is left: the root of the inertia falls evenly to a dead centre."""
+    """Return in words the motion followed one way, in steps of half of the rest: the root of the inertia falls linearly
+    towards a dead centre."""
     from mbproj.dynamics.rank.nearby import NO_CONDITIONS
 
     shortest, longest = THRESHOLDS.short_way / 5.0, 10.0 * THRESHOLDS.short_way

@@ -1,4 +1,4 @@
-"""Where a run begins, and where another run can go on from."""
+"""Marks: the states from which a run begins, and from which another run can continue."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ def _at_start() -> Mark:
 
 @dataclass
 class Marks:
-    """Scratch of a run. It goes on from the mark `resumed`. Where it is `wanted`, `newest` gives the last state
-    between two steps that the run's end has not shaped: from there on a longer run takes the same steps."""
+    """Scratch of a run, which continues from the mark `resumed`. Where marks are `wanted`, `newest` returns the last
+    one that the run's end has not influenced: from there a longer run makes the same steps."""
 
     resumed: Mark = field(default_factory=_at_start)
     wanted: bool = False
@@ -39,15 +39,15 @@ class Marks:
 
 
 class Keeping:
-    """Scratch of a run: hands its marks to `keep`, so often that they take a tenth of its time at most. A mark has all
-    events so far, and takes a second where these are a million."""
+    """Scratch of a run: it hands marks to `keep`, at intervals such that they take at most a tenth of the run's time. A
+    mark has all events so far, and takes a second for a million of them."""
 
     def __init__(self, marks: Marks, keep: Callable[[Mark], None]) -> None:
         self._marks, self._keep = marks, keep
         self._due, self._passed = -np.inf, False
 
     def now_and_then(self) -> None:
-        """Another block of samples was made."""
+        """Keep the newest mark after a block of samples, if it is time."""
         begun = perf_counter()
         self._passed = begun < self._due
         if not self._passed:
@@ -57,7 +57,7 @@ class Keeping:
 
     @contextmanager
     def to_the_end(self) -> Iterator[None]:
-        """However the block ends, the newest mark is kept then."""
+        """Keep the newest mark at the end of the block, however it ends."""
         try:
             yield
         finally:
@@ -67,7 +67,7 @@ class Keeping:
 
 @contextmanager
 def resuming() -> Iterator[None]:
-    """What goes wrong within, while a mark is taken over, is that it does not fit."""
+    """Turn errors in this block, while a run takes over a mark, into InputError: the mark does not fit."""
     try:
         yield
     except (KeyError, TypeError, ValueError, RuntimeError) as error:
@@ -76,7 +76,7 @@ def resuming() -> Iterator[None]:
 
 
 def saved_events(met: Sequence[Event], until: float) -> list[list[Any]]:
-    """The events up to some time, as plain data. They may be very many: `astuple` takes ten times as long."""
+    """Return the events up to some time as plain data. They may be very many: `astuple` takes ten times as long."""
     return [
         [
             event.time,
@@ -92,12 +92,12 @@ def saved_events(met: Sequence[Event], until: float) -> list[list[Any]]:
 
 
 def restored_events(saved: Sequence[Sequence[Any]]) -> list[Event]:
-    """The events that were saved."""
+    """Return the events that were saved."""
     return [Event(float(t), str(name), str(kind), int(way), *map(float, rest)) for t, name, kind, way, *rest in saved]
 
 
 def saved_tally(tally: Tally) -> dict[str, Any]:
-    """What a run has counted, but for its events, as plain data."""
+    """Return the counts of a run, without its events, as plain data."""
     return {
         "counters": {name: int(value) for name, value in tally.counters().items()},
         "peaks": {name: list(astuple(getattr(tally, name))) for name in PEAKS},
@@ -108,7 +108,7 @@ def saved_tally(tally: Tally) -> dict[str, Any]:
 
 
 def restore_tally(tally: Tally, saved: Mapping[str, Any]) -> None:
-    """Goes on counting from there."""
+    """Set the counts of a run to those that were saved."""
     tally.set_counters(int(saved["counters"][name]) for name in tally.counters())
     for name in PEAKS:
         value, row, time = saved["peaks"][name]

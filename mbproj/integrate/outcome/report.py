@@ -1,4 +1,4 @@
-"""What a run says of itself when it ends."""
+"""The report of a run at its end."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from mbproj.model.system import System
 from mbproj.scene.records import Settings
 from mbproj.thresholds import THRESHOLDS
 
-#: So many edges of laws are named at most.
+#: The most edges of laws that a report names.
 MOST_PASSED = 3
-#: So many that share a load are named at most.
+#: The most contacts sharing a load that a report names.
 MOST_SHARING = 6
 
 
 @dataclass(frozen=True)
 class Worst:
-    """The largest violation of a run (m or rad, or per s), whose row it was ("joint 'A'"), and when (s)."""
+    """The largest violation of a run (m or rad, or per s), the owner of its row ("joint 'A'"), and its time (s)."""
 
     value: float
     owner: str
@@ -34,10 +34,11 @@ class Worst:
 
 @dataclass(frozen=True)
 class EnergyAccount:
-    """What became of the energy from the start to the end, in J: the `work` that forces and motions put in, the
-    `dissipation` of dampers, friction and impacts, and what is `numerical`, E - E(0) - W + D: what the integrator and
-    the projection put in. Negative is what they took, which is how implicit methods damp vibration that they do not
-    resolve."""
+    """The balance of energy from the start to the end, in J.
+
+    `work` is that of forces and motions, `dissipation` that of dampers, friction and impacts. `numerical` is E - E(0) -
+    W + D, the energy put in by the integrator and the projection. It is negative where they take energy, which is how
+    implicit methods damp vibration that they do not resolve."""
 
     work: float = 0.0
     dissipation: float = 0.0
@@ -48,26 +49,27 @@ class EnergyAccount:
 class Report:
     """What a run did, and how well.
 
-    `formulation` is the one that was used, and `why`; `redundant_rows` counts the constraints in space that follow from
-    the others. `swamped` names motions of light bodies that round-off of heavy ones' forces may rule. The largest
-    violations are those over all steps, recorded or not; `position_floor` and `velocity_floor` are what round-off alone
-    leaves (m or rad, per s). `fastest` is the speed of the fastest part, in lengths of the mechanism and rad per s.
-    Each is the largest of the samples. `worst_joint` names the joint that was open most, None without joints.
-    `energy_drift` in J, and relative to the largest kinetic energy + |ΔV|; `energy`: where it came from and went.
-    `rows`: what those of the energy and of momenta did.
-    `exchanged`: the largest kinetic energy + |ΔV|, J.
-    `integration_seconds` went into the steps (`integration_cpu_seconds` of them with the processor, by the thread's own
-    clock), `recording_seconds` into observing and writing the samples. `phases`: seconds by phase in a sample of the
-    steps; empty where they were not measured. `stiffness`: which force was too stiff for the step, and what to do; ""
-    where none was. `events`: at how many times steps ended because of what happens there; `crowded` names functions
-    with so many kinks that not all count, `unresolved` short moves that fixed steps are not split for finely enough.
-    `passed`: which edges of laws fixed steps passed over, and `halved` for want of what they were halved; "" where
-    nothing is. `decided_by_shares`: the stops on whose shares of a load, which rigid bodies leave open, the motion
-    depends. `methods`: of `integrator: auto` which method made the steps, line by line. `round_off`: what it leaves of
-    positions, in lengths of the mechanism or rad. `shared`: whose forces stops that touch and frictions at rest shared
-    arbitrarily at some time, and when first; "" where nothing is. `kinematic`: nothing of the motion was integrated.
+    `formulation` is the one that was used, for the reason `why`. `redundant_rows` counts the constraints in space that
+    follow from the others. `swamped` names motions of light bodies that round-off of heavy bodies' forces may dominate.
+    The largest violations are over all steps, recorded or not. `position_floor` and `velocity_floor` are the violations
+    by round-off alone (m or rad, per s). `fastest` is the speed of the fastest part, in lengths of the mechanism and
+    rad per s. Each of these is the largest of the samples. `worst_joint` is the joint that was open most, None without
+    joints.
+
+    `energy_drift` is in J, and relative to the largest kinetic energy + |ΔV|, which is `exchanged`, in J. `energy` is
+    the balance. `rows` are the counts of the rows for energy and momenta. `integration_seconds` were spent on the steps
+    (`integration_cpu_seconds` of them by the thread's own clock), `recording_seconds` on observing and writing samples.
+    `phases` are seconds by phase in a sample of the steps; empty where not measured. `stiffness` says which force was
+    too stiff for the step, and what to do. `events` is the number of times at which steps ended at an event. `crowded`
+    names functions with so many kinks that some are ignored, `unresolved` short moves that fixed steps do not resolve.
+    `passed` lists edges of laws that fixed steps passed over, and `halved` what these were halved for.
+    `decided_by_shares` lists stops on whose arbitrary shares of a load the motion depends. `methods` lists the methods
+    of `integrator: auto`. `round_off` is that of positions, in lengths of the mechanism or rad. `shared` lists stops
+    and frictions that shared a force arbitrarily, and since when. `kinematic`: whether nothing was integrated. These
+    texts are "" for none.
+
     `state` is where it ended: another run can start from it, unless a compliant stop is pressed, or a friction sticks.
-    `continue_run` goes on from any.
+    `continue_run` continues from any.
     """
 
     formulation: str
@@ -112,7 +114,8 @@ class Report:
 
     @property
     def drift_of_exchanged(self) -> float:
-        """The energy drift over what the run exchanged: the largest kinetic energy, |ΔV| and what was dissipated."""
+        """The energy drift over the energy exchanged in the run: the largest kinetic energy, |ΔV| and the
+        dissipation."""
         if not self.energy_drift_relative > 0.0:
             return self.energy_drift_relative
         moved = self.energy_drift / self.energy_drift_relative
@@ -120,16 +123,17 @@ class Report:
 
     @property
     def drifts(self) -> bool:
-        """Whether the energy says that the motion may be wrong. It does not where nothing moves, and where nothing is
-        free to move but what motions drive: there the joints alone say where it is, whatever the work."""
+        """Whether the energy suggests that the motion may be wrong. It does not where nothing moves, nor where motions
+        drive every degree of freedom: there the joints alone determine the pose."""
         is_free = self.degrees_of_freedom > 0 and not self.rests
         return is_free and self.drift_of_exchanged > THRESHOLDS.suspicious_drift
 
     @property
     def hidden(self) -> float:
-        """What the row of the energy has given, over what goes without a note. With one degree of freedom the energy
-        alone says how fast it moves, and the sum does no harm: then it is that of a step in the mean. With more it is
-        the drift that the run would have had."""
+        """The energy that the energy row has added, over the amount that needs no note.
+
+        With one degree of freedom the energy alone determines the speed, and the sum is harmless: the mean over the
+        steps counts. With more the sum is the drift that the run would have had."""
         if not self.rows.steps or not self.exchanged > 0.0:
             return 0.0
         exchanged = self.exchanged + abs(self.energy.dissipation)
@@ -139,23 +143,23 @@ class Report:
 
     @property
     def doubt(self) -> float:
-        """How far the energy is beyond what goes without a note that the motion may be wrong: at most 1 without one."""
+        """The energy error over the amount that needs no note on a wrong motion: at most 1 without a note."""
         drift = self.drift_of_exchanged / THRESHOLDS.suspicious_drift if self.drifts else 0.0
         return max(drift, self.hidden, 1.0 + self.rows.refused if self.rows.refused else 0.0)
 
 
 def worst(system: System, peak: Peak) -> Worst:
-    """A peak with the name of its row."""
+    """Return a peak with the name of its row's owner."""
     return Worst(peak.value, system.row_owner(peak.row), peak.time)
 
 
 def worst_joint(system: System, peak: Peak) -> str | None:
-    """The joint that had a peak over the joints' rows."""
+    """Return the joint that had a peak over the joints' rows; None without joints."""
     return system.names.joints[system.joints.owner[peak.row]] if system.joints.size else None
 
 
 def words_on_passes(passed: Sequence[Passed]) -> str:
-    """What fixed steps have passed over; "" where that is nothing."""
+    """Return words on the edges that fixed steps have passed over; "" for none."""
     said = [
         f"{each.owner}: {each.what}, {_often(each.times)}, first before t = {each.first:.6g} s"
         for each in passed[:MOST_PASSED]
@@ -165,7 +169,7 @@ def words_on_passes(passed: Sequence[Passed]) -> str:
 
 
 def words_on_sharing(events: Sequence[Event]) -> str:
-    """Whose forces are shared arbitrarily, and when first; "" where nothing is."""
+    """Return words on contacts that share forces arbitrarily, and since when; "" for none."""
     shared = [event for event in events if event.kind == SHARED]
     names = list(dict.fromkeys(event.name for event in shared))
     more = f" and {len(names) - MOST_SHARING} more" if len(names) > MOST_SHARING else ""
@@ -173,14 +177,14 @@ def words_on_sharing(events: Sequence[Event]) -> str:
 
 
 def words_on_shares(met: Sequence[Event]) -> str:
-    """On which stops' shares the motion depends, and since when; "" where it does not."""
+    """Return words on stops on whose shares the motion depends, and since when; "" for none."""
     which = [event for event in met if event.kind == DECIDES]
     names = ", ".join(dict.fromkeys(event.name for event in which))
     return f"{names}, first at t = {which[0].time:.6g} s" if which else ""
 
 
 def words_on_halvings(halved: Sequence[Halved]) -> str:
-    """For want of what fixed steps were halved, the most frequent first; "" where none was."""
+    """Return words on the causes for which fixed steps were halved, the most frequent first; "" for none."""
     if not halved:
         return ""
     most = sorted(halved, key=lambda each: -each.times)
@@ -194,7 +198,8 @@ def _often(times: int) -> str:
 
 
 def summary(scene: str, output: str, report: Report, total_seconds: float) -> dict[str, Any]:
-    """What the results file keeps as attributes, and --json prints: the run of the scene at `scene` to `output`."""
+    """Return the attributes of the results file, which --json also prints, for the run of the scene at `scene` to
+    `output`."""
     return {
         "scene": str(scene),
         "output": str(output),
@@ -232,7 +237,7 @@ def summary(scene: str, output: str, report: Report, total_seconds: float) -> di
 
 
 def _of_rows(report: Report) -> dict[str, Any]:
-    """What the rows of the energy and of momenta did, where they were asked for."""
+    """Return the counts of the rows for energy and momenta, where they were asked for."""
     projection, rows = report.settings.projection, report.rows
     if not (projection.energy or projection.momentum):
         return {}
@@ -252,15 +257,15 @@ class EnergyWatch:
     """Scratch of a run: the largest |balance|, kinetic energy, and range of the potential energy so far."""
 
     def __init__(self, scale: float = 0.0, *, moves: bool = True, wanted: bool = True) -> None:
-        """`scale`: the mechanism's energy in J, as its weight times its size; `moves`: whether it can move at all. All
-        is NaN of a run whose energies are not `wanted`."""
+        """`scale`: the mechanism's energy in J, its weight times its size. `moves`: whether it can move at all. Without
+        `wanted` energies all values are NaN."""
         self._scale, self._moves, self._wanted = scale, moves, wanted
         self.drift = self.kinetic = 0.0 if wanted else float("nan")
         self.lowest, self.highest = float("inf"), float("-inf")
         self.account = EnergyAccount() if wanted else EnergyAccount(*[float("nan")] * 3)
 
     def watch(self, block: Block) -> None:
-        """Takes in a block, and where the energy has gone until its end."""
+        """Take in a block of samples, and the balance of energy at its end."""
         if not self._wanted:
             return
         potential, balance = block["diagnostics/potential_energy"], block["diagnostics/energy_balance"]
@@ -270,7 +275,7 @@ class EnergyWatch:
         self.take(float(np.abs(balance).max()), kinetic, float(potential.min()), float(potential.max()))
 
     def take(self, balance: float, kinetic: float, lowest: float, highest: float) -> None:
-        """Takes in a block: its largest |balance| and kinetic energy, and its range of the potential energy."""
+        """Take in the largest |balance| and kinetic energy, and the range of the potential energy, of a block."""
         self.drift, self.kinetic = max(self.drift, balance), max(self.kinetic, kinetic)
         self.lowest, self.highest = min(self.lowest, lowest), max(self.highest, highest)
 

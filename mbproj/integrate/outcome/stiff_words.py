@@ -1,4 +1,4 @@
-"""What stiffness has done to a run, in words, and what to do about it."""
+"""The effect of stiffness on a run, in words, with remedies."""
 
 from __future__ import annotations
 
@@ -14,8 +14,11 @@ from mbproj.thresholds import THRESHOLDS
 
 @dataclass(frozen=True)
 class Stiffness:
-    """The mode that set the limit: what makes it ("force 'coil'", "state 'current'"); |hλ| with the step h in s; the
-    largest |hλ| at which the integrator is stable along the `direction` of λ; the growth of an error in a step."""
+    """The mode that limited the step.
+
+    `where` is its cause ("force 'coil'", "state 'current'"), `omega_h` |hλ| with the `step` h in s. `limit` is the
+    largest |hλ| at which the integrator is stable along the `direction` of λ. `growth` is that of an error in a
+    step."""
 
     where: str
     omega_h: float
@@ -27,7 +30,7 @@ class Stiffness:
 
     @property
     def what(self) -> str:
-        """|hλ| by its name, and the limit."""
+        """|hλ|, with the symbol of its kind, and the limit, in words."""
         name = "ω h" if abs(self.direction.imag) > 0.5 else "c h / m"
         on = " on the masses that it moves"
         if not self.is_of_forces:
@@ -37,21 +40,21 @@ class Stiffness:
 
     @property
     def is_of_forces(self) -> bool:
-        """Whether forces make it."""
+        """Whether forces cause the mode."""
         return self.where.startswith("force")
 
     @property
     def is_of_states(self) -> bool:
-        """Whether states of elements do."""
+        """Whether states of elements cause the mode."""
         return self.where.startswith("state")
 
     def said(self, one: str, several: str) -> str:
-        """What makes it, with its verb."""
+        """Return the cause with its verb, `one` or `several`."""
         return f"{self.where} {several if self.where.startswith(('forces', 'states')) else one}"
 
     @property
     def grows(self) -> str:
-        """What a step does to an error."""
+        """The growth of an error in a step, in words."""
         size = (
             f"{self.growth:.3g}-fold"
             if self.growth < THRESHOLDS.spoilt**2
@@ -61,14 +64,14 @@ class Stiffness:
 
     @property
     def stable_step(self) -> str:
-        """The step that would do, of two digits."""
+        """The advice of a stable step, with two digits."""
         step = THRESHOLDS.safety * self.limit / self.omega_h * self.step
         unit = 10.0 ** (floor(log10(step)) - 1)
         return f"take steps of {unit * floor(step / unit):.2g} s or less"
 
     @property
     def remedies(self) -> str:
-        """What to do."""
+        """The advice of other methods, or a softer mechanism."""
         softer = "a softer force" if self.is_of_forces else "slower states" if self.is_of_states else "smaller gains"
         limits = {name: reach(tableau_of(name), self.direction) for name in explicit_integrators()}
         best = max(limits, key=lambda name: limits[name])
@@ -78,13 +81,13 @@ class Stiffness:
 
 
 def too_stiff(stopped: SimulationError, found: Stiffness) -> SimulationError:
-    """A run has stopped because a force or a state is too stiff for its step."""
+    """Return the error of a run that stopped because a force or a state is too stiff for its step."""
     cause = f"stiff: {found.what}, so that {found.grows} of {found.step:.3g} s"
     return SimulationError(stopped.time, cause, where=found.where, hint=f"{found.stable_step}, {found.remedies}")
 
 
 def grows(found: Stiffness) -> str:
-    """A run has got to its end with errors that grew."""
+    """Return the note on a run that has ended with errors that grew."""
     return (
         f"{found.said('is', 'are')} too stiff for steps of {found.step:.3g} s: {found.what}, so that "
         f"{found.grows} and the motion is not to be trusted; {found.stable_step}, {found.remedies}"
@@ -92,7 +95,7 @@ def grows(found: Stiffness) -> str:
 
 
 def holds(found: Stiffness) -> str:
-    """A run with error control has taken small steps for its stability alone."""
+    """Return the note on a run with error control that made small steps for stability alone."""
     return (
         f"{found.said('is stiff and holds', 'are stiff and hold')} the step at {found.step:.2g} s for stability alone "
         f"({found.what}), where accuracy would allow larger ones; quicker would be {found.remedies}"
@@ -100,7 +103,7 @@ def holds(found: Stiffness) -> str:
 
 
 def damps(found: Stiffness) -> str:
-    """A run by an implicit method has damped a vibration that the mechanism itself hardly damps."""
+    """Return the note on an implicit run that has damped a vibration which the mechanism itself hardly damps."""
     frequency, lost = found.omega_h / found.step / (2.0 * pi), 100.0 * (1.0 - min(found.growth, 1.0))
     follows = THRESHOLDS.resolved_vibration * found.step / found.omega_h
     on = " on the masses that it moves" if found.is_of_forces else ""

@@ -1,4 +1,4 @@
-"""What a run counts as it goes: work done, and the largest violations at any step, recorded or not."""
+"""Counts of a run: its work, and the largest violations at any step, recorded or not."""
 
 from __future__ import annotations
 
@@ -19,21 +19,22 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Peak:
-    """The largest value so far, the row of C that had it, and when (s)."""
+    """The largest value so far, the row of C that had it, and the time (s)."""
 
     value: float = 0.0
     row: int = 0
     time: float = 0.0
 
     def or_larger(self, rows: Array, t: float) -> Peak:
-        """This peak, or the largest of `rows` where that is larger."""
+        """Return this peak, or the largest of `rows` where that is larger."""
         row = int(np.argmax(rows)) if len(rows) else 0
         return Peak(float(rows[row]), row, t) if len(rows) and rows[row] > self.value else self
 
 
 @dataclass(frozen=True)
 class Passed:
-    """A switch of a law that fixed steps pass over: whose it is, what it is, when first (s), how many times."""
+    """A switch of a law that fixed steps pass over: its owner, a description, the first time (s), and the number of
+    passes."""
 
     owner: str
     what: str
@@ -43,8 +44,8 @@ class Passed:
 
 @dataclass(frozen=True)
 class Halved:
-    """Fixed steps that were halved for want of the same: whose forces or motion Newton's method did not find ("force
-    'spring'", "body 'A'"), when first (s), how many times."""
+    """Fixed steps that were halved for one cause: the force or body that Newton's method did not solve ("force
+    'spring'", "body 'A'"), the first time (s), and the number of halvings."""
 
     where: str
     first: float
@@ -53,10 +54,12 @@ class Halved:
 
 @dataclass(frozen=True)
 class RowsKept:
-    """What the rows of the energy balance and of momenta did: how many `steps` they closed, at how many they were left
-    near `rest`, or `refused`; the energy in J that they have `given`, signed, how far that has been from nothing at the
-    `furthest`, and in sum `moved`; their `largest` change of the velocities, as a part of them; `momenta`: how many are
-    kept. None of them asked for: all 0."""
+    """Counts of the rows for the energy balance and momenta; all 0 where none is asked for.
+
+    `steps`, `rest`, `refused`: the numbers of steps that were closed, left alone near rest, or refused. `given`: the
+    energy in J that the rows added, signed; `furthest`: its largest absolute value so far; `moved`: the sum of absolute
+    values. `largest`: their largest change of the velocities, as a part of these. `momenta`: the number of momenta
+    conserved."""
 
     steps: int = 0
     rest: int = 0
@@ -69,7 +72,7 @@ class RowsKept:
 
     @classmethod
     def of(cls, saved: Mapping[str, Any]) -> RowsKept:
-        """From what a mark says."""
+        """Return the counts in a mark."""
         if not saved:
             return cls()
         steps, rest, refused = map(int, saved["often"])
@@ -77,7 +80,7 @@ class RowsKept:
         return cls(steps, rest, refused, given, moved, furthest, largest, len(saved["momenta"]))
 
     def plus(self, other: RowsKept) -> RowsKept:
-        """With those of another leg."""
+        """Return the sum with the counts of another leg."""
         counted = (self.steps + other.steps, self.rest + other.rest, self.refused + other.refused)
         furthest = max(self.furthest, abs(self.given) + other.furthest)
         energy = self.given + other.given, self.moved + other.moved, furthest
@@ -85,7 +88,7 @@ class RowsKept:
 
 
 def with_another(halved: Sequence[Halved], one: Halved) -> list[Halved]:
-    """What was halved, and this with it."""
+    """Return the list of halved steps with one more entry, merged with that of the same cause."""
     found = {each.where: each for each in halved}
     same = found.get(one.where, replace(one, times=0))
     found[one.where] = Halved(one.where, min(one.first, same.first), one.times + same.times)
@@ -94,10 +97,11 @@ def with_another(halved: Sequence[Halved], one: Halved) -> list[Halved]:
 
 @dataclass
 class Tally:
-    """Counters since the start; the peaks of |C|, of |C'|, and of |C| over the joints' rows alone; the seconds of each
-    phase of the steps, where they were measured, in a sample of the steps. `met`: the events in the state where steps
-    ended; `passed`: what fixed steps passed over; `halved`: for want of what they were halved; `rows`: what
-    those of the energy and of momenta did; `reached`: where a run is that came back without samples, s."""
+    """Counters since the start, and the peaks of |C|, of |C'|, and of |C| over the joints' rows alone.
+
+    `phases`: the seconds of each phase in a sample of the steps, where measured. `met`: the state events at which steps
+    ended. `passed`, `halved`: what fixed steps passed over, or were halved for. `rows`: the counts of the rows for
+    energy and momenta. `reached`: the time in s of a run that has returned without samples."""
 
     steps: int = 0
     rejected_steps: int = 0
@@ -119,28 +123,28 @@ class Tally:
     reached: float = 0.0
 
     def counters(self) -> dict[str, int]:
-        """The counters by name."""
+        """Return the counters by name."""
         return {name: value for name, value in vars(self).items() if isinstance(value, int)}
 
     def set_counters(self, values: Iterable[int]) -> None:
-        """Takes the counters, in the order of the fields, from who counted them."""
+        """Set the counters, in the order of the fields."""
         for name, value in zip(self.counters(), values, strict=True):
             setattr(self, name, value)
 
     def reject_accepted(self) -> None:
-        """Counts a step as rejected that was counted as one made."""
+        """Count a step as rejected that was counted as accepted."""
         self.steps -= 1
         self.rejected_steps += 1
 
     def halve(self, where: str, t: float) -> None:
-        """Counts a fixed step from t that is to be made in halves."""
+        """Count a fixed step from t that is to be made in halves."""
         self.rejected_steps += 1
         self.halved = with_another(self.halved, Halved(where, t, 1))
 
     def join(self, own: Tally) -> None:
-        """Takes in what belongs to a leg as a whole: its events, what it halved and passed over, seconds of phases.
+        """Add the parts of a leg's tally that are not counters: events, halved steps, passes, seconds of phases.
 
-        A leg that begins at an event may see it once more."""
+        A leg that begins at an event may contain that event once more."""
         last = list(takewhile(lambda each: each.time == self.met[-1].time, reversed(self.met)))
         self.met += [each for each in own.met if each not in last]
         self.rows = self.rows.plus(own.rows)
@@ -156,12 +160,12 @@ class Tally:
             self.passed = [*others, replace(each, first=first, times=times)]
 
     def count_evaluations(self, number: int) -> None:
-        """Adds evaluations of the accelerations, each with a factorisation of its own."""
+        """Count evaluations of the accelerations, each with one factorisation."""
         self.evaluations += number
         self.factorisations += number
 
     def count_projection(self, projected: Projected) -> None:
-        """Adds the work of one projection."""
+        """Count the work of one projection."""
         self.projections += projected.projections
         self.projection_iterations += projected.position_iterations
         self.velocity_iterations += projected.velocity_iterations
@@ -170,7 +174,7 @@ class Tally:
         self.factorisations += projected.position_iterations + projected.velocity_iterations
 
     def watch(self, position: Array, velocity: Array, joints: slice, t: float) -> None:
-        """Takes in |C| and |C'| (m,) of a step; the rows `joints` are the joints'."""
+        """Take in |C| and |C'| (m,) of a step; `joints` is the slice of the joints' rows."""
         self.position_peak = self.position_peak.or_larger(position, t)
         self.joint_peak = self.joint_peak.or_larger(position[joints], t)
         self.velocity_peak = self.velocity_peak.or_larger(velocity, t)

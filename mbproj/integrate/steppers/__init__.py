@@ -1,1 +1,1 @@
-"""Steppers: Runge-Kutta methods. A new one is a tableau, a file in `tableaus`, or in `implicit_tableaus`."""
+"""Steppers: Runge-Kutta methods. A new method is a tableau: a file in `tableaus`, or in `implicit_tableaus`."""

@@ -1,10 +1,10 @@
 """Implicit Runge-Kutta steps for stiff mechanisms, their filtered error estimates and continuous extensions.
 
 Accelerations and multipliers are the unknowns of the stages, which meet the constraints at the level of accelerations.
-The first stage is the slope that the last step has left: evaluated anew at the projected state, it would turn the
-projection's correction of the positions into a force. The stiffer the forces are, the larger that one would be. For the
-same reason a point takes its accelerations and multipliers from the last stage; between two points they follow from the
-slope of the extension by one more step of Newton's method.
+The first stage is the slope at the end of the last step. A new evaluation at the projected state would turn the
+projection's correction of the positions into a force: the stiffer the forces, the larger. For the same reason a point
+takes its accelerations and multipliers from the last stage. Between two points they follow from the slope of the
+extension by one more step of Newton's method.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from mbproj.integrate.steppers.stages import Equations
 
 @dataclass(frozen=True, eq=False)
 class ImplicitRungeKutta:
-    """A method by its tableau. Its evaluations are counted as they are made."""
+    """An implicit method with its tableau. It counts its evaluations itself."""
 
     tableau: ImplicitTableau
     attempt_cost = 0
@@ -38,7 +38,8 @@ class ImplicitRungeKutta:
         return self.tableau.error_order
 
     def attempt(self, f: Equations, t: float, y: Array, h: float, first: Array, multipliers: Array) -> Step:
-        """One step of size h; `first` is the slope at its start, with `multipliers` (m,). Raises StagesUnsolved."""
+        """Return a step of size h; `first` is the slope at its start, with `multipliers` (m,). Raises
+        StagesUnsolved."""
         tableau = self.tableau
         step, k = f.of_step(t, y, h), np.zeros((tableau.stages, len(y)))
         found = np.zeros((tableau.stages, len(multipliers)))
@@ -68,27 +69,27 @@ class ImplicitRungeKutta:
             )
 
     def _groups(self) -> list[slice]:
-        """The stages that are solved together, but the first."""
+        """Return the groups of stages that are solved together, without the first stage."""
         stages = self.tableau.stages
         return [slice(1, stages)] if self.tableau.is_coupled else [slice(i, i + 1) for i in range(1, stages)]
 
     def error(self, f: Equations, t: float, step: Step) -> tuple[Step, Array]:
-        """The step, and the estimate of its local error, (1, N)."""
+        """Return the step, and the estimate of its local error, (1, N)."""
         assert step.estimate is not None
         return step, step.estimate[None]
 
     def extend(self, f: Equations, step: Step) -> Extension:
-        """The continuous extension of a step."""
+        """Return the continuous extension of a step."""
         return Extension(step, self.tableau.dense.T @ step.k)
 
     def quadrature(self, step: Step) -> Iterator[tuple[float, Array]]:
-        """Where a step has evaluated f, with the weights of its quadrature."""
+        """The points at which a step has evaluated f, with the weights of its quadrature."""
         a, b = self.tableau.a, self.tableau.b
         for stage in np.flatnonzero(b):
             yield float(b[stage]), step.y + step.h * (a[stage] @ step.k)
 
     def within(self, step: Step, theta: float) -> Array:
-        """The slope (N,) at t + θh: the derivative of the extension."""
+        """Return the slope (N,) at t + θh: the derivative of the extension."""
         dense = self.tableau.dense
         powers = np.arange(1, dense.shape[1] + 1)
         weights = dense @ (powers * theta ** (powers - 1))

@@ -1,4 +1,4 @@
-"""An implicit Runge-Kutta method for stiff equations is its coefficients, too: read from a data file."""
+"""The coefficients of an implicit Runge-Kutta method for stiff equations, read from a data file."""
 
 from __future__ import annotations
 
@@ -14,13 +14,14 @@ from mbproj.registry import IntegratorEntry, integrators
 
 @dataclass(frozen=True, eq=False)
 class ImplicitTableau:
-    """Coefficients of a stiffly accurate method of s stages. The first is f at the start of the step, carried over from
-    the step before (Hairer & Wanner 1996, sect. IV.5, IV.6 and IV.8).
+    """Coefficients of a stiffly accurate method of s stages. The first stage is f at the start of the step, carried
+    over from the step before (Hairer & Wanner 1996, sect. IV.5, IV.6 and IV.8).
 
     `a` (s, s), `b` (s,) is its last row, `c` (s,). `error` (s,): weights of the stages in the estimate of the local
     error, which is filtered by (I - h `gamma` ∂f/∂y)⁻¹; it is of order `error_order` + 1 in h. `dense` (s, d): the
-    coefficients of θ, θ², … of the continuous extension, over the stages. `splitting` (s, s): the lower triangle, with
-    `gamma` on its diagonal, by which the kernel solves the stages; `a` itself where none needs a later one.
+    coefficients of θ, θ², … of the continuous extension, over the stages. `splitting` (s, s): the lower triangular
+    matrix, with `gamma` on its diagonal, by which the kernel solves the stages; `a` itself where no stage needs a later
+    one.
     """
 
     name: str
@@ -36,17 +37,18 @@ class ImplicitTableau:
 
     @property
     def stages(self) -> int:
-        """s, with the first."""
+        """s, the number of stages with the first."""
         return len(self.b)
 
     @property
     def is_coupled(self) -> bool:
-        """Whether the stages must be solved together; of a diagonally implicit method one follows from the other."""
+        """Whether the stages must be solved together. In a diagonally implicit method they are solved one after
+        another."""
         return bool(np.triu(self.a, 1).any())
 
 
 def load_implicit_tableau(name: str) -> ImplicitTableau:
-    """The tableau of an implicit method by its name."""
+    """Return the tableau of an implicit method by its name."""
     return _loaded(name, integrators()[name])
 
 

@@ -1,10 +1,9 @@
 """Steps of a mechanism without degrees of freedom, for the full formulation.
 
-The joints and motions alone say where its bodies are: at each stage these are closed by Newton's method from where the
-stages before lead, and velocities and accelerations follow from the equations. What remains to be integrated is the
-work of forces, and states of elements, by explicit stages. Newton's method may come to another assembly of the
-mechanism: a step is made only where none of its stages leaves a doubt about that. What does not move at all has
-velocities of exactly 0: those of round-off would be works of round-off.
+Joints and motions alone determine the poses. At each stage Newton's method closes the pose that the earlier stages
+predict, and velocities and accelerations follow from the equations. Only the work of forces and states of elements are
+integrated, by explicit stages. Newton's method may come to another assembly of the mechanism: a step is accepted only
+where no stage leaves a doubt about that. A body at rest has velocities of exactly 0, because round-off would do work.
 """
 
 from __future__ import annotations
@@ -26,13 +25,13 @@ from mbproj.thresholds import THRESHOLDS
 
 @dataclass(frozen=True, eq=False)
 class KinematicSteps(ExplicitRungeKutta):
-    """By the tableau of an explicit method."""
+    """Kinematic steps with the tableau of an explicit method."""
 
     def attempt(
         self, f: RightHandSide, t: float, y: Array, h: float, first: Array, multipliers: Array | None = None
     ) -> Step:
-        """One step of size h; `first` is f(t, y). Raises SimulationError where the branch of the motion cannot be
-        told."""
+        """Return a step of size h; `first` is f(t, y). Raises SimulationError where the branch of the motion is not
+        certain."""
         tableau, stages = self.tableau, np.empty((self.tableau.stages, len(y)))
         k = np.empty_like(stages)
         stages[0], k[0] = y, first
@@ -47,9 +46,11 @@ class KinematicSteps(ExplicitRungeKutta):
         return Step(t, h, y, y_new, k, stages=stages)
 
     def error(self, f: RightHandSide, t: float, step: Step) -> tuple[Step, Array]:
-        """The step to t with f at its end, and the estimates of its local error (e, s) in states and works, as parts of
-        their sizes. A work is measured against what the bodies' inertias, weights and its own power amount to. What is
-        round-off of the work before, or of a fall by the mechanism's length, is no error."""
+        """Return the step to t with f at its end, and the estimates of its local error (e, s) in states and works, as
+        parts of their sizes.
+
+        The size of a work is that of the bodies' inertial forces, weights and its own power. Round-off of the work
+        before, or of a fall by the mechanism's length, counts as no error."""
         step, found = super().error(f, t, step)
         formulation = _formulation(f)
         layout, stages = formulation.layout, step.stages
@@ -63,14 +64,14 @@ class KinematicSteps(ExplicitRungeKutta):
         fall = float(system.mass.sum() * np.linalg.norm(system.gravity)) * system.length
         least = eps * (fall + np.abs(step.y_new[works])) / tolerance
         if _watches_sign(formulation):
-            # Near a singular pose works are known to what joints stay open by over its squared distance.
+            # Near a singular pose the error of works is the joints' violation over the squared distance.
             work *= max(1.0, THRESHOLDS.closed_to / (max(formulation.policy.nearest**2, eps) * tolerance))
         sizes = np.maximum(work, least)
         parts = np.hstack([found[:, states] / size, found[:, works] / np.where(sizes > 0.0, sizes, 1.0)])
         return step, parts if parts.shape[1] else np.zeros((1, 1))
 
     def extend(self, f: RightHandSide, step: Step) -> Extension:
-        """The continuous extension of a step whose error was estimated."""
+        """Return the continuous extension of a step whose error was estimated."""
         tableau = self.tableau
         assert step.last is not None
         k = np.concatenate([step.k, step.last[None]])
@@ -88,13 +89,13 @@ class KinematicSteps(ExplicitRungeKutta):
 
 
 def _formulation(f: Any) -> Any:
-    """The full formulation that a right-hand side is of."""
+    """Return the full formulation of a right-hand side."""
     return f.formulation
 
 
 def _closed(f: RightHandSide, start: float, span: float, y: Array, predicted: Array) -> Array:
-    """A stage on the constraints, `span` after the start of a step from y. Raises SimulationError where that is not for
-    certain the branch of the motion that the step began on."""
+    """Return a stage on the constraints, `span` after the start of a step from y. Raises SimulationError where it is
+    not certain to be on the branch of the motion on which the step began."""
     formulation, t = _formulation(f), start + span
     predicted = formulation.lead(t, predicted)
     stage, projected = formulation.project_copy(t, predicted)
@@ -108,16 +109,18 @@ def _closed(f: RightHandSide, start: float, span: float, y: Array, predicted: Ar
 
 
 def _watches_sign(formulation: Any) -> bool:
-    """Works alone, which jump from branch to branch, are followed by steps so short that no other branch is in reach.
-    Those that a scene's integrator makes for its states may be longer."""
+    """Return whether signs of determinants are checked. Works alone, which jump between branches, keep steps so short
+    that no other branch is in reach. Steps for states, by the scene's integrator, may be longer."""
     return bool(formulation.layout.size_of("states"))
 
 
 def _changes_sign(formulation: Any, y: Array, y_new: Array) -> bool:
-    """Whether the determinant of a block of the joints' and motions' rows changes its sign in a step: Newton's method
-    may have come to another branch. Along a branch it changes only where branches cross; where two
-    of them meet, each has another one (Allgower & Georg, Numerical Continuation Methods, 1990, sect. 8.1). Two blocks
-    that change at once leave the determinant of the whole as it is."""
+    """Return whether the determinant of a block of the joints' and motions' rows changes its sign in a step: Newton's
+    method may have come to another branch.
+
+    Along a branch it changes only where branches cross; where two branches meet, their signs differ (Allgower & Georg,
+    Numerical Continuation Methods, 1990, sect. 8.1). Two blocks that change at once leave the determinant of the whole
+    as it is."""
     if not _watches_sign(formulation) or _way(formulation, y, y_new) <= THRESHOLDS.crossed_way:
         return False
     system = formulation.system
@@ -130,8 +133,8 @@ def _changes_sign(formulation: Any, y: Array, y_new: Array) -> bool:
 
 
 def _irreducible_blocks(G: Array, sees: Flags) -> list[tuple[Integers, Integers]]:
-    """Rows and columns of the irreducible blocks of G (m, 6n), of as many rows as are independent; each row `sees` some
-    bodies, (m, n). Each block is what must be closed at once: a crank with its motion, then groups of Assur."""
+    """Return rows and columns of the irreducible blocks of G (m, 6n), with as many rows as are independent. `sees` (m,
+    n): whether each row acts on a body. Each block is closed at once: a crank with its motion, then groups of Assur."""
     from scipy.linalg import qr
     from scipy.sparse import csr_matrix
     from scipy.sparse.csgraph import connected_components, maximum_bipartite_matching
@@ -146,8 +149,9 @@ def _irreducible_blocks(G: Array, sees: Flags) -> list[tuple[Integers, Integers]
 
 
 def _is_told(formulation: Any, projected: Any, span: float, y: Array, predicted: Array, stage: Array) -> bool:
-    """Newton's method has corrected a small part of the way alone, and of the velocity; or a way so short that no other
-    branch is in reach. Branches cross at an angle: where two are near to each other, their velocities are not."""
+    """Return whether a stage is certain to be on its branch. The correction must be a small part of the way, and of the
+    velocity, or so short that no other branch is in reach. Branches cross at an angle: where two are near, their
+    velocities differ."""
     corrected, made = (_way(formulation, each, stage) for each in (predicted, y))
     before, after = (formulation.parts(each)[1] for each in (predicted, stage))
     part, least = THRESHOLDS.told_part, THRESHOLDS.told_way
@@ -158,18 +162,19 @@ def _is_told(formulation: Any, projected: Any, span: float, y: Array, predicted:
 
 
 def _way(formulation: Any, x: Array, y: Array) -> float:
-    """How far all bodies are from where they are in another state, in the mechanism's length."""
+    """Return the distance of all bodies between two states, in the mechanism's length."""
     return float(np.linalg.norm(_lengths(formulation, formulation.parts(x)[0] - formulation.parts(y)[0])))
 
 
 def _lengths(formulation: Any, change: Array) -> Array:
-    """A change of q or of q' (7n,), lengths in the mechanism's own and turns in rad."""
+    """Return a change of q or of q' (7n,), with lengths in the mechanism's own and turns in rad."""
     each = change.reshape(-1, 7)
     return np.hstack([each[:, :3] / formulation.system.length, 2.0 * each[:, 3:]])
 
 
 def _exchanged(formulation: Any, y: Array, slope: Array) -> float:
-    """What the bodies' inertias and weights exchange with the forces at a stage, W, all as if of one sign."""
+    """Return the power that the bodies' inertial forces and weights exchange with forces at a stage, in W, with all
+    terms taken as positive."""
     system, layout = formulation.system, formulation.layout
     q, v, _ = formulation.parts(y)
     L, rate = pose_of(q).L[: system.bodies], slope[layout["velocities"]].reshape(-1, 7)

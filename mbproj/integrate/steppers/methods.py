@@ -1,4 +1,4 @@
-"""The stepper and the tableau of an integrator by its name in the registry."""
+"""Returns the stepper and the tableau of an integrator by its name in the registry."""
 
 from __future__ import annotations
 
@@ -18,14 +18,15 @@ Stepper: TypeAlias = "ExplicitRungeKutta | KinematicSteps | ImplicitRungeKutta"
 
 
 def tableau_of(integrator: str) -> Tableau | ImplicitTableau:
-    """The coefficients of an integrator."""
+    """Return the coefficients of an integrator."""
     if integrator == QUADRATURE:
         return quadrature()
     return (load_implicit_tableau if integrators()[integrator].implicit else load_tableau)(integrator)
 
 
 def stepper_of(integrator: str, *, kinematic: bool = False) -> Stepper:
-    """What makes its steps, where the kernel does not. `kinematic`: explicit ones close bodies at each stage."""
+    """Return the stepper for runs without the kernel. `kinematic`: whether explicit steps close the bodies at each
+    stage."""
     from mbproj.integrate.steppers.implicit_runge_kutta import ImplicitRungeKutta
     from mbproj.integrate.steppers.runge_kutta import ExplicitRungeKutta
 

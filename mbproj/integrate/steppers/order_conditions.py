@@ -13,22 +13,22 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.thresholds import THRESHOLDS
 
-#: The subtrees at the root, sorted.
+#: A rooted tree, as the sorted subtrees at its root.
 Tree: TypeAlias = tuple["Tree", ...]
-#: There are 719 conditions of this order.
+#: The highest order that is checked: it has 719 conditions.
 HIGHEST = 10
 
 
 @cache
 def trees(vertices: int) -> tuple[Tree, ...]:
-    """All rooted trees with so many vertices."""
+    """Return all rooted trees with so many vertices."""
     if vertices == 1:
         return ((),)
     return tuple(sorted({grown for tree in trees(vertices - 1) for grown in _with_one_more(tree)}))
 
 
 def _with_one_more(tree: Tree) -> Iterator[Tree]:
-    """The trees that have one more leaf somewhere."""
+    """The trees with one more leaf."""
     yield tuple(sorted((*tree, ())))
     for at, branch in enumerate(tree):
         for grown in _with_one_more(branch):
@@ -37,7 +37,7 @@ def _with_one_more(tree: Tree) -> Iterator[Tree]:
 
 @cache
 def density(tree: Tree) -> int:
-    """γ: the number of vertices, times γ of the branches."""
+    """Return γ: the number of vertices, times γ of the branches."""
     return _vertices(tree) * prod(map(density, tree))
 
 
@@ -46,8 +46,8 @@ def _vertices(tree: Tree) -> int:
 
 
 def defect(a: Array, weights: Array, vertices: int, *, theta: float = 1.0, exact: bool = True) -> float:
-    """The largest |Σ wᵢ Φᵢ - θⁿ/γ| of the trees with n `vertices`, beyond round-off; `a` is (s, s), `weights` (s,).
-    Not `exact`: the sums are to be 0, as those of an estimate of the error."""
+    """Return the largest |Σ wᵢ Φᵢ - θⁿ/γ| over the trees with n `vertices`, beyond round-off; `a` is (s, s), `weights`
+    (s,). Without `exact` the sums should be 0, as in an estimate of the error."""
     worst, found = 0.0, dict[Tree, Array]()
     for tree in trees(vertices):
         terms = weights * _elementary(tree, a, found)
@@ -59,7 +59,7 @@ def defect(a: Array, weights: Array, vertices: int, *, theta: float = 1.0, exact
 
 
 def _elementary(tree: Tree, a: Array, found: dict[Tree, Array]) -> Array:
-    """Φ (s,): of each branch A Φ, multiplied."""
+    """Return Φ (s,): the product over the branches of A Φ."""
     if tree not in found:
         parts = [a @ _elementary(branch, a, found) for branch in tree]
         found[tree] = np.prod(parts, axis=0) if parts else np.ones(len(a))
@@ -67,7 +67,7 @@ def _elementary(tree: Tree, a: Array, found: dict[Tree, Array]) -> Array:
 
 
 def holds_up_to(a: Array, weights: Array, *, exact: bool = True) -> int:
-    """The largest number of vertices up to which all conditions hold."""
+    """Return the largest number of vertices up to which all conditions hold."""
     order = 0
     while order < HIGHEST and not defect(a, weights, order + 1, exact=exact):
         order += 1

@@ -1,7 +1,7 @@
-"""`register_integrator`: a Runge-Kutta method of one's own, which runs wherever those of mbproj run.
+"""`register_integrator`: adds a user's Runge-Kutta method, which runs wherever those of mbproj run.
 
-A tableau that does not have the order that it is said to have is refused. So is an implicit one that is not A-stable. A
-coefficient with a wrong digit would be a wrong result without a warning.
+A tableau is refused where its order is lower than claimed, or where it is implicit and not A-stable. A coefficient with
+a wrong digit would give a wrong result without a warning.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ from mbproj.registry import IntegratorEntry, integrators
 
 #: A coefficient: a number, or a text as "5/72".
 Coefficient: TypeAlias = "float | Fraction | str"
-#: The kernel holds so many stages.
+#: The most stages that the kernel can hold.
 MOST_STAGES = 32
-#: Where an extension is held against the order conditions.
+#: The points of a step at which an extension is checked by order conditions.
 THROUGH = (0.25, 0.6)
 
 
@@ -38,17 +38,17 @@ def register_integrator(
     dense: Sequence[Sequence[Coefficient]] | None = None,
     source: str = "",
 ) -> None:
-    """Adds the Runge-Kutta method of a tableau to the integrators that a scene may name.
+    """Add the Runge-Kutta method of a tableau to the integrators that a scene may name.
 
     `a` has a row for each stage, or for each but the first, which is f at the start of the step. Zeros on the right may
     be left out. Where a stage has a coefficient of its own, the method is implicit, for stiff scenes. It is an ESDIRK
     method then: that coefficient is the same γ in all stages but the first, and the last row is `b`.
 
-    `error`, b - b̂ of an embedded pair, lets a tolerance control the steps. It has a weight for each stage, and one more
-    of an explicit method, for f at the end of the step. An implicit one needs it. `dense`: for each weight of `error`
-    the coefficients of θ, θ², … in the continuous extension, without which it is the cubic through both ends.
+    `error`, b - b̂ of an embedded pair, lets a tolerance control the steps. It has a weight for each stage; that of an
+    explicit method has one more, for f at the end of the step. An implicit method needs it. `dense`: for each weight of
+    `error` the coefficients of θ, θ², … in the continuous extension, without which it is the cubic through both ends.
 
-    Raises InputError where the name is taken, the numbers do not fit together, or the order is another.
+    Raises InputError where the name is taken, the numbers do not fit together, or the order is lower than claimed.
     """
     rows, weights = [_texts(row) for row in a], _texts(b)
     stages = len(weights)
@@ -76,7 +76,7 @@ def register_integrator(
 
 
 def _texts(numbers: Sequence[Coefficient]) -> list[str]:
-    """As the files of tableaus have them. Raises InputError where one is no finite number."""
+    """Return numbers as the files of tableaus have them. Raises InputError for one that is no finite number."""
     found = []
     for each in numbers:
         text = str(each) if isinstance(each, str | Fraction) else repr(float(each))
@@ -105,7 +105,8 @@ def _check_order(name: str, A: Array, b: Array, order: int) -> None:
 
 
 def _check_implicit(name: str, A: Array, b: Array, error: object) -> None:
-    """What implicit steps take for granted, here and in the kernel."""
+    """Check the properties that implicit steps assume, here and in the kernel. Raises InputError where one is
+    missing."""
     gamma = A[-1, -1]
     if np.triu(A, 1).any():
         raise _unfit(name, "a stage needs a later one", "an implicit method has one stage after another (ESDIRK)")
@@ -121,14 +122,14 @@ def _check_implicit(name: str, A: Array, b: Array, error: object) -> None:
 
 
 def _growth(A: Array, z: complex) -> float:
-    """|R(z)| where the last stage is the end of the step."""
+    """Return |R(z)| of a method whose last stage is the end of the step."""
     return float(abs(np.linalg.solve(np.eye(len(A)) - z * A, np.ones(len(A)))[-1]))
 
 
 def _estimate(
     name: str, A: Array, weights: list[str], error: list[str], order: int, *, implicit: bool
 ) -> dict[str, Any]:
-    """The estimate of the error, and the order that follows from it."""
+    """Return the estimate of the error, and the order that follows from it."""
     wanted = len(weights) + (not implicit)
     if len(error) != wanted:
         after = "" if implicit else ", and one for f at the end of the step"
@@ -141,7 +142,7 @@ def _estimate(
 
 
 def _with_end(A: Array, b: Array) -> Array:
-    """With f at the end of the step as one more stage."""
+    """Return the matrix with f at the end of the step as one more stage."""
     whole = np.zeros((len(A) + 1, len(A) + 1))
     whole[:-1, :-1], whole[-1, :-1] = A, b
     return whole
@@ -150,8 +151,8 @@ def _with_end(A: Array, b: Array) -> Array:
 def _extension(
     name: str, A: Array, b: Array, dense: Sequence[Sequence[Coefficient]] | None, *, implicit: bool
 ) -> list[list[str]]:
-    """The continuous extension as it is given, or the cubic y₀ + (3θ² - 2θ³)(y₁ - y₀) + h (θ - 2θ² + θ³) y₀' +
-    h (θ³ - θ²) y₁'."""
+    """Return the continuous extension that is given, or the cubic y₀ + (3θ² - 2θ³)(y₁ - y₀) + h (θ - 2θ² + θ³) y₀' + h
+    (θ³ - θ²) y₁'."""
     whole = A if implicit else _with_end(A, b)
     if dense is None:
         found = np.zeros((len(whole), 3))

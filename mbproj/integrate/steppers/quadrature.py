@@ -1,4 +1,4 @@
-"""The quadrature of a kinematic run: what is known along the motion is integrated over a step from seven values.
+"""The quadrature of a kinematic run: quantities along the motion are integrated over a step from seven values.
 
 The nodes are those of Kronrod's extension of Lobatto's rule of four (Gander & Gautschi 2000): order 10, and the rule of
 four, of order 6, for its error. Stages, extension and predictions are integrals of the polynomials through the values.
@@ -13,9 +13,9 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.integrate.steppers.tableau import Tableau
 
-#: What `tableau_of` knows the method by; no scene names it.
+#: The name of the method for `tableau_of`; no scene names it.
 QUADRATURE = "quadrature"
-#: On [-1, 1]; every second of them is one of Lobatto's.
+#: The nodes on [-1, 1]; every second one is a node of Lobatto's rule.
 NODES = np.array([-1.0, -np.sqrt(2.0 / 3.0), -np.sqrt(0.2), 0.0, np.sqrt(0.2), np.sqrt(2.0 / 3.0), 1.0])
 LOBATTO = (0, 2, 4, 6)
 ORDER, ERROR_ORDER = 10, 6
@@ -23,7 +23,8 @@ ORDER, ERROR_ORDER = 10, 6
 
 @cache
 def quadrature() -> Tableau:
-    """As an explicit method: each stage is predicted from those before it, and none depends on its own value."""
+    """Return the quadrature as an explicit method: each stage is predicted from those before it, and none depends on
+    its own value."""
     c = 0.5 * (1.0 + NODES)
     stages = len(c)
     a = np.zeros((stages, stages))
@@ -39,11 +40,12 @@ def quadrature() -> Tableau:
 
 
 def lagrange(nodes: Array) -> Array:
-    """The coefficients (s, s) of 1, x, x², … of the polynomials that are 1 at a node (s,) and 0 at the others."""
+    """Return the coefficients (s, s) of 1, x, x², … in the polynomials that are 1 at a node (s,) and 0 at the
+    others."""
     return np.asarray(np.linalg.inv(np.vander(nodes, increasing=True)).T)
 
 
 def integrals(nodes: Array, end: float) -> Array:
-    """The weights (s,) of values at the nodes in the integral of the polynomial through them from 0 to `end`."""
+    """Return the weights (s,) of values at the nodes in the integral of the polynomial through them from 0 to `end`."""
     powers = np.arange(1, len(nodes) + 1)
     return np.asarray(lagrange(nodes) @ (end**powers / powers))

@@ -1,6 +1,6 @@
 """Explicit Runge-Kutta steps for y' = f(t, y), their error estimates and continuous extensions: the first stepper.
 
-A stepper has {attempt, error, extend, at} and says what they cost. The time loop knows no more of it.
+A stepper has {attempt, error, extend, at} and states their cost. The time loop knows no more of it.
 """
 
 from __future__ import annotations
@@ -19,10 +19,12 @@ RightHandSide = Callable[[float, Array], Array]
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """A step from (t, y) over h to `y_new` (N,), with its stages k (s, N), and f at the new point where its error was
-    estimated. Of an implicit step: `multipliers` (s, m) of the stages; how near the last is to a singular pose; how
-    many evaluations it took; the `estimate` (N,) of its error; what filters one, e (N,) -> (I - hγ ∂f/∂y)⁻¹ e. Of a
-    kinematic step: its `stages` (s, N), closed."""
+    """A step from (t, y) over h to `y_new` (N,), with its stages k (s, N), and f at the new point, `last`, where its
+    error was estimated.
+
+    An implicit step has `multipliers` (s, m) of the stages and its number of `evaluations`. `nearness` is that of the
+    last stage to a singular pose. `estimate` (N,) is the step's error, and `filtered` filters such an estimate, e (N,)
+    -> (I - hγ ∂f/∂y)⁻¹ e. A kinematic step has its closed `stages` (s, N)."""
 
     t: float
     h: float
@@ -46,7 +48,7 @@ class Extension:
     slopes: Array
 
     def at(self, theta: float) -> Array:
-        """y(t + θh), θ in [0, 1]."""
+        """Return y(t + θh), θ in [0, 1]."""
         total = np.zeros_like(self.step.y)
         for slope in self.slopes[::-1]:
             total = theta * (slope + total)
@@ -54,14 +56,15 @@ class Extension:
 
 
 def cubic(step: Step, last: Array) -> Extension:
-    """The cubic through both ends of a step, with f at the new point."""
+    """Return the cubic through both ends of a step, with f at the new point."""
     first, mean = step.k[0], (step.y_new - step.y) / step.h
     return Extension(step, np.array([first, 3.0 * mean - 2.0 * first - last, first + last - 2.0 * mean]))
 
 
 @dataclass(frozen=True, eq=False)
 class ExplicitRungeKutta:
-    """A method by its tableau. `*_cost`: evaluations of f beyond the first, which the step before has left."""
+    """An explicit method with its tableau. `*_cost`: evaluations of f beyond the first, which the step before has
+    made."""
 
     tableau: Tableau
     error_cost = 1
@@ -85,7 +88,7 @@ class ExplicitRungeKutta:
     def attempt(
         self, f: RightHandSide, t: float, y: Array, h: float, first: Array, multipliers: Array | None = None
     ) -> Step:
-        """One step of size h; `first` is f(t, y). Only implicit steps carry multipliers on."""
+        """Return a step of size h; `first` is f(t, y). Only implicit steps use multipliers."""
         tableau = self.tableau
         k = np.empty((tableau.stages, len(y)))
         k[0] = first
@@ -95,12 +98,12 @@ class ExplicitRungeKutta:
             return Step(t, h, y, y + h * (tableau.b @ k), k)
 
     def error(self, f: RightHandSide, t: float, step: Step) -> tuple[Step, Array]:
-        """The step to t with f at its end, and the estimates of its local error, (e, N)."""
+        """Return the step to t with f at its end, and the estimates of its local error, (e, N)."""
         last, weights = f(t, step.y_new), self.tableau.error
         return replace(step, last=last), step.h * (weights[:, :-1] @ step.k + weights[:, -1:] * last)
 
     def extend(self, f: RightHandSide, step: Step) -> Extension:
-        """The continuous extension of a step whose error was estimated."""
+        """Return the continuous extension of a step whose error was estimated."""
         tableau = self.tableau
         assert step.last is not None
         k = np.concatenate([step.k, step.last[None]])
@@ -109,7 +112,7 @@ class ExplicitRungeKutta:
         return Extension(step, tableau.dense.T @ k)
 
     def quadrature(self, step: Step) -> Iterator[tuple[float, Array]]:
-        """Where a step has evaluated f, with the weights of its quadrature."""
+        """The points at which a step has evaluated f, with the weights of its quadrature."""
         a, b = self.tableau.a, self.tableau.b
         for stage in np.flatnonzero(b):
             yield float(b[stage]), step.y + step.h * (a[stage, :stage] @ step.k[:stage])

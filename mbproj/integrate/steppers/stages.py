@@ -1,4 +1,5 @@
-"""What implicit steppers ask of the equations of motion: the stages of a step, solved together or one after another."""
+"""The interface of implicit steppers to the equations of motion: the stages of a step, solved together or one after
+another."""
 
 from __future__ import annotations
 
@@ -12,9 +13,9 @@ from mbproj.errors import SimulationError
 
 @dataclass(frozen=True, eq=False)
 class Stages:
-    """Solved stages: y' (s, N) and λ (s, m) at each; how near the last is to a singular pose; how many evaluations of
-    the accelerations they took; what filters an estimate e (N,) of the error: (e, hγ) -> (I - hγ ∂f/∂y)⁻¹ e, for stiff
-    forces alone."""
+    """Solved stages: y' (s, N) and λ (s, m) at each, the `nearness` of the last to a singular pose, and the number of
+    evaluations of the accelerations. `filtered` filters an estimate e (N,) of the error, for stiff forces alone: (e,
+    hγ) -> (I - hγ ∂f/∂y)⁻¹ e."""
 
     k: Array
     multipliers: Array
@@ -30,8 +31,8 @@ class StagesUnsolved(SimulationError):
 
 
 def branch_untold(t: float, where: str | None = None) -> SimulationError:
-    """Of a motion without degrees of freedom: however short the step, Newton's method may come to another branch, or
-    to none."""
+    """Return the error of a motion without degrees of freedom, where Newton's method may come to another branch, or to
+    none, however short the step."""
     cause = (
         "what the motions prescribe cannot be followed beyond here: the mechanism is at a dead centre, or branches of "
         "its motion cross"
@@ -43,15 +44,15 @@ class Equations(Protocol):
     """y' = f(t, y) of a second-order system, as a right-hand side and stage by stage."""
 
     def __call__(self, t: float, y: Array) -> Array:
-        """f(t, y)."""
+        """Return f(t, y)."""
 
     def of_step(self, t: float, y: Array, h: float) -> StepEquations:
-        """The same for the stages of a step of size h from (t, y)."""
+        """Return the equations for the stages of a step of size h from (t, y)."""
 
 
 class StepEquations(Protocol):
-    """The stages of one step."""
+    """The equations for the stages of one step."""
 
     def solve(self, times: Array, known: Array, weights: Array, first: Array) -> Stages:
-        """Stages at `times` (s,) of y_i = known_i + Σ weights_ij f(t_j, y_j), (s, N), by Newton's method from the
-        slope `first` (N,) on. Raises StagesUnsolved."""
+        """Return stages at `times` (s,) of y_i = known_i + Σ weights_ij f(t_j, y_j), (s, N), by Newton's method from
+        the slope `first` (N,). Raises StagesUnsolved."""

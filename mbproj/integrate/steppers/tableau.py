@@ -1,4 +1,4 @@
-"""An explicit Runge-Kutta method is its coefficients: Butcher's tableau, read from a data file."""
+"""The coefficients of an explicit Runge-Kutta method: Butcher's tableau, read from a data file."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Tableau:
 
     @property
     def stages(self) -> int:
-        """s, the number of evaluations a step that needs no error estimate takes."""
+        """s, the number of evaluations of a step without an error estimate."""
         return len(self.b)
 
     @property
@@ -45,7 +45,7 @@ class Tableau:
 
 
 def load_tableau(name: str) -> Tableau:
-    """The tableau of an integrator by its name in the registry."""
+    """Return the tableau of an integrator by its name in the registry."""
     return _loaded(name, integrators()[name])
 
 
@@ -69,18 +69,18 @@ def _loaded(name: str, entry: IntegratorEntry) -> Tableau:
 
 
 def vector(numbers: Sequence[str]) -> Array:
-    """Numbers that are written as fractions or decimals."""
+    """Return numbers from fractions or decimals."""
     return np.array([_number(text) for text in numbers])
 
 
 def _number(text: str) -> float:
-    """The number nearest to p/q, or to a decimal."""
+    """Return the number nearest to p/q, or to a decimal."""
     numerator, _, denominator = text.partition("/")
     return int(numerator) / int(denominator) if denominator else float(numerator)
 
 
 def matrix(rows: Sequence[Sequence[str]], width: int) -> Array:
-    """Rows of numbers, filled with zeros on the right."""
+    """Return rows of numbers, filled with zeros on the right."""
     found = np.zeros((len(rows), width))
     for index, row in enumerate(rows):
         found[index, : len(row)] = vector(row)

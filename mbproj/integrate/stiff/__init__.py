@@ -1,1 +1,1 @@
-"""Stiff forces: the fastest modes of a mechanism, and what they do to the steps of a run."""
+"""Stiff forces: the fastest modes of a mechanism, and their effect on the steps of a run."""

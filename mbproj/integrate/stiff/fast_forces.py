@@ -1,5 +1,5 @@
-"""The fastest modes of a mechanism's forces and states at its start: what makes them, what they move, and the step that
-explicit integrators need for them."""
+"""The fastest modes of a mechanism's forces and states at its start: their causes, the bodies that they move, and the
+step that explicit integrators need for them."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from mbproj.registry import WHERE_SMOOTH, explicit_integrators
 from mbproj.scene.records import Settings
 from mbproj.thresholds import THRESHOLDS
 
-#: Modes that are told.
+#: The number of modes that are reported.
 TOLD = 3
 
 
 @dataclass(frozen=True)
 class FastMode:
-    """An eigenvalue λ in 1/s, the forces or the states that make most of it and the bodies that move most, the largest
-    part first."""
+    """An eigenvalue λ in 1/s, the forces or states with most of its energy, and the bodies that move most; the largest
+    part comes first."""
 
     eigenvalue: complex
     forces: tuple[str, ...]
@@ -40,13 +40,13 @@ class FastMode:
 
     @property
     def direction(self) -> complex:
-        """λ / |λ|, without the little by which a mode may grow."""
+        """λ / |λ|, without slight growth."""
         size = abs(self.eigenvalue)
         return complex(round(min(self.eigenvalue.real, 0.0) / size, 3), round(abs(self.eigenvalue.imag) / size, 3))
 
 
 def fastest_at(choice: Choice, system: System, state: State) -> list[FastMode]:
-    """The fastest modes at a state, the fastest first; none without forces along coordinates or states."""
+    """Return the fastest modes at a state, the fastest first; none without forces along coordinates or states."""
     chosen, modes = modes_at(choice, system, state)
     found = modes[:TOLD]
     real = [mode for mode in found if abs(mode.eigenvalue) > THRESHOLDS.no_mode * abs(found[0].eigenvalue)]
@@ -54,7 +54,7 @@ def fastest_at(choice: Choice, system: System, state: State) -> list[FastMode]:
 
 
 def stable_steps(modes: Sequence[FastMode]) -> dict[str, float]:
-    """The largest step in s with which each explicit integrator is stable for all of these, by name."""
+    """Return the largest step in s, by name, with which each explicit integrator is stable for all these modes."""
     if not modes:
         return {}
     return {
@@ -64,8 +64,8 @@ def stable_steps(modes: Sequence[FastMode]) -> dict[str, float]:
 
 
 def steps_for_stability(system: System, state: State, settings: Settings) -> float:
-    """How many steps DOP853 makes at least over a run with these settings, for its stability alone, as the forces are
-    at the start; 0 without forces along coordinates and states."""
+    """Return the least number of steps that DOP853 makes for stability alone in a run with these settings. It assumes
+    the forces at the start; 0 without forces along coordinates and states."""
     if not can_be_fast(system):
         return 0.0
     stable = stable_steps(fastest_at(choose(system, state, settings), system, state))

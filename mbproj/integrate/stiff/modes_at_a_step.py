@@ -1,5 +1,4 @@
-"""The modes of a mechanism's forces and its elements' states at a state of its run, as fast as they are beside the
-step."""
+"""The modes of a mechanism's forces and its elements' states at a state of its run, compared with the step."""
 
 from __future__ import annotations
 
@@ -18,15 +17,15 @@ from mbproj.integrate.steppers.stability_region import amplification, reach
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
-#: Coordinates of forces that are looked at, at most: those that would be fastest on free bodies.
+#: The most coordinates of forces that are considered: those that would be fastest on free bodies.
 LAWS = 100
-#: So many forces or states are named at most.
+#: The most forces or states that a message names.
 MOST_NAMED = 3
 
 
 def modes_at(choice: Choice, system: System, state: State, step: float = np.inf) -> tuple[Integers, list[Mode]]:
-    """The coordinates of forces that are looked at, (e,), and the modes at a state, the fastest first; none where all
-    are slow beside the step."""
+    """Return the coordinates of forces that are considered, (e,), and the modes at a state, the fastest first. There
+    are no modes where all are slow compared with the step."""
     with may_overflow():  # the state may be the last one of a run that is lost
         slope, of_states = slopes(system, state), _state_slopes(system, state)
     bound = speeds_of_free_bodies(system, pose_of(state.q), slope)
@@ -46,20 +45,20 @@ def _state_slopes(system: System, state: State) -> Array:
 
 
 def can_be_fast(system: System) -> bool:
-    """Whether there are forces along coordinates, or states of elements."""
+    """Return whether there are forces along coordinates, or states of elements."""
     return system.states.size > 0 or system.forces.size > 0
 
 
 @dataclass(frozen=True, eq=False)
 class Owners:
-    """What makes a mode, the one with the largest part first: `forces`, or `states` of elements."""
+    """The causes of a mode, the one with the largest part first: `forces`, or `states` of elements."""
 
     forces: tuple[str, ...] = ()
     states: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, system: System, mode: Mode) -> Owners:
-        """Of a mode of a system."""
+        """Return the causes of a mode of a system."""
         count = len(system.names.states)
         along = len(mode.shares) - count
         if mode.shares[along:].any():
@@ -68,7 +67,7 @@ class Owners:
 
     @property
     def words(self) -> str:
-        """ "forces 'a', 'b'"."""
+        """The causes in words: "forces 'a', 'b'"."""
         kind, names = ("state", self.states) if self.states else ("force", self.forces)
         more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
         return f"{kind}{'s' * (len(names) > 1)} " + ", ".join(f"'{name}'" for name in names[:MOST_NAMED]) + more
@@ -76,27 +75,27 @@ class Owners:
 
 @dataclass(frozen=True, eq=False)
 class FastModes:
-    """Of the forces and states of a system, in the formulation that was chosen."""
+    """The fast modes of the forces and states of a system, in the chosen formulation."""
 
     choice: Choice
     system: System
 
     def at(self, state: State, step: float) -> list[Mode]:
-        """The modes at a state, the fastest first; none where all are slow beside the step."""
+        """Return the modes at a state, the fastest first; none where all are slow compared with the step."""
         return modes_at(self.choice, self.system, state, step)[1]
 
     def fastest(self, state: State, step: float) -> tuple[str, complex] | None:
-        """What makes the fastest mode, and its eigenvalue; None where all are slow beside the step."""
+        """Return the cause of the fastest mode, and its eigenvalue; None where all are slow compared with the step."""
         mode = next(iter(self.at(state, step)), None)
         return None if mode is None else (self.named(mode), mode.eigenvalue)
 
     def named(self, mode: Mode) -> str:
-        """What makes a mode, the one with the largest part first."""
+        """Return the causes of a mode in words, the one with the largest part first."""
         return Owners.of(self.system, mode).words
 
 
 def against(integrator: str, step: float, where: str, eigenvalue: complex) -> Stiffness:
-    """A mode against what the integrator does to it in a step."""
+    """Return a mode's |hλ| and growth in a step of an integrator, with the integrator's limit of stability."""
     size, tableau = abs(eigenvalue), tableau_of(integrator)
     direction = complex(round(min(eigenvalue.real, 0.0) / size, 3), round(abs(eigenvalue.imag) / size, 3))
     z = step * eigenvalue

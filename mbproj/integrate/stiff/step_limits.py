@@ -1,5 +1,5 @@
-"""What limits a step of a run with error control: the step is tried again, and its error told by bodies and states, or
-the force or state that holds it for stability alone."""
+"""The limits of a step in a run with error control: the error of the step by bodies and states, or the force or state
+that limits it for stability alone."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ from mbproj.thresholds import THRESHOLDS
 
 @dataclass(frozen=True)
 class StepLimit:
-    """A step of size `step` (s) from `time` on (s): its error in tolerances, NaN where it cannot be made; `shares`: the
-    part that each body and state has in the square of the error, the largest first; `reason`: what holds the step
-    apart from accuracy, "" where nothing does."""
+    """A step of size `step` (s) from `time` on (s), and its error in tolerances, NaN where it cannot be made. `shares`:
+    the part of each body and state in the square of the error, the largest first. `reason`: the limit other than
+    accuracy, "" for none."""
 
     time: float
     step: float
@@ -40,8 +40,8 @@ class StepLimit:
 
 
 def step_limit(system: System, state: State, settings: Settings, step: float) -> StepLimit:
-    """What limits a step of this size from a state, by the integrator and the tolerance of `settings`. The full
-    formulation tells it for all."""
+    """Return the limits of a step of this size from a state, by the integrator and the tolerance of `settings`. The
+    full formulation is used for all runs."""
     assert settings.tolerance is not None
     full = replace(settings, formulation="full")
     choice = choose(system, state, full)
@@ -67,7 +67,7 @@ def step_limit(system: System, state: State, settings: Settings, step: float) ->
 
 
 def _held(modes: FastModes, state: State, integrator: str, step: float) -> str:
-    """The force or state that holds an explicit step at the limit of its stability."""
+    """Return the force or state that holds an explicit step at its limit of stability; "" for none."""
     fastest = None if integrators()[integrator].implicit else modes.fastest(state, step)
     if fastest is None:
         return ""

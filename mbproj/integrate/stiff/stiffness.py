@@ -1,6 +1,6 @@
-"""Whether a run was too stiff for its step: the fastest mode of its forces and states, at some of its samples, against
-what its integrator is stable for. Beyond that, errors grow with a fixed step; error control holds the step there, where
-accuracy would let it grow."""
+"""Finds whether a run was too stiff for its step. The fastest mode of its forces and states at some samples is compared
+with the stability limit of its integrator. Beyond that limit errors grow with a fixed step; error control holds the
+step there, where accuracy would allow a longer one."""
 
 from __future__ import annotations
 
@@ -30,18 +30,18 @@ from mbproj.thresholds import THRESHOLDS
 if TYPE_CHECKING:
     from mbproj.integrate.stiff.modes_at_a_step import FastModes
 
-#: Samples of a block that are kept, and of a run.
+#: The number of samples of a block that are kept, and of a run.
 OF_A_BLOCK, KEPT = 4, 8
-#: Whether the motion is smooth is looked at at so many points, from so many of the samples.
+#: The number of points of a motion whose smoothness is checked, and the number of samples from which it is.
 POINTS, LOOKS = 60, 3
 
-#: Samples of a run from a state with settings.
+#: Yields samples of a run from a state with settings.
 March = Callable[[State, Settings], Iterator[Samples | None]]
 
 
 @dataclass(frozen=True, eq=False)
 class _Kept:
-    """A sample: its state, its step in s, the steps before it."""
+    """A sample: its state, its step in s, and the number of steps before it."""
 
     state: State
     step: float
@@ -49,8 +49,8 @@ class _Kept:
 
 
 class StiffnessWatch:
-    """Scratch of a run: some of its samples, and what they say of stiffness when it has ended. Scenes without forces on
-    coordinates, states and Baumgarte's terms never come here."""
+    """Scratch of a run: some of its samples, from which stiffness is diagnosed at its end. It is inactive for scenes
+    without forces along coordinates, states, and Baumgarte's terms."""
 
     def __init__(self, choice: Choice, system: System, settings: Settings, march: March) -> None:
         self._system, self._settings, self._march = system, settings, march
@@ -69,8 +69,7 @@ class StiffnessWatch:
         return FastModes(self._choice, self._system)
 
     def take(self, samples: Samples, chosen: Flags | None = None) -> None:
-        """Keeps some of the samples of a block, evenly spread, and the first of all for good; or some of those that are
-        chosen."""
+        """Keep some of the samples of a block, or of its `chosen` ones, evenly spread, and the very first for good."""
         if not self._active:
             return
         choice = np.arange(len(samples.t)) if chosen is None else np.flatnonzero(chosen)
@@ -84,8 +83,8 @@ class StiffnessWatch:
 
     @contextmanager
     def naming(self) -> Iterator[None]:
-        """A run with a fixed step that stops within raises an error that names the stiff force, where errors have
-        grown because of it."""
+        """Replace the error of a run with fixed steps in this block where errors have grown because of a stiff force.
+        The new error names the force."""
         try:
             yield
         except SimulationError as error:
@@ -97,8 +96,10 @@ class StiffnessWatch:
             raise too_stiff(error, found) from error
 
     def _led_off(self, error: TurnsUntold | LostStep) -> Stiffness | None:
-        """What has led a step off, or makes turns too fast to be told. The latter counts where a step that is short
-        enough for the forces would still be too long for the turns: errors grow to whole turns in a few steps."""
+        """Return the mode that has led a step astray, or makes turns too fast to count; None without one.
+
+        The latter counts where a step short enough for the forces would still be too long for the turns: errors grow to
+        whole turns in a few steps."""
         if not self._kept or self._settings.step is None:
             return None
         found = self._at(self._kept[-1], gains=True)
@@ -106,7 +107,7 @@ class StiffnessWatch:
         return found if found is not None and found.growth > 1.0 and limit * found.omega_h > found.limit else None
 
     def verdict(self, end: float) -> str:
-        """Of a run that has got to its end at that time: what a user should know, or nothing."""
+        """Return the note for the user on a run that has ended at that time, or ""."""
         if isinstance(self._tableau, ImplicitTableau):
             damped = self._damped()
             return "" if damped is None else damps(damped)
@@ -117,14 +118,14 @@ class StiffnessWatch:
         return "" if found is None else holds(found)
 
     def _damped(self) -> Stiffness | None:
-        """The slowest vibration that the mechanism itself hardly damps and the steps of an implicit method do, at most
-        of the samples."""
+        """Return the slowest vibration, at most of the samples, that the implicit steps damp and the mechanism itself
+        hardly does; None without one."""
         inner = self._kept[1:-1] or self._kept
         found = [self._against(kept, *mode) for kept in inner if (mode := self._slowest_vibration(kept)) is not None]
         return found[-1] if self._active and found and len(found) >= THRESHOLDS.named * len(inner) else None
 
     def _slowest_vibration(self, kept: _Kept) -> tuple[str, complex] | None:
-        """The slowest of those that a step of a sample does not resolve."""
+        """Return the slowest vibration that a step of a sample does not resolve; None without one."""
         modes = [
             mode
             for mode in self._modes.at(kept.state, kept.step)
@@ -137,8 +138,9 @@ class StiffnessWatch:
         return self._modes.named(slowest), slowest.eigenvalue
 
     def _spoilt(self, end: float, *, gains: bool) -> Stiffness | None:
-        """What errors have grown by beyond bounds, with a fixed step, until some time, as it was when that began;
-        Baumgarte's gains on request, because rows that stay closed to the last bit do not mind them."""
+        """Return the mode by which errors have grown beyond bounds, with a fixed step, until some time; None without
+        one. It is as it was when that began. Baumgarte's gains count on request, because rows closed to the last bit
+        are not affected."""
         if not self._active or not self._kept or self._settings.step is None:
             return None
         logarithm, first = 0.0, None
@@ -153,7 +155,7 @@ class StiffnessWatch:
         return first if logarithm > np.log(THRESHOLDS.spoilt) else None
 
     def _held(self) -> Stiffness | None:
-        """What has held the step of a run with error control."""
+        """Return the mode that has limited the step of a run with error control; None without one."""
         if not self._active:
             return None
         inner = [self._at(kept, gains=True) for kept in self._kept[1:-1]]
@@ -168,9 +170,11 @@ class StiffnessWatch:
         return tried[-1][1] if all(self._is_smooth(kept) for kept, _ in tried) else None
 
     def _is_smooth(self, kept: _Kept) -> bool:
-        """Whether the motion of the next `smooth_span` steps is a polynomial of the degree that one step of the method
-        resolves. A mode at the limit of stability may stay as large as the control of the error leaves it: accuracy
-        alone would let the step grow."""
+        """Return whether the motion of the next `smooth_span` steps is a polynomial of the degree that one step
+        resolves.
+
+        A mode at the limit of stability may stay as large as error control allows. Accuracy alone would let the step
+        grow."""
         tolerance, order = self._settings.tolerance, self._tableau.error_order
         assert tolerance is not None
         span = THRESHOLDS.smooth_span * kept.step
@@ -188,12 +192,12 @@ class StiffnessWatch:
         return rest <= THRESHOLDS.below_tolerances * tolerance and rest <= THRESHOLDS.hardly_moves * whole
 
     def _range(self) -> Array:
-        """What the samples range over, where errors are controlled."""
+        """Return the range of the samples, in the numbers whose errors are controlled."""
         states = np.array([kept.state.y for kept in self._kept])[:, np.isfinite(self._system.layout.scale)]
         return np.asarray(np.ptp(states, axis=0))
 
     def _at(self, kept: _Kept, *, gains: bool) -> Stiffness | None:
-        """The fastest mode at a sample, against what the integrator is stable for."""
+        """Return the fastest mode at a sample, compared with the integrator's stability."""
         found = [self._modes.fastest(kept.state, kept.step), self._of_gains() if gains else None]
         fastest = sorted((each for each in found if each is not None), key=lambda each: -abs(each[1]))
         return self._against(kept, *fastest[0]) if fastest else None
@@ -204,7 +208,7 @@ class StiffnessWatch:
         return against(self._integrator, kept.step, where, eigenvalue)
 
     def _of_gains(self) -> tuple[str, complex] | None:
-        """The faster root of λ² + 2αλ + β² = 0 of Baumgarte's terms (ref. 9)."""
+        """Return the faster root of λ² + 2αλ + β² = 0 of Baumgarte's terms (ref. 9)."""
         gains = self._settings.projection.gains
         if gains is None:
             return None
@@ -213,10 +217,10 @@ class StiffnessWatch:
 
 
 def _spread(count: int, most: int) -> list[int]:
-    """So many numbers at most from 0 to count - 1, evenly spread."""
+    """Return at most `most` numbers from 0 to count - 1, evenly spread."""
     return sorted(set(np.linspace(0, count - 1, min(count, most)).astype(int).tolist()))
 
 
 def _mean(values: Array) -> float:
-    """The root mean square."""
+    """Return the root mean square."""
     return float(np.sqrt(np.mean(values * values)))

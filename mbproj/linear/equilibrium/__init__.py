@@ -1,1 +1,2 @@
-"""Where a mechanism rests, or turns steadily: force balance on the constraints, by a globalised Newton iteration."""
+"""Equilibria of a mechanism, at rest or in a steady turn: force balance on the constraints, by a globalised Newton
+iteration."""

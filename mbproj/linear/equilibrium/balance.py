@@ -1,5 +1,5 @@
-"""The forces of a mechanism at rest, or in a steady turn, at one pose: what the constraints leave of them, and how that
-changes along the tangent space."""
+"""The forces of a mechanism at rest, or in a steady turn, at one pose: the part that the constraints do not balance,
+and its derivative along the tangent space."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Turning:
     point: Array
 
     def motion(self, t: float, q: Array, expected: Array, x: Array) -> MotionAtTime:
-        """The bodies' velocities and accelerations in it, with the states x of elements."""
+        """Return the bodies' velocities and accelerations in the turn, with the states x of elements."""
         pose = pose_of(q)
         velocity = cross(self.rate, pose.position[:-1] - self.point)
         spin = (np.swapaxes(pose.rotation[:-1], -1, -2) @ self.rate[:, None])[..., 0]
@@ -57,10 +57,11 @@ REST = Turning(AT_REST, AT_REST)
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """What is to be balanced: a system at time `t`, with its motions held where `drive` says. Joint coordinates that
-    are `held` are rows of their own. `x` (K,) are the states of elements, `turning` says how it turns. `reach` (m): how
-    far the mechanism goes. Shifts are measured beside it: beside the links of a long chain they would be so large that
-    each step had to be a small one."""
+    """A problem of equilibrium: a system at time `t`, whose motions are held at `drive`.
+
+    Joint coordinates that are `held` are additional rows. `x` (K,) are the states of elements, `turning` the steady
+    turn. `reach` (m) is the extent of the mechanism, by which shifts are scaled. In units of the links of a long chain
+    they would be so large that each step had to be small."""
 
     system: System
     t: float
@@ -81,7 +82,7 @@ class Problem:
         x: Array,
         turning: Turning = REST,
     ) -> Problem:
-        """As far as the mechanism reaches at a pose."""
+        """Return the problem with the extent of the mechanism at a pose."""
         reach = max(system.length, float(np.ptp(pose_of(q).position[:-1], axis=0).max()))
         return cls(system, t, drive, held, x, reach, turning)
 
@@ -91,7 +92,7 @@ class Problem:
         return np.tile([self.reach] * 3 + [1.0] * 3, self.system.bodies)
 
     def at(self, q: Array, expected: Array) -> Balance:
-        """The forces at a closed pose; `expected` (nc,): the joints' coordinates near there, turns counted."""
+        """Return the forces at a closed pose. `expected` (nc,): the joints' coordinates near there, with turns."""
         system, pose = self.system, pose_of(q)
         counted = np.asarray(near(system, coordinate_values(system, pose), expected), dtype=float)
         motion = self.turning.motion(self.t, q, counted, self.x)
@@ -101,8 +102,10 @@ class Problem:
         return Balance(self, motion, force, space, space.pseudoinverse.T @ force)
 
     def moved(self, q: Array, ξ: Array) -> Array:
-        """The pose after a displacement (6n,) that the rows allow at q. What rolls goes a way without slip, in the same
-        direction less what the rows resist of it: one long step would slip by its square."""
+        """Return the pose after a displacement (6n,) that the rows allow at q.
+
+        With rolling the displacement is a path without slip, by short steps in its direction less the part that rows
+        resist. One long step would slip by its square."""
         if not self.system.rolls:
             return moved(q, ξ)
         size = float(np.abs(ξ / self.lengths).max(initial=0.0))
@@ -115,30 +118,30 @@ class Problem:
         return q
 
     def _rate(self, q: Array, ξ: Array) -> Array:
-        """The part of a displacement (6n,) that the rows allow at q, as a change of q."""
+        """Return the part of a displacement (6n,) that the rows allow at q, as a change of q."""
         pose = pose_of(q)
         own, held = rows_at(self.system.rows, pose), rows_at(self.system.coordinates, pose).chosen(self.held.index)
         N = tangent_space_of(self.system, pose, *self._scaled(own, held), self.lengths).N
         return velocities(pose, N @ (N.T @ (ξ / self.lengths**2)))
 
     def _scaled(self, rows: Rows, held: Rows) -> tuple[Rows, Array]:
-        """The rows of joints and motions, and of what is held, with what each is measured against."""
+        """Return the rows of joints and motions, and of held coordinates, with the scale of each."""
         system = self.system
         scale = np.where(system.coordinates.is_length, system.length, 1.0)[self.held.index]
         return stacked(system.bodies, [rows, held]), np.concatenate([system.row_scale[system.bodies :], scale])
 
     def closed(self, q: Array) -> Array | None:
-        """The closed pose next to q; None where it cannot be closed."""
+        """Return the closed pose next to q; None where it cannot be closed."""
         found, left = nearest(self.system.at_positions, q, self.held, self.drive, THRESHOLDS.closed_at_rest)
         return found if np.abs(left).max(initial=0.0) <= THRESHOLDS.assembled else None
 
 
 class Left(Protocol):
-    """What is asked of what is left of forces."""
+    """Interface of the unbalanced part of forces."""
 
     @property
     def relative(self) -> float:
-        """What is left beside what acts."""
+        """The unbalanced part relative to the largest force."""
 
     @property
     def is_held(self) -> bool:
@@ -146,15 +149,15 @@ class Left(Protocol):
 
 
 class AnyBalance(Left, Protocol):
-    """What is asked of forces at a pose, of small and of large mechanisms."""
+    """Interface of the forces at a pose, for small and large mechanisms."""
 
     @property
     def problem(self) -> Problem:
-        """What is to be balanced."""
+        """The problem of equilibrium."""
 
     @property
     def motion(self) -> MotionAtTime:
-        """The pose, and how it moves."""
+        """The pose, and its motion."""
 
     @property
     def force(self) -> Array:
@@ -162,11 +165,11 @@ class AnyBalance(Left, Protocol):
 
     @property
     def multipliers(self) -> Array:
-        """Those that balance what they can."""
+        """The multipliers that balance the forces as far as they can."""
 
     @property
     def unbalanced(self) -> Array:
-        """The displacement (6n,) along which the constraints leave the rest, as large as that."""
+        """The displacement (6n,) along which the forces are unbalanced, with their size."""
 
     @property
     def lengths(self) -> Array:
@@ -178,15 +181,15 @@ class AnyBalance(Left, Protocol):
 
 
 def largest_acting(at: AnyBalance) -> float:
-    """The largest torque, or force times the length, that acts at a pose."""
+    """Return the largest torque, or force times the length, that acts at a pose."""
     acts = largest_force(at.problem.system, at.motion, at.force)
     return max(acts, float(np.abs(at.force * at.lengths).max(initial=0.0)))
 
 
 @dataclass(frozen=True, eq=False)
 class Balance:
-    """The forces (6n,) at a pose and the tangent space there. The multipliers are those that balance what they can:
-    first of the rows of joints and motions, then of what is held."""
+    """The forces (6n,) at a pose and the tangent space there. `multipliers` balance the forces as far as they can:
+    first those of the rows of joints and motions, then those of held coordinates."""
 
     problem: Problem
     motion: MotionAtTime
@@ -196,12 +199,12 @@ class Balance:
 
     @property
     def residual(self) -> Array:
-        """What the constraints leave, along the tangent space, (f,), in units of a torque: forces times the length."""
+        """The forces along the tangent space, (f,), in units of a torque: forces times the length."""
         return self.space.N.T @ self.force
 
     @property
     def unbalanced(self) -> Array:
-        """The displacement (6n,) along which the constraints leave the residual, as large as that."""
+        """The displacement (6n,) along which the forces are unbalanced, as large as the residual."""
         return self.space.N @ self.residual
 
     @property
@@ -221,19 +224,19 @@ class Balance:
 
     @property
     def relative(self) -> float:
-        """The residual beside the largest force."""
+        """The residual relative to the largest force."""
         return float(np.linalg.norm(self.residual)) / max(self.largest, float(np.finfo(float).tiny))
 
     @cached_property
     def stiffness(self) -> tuple[Array, Array]:
-        """K on the tangent space, (f, f), and what its terms sum up to without their signs."""
+        """K on the tangent space, (f, f), and the sum of its terms' absolute values."""
         equations, in_global = self.linear
         size, K = np.abs(in_global), equations.K.matrix()
         return in_global.T @ (K @ in_global), size.T @ (np.abs(K) @ size)
 
     @cached_property
     def linear(self) -> tuple[LinearEquations, Array]:
-        """The linear equations in the axes of the turn, and the tangent space in them, (6n, f)."""
+        """The linear equations in the axes of the turn, and the tangent space in these axes, (6n, f)."""
         problem = self.problem
         rows = problem.system.constraints - problem.system.bodies
         system, motion = problem.system, self.motion
@@ -246,8 +249,8 @@ class Balance:
         return in_axes(equations, motion, problem.turning.rate), _in_global(self.space.N, turn)
 
     def after(self, step: Array, x: Array | None = None) -> Balance | None:
-        """The forces after a step (f,) along the tangent space and back to the constraints, and with other states of
-        elements; None where they open, or a function has no value."""
+        """Return the forces after a step (f,) along the tangent space and back to the constraints, with states x of
+        elements if given. Return None where the constraints do not close, or a function has no value."""
         problem = self.problem if x is None else replace(self.problem, x=x)
         closed = problem.closed(problem.moved(self.motion.q, self.space.N @ step))
         if closed is None:
@@ -260,14 +263,14 @@ class Balance:
 
 
 def _in_global(N: Array, turn: Array) -> Array:
-    """N with small turns in global axes in place of body axes."""
+    """Return N with small turns in global axes in place of body axes."""
     rows = N.reshape(len(turn), 6, -1).copy()
     rows[:, 3:] = turn @ rows[:, 3:]
     return rows.reshape(N.shape)
 
 
 def way(first: MotionAtTime, last: MotionAtTime) -> Numbers:
-    """The shift and the turn, in the axes of the first pose, of each body between two poses, (6n,)."""
+    """Return the shift and the turn of each body between two poses, in the axes of the first, (6n,)."""
     here, there = first.pose, last.pose
     shift = there.position[:-1] - here.position[:-1]
     sine = (here.L @ there.orientation[..., None])[:-1, :, 0]

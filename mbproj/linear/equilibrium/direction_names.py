@@ -1,4 +1,4 @@
-"""Directions of motion in words: by the joint coordinates that change most, or what a body does."""
+"""Directions of motion in words: by the joint coordinates that change most, or by the motion of a body."""
 
 from __future__ import annotations
 
@@ -14,12 +14,13 @@ from mbproj.model.planar.rows import kind_of
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
-#: Joint coordinates that are named at most.
+#: The most joint coordinates that are named.
 MOST = 3
 
 
 def direction_words(system: System, motion: MotionAtTime, ξ: Array) -> str:
-    """A virtual displacement (6n,), turns in body axes: "of A.angle, B.angle", or "'rod' shifts along -z"."""
+    """Return a virtual displacement (6n,), turns in body axes, in words: "of A.angle, B.angle", or "'rod' shifts along
+    -z"."""
     change = row_motion(system.coordinates, motion.carried()).G.times(ξ)
     scaled = np.abs(change) / np.where(system.coordinates.is_length, system.length, 1.0)
     scale = float(np.abs(ξ / tangent_lengths(system)).max(initial=0.0))
@@ -41,7 +42,7 @@ def direction_words(system: System, motion: MotionAtTime, ξ: Array) -> str:
 
 
 def lying_flat(system: System, motion: MotionAtTime) -> str | None:
-    """The joint by which a wheel rolls that lies flat on its plane; None where all stand."""
+    """Return the joint at which a wheel rolls that lies flat on its plane; None where all wheels stand."""
     x = attached(motion.pose, *slots_of(system.joints))
     for group in system.joints.groups:
         if kind_of(group.primitive) == "wheel_height":

@@ -1,4 +1,4 @@
-"""The equilibrium of a mechanism: where it rests from its start, whether that is stable, and what else is there."""
+"""The equilibrium of a mechanism to which it comes from its start, its stability, and further equilibria."""
 
 from __future__ import annotations
 
@@ -37,17 +37,17 @@ from mbproj.model.system import Conditions, System
 from mbproj.results.views.table import Table, Tabled
 from mbproj.thresholds import THRESHOLDS
 
-#: Of the random directions in which other starts are sought.
+#: The seed of the random directions in which other starts are sought.
 SEED = 22
 
 
 @dataclass(frozen=True, eq=False)
 class Equilibrium(Tabled):
-    """A pose at which forces balance. `stable` is None where it has no modes to tell; `unstable` says along which
-    motion it falls, or why that cannot be told; `neutral` which directions nothing holds. `drive` (h,): what holds the
-    coordinates that turn steadily, N m. `steps` of Newton's method were needed. `whole`: the mechanism without the rows
-    by which dry `frictions` hold, and what these bear: by name, and `friction_force` (K,) along what each resists.
-    `family`: of how many dimensions, as what rolls may come to rest in so many more directions than it has speeds."""
+    """A pose at which forces balance. `stable` is None where modes do not decide. `unstable`: the motion along which it
+    falls, or why that is not known. `neutral`: directions without stiffness. `drive` (h,): the torques that hold
+    steadily turning coordinates, N m. `steps`: the number of Newton steps. `whole`: the mechanism without the rows of
+    sticking dry `frictions`, by name. `friction_force` (K,): the force of each friction. `family`: with rolling, by how
+    many dimensions poses of rest exceed velocities."""
 
     reference: LinearReference
     acceleration: Array
@@ -63,7 +63,7 @@ class Equilibrium(Tabled):
 
     @property
     def state(self) -> State:
-        """The state to start from."""
+        """The state of a run that starts at the equilibrium."""
         motion, system = self.reference.motion, self.reference.system
         pose = motion.pose
         turns = turns_of(system, motion.expected, coordinate_values(system, pose))
@@ -83,7 +83,7 @@ class Equilibrium(Tabled):
 
     @property
     def table(self) -> Table:
-        """A row a joint coordinate, then a row a state of an element."""
+        """A table with a row for each joint coordinate, then for each state of an element."""
         names, found = self.reference.system.names, {**self.coordinates, **self.states}
         units = (*names.coordinate_units, *names.state_units)
         rows = ((name, value, unit) for (name, value), unit in zip(found.items(), units, strict=True))
@@ -91,7 +91,7 @@ class Equilibrium(Tabled):
 
     @property
     def line(self) -> str:
-        """How it holds, and how exactly the forces balance."""
+        """The stability and the accuracy of the balance, in words."""
         kind = {True: "stable", False: "unstable", None: "not known whether stable"}[self.stable]
         neutral = f", neutral along {', '.join(self.neutral)}" if self.neutral else ""
         return f"{kind}{neutral}; forces balance to {self.reference.imbalance.relative:.1g} of the largest"
@@ -102,10 +102,10 @@ class Equilibrium(Tabled):
 def equilibrium(
     system: System, start: State, t: float = 0.0, turning: Turning | None = None, held: Conditions = NO_CONDITIONS
 ) -> Equilibrium:
-    """Where the mechanism rests from an assembled start, its motions held where they are at time t; or where it turns
-    steadily. Dry friction holds its coordinates as they are at the start. Raises NoEquilibrium where nothing balances
-    the forces. Raises InputError where a motion is not constant then, or dry friction would have to bear more than it
-    can. Raises it where a large mechanism that turns, or whose elements have states, is too free."""
+    """Return the equilibrium from an assembled start, with motions held at time t, or a steady turn. Dry friction holds
+    its coordinates at their initial values. Raises NoEquilibrium where nothing balances the forces. Raises InputError
+    where a motion is not constant then, or dry friction would have to bear more than it can. Raises it also where a
+    large mechanism that turns or has states is too free."""
     refuse_large_rolling(system)
     if turning is not None:
         refuse_rolling(system, "a steady turn does not know")
@@ -117,7 +117,7 @@ def equilibrium(
 
 
 def _with_masses(system: System, problem: Problem, solved: Solved, here: RestingContacts) -> Equilibrium:
-    """What is described, with the masses that compliant stops see at the equilibrium, not at the start."""
+    """Return the description, with the masses that compliant stops meet at the equilibrium, not at the start."""
     found = described(problem, solved, here)
     if system.stops is None or not system.stops.resistance.any():
         return found
@@ -126,14 +126,14 @@ def _with_masses(system: System, problem: Problem, solved: Solved, here: Resting
 
 
 def _possible(system: System, found: Equilibrium) -> Equilibrium:
-    """The same, with what dry frictions bear. Raises InputError where it lies beyond a rigid stop, or one slips."""
+    """Return the equilibrium with its friction forces. Raises InputError where a stop or a friction does not hold."""
     found = _inside_stops(found)
     frictions, force = holding(system, found.reference, found.state)
     return replace(found, frictions=frictions, friction_force=force)
 
 
 def _inside_stops(found: Equilibrium) -> Equilibrium:
-    """The same. Raises InputError where it lies beyond a rigid stop."""
+    """Return the equilibrium. Raises InputError where it lies beyond a rigid stop."""
     system, state = found.reference.system, found.state
     if system.stops is None:
         return found
@@ -148,7 +148,7 @@ def _inside_stops(found: Equilibrium) -> Equilibrium:
 
 
 def is_large(system: System) -> bool:
-    """Whether only its slowest modes are known."""
+    """Return whether the mechanism is so large that only its slowest modes are computed."""
     return system.bodies > THRESHOLDS.dense_modes
 
 
@@ -168,7 +168,7 @@ def _solved(problem: Problem, q: Array, expected: Array, *, dense: bool = False)
 def others(
     system: System, found: Equilibrium, count: int, turning: Turning | None = None, held: Conditions = NO_CONDITIONS
 ) -> Iterator[Equilibrium]:
-    """Other equilibria, found from so many other poses that the joints reach; the same ones are left out."""
+    """Yield other equilibria, found from `count` other poses that the joints reach; each is yielded once."""
     if not count:
         return
     motion, here = found.reference.motion, RestingContacts(found.reference.system, found.whole, found.reference.held)
@@ -188,7 +188,7 @@ def others(
 
 
 def _elsewhere(problem: Problem, motion: MotionAtTime, rng: np.random.Generator) -> MotionAtTime:
-    """A pose that the joints reach in a random direction."""
+    """Return a pose that the joints reach in a random direction."""
     far = rng.uniform(-THRESHOLDS.other_starts, THRESHOLDS.other_starts)
     if is_large(problem.system):
         from mbproj.linear.equilibrium.large import LargeBalance
@@ -206,7 +206,7 @@ def _elsewhere(problem: Problem, motion: MotionAtTime, rng: np.random.Generator)
 
 
 def _apart(system: System, first: Array, second: Array) -> bool:
-    """Whether two poses differ; turns by 360 degrees and neutral motions count as different poses only if bodies do."""
+    """Return whether two poses differ. Turns by 360 degrees and neutral motions count only if bodies differ."""
     one, two = first.reshape(-1, 7), second.reshape(-1, 7)
     shift = np.abs(one[:, :3] - two[:, :3]).max() / system.length
     turn = 1.0 - np.abs(np.sum(one[:, 3:] * two[:, 3:], axis=1)).min()
@@ -236,7 +236,7 @@ def _refuse(system: System, t: float, *, steadily: bool) -> None:
 
 
 def _led_to(system: System, start: State, t: float) -> tuple[Array, Array]:
-    """The start's pose, led to where the motions are at time t in steps that lead nowhere else."""
+    """Return the start's pose, led in small steps to the motions' values at time t, and its coordinates with turns."""
     q = start.q
     expected = coordinate_values(system, pose_of(q)) + 2.0 * np.pi * start.turns
     first, last = drive_at(system, start.t), drive_at(system, t)
@@ -255,7 +255,7 @@ def _led_to(system: System, start: State, t: float) -> tuple[Array, Array]:
 
 
 def described(problem: Problem, solved: Solved, here: RestingContacts) -> Equilibrium:
-    """What there is to say of an equilibrium, but for what frictions bear."""
+    """Return an equilibrium with its description, without the forces of frictions."""
     balance, system = solved.balance, problem.system
     rows, motion = system.constraints - system.bodies, balance.motion
     left: Imbalance = imbalance(system, balance.unbalanced / balance.lengths**2, balance.largest)
@@ -278,7 +278,7 @@ def described(problem: Problem, solved: Solved, here: RestingContacts) -> Equili
 
 
 def _stability(reference: LinearReference) -> tuple[bool | None, str, tuple[str, ...]]:
-    """Whether no mode grows, along which motion one does, and the neutral directions."""
+    """Return whether no mode grows, the motion along which one does, and the neutral directions."""
     try:
         found = modes(reference)
     except InputError as error:

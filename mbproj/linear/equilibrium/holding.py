@@ -1,4 +1,4 @@
-"""What dry friction bears in an equilibrium, and that it can."""
+"""The forces of dry friction in an equilibrium, and a check that they are within their bounds."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ HINT = "simulate until it rests, or begin nearer to where it does"
 
 
 def holding(system: System, reference: LinearReference, state: State) -> tuple[dict[str, RubsAtStart], Array]:
-    """The dry frictions of a mechanism by name, at an equilibrium in which they hold, and the force of each along what
-    it resists, (K,). Raises InputError with those that do not hold."""
+    """Return the dry frictions of a mechanism by name, at an equilibrium in which they hold, and the force of each,
+    (K,). Raises InputError with those that do not hold."""
     if system.frictions is None:
         return {}, np.zeros(0)
     try:
@@ -35,7 +35,8 @@ def holding(system: System, reference: LinearReference, state: State) -> tuple[d
 
 
 def _slips(system: System, reference: LinearReference, state: State, name: str) -> Problem | None:
-    """That a friction does not hold, with what it would have to; None where that is nothing but round-off."""
+    """Return the problem of a friction that does not hold, with the force it would need; None where the excess is
+    round-off."""
     frictions, names = system.frictions, system.names.frictions
     said = f"dry friction '{name}' does not hold where the other forces balance"
     if frictions is None or name not in names:  # that of a stop

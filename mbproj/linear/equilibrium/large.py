@@ -1,7 +1,7 @@
-"""Equilibria of large mechanisms, by sparse matrices: steps of Levenberg and Marquardt on the tangent space.
+"""Equilibria of large mechanisms, by sparse matrices: Levenberg-Marquardt steps on the tangent space.
 
-The step of K + σ W, W the metric of the tangent space, is as short as σ asks for, and leads downhill where K + σ W is
-definite on the tangent space. σ grows until that is so, and vanishes on the way, so that the last steps are Newton's.
+σ limits the step of K + σ W, W the metric of the tangent space. The step leads downhill where K + σ W is definite on
+the tangent space. σ grows until that is so, and vanishes on the way, so that the last steps are Newton's.
 """
 
 from __future__ import annotations
@@ -40,8 +40,8 @@ if TYPE_CHECKING:
 @final
 @dataclass(frozen=True, eq=False)
 class LargeBalance:
-    """The forces (6n,) at a pose of a large mechanism at rest, the multipliers that balance what they can, and
-    `unbalanced` (6n,): the displacement along which the constraints leave the rest, as large as that."""
+    """The forces (6n,) at a pose of a large mechanism at rest, and the multipliers that balance them as far as they
+    can. `unbalanced` (6n,): the displacement along which they are unbalanced, with the size of the rest."""
 
     problem: Problem
     motion: MotionAtTime
@@ -52,7 +52,7 @@ class LargeBalance:
 
     @classmethod
     def at(cls, problem: Problem, q: Array, expected: Array) -> LargeBalance:
-        """At a closed pose."""
+        """Return the forces at a closed pose."""
         system = problem.system
         counted = np.asarray(near(system, coordinate_values(system, pose_of(q)), expected), dtype=float)
         motion = problem.turning.motion(problem.t, q, counted, problem.x)
@@ -73,20 +73,21 @@ class LargeBalance:
 
     @property
     def relative(self) -> float:
-        """What is left beside the largest force."""
+        """The unbalanced part relative to the largest force."""
         return float(np.linalg.norm(self.unbalanced / self.lengths)) / max(self.largest, float(np.finfo(float).tiny))
 
     @property
     def is_held(self) -> bool:
-        """Whether nothing can move: it is not known of large mechanisms, whose residual is then round-off."""
+        """Whether nothing can move: not known for large mechanisms, whose residual is round-off in that case."""
         return False
 
     def stiffness(self) -> csr_matrix:
-        """K (6n, 6n)."""
+        """Return K (6n, 6n)."""
         return linear_equations(self.problem.system, self.motion, self.multipliers).K.sparse()
 
     def after(self, ξ: Array) -> LargeBalance | None:
-        """The forces after a displacement and back to the constraints; None where they open or a force has no value."""
+        """Return the forces after a displacement and back to the constraints; None where these do not close, or a force
+        has no value."""
         closed = self._closed(moved(self.motion.q, ξ))
         if closed is None:
             return None
@@ -97,7 +98,7 @@ class LargeBalance:
         return there if np.all(np.isfinite(there.force)) else None
 
     def _closed(self, q: Array) -> Array | None:
-        """The closed pose next to q, by Newton's steps, three with one factor."""
+        """Return the closed pose next to q by Newton's steps, three with one factor; None where it cannot be closed."""
         problem, system = self.problem, self.problem.system
         metric, scale = self.metric, system.row_scale[system.bodies :]
         before = np.inf
@@ -117,7 +118,7 @@ class LargeBalance:
 
 
 def solve_large(problem: Problem, q: Array, expected: Array) -> Solved:
-    """The equilibrium downhill from a closed pose. Raises NoEquilibrium where there is none, in words."""
+    """Return the equilibrium downhill from a closed pose. Raises NoEquilibrium, in words, where there is none."""
     here = start = LargeBalance.at(problem, q, expected)
     radius, σ, steps, fall = THRESHOLDS.long_way, 0.0, 0, Fall()
     while steps < THRESHOLDS.most_balancing and not is_balanced(here):
@@ -144,20 +145,20 @@ def solve_large(problem: Problem, q: Array, expected: Array) -> Solved:
 
 
 def _is_lowest(here: LargeBalance) -> bool:
-    """Whether the energy grows in all directions but neutral ones."""
+    """Return whether the energy grows in all directions but neutral ones."""
     K, system = here.stiffness(), here.problem.system
     return is_definite(system, 0.5 * (K + K.T) + _least(here, K) * _metric(here.problem), here.metric.G)
 
 
 def _least(here: LargeBalance, K: csr_matrix) -> float:
-    """The least σ: round-off of K."""
+    """Return the least σ, which is the round-off of K."""
     largest = float(np.abs(K.diagonal() * here.lengths**2).max(initial=0.0))
     return THRESHOLDS.no_shift * max(largest, here.largest)
 
 
 def _downhill(here: LargeBalance, K: csr_matrix, σ: float, radius: float) -> tuple[Array, float]:
-    """The step of the smallest σ, from that on which is given, with which it leads downhill and moves nothing farther
-    than the radius."""
+    """Return the step with the smallest σ, from the given one upwards, that leads downhill and stays within the radius;
+    and σ."""
     system, W, G = here.problem.system, _metric(here.problem), here.metric.G
     σ = max(σ, _least(here, K))
     while True:

@@ -1,4 +1,4 @@
-"""An equilibrium as a results file of one sample."""
+"""Writes an equilibrium as a results file of one sample."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from mbproj.scene.records import Scene
 
 
 def observed(found: Equilibrium) -> Block:
-    """All that a results file holds of one sample."""
+    """Return the content of a results file with this one sample."""
     system, state, reference = found.whole, found.state, found.reference
     none = {path.removeprefix("diagnostics/"): 0 for path in COUNTERS}
     rows, frictions = reference.system.joints.size, len(system.names.frictions)
@@ -32,7 +32,7 @@ def observed(found: Equilibrium) -> Block:
 
 
 def write_results(path: Path | str, scene: Scene, found: Equilibrium, facts: Mapping[str, Any]) -> None:
-    """Writes the results file."""
+    """Write the results file."""
     system = found.whole
     constants = unique_components(system, found.state)
     with ResultsWriter(path, scene, system.names.as_mapping(), constants) as writer:

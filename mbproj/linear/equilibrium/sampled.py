@@ -1,4 +1,4 @@
-"""Controllers at an equilibrium: what they set does not change any more."""
+"""Controllers at an equilibrium: the states that they set no longer change."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ from mbproj.model.system import System
 
 
 def settled(system: System) -> System:
-    """The system whose held states x follow x' = (what controllers set them to) - x: at rest both are the same."""
+    """Return the system in which a held state x follows x' = (value set by its controller) - x. At rest both are
+    equal."""
     actions, states, channels = system.actions, system.states, system.channels
     if not actions.size:
         return system

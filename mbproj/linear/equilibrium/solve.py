@@ -1,8 +1,8 @@
-"""The way to an equilibrium: Newton's method on the tangent space, within a radius in which its model holds.
+"""The search for an equilibrium: Newton's method on the tangent space, within a radius in which its model holds.
 
-What is to be made smallest is the energy: not as a function, as forces of a scene need none, but as the work that they
-do on the way between two poses. So the way leads downhill, past equilibria that are not stable, unless it begins there.
-Where that does not come to an end, forces without an energy being at work, the residual itself is made smaller.
+It minimises the energy: not as a function, which forces of a scene need not have, but as the work that they do between
+two poses. So the path leads downhill, past equilibria that are not stable, unless it begins there. Where that does not
+end, because forces without an energy act, the residual itself is minimised.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from mbproj.thresholds import THRESHOLDS
 
 
 class NoEquilibrium(MbprojError):
-    """Nothing balances the forces: `balance` is the last pose, with what is left there."""
+    """An error where nothing balances the forces. `balance` is the last pose, with its unbalanced forces."""
 
     exit_code = ExitCode.FAILED
 
@@ -32,8 +32,8 @@ class NoEquilibrium(MbprojError):
 
 @dataclass(frozen=True, eq=False)
 class Solved:
-    """A pose at which the forces balance, and in how many steps it was found. `is_lowest`: whether the energy is known
-    to be lowest there; where all modes are known, they tell."""
+    """A pose at which the forces balance, and the number of steps to it. `is_lowest`: whether the energy is known to be
+    lowest there; where all modes are computed, they decide."""
 
     balance: AnyBalance
     steps: int
@@ -43,13 +43,13 @@ class Solved:
 @final
 @dataclass(frozen=True)
 class Fall:
-    """How far the way has led while as much was left of the forces as where that began; in lengths or rad."""
+    """The length of a path, in lengths or rad, along which the unbalanced force has stayed as at its beginning."""
 
     left: float = 0.0
     length: float = 0.0
 
     def after(self, there: AnyBalance, size: float) -> Fall:
-        """With one more step."""
+        """Return the path with one more step."""
         left = there.relative * there.largest
         if abs(left - self.left) <= THRESHOLDS.stalled * self.left:
             return Fall(self.left, self.length + size)
@@ -61,29 +61,29 @@ class Fall:
 
 
 class Steps(Left, Protocol):
-    """What is asked of equations whose residual is to be made smaller, by steps that begin with those of bodies."""
+    """Interface of equations whose residual is minimised, by steps that begin with those of bodies."""
 
     @property
     def space(self) -> TangentSpace:
-        """Of the bodies."""
+        """The tangent space of the bodies."""
 
     @property
     def residual(self) -> Array:
-        """What is left."""
+        """The residual."""
 
     @property
     def stiffness(self) -> tuple[Array, Array]:
-        """How it falls with a step, and what that sums up to without signs."""
+        """The derivative by which the residual falls with a step, and the sum of its terms' absolute values."""
 
     def after(self: AnySteps, step: Array) -> AnySteps | None:
-        """The equations after a step."""
+        """Return the equations after a step."""
 
 
 AnySteps = TypeVar("AnySteps", bound=Steps)
 
 
 def solve(problem: Problem, q: Array, expected: Array) -> Solved:
-    """The equilibrium downhill from a closed pose. Raises NoEquilibrium where there is none, in words."""
+    """Return the equilibrium downhill from a closed pose. Raises NoEquilibrium, in words, where there is none."""
     here = start = problem.at(q, expected)
     radius, steps, fall = THRESHOLDS.long_way, 0, Fall()
     while steps < THRESHOLDS.most_balancing and not is_balanced(here):
@@ -113,14 +113,14 @@ def solve(problem: Problem, q: Array, expected: Array) -> Solved:
 
 
 def downhill_of(here: Balance, K: Array, sizes: Array, radius: float) -> tuple[Array, float]:
-    """The step and the work that is expected of it."""
+    """Return the step and the work that is expected of it."""
     from mbproj.linear.equilibrium.trust_region import downhill
 
     return downhill(here.residual, K, sizes, radius, THRESHOLDS.balanced * here.largest)
 
 
 def is_balanced(balance: Left) -> bool:
-    """Down to round-off."""
+    """Return whether forces balance to round-off."""
     return balance.is_held or balance.relative <= THRESHOLDS.nothing
 
 
@@ -129,8 +129,8 @@ def is_nearly_balanced(balance: Left) -> bool:
 
 
 def goes_down(here: AnyBalance, there: AnyBalance, gain: float) -> bool:
-    """Whether the forces do the work that was expected, by the trapezoidal rule; of a step whose work is round-off,
-    whether less is left than before."""
+    """Return whether the forces do the expected work, by the trapezoidal rule. For a step whose work is round-off,
+    return whether the residual has decreased."""
     moved = way(here.motion, there.motion)
     work = 0.5 * float((here.force + there.force) @ moved)
     lost = THRESHOLDS.nothing * float(np.abs(here.force) @ (np.abs(moved) + here.lengths))
@@ -140,14 +140,16 @@ def goes_down(here: AnyBalance, there: AnyBalance, gain: float) -> bool:
 
 
 def is_far(there: AnyBalance, start: AnyBalance) -> bool:
-    """Whether a body is many lengths away from where it was."""
+    """Return whether a body is many lengths away from where it was."""
     shift = there.motion.pose.position - start.motion.pose.position
     return bool(np.abs(shift).max() > THRESHOLDS.far_away * start.problem.reach)
 
 
 def by_residual(here: AnySteps) -> tuple[AnySteps, int]:
-    """Levenberg's damped steps that make |r| smaller, and how many there were. They are damped more where they gain
-    nothing. They end where damping does not help, as beside an edge, or where nothing can balance what is left."""
+    """Return the result of Levenberg's damped steps that reduce |r|, and their number.
+
+    Damping grows where a step gains nothing. The steps end where damping does not help, as beside an edge, or where
+    nothing can balance the rest."""
     from mbproj.linear.equilibrium.trust_region import towards_balance
 
     damping, steps, begun, left = 0.0, 0, 0, _size(here)
@@ -173,12 +175,12 @@ def by_residual(here: AnySteps) -> tuple[AnySteps, int]:
 
 
 def _size(here: Steps) -> float:
-    """Of the residual."""
+    """Return the size of the residual."""
     return float(np.linalg.norm(here.residual))
 
 
 def falls_for_ever(balance: AnyBalance) -> NoEquilibrium:
-    """Nothing balances what is left here, in words."""
+    """Return the error, in words, where nothing balances the forces here."""
     flat = lying_flat(balance.problem.system, balance.motion)
     if flat is not None:
         return NoEquilibrium(

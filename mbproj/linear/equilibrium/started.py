@@ -1,4 +1,4 @@
-"""The state that a run begins with: the assembled start, or the equilibrium that the scene asks for."""
+"""The initial state of a run: the assembled start, or the equilibrium that the scene asks for."""
 
 from __future__ import annotations
 
@@ -13,12 +13,13 @@ from mbproj.scene.records import Scene
 
 
 def assembled_start(scene: Scene, system: System) -> State:
-    """The assembled start of the scene, from which an equilibrium is sought."""
+    """Return the assembled start of the scene, from which an equilibrium is sought."""
     return assemble(system, initial_guess(scene, system))
 
 
 def start_state(scene: Scene, system: System) -> State:
-    """Where a run of the scene begins. Raises NoEquilibrium where that is asked for and there is none."""
+    """Return the initial state of runs of the scene. Raises NoEquilibrium where the scene asks for one and there is
+    none."""
     state = assembled_start(scene, system)
     if scene.settings.start != EQUILIBRIUM:
         return state
@@ -28,12 +29,13 @@ def start_state(scene: Scene, system: System) -> State:
 
 
 def beside(scene: Scene, system: System, guess: Guess) -> State:
-    """The consistent start nearest to a guess. Conditions that joints have at the scene's own start hold only there."""
+    """Return the consistent start nearest to a guess. Conditions on joints at the scene's own start apply only
+    there."""
     return consistent(system, guess) if scene.settings.start == EQUILIBRIUM else assemble(system, guess)
 
 
 def consistent(system: System, guess: Guess) -> State:
-    """The same, whatever the scene asks of its own start."""
+    """Return the consistent state nearest to a guess, without the scene's conditions on its own start."""
     from mbproj.dynamics.rank.nearby import NO_CONDITIONS
 
     return assemble(system, replace(guess, start=NO_CONDITIONS, speed=NO_CONDITIONS))

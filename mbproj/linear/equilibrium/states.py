@@ -1,8 +1,8 @@
 """Equilibria of mechanisms whose elements have states: x' = 0 beside the balance of forces.
 
-States first come to rest where the bodies are. Where they go by the pose and push, Newton's steps lead all to rest at
-once. Where that is not nearby, bodies go downhill with the states as they are. Where one then moves the other, damped
-steps make what is left of both smaller. States that count, as heat does, go on.
+First the states come to rest while the bodies stay. Where states depend on the pose and push bodies, Newton's steps
+then lead all to rest at once. Where that equilibrium is not nearby, bodies go downhill with constant states. Where one
+then moves the other, damped steps reduce the residuals of both. States that count, as heat does, go on changing.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ from mbproj.thresholds import THRESHOLDS
 
 @dataclass(frozen=True, eq=False)
 class BalanceWithStates:
-    """Forces `at` a pose, and the rates of states there. What is left of both is measured against `torque` and `speed`
-    (K,): of states, how fast they change for a change by their scales."""
+    """Forces `at` a pose, and the rates of states there. Residuals are relative to `torque` and `speed` (K,), the rate
+    of each state for a change of states by their scales."""
 
     at: Balance
     torque: float
@@ -42,14 +42,14 @@ class BalanceWithStates:
 
     @classmethod
     def of(cls, at: Balance) -> BalanceWithStates:
-        """What is left is measured by what there is here."""
+        """Return the forces and rates with the scales at this pose."""
         first = cls(at, at.largest or _pushed(at) or 1.0, np.ones(len(at.problem.x)))
         speed = np.linalg.norm(first.stiffness[0][at.space.freedom :], axis=1)
         return replace(first, speed=np.where(speed > 0.0, speed, np.maximum(np.abs(first.rates), 1.0)))
 
     @property
     def space(self) -> TangentSpace:
-        """Of the bodies."""
+        """The tangent space of the bodies."""
         return self.at.space
 
     @property
@@ -64,26 +64,27 @@ class BalanceWithStates:
 
     @property
     def residual(self) -> Array:
-        """What is left of both, (f + K,)."""
+        """The residuals of both, (f + K,)."""
         return np.concatenate([self.at.residual / self.torque, self.rates / self.speed])
 
     @cached_property
     def drift(self) -> Array:
-        """What is left of the rates beside what they are summed up of, (K,)."""
+        """The rates relative to the sum of their terms' absolute values, (K,)."""
         f, x = self.space.freedom, self.at.motion.x / self.at.problem.system.states.scale
         terms = np.abs(self.stiffness[0][f:]) @ np.concatenate([np.ones(f), 1.0 + np.abs(x)])
         return np.asarray(np.abs(self.rates / self.speed) / np.maximum(terms, np.finfo(float).tiny))
 
     @property
     def relative(self) -> float:
-        """The larger of both, beside what there is, or was where it began: at rest nothing may act at all."""
+        """The larger of both residuals, relative to the current forces or to those at the beginning: at rest no force
+        may act."""
         forces = 0.0 if self.at.is_held else float(np.linalg.norm(self.at.residual)) / max(self.at.largest, self.torque)
         return max(forces, float(self.drift.max(initial=0.0)))
 
     @cached_property
     def stiffness(self) -> tuple[Array, Array]:
-        """How the residual falls with steps along the tangent space and with steps of the states by their scales, (f +
-        K, f + K). Then what its terms sum up to without their signs."""
+        """The derivative by which the residual falls with steps along the tangent space and with steps of the states by
+        their scales, (f + K, f + K). Then the sum of its terms' absolute values."""
         (equations, N), scale = self.at.linear, self.at.problem.system.states.scale
         K, sizes = self.at.stiffness
         states, unit = equations.states, 1.0 / (scale * self.speed)[:, None]
@@ -94,8 +95,11 @@ class BalanceWithStates:
         return found, np.block([[sizes / self.torque, np.abs(pushed)], [*map(np.abs, of_states)]])
 
     def after(self, step: Array) -> BalanceWithStates | None:
-        """The same after a step that leaves what no motion changes, uᵀη with uᵀK = 0, as it is, and is no longer than
-        any; None where constraints open, or a function has no value."""
+        """Return the forces and rates after a step of limited length; None where constraints do not close, or a
+        function has no value.
+
+        Combinations of residuals that no motion changes, uᵀη with uᵀK = 0, stay as they are: the step has no part along
+        them."""
         f, problem = self.space.freedom, self.at.problem
         U, σ, V = np.linalg.svd(self.stiffness[0])
         none = σ <= THRESHOLDS.rounding * σ.max(initial=0.0)
@@ -108,14 +112,14 @@ class BalanceWithStates:
 
 
 def _pushed(at: Balance) -> float:
-    """The largest push of states by their scales, where all forces are 0."""
+    """Return the largest push of states by their scales, where all forces are 0."""
     equations, N = at.linear
     return float(np.abs(equations.states.push.times(N).T * at.problem.system.states.scale).max(initial=0.0))
 
 
 def solve_with_states(problem: Problem, q: Array, expected: Array) -> Solved:
-    """The equilibrium from a closed pose and the states of the problem. Raises NoEquilibrium where there is none, in
-    words."""
+    """Return the equilibrium from a closed pose and the states of the problem. Raises NoEquilibrium, in words, where
+    there is none."""
     problem = replace(problem, x=at_rest(problem, q, expected))
     at, steps = problem.at(q, expected), 0
     at_once = _at_once(at)
@@ -134,8 +138,8 @@ def solve_with_states(problem: Problem, q: Array, expected: Array) -> Solved:
 
 
 def _at_once(at: Balance) -> Solved | None:
-    """The equilibrium by steps that move all, which end nearby where the bodies are held as states follow them. None
-    where that is not so, or no state that pushes goes by the pose."""
+    """Return the equilibrium by steps that move all, if it is nearby and the bodies are stable while states follow
+    them. Return None where it is not, or no state that pushes depends on the pose."""
     states, start = at.linear[0].states, BalanceWithStates.of(at)
     go_by_pose = at.problem.system.states.rests[:, None] * states.by_displacement.dense()
     if not (states.push.value.any() and go_by_pose.any()) or _followed(start) is None:
@@ -149,7 +153,7 @@ def _at_once(at: Balance) -> Solved | None:
 
 
 def _followed(found: BalanceWithStates) -> Array | None:
-    """K of the bodies with states that follow to their rest, (f, f); None where some have no rest nearby."""
+    """Return K of the bodies with states at their rest, (f, f); None where some states have no rest nearby."""
     K, f = found.stiffness[0], found.space.freedom
     rests = f + np.flatnonzero(found.at.problem.system.states.rests)
     own = K[np.ix_(rests, rests)]
@@ -160,8 +164,8 @@ def _followed(found: BalanceWithStates) -> Array | None:
 
 
 def at_rest(problem: Problem, q: Array, expected: Array) -> Array:
-    """The states (K,) at rest, reached from those of the problem while the bodies stay. Implicit steps lead there, and
-    grow as the rates fall (Kelley and Keyes 1998); those of the problem where they do not."""
+    """Return the states (K,) at rest, reached from those of the problem while the bodies stay; those of the problem
+    where they do not come to rest. Implicit steps lead there, and grow as the rates fall (Kelley and Keyes 1998)."""
     scale, x, damping = problem.system.states.scale, problem.x, np.inf
 
     def there() -> Instant:
@@ -186,13 +190,13 @@ def at_rest(problem: Problem, q: Array, expected: Array) -> Array:
 
 
 def scaled_rates(instant: Instant) -> Array:
-    """x' in scales, (K,), 1/s; 0 of states that count."""
+    """Return x' in scales, (K,), 1/s; 0 for states that count."""
     states = instant.system.states
     return np.asarray(states.rests * state_rates(instant) / states.scale)
 
 
 def drifts(found: BalanceWithStates) -> NoEquilibrium:
-    """A state that nothing brings to rest, in words."""
+    """Return the error, in words, of a state that nothing brings to rest."""
     system, f = found.at.problem.system, found.space.freedom
     U, σ, _ = np.linalg.svd(found.stiffness[0][f:, f:])
     held = U[:, σ <= THRESHOLDS.rounding * σ.max(initial=0.0)]  # the sums of states that no state changes

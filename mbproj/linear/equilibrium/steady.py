@@ -1,4 +1,4 @@
-"""A steady turn: all bodies turn as one about the axis of a joint to the ground, at the speed that is asked for."""
+"""A steady turn: all bodies turn as one about the axis of a joint to the ground, at a given speed."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from mbproj.thresholds import THRESHOLDS
 
 
 def steady_turn(system: System, start: State, name: str, rate: float) -> tuple[Turning, Conditions]:
-    """The turn in which the coordinate `name` grows at `rate` in rad/s, and what is held: that coordinate, unless a
-    motion drives it. Raises InputError where it is no angle of a joint to the ground, or joints keep the mechanism from
-    turning as one."""
+    """Return the turn in which the coordinate `name` grows at `rate` in rad/s, and the held coordinate: this one,
+    unless a motion drives it. Raises InputError where it is no angle of a joint to the ground, or joints keep the
+    mechanism from turning as one."""
     names, coordinates = system.names.coordinates, system.coordinates
     if name not in names:
         raise InputError(Problem(f"unknown joint coordinate '{name}'", hint=choose_from(name, names)))
@@ -49,7 +49,7 @@ def steady_turn(system: System, start: State, name: str, rate: float) -> tuple[T
 
 
 def _slots(system: System, index: int) -> Array:
-    """Which slots of the coordinates' set are those of one coordinate."""
+    """Return which slots of the coordinates' set belong to one coordinate."""
     bound = system.coordinates
     found = np.zeros(len(bound.body), dtype=bool)
     found[bound.entry_slot[bound.entry_row == index]] = True
@@ -69,7 +69,7 @@ def _refuse_what_does_not_turn(system: System, start: State, turning: Turning) -
 
 
 def refuse_unsteady(found: Equilibrium, turning: Turning, held: Conditions) -> None:
-    """Raises InputError where some forces do not turn with the mechanism, weight across the axis say."""
+    """Raise InputError where some forces do not turn with the mechanism, as weight across the axis."""
     motion, system = found.reference.motion, found.reference.system
     half = 0.5 * turning.rate / np.linalg.norm(turning.rate)
     turn = np.array([np.cos(0.5), *(np.sin(0.5) * 2.0 * half)])

@@ -9,8 +9,8 @@ from mbproj.thresholds import THRESHOLDS
 
 
 def downhill(residual: Array, K: Array, sizes: Array, radius: float, floor: float) -> tuple[Array, float]:
-    """The step within the radius that gains most work of the model rᵀη - ½ ηᵀKη, and that work. Along directions
-    without stiffness and without force, where all that is left is no more than `floor`, nothing moves."""
+    """Return the step within the radius with the largest work of the model rᵀη - ½ ηᵀKη, and that work. Directions
+    without stiffness, whose force is no more than `floor`, do not move."""
     κ, V = np.linalg.eigh(0.5 * (K + K.T))
     r = V.T @ residual
     size = np.einsum("ik,ij,jk->k", np.abs(V), sizes, np.abs(V), optimize=True)
@@ -24,7 +24,7 @@ def downhill(residual: Array, K: Array, sizes: Array, radius: float, floor: floa
 
 
 def _shift(κ: Array, r: Array, radius: float) -> float:
-    """μ ≥ 0 with all κ + μ > 0 and |r / (κ + μ)| ≤ radius, the smallest."""
+    """Return the smallest μ ≥ 0 with all κ + μ > 0 and |r / (κ + μ)| ≤ radius."""
     least = max(0.0, -float(κ.min()))
     grain = np.finfo(float).eps * max(float(np.abs(κ).max()), np.finfo(float).tiny)
 
@@ -43,7 +43,7 @@ def _shift(κ: Array, r: Array, radius: float) -> float:
 
 
 def towards_balance(residual: Array, K: Array, damping: float) -> Array:
-    """The step that makes |r - Kη|² + damping² |η|² smallest: Levenberg's."""
+    """Return the step that minimises |r - Kη|² + damping² |η|² (Levenberg)."""
     f = len(residual)
     stacked = np.concatenate([K, damping * np.eye(f)])
     right = np.concatenate([residual, np.zeros(f)])

@@ -1,7 +1,7 @@
-"""An equilibrium written into its scene file: the joints' coordinates at the start, the rest of the text as it was.
+"""Writes an equilibrium into its scene file: the joints' coordinates at the start. The other text stays as it was.
 
-A scene gives points and axes at the pose of its bodies. So that pose stays, and the joints say how far the mechanism is
-from it.
+A scene gives points and axes at the pose of its bodies. So that pose stays, and the joints' coordinates give the
+displacement from it.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ HINT = "begin runs there with 'start: equilibrium' in its simulation block, or w
 
 
 def write_pose(scene: Scene, found: Equilibrium) -> Path:
-    """Writes the pose into the scene's file; comments stay. Raises InputError where the scene is no file, parameters
-    were changed, or the joints' coordinates do not say where the bodies are."""
+    """Write the pose into the scene's file; comments stay. Raises InputError where the scene is no file, parameters
+    were changed, or the joints' coordinates do not determine the poses."""
     if scene.path is None:
         raise InputError("the scene is not a file, so nothing can be written into it")
     place = Place(str(scene.path))
@@ -54,7 +54,8 @@ def _start(text: str, scene: Scene) -> State:
 
 
 def _changes(scene: Scene, found: Equilibrium) -> Changes:
-    """The joints' coordinates, and no speeds; what motions drive begins where they do."""
+    """Return the changes of the text: the joints' coordinates, and no speeds. Motions determine the start of their
+    coordinates."""
     system = found.reference.system
     driven = system.motions.joint_coordinate.tolist()
     joints: dict[str, dict[str, str | None]] = {joint.name: {"speed": None} for joint in scene.joints if joint.speed}

@@ -1,1 +1,1 @@
-"""Linear equations in axes in which they are constant, on the tangent space, and without slip."""
+"""Reduces linear equations: to axes in which they are constant, to the tangent space, and to motions without slip."""

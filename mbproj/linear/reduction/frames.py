@@ -2,7 +2,7 @@
 has constant coefficients.
 
 With ξ = P(t) η, P = diag(R, AᵀR) of each body and R' = Ω~ R, the equations in η follow with ξ' = P η' + P' η and ξ'' =
- P η'' + 2 P' η' + P'' η. At the time at hand the axes are the global ones, R = 1.
+P η'' + 2 P' η' + P'' η. At the reference time the axes are the global ones, R = 1.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from mbproj.dynamics.derivatives.slip_derivatives import SlipMotion
 
 
 def in_axes(equations: LinearEquations, motion: MotionAtTime, turning: Array) -> LinearEquations:
-    """The equations of virtual displacements (δr, δπ) in global axes, which turn with Ω (3,) in rad/s."""
+    """Return the equations of virtual displacements (δr, δπ) in global axes, which turn with Ω (3,) in rad/s."""
     P, P_dot, P_ddot = _axes(motion, turning)
     M, D, K = equations.M, equations.D, equations.K
     bodies, rows, states = M.bodies, equations.rows, equations.states
@@ -41,7 +41,7 @@ def in_axes(equations: LinearEquations, motion: MotionAtTime, turning: Array) ->
 
 
 def _slip_in_axes(slip: SlipMotion, rows: RowMotion, axes: tuple[Array, Array, Array]) -> SlipMotion:
-    """The slip A ξ' + H ξ in other axes, with rows A of those in body axes."""
+    """Return the slip A ξ' + H ξ in other axes, with rows A of those in body axes."""
     P, P_dot, P_ddot = axes
     A, A_dot = (part.chosen(slip.rows) for part in (rows.G, rows.G_dot))
     return SlipMotion(
@@ -52,7 +52,7 @@ def _slip_in_axes(slip: SlipMotion, rows: RowMotion, axes: tuple[Array, Array, A
 
 
 def _axes(motion: MotionAtTime, turning: Array) -> tuple[Array, Array, Array]:
-    """P, P' and P'' of each body, (n, 6, 6)."""
+    """Return P, P' and P'' of each body, (n, 6, 6)."""
     A, A_dot, A_ddot = (np.swapaxes(part[:-1], -1, -2) for part in motion.carried().rotation)
     spin = tilde(turning)
     P, P_dot, P_ddot = np.zeros((3, len(A), 6, 6))

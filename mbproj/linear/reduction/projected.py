@@ -2,7 +2,8 @@
 
 NᵀMN η'' + Nᵀ(D N + 2 M N') η' + Nᵀ(K N + D N' + M N'') η = 0.
 
-First-order states x are coordinates without mass that resist their rates: M x'' has nothing, D x' is x', K holds -f_x.
+First-order states x are coordinates without mass that resist their rates: their part of M is 0, of D the identity, and
+of K -f_x.
 """
 
 from __future__ import annotations
@@ -34,8 +35,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Projected:
-    """The linear equations at a reference in its axes: on the tangent space of rows at position level, dense, and
-    before. N' (6n, f): how the tangent space turns along the motion. `slip`: rows at velocity level on it."""
+    """The linear equations at a reference in its axes: `reduced` to the tangent space of rows at position level, dense,
+    and before. `N_dot` (6n, f): the rate of the tangent space along the motion. `slip`: rows at velocity level on
+    it."""
 
     equations: LinearEquations
     space: TangentSpace
@@ -45,16 +47,17 @@ class Projected:
 
     @property
     def freedom(self) -> int:
-        """Degrees of freedom: of velocities."""
+        """The degrees of freedom of velocities."""
         return self.space.freedom - (0 if self.slip is None else self.slip.rank)
 
     def solvable(self, scale: Array) -> tuple[Reduced, Array]:
-        """The equations whose eigenvalues are those of the mechanism, and (η, states / scale) by their coordinates."""
+        """Return the equations whose eigenvalues are those of the mechanism, and (η, states / scale) by their
+        coordinates."""
         own = self.with_states(scale)
         return (own, np.eye(len(own.M))) if self.slip is None else without_slip(own, self.slip, len(scale))
 
     def with_states(self, scale: Array) -> Reduced:
-        """With the states of elements after η, each in its `scale` (K,); slip is not forbidden yet."""
+        """Return the equations with the states of elements after η, each in its `scale` (K,); slip is still allowed."""
         count, own, N = len(scale), self.reduced, self.space.N
         if not count:
             return own
@@ -79,7 +82,7 @@ class Projected:
 
 
 def projected(reference: LinearReference) -> Projected:
-    """The linear equations at a reference, on its tangent space."""
+    """Return the linear equations at a reference, on its tangent space."""
     system, motion = reference.system, reference.motion
     refuse_large_rolling(system)
     equations = in_axes(linear_equations(system, motion, reference.multipliers), motion, reference.turning)
@@ -110,7 +113,7 @@ def projected(reference: LinearReference) -> Projected:
 
 
 def _slip(system: System, equations: LinearEquations, N: Array, N_dot: Array, N_ddot: Array) -> Slip:
-    """Rows at velocity level on the tangent space, and how they change along the motion."""
+    """Return the rows at velocity level on the tangent space, and their derivatives along the motion."""
     own = equations.slip
     assert own is not None
     scale = system.row_scale[system.bodies :][own.rows, None]
@@ -127,7 +130,7 @@ def _slip(system: System, equations: LinearEquations, N: Array, N_dot: Array, N_
 
 
 def refuse_large_rolling(system: System) -> None:
-    """Raises InputError where a large mechanism has rows at velocity level."""
+    """Raise InputError where a large mechanism has rows at velocity level."""
     if system.rolls and system.bodies > THRESHOLDS.dense_modes:
         most = f"up to {THRESHOLDS.dense_modes} bodies"
         said = f"what rolls has linear equations by dense matrices, {most}, and this has {system.bodies}"
@@ -135,8 +138,8 @@ def refuse_large_rolling(system: System) -> None:
 
 
 def weighing(system: System, pose: Pose, N: Array) -> Array:
-    """What displacements N (6n, f) in global axes move of mass, (w, f): shifts of bodies with mass, turns about axes
-    with inertia, and coordinates with reflected inertia. Only whether there is mass counts, not how much."""
+    """Return rows (w, f) that vanish on displacements N (6n, f) in global axes without mass: shifts of bodies with
+    mass, turns about axes with inertia, and coordinates with reflected inertia. The amount of mass does not count."""
     n = system.bodies
     moments, axes = np.linalg.eigh(system.inertia)
     resists = moments > np.finfo(float).eps * np.maximum(moments[:, -1:], np.finfo(float).tiny)
@@ -151,5 +154,5 @@ def weighing(system: System, pose: Pose, N: Array) -> Array:
 
 
 def _sizes(matrix: Blocks) -> Array | csr_matrix:
-    """The matrix with its parts summed up without their signs."""
+    """Return the matrix with the sum of its parts' absolute values."""
     return Blocks(matrix.bodies, matrix.row, matrix.column, np.abs(matrix.value)).matrix()

@@ -1,9 +1,10 @@
 """Linear equations with rows at velocity level: fewer speeds than positions.
 
-On the tangent space N of the rows at position level, ξ = N η, rows at velocity level say A η' + H η = 0. Let Z span
-null(A) and W the rest: η = Z a + W b. Then b has no inertia of its own, it follows,
+On the tangent space N of the rows at position level, ξ = N η, rows at velocity level require A η' + H η = 0. Let Z span
+null(A) and W the rest: η = Z a + W b. Then b has no inertia of its own; it follows
 
     b' = -E η,    E = (A W)⁻¹ H,    A W b'' = -(A' + H) η' - H' η,
+
 
 and the forces along Z are those of motions without slip. Where nothing moves, b stays where it is: a wheel rests
 anywhere.
@@ -30,19 +31,19 @@ class Slip:
 
     @property
     def rank(self) -> int:
-        """How many speeds these rows take."""
+        """The number of speeds that these rows remove."""
         σ = np.linalg.svd(self.A, compute_uv=False)
         return int(np.count_nonzero(σ > THRESHOLDS.dependent * σ.max(initial=0.0)))
 
     def beside(self, states: int) -> Slip:
-        """The same beside so many coordinates that have no say in it."""
+        """Return the rows with zeros for so many coordinates of states after them."""
         parts = (np.pad(part, ((0, 0), (0, states))) for part in (self.A, self.A_dot, self.H, self.H_dot))
         return Slip(*parts)
 
 
 def without_slip(reduced: Reduced, slip: Slip, states: int) -> tuple[Reduced, Array]:
-    """The equations in coordinates (a, b), then the `states` of elements, which come last in both; and (η, s) by these,
-    (f + K, f + K)."""
+    """Return the equations in coordinates (a, b), then the `states` of elements, which come last in both; and (η, s) by
+    these, (f + K, f + K)."""
     of = slip.beside(states)
     U, σ, V = np.linalg.svd(slip.A)
     rank = slip.rank
@@ -82,7 +83,7 @@ def without_slip(reduced: Reduced, slip: Slip, states: int) -> tuple[Reduced, Ar
 
 
 def _except(back: Array, first: int, count: int) -> Array:
-    """Without what the coordinates b do."""
+    """Return a matrix with 0 in the columns of the coordinates b."""
     found = back.copy()
     found[:, first : first + count] = 0.0
     return found

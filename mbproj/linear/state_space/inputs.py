@@ -21,8 +21,8 @@ from mbproj.scene.text.suggestions import choose_from
 
 @dataclass(frozen=True, eq=False)
 class Inputs:
-    """p inputs: `force` (6n, p): what a unit of each does to the bodies, turns in body axes; `motion` (p,): which
-    motion each accelerates, -1 for forces. Names and units in their order."""
+    """p inputs with names and units. `force` (6n, p): the forces on the bodies by a unit of each, turns in body axes.
+    `motion` (p,): the number of the motion that each accelerates, -1 for forces."""
 
     names: tuple[str, ...]
     units: tuple[str, ...]
@@ -31,7 +31,7 @@ class Inputs:
 
 
 def inputs_named(reference: LinearReference, names: Sequence[str]) -> Inputs:
-    """The inputs of these names. Raises InputError for one that there is not."""
+    """Return the inputs of these names. Raises InputError for a name that does not exist."""
     known = forces_known(reference.system, reference.motion)
     motions = reference.system.names.motions
     able = [*known, *motions]
@@ -51,13 +51,13 @@ def _motion_unit(system: System, name: str) -> str:
     return f"{system.names.motion_units[system.names.motions.index(name)]}/s^2"
 
 
-#: Unit, and what a unit does to the bodies, (6n,).
+#: The unit of an input, and the forces (6n,) on the bodies by a unit of it.
 Entry = tuple[str, Callable[[], Array]]
 
 
 def forces_known(system: System, motion: MotionAtTime) -> dict[str, Entry]:
-    """Every force by name: along joint coordinates "A.angle", along what a force of the scene acts on, and components
-    of forces and torques on bodies, "push.x"."""
+    """Return every force by name: along joint coordinates "A.angle", along the coordinate of a force of the scene, and
+    components of forces and torques on bodies, "push.x"."""
     pose, found = motion.pose, dict[str, Entry]()
     laws = system.forces.laws.coordinates, system.forces.law_owners
     for bound, names in ((system.coordinates, system.names.coordinates), laws):

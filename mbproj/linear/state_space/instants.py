@@ -1,8 +1,8 @@
-"""Small motions of a mechanism with sampled controllers: how they change from one round of instants to the next.
+"""Small motions of a mechanism with sampled controllers: their change from one round of instants to the next.
 
-Between instants x' = A x, in which what controllers hold stands still. At an instant x⁺ = J x: what is set goes by what
-is read just before. A round is the shortest time after which all instants come again; over it x changes by the product
-of all exp(A Δt) and J (Franklin, Powell and Workman 1998). The motion dies away where all eigenvalues are below 1.
+Between instants x' = A x, in which the controllers' outputs are constant. At an instant x⁺ = J x: outputs depend on
+values just before it. A round is the shortest time after which all instants recur. Over it x changes by the product of
+all exp(A Δt) and J (Franklin, Powell and Workman 1998). The motion dies away where all eigenvalues are below 1.
 """
 
 from __future__ import annotations
@@ -28,21 +28,22 @@ from mbproj.thresholds import THRESHOLDS
 
 @dataclass(frozen=True, eq=False)
 class Round:
-    """What a round of instants does: `matrix` (x, x), of the linear model's states by their scales, in `time` s."""
+    """The change over a round of instants: `matrix` (x, x), of the linear model's states by their scales, in `time`
+    s."""
 
     matrix: Array
     time: float
 
     @property
     def multipliers(self) -> Numbers:
-        """By how much each small motion is multiplied in a round, the largest first."""
+        """The factors of small motions in a round, the largest first."""
         found = np.linalg.eigvals(self.matrix)
         return np.asarray(found[np.argsort(-np.abs(found), kind="stable")])
 
 
 def round_of(reference: LinearReference) -> Round:
-    """Near a mechanism that rests. Raises InputError where it has no controller, or no linear part there; where it has
-    periods without a common one; and where the model of `linearize` does not know it."""
+    """Return the round of a mechanism at rest. Raises InputError where it has no controller or no linear part there, or
+    where periods have no common multiple. Raises it also where `linearize` has no model of the mechanism."""
     system = reference.system
     if not system.actions.size:
         raise InputError(Problem("the scene has no controller", hint="`mbproj modes` knows its small motions"))
@@ -59,7 +60,7 @@ def round_of(reference: LinearReference) -> Round:
 
 
 def _set_by(reference: LinearReference) -> Outputs:
-    """What each entry of the actions is set to, as outputs of the linear model."""
+    """Return the values that actions give to states, as outputs of the linear model."""
     system, motion = reference.system, reference.motion
     actions, channels, count = system.actions, system.channels, len(reference.system.actions.state)
     instant, rows = motion.instant(system), row_motion(system.coordinates, motion.carried())
@@ -84,14 +85,14 @@ def _set_by(reference: LinearReference) -> Outputs:
 
 
 def _jump(model: LinearModel, actions: Actions, action: int, first: int) -> Array:
-    """J of an action: it sets all its states at once."""
+    """Return J of an action, which sets all its states at once."""
     found, entries = np.eye(len(model.A)), list(actions.sets(action))
     found[first + actions.state[entries]] = model.C[entries]
     return found
 
 
 def _common(period: Array) -> float:
-    """The shortest time that is a multiple of all periods, s."""
+    """Return the shortest time that is a multiple of all periods, in s."""
     shortest = float(period.min())
     ratios = [Fraction(each / shortest).limit_denominator(THRESHOLDS.largest_ratio) for each in period.tolist()]
     off = max(abs(float(ratio) * shortest / each - 1.0) for ratio, each in zip(ratios, period.tolist(), strict=True))
@@ -104,7 +105,7 @@ def _common(period: Array) -> float:
 
 
 def _instants(actions: Actions, time: float) -> list[tuple[float, list[int]]]:
-    """The instants of a round that begins with the last controller's first, each with its actions in their order."""
+    """Return the instants of a round that begins with the last controller's first, each with its actions in order."""
     begin, near = float(actions.first.max()), THRESHOLDS.same_written * float(actions.period.min())
     found: list[tuple[float, list[int]]] = []
     for at, own in sorted(actions.instants(begin, begin + time - 2.0 * near, near).items()):
@@ -116,7 +117,7 @@ def _instants(actions: Actions, time: float) -> list[tuple[float, list[int]]]:
 
 
 def _product(A: Array, jumps: list[Array], instants: list[tuple[float, list[int]]], time: float) -> Array:
-    """The change over a round."""
+    """Return the matrix of the change over a round."""
     from scipy.linalg import expm
 
     found, known = np.eye(len(A)), dict[float, Array]()

@@ -1,12 +1,13 @@
-"""The linear model: its states are displacements and speeds along the tangent space, value and rate of each motion that
-is an input, and the states s of elements. The input is the motion's second derivative.
+"""The linear model. Its states are displacements and speeds along the tangent space, value and rate of each motion that
+is an input, and the states s of elements. Such an input is the motion's second derivative.
 
-With ξ = N η + B w, where B w is the smallest displacement that motions ask for, and Φ s what states push with,
+With ξ = N η + B w, where B w is the smallest displacement by which motions change, and Φ s the forces of states,
 
     NᵀMN η'' + NᵀDN η' + NᵀKN η = Nᵀ(F u + Φ s) - NᵀM B w'' - NᵀD B w' - NᵀK B w,      s' = f_x s + f_ξ ξ + f_ξ' ξ',
     δλ = (G⁺)ᵀ (F u + Φ s - M ξ'' - D ξ' - K ξ).
 
-Motions that move no mass have no states: they follow the others, the motions and the forces at once, as K says.
+
+Motions without mass have no states: they follow the others, the motions and the forces at once, by K.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class LinearModel(Tabled):
-    """x' = A x + B u, y = C x + D u, of small changes from the reference. Names and units of x, u and y."""
+    """x' = A x + B u, y = C x + D u, for small changes from the reference, with names and units of x, u and y."""
 
     reference: LinearReference
     A: Array
@@ -58,7 +59,7 @@ class LinearModel(Tabled):
 
     @property
     def table(self) -> Table:
-        """The matrices [A B; C D], with names: a row a derivative or output, a column a state or input."""
+        """The matrices [A B; C D] as a table: a row for each derivative or output, a column for each state or input."""
         rows = np.block([[self.A, self.B], [self.C, self.D]]).tolist()
         names = [*(f"{name}'" for name in self.states), *self.outputs]
         named = ((name, *row) for name, row in zip(names, rows, strict=True))
@@ -66,7 +67,7 @@ class LinearModel(Tabled):
 
     @property
     def line(self) -> str:
-        """Its size, and where."""
+        """The size of the model and its reference, in words."""
         return (
             f"{len(self.states)} states, {', '.join(self.inputs)} -> {', '.join(self.outputs)}, {self.reference.words}"
         )
@@ -75,8 +76,8 @@ class LinearModel(Tabled):
 
 
 def linear_model(reference: LinearReference, inputs: Sequence[str], outputs: Sequence[str]) -> LinearModel:
-    """The model at a reference that does not turn its tangent space. Raises InputError for unknown names, where the
-    mechanism moves or is too free, and where motions without mass are damped, or held by nothing."""
+    """Return the model at a reference where the tangent space does not turn. Raises InputError for unknown names, where
+    the mechanism moves or is too free, and where motions without mass are damped, or held by nothing."""
     refuse_kinks(reference)
     with placed_at(Place("--inputs")):
         u = inputs_named(reference, inputs)
@@ -88,7 +89,7 @@ def linear_model(reference: LinearReference, inputs: Sequence[str], outputs: Seq
 
 
 def assembled(reference: LinearReference, u: Inputs, y: Outputs) -> LinearModel:
-    """The same, of inputs and outputs that are known; kinks are for the caller."""
+    """Return the model for known inputs and outputs; the caller checks for kinks."""
     here = projected(reference)
     if np.abs(here.N_dot).max(initial=0.0) > THRESHOLDS.rounding * np.abs(here.space.N).max(initial=1.0):
         said = "the mechanism moves here, so that its linear model changes with time"
@@ -97,7 +98,7 @@ def assembled(reference: LinearReference, u: Inputs, y: Outputs) -> LinearModel:
 
 
 def _rolling(reference: LinearReference, here: Projected, u: Inputs, y: Outputs) -> LinearModel:
-    """Of what rolls: fewer speeds than displacements."""
+    """Return the model of a mechanism that rolls, which has fewer speeds than displacements."""
     to_body = _to_body(reference)
     found = rolling_states(here, to_body.T @ u.force)
     names = [f"displacement_{i + 1}" for i in range(len(found.A) - found.free)]
@@ -169,7 +170,7 @@ def _assembled(reference: LinearReference, here: Projected, u: Inputs, y: Output
 
 
 def _borne(y: Outputs, pseudoinverse: Array | LinearOperator, left: Array) -> Array:
-    """What outputs have of the multipliers that balance forces (6n, k), (r, k); these are not cheap."""
+    """Return the parts of outputs, (r, k), from the multipliers that balance forces (6n, k); these are costly."""
     if not y.of_multiplier.any():
         return np.zeros((len(y.names), left.shape[1]))
     return np.asarray(y.of_multiplier @ (pseudoinverse.T @ left)[: y.of_multiplier.shape[1]], dtype=float)
@@ -178,8 +179,8 @@ def _borne(y: Outputs, pseudoinverse: Array | LinearOperator, left: Array) -> Ar
 def _rates_of_states(
     here: Projected, by_states: Array, at_once: Array, ξ: Array, ξ_dot: Array, s: Array
 ) -> tuple[Array, Array]:
-    """s' of the states of elements by x and by u, where ξ' is `ξ_dot` x + `by_states` s'. Raises InputError where they
-    follow the rate of an input."""
+    """Return s' of the states of elements by x and by u, where ξ' is `ξ_dot` x + `by_states` s'. Raises InputError
+    where they follow the rate of an input."""
     states = here.equations.states
     P, Q = states.by_displacement.matrix(), states.by_rate.matrix()
     if np.any(np.abs(Q @ at_once) > THRESHOLDS.rounding * (np.abs(Q) @ np.abs(at_once))):
@@ -194,9 +195,11 @@ def _rates_of_states(
 def _without_mass(
     here: Projected, N: Array, B_w: Array, K: Array | csr_matrix, push: Array, force: Array
 ) -> tuple[Array, Array, Array, Array, Array]:
-    """Motions that move no mass are eliminated. Returned are N and B with what these motions do in their place, the
-    directions that move some mass, and what moves at once. It moves at once with the states of elements, which exert
-    `push` (6n, K), and with the inputs, (6n, p)."""
+    """Eliminate motions without mass. Return N, the directions that move mass, B, and the displacements by states and
+    inputs.
+
+    N and B contain the motions without mass as these follow. Such motions respond at once to the states of elements,
+    which exert `push` (6n, K), and to the inputs, (6n, p)."""
     U, light = heavy_and_light(here.reduced)
     if not light.size:
         return N, N, B_w, np.zeros_like(push), np.zeros_like(force)
@@ -210,7 +213,8 @@ def _without_mass(
 
 
 def _refuse_rates_of_inputs(y: Outputs, to_body: Array | csr_matrix, at_once: Array) -> None:
-    """Raises InputError where an output is the rate of what moves with the inputs at once: it would be theirs."""
+    """Raise InputError where an output is the rate of a displacement that follows inputs at once: it would be their
+    rate."""
     rate = np.abs(y.of_rate @ to_body @ at_once)
     largest = np.abs(y.of_rate) @ np.abs(to_body @ at_once)
     problems = [
@@ -223,7 +227,7 @@ def _refuse_rates_of_inputs(y: Outputs, to_body: Array | csr_matrix, at_once: Ar
 
 
 def _to_body(reference: LinearReference) -> Array | csr_matrix:
-    """Virtual displacements in body axes from those in global axes, (6n, 6n)."""
+    """Return the matrix (6n, 6n) from virtual displacements in global axes to those in body axes."""
     n = reference.system.bodies
     found = np.zeros((n, 6, 6))
     found[:, :3, :3] = np.eye(3)

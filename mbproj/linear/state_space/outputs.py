@@ -20,9 +20,9 @@ from mbproj.scene.text.suggestions import choose_from
 
 @dataclass(frozen=True, eq=False)
 class Outputs:
-    """r outputs, linear in virtual displacements, their rates, turns in body axes, the multipliers of the joints' rows,
-    and states of elements: `of_displacement`, `of_rate` (r, 6n), `of_multiplier` (r, m) and `of_state` (r, K). Names
-    and units in their order."""
+    """r outputs with names and units. They are linear in virtual displacements and their rates, turns in body axes, in
+    the multipliers of the joints' rows, and in states of elements. The coefficients are `of_displacement`, `of_rate`
+    (r, 6n), `of_multiplier` (r, m) and `of_state` (r, K)."""
 
     names: tuple[str, ...]
     units: tuple[str, ...]
@@ -33,7 +33,7 @@ class Outputs:
 
 
 def outputs_named(reference: LinearReference, names: Sequence[str]) -> Outputs:
-    """The outputs of these names. Raises InputError for one that there is not."""
+    """Return the outputs of these names. Raises InputError for a name that does not exist."""
     system = reference.system
     joints = system.joints.size
     known = {**_coordinates(reference), **_markers(reference), **_reactions(reference), **_states(reference)}
@@ -53,19 +53,19 @@ def outputs_named(reference: LinearReference, names: Sequence[str]) -> Outputs:
 
 
 def _as_signals_do(name: str, known: Collection[str]) -> str:
-    """The name of an output; of a rate also as signals call it, "A.angle_dot" and "tip.x_dot"."""
+    """Return the name of an output; a rate may also be named as in signals, "A.angle_dot" and "tip.x_dot"."""
     own, _, last = name.rpartition(".")
     rates = (f"{own}.{last.removesuffix('_dot')}_speed", f"{own}.velocity_{last.removesuffix('_dot')}")
     return next((rate for rate in rates if last.endswith("_dot") and rate in known), name)
 
 
-#: Unit, and what it is by displacements, rates and multipliers; found where it is asked for.
+#: The unit of an output, and its coefficients of displacements, rates and multipliers; computed when asked for.
 Part = Array | float
 Entry = Callable[[], tuple[str, Part, Part, Part]]
 
 
 def _coordinates(reference: LinearReference) -> dict[str, Entry]:
-    """ "A.angle" and "A.angle_speed"."""
+    """Return the joint coordinates "A.angle" and their rates "A.angle_speed"."""
     system = reference.system
     rows = row_motion(system.coordinates, reference.motion.carried())
 
@@ -80,13 +80,13 @@ def _coordinates(reference: LinearReference) -> dict[str, Entry]:
 
 
 def _states(reference: LinearReference) -> dict[str, Entry]:
-    """Those of elements, by their own names."""
+    """Return the states of elements, by their own names."""
     names = zip(reference.system.names.states, reference.system.names.state_units, strict=True)
     return {name: partial(lambda unit: (unit, 0.0, 0.0, 0.0), unit) for name, unit in names}
 
 
 def _markers(reference: LinearReference) -> dict[str, Entry]:
-    """ "tip.x", and its velocity where the mechanism is at rest there, "tip.velocity_x"."""
+    """Return the coordinates of markers "tip.x", and at rest their velocities "tip.velocity_x"."""
     system, pose = reference.system, reference.motion.pose
 
     def moves(marker: int, axis: int) -> Array:
@@ -106,7 +106,7 @@ def _markers(reference: LinearReference) -> dict[str, Entry]:
 
 
 def _reactions(reference: LinearReference) -> dict[str, Entry]:
-    """ "A.force_x" and "A.torque_x", on body 2 of the joint at its point, global axes."""
+    """Return the reactions "A.force_x" and "A.torque_x", on body 2 of the joint at its point, global axes."""
     system, count = reference.system, len(reference.system.names.joints)
     return {
         f"{name}.{word}_{letter}": partial(_reaction, reference, joint, kind, axis)
@@ -117,7 +117,7 @@ def _reactions(reference: LinearReference) -> dict[str, Entry]:
 
 
 def _reaction(reference: LinearReference, joint: int, kind: int, axis: int) -> tuple[str, Part, Part, Part]:
-    """By the multipliers of the joint's own rows and the displacements of its bodies."""
+    """Return a reaction by the multipliers of the joint's own rows and the displacements of its bodies."""
     system, motion, bound = reference.system, reference.motion, reference.system.joints
     pose, own = motion.pose, reference.multipliers[: bound.size]
     by_multiplier, turned = np.zeros(bound.size), np.zeros((system.bodies + 1, 6))

@@ -1,4 +1,5 @@
-"""The linear model of what rolls: displacements a and speeds a' of motions without slip, and where it is besides, b.
+"""The linear model of a mechanism that rolls: displacements a and speeds a' of motions without slip, and further
+displacements b.
 
 With ξ = N (Z a + W b) as in `reduction/slip.py` and forces F u along the bodies,
 
@@ -19,8 +20,8 @@ from mbproj.model.system import System
 
 @dataclass(frozen=True, eq=False)
 class RollingStates:
-    """x' = A x + B u of x = (a, a', b), with the displacements (6n, x) and rates (6n, x) that x stands for. `free`: how
-    many a there are."""
+    """x' = A x + B u of x = (a, a', b), with the displacements (6n, x) and rates (6n, x) that belong to x. `free`: the
+    number of coordinates a."""
 
     A: Array
     B: Array
@@ -30,7 +31,8 @@ class RollingStates:
 
 
 def rolling_states(here: Projected, force: Array) -> RollingStates:
-    """By forces (6n, p) on the bodies, in the axes of the equations. Raises InputError where a motion has no mass."""
+    """Return the model for forces (6n, p) on the bodies, in the axes of the equations. Raises InputError where a motion
+    has no mass."""
     reduced, back = here.solvable(np.zeros(0))
     free, N = here.freedom, here.space.N
     M, D, K = reduced.M[:free, :free], reduced.D[:free, :free], reduced.K[:free]
@@ -55,12 +57,12 @@ def rolling_states(here: Projected, force: Array) -> RollingStates:
 
 
 def _placed(of: Array, free: int) -> Array:
-    """Columns for (a, b) as columns for (a, a', b)."""
+    """Return columns for (a, b) as columns for (a, a', b)."""
     return np.hstack([of[:, :free], np.zeros((len(of), free)), of[:, free:]])
 
 
 def refuse_beside_rolling(system: System, asks_reactions: bool) -> None:
-    """Raises InputError for what this model of what rolls has not: states of elements, motions and reactions."""
+    """Raise InputError for parts that this model lacks: states of elements, motions and reactions."""
     reasons = {
         "states of elements": system.states.size,
         "motions": system.driven,
