@@ -1,4 +1,5 @@
-"""The constraint primitives (Haug 1989, ch. 9; Nikravesh 1988, ch. 7), each once, by name. Imports nothing of ours."""
+"""The constraint primitives by name, each defined once (Haug 1989, ch. 9; Nikravesh 1988, ch. 7). This package imports
+nothing else of mbproj."""
 
 from collections.abc import Mapping
 from types import MappingProxyType

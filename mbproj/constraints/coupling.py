@@ -1,4 +1,4 @@
-"""Coordinates of joints that one row couples: threads, teeth, a rack with its pinion, a cam with its follower."""
+"""Rows that couple coordinates of joints: threads, teeth, a rack with its pinion, a cam with its follower."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from mbproj.dataclass import dataclass
 
 
 class Function(Protocol):
-    """Of a coordinate (...), complex too, with its first and second derivative."""
+    """Interface of a function of a coordinate (...), which may be complex, with its first and second derivative."""
 
     def __call__(self, s: Numbers) -> tuple[Numbers, Numbers, Numbers]: ...
 
     def on_branches(self, held: tuple[float, ...]) -> Function:
-        """The same, with its switches on these branches."""
+        """Return the function with its switches on these branches."""
 
 
 #: The primitives that can be coupled, each of one row.
@@ -38,8 +38,8 @@ class Coupling(Primitive):
 
     `coordinates` are names in COORDINATES, or one more, which stands for the `other`; `weights` are the kᵢ. The row and
     its period are in metres where one of them is a length. The slots are those of the first coordinate, then those of
-    the next. Who counts the turns of angles knows which multiple it is: so a turn of an angle s₀ must change f by none
-    or by whole periods.
+    the next. The multiple follows from counted turns of angles. So a turn of an angle s₀ must change f by nothing or by
+    whole periods.
     """
 
     coordinates: tuple[str, ...]
@@ -52,22 +52,22 @@ class Coupling(Primitive):
 
     @property
     def slots(self) -> tuple[SlotKind, ...]:
-        """What each point or vector is."""
+        """The kind of each slot: point or vector."""
         return tuple(slot for each in self._own() for slot in each.slots)
 
     @property
     def unit(self) -> Literal["m", "rad"]:
-        """m where a coordinate is a length, or stands for one."""
+        """The unit of the row: m where a coordinate is a length, or stands for one."""
         return "rad" if {*self.coordinates} <= {"angle"} else "m"
 
     @property
     def rolls(self) -> bool:
-        """Whether it is a roller on a curve: a lap, which is the period, and a turn have no common measure then."""
+        """Whether it is a roller on a curve. Its lap, which is the period, and its turn have no common measure."""
         return self.coordinates[0] == "lap"
 
     @property
     def growth(self) -> float:
-        """What a turn of s₀ adds to f; whole periods, but for round-off."""
+        """The change of f by a turn of s₀: whole periods, up to round-off."""
         if self.function is None or self.coordinates[0] != "angle":
             return 0.0
         first, last = self.function(np.array([-np.pi, np.pi]))[0].real.tolist()
@@ -78,14 +78,14 @@ class Coupling(Primitive):
         return [each for each in found if each is not None]
 
     def parts(self) -> Iterator[tuple[Primitive, float, slice]]:
-        """Each coordinate, its weight, and its slots."""
+        """Yield each coordinate, its weight, and its slots."""
         own = self._own()
         ends = np.cumsum([0, *(len(each.slots) for each in own)]).tolist()
         for primitive, weight, (first, end) in zip(own, self.weights, pairwise(ends), strict=True):
             yield primitive, weight, slice(first, end)
 
     def on_branches(self, held: tuple[float, ...]) -> Coupling:
-        """The same, with its function on these branches."""
+        """Return the coupling with its function on these branches."""
         return self if self.function is None else replace(self, function=self.function.on_branches(held))
 
     def value(self, x: Numbers) -> Numbers:
@@ -114,13 +114,13 @@ class Coupling(Primitive):
         return total - slope * own - bend * self._first_rate(x, x_dot) ** 2
 
     def _curve(self, x: Numbers) -> tuple[Numbers, Numbers, Numbers]:
-        """f, f' and f'' at s₀."""
+        """Return f, f' and f'' at s₀."""
         assert self.function is not None
         first, _, slots = next(self.parts())
         return self.function(first.value(x[..., slots, :]))
 
     def _first_rate(self, x: Numbers, x_dot: Numbers) -> Numbers:
-        """s₀'."""
+        """Return s₀'."""
         first, _, slots = next(self.parts())
         return first.rate(x[..., slots, :], x_dot[..., slots, :])
 

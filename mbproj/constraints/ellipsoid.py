@@ -1,7 +1,7 @@
 """An ellipsoid on a plane: the height of its lowest point, and slip there.
 
 With its axes b, semi-axes a and the plane's normal n, the ellipsoid reaches h = |(a1 n·b1, a2 n·b2, a3 n·b3)| below its
-centre, and its lowest point is at -Σ a² (n·b) b / h from there.
+centre. Its lowest point is at -Σ a² (n·b) b / h from the centre.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ class EllipsoidHeight(Primitive):
 @final
 @dataclass(frozen=True)
 class EllipsoidSlip(Slip):
-    """Of an ellipsoid with the axes x2, y2, z2 on a plane with the normal z1, along x1."""
+    """The slip of an ellipsoid with the axes x2, y2, z2 on a plane with the normal z1, along x1."""
 
     semi_axes_1: float
     semi_axes_2: float
@@ -80,7 +80,7 @@ def _squares(of: EllipsoidHeight | EllipsoidSlip) -> Numbers:
 
 
 def _reach(of: EllipsoidHeight | EllipsoidSlip, n: Numbers, axes: Numbers) -> tuple[Numbers, Numbers]:
-    """a² n·b (..., 3) and h (...)."""
+    """Return a² n·b (..., 3) and h (...)."""
     along = dot(n[..., None, :], axes)
     weighed = _squares(of) * along
     return weighed, np.sqrt(dot(weighed, along))

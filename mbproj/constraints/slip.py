@@ -1,11 +1,14 @@
-"""Slip: a component of the velocity at which two bodies pass each other where they touch.
+"""Slip: a component of the relative velocity of two bodies at their point of contact.
 
-At the point P of contact the body 2 with the triad x2, y2, z2 and the point p2 moves at p2' + ω2 × (P - p2), and the
-vectors say how it turns: ω2 × (P - p2) = Σ ((P - p2)·b) b' over b = x2, y2, z2; likewise body 1. A row of slip is
+At the point P of contact the body 2 with the triad x2, y2, z2 and the point p2 moves at p2' + ω2 × (P - p2). The rates
+of its vectors give its rotation: ω2 × (P - p2) = Σ ((P - p2)·b) b' over b = x2, y2, z2; likewise body 1. A row of slip
+is
 
     e·(p2' + Σ ((P - p2)·b) b' - p1' - Σ ((P - p1)·c) c') = 0,      c = x1, y1, z1,
 
-with P and the direction e functions of the pose. No function of the pose has it as its rate (Neimark and Fufaev 1972).
+
+with P and the direction e functions of the pose. It is not the rate of any function of the pose (Neimark and Fufaev
+1972).
 """
 
 from __future__ import annotations
@@ -23,13 +26,13 @@ from mbproj.dataclass import dataclass
 
 
 class Slip(VelocityRow):
-    """Of body 2 against body 1, by their points and triads."""
+    """The slip of body 2 against body 1, by their points and triads."""
 
     slots = ("point", "vector", "vector", "vector", "point", "vector", "vector", "vector")
 
     @abstractmethod
     def contact(self, x: Numbers) -> tuple[Numbers, Numbers]:
-        """P - p2 and e, (..., 3) each."""
+        """Return P - p2 and e, (..., 3) each."""
 
     def gradient(self, x: Numbers) -> Numbers:
         arm, e = self.contact(x)
@@ -40,14 +43,14 @@ class Slip(VelocityRow):
 
 
 class WheelSlip(Slip):
-    """Of a wheel with the axis z2 on a plane with the normal z1: at its lowest point."""
+    """The slip of a wheel with the axis z2 on a plane with the normal z1, at its lowest point."""
 
     radius: float
 
     parameters: ClassVar[Mapping[str, str]] = MappingProxyType({"radius": "m"})
 
     def heading(self, x: Numbers) -> tuple[Numbers, Numbers]:
-        """P - p2, and the direction z2 × z1 in which the wheel rolls where it turns about z2."""
+        """Return P - p2, and the direction z2 × z1 in which the wheel rolls where it turns about z2."""
         axis = x[..., 7, :]
         along = cross(axis, x[..., 3, :])
         along = along / np.sqrt(dot(along, along))[..., None]
@@ -57,7 +60,7 @@ class WheelSlip(Slip):
 @final
 @dataclass(frozen=True)
 class WheelSlipAlong(WheelSlip):
-    """Along the direction in which it rolls."""
+    """The slip along the direction in which the wheel rolls."""
 
     radius: float
 
@@ -68,7 +71,7 @@ class WheelSlipAlong(WheelSlip):
 @final
 @dataclass(frozen=True)
 class WheelSlipAcross(WheelSlip):
-    """Across it, in the plane."""
+    """The slip across that direction, in the plane."""
 
     radius: float
 
@@ -80,7 +83,7 @@ class WheelSlipAcross(WheelSlip):
 @final
 @dataclass(frozen=True)
 class BallSlip(Slip):
-    """Of a ball on a plane with the normal z1, along x1."""
+    """The slip of a ball on a plane with the normal z1, along x1."""
 
     radius: float
 
@@ -93,7 +96,7 @@ class BallSlip(Slip):
 @final
 @dataclass(frozen=True)
 class EdgeSlip(Slip):
-    """Of the point p2 along z2, which is across a blade."""
+    """The slip of the point p2 along z2, which is normal to a blade."""
 
     def contact(self, x: Numbers) -> tuple[Numbers, Numbers]:
         return np.zeros_like(x[..., 4, :]), x[..., 7, :]

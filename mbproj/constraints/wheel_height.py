@@ -49,6 +49,6 @@ class WheelHeight(Primitive):
 
 
 def _uprightness(x: Numbers) -> tuple[Numbers, Numbers]:
-    """n × a and its length."""
+    """Return n × a and its length."""
     across = cross(x[..., 1, :], x[..., 3, :])
     return across, np.sqrt(dot(across, across))

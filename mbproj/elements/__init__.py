@@ -1,4 +1,4 @@
-"""What acts through channels: elements are data, one file a kind."""
+"""Elements act on a mechanism through channels. They are data, one file a kind."""
 
 from mbproj.elements.element import Element, Force, Kind, Place, Row, State, called
 

@@ -1,4 +1,4 @@
-"""What a scene computes beside its motion: signals, states and controllers."""
+"""Quantities that a scene computes beside its motion: signals, states and controllers."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from mbproj.functions.program import Program
 
 @dataclass(frozen=True)
 class Signal:
-    """An expression by its name, in `unit` of SI, "" where the scene does not say it."""
+    """A named expression, in `unit` of SI, "" where the scene gives none."""
 
     name: str
     program: Program
@@ -17,8 +17,8 @@ class Signal:
 
 @dataclass(frozen=True)
 class ScalarState:
-    """x' = rate from `start`, in `unit` of SI, "" where the scene does not say it; `scale` is what its absolute
-    tolerance is relative to."""
+    """A state x' = rate from `start`, in `unit` of SI, "" where the scene gives none. Its absolute tolerance is
+    relative to `scale`."""
 
     name: str
     rate: Program
@@ -28,14 +28,14 @@ class ScalarState:
 
     @property
     def of_element(self) -> tuple[Program, float, float, str]:
-        """As `mbproj.elements.State` takes them after the name."""
+        """The fields that `mbproj.elements.State` takes after the name."""
         return self.rate, self.start, self.scale, self.unit
 
 
 @dataclass(frozen=True)
 class Held:
-    """What a controller sets at its instants, in `unit` of SI, "" where the scene does not say it: to what the program
-    is then. Until the first it is `start`."""
+    """A value that a controller sets at its instants to that of the program, in `unit` of SI, "" where the scene gives
+    none. Before the first instant it is `start`."""
 
     name: str
     program: Program
@@ -45,8 +45,9 @@ class Held:
 
 @dataclass(frozen=True)
 class Controller:
-    """At the times start + k period, k = 0, 1, ..., it computes what it will `hold`, which stands `delay` later, and
-    the next values of its `states`; all of them from what is there before."""
+    """A controller that acts at the times start + k period, k = 0, 1, ... It computes the values that it will `hold`,
+    which take effect `delay` later, and the next values of its `states`. All are computed from values before the
+    action."""
 
     name: str
     period: float

@@ -1,15 +1,16 @@
 """An element: the channels that it reads, states of its own, forces along coordinates, rows between them.
 
-A coordinate is that of a joint, "pin.angle"; the place of a marker along an axis of the ground, "tip.x"; a
-distance, "rope.left", where `lengths` of the element "rope" has "left"; or of the points that a force of the
-scene acts between, "spring.length". A channel is a coordinate; its rate, "pin.angle_dot"; the state of an element,
+A coordinate is that of a joint, "pin.angle"; the place of a marker along an axis of the ground, "tip.x"; or a distance.
+Examples of distances are "rope.left", where `lengths` of the element "rope" has "left", and "spring.length", between
+the points of a force of the scene. A channel is a coordinate; its rate, "pin.angle_dot"; the state of an element,
 "motor.current"; or the force of a law, "spring.force", which is positive where it drives its coordinate up.
 
-Programs of an element see the time, and what it reads: variable CHANNELS + i is `reads[i]`. A force's program also sees
-the coordinate that it acts along and its rate, as COORDINATE and RATE; a row's function sees its first coordinate
-alone, as COORDINATE. Instructions whose branch changes with what they see are switches: events of a run.
+Programs of an element depend on the time, and on what it reads: variable CHANNELS + i is `reads[i]`. A force's program
+also depends on the coordinate that it acts along and its rate, as COORDINATE and RATE. A row's function depends on its
+first coordinate alone, as COORDINATE. Instructions whose branch changes with these variables are switches: events of a
+run.
 
-An expression may stand for a program. It calls the first three t, s and s_dot, and a channel as `called` has it:
+An expression may replace a program. It names the first three variables t, s and s_dot, and a channel as `called` does:
 "motor_current".
 """
 
@@ -26,25 +27,25 @@ from mbproj.functions.program import Program
 
 @dataclass(frozen=True)
 class Place:
-    """A point of a body by its name, from the centre of mass in the body's axes, in m."""
+    """A point of a body, by the body's name, from its centre of mass in the body's axes, in m."""
 
     body: str
     location: tuple[float, float, float]
 
 
-#: Of a length: a marker's name, a point of the ground in m, or one of a body.
+#: The end of a length: a marker's name, a point of the ground in m, or a point of a body.
 End = str | tuple[float, float, float] | Place
 
 
 def called(channel: str) -> str:
-    """How expressions call a channel: with _ for each dot and hyphen."""
+    """Return the name of a channel in expressions: _ replaces each dot and hyphen."""
     return channel.replace(".", "_").replace("-", "_")
 
 
 @dataclass(frozen=True)
 class State:
-    """x' = rate(t, channels) from `start`, in `unit`; the absolute tolerance is relative to `scale`. One that `counts`,
-    as heat, goes on where all else rests, and nothing but what is lost goes by it."""
+    """A state x' = rate(t, channels) from `start`, in `unit`; the absolute tolerance is relative to `scale`. A state
+    that `counts`, as heat does, goes on changing where all else rests. Only lost energies depend on it."""
 
     name: str
     rate: Program | str
@@ -56,9 +57,9 @@ class State:
 
 @dataclass(frozen=True)
 class Force:
-    """A generalised force `push` (N or N m), positive where it drives the coordinate up. `loses`: what it takes is
-    lost, as a damper's, and else what it gives is work done. Results call it by the names of its element and of the
-    coordinate, or by a `name` of its own."""
+    """A generalised force `push` (N or N m), positive where it drives the coordinate up. `loses`: whether the energy
+    that it takes is lost, as in a damper; else it does work. Its name in results is that of its element and the
+    coordinate, or its own `name`."""
 
     along: str
     push: Program | str
@@ -68,13 +69,13 @@ class Force:
 
 @dataclass(frozen=True)
 class Row:
-    """Σ kᵢ sᵢ - function(s₀) = constant, with the coordinates sᵢ and their weights kᵢ `of` the row, s₀ the first.
-    A turn of an angle s₀ changes `function` by nothing, or by whole periods. Its slope does not jump; where a higher
+    """A constraint Σ kᵢ sᵢ - function(s₀) = constant, with coordinates sᵢ and their weights kᵢ in `of`, s₀ the first. A
+    turn of an angle s₀ changes `function` by nothing, or by whole periods. Its slope does not jump. Where a higher
     derivative does, at a knot of a table or the 0 of x in max(x, 0)**3, a step ends.
 
-    Of one angle with a weight, a turn of it is the row's period; `period` gives that of several, and 0 is none.
+    With one angle, the row's period is a turn of it times its weight. `period` gives that of several angles; 0 is none.
 
-    Of one coordinate, with the weight 1 and a function of the time, it is a motion: s = constant + function(t)."""
+    With one coordinate of weight 1 and a function of the time, the row is a motion: s = constant + function(t)."""
 
     name: str
     of: Mapping[str, float]
@@ -86,8 +87,8 @@ class Row:
 
 @dataclass(frozen=True)
 class Kind:
-    """What makes an element of a force, in place of its law: its type, a name in `ELEMENTS` of
-    `mbproj.scene.blocks.elements`, and the values of the type's own keys in SI units."""
+    """The element that replaces the law of a force: its type, a name in `ELEMENTS` of `mbproj.scene.blocks.elements`,
+    and the values of the type's own keys in SI units."""
 
     type: str
     values: Mapping[str, Any]
@@ -95,14 +96,14 @@ class Kind:
 
 @dataclass(frozen=True)
 class Element:
-    """Data of one element; names of states, rows and lengths begin with its own. `lengths`: from one end to another.
+    """The data of one element; names of states, rows and lengths begin with its own. `lengths` have two ends each.
 
-    `inertias`: I in kg, or kg m², of what moves with a coordinate s behind a gear and has the energy ½ I s'²: a
-    flywheel on a shaft, an inerter between two points.
+    `inertias`: I in kg, or kg m², of a body behind a gear that moves with a coordinate s and has the energy ½ I s'².
+    Examples are a flywheel on a shaft, and an inerter between two points.
 
-    `stores`: the energy that it keeps, and `lost`: what it has lost since it began, a state of its own say, both in J.
-    What its forces do comes out of these, and only the rest is work done on the mechanism from outside. Where all its
-    forces lose, what they take and it does not store is lost."""
+    `stores`: the energy that it stores; `lost`: the energy that it has lost since the start, as a state of its own;
+    both in J. The work of its forces is taken from these, and only the rest is work from outside. Where all its forces
+    lose energy, the energy that they take and it does not store is lost."""
 
     name: str
     reads: tuple[str, ...] = ()

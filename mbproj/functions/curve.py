@@ -19,39 +19,40 @@ from mbproj.thresholds import THRESHOLDS
 
 @dataclass(frozen=True)
 class Curve:
-    """f(s) of a program whose COORDINATE is s, and which names nothing else; on the branches `held`, if any, one for
-    each instruction."""
+    """f(s) of a program whose COORDINATE is s, and which names nothing else. `held`: the branches of its switches, one
+    for each instruction, if any."""
 
     program: Program
     held: tuple[float, ...] = ()
 
     def __call__(self, s: Numbers) -> tuple[Numbers, Numbers, Numbers]:
-        """f, f' and f'' at s (...), which may be complex."""
+        """Return f, f' and f'' at s (...), which may be complex."""
         none = np.zeros(s.shape)  # real: constants follow the time
         held = np.array(self.held) if self.held else None
         return run(self._set, 0, [(none, none, none), (s, none + 1.0, none)], held)
 
     def on_branches(self, held: tuple[float, ...]) -> Curve:
-        """The same, with its switches on these branches, one for each instruction."""
+        """Return the function with its switches on these branches, one for each instruction."""
         return replace(self, held=held)
 
     def edges(self, low: float, high: float) -> tuple[float, ...]:
-        """Where the value or the slope jumps from s = low to high."""
+        """Return the places from s = low to high where the value or the slope jumps."""
         s = tuple(
-            replace(each, operand=TIME) if each.op is Op.VARIABLE else each  # kinks are looked for in time
+            replace(each, operand=TIME) if each.op is Op.VARIABLE else each  # kinks are searched in time
             for each in self.program.code
         )
         found = kinks(flatten([replace(self.program, code=s)]), 0, low, high)
         return tuple(each.t for each in found if any(jump and np.isfinite(jump) for jump in each.jump[:2]))
 
     def repeats(self, period: float, by: float) -> bool:
-        """Whether it repeats from half a period below 0 to half a period above: its derivatives, its switches, and its
-        value but for multiples of `by`. Both are looked at on the branches of the first, for there may be a knot."""
+        """Return whether the function repeats from half a period below 0 to half a period above: its derivatives, its
+        switches, and its value up to multiples of `by`. Both ends are evaluated on the branches of the first, as a knot
+        may be there."""
         own, ends = self._set, np.array([-0.5, 0.5]) * period
         held, edges = np.full(len(own.op), FREE), set(switches(own, 0))
 
         def arguments(s: float) -> list[float]:
-            """Of the switches."""
+            """Return the arguments of the switches."""
             seen = walk(own, 0, [constant_series(np.asarray(s))] * 2, held)
             return [
                 argument(own, at, float(held[at]), [each[0] for each in stack[-2:]])

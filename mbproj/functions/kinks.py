@@ -1,11 +1,11 @@
-"""Where functions of time are not smooth: kinks of `abs min max sign floor ceil`; ends of smooth steps; rows of tables;
-any other jump of a value or a slope, as of the root of a square or between branches of an arc function.
+"""Kinks of functions of time: those of `abs min max sign floor ceil`, ends of smooth steps, rows of tables, and any
+other jump of a value or a slope. Examples of the last are the root of a square, and an arc function between branches.
 
 Kinks of the first kind follow from the program. Each such operation is on one of its branches at a time. Where the
-branch changes between two samples, bisection finds the time, down to the grain of time. Jumps of the second kind show
-between two samples as a change that the derivatives at both do not explain. Halving the interval makes that vanish
-where the function is smooth, and leaves it where it jumps. What changes twice between two of the times of `look_times`
-is not seen.
+branch changes between two samples, bisection finds the time, down to the resolution of time. Jumps of the second kind
+appear between two samples as a change that the derivatives at both do not explain. Halving the interval makes that
+vanish where the function is smooth, and leaves it where it jumps. A branch that changes twice between two of the times
+of `look_times` is not found.
 """
 
 from __future__ import annotations
@@ -22,22 +22,22 @@ from mbproj.functions.program_set import ROUND_OFF, ProgramSet
 from mbproj.functions.series import run, time_series, walk
 from mbproj.thresholds import THRESHOLDS
 
-#: Operations with several branches, and others that need not be smooth everywhere.
+#: The operations with several branches, and others that need not be smooth everywhere.
 BRANCHED = frozenset({Op.ABS, Op.SIGN, Op.MIN, Op.MAX, Op.FLOOR, Op.CEIL, Op.SMOOTH_STEP, Op.TABLE})
 UNEVEN = frozenset({Op.POWER, Op.POWER_OF, Op.SQRT, Op.HYPOT, Op.ATAN2, Op.ASIN, Op.ACOS})
 
 
 class Kink(NamedTuple):
-    """A time, and by how much the value, the first and the second derivative jump there."""
+    """A time, and the jumps of the value, the first and the second derivative there."""
 
     t: float
     jump: tuple[float, float, float]
 
 
 def kinks(programs: ProgramSet, index: int, start: float, end: float) -> tuple[Kink, ...]:
-    """The kinks of program `index`, a function of time alone, from `start` to `end`, in their order: the first
-    `most_kinks` within. One at `start` or `end` counts where the value or a derivative there is not that right beside
-    it; rows of tables count where one of these jumps."""
+    """Return the kinks of program `index`, a function of time alone, from `start` to `end`, in order: the first
+    `most_kinks` within. A kink at `start` or `end` counts where the value or a derivative there differs from that right
+    beside it. Rows of tables count where one of these jumps."""
     branched, uneven = _suspects(programs, index)
     if not (branched or uneven) or not start < end:
         return ()
@@ -58,7 +58,7 @@ def kinks(programs: ProgramSet, index: int, start: float, end: float) -> tuple[K
 
 
 def _suspects(programs: ProgramSet, index: int) -> tuple[frozenset[Op], frozenset[Op]]:
-    """The operations of a program that have branches, and the others that need not be smooth."""
+    """Return the operations of a program that have branches, and the others that need not be smooth."""
     branched, uneven = set(), set()
     for at in range(programs.start[index], programs.start[index + 1]):
         op, operand = Op(int(programs.op[at])), float(programs.operand[at])
@@ -70,7 +70,7 @@ def _suspects(programs: ProgramSet, index: int) -> tuple[frozenset[Op], frozense
 
 
 class _Look:
-    """A function over the times of its samples; scratch of one search."""
+    """The values of a function at the times of its samples; scratch of one search."""
 
     def __init__(self, programs: ProgramSet, index: int, times: Array) -> None:
         self.programs, self.index, self.times = programs, index, times
@@ -81,11 +81,11 @@ class _Look:
         self.round_off = ROUND_OFF * sizes
 
     def value(self, t: Array) -> Array:
-        """Value and derivatives, (3, T)."""
+        """Return value and derivatives, (3, T)."""
         return np.array(run(self.programs, self.index, [time_series(t)]))
 
     def changes(self, ops: frozenset[Op]) -> Array:
-        """Where the branch of one of these operations changes."""
+        """Return the times at which the branch of one of these operations changes."""
         if not ops:
             return np.zeros(0)
 
@@ -98,7 +98,7 @@ class _Look:
         return self._bisected(branches, branches(self.times), differs)
 
     def jumps(self) -> Array:
-        """Where the value or the slope changes by more than the next derivative explains."""
+        """Return the times at which the value or the slope changes by more than the next derivative explains."""
 
         def unexplained(low: Array, high: Array, before: Array, after: Array) -> Array:
             with np.errstate(all="ignore"):
@@ -112,8 +112,10 @@ class _Look:
     def _bisected(
         self, look: Callable[[Array], Array], found: Array, score: Callable[[Array, Array, Array, Array], Array]
     ) -> Array:
-        """The upper ends of those intervals that have a score above 0, halved down to the grain of time. `look` gives
-        the score of an interval from what is at its ends; of many, those with the largest, or the earliest."""
+        """Return the upper ends of the intervals with a score above 0, halved down to the resolution of time.
+
+        `score` rates an interval by the values of `look` at its ends. Of many intervals those with the largest score,
+        or the earliest, are kept."""
         low, high, before, after = self.times[:-1], self.times[1:], found[:, :-1], found[:, 1:]
         while True:
             scores = score(low, high, before, after)
@@ -132,7 +134,7 @@ class _Look:
             after = np.concatenate([between, after], axis=1)[:, order]
 
     def largest_of_each_interval(self, times: Array) -> Array:
-        """Near such a place round-off may look like many: of those between two even times the largest counts."""
+        """Return the largest jump of each even interval: near a jump round-off may look like many."""
         jumps = self.jump(times - self.aside, times + self.aside)
         size = np.max(np.abs(jumps[:, :2]) / np.maximum(self.round_off[:2], 1e-300), axis=1, initial=0.0)
         even = np.linspace(self.times[0], self.times[-1], THRESHOLDS.look_intervals + 1)
@@ -140,13 +142,14 @@ class _Look:
         return np.array([times[interval == each][np.argmax(size[interval == each])] for each in np.unique(interval)])
 
     def apart(self, times: Array) -> Array:
-        """The times in their order, none twice, and none at the start or the end."""
+        """Return the times in order, none twice, and none at the start or the end."""
         times = np.unique(times)
         times = times[(times > self.times[0] + self.aside) & (times < self.times[-1] - self.aside)]
         return times[np.concatenate([[True], np.diff(times) > 2.0 * self.aside])] if len(times) else times
 
     def jump(self, before: Array, after: Array) -> Array:
-        """Of value and derivatives, (T, 3), between times so near that nothing but a jump changes them; 0 for less."""
+        """Return the jumps of value and derivatives, (T, 3), between times so near that only a jump changes them; else
+        0."""
         left, right = self.value(before), self.value(after)
         with np.errstate(all="ignore"):
             slopes = np.maximum(np.abs(left), np.abs(right))[1:]
@@ -157,7 +160,7 @@ class _Look:
 
 
 def _branches(programs: ProgramSet, index: int, t: Array, ops: frozenset[Op]) -> Array:
-    """The branch of each of these operations, (operations, T)."""
+    """Return the branch of each of these operations, (operations, T)."""
     found = []
     with np.errstate(all="ignore"):
         for at, stack in walk(programs, index, [time_series(t)]):

@@ -1,6 +1,5 @@
-"""The times at which functions of time are looked at: evenly spaced, and ever closer to where something in them
-changes its sign, because what is narrow is narrow there: the peak of exp(-((t - 1)/1e-4)²), the pulse
-max(0, 1 - abs(t - 1)/1e-4)."""
+"""The times at which functions of time are sampled: evenly spaced, and ever closer to the zeros of their intermediate
+values. Narrow features lie there: the peak of exp(-((t - 1)/1e-4)²), the pulse max(0, 1 - abs(t - 1)/1e-4)."""
 
 from __future__ import annotations
 
@@ -16,9 +15,9 @@ from mbproj.thresholds import THRESHOLDS
 
 
 def look_windows(start: float, end: float, output_step: float) -> Iterator[tuple[float, float]]:
-    """The windows in which functions are looked at, one after another, until one reaches `end` or beyond, s. They
-    double, and do not depend on the end: a longer run sees the same in its first part. `output_step` is the time
-    between two samples, s."""
+    """Yield the windows in which functions are sampled, one after another, until one reaches `end`, in s. They double,
+    and do not depend on the end: a longer run has the same windows at first. `output_step` is the time between two
+    samples, in s."""
     low, length = start, THRESHOLDS.look_window * output_step
     while low < end:
         high = start + length
@@ -30,7 +29,8 @@ def look_windows(start: float, end: float, output_step: float) -> Iterator[tuple
 
 @lru_cache(maxsize=8)
 def look_times(programs: ProgramSet, index: int, start: float, end: float) -> Array:
-    """In their order, for program `index`, a function of time alone; not to be written to."""
+    """Return the times, in order, at which program `index`, a function of time alone, is sampled. The array is shared:
+    nobody may write to it."""
     even = np.linspace(start, end, THRESHOLDS.look_intervals + 1)
     zeros = _zeros(programs, index, even)
     if not len(zeros):
@@ -41,7 +41,7 @@ def look_times(programs: ProgramSet, index: int, start: float, end: float) -> Ar
 
 
 def _zeros(programs: ProgramSet, index: int, times: Array) -> Array:
-    """Where a value that the program passes through changes its sign, by linear interpolation."""
+    """Return the zeros of the values that the program computes on its way, by linear interpolation."""
     found = [np.zeros(0)]
     with np.errstate(all="ignore"):
         for _, stack in walk(programs, index, [time_series(times)]):

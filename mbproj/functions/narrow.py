@@ -1,7 +1,7 @@
-"""Where functions of time are smooth but narrow: a pulse, a step by tanh, that a long step would pass over.
+"""Narrow features of smooth functions of time: a pulse, a step by tanh, over which a long step would pass.
 
-A function is quiet where it hardly changes from one of the evenly spaced times to the next. Where it begins to change
-after a quiet stretch that is longer than the change, it has a feature. A vibration is none: error control finds it.
+A function is quiet where it hardly changes from one of the evenly spaced times to the next. It has a feature where it
+changes after a quiet stretch that is longer than the change. A vibration is no feature: error control finds it.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from mbproj.functions.program_set import ProgramSet
 from mbproj.functions.series import run, time_series
 from mbproj.thresholds import THRESHOLDS
 
-#: Functions of these operations alone have no narrow features.
+#: Functions with only these operations have no narrow features.
 PLAIN = frozenset({Op.CONSTANT, Op.VARIABLE, Op.NEGATE, Op.ADD, Op.SUBTRACT, Op.MULTIPLY})
 
 
 class Feature(NamedTuple):
-    """From when to when; and whether a kink begins it, so that a step ends there anyway."""
+    """The start and the end of a feature. `after_kink`: whether a kink begins it, so that a step ends there anyway."""
 
     start: float
     end: float
@@ -34,8 +34,9 @@ class Feature(NamedTuple):
 def features(
     programs: ProgramSet, index: int, start: float, end: float, kinks: Sequence[Kink], orders: int = 1
 ) -> tuple[Feature, ...]:
-    """The narrow features of program `index`, a function of time alone with these kinks; with three `orders` those of
-    its derivatives too. What kinks bound, or a kink and the end, is left out; what a kink ends, ends there."""
+    """Return the narrow features of program `index`, a function of time alone with these kinks; with three `orders`
+    also those of its derivatives. Features between two kinks, or between a kink and the end, are left out. A feature
+    that a kink ends, ends there."""
     code = programs.op[programs.start[index] : programs.start[index + 1]]
     if not start < end or all(Op(int(op)) in PLAIN for op in code):
         return ()
@@ -50,7 +51,7 @@ def features(
 def _of(times: Array, values: Array, kinks: Array) -> list[Feature]:
     spacing = (times[-1] - times[0]) / THRESHOLDS.look_intervals
     undefined = np.flatnonzero(~np.isfinite(values))
-    if len(undefined):  # beyond the run's end, perhaps
+    if len(undefined):  # perhaps beyond the run's end
         times, values = times[: undefined[0]], values[: undefined[0]]
     if not len(values) or not np.ptp(values) > THRESHOLDS.rounding * np.abs(values).max():
         return []
@@ -69,7 +70,7 @@ def _of(times: Array, values: Array, kinks: Array) -> list[Feature]:
         near_start, near_end = kinks - feature.start, kinks - feature.end
         ended = np.any((-spacing <= near_end) & (near_end <= length)) or times[-1] - feature.end <= length
         bounded = ended and np.any((-length <= near_start) & (near_start <= spacing))
-        lost = len(undefined) > 0 and times[-1] - feature.end <= length  # the run stops there, and says so
+        lost = len(undefined) > 0 and times[-1] - feature.end <= length  # the run stops there, and reports it
         if lost or bounded:
             continue
         ending = kinks[np.abs(near_end) <= spacing]
@@ -80,7 +81,8 @@ def _of(times: Array, values: Array, kinks: Array) -> list[Feature]:
 
 
 def _with_tails(feature: Feature, kinks: Array, first: float, last: float) -> Feature:
-    """With half its length more on either side, up to a kink: a long step would enlarge its small tails."""
+    """Return a feature extended by half its length on either side, up to a kink: a long step would enlarge its small
+    tails."""
     tail = 0.5 * (feature.end - feature.start)
     low = max([first, feature.start - tail, *kinks[kinks <= feature.start]])
     high = min([last, feature.end + tail, *kinks[kinks >= feature.end]])
@@ -88,7 +90,7 @@ def _with_tails(feature: Feature, kinks: Array, first: float, last: float) -> Fe
 
 
 def _loud(change: Array) -> list[tuple[int, int]]:
-    """First and last interval of each stretch with much change after a longer quiet one."""
+    """Return first and last interval of each stretch with much change after a longer quiet one."""
     loud = np.flatnonzero(change > 2.0 * THRESHOLDS.no_change)
     if not len(loud):
         return []

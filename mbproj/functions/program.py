@@ -1,8 +1,8 @@
 """A function as data: a postfix program for a stack machine, so that NumPy and compiled code run the same thing.
 
 Every function that a scene can give becomes one: a constant, an expression, a polynomial, a table. A program is a list
-of instructions (operation, operand); each takes its arguments from the stack and leaves one value there. Imports
-nothing of ours, and no NumPy: the reader of scenes makes programs too.
+of instructions (operation, operand); each takes its arguments from the stack and leaves one value there. This module
+imports nothing of mbproj, and no NumPy, because the reader of scenes makes programs too.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from mbproj.functions.table import CubicTable
 
 
 class Op(IntEnum):
-    """The operations. CONSTANT, VARIABLE push their operand's value; TABLE and POWER have an operand beside x."""
+    """The operations. CONSTANT and VARIABLE push their operand's value; TABLE and POWER have an operand beside x."""
 
     CONSTANT = 0  # push `operand`
     VARIABLE = 1  # push variable number `operand`: 0 is the time, 1 a coordinate, 2 its rate, from 3 on channels
@@ -51,10 +51,10 @@ class Op(IntEnum):
     SMOOTH_STEP = 31  # 0 up to x = 0, 1 from x = 1, and 10 x³ - 15 x⁴ + 6 x⁵ between: C² everywhere
 
 
-#: How many values an operation takes from the stack.
+#: The number of values that an operation takes from the stack.
 ARGUMENTS = {op: 0 if op <= Op.VARIABLE else 2 if Op.ADD <= op <= Op.MAX else 1 for op in Op}
 TIME, COORDINATE, RATE = 0, 1, 2
-#: The variable that is the first of the channels (`mbproj.model.channels`).
+#: The number of the variable that is the first channel (`mbproj.model.channels`).
 CHANNELS = 3
 
 
@@ -72,8 +72,8 @@ Code = tuple[Instruction, ...]
 
 @dataclass(frozen=True)
 class Program:
-    """A function: its code, and how the scene writes it (for messages; empty where it cannot fail). Of a scene,
-    variable CHANNELS + i stands for what is called `reads[i]` there; of a system, for a channel of that."""
+    """A function: its code, and its text in the scene (for messages; empty where it cannot fail). In a program of a
+    scene, variable CHANNELS + i is the channel named `reads[i]`; in one of a system, it is a channel of the system."""
 
     code: Code
     text: str = ""
@@ -81,24 +81,25 @@ class Program:
 
 
 def number(value: float) -> Code:
-    """A constant."""
+    """Return the code of a constant."""
     return (Instruction(Op.CONSTANT, value),)
 
 
 def replaced(code: Code, by: Mapping[int, Code]) -> Code:
-    """The code with other codes in place of these variables."""
+    """Return the code with other codes in place of these variables."""
     return tuple(
         one for each in code for one in (by.get(int(each.operand), (each,)) if each.op is Op.VARIABLE else (each,))
     )
 
 
 def variable(index: int) -> Code:
-    """TIME, COORDINATE, RATE, or CHANNELS and the number of a channel."""
+    """Return the code of a variable: TIME, COORDINATE, RATE, or CHANNELS plus the number of a channel."""
     return (Instruction(Op.VARIABLE, index),)
 
 
 def apply(op: Op, *arguments: Code) -> Code:
-    """An operation on the values of other codes; of MIN, MAX, HYPOT on any number of them, one after another."""
+    """Return the code of an operation on the values of other codes. MIN, MAX, HYPOT and other operations of two
+    arguments are applied to any number of them, one after another."""
     first, *others = arguments
     if not others:
         return (*first, Instruction(op)) if ARGUMENTS[op] == 1 else first

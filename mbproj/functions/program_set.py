@@ -1,4 +1,4 @@
-"""Many programs as flat arrays: what an evaluator needs, in NumPy or in compiled code."""
+"""Many programs as flat arrays, for evaluators in NumPy or in compiled code."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from mbproj.thresholds import THRESHOLDS
 
 #: Changes of a function's value, slope and second derivative up to this part of the largest are round-off.
 ROUND_OFF = np.array([THRESHOLDS.rounding, THRESHOLDS.smooth_to, THRESHOLDS.smooth_to])
-#: The derivatives whose jumps are kinks: of what drives accelerations, and of what a row is, which is differentiated
-#: twice for them.
+#: The number of derivatives, with the value, whose jumps are kinks: for functions in accelerations, and for functions
+#: in rows, which are differentiated twice.
 OF_FORCES, OF_ROWS = 2, 3
 
 
@@ -27,8 +27,8 @@ class ProgramSet:
 
     `op` (N,) the operations by number (`Op`), `operand` (N,) a constant, an exponent, the number of a variable or of a
     table. Tables: piece i of table k is row `table_start[k] + i` of `knot`, `origin` (B,) and `piece` (B, 4) (see
-    `Table`), `period` (T,) that with which each repeats. `smooth` (T,): how many derivatives jump at kinks alone.
-    `texts`: how the scene writes each; `reads`: what each names there.
+    `CubicTable`). `period` (T,): the period with which each table repeats. `smooth` (T,): the number of derivatives
+    that jump only at kinks. `texts`: the text of each in the scene; `reads`: the names in it.
     """
 
     start: Integers
@@ -49,7 +49,7 @@ class ProgramSet:
         return len(self.start) - 1
 
     def program(self, index: int) -> Program:
-        """Program `index`, as `flatten` took it."""
+        """Return program `index`, as `flatten` took it."""
         own = slice(*self.start[index : index + 2].tolist())
         code = zip(self.op[own].tolist(), self.operand[own].tolist(), strict=True)
         return Program(
@@ -71,28 +71,30 @@ class ProgramSet:
         )
 
     def branches(self, index: int, held: Array) -> tuple[float, ...]:
-        """Of program `index`, on those `held`, one for each instruction: as a set of this program alone has them, whose
-        tables begin with the first piece."""
+        """Return the branches `held` of program `index`, one for each instruction, in the numbering of a set of this
+        program alone: its tables begin with the first piece."""
         code = slice(self.start[index], self.start[index + 1])
         tables = self.op[code] == Op.TABLE
         before = self.table_start[self.operand[code][tables].astype(np.intp)[:1]]
         return tuple(np.where(tables, held[code] - before.sum(), held[code]).tolist())
 
     def names_channels(self, index: int) -> bool:
-        """Whether program `index` does."""
+        """Return whether program `index` names channels."""
         return bool(len(self.channels(index)))
 
     def channels(self, index: int) -> Integers:
-        """The variables beyond the program's own that it names, each once."""
+        """Return the channels that a program names, as numbers of variables, each once."""
         code = slice(self.start[index], self.start[index + 1])
         named = self.operand[code][self.op[code] == Op.VARIABLE].astype(np.intp)
         return np.unique(named[named >= CHANNELS])
 
     @cached_property
     def kinked(self) -> npt.NDArray[np.bool_]:
-        """The pieces of tables that begin with a kink, where the value or a derivative that counts jumps, and
-        the first of each table, (B,). One that repeats and has kinks has no more than half a period from one of these
-        to the next, unless that is a piece: so what is near one is nearer to it than to what repeats it."""
+        """Whether each piece of tables begins with a kink, where the value or a derivative that counts jumps, (B,). The
+        first piece of each table counts, too.
+
+        A periodic table with kinks has at most half a period from one of these to the next, unless one piece is longer.
+        Then a place near one of them is nearer to it than to its repetition."""
         found: npt.NDArray[np.bool_] = np.ones(len(self.knot), dtype=bool)
         for number, period in enumerate(self.period.tolist()):
             start, end = self.table_start[number : number + 2].tolist()
@@ -106,8 +108,8 @@ class ProgramSet:
         return found
 
     def jumps(self, number: int) -> npt.NDArray[np.bool_]:
-        """Whether the value and three derivatives of a table jump where its second piece begins, and each after it; of
-        one that repeats, last where its first begins again. (pieces, 4) or one less."""
+        """Return whether the value and three derivatives of a table jump at the start of each piece but the first,
+        (pieces, 4) or one less. For a periodic table the last row is the start of the first piece again."""
         start, end = self.table_start[number : number + 2]
         origin, piece, period = self.origin[start:end], self.piece[start:end], self.period[number]
         ends = np.append(self.knot[start + 1 : end], [self.knot[start] + period] if period else [])
@@ -119,14 +121,14 @@ class ProgramSet:
 
 
 def _derivatives(piece: Array, u: Array) -> Array:
-    """Value and derivatives of cubics (n, 4) at u (n,), (n, 4)."""
+    """Return value and derivatives of cubics (n, 4) at u (n,), (n, 4)."""
     c0, c1, c2, c3 = piece.T
     value = c0 + u * (c1 + u * (c2 + u * c3))
     return np.column_stack([value, c1 + u * (2.0 * c2 + 3.0 * u * c3), 2.0 * c2 + 6.0 * u * c3, 6.0 * c3])
 
 
 def joined(sets: Sequence[ProgramSet]) -> ProgramSet:
-    """Sets one after another, their programs and tables numbered through."""
+    """Return sets one after another, with consecutive numbers of programs and tables."""
     start, table_start, operand = [np.zeros(1, np.intp)], [np.zeros(1, np.intp)], []
     code = pieces = tables = 0
     for each in sets:
@@ -149,7 +151,7 @@ def joined(sets: Sequence[ProgramSet]) -> ProgramSet:
 
 
 def flatten(programs: Sequence[Program], smooth: int = OF_FORCES) -> ProgramSet:
-    """The programs one after another, their tables numbered through."""
+    """Return the programs as a set, with consecutive numbers of their tables."""
     code = [instruction for program in programs for instruction in program.code]
     tables = [instruction.table for instruction in code if instruction.table is not None]
     numbers = iter(range(len(tables)))

@@ -1,4 +1,4 @@
-"""Running a program with exact first and second derivatives: Taylor arithmetic, truncated after the second order.
+"""Evaluation of a program with exact first and second derivatives: Taylor arithmetic, truncated after the second order.
 
 Every value on the stack is a `Series` (x, x', x''), derivatives with respect to the time, arrays of one shape. The
 rules are the product, quotient and chain rules (Griewank & Walther 2008, ch. 13); nothing is differenced.
@@ -19,13 +19,13 @@ from mbproj.functions.taylor import FUNCTIONS, OPERATIONS, Series, chain, power
 
 
 def time_series(t: Numbers) -> Series:
-    """The time itself: (t, 1, 0)."""
+    """Return the series of the time: (t, 1, 0)."""
     t = np.asarray(t, dtype=float)
     return t, np.ones_like(t), np.zeros_like(t)
 
 
 def constant_series(x: Numbers) -> Series:
-    """What is taken as constant: its derivatives are not asked for."""
+    """Return the series of a value taken as constant, with derivatives of 0."""
     x = np.asarray(x, dtype=float)
     zero = np.zeros(x.shape)
     return x, zero, zero
@@ -33,8 +33,8 @@ def constant_series(x: Numbers) -> Series:
 
 @final
 class Variables(Sequence[Series]):
-    """Variables of a program at these `values`: constants, but for those that have a series of their `own`. Each is
-    made where somebody asks, as a program names few of many."""
+    """Variables of a program at these `values`: constants, but for those with a series of their `own`. Each is made on
+    first use, as a program names few of many."""
 
     def __init__(self, values: Sequence[Numbers], own: Mapping[int, Series]) -> None:
         self._values, self._own = values, own
@@ -55,10 +55,10 @@ class Variables(Sequence[Series]):
 
 
 def run(programs: ProgramSet, index: int, variables: Sequence[Series], held: Array | None = None) -> Series:
-    """Value, first and second derivative of program `index`. What is not defined comes out as NaN or infinite.
+    """Return value, first and second derivative of program `index`. Undefined values are NaN or infinite.
 
-    With the branches `held`, one for each instruction of the set (see `switches`), if any; not where a branch has no
-    value beyond its end, as the root of a negative number."""
+    With `held`, switches are on these branches, one for each instruction of the set (see `switches`). This does not
+    apply where a branch has no value beyond its end, as the root of a negative number."""
     with np.errstate(all="ignore"):
         stack: list[Series] = []
         for at in range(programs.start[index], programs.start[index + 1]):
@@ -70,7 +70,7 @@ def run(programs: ProgramSet, index: int, variables: Sequence[Series], held: Arr
 def walk(
     programs: ProgramSet, index: int, variables: Sequence[Series], held: Array | None = None
 ) -> Iterator[tuple[int, list[Series]]]:
-    """The instructions of program `index` one by one, each with the stack that it finds."""
+    """Yield the instructions of program `index` one by one, each with the stack before it."""
     stack: list[Series] = []
     for at in range(programs.start[index], programs.start[index + 1]):
         yield at, stack
@@ -78,20 +78,20 @@ def walk(
 
 
 def slope(programs: ProgramSet, index: int, at: Sequence[Numbers], variable: int) -> Numbers:
-    """The partial derivative of program `index` by variable number `variable` at values of the variables; what is not
-    defined comes out as NaN or infinite."""
+    """Return the partial derivative of program `index` by variable number `variable` at values of the variables.
+    Undefined values are NaN or infinite."""
     return run(programs, index, Variables(at, {variable: time_series(at[variable])}))[1]
 
 
 def slopes(programs: ProgramSet, index: int, at: Sequence[Numbers], variables: Integers) -> Array:
-    """The partial derivatives by each of these variables, (k,), at one point."""
+    """Return the partial derivatives by each of these variables, (k,), at one point."""
     none, rows = np.zeros(len(variables)), np.eye(len(variables))
     own = {k: (np.full(len(row), at[k]), row, none) for k, row in zip(variables.tolist(), rows, strict=True)}
     return np.broadcast_to(run(programs, index, Variables(at, own))[1], none.shape)
 
 
 def failure(programs: ProgramSet, index: int, variables: Sequence[Series]) -> str:
-    """What went wrong in a program that gave no finite numbers at one point: "sqrt(-0.25) is not finite"."""
+    """Return the cause, in words, of a value that is not finite at one point: "sqrt(-0.25) is not finite"."""
     with np.errstate(all="ignore"):
         stack: list[Series] = []
         for at in range(programs.start[index], programs.start[index + 1]):
@@ -107,7 +107,7 @@ def failure(programs: ProgramSet, index: int, variables: Sequence[Series]) -> st
 def _step(
     programs: ProgramSet, at: int, stack: list[Series], variables: Sequence[Series], held: Array | None = None
 ) -> None:
-    """Instruction number `at`, on the branch that is held."""
+    """Execute instruction number `at`, on the branch that is held."""
     op, operand = Op(int(programs.op[at])), float(programs.operand[at])
     if held is not None and not np.isnan(held[at]):
         stack.append(_on_branch(programs, at, stack, float(held[at])))
@@ -128,7 +128,7 @@ def _step(
 
 
 def _on_branch(programs: ProgramSet, at: int, stack: list[Series], branch: float) -> Series:
-    """What a switch makes of its arguments, which it takes from the stack, on one of its branches."""
+    """Return the value of a switch on one of its branches; its arguments are taken from the stack."""
     op, x = Op(int(programs.op[at])), stack.pop()
     if op in (Op.MIN, Op.MAX):
         first = stack.pop()
@@ -141,7 +141,7 @@ def _on_branch(programs: ProgramSet, at: int, stack: list[Series], branch: float
 
 
 def _table(programs: ProgramSet, number: int, x: Numbers, branch: float = FREE) -> Series:
-    """The piece of table `number` that x is in, or the nearest of a branch."""
+    """Return the piece of table `number` that contains x, or the nearest piece of a branch, at x."""
     start, end = programs.table_start[number : number + 2]
     x = lifted(programs, number, x, branch)
     first, last = (start, end - 1) if np.isnan(branch) else pieces(programs, number, branch)

@@ -1,4 +1,4 @@
-"""Functions made of functions: what one reads, sums with factors, limits."""
+"""Functions made of functions: the value of a channel, sums with factors, limits."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from mbproj.functions.program import CHANNELS, Code, Op, Program, apply, number,
 
 
 def reading(name: str) -> Program:
-    """The function that is what is called so."""
+    """Return the function that is the channel of this name."""
     return Program(variable(CHANNELS), name, (name,))
 
 
 def joined(make: Callable[..., Code], *programs: Program) -> Program:
-    """The function that `make` makes of the codes of others, which read what all of these read."""
+    """Return the function that `make` makes of the codes of others; it reads the channels that any of them reads."""
     reads = tuple(dict.fromkeys(name for program in programs for name in program.reads))
     at = {name: variable(CHANNELS + index) for index, name in enumerate(reads)}
     codes = [
@@ -26,7 +26,7 @@ def joined(make: Callable[..., Code], *programs: Program) -> Program:
 
 
 def weighted(terms: Iterable[tuple[float, Program]]) -> Program:
-    """The sum of functions with factors; those with the factor 0 are left out."""
+    """Return the sum of functions with factors; those with the factor 0 are left out."""
     kept = [(factor, program) for factor, program in terms if factor != 0.0]
     if not kept:
         return Program(number(0.0))
@@ -43,6 +43,6 @@ def _added(*codes: Code) -> Code:
 
 
 def within(program: Program, low: float, high: float) -> Program:
-    """The function, not below `low` and not above `high`."""
+    """Return the function, limited to values from `low` to `high`."""
     limited = apply(Op.MIN, apply(Op.MAX, program.code, number(low)), number(high))
     return replace(program, code=limited)

@@ -1,10 +1,10 @@
-"""Switches: instructions of functions that change their branch with the state (`abs sign min max floor ceil`,
-tables with kinks).
+"""Switches: instructions of functions whose branch changes with the state (`abs sign min max floor ceil`, tables with
+kinks).
 
 A switch has one argument x: that of its instruction, or the difference of both. Each branch holds in an interval of x.
-A branch that is held is continued smoothly beyond its interval, so that an integrator keeps its order; where x leaves
-the interval is an event. A branch is a number: -1 or 1 for the sign of x, the value of `floor` and `ceil`, the first
-piece of a table between two of its kinks; NaN is free, which follows x.
+A held branch is continued smoothly beyond its interval, so that an integrator keeps its order; where x leaves the
+interval there is an event. A branch is a number: -1 or 1 for the sign of x, the value of `floor` and `ceil`, or the
+first piece of a table between two of its kinks. NaN is free: the branch follows x.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from mbproj.functions.program_set import ProgramSet
 FREE = float("nan")
 SIDED = frozenset({Op.ABS, Op.SIGN, Op.MIN, Op.MAX})
 SWITCHING = SIDED | {Op.FLOOR, Op.CEIL, Op.TABLE}
-#: What jumps in value where the branch changes, not in slope alone.
+#: The operations whose value jumps where the branch changes, not only the slope.
 JUMPING = frozenset({Op.SIGN, Op.FLOOR, Op.CEIL})
 
 
 def switches(programs: ProgramSet, index: int) -> Iterator[int]:
-    """The instructions of program `index` that are switches, by number."""
+    """Yield the numbers of the instructions of program `index` that are switches."""
     stack: list[bool] = []
     for at in range(int(programs.start[index]), int(programs.start[index + 1])):
         op, operand = Op(int(programs.op[at])), programs.operand[at]
@@ -37,12 +37,12 @@ def switches(programs: ProgramSet, index: int) -> Iterator[int]:
 
 
 def all_switches(programs: ProgramSet) -> list[tuple[int, int]]:
-    """Those of all programs, one after another: (program, instruction)."""
+    """Return the switches of all programs, one after another: (program, instruction)."""
     return [(index, at) for index in range(programs.size) for at in switches(programs, index)]
 
 
 def interval(programs: ProgramSet, at: int, branch: float) -> tuple[float, float]:
-    """Where a branch holds; everywhere for one that is free."""
+    """Return the interval of x in which a branch holds; all numbers for a free branch."""
     op = Op(int(programs.op[at]))
     if np.isnan(branch):
         return -np.inf, np.inf
@@ -54,7 +54,7 @@ def interval(programs: ProgramSet, at: int, branch: float) -> tuple[float, float
 
 
 def natural(programs: ProgramSet, at: int, x: float) -> float:
-    """The branch at x; free where x is on the edge of two signs, or no number."""
+    """Return the branch at x; free where x is on the edge of two signs, or not finite."""
     op = Op(int(programs.op[at]))
     if not np.isfinite(x):
         return FREE
@@ -67,7 +67,7 @@ def natural(programs: ProgramSet, at: int, x: float) -> float:
 
 
 def beyond(programs: ProgramSet, at: int, branch: float, direction: int) -> float:
-    """The branch above (1) or below (-1) one that is held."""
+    """Return the branch above (1) or below (-1) a held one."""
     op = Op(int(programs.op[at]))
     if op in SIDED:
         return float(direction)
@@ -78,7 +78,8 @@ def beyond(programs: ProgramSet, at: int, branch: float, direction: int) -> floa
 
 
 def argument(programs: ProgramSet, at: int, held: float, given: Sequence[Numbers]) -> float:
-    """x of a switch on a branch, from what it takes from the stack; of a table that repeats, near its branch."""
+    """Return x of a switch on a branch, from the values on the stack. For a periodic table x is moved near the
+    branch."""
     op = Op(int(programs.op[at]))
     if op in (Op.MIN, Op.MAX):
         return float(given[-2] - given[-1])
@@ -86,7 +87,8 @@ def argument(programs: ProgramSet, at: int, held: float, given: Sequence[Numbers
 
 
 def lifted(programs: ProgramSet, number: int, x: Numbers, branch: float = FREE) -> Numbers:
-    """x (...) less the periods that bring it nearest to a branch of a table, or into the first where that is free."""
+    """Return x (...) less the periods that bring it nearest to a branch of a table, or for a free branch into the first
+    period."""
     period = programs.period[number]
     if not period:
         return x
@@ -96,14 +98,14 @@ def lifted(programs: ProgramSet, number: int, x: Numbers, branch: float = FREE) 
 
 
 def pieces(programs: ProgramSet, number: int, branch: float) -> tuple[int, int]:
-    """The first and the last piece of a table's branch."""
+    """Return the first and the last piece of a table's branch."""
     end = programs.table_start[number + 1]
     after = np.flatnonzero(programs.kinked[int(branch) + 1 : end])
     return int(branch), int(branch + after[0] if len(after) else end - 1)
 
 
 def _ends(programs: ProgramSet, number: int, branch: float) -> tuple[float, float]:
-    """Where a table's branch begins and ends."""
+    """Return where a table's branch begins and ends."""
     (start, end), period = programs.table_start[number : number + 2], programs.period[number]
     first, last = pieces(programs, number, branch)
     high = programs.knot[last + 1] if last + 1 < end else programs.knot[start] + period if period else np.inf
@@ -111,7 +113,7 @@ def _ends(programs: ProgramSet, number: int, branch: float) -> tuple[float, floa
 
 
 def _branches(programs: ProgramSet, at: int) -> Integers:
-    """The pieces with which the branches of a table begin."""
+    """Return the pieces with which the branches of a table begin."""
     number = int(programs.operand[at])
     start, end = programs.table_start[number : number + 2]
     return start + np.flatnonzero(programs.kinked[start:end])

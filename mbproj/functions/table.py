@@ -1,4 +1,4 @@
-"""A table of a function: pieces of cubics between its rows, straight lines beyond its ends."""
+"""A table of a function: cubics between its rows, straight lines beyond its ends."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from math import inf
 
 from mbproj.dataclass import dataclass
 
-#: Of an iteration, to round-off.
+#: The sweeps of an iteration to round-off.
 SWEEPS = 40
 
 
@@ -16,8 +16,8 @@ SWEEPS = 40
 class CubicTable:
     """Pieces, each valid from its knot to the next: c0 + c1 u + c2 u² + c3 u³ with u = x - origin.
 
-    The first piece begins at -∞. `origin` is the knot but for that one, whose origin is the first row's. A table that
-    repeats with a `period` begins with its first knot, and is all of that.
+    The first piece begins at -∞; its origin is the first row. The origin of any other piece is its knot. A table with a
+    `period` begins with its first knot, and covers one period.
     """
 
     knots: tuple[float, ...]
@@ -27,7 +27,7 @@ class CubicTable:
 
 
 def spline(rows: Sequence[tuple[float, float]], ends: str) -> CubicTable:
-    """The cubic spline through rows (x, y), two at least, x increasing (de Boor 1978, ch. IV).
+    """Return the cubic spline through rows (x, y), two at least, x increasing (de Boor 1978, ch. IV).
 
     `ends` "natural": y'' = 0 at both, so that the lines beyond continue it twice differentiable; "clamped": y' = 0.
     """
@@ -35,8 +35,8 @@ def spline(rows: Sequence[tuple[float, float]], ends: str) -> CubicTable:
 
 
 def periodic(rows: Sequence[tuple[float, float]], period: float) -> CubicTable:
-    """The cubic spline through rows (x, y), three at least with x of one period, that repeats with it. Its slopes by
-    the iteration of Gauss and Seidel, which gains a factor of four a sweep."""
+    """Return the periodic cubic spline through rows (x, y), three at least with x of one period. The slopes come from a
+    Gauss-Seidel iteration, whose error falls by a factor of four a sweep."""
     rows = sorted((x % period, y) for x, y in rows)
     count = len(rows)
     x, y = [row[0] for row in rows], [row[1] for row in rows]
@@ -53,14 +53,14 @@ def periodic(rows: Sequence[tuple[float, float]], period: float) -> CubicTable:
 
 
 def polygon(rows: Sequence[tuple[float, float]]) -> CubicTable:
-    """Straight lines from row to row."""
+    """Return straight lines from row to row."""
     steps = [(y1 - y0) / (x1 - x0) for (x0, y0), (x1, y1) in pairwise(rows)]
     pieces = [(y, step, 0.0, 0.0) for (_, y), step in zip(rows, steps, strict=False)]
     return _table(rows, pieces, steps[0], steps[-1])
 
 
 def _slopes(rows: Sequence[tuple[float, float]], ends: str) -> list[float]:
-    """y' at the rows, by Gauss's elimination of the tridiagonal system that continuous y'' asks for."""
+    """Return y' at the rows, by Gaussian elimination in the tridiagonal system for continuous y''."""
     count = len(rows)
     h = [rows[i + 1][0] - rows[i][0] for i in range(count - 1)]
     step = [(rows[i + 1][1] - rows[i][1]) / h[i] for i in range(count - 1)]
@@ -84,7 +84,7 @@ def _slopes(rows: Sequence[tuple[float, float]], ends: str) -> list[float]:
 
 
 def _hermite(rows: Sequence[tuple[float, float]], slopes: Sequence[float]) -> CubicTable:
-    """The cubics that have these values and slopes at the rows."""
+    """Return the cubics with these values and slopes at the rows."""
     pieces = []
     for ((x0, y0), (x1, y1)), (s0, s1) in zip(pairwise(rows), pairwise(slopes), strict=True):
         h = x1 - x0
@@ -99,7 +99,7 @@ def _table(
     first: float,
     last: float,
 ) -> CubicTable:
-    """The pieces between the rows, with lines of the slopes `first` and `last` beyond them."""
+    """Return the pieces between the rows, with lines of the slopes `first` and `last` beyond them."""
     x = [row[0] for row in rows]
     lines = (rows[0][1], first, 0.0, 0.0), (rows[-1][1], last, 0.0, 0.0)
     return CubicTable((-inf, *x), (x[0], *x), (lines[0], *pieces, lines[1]))

@@ -10,14 +10,14 @@ import numpy as np
 from mbproj.arrays import Numbers
 from mbproj.functions.program import Op
 
-#: A value and its first and second derivative, arrays of one shape; or g, dg/dx and d²g/dx² at x.
+#: A value with its first and second derivative, arrays of one shape; or g, dg/dx and d²g/dx² at x.
 Series = tuple[Numbers, Numbers, Numbers]
 
 _LN10 = float(np.log(10.0))
 
 
 def chain(g: Series, x: Series) -> Series:
-    """g(x(t)) from g, dg/dx, d²g/dx² at x."""
+    """Return g(x(t)) from g, dg/dx, d²g/dx² at x."""
     return g[0], g[1] * x[1], g[2] * x[1] * x[1] + g[1] * x[2]
 
 
@@ -40,13 +40,13 @@ def _divide(a: Series, b: Series) -> Series:
 
 
 def _power_of(a: Series, b: Series) -> Series:
-    """exp(b log a)."""
+    """Return exp(b log a)."""
     grown = chain(_exp(b[0] * np.log(a[0])), _multiply(b, chain(_log(a[0]), a)))
     return a[0] ** b[0], grown[1], grown[2]
 
 
 def _direction(y: Numbers, x: Numbers) -> Numbers:
-    """atan2, which numpy has of real numbers alone: of complex ones to first order in their imaginary parts."""
+    """Return atan2, also of complex numbers, to first order in their imaginary parts; NumPy's takes real ones only."""
     real = np.arctan2(y.real, x.real)
     if not (np.iscomplexobj(x) or np.iscomplexobj(y)):
         return real
@@ -140,7 +140,7 @@ def _smooth_step(x: Numbers) -> Series:
 
 
 def power(x: Numbers, exponent: float) -> Series:
-    """x ** exponent; a factor that is zero keeps the term out, be the power of x defined or not."""
+    """Return x ** exponent. A term with a factor of zero is left out even where its power of x is undefined."""
     second = exponent * (exponent - 1.0)
     rate = exponent * x ** (exponent - 1.0) if exponent else np.zeros_like(x)
     return x**exponent, rate, second * x ** (exponent - 2.0) if second else np.zeros_like(x)
@@ -162,7 +162,7 @@ FUNCTIONS: Mapping[Op, Callable[[Numbers], Series]] = MappingProxyType(
         Op.LOG: _log,
         Op.LOG10: lambda x: _scaled(1.0 / _LN10, _log(x)),
         Op.SQRT: _sqrt,
-        Op.ABS: lambda x: (np.sign(x.real) * x, np.sign(x.real), np.zeros_like(x)),  # of complex steps as well
+        Op.ABS: lambda x: (np.sign(x.real) * x, np.sign(x.real), np.zeros_like(x)),  # also for complex steps
         Op.SIGN: lambda x: _flat(np.sign(x.real)),
         Op.FLOOR: lambda x: _flat(np.floor(x.real)),
         Op.CEIL: lambda x: _flat(np.ceil(x.real)),

@@ -1,4 +1,4 @@
-"""The parts of programs that are functions of time alone: a whole program, or what a law multiplies a coordinate by."""
+"""The parts of programs that are functions of time alone: a whole program, or the factor of a coordinate in a law."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ from mbproj.functions.program_set import ProgramSet
 
 
 class _Value(NamedTuple):
-    """A value on the stack: its first instruction, and whether it depends on the time, and on anything else."""
+    """A value on the stack: its first instruction, and whether it depends on the time (`timed`), and on anything else
+    (`stated`)."""
 
     first: int
     timed: bool
@@ -21,14 +22,14 @@ class _Value(NamedTuple):
 
 
 def time_parts(programs: ProgramSet, index: int) -> tuple[ProgramSet, ...]:
-    """The largest parts of program `index` that depend on time and nothing else, each as the one program of a set."""
+    """Return the largest parts of program `index` that depend on time alone, each as the one program of a set."""
     return tuple(
         replace(programs, start=np.array([first, last])) for first, last in _ranges(programs, index) if last - first > 1
     )
 
 
 def _ranges(programs: ProgramSet, index: int) -> Iterator[tuple[int, int]]:
-    """Their instructions, from the first to that after the last."""
+    """Yield the instructions of these parts, from the first to the one after the last."""
     stack: list[_Value] = []
     end = int(programs.start[index + 1])
     for at in range(int(programs.start[index]), end):

@@ -13,7 +13,7 @@ __all__ = ["Method", "Projected", "Projection", "make_method", "project_after"]
 
 
 def make_method(settings: ProjectionSettings) -> Method:
-    """The method that the settings name, with its own options from them (`ProjectionEntry.options`)."""
+    """Return the method that the settings name, made with its options from them (`ProjectionEntry.options`)."""
     entry = PROJECTIONS[settings.method]
     make = entry.factory or import_module(f"mbproj.projection.methods.{entry.module}").METHOD
     method: Method = make(**{option: getattr(settings, option) for option in entry.options})

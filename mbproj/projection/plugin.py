@@ -1,4 +1,4 @@
-"""`register_projection`: a projection method of one's own, which runs in the full formulation and in all studies."""
+"""`register_projection`: adds a user's projection method, which runs in the full formulation and in all studies."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from mbproj.plugins import blamed
 from mbproj.projection.methods.method import Method, Projection
 from mbproj.registry import PROJECTIONS, ProjectionEntry
 
-#: Options that a scene may give to a method.
+#: The options that a scene may give to a method.
 OPTIONS = ("alpha", "gains")
 
 
 def register_projection(
     name: str, method: type[Method], *, summary: str, equations: str = "", options: Sequence[str] = ()
 ) -> None:
-    """Adds a projection method to those that a scene may name.
+    """Add a projection method to those that a scene may name.
 
-    `method` is a class derived from `Projection`, which is made with its `options`, of "alpha" and "gains", as
-    arguments. `summary` is the line on it, `equations` says where it is from. Raises InputError where the name is taken
-    or cannot be one, TypeError where `method` is no such class.
+    `method` is a class derived from `Projection`, made with its `options`, of "alpha" and "gains", as arguments.
+    `summary` is the line that describes it, `equations` its source. Raises InputError where the name is taken or not a
+    valid one, and TypeError where `method` is no such class.
     """
     if not (isinstance(method, type) and issubclass(method, Method)):
         raise TypeError(f"a projection method is a class derived from mbproj.Projection, found {method!r}")
@@ -40,7 +40,7 @@ def register_projection(
 
 
 def _blamed(name: str, method: type[Method]) -> Callable[..., Method]:
-    """Makes the method, whose errors name it. LinAlgError says that a correction does not exist."""
+    """Return a factory of the method, whose errors name it. LinAlgError means that a correction does not exist."""
 
     def guarded(formula: str) -> Callable[..., Any]:
         def call(self: Any, *given: Array) -> Any:

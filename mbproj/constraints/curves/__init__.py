@@ -1,1 +1,1 @@
-"""Primitives of curves: what follows one in a plane or in space, and two that touch."""
+"""Primitives of curves: a point that follows a curve in a plane or in space, and two curves that touch."""

@@ -1,4 +1,5 @@
-"""A closed convex curve in a plane of one body, and a flat face of another: its distance, and where it touches."""
+"""A closed convex curve in a plane of one body and a flat face of another: their distance, and their point of
+contact."""
 
 from __future__ import annotations
 
@@ -13,8 +14,8 @@ from mbproj.dataclass import dataclass
 
 @dataclass(frozen=True)
 class OnFace(OnCurve):
-    """What depends on where a face with the normal m touches: where the outward normal of the curve points along
-    (a, b) = (u·m, w·m). That does not depend on the face's point p2.
+    """A primitive that depends on where a face with the normal m touches: where the outward normal of the curve points
+    along (a, b) = (u·m, w·m). The face's point p2 has no part in that.
 
     The foot moves by σ' = ω/κ, with the rate ω = ±t·(a', b')/√(a² + b²) at which m turns in the plane; the sign is κ's.
     """
@@ -33,12 +34,12 @@ class OnFace(OnCurve):
         return x[..., 4, :] - x[..., 3, :]
 
     def _size(self, x: Numbers) -> Numbers:
-        """r = √(a² + b²): 1 of a face that stands upright in the plane."""
+        """Return r = √(a² + b²): 1 for a face normal to the plane."""
         a, b = np.moveaxis(self._place(x), -1, 0)
         return np.sqrt(a * a + b * b)
 
     def _turning(self, x: Numbers, x_dot: Numbers, at: Contact) -> tuple[Numbers, Numbers]:
-        """ω, and what of ω' holds no second derivatives of x."""
+        """Return ω, and the part of ω' without second derivatives of x."""
         r, rates = self._size(x), []
         for k in (0, 1):
             rates.append(dot(x_dot[..., k, :], x[..., 2, :]) + dot(x[..., k, :], x_dot[..., 2, :]))
@@ -52,7 +53,8 @@ class OnFace(OnCurve):
 @final
 @dataclass(frozen=True)
 class Face(OnFace):
-    """C = m·ℓ - (a c0 + b c1) in metres: how far the face is from the curve, which it touches with its back to m."""
+    """C = m·ℓ - (a c0 + b c1) in metres: the distance of the face from the curve, which it touches with its back to
+    m."""
 
     def value(self, x: Numbers) -> Numbers:
         c, d = self.contact(x).c, self._place(x)
@@ -75,7 +77,7 @@ class Face(OnFace):
 @final
 @dataclass(frozen=True)
 class FacePlace(OnFace):
-    """t·(c - d) in metres, d = (u·ℓ, w·ℓ): how far along the curve's direction from p2 the face is touched."""
+    """t·(c - d) in metres, d = (u·ℓ, w·ℓ): the point of contact on the face, along the curve's direction from p2."""
 
     def value(self, x: Numbers) -> Numbers:
         at = self.contact(x)
@@ -99,7 +101,7 @@ class FacePlace(OnFace):
         return np.asarray(found)[..., None]
 
     def _apart(self, x: Numbers, at: Contact) -> tuple[Numbers, Numbers]:
-        """c - d."""
+        """Return c - d."""
         line = self._line(x)
         return at.c[0] - dot(x[..., 0, :], line), at.c[1] - dot(x[..., 1, :], line)
 

@@ -1,4 +1,5 @@
-"""A curve in space of one body, and a point of another: how far it is beside the curve, and how far along."""
+"""A curve in space of one body and a point of another: the point's distances beside the curve, and its place along
+it."""
 
 from __future__ import annotations
 
@@ -14,28 +15,28 @@ from mbproj.dataclass import dataclass
 
 
 class SpaceCurve(Protocol):
-    """Of pieces, each of which goes on beyond its ends."""
+    """Interface of a curve of pieces, each of which continues beyond its ends."""
 
     @property
     def knots(self) -> object:
-        """A program whose switches are the ends of the pieces."""
+        """The program whose switches are the ends of the pieces."""
 
     @property
     def contacts(self) -> dict[tuple[object, ...], SpaceFoot]:
-        """Those of the last points."""
+        """The contacts of the last points."""
 
     @property
     def axes(self) -> Array:
-        """Of each piece a direction across its tangents, (n, 3)."""
+        """A direction normal to the tangents of each piece, (n, 3)."""
 
     def foot(self, d: Numbers, held: int = FREE) -> tuple[Numbers, Integers]:
-        """The parameters of the places nearest to points d (..., 3), complex too, and their pieces."""
+        """Return the parameters of the places nearest to points d (..., 3), which may be complex, and their pieces."""
 
     def derivatives(self, s: Numbers, piece: Integers) -> Numbers:
-        """The point and its first three derivatives by the parameter, (4, 3, ...)."""
+        """Return the point and its first three derivatives by the parameter, (4, 3, ...)."""
 
     def length_at(self, s: Numbers, piece: Integers) -> Numbers:
-        """The arc length from the beginning."""
+        """Return the arc length from the beginning."""
 
 
 class SpaceFoot(NamedTuple):
@@ -50,7 +51,7 @@ class SpaceFoot(NamedTuple):
 
     @property
     def left(self) -> Numbers:
-        """|c'|² - c''·line: s' = c'·d' / left."""
+        """|c'|² - c''·line, by which s' = c'·d' / left."""
         return np.asarray(dot(self.c1, self.c1) - dot(self.c2, self.line))
 
 
@@ -59,8 +60,8 @@ Own = TypeVar("Own", bound="InSpace")
 
 @dataclass(frozen=True)
 class InSpace(Primitive):
-    """What depends on the foot of d = (x·ℓ, y·ℓ, z·ℓ), ℓ = p2 - p1, on a curve whose axes are x, y and z; `piece`: the
-    one that is held, or FREE."""
+    """A primitive that depends on the foot of d = (x·ℓ, y·ℓ, z·ℓ), ℓ = p2 - p1, on a curve whose axes are x, y and z.
+    `piece`: the one that is held, or FREE."""
 
     curve: SpaceCurve
     piece: int = FREE
@@ -70,15 +71,16 @@ class InSpace(Primitive):
     unit: ClassVar[Literal["m"]] = "m"
 
     def on_piece(self: Own, piece: int) -> Own:
-        """The same with this piece held."""
+        """Return the primitive with this piece held."""
         return replace(self, piece=piece)
 
     def foot(self, x: Numbers) -> Numbers:
-        """The parameter of the foot, (..., k)."""
+        """Return the parameter of the foot, (..., k)."""
         return self.contact(x).s
 
     def contact(self, x: Numbers) -> SpaceFoot:
-        """Where it touches: both rows, their gradients and their curvatures at one pose ask for the same."""
+        """Return the foot. The last ones are kept, because both rows, their gradients and their curvatures at one pose
+        use them."""
         line = x[..., 4, :] - x[..., 3, :]
         d = np.stack([dot(x[..., k, :], line) for k in range(3)], axis=-1)
         if d.size > 3 * MOST_KEPT:
@@ -97,7 +99,7 @@ class InSpace(Primitive):
 
     @staticmethod
     def _along(x: Numbers, e: Numbers) -> Numbers:
-        """∂(e·d)/∂x with e (..., k, 3) fixed, (..., k, 1, 5, 3)."""
+        """Return ∂(e·d)/∂x with e (..., k, 3) fixed, (..., k, 1, 5, 3)."""
         line = x[..., 4, :] - x[..., 3, :]
         across = (e[..., None] * x[..., :3, :]).sum(axis=-2)
         parts = [*(e[..., k, None] * line for k in range(3)), -across, across]
@@ -105,7 +107,7 @@ class InSpace(Primitive):
 
     @staticmethod
     def _rates(x: Numbers, x_dot: Numbers) -> tuple[Numbers, Numbers]:
-        """d', and what of d'' holds no second derivatives of x, (..., k, 3)."""
+        """Return d', and the part of d'' without second derivatives of x, (..., k, 3)."""
         line, line_dot = x[..., 4, :] - x[..., 3, :], x_dot[..., 4, :] - x_dot[..., 3, :]
         rate = [dot(x_dot[..., k, :], line) + dot(x[..., k, :], line_dot) for k in range(3)]
         bias = [2.0 * dot(x_dot[..., k, :], line_dot) for k in range(3)]
@@ -113,7 +115,7 @@ class InSpace(Primitive):
 
     @staticmethod
     def _moves(at: SpaceFoot, rate: Numbers, bias: Numbers) -> tuple[Numbers, Numbers]:
-        """s', and what of s'' holds no second derivatives of x."""
+        """Return s', and the part of s'' without second derivatives of x."""
         s_dot = dot(at.c1, rate) / at.left
         own = dot(at.c1, bias) + 2.0 * s_dot * dot(at.c2, rate)
         own = own + s_dot**2 * (dot(at.c3, at.line) - 3.0 * dot(at.c1, at.c2))
@@ -122,8 +124,8 @@ class InSpace(Primitive):
 
 @dataclass(frozen=True)
 class BesideCurve(InSpace):
-    """C = e·(d - c) in metres: e is one of two normals of the curve at the foot, N / |N| with N = a × c', and t × N /
-    |N|; a is a direction of the piece."""
+    """C = e·(d - c) in metres. e is one of two normals of the curve at the foot: N / |N| with N = a × c', or t × N /
+    |N|; a is the direction of the piece in `axes`."""
 
     is_second: ClassVar[bool]
 
@@ -144,7 +146,7 @@ class BesideCurve(InSpace):
         return np.asarray(own + s_dot**2 * (dot(e2, at.line) - dot(e1, at.c1)))[..., None]
 
     def _normals(self, at: SpaceFoot) -> tuple[Numbers, Numbers, Numbers]:
-        """One of them and its two derivatives by s."""
+        """Return the normal e and its two derivatives by s."""
         a = self.curve.axes[at.piece]
         first = _unit(*(_cross(a, each) for each in (at.c1, at.c2, at.c3)))
         if not self.is_second:
@@ -157,7 +159,7 @@ class BesideCurve(InSpace):
 @final
 @dataclass(frozen=True)
 class BesideFirst(BesideCurve):
-    """Along the first normal. What it touches is held on pieces."""
+    """The component along the first normal. Feet of this row are held on pieces."""
 
     is_second = False
 
@@ -165,7 +167,7 @@ class BesideFirst(BesideCurve):
 @final
 @dataclass(frozen=True)
 class BesideSecond(BesideCurve):
-    """Along the second."""
+    """The component along the second normal."""
 
     is_second = True
 
@@ -173,7 +175,7 @@ class BesideSecond(BesideCurve):
 @final
 @dataclass(frozen=True)
 class SpaceArc(InSpace):
-    """σ, how far the foot is along the curve from its beginning, in metres."""
+    """The arc length σ of the foot along the curve from its beginning, in metres."""
 
     def value(self, x: Numbers) -> Numbers:
         at = self.contact(x)
@@ -191,14 +193,14 @@ class SpaceArc(InSpace):
 
 
 def _cross(one: Numbers, other: Numbers) -> Numbers:
-    """Of (..., 3), complex too."""
+    """Return the vector product of (..., 3), which may be complex."""
     x, y, z = (one[..., k] for k in range(3))
     u, v, w = (other[..., k] for k in range(3))
     return np.stack([y * w - z * v, z * u - x * w, x * v - y * u], axis=-1)
 
 
 def _unit(n: Numbers, n1: Numbers, n2: Numbers) -> tuple[Numbers, Numbers, Numbers]:
-    """n / |n| and its two derivatives, from those of n."""
+    """Return n / |n| and its two derivatives, from those of n."""
     size = np.sqrt(dot(n, n))[..., None]
     e = n / size
     grows = np.asarray(dot(e, n1))[..., None]

@@ -1,4 +1,5 @@
-"""A curve in a plane of one body, and a point of another: its distance from the curve, and how far along it is."""
+"""A curve in a plane of one body and a point of another: the point's distance from the curve, and its place along
+it."""
 
 from __future__ import annotations
 
@@ -12,53 +13,53 @@ from mbproj.arrays import Integers, Numbers, dot
 from mbproj.constraints.primitive import Primitive
 from mbproj.dataclass import dataclass
 
-#: No piece is held.
+#: The piece number where no piece is held.
 FREE = -1
 
 
-#: So many contacts of few points are kept.
+#: The number of contacts that are kept, each of few points.
 MOST_KEPT = 32
 
 
 class PlaneCurve(Protocol):
-    """Of pieces, each of which goes on beyond its ends."""
+    """Interface of a curve of pieces, each of which continues beyond its ends."""
 
     @property
     def knots(self) -> object:
-        """A program whose switches are the ends of the pieces."""
+        """The program whose switches are the ends of the pieces."""
 
     @property
     def contacts(self) -> dict[tuple[object, ...], Any]:
-        """Those of the last points."""
+        """The contacts of the last points."""
 
     @property
     def closed(self) -> bool:
-        """Whether it begins again at its end."""
+        """Whether its end is its beginning."""
 
     def foot(self, d: Numbers, held: int = FREE) -> tuple[Numbers, Integers]:
-        """The parameters of the places nearest to points d (..., 2), complex too, and their pieces."""
+        """Return the parameters of the places nearest to points d (..., 2), which may be complex, and their pieces."""
 
     def facing(self, m: Numbers, held: int = FREE) -> tuple[Numbers, Integers]:
-        """Those of the places whose outward normals point along m (..., 2)."""
+        """Return the parameters of the places whose outward normals point along m (..., 2), and their pieces."""
 
     def touching(
         self, other: Any, d: Numbers, angle: Numbers, opposite: bool, held: tuple[int, int]
     ) -> tuple[Numbers, Integers]:
-        """The parameters (..., 2) of the feet on this curve and another one, and their pieces."""
+        """Return the parameters (..., 2) of the feet on this curve and another one, and their pieces."""
 
     def derivatives(self, s: Numbers, piece: Integers) -> Numbers:
-        """The point and its first three derivatives by the parameter, (4, 2, ...)."""
+        """Return the point and its first three derivatives by the parameter, (4, 2, ...)."""
 
     def length_at(self, s: Numbers, piece: Integers) -> Numbers:
-        """The arc length from the beginning."""
+        """Return the arc length from the beginning."""
 
     def angle_at(self, s: Numbers, piece: Integers) -> Numbers:
-        """By how much the tangent has turned from the beginning."""
+        """Return the turn of the tangent from the beginning."""
 
 
 class Contact(NamedTuple):
-    """At the foot s of d: the curve's point c, the unit tangent t, the distance φ to the left along n, curvature κ and
-    its change κ_σ by the arc length σ."""
+    """The geometry at the foot s of d: the curve's point c, the unit tangent t, the distance φ of d to the left along
+    n, the curvature κ and its derivative κ_σ by the arc length σ."""
 
     s: Numbers
     piece: Integers
@@ -70,7 +71,7 @@ class Contact(NamedTuple):
 
     @property
     def n(self) -> tuple[Numbers, Numbers]:
-        """t turned by a quarter to the left."""
+        """The tangent turned by a quarter turn to the left."""
         return -self.t[1], self.t[0]
 
 
@@ -79,8 +80,10 @@ Own = TypeVar("Own", bound="OnCurve")
 
 @dataclass(frozen=True)
 class OnCurve(Primitive):
-    """What depends on the foot of d = (u·ℓ, w·ℓ), ℓ = p2 - p1, on a curve whose axes are u and w; `piece`: the one that
-    is held, or FREE. The foot is the nearest place: so the row is what the pose says, whatever was before."""
+    """A primitive that depends on the foot of d = (u·ℓ, w·ℓ), ℓ = p2 - p1, on a curve whose axes are u and w.
+
+    `piece`: the one that is held, or FREE. The foot is the nearest place, so that the row depends on the pose alone,
+    not on the past."""
 
     curve: PlaneCurve
     piece: int = FREE
@@ -88,15 +91,15 @@ class OnCurve(Primitive):
     slots = ("vector", "vector", "point", "point")
     rows = 1
     unit: ClassVar[Literal["m", "rad"]] = "m"
-    #: What touches the curve: one remembers the contacts of each.
+    #: The kind of thing that touches the curve; contacts are kept by kind.
     meets: ClassVar[str] = "point"
 
     def on_piece(self: Own, piece: int) -> Own:
-        """The same with this piece held."""
+        """Return the primitive with this piece held."""
         return replace(self, piece=piece)
 
     def foot(self, x: Numbers) -> Numbers:
-        """The parameter of the foot, (..., k)."""
+        """Return the parameter of the foot, (..., k)."""
         return self.contact(x).s
 
     def _place(self, x: Numbers) -> Numbers:
@@ -104,7 +107,8 @@ class OnCurve(Primitive):
         return np.stack([dot(x[..., 0, :], line), dot(x[..., 1, :], line)], axis=-1)
 
     def contact(self, x: Numbers) -> Contact:
-        """Where it touches: the row, its gradient and its curvature at one pose ask for the same."""
+        """Return the contact. The last ones are kept, because the row, its gradient and its curvature at one pose use
+        them."""
         d = self._place(x)
         key, seen = (self.meets, self.piece, d.dtype.char, d.shape, d.tobytes()), self.curve.contacts
         if d.size > MOST_KEPT:
@@ -130,14 +134,14 @@ class OnCurve(Primitive):
 
     @staticmethod
     def _along(x: Numbers, e: tuple[Numbers, Numbers], factor: Numbers | float) -> Numbers:
-        """∂(factor e·d)/∂x with e and the factor fixed, (..., k, 1, 4, 3)."""
+        """Return ∂(factor e·d)/∂x with e and the factor fixed, (..., k, 1, 4, 3)."""
         line = x[..., 3, :] - x[..., 2, :]
         first, second = (factor * each for each in e)
         across = first[..., None] * x[..., 0, :] + second[..., None] * x[..., 1, :]
         return np.stack([first[..., None] * line, second[..., None] * line, -across, across], axis=-2)[..., None, :, :]
 
     def _rates(self, x: Numbers, x_dot: Numbers) -> tuple[tuple[Numbers, Numbers], tuple[Numbers, Numbers]]:
-        """d', and what of d'' holds no second derivatives of x."""
+        """Return d', and the part of d'' without second derivatives of x."""
         line, line_dot = x[..., 3, :] - x[..., 2, :], x_dot[..., 3, :] - x_dot[..., 2, :]
         axes = (0, 1)
         rates = [dot(x_dot[..., k, :], line) + dot(x[..., k, :], line_dot) for k in axes]
@@ -145,7 +149,7 @@ class OnCurve(Primitive):
         return (rates[0], rates[1]), (bias[0], bias[1])
 
     def _changes(self, x: Numbers, x_dot: Numbers) -> tuple[Numbers, Numbers]:
-        """σ', and what of σ'' holds no second derivatives of x, of the arc length σ."""
+        """Return σ', and the part of σ'' without second derivatives of x, for the arc length σ."""
         at, (rate, bias) = self.contact(x), self._rates(x, x_dot)
         stretch = 1.0 - at.κ * at.φ
         σ_dot, φ_dot = _product(at.t, rate) / stretch, _product(at.n, rate)
@@ -156,8 +160,8 @@ class OnCurve(Primitive):
 @final
 @dataclass(frozen=True)
 class Profile(OnCurve):
-    """C = ±φ - R in metres: a roller of radius R, 0 of a point, touches the curve from its left (`side` 1) or from its
-    right (-1). `reach` is R, less what the curve is already away from the profile."""
+    """C = ±φ - R in metres: a roller of radius R, 0 for a point, touches the curve from its left (`side` 1) or from its
+    right (-1). `reach` is R, less the distance of the curve from the profile."""
 
     side: float = 1.0
     reach: float = 0.0
@@ -179,7 +183,7 @@ class Profile(OnCurve):
 @final
 @dataclass(frozen=True)
 class Arc(OnCurve):
-    """σ, how far the foot is along the curve from its beginning, in metres."""
+    """The arc length σ of the foot along the curve from its beginning, in metres."""
 
     def value(self, x: Numbers) -> Numbers:
         at = self.contact(x)
@@ -196,12 +200,14 @@ class Arc(OnCurve):
 @final
 @dataclass(frozen=True)
 class Lap(OnCurve):
-    """How far the foot has gone round, in rad: scale (σ - offset θ), with arc length σ and the turn θ of the tangent.
+    """The turns of the foot round a curve, in rad: scale (σ - offset θ), with arc length σ and the turn θ of the
+    tangent.
 
-    That is `scale` times the way of what is `offset` to the left of the curve. On a closed one a lap is 2π, and whole
-    ones are left out, as turns of an angle.
+    That is `scale` times the path of a point at the distance `offset` to the left of the curve. On a closed curve a lap
+    is 2π, and whole laps are left out, as turns of an angle.
 
-    A roller of radius r, whose centre goes that way on the side ±1, turns by φ: without slip (lap/scale) ± r φ stays.
+    A roller of radius r, whose centre moves along that path on the side ±1, turns by φ: without slip (lap/scale) ± r φ
+    is constant.
     """
 
     offset: float = 0.0

@@ -1,4 +1,4 @@
-"""Two curves in a plane, one of each body, that touch: their distance, and how far along each they do."""
+"""Two curves in a plane, one of each body, that touch: their distance, and the place of contact on each."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ ANGLE = Angle()
 
 
 class Feet(NamedTuple):
-    """The feet s (..., 2), their pieces, and at the first the unit tangent t and the distance φ to the left along n.
-    Of q = R c2, the second curve's point turned with it, what is along t and n. Curvatures κ and their changes by the
-    arc length are those of both."""
+    """The geometry at the feet s (..., 2) and their `piece`: at the first the unit tangent t and the distance φ to the
+    left along n. `q_t`, `q_n`: the components along t and n of q = R c2, the second curve's point turned with it. `κ`,
+    `κ_σ`: the curvatures of both curves and their derivatives by the arc length."""
 
     s: Numbers
     piece: Integers
@@ -33,7 +33,8 @@ class Feet(NamedTuple):
 
 
 class Rates(NamedTuple):
-    """Of a motion: d' along t and n, ω, and what of d'' and ω' holds no second derivatives of x."""
+    """The rates in a motion: d' along t and across it, along n, and ω. `*_bias`: the parts of d'' and ω' without second
+    derivatives of x."""
 
     along: Numbers
     across: Numbers
@@ -48,11 +49,11 @@ Own = TypeVar("Own", bound="TwoCurves")
 
 @dataclass(frozen=True)
 class TwoCurves(Primitive):
-    """What depends on where two curves touch: on d = (u·ℓ, w·ℓ), ℓ = p2 - p1, and the angle θ from u towards w of the
-    second curve's axis m. Each lies on the other's side ±1, the left or the right.
+    """A primitive that depends on where two curves touch: on d = (u·ℓ, w·ℓ), ℓ = p2 - p1, and the angle θ from u
+    towards w of the second curve's axis m. Each curve lies on the other's side ±1, the left or the right.
 
-    At the feet t1·Δ = 0 and R t2 = ε t1, ε = -side other_side, Δ = d + R c2 - c1. Both feet move by
-    (κ1 φ - 1) σ1' + ε σ2' = -t1·(d' + ω z × q), κ1 σ1' - κ2 σ2' = ω.
+    At the feet t1·Δ = 0 and R t2 = ε t1, ε = -side other_side, Δ = d + R c2 - c1. Both feet move by (κ1 φ - 1) σ1' + ε
+    σ2' = -t1·(d' + ω z × q), κ1 σ1' - κ2 σ2' = ω.
     """
 
     curve: PlaneCurve
@@ -73,15 +74,16 @@ class TwoCurves(Primitive):
         return -self.side * self.other_side
 
     def on_pieces(self: Own, number: int, piece: int) -> Own:
-        """The same with a piece held of the first curve (0) or the second (1)."""
+        """Return the primitive with a piece held of the first curve (0) or the second (1)."""
         return replace(self, piece=piece) if number == 0 else replace(self, other_piece=piece)
 
     def foot(self, x: Numbers) -> Numbers:
-        """The parameters of both feet, (..., k, 2)."""
+        """Return the parameters of both feet, (..., k, 2)."""
         return self.feet(x).s
 
     def feet(self, x: Numbers) -> Feet:
-        """Where they touch: the row, its gradient and its curvature at one pose ask for the same."""
+        """Return the feet. The last ones are kept, because the row, its gradient and its curvature at one pose use
+        them."""
         line = x[..., 4, :] - x[..., 3, :]
         d = np.stack([dot(x[..., 0, :], line), dot(x[..., 1, :], line)], axis=-1)
         θ = ANGLE.value(x[..., :3, :])[..., 0]
@@ -109,7 +111,7 @@ class TwoCurves(Primitive):
 
     @staticmethod
     def _along(x: Numbers, e: tuple[Numbers, Numbers], by_angle: Numbers) -> Numbers:
-        """∂(e·d + by_angle θ)/∂x with e and by_angle fixed, (..., k, 1, 5, 3)."""
+        """Return ∂(e·d + by_angle θ)/∂x with e and by_angle fixed, (..., k, 1, 5, 3)."""
         line = x[..., 4, :] - x[..., 3, :]
         first, second = (each[..., None] for each in e)
         across = first * x[..., 0, :] + second * x[..., 1, :]
@@ -128,21 +130,20 @@ class TwoCurves(Primitive):
         return Rates(along[0], along[1], ω, across[0], across[1], ω_bias)
 
     def _solved(self, at: Feet, first: Numbers, second: Numbers) -> tuple[Numbers, Numbers]:
-        """σ1 and σ2 of (κ1 φ - 1) σ1 + ε σ2 = first, κ1 σ1 - κ2 σ2 = second."""
+        """Return σ1 and σ2 of (κ1 φ - 1) σ1 + ε σ2 = first, κ1 σ1 - κ2 σ2 = second."""
         (κ1, κ2), lever = at.κ, at.κ[0] * at.φ - 1.0
         determinant = -κ2 * lever - self.ε * κ1
         return (-κ2 * first - self.ε * second) / determinant, (lever * second - κ1 * first) / determinant
 
     def _moves(self, at: Feet, rates: Rates) -> tuple[Numbers, Numbers]:
-        """σ1' and σ2'."""
+        """Return σ1' and σ2'."""
         return self._solved(at, -(rates.along - rates.ω * at.q_n), rates.ω)
 
 
 @final
 @dataclass(frozen=True)
 class Gap(TwoCurves):
-    """C = side φ - reach in metres: how far they are apart. `reach` is by how much the profiles are nearer to each
-    other than the curves."""
+    """C = side φ - reach in metres: the distance of the profiles. `reach` is the distance of the curves less that."""
 
     reach: float = 0.0
 
@@ -166,7 +167,7 @@ class Gap(TwoCurves):
 
 @dataclass(frozen=True)
 class PlaceOfTwo(TwoCurves):
-    """σ, how far the foot on one of them is along it from its beginning, in metres."""
+    """The arc length σ of the foot on one of the curves from its beginning, in metres."""
 
     number: ClassVar[int]
 
@@ -194,7 +195,7 @@ class PlaceOfTwo(TwoCurves):
 @final
 @dataclass(frozen=True)
 class PlaceOnFirst(PlaceOfTwo):
-    """On the curve of the first body."""
+    """The place on the curve of the first body."""
 
     number = 0
 
@@ -202,13 +203,13 @@ class PlaceOnFirst(PlaceOfTwo):
 @final
 @dataclass(frozen=True)
 class PlaceOnSecond(PlaceOfTwo):
-    """On that of the second."""
+    """The place on the curve of the second body."""
 
     number = 1
 
 
 def _bend(c: Numbers) -> tuple[Numbers, Numbers]:
-    """The curvature, and its change by the arc length."""
+    """Return the curvature, and its derivative by the arc length."""
     _, (x1, y1), (x2, y2), (x3, y3) = c
     speed2, turn = x1 * x1 + y1 * y1, x1 * y2 - y1 * x2
     change = (x1 * y3 - y1 * x3 - 3.0 * turn * (x1 * x2 + y1 * y2) / speed2) / speed2**2

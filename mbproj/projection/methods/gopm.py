@@ -17,7 +17,7 @@ class Gopm(Projection):
     """Weight A = I. Metres and Euler parameters are summed as they stand: the result depends on the unit of length."""
 
     def correction(self, M: Array, C_q: Array, violation: Array) -> Array:
-        """Eqs. 39 and 41."""
+        """Return the correction of Eqs. 39 and 41."""
         return -C_q.T @ np.linalg.solve(C_q @ C_q.T, violation)
 
 

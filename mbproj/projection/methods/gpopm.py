@@ -15,7 +15,7 @@ class Gpopm(Projection):
     """The smallest correction in the energy norm ΔᵀMΔ; exists where Eq. 20 holds and C_q has full rank."""
 
     def correction(self, M: Array, C_q: Array, violation: Array) -> Array:
-        """Eqs. 73 and 74, with A1 of Eq. 72."""
+        """Return the correction of Eqs. 73 and 74, with A1 of Eq. 72."""
         return weighted_correction(M + C_q.T @ C_q, C_q, violation)
 
 

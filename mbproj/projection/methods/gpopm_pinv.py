@@ -14,11 +14,12 @@ from mbproj.projection.methods.method import Projection
 @final
 @dataclass(frozen=True)
 class GpopmPinv(Projection):
-    """Eqs. 65-66. Eq. 63 as printed, (DᵀD)⁻¹Dᵀ, does not exist because D = EME is singular: its Moore-Penrose inverse
-    comes from its eigenvalues here, of which those of the admissible motions, 7n - m of them, differ from zero."""
+    """Eqs. 65-66. Eq. 63 as printed, (DᵀD)⁻¹Dᵀ, does not exist because D = EME is singular. Its Moore-Penrose inverse
+    is computed here from its eigenvalues; those of the admissible motions, 7n - m of them, differ from zero."""
 
     def correction(self, M: Array, C_q: Array, violation: Array) -> Array:
-        """Eqs. 65 and 66: -(C_q⁺ - P M C_q⁺) violation with P = D⁺. Raises LinAlgError where D has too small a rank."""
+        """Return the correction of Eqs. 65 and 66, -(C_q⁺ - P M C_q⁺) violation with P = D⁺. Raises LinAlgError where
+        the rank of D is too small."""
         C_plus = np.linalg.solve(C_q @ C_q.T, C_q).T
         E = np.eye(len(M)) - C_plus @ C_q
         geometric = C_plus @ violation
@@ -26,7 +27,7 @@ class GpopmPinv(Projection):
 
 
 def _pseudo_inverse(D: Array, rank: int) -> Array:
-    """D⁺ of a symmetric semi-definite D whose `rank` is known; it is checked against the eigenvalues."""
+    """Return D⁺ of a symmetric semi-definite D of known `rank`, which is checked against the eigenvalues."""
     eigenvalues, vectors = np.linalg.eigh(0.5 * (D + D.T))
     kept, V = eigenvalues[len(D) - rank :], vectors[:, len(D) - rank :]
     if rank and kept[0] <= len(D) * np.finfo(float).eps * kept[-1]:

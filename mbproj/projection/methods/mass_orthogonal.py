@@ -21,7 +21,7 @@ class MassOrthogonal(Projection):
     iterates_velocity: ClassVar[bool] = True
 
     def correction(self, M: Array, C_q: Array, violation: Array) -> Array:
-        """Eqs. 52 and 55, with A_α of Eq. 53."""
+        """Return the correction of Eqs. 52 and 55, with A_α of Eq. 53."""
         A_alpha = M + self.alpha * (C_q.T @ C_q)
         return np.linalg.solve(A_alpha, -self.alpha * (C_q.T @ violation))
 

@@ -1,4 +1,4 @@
-"""What a projection method is: a way to keep C = 0 and C' = 0 while an ordinary integrator runs."""
+"""The interface of projection methods, which keep C = 0 and C' = 0 while an ordinary integrator runs."""
 
 from __future__ import annotations
 
@@ -13,12 +13,13 @@ from mbproj.arrays import Array
 class Method(ABC):
     """A way to suppress the violation of the constraints. Its options are the fields of the final classes."""
 
-    #: Whether the accelerations need C and C' (Baumgarte's do).
+    #: Whether the accelerations need C and C', as in Baumgarte's method.
     stabilises: ClassVar[bool] = False
 
     @abstractmethod
     def stabilised(self, gamma: Array, C: Array, C_dot: Array) -> Array:
-        """γ (m,) with this method's terms in the violations C and C' (m,): unchanged unless the method `stabilises`."""
+        """Return γ (m,) with this method's terms in the violations C and C' (m,): unchanged unless the method
+        `stabilises`."""
 
 
 class Projection(Method):
@@ -33,17 +34,17 @@ class Projection(Method):
 
     @abstractmethod
     def correction(self, M: Array, C_q: Array, violation: Array) -> Array:
-        """Δ (7n,) with C_q Δ = -violation, the smallest in this method's metric, from M (7n, 7n), C_q (m, 7n).
+        """Return Δ (7n,) with C_q Δ = -violation, the smallest in this method's metric, from M (7n, 7n), C_q (m, 7n).
 
         The same formula corrects q (violation C) and q' (violation C'). Raises LinAlgError where it does not exist.
         """
 
     def refusal(self, M: Array) -> str | None:
-        """Why this method cannot be used with the mass matrix M, and what can; None where it can."""
+        """Return why this method cannot be used with the mass matrix M, and which can; None where it can."""
         return None
 
 
 def weighted_correction(A: Array, C_q: Array, violation: Array) -> Array:
-    """-A⁻¹C_qᵀ (C_q A⁻¹ C_qᵀ)⁻¹ violation, Eq. 28: the smallest Δ in the norm of A with C_q Δ = -violation."""
+    """Return -A⁻¹C_qᵀ (C_q A⁻¹ C_qᵀ)⁻¹ violation, Eq. 28: the smallest Δ in the norm of A with C_q Δ = -violation."""
     X = np.linalg.solve(A, C_q.T)
     return -X @ np.linalg.solve(C_q @ X, violation)

@@ -17,7 +17,7 @@ class Mmopm(Projection):
     alpha: float
 
     def correction(self, M: Array, C_q: Array, violation: Array) -> Array:
-        """Eqs. 60 and 61, with A_α of Eq. 53."""
+        """Return the correction of Eqs. 60 and 61, with A_α of Eq. 53."""
         return weighted_correction(M + self.alpha * (C_q.T @ C_q), C_q, violation)
 
 

@@ -1,4 +1,4 @@
-"""No projection: direct integration of Eq. 14. The constraints drift, which is what it is there to show."""
+"""No projection: direct integration of Eq. 14, in which the constraints drift. It is there to show the drift."""
 
 from __future__ import annotations
 

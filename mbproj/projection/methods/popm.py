@@ -17,7 +17,7 @@ class Popm(Projection):
     """Weight A = M."""
 
     def correction(self, M: Array, C_q: Array, violation: Array) -> Array:
-        """Eqs. 44 and 45."""
+        """Return the correction of Eqs. 44 and 45."""
         return weighted_correction(M, C_q, violation)
 
     def refusal(self, M: Array) -> str | None:

@@ -1,11 +1,11 @@
-"""Corrections to try in turn where the whole one turns a body further than its linearised rows hold, or does not bring
-the violation down.
+"""Corrections to try in turn where the full correction turns a body further than its linearised rows are valid, or does
+not reduce the violation.
 
-A metric by masses asks bodies of small inertia for large turns where a heavy one would have to give way otherwise.
-The smallest correction that turns no body by more than ϑ is that of a metric with moments of inertia added to bodies
-that would: min ½ΔᵀMΔ subject to C_q Δ = -C and |δθ_b| <= ϑ has the conditions (M + Σ μ_b E_b) Δ + C_qᵀλ = 0, with
-μ_b >= 0 where the bound holds (a trust region: Conn, Gould & Toint 2000, sect. 7). It closes the rows to first order,
-and leaves of order ϑ², so that some ϑ brings the violation down wherever C_q has full rank.
+A metric by masses turns bodies of small inertia by large angles where a heavy body would have to move otherwise. The
+smallest correction that turns no body by more than ϑ is that of a metric with moments of inertia added to such bodies:
+min ½ΔᵀMΔ subject to C_q Δ = -C and |δθ_b| <= ϑ has the conditions (M + Σ μ_b E_b) Δ + C_qᵀλ = 0, with μ_b >= 0 where
+the bound holds (a trust region: Conn, Gould & Toint 2000, sect. 7). It closes the rows to first order, with an error of
+order ϑ², so that some ϑ reduces the violation wherever C_q has full rank.
 """
 
 from __future__ import annotations
@@ -20,9 +20,10 @@ from mbproj.thresholds import THRESHOLDS
 
 
 def damped(method: Projection, M: Array, C_q: Array, violation: Array, q: Array) -> Iterator[tuple[Array, float]]:
-    """Corrections Δ (7n,) of q (7n,) for a violation (m,), each with the part of it that Δ closes to first order: the
-    method's own; where that turns a body too far, and from then on, the smallest in its metric that turn bodies less
-    and less; where the metric has no say in the turns, the method's own, shortened."""
+    """Yield corrections Δ (7n,) of q (7n,) for a violation (m,), each with the part of it that Δ closes to first order.
+
+    The first is the method's own. Where that turns a body too far, and from then on, they are the smallest in its
+    metric that turn bodies less and less. Where the metric does not limit turns, the method's own is shortened."""
     whole = method.correction(M, C_q, violation)
     widest = _widest(whole, q)
     limit = THRESHOLDS.widest_turn
@@ -42,8 +43,8 @@ def damped(method: Projection, M: Array, C_q: Array, violation: Array, q: Array)
 
 
 def _turning_less(method: Projection, M: Array, C_q: Array, violation: Array, q: Array, limit: float) -> Array | None:
-    """A correction that turns no body by more than `limit`, near to the smallest in energy; None where moments of
-    inertia do not keep bodies from turning: in GOPM's metric, or where the rows prescribe the turn."""
+    """Return a correction that turns no body by more than `limit`, near to the smallest in energy. Return None where
+    moments of inertia do not limit turns: in GOPM's metric, or where the rows prescribe the turn."""
     if not limit > 0.0:
         return None
     Λ = q.reshape(-1, 7)[:, 3:]
@@ -71,7 +72,7 @@ def _turning_less(method: Projection, M: Array, C_q: Array, violation: Array, q:
 
 
 def _turns(change: Array, q: Array) -> Array:
-    """By how much a change of q turns each body, (n,), to first order: 2 |ΔΛ| across Λ."""
+    """Return the turn of each body by a change of q, (n,), to first order: 2 |ΔΛ| across Λ."""
     Λ, ΔΛ = q.reshape(-1, 7)[:, 3:], change.reshape(-1, 7)[:, 3:]
     across = ΔΛ - np.sum(ΔΛ * Λ, axis=-1, keepdims=True) * Λ
     return np.asarray(2.0 * np.linalg.norm(across, axis=-1))

@@ -1,9 +1,9 @@
-"""What a motion keeps, as further rows of the velocity projection: its energy balance, and momenta.
+"""Conserved quantities as further rows of the velocity projection: the energy balance, and momenta.
 
 The balance T + V - W = E0 is nonlinear in the velocities, with the gradient p = M v. Along one direction d of the
-tangent space it is a scalar quadratic, which is solved exactly: afterwards the joints' rows and the balance hold to
-round-off. The least change in the metric A of the method is along the part of A⁻¹p in the tangent space: of v where
-masses weigh it, of M v where the coordinates do.
+tangent space it is a scalar quadratic, which is solved exactly. The joints' rows and the balance then hold to
+round-off. The least change in the metric A of the method is along the part of A⁻¹p in the tangent space. That is the
+part of v where masses weigh the change, and of M v where coordinates do.
 """
 
 from __future__ import annotations
@@ -22,10 +22,11 @@ from mbproj.thresholds import THRESHOLDS
 
 @dataclass
 class BalanceScratch:
-    """Scratch of a run: the `energy` E0 in J and the momenta (k,) of the balance at hand. `largest` is their largest
-    change of the velocities so far, as a part of them. Counted is how often the rows held, were left near rest
-    (`rested`), or were refused. In J: the energy that they have `given`, signed; the largest size of that, `furthest`;
-    the sum of the sizes, `moved`."""
+    """Scratch of a run: the `energy` E0 in J and the momenta (k,) of the current balance.
+
+    `held`, `rested` and `refused` count the steps at which the rows held, were left alone near rest, or were refused.
+    `given` is the energy in J that they have added, signed, `furthest` its largest absolute value, and `moved` the sum
+    of absolute values. `largest` is the largest change of the velocities so far, as a part of these."""
 
     energy: float = 0.0
     momenta: Array = field(default_factory=lambda: np.zeros(0))
@@ -38,7 +39,7 @@ class BalanceScratch:
     largest: float = 0.0
 
     def save(self) -> dict[str, Any]:
-        """As plain data, as the kernel's marks have it."""
+        """Return the data as plain data, in the form of the kernel's marks."""
         return {
             "energy": self.energy,
             "momenta": self.momenta.tolist(),
@@ -47,7 +48,7 @@ class BalanceScratch:
         }
 
     def restore(self, saved: dict[str, Any]) -> None:
-        """Goes on from there."""
+        """Continue from saved data."""
         self.energy = float(saved["energy"])
         self.momenta = np.array(saved["momenta"], dtype=float)
         self.held, self.rested, self.refused = map(int, saved["often"])
@@ -65,9 +66,11 @@ def corrected(
     grain: float = 0.0,
     least_energy: float = 0.0,
 ) -> tuple[Array, bool]:
-    """The change of v (7n,) in the tangent space of C_q by which the momenta along `fields` (k, 7n) are `momenta` (k,)
-    and T grows by `missing` (J; None: no row of the energy) but for a `grain` (J); False where that row is singular:
-    little of the kinetic energy is free, or less than what has to go, or it is no more than `least_energy` (J)."""
+    """Return the change of v (7n,) in the tangent space of C_q that restores momenta and energy.
+
+    The momenta along `fields` (k, 7n) become `momenta` (k,), and T grows by `missing` (J; None: no row of the energy)
+    up to a `grain` (J). The second result is False where the energy row is singular. Then little of the kinetic energy
+    is free, or less than what has to go, or it is no more than `least_energy` (J)."""
     change, size2 = np.zeros_like(v), float(v @ M @ v)
     by_coordinates = isinstance(method, Gopm)
     across, coupling = fields, np.zeros((0, 0))
@@ -89,7 +92,7 @@ def corrected(
     root = slope * slope + 2.0 * curve * wanted
     if abs(wanted) <= grain:
         return change, True
-    # slope² / curve is 2T of what is free, in any metric; of a way that is round-off it may be anything.
+    # slope² / curve is 2T of the free part, in any metric; for a direction that is round-off it is meaningless.
     least, whole = THRESHOLDS.row_singular, float(g @ g) if by_coordinates else size2
     left = float(way @ way) if by_coordinates else curve
     if not (slope > 0.0 and slope * slope > least * curve * size2 and left > least * whole and root > 0.0):
@@ -98,5 +101,5 @@ def corrected(
 
 
 def _tangent(method: Projection, M: Array, C_q: Array, g: Array) -> Array:
-    """The part of g in the tangent space of C_q, across it in the metric of the method."""
+    """Return the part of g in the tangent space of C_q, in the metric of the method."""
     return g + method.correction(M, C_q, C_q @ g)

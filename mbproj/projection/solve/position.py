@@ -26,7 +26,9 @@ from mbproj.thresholds import THRESHOLDS
 @dataclass(frozen=True, eq=False)
 class Position:
     """q after a projection, the passes taken, whether the stop test was met, and whether the fallback was needed.
-    `left_open`: what rows violate that were not held, near a singular pose; `nearest`: how near the way came to one."""
+
+    `left_open`: the violation of rows that were not held, near a singular pose. `nearest`: how near the poses came to
+    one."""
 
     q: Array
     passes: int
@@ -44,7 +46,8 @@ def correct_position(
     q: Array,
     drive: Drive = NO_DRIVE,
 ) -> Position:
-    """q with C(q) = 0 by the test that is set; where that does not converge, in GOPM's metric, if that is allowed."""
+    """Return q with C(q) = 0 by the chosen test. Where the method does not converge, GOPM's metric is used if
+    allowed."""
     correct = _by_violation if settings.test == "violation" else _by_paper
     found = correct(system, method, settings, rows, q, drive)
     if found.met or settings.fallback == "none":
@@ -57,8 +60,10 @@ def correct_position(
 def _by_violation(
     system: System, method: Projection, settings: ProjectionSettings, rows: RowSet, q: Array, drive: Drive
 ) -> Position:
-    """Until |C| <= tolerance in every row. Of the corrections to try, the first is taken that brings the violation down
-    by half of what Newton's method promises; where none does, round-off is reached, or it does not converge."""
+    """Iterate until |C| <= tolerance in every row.
+
+    Of the corrections to try, the first is taken that reduces the violation by half of the reduction that Newton's
+    method promises. Where none does, round-off is reached, or the iteration does not converge."""
     pose = pose_of(q)
     C, left_open, nearest = constraint(system, pose, drive), 0.0, 1.0
     tolerances = row_tolerances(system, settings, pose)
@@ -88,8 +93,8 @@ def _by_violation(
 
 
 def _scaled(system: System, pose: Pose, C: Array) -> float:
-    """The largest row that is open by more than round-off, lengths in the mechanism's own: a long chain's end never
-    closes better, and has no say in whether a correction has closed its beginning."""
+    """Return the largest row that is open by more than round-off, lengths in the mechanism's own. The end of a long
+    chain closes no further than that, and does not count for a correction at its beginning."""
     beyond = ~(np.abs(C) <= THRESHOLDS.closed_grains * position_grain(system, pose))
     return float(np.max(np.abs(C / system.row_scale), where=beyond, initial=0.0))
 
@@ -97,8 +102,8 @@ def _scaled(system: System, pose: Pose, C: Array) -> float:
 def _by_paper(
     system: System, method: Projection, settings: ProjectionSettings, rows: RowSet, q: Array, drive: Drive
 ) -> Position:
-    """Until ΔqᵀMΔq + CᵀC <= tolerance: the paper's test (sect. 5) in the metric of Eq. 72, because M alone is singular
-    along Λ and would not see its length."""
+    """Iterate until ΔqᵀMΔq + CᵀC <= tolerance: the paper's test (sect. 5) in the metric of Eq. 72. M alone is singular
+    along Λ, so that its length would not count."""
     tolerance = THRESHOLDS.paper_tolerance if settings.tolerance is None else settings.tolerance
     nearest = 1.0
     for passes in range(settings.max_iterations):

@@ -1,4 +1,4 @@
-"""After a step: is it time to project, and the projection itself with its stop tests."""
+"""The projection after a step, if one is due, with its stop tests."""
 
 from __future__ import annotations
 
@@ -21,7 +21,9 @@ from mbproj.thresholds import THRESHOLDS
 @dataclass(frozen=True, eq=False)
 class Projected:
     """The state after a projection, the passes it took, whether the position met its test, and whether the fallback was
-    needed; `left_open`: what rows without a gradient violate near a singular pose, in the mechanism's own lengths;
+    needed.
+
+    `left_open`: the violation of rows without a gradient near a singular pose, in the mechanism's own lengths.
     `nearest`: how near the poses of the projection came to one, as a part of the run's largest distance."""
 
     q: Array
@@ -45,11 +47,11 @@ def project_after(
     drive: Drive = NO_DRIVE,
     rows: RowSet | None = None,
 ) -> Projected:
-    """The state (q, v) after step number `step` (from 1), projected if the schedule says so: every k-th step, and
-    with a threshold only the levels whose violation exceeds it (velocities always after a moved position).
+    """Return the state (q, v) after step number `step` (from 1), projected if it is due. It is due at every k-th step;
+    with a threshold only for levels whose violation exceeds it, and for velocities always after a moved position.
 
-    `drive` is what the motions prescribe at the time of the state, where the system has any; `rows` decides which rows
-    are held, all of them where it is not given."""
+    `drive` holds the motions' values at the time of the state, where the system has any. `rows` decides which rows are
+    held; all of them without it."""
     rows = rows or RowSet.regular(system)
     if step % settings.every:
         return Projected(q, v)
@@ -80,8 +82,8 @@ def correct_velocity(
     v: Array,
     drive: Drive = NO_DRIVE,
 ) -> tuple[Array, int, float]:
-    """v with C_q v + C_t = 0 at this pose, the passes taken, one (Eq. 46), more where the method is a penalty, and how
-    near the pose is to a singular one."""
+    """Return v with C_q v + C_t = 0 at this pose, the number of passes, and how near the pose is to a singular one. One
+    pass is enough (Eq. 46), except for a penalty method."""
     M, held, C_t = mass_matrix(system, pose), rows.to_move(pose, drive), time_derivative(system, drive)
     C_t = held.combined(C_t)
     C_dot = held.C_q @ v + C_t

@@ -1,4 +1,4 @@
-"""How small a violation is asked for, row by row."""
+"""The tolerance of the violation, row by row."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from mbproj.thresholds import THRESHOLDS
 
 
 def row_tolerances(system: System, settings: ProjectionSettings, pose: Pose) -> Array:
-    """The tolerance of each row of C, (m,): as set, or max(1e-13, 4 ε × the largest coordinate that enters the row)."""
+    """Return the tolerance of each row of C, (m,): as set, or max(1e-13, 4 ε × the largest coordinate in the row)."""
     if settings.tolerance is not None and settings.test == "violation":
         return np.full(system.constraints, settings.tolerance)
     return np.maximum(
