@@ -1061,6 +1061,7 @@ class Coupler(Part):
     of: weights of coordinates, as in {A.angle: 2, B: -1}
     function: a number or an expression of s or a list of rows or {rows, between}, optional
     constant: a number, optional
+    pressure_angle: a number in rad, optional
     """
 
     def __init__(
@@ -1069,6 +1070,7 @@ class Coupler(Part):
         of: Mapping[str, Any],
         function: Quantity | Sequence[Sequence[Any]] | Mapping[str, Any] | None = ...,
         constant: Quantity | None = ...,
+        pressure_angle: Quantity | None = ...,
     ) -> None: ...
 
 class SpringDamper(Part):

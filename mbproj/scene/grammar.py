@@ -8,7 +8,7 @@ from typing import Any
 
 from mbproj.functions.program import COORDINATE, Program, variable
 from mbproj.functions.standard import tabulated
-from mbproj.joints import COORDINATE_UNITS, INERTIA_UNITS, JOINTS, JointType
+from mbproj.joints import COORDINATE_UNITS, INERTIA_UNITS, JOINTS, JointType, Parameter
 from mbproj.scene.blocks.body import BODY
 from mbproj.scene.blocks.control.controllers import CONTROLLER
 from mbproj.scene.blocks.control.expression import NOT_FREE
@@ -87,6 +87,7 @@ COUPLER: Mapping[str, Field[Any]] = {
         )
     ),
     "constant": Number(None),
+    "pressure_angle": parameter(Parameter("rad", "pressure")),
 }
 
 
@@ -221,10 +222,16 @@ def _coupler(
     of: Mapping[str, tuple[float, str]],
     function: Program | None = None,
     constant: float | None = None,
+    pressure_angle: float | None = None,
 ) -> Joint:
+    """With a pressure angle its weights are the teeth of two wheels."""
     weights = {each: weight for each, (weight, _) in of.items()}
     units = {each: unit for each, (_, unit) in of.items()}
-    return Joint(name, type, ("", ""), NOWHERE, couples=Coupled(weights, function, constant, units=units))
+    teeth: dict[str, Any] = {}
+    if pressure_angle is not None:
+        teeth = {"teeth": tuple(weights.values()), "pressure_angle": pressure_angle}
+    coupled = Coupled(weights, function, constant, units=units)
+    return Joint(name, type, ("", ""), NOWHERE, parameters=teeth, couples=coupled)
 
 
 def _joint_variants() -> dict[str, Record[Joint]]:

@@ -18,7 +18,7 @@ from tests.results.pendulum_blocks import NAMES, NO_NAMES, block, record, times
 
 #: What can be drawn of a run that is not certified, has no stops or frictions, and whose scene is not in its
 #: file; what takes an input or markers is in test_over.py.
-OTHERS = ("trust", "mechanism", "stops", "ropes", "friction", "ratios", "transmission")
+OTHERS = ("trust", "mechanism", "stops", "ropes", "contacts", "friction", "ratios", "transmission")
 UNCERTIFIED = [kind for kind in KINDS if kind not in OTHERS]
 
 

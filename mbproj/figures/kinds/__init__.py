@@ -78,6 +78,14 @@ KINDS: Mapping[str, PictureKind] = MappingProxyType(
             function="draw_friction",
             over=True,
         ),
+        "contacts": PictureKind(
+            "paths",
+            "path of each place where a curve is touched",
+            "touching",
+            of_motion=False,
+            function="draw_contacts",
+            by_default=False,
+        ),
         "energy": PictureKind(
             "energy", "kinetic, potential and total energy, and the energy balance", of_motion=False, over=True
         ),
@@ -123,6 +131,7 @@ NEEDED = {
     "stops": "stops",
     "frictions": "dry friction that can stick",
     "tensions": "ropes whose length is held or limited",
+    "touching": "joints that follow curves",
 }
 
 

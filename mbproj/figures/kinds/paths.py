@@ -1,5 +1,5 @@
-"""The paths of the markers, in the coordinate plane of the motion, or in three views where the motion leaves every
-plane."""
+"""The paths of the markers and of the places where curves are touched, in the coordinate plane of the motion, or in
+three views where the motion leaves every plane."""
 
 from __future__ import annotations
 
@@ -27,19 +27,35 @@ FLAT, LINE = 0.02, 1e-3
 VIEWS = (((0, 1), (0, 0)), ((0, 2), (1, 0)), ((1, 2), (1, 1)))
 
 
+#: What moves along paths: the names of these in results, the dataset of the places, a hint where some are left out.
+Moving = tuple[str, str, str]
+MARKERS: Moving = ("markers", "markers/position", "choose others with --marker")
+CONTACTS: Moving = ("touching", "curves/contact", "`mbproj export` writes all")
+
+
 @styled
 def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
     """Draw one or three panels with equal scales: a line for each marker and result, with a dot at its start."""
-    names, remark = _names(results)
-    extent = _extent(results, names)
+    return _draw(results, labels, MARKERS)
+
+
+@styled
+def draw_contacts(results: Sequence[Results], labels: Sequence[str]) -> Figure:
+    """Draw the same of the places where joints touch their curves."""
+    return _draw(results, labels, CONTACTS)
+
+
+def _draw(results: Sequence[Results], labels: Sequence[str], of: Moving) -> Figure:
+    names, remark = _names(results, of)
+    extent = _extent(results, names, of)
     flat = np.sort(extent)[0] <= FLAT * extent.max()
-    figure, views = _plane(extent) if flat else _three_views(_paths(results, names))
+    figure, views = _plane(extent) if flat else _three_views(_paths(results, names, of))
     for axis, (first, second) in views:
         for number, (result, label) in enumerate(zip(results, labels, strict=True)):
             for place, name in enumerate(names):
-                if name not in result.names("markers"):
+                if name not in result.names(of[0]):
                     continue
-                path, text = result.marker(name).position, name if len(results) == 1 else f"{name}, {label}"
+                path, text = _path(result, name, of), name if len(results) == 1 else f"{name}, {label}"
                 look = place + number * len(names)
                 panels.plot(axis, path[:, first], path[:, second], text, look, markevery=[0], **DOT)
         axis.set_xlabel(f"{'xyz'[first]} (m)")
@@ -49,8 +65,8 @@ def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
 
 def nothing_to_see(results: Sequence[Results]) -> str | None:
     """The reason why the paths show nothing of interest; None where they do."""
-    names, _ = _names(results)
-    _, middle, largest = np.sort(_extent(results, names))
+    names, _ = _names(results, MARKERS)
+    _, middle, largest = np.sort(_extent(results, names, MARKERS))
     if largest <= panels.ROUND_OFF * sizes(results)["m"]:
         return "no marker moves"
     return "the markers move along an axis, to and fro: see 'markers'" if middle <= LINE * largest else None
@@ -59,7 +75,7 @@ def nothing_to_see(results: Sequence[Results]) -> str | None:
 def mark_untrusted(figure: Figure, results: Sequence[Results], limit: float) -> str:
     """Draw the path of each marker in a pale colour from the time on at which its error may exceed the limit. Return a
     text on it."""
-    names, _ = _names(results)
+    names, _ = _names(results, MARKERS)
     drawn = [(result, name) for result in results for name in names if name in result.names("markers")]
     pale = False
     for axis in figure.axes:
@@ -73,22 +89,29 @@ def mark_untrusted(figure: Figure, results: Sequence[Results], limit: float) -> 
     return f"pale: {untrusted.exceeds(limit)}" if pale else ""
 
 
-def _names(results: Sequence[Results]) -> tuple[list[str], str]:
-    """The first markers, as many as there are distinct lines, and a remark where these are not all."""
-    names = shown.all_names(results, "markers")
+def _names(results: Sequence[Results], of: Moving) -> tuple[list[str], str]:
+    """The first names, as many as there are distinct lines, and a remark where these are not all."""
+    names = shown.all_names(results, of[0])
     drawn = names[: max(1, shown.MAX_LINES // len(results))]
-    return drawn, shown.cut("markers", len(drawn), len(names), "choose others with --marker")
+    what = "markers" if of is MARKERS else "places of contact"
+    return drawn, shown.cut(what, len(drawn), len(names), of[2])
 
 
-def _paths(results: Sequence[Results], names: Sequence[str]) -> list[Array]:
-    """The paths (T, 3) of the named markers in all results, without samples that are not finite."""
-    found = [result.marker(name).position for result in results for name in names if name in result.names("markers")]
+def _path(result: Results, name: str, of: Moving) -> Array:
+    """The path (T, 3) with this name."""
+    path: Array = result[of[1]][:, result.names(of[0]).index(name)]
+    return path
+
+
+def _paths(results: Sequence[Results], names: Sequence[str], of: Moving) -> list[Array]:
+    """The named paths (T, 3) in all results, without samples that are not finite."""
+    found = [_path(result, name, of) for result in results for name in names if name in result.names(of[0])]
     return [path[np.all(np.isfinite(path), axis=1)] for path in found]
 
 
-def _extent(results: Sequence[Results], names: Sequence[str]) -> Array:
-    """The largest travel of the markers along x, y and z (3)."""
-    travelled = [np.ptp(path, axis=0) for path in _paths(results, names) if len(path)]
+def _extent(results: Sequence[Results], names: Sequence[str], of: Moving) -> Array:
+    """The largest travel along x, y and z (3)."""
+    travelled = [np.ptp(path, axis=0) for path in _paths(results, names, of) if len(path)]
     return np.max(travelled, axis=0, initial=0.0)
 
 

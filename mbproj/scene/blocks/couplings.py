@@ -157,12 +157,17 @@ def _weight_faults(joint: Joint, coupled: Coupled, joints: Mapping[str, Joint]) 
     in m the weight of an angle may be a length; all other weights are numbers without unit."""
     path: KeyPath = ("joints", joint.name, "of")
     units, known = {}, dict[str, str]()
-    for at, name in enumerate(coupled.of):
-        (whole,) = _coordinates_meant(joint, at, name, joints)
+    for place, name in enumerate(coupled.of):
+        (whole,) = _coordinates_meant(joint, place, name, joints)
         if known.setdefault(whole, name) != name:
             yield Complaint((*path, name), f"'{known[whole]}' and '{name}' are one coordinate", "add their weights")
         owner, _, own = whole.partition(".")
         units[name] = COORDINATE_UNITS[JOINTS[joints[owner].type].coordinates[own][0]]
+    mesh = len(units) == 2 and {*units.values()} == {"rad"} and coupled.function is None and all(coupled.of.values())
+    if "teeth" in joint.parameters and not mesh:
+        hint = "give each mesh its own coupler of two angles, or leave it out"
+        at: KeyPath = ("joints", joint.name, "pressure_angle")
+        yield Complaint(at, "teeth mesh between two wheels, and this is not a sum of two angles", hint)
     if not any(coupled.of.values()) and coupled.function is None:
         yield Complaint(path, "all weights are 0: nothing is coupled", "give a weight other than 0")
     row = "m" if "m" in units.values() else "rad"

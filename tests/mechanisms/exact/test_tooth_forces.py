@@ -27,11 +27,15 @@ forces: {load: {type: torsion_spring_damper, joint: B, torque: LOAD}}
 """.replace("SETTINGS", DOP853)
 
 
+@pytest.mark.parametrize(
+    "gear", ["{type: gear, joints: [A, B], teeth: [20, SECOND]", "{type: coupler, of: {A: 2, B: SECOND/10}"]
+)
 @pytest.mark.parametrize("load", [6.0, -6.0])
 @pytest.mark.parametrize(("second", "far", "radius"), [(30, 0.1, 0.06), (-30, 0.02, 0.06)])
-def test_bearings_carry_the_teeth(second, far, radius, load):
+def test_bearings_carry_the_teeth(second, far, radius, load, gear):
     """F_t = τ/r across the line of centres; F_t tan 20 deg pushes wheels apart, and the wheel inside a ring inwards."""
-    text = WHEELS.replace("FAR", f"{far}").replace("SECOND", f"{second}").replace("LOAD", f"{load}")
+    text = WHEELS.replace("{type: gear, joints: [A, B], teeth: [20, SECOND]", gear)
+    text = text.replace("FAR", f"{far}").replace("SECOND", f"{second}").replace("LOAD", f"{load}")
     _, found = run(text)
     pitch = 0.04 if second > 0 else -0.04
     tangent = -load / (pitch - far)  # the teeth turn the second wheel against its load
@@ -51,6 +55,12 @@ def test_bearings_carry_the_teeth(second, far, radius, load):
     [
         ("location: [FAR, 0, 0], axis: [0, 0, 1]", "location: [FAR, 0, 0], axis: [0, 1, 0]", "are not parallel"),
         ("pressure_angle: 20 deg", "pressure_angle: 70 deg", "is no pressure angle"),
+        ("gear, joints: [A, B], teeth: [20, SECOND]", "coupler, of: {A: 20}", "is not a sum of two angles"),
+        (
+            "gear, joints: [A, B], teeth: [20, SECOND]",
+            "coupler, of: {A: 20, B: 30}, function: 0.1*sin(s)",
+            "is not a sum of two angles",
+        ),
         ("bodies: [ground, two]", "bodies: [two, ground]", "the ground is the second body of joint 'B'"),
         (
             "forces: {",
