@@ -1,5 +1,5 @@
-"""The paths of the markers and of the places where curves are touched, in the coordinate plane of the motion, or in
-three views where the motion leaves every plane."""
+"""The paths of the markers and of the places where curves are touched. They are drawn in the coordinate plane of the
+motion, or in three views where the motion leaves every plane."""
 
 from __future__ import annotations
 
