@@ -1,4 +1,4 @@
-"""All of a results file read and held against its checksums (`info --check`)."""
+"""Reads all of a results file and compares it with its checksums (`info --check`)."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ SCENE = ("scene/text", "scene/path", "scene/title", "scene/settings", "scene/ove
 
 @dataclass(frozen=True)
 class Soundness:
-    """What is wrong with a file, a sentence each; how many datasets and bytes were read; which of the datasets have no
-    checksum, because an older mbproj wrote them."""
+    """The result of a check: the faults of a file, a sentence each, and how many datasets and bytes were read.
+    `unguarded` are the datasets without a checksum, which an older mbproj wrote."""
 
     faults: tuple[str, ...]
     datasets: int
@@ -28,7 +28,7 @@ class Soundness:
 
 
 def check_results(results: Results) -> Soundness:
-    """Reads every dataset and attribute of the layout, one after another."""
+    """Read every dataset and attribute of the layout, one after another, and return what was found."""
     constants = [entry.path for entry in CONSTANTS if results.contents.has(entry.path)]
     paths = [*SCENE, *(entry.path for entry in NAMES.values()), *constants, *(entry.path for entry in results.datasets)]
     faults = [*_beside_samples(results, constants), *_of_samples(results), *_of_descriptions(results)]
@@ -38,7 +38,7 @@ def check_results(results: Results) -> Soundness:
 
 
 def _beside_samples(results: Results, constants: list[str]) -> Iterator[str]:
-    """Names were read when the file was opened, and its attributes."""
+    """Yield the faults of the parts beside the samples. Names and attributes were checked when the file was opened."""
     for name in BESIDE_SAMPLES:
         try:
             getattr(results, name)
@@ -57,7 +57,8 @@ def _beside_samples(results: Results, constants: list[str]) -> Iterator[str]:
 
 
 def _of_descriptions(results: Results) -> Iterator[str]:
-    """Of every dataset that the file has, and the units. HDF5 can search for the text of an attribute without end."""
+    """Yield the faults in the descriptions and units of all datasets. A child process reads them first, since HDF5 may
+    search for the text of a damaged attribute without end."""
     contents, units = results.contents, {dataset.path: dataset.unit for dataset in results.datasets}
 
     def look() -> Iterator[InputError]:
@@ -96,7 +97,7 @@ def _of_dataset(results: Results, dataset: Dataset) -> Iterator[str]:
         yield f"samples {first} to {last} of '{dataset.path}' {UNCHECKED}"
     contents.array(dataset.path, (None, *columns), dataset.dtype, slice(0, samples))
     if dataset.path == "time":
-        _ = results.time  # which is to ascend
+        _ = results.time  # raises InputError where times do not ascend
 
 
 def _messages(results: Results, error: InputError) -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""The arrays of a new results file."""
+"""Creates the arrays of a new results file, and appends samples to them."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ from mbproj.results.loads import stored as stored_loads
 CHUNK_BYTES = 2**18
 CHUNK_SAMPLES = 512
 _NUMBERS = count()
-#: The format of HDF5 1.10: the first that SWMR can use, so that older readers can open the results.
+#: The file format of HDF5 1.10, the oldest that SWMR can use: so older readers can open the results.
 VERSIONS = ("v110", "v110")
 
 
 @lru_cache(8)
 def without_samples(names: tuple[tuple[str, tuple[str, ...]], ...]) -> bytes:
-    """A file with all arrays for columns with these names, by kind, and nothing in them. It is kept for the next run of
-    its kind: the arrays take two thirds of the time of a new file."""
+    """The bytes of a file with empty arrays for columns with these names, by kind. They are cached for runs with the
+    same names, since the arrays take two thirds of the time of a new file."""
     sizes = {ALL_NAMES[kind].symbol: len(own) for kind, own in names}
     with h5py.File(_name(), "w", driver="core", backing_store=False, libver=VERSIONS) as file:
         for kind, own in names:
@@ -49,7 +49,7 @@ def without_samples(names: tuple[tuple[str, tuple[str, ...]], ...]) -> bytes:
 
 @contextmanager
 def in_memory(image: bytes) -> Iterator[h5py.File]:
-    """A file that begins with these bytes, and is in memory alone."""
+    """Open a file in memory that begins with these bytes; it never reaches the disk."""
     access = h5p.create(h5p.FILE_ACCESS)
     access.set_fapl_core(2**16, backing_store=False)
     access.set_libver_bounds(h5f.LIBVER_V110, h5f.LIBVER_V110)
@@ -59,7 +59,7 @@ def in_memory(image: bytes) -> Iterator[h5py.File]:
 
 
 def _name() -> str:
-    """Of a file in memory: to HDF5 two of one name are the same file, and another thread may have one."""
+    """A new name for a file in memory: HDF5 takes two of one name for the same file, and threads may have several."""
     return f"image {next(_NUMBERS)}"
 
 
@@ -71,21 +71,21 @@ def image_of(file: h5py.File) -> bytes:
 
 
 def chunk_rows(shape: tuple[int, ...]) -> int:
-    """How many samples a chunk holds of a dataset with this shape of one."""
+    """The number of samples in a chunk of a dataset whose samples have this shape."""
     row_bytes = 8 * max(1, math.prod(shape))
     return min(CHUNK_SAMPLES, max(1, CHUNK_BYTES // row_bytes))
 
 
 def create_dataset(file: h5py.File, dataset: Dataset, shape: tuple[int, ...]) -> None:
-    """An array of samples without any, that grows."""
-    # HDF5 wants chunks of at least one; an axis of none (no markers) must then be open.
+    """Create an array without samples, that can grow."""
+    # HDF5 needs chunks of at least one entry; an axis of length 0 (no markers) must then be unlimited.
     space = h5s.create_simple((0, *shape), (h5s.UNLIMITED, *(size or h5s.UNLIMITED for size in shape)))
     properties = h5p.create(h5p.DATASET_CREATE)
     properties.set_chunk((chunk_rows(shape), *(max(1, size) for size in shape)))
     properties.set_fletcher32()
     properties.set_obj_track_times(False)
     kind = h5t.py_create(np.dtype(dataset.dtype), logical=True)
-    # By HDF5's own calls: h5py's take three times as long.
+    # HDF5's own calls are used, since those of h5py take three times as long.
     created = h5py.Dataset(h5d.create(file.id, dataset.path.encode(), kind, space, properties, GROUPS_TOO))
     stamp(created, NOT_YET)
     frame = {"frame": dataset.frame} if dataset.frame else {}
@@ -93,12 +93,12 @@ def create_dataset(file: h5py.File, dataset: Dataset, shape: tuple[int, ...]) ->
 
 
 def opened(file: h5py.File, path: str) -> h5py.Dataset:
-    """An array that is there."""
+    """Open an existing array."""
     return h5py.Dataset(h5d.open(file.id, path.encode()))
 
 
 def append(target: h5py.Dataset, values: npt.NDArray[Any], first: int) -> None:
-    """Samples, (T, ...), from the row `first` of an array on, where it ends then. By HDF5's own calls, as above."""
+    """Write samples (T, ...) into an array from its row `first` on; it ends with them. HDF5's own calls are faster."""
     target.id.set_extent((first + len(values), *values.shape[1:]))
     if values.size:
         rows = target.id.get_space()
@@ -107,7 +107,7 @@ def append(target: h5py.Dataset, values: npt.NDArray[Any], first: int) -> None:
 
 
 def create_constant(file: h5py.File, constant: Constant, values: npt.NDArray[np.bool_]) -> None:
-    """Marks without a time axis."""
+    """Write an array of marks, which has no time axis."""
     created = file.create_dataset(constant.path, data=values)
     stamp(created, crc32(values))
     describe(created, {"units": constant.unit, "description": constant.description, "frame": constant.frame})

@@ -1,4 +1,4 @@
-"""The /events group of a results file: when steps ended because of what happens there, and whose event it is."""
+"""The /events group of a results file: the times at which steps ended for an event, and what the event belongs to."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from mbproj.results.file.contents import Contents
 from mbproj.results.file.records import TEXT, create_records, room_for_records, write_records
 
 GROUP = "events"
-#: By dataset: what an entry is in HDF5, its unit, what it is.
+#: The HDF5 type of an entry, its unit and its description, by dataset.
 LAYOUT = {
     "time": ("f8", "s", "when"),
     "name": (TEXT, "", "whose: a force, a motion, the scene's break_times, or the integrator's"),
@@ -25,7 +25,7 @@ LAYOUT = {
 
 
 class Happening(Protocol):
-    """What is recorded of an event."""
+    """An event with the attributes that are recorded."""
 
     @property
     def time(self) -> float: ...
@@ -42,7 +42,8 @@ class Happening(Protocol):
 
 
 class RecordedEvent(NamedTuple):
-    """One event; `direction` is 0 in time. Of an impact, the impulse in N s or N m s and the lost energy in J."""
+    """One event; `direction` is 0 for an event at a given time. An impact has an impulse in N s or N m s, and a lost
+    energy in J."""
 
     time: float
     name: str
@@ -53,22 +54,22 @@ class RecordedEvent(NamedTuple):
 
 
 def create(file: h5py.File) -> None:
-    """The group without events. They come at the end."""
+    """Create the group without events, which are written at the end of the run."""
     create_records(file, GROUP, LAYOUT)
 
 
 def room(events: Sequence[Happening]) -> int:
-    """What `write` adds to the file at most, in bytes."""
+    """The most bytes that `write` adds to the file."""
     return room_for_records(len(events), LAYOUT)
 
 
 def write(file: h5py.File, events: Sequence[Happening]) -> None:
-    """Fill the group."""
+    """Write the events into the group."""
     write_records(file, GROUP, LAYOUT, events)
 
 
 def read(contents: Contents) -> tuple[RecordedEvent, ...]:
-    """The group's content; none where there is none."""
+    """Read the events; () where the file has no such group."""
     if not contents.has(GROUP):
         return ()
     names, kinds = (contents.texts(f"{GROUP}/{name}") for name in ("name", "kind"))
@@ -83,6 +84,6 @@ def read(contents: Contents) -> tuple[RecordedEvent, ...]:
 
 
 def _numbers(contents: Contents, name: str, count: int) -> Array:
-    """Zero in files of older programs."""
+    """The numbers of a dataset (count,); zeros where an older program wrote the file without it."""
     path = f"{GROUP}/{name}"
     return contents.array(path, (count,)) if contents.has(path) else np.zeros(count)

@@ -9,7 +9,7 @@ from mbproj.errors import ExitCode, InputError, MbprojError, Problem
 from mbproj.scene.text.suggestions import choose_from, did_you_mean
 
 ELSEWHERE = "choose another file with -o"
-#: What to do about a file that is damaged.
+#: The hint for a damaged file.
 REPEAT = "repeat the run"
 KINDS = {
     "bodies": "body",
@@ -34,46 +34,46 @@ class OutputError(MbprojError):
 
 
 def cannot_write(path: Path, error: OSError) -> InputError:
-    """A results file that cannot be created."""
+    """The error of a results file that cannot be created."""
     return InputError(Problem(f"cannot write '{path}': {error.strerror or error}", hint=ELSEWHERE))
 
 
 def is_directory(path: Path) -> InputError:
-    """A directory where a file is to be written."""
+    """The error of a directory where a file is to be written."""
     return InputError(Problem(f"'{path}' is a directory", hint=f"give a file in it, e.g. {path / 'results.h5'}"))
 
 
 def not_replaced(path: Path) -> InputError:
-    """Somebody else's file where results are to be written."""
+    """The error of a file that mbproj did not write, where results are to be written."""
     message = f"'{path}' exists and is not a results file of mbproj, so it is not replaced"
     return InputError(Problem(message, hint=f"remove it, or {ELSEWHERE}"))
 
 
 def not_replaced_for_damage(path: Path) -> InputError:
-    """A damaged file where results are to be written: it may be somebody's only copy."""
+    """The error of a damaged file where results are to be written: it may be somebody's only copy."""
     message = f"'{path}' exists and cannot be read as results of mbproj, so it is not replaced"
     return InputError(Problem(message, hint=f"remove it if you do not need it, or {ELSEWHERE}"))
 
 
 def being_written(part: Path, writer: str | None) -> InputError:
-    """OUT.part of a run that goes on."""
+    """The error of an OUT.part that another run is writing; `writer` names its process, if known."""
     who = f" ({writer})" if writer else ""
     return InputError(Problem(f"another run{who} is writing '{part}'", hint=f"wait for it, or {ELSEWHERE}"))
 
 
 def not_ours(path: Path) -> InputError:
-    """A file to read that is something else."""
+    """The error of a file to read that is no results file."""
     hint = "results are what 'mbproj run SCENE' writes"
     return InputError(Problem(f"'{path}' is not a results file of mbproj", hint=hint))
 
 
 def damaged(path: Path, what: str) -> InputError:
-    """A results file whose bytes are wrong."""
+    """The error of a results file whose bytes are wrong."""
     return InputError(Problem(f"'{path}' is damaged: {what}", hint=REPEAT))
 
 
 def no_such_name(kind: str, name: str, names: Sequence[str], where: str) -> InputError:
-    """A name that the results do not have, with the nearest and those there are."""
+    """The error of a name that the results do not have; its hint has the nearest name, or those that exist."""
     if not names:
         return InputError(Problem(f"no {KINDS[kind]} '{name}': {where} has no {kind}"))
     close, listed = did_you_mean(name, names), choose_from("", names, kind)
@@ -81,7 +81,7 @@ def no_such_name(kind: str, name: str, names: Sequence[str], where: str) -> Inpu
 
 
 def status_of(error: BaseException | None) -> str:
-    """How a run has ended, as its file says it."""
+    """The status of a run in its file, from the exception that ended it; None: it is complete."""
     if error is None:
         return "complete"
     if isinstance(error, KeyboardInterrupt):

@@ -1,4 +1,4 @@
-"""Where results may be written: which files a run replaces, and which it does not."""
+"""Checks where results may be written: which files a run may replace."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from mbproj.results.file.regular import check_regular
 
 
 def part_path(path: Path) -> Path:
-    """OUT.part, where a run writes until it has ended."""
+    """The path OUT.part, to which a run writes until it has ended."""
     return path.with_name(path.name + ".part")
 
 
 def check_output(path: Path) -> Path:
-    """Where results for `path` are written: `path`, or what it is a link to.
+    """Return where results for `path` are written: `path`, or its target where it is a link.
 
-    Raises InputError where a run could not write there or must not replace what is there.
+    Raises InputError where a run cannot write there, or must not replace the file there.
     """
     try:
         path = Path(os.path.realpath(path)) if path.is_symlink() else path
@@ -46,7 +46,7 @@ def _check_directory(path: Path) -> None:
 
 
 def _check_kind(path: Path) -> None:
-    """Raises InputError where something stands at `path` that no run may touch."""
+    """Raises InputError where the file at `path` is of a kind that no run may touch."""
     if path.is_dir():
         raise is_directory(path)
     check_regular(path, ELSEWHERE)

@@ -1,4 +1,4 @@
-"""What a results file holds, as data: each dataset's path, shape after the time axis, unit, description and frame."""
+"""The layout of a results file: each dataset's path, shape after the time axis, unit, description and frame."""
 
 from __future__ import annotations
 
@@ -26,13 +26,14 @@ class Dataset:
 
     @property
     def symbol(self) -> str | None:
-        """What the columns count ("n", "k", "nj", "nc"); None for a series."""
+        """The symbol for the number of columns ("n", "k", "nj", "nc"); None for a series."""
         return str(self.shape[0]) if self.shape else None
 
 
 @dataclass(frozen=True)
 class Constant:
-    """Marks that do not change with time, written once where the run knows them: shape with symbols as in `Dataset`."""
+    """An array of marks that do not change with time, written once where the run knows them. Its shape has symbols as
+    in `Dataset`."""
 
     path: str
     shape: tuple[str | int, ...]
@@ -43,7 +44,7 @@ class Constant:
 
 @dataclass(frozen=True)
 class NameList:
-    """A list of names in the file: the symbol of its length, where it stands, what it names."""
+    """A list of names in the file: the symbol of its length, its path, a description."""
 
     symbol: str
     path: str
@@ -51,7 +52,7 @@ class NameList:
 
     @property
     def group(self) -> str:
-        """Where the datasets of what it names are."""
+        """The group with the datasets of the named items."""
         return self.path.partition("/")[0]
 
 
@@ -73,7 +74,7 @@ NAMES = {
     "motion_units": NameList("nm", "motions/units", "unit of the joint coordinate that each motion drives, rad or m"),
 }
 
-#: The same of what a file has only where the scene has some.
+#: Lists of names by kind, which a file has only where the scene has such items.
 LATER_NAMES = {
     "applied": NameList("na", "forces/applied_names", "names of the forces and torques of given components on bodies"),
     "applied_units": NameList("na", "forces/applied_units", "rad of a torque, m of a force"),
@@ -90,7 +91,7 @@ LATER_NAMES = {
 }
 ALL_NAMES = {**NAMES, **LATER_NAMES}
 
-#: What a joint coordinate may be in.
+#: The units of joint coordinates.
 UNITS = ("rad", "m")
 
 VIOLATION = "largest absolute value of the joint's rows of C"
@@ -154,7 +155,7 @@ DATASETS: tuple[Dataset, ...] = (
     Dataset("diagnostics/factorisations", (), "1", f"factorisations {SINCE_START}", dtype=COUNT),
 )
 
-#: What a file has only where the scene has stops.
+#: The datasets of a scene with stops.
 OF_STOPS: tuple[Dataset, ...] = (
     Dataset("stops/gap", ("ns",), "rad or m", "how far the mechanism is from the stop; negative where that gives way"),
     Dataset("stops/rate", ("ns",), "rad/s or m/s", "its rate"),
@@ -162,32 +163,32 @@ OF_STOPS: tuple[Dataset, ...] = (
 )
 
 
-#: What a file has only where the scene has dry friction that can stick.
+#: The datasets of a scene with dry friction that can stick.
 OF_FRICTIONS: tuple[Dataset, ...] = (
     Dataset("friction/rate", ("nr",), "rad/s or m/s", "rate of the coordinate or along the tangent that it resists"),
     Dataset("friction/force", ("nr",), "N m or N", "torque or force along it, positive where it drives it up"),
     Dataset("friction/state", ("nr",), "1", "1 or -1 where it slides up or down, in a plane the cosine, 0: sticks"),
     Dataset("friction/dissipation", ("nr",), "J", f"energy that it has lost {SINCE_START}"),
 )
-#: What a file has only where forces or torques of given components act on bodies.
+#: The datasets of a scene with forces or torques of given components on bodies.
 OF_APPLIED: tuple[Dataset, ...] = (
     Dataset("forces/applied", ("na", 3), "N m or N", "torque or force of given components on a body", GLOBAL),
     Dataset("forces/applied_power", ("na",), "W", "its power"),
 )
-#: What a file has only where elements have states of their own.
+#: The datasets of a scene with states, also those of elements.
 OF_STATES = (Dataset("states/value", ("nx",), "any", "state; unit per column in states/units"),)
-#: What a file has only where the scene calls expressions by names.
+#: The datasets of a scene with signals.
 OF_SIGNALS = (Dataset("signals/value", ("nu",), "any", "signal; unit per column in signals/units"),)
-#: What a file has only where there are ropes whose length is held or limited.
+#: The datasets of a scene with ropes whose length is fixed or limited.
 OF_ROPES = (Dataset("ropes/tension", ("nt",), "N", "tension of the portion, positive where it pulls"),)
-#: What a file has only where joints follow curves.
+#: The datasets of a scene with joints that follow curves.
 OF_CURVES = (Dataset("curves/contact", ("nv", 3), "m", "place where the joint touches its curve", GLOBAL),)
-#: What a file has only where the scene has some.
+#: All datasets that a file has only where the scene has such items.
 LATER: tuple[Dataset, ...] = (*OF_STOPS, *OF_FRICTIONS, *OF_APPLIED, *OF_STATES, *OF_SIGNALS, *OF_ROPES, *OF_CURVES)
 
 
 def datasets_for(sizes: Mapping[str, int]) -> tuple[Dataset, ...]:
-    """What a file with so many columns, by symbol, has; "time" is the first."""
+    """The datasets of a file with so many columns, by symbol; "time" is the first."""
     return (*DATASETS, *(dataset for dataset in LATER if sizes.get(dataset.symbol or "")))
 
 
@@ -202,5 +203,5 @@ COUNTERS = tuple(dataset.path for dataset in DATASETS if dataset.dtype == COUNT)
 
 
 def trailing(dataset: Dataset | Constant, sizes: dict[str, int]) -> tuple[int, ...]:
-    """The shape after the time axis, where there is one, with `sizes` of the symbols."""
+    """The lengths of the axes after time (of all axes of a constant), with `sizes` for the symbols."""
     return tuple(sizes[axis] if isinstance(axis, str) else axis for axis in dataset.shape)

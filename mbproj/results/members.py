@@ -1,4 +1,4 @@
-"""What the results say of one body, marker, joint or coordinate: the columns of the layout in its order, by name."""
+"""The results of one body, marker, joint or other item: the columns of the layout, in its order, by name."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from collections.abc import Mapping
 from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
 
-#: The kinds of what acts along a coordinate.
+#: The kinds of items that act along a coordinate.
 ACTING = ("forces", "motions", "stops", "frictions")
 
 
 @dataclass(frozen=True)
 class View:
-    """Which samples and, by symbol of the layout, which columns of the file a Results shows."""
+    """The part of a file that a `Results` shows: its samples, and its columns by symbol of the layout."""
 
     samples: slice
     columns: Mapping[str, Integers]
@@ -21,7 +21,7 @@ class View:
 
 @dataclass(frozen=True)
 class Body:
-    """Arrays (T, 3), orientation (T, 4); units and frames as in the layout."""
+    """The motion of a body: arrays (T, 3), orientation (T, 4); units and frames as in the layout."""
 
     position: Array
     orientation: Array
@@ -33,7 +33,7 @@ class Body:
 
 @dataclass(frozen=True)
 class Marker:
-    """Arrays (T, 3) in global axes: m, m/s, m/s²."""
+    """The motion of a marker: arrays (T, 3) in global axes, in m, m/s, m/s²."""
 
     position: Array
     velocity: Array
@@ -42,7 +42,8 @@ class Marker:
 
 @dataclass(frozen=True)
 class Joint:
-    """Violations (T) in m or rad, in m, in rad; reactions on body 2 (T, 3) in N and N m, global axes."""
+    """A joint: its violations (T), of all rows in m or rad, of rows in m, of rows in rad. Its reactions act on body 2,
+    (T, 3) in N and N m, in global axes."""
 
     violation: Array
     violation_length: Array
@@ -53,7 +54,7 @@ class Joint:
 
 @dataclass(frozen=True)
 class Force:
-    """What a force acts along (T) in m or rad, its rate, and the force in N or torque in N m along it."""
+    """A force: the coordinate (T) in m or rad along which it acts, its rate, and the force in N or torque in N m."""
 
     coordinate: Array
     rate: Array
@@ -62,7 +63,8 @@ class Force:
 
 @dataclass(frozen=True)
 class Motion:
-    """A joint coordinate as prescribed (T) in m or rad, its rate, and the driving force in N or torque in N m."""
+    """A motion: the joint coordinate as prescribed (T) in m or rad, its rate, and the driving force in N or torque in
+    N m."""
 
     value: Array
     rate: Array
@@ -71,7 +73,7 @@ class Motion:
 
 @dataclass(frozen=True)
 class Stop:
-    """How far a mechanism is from a stop (T) in m or rad, its rate, and how hard the stop pushes in N or N m."""
+    """A stop: the distance (T) of the mechanism from it in m or rad, its rate, and the push of the stop in N or N m."""
 
     gap: Array
     rate: Array
@@ -80,8 +82,8 @@ class Stop:
 
 @dataclass(frozen=True)
 class Friction:
-    """The rate of what a dry friction resists (T) in m/s or rad/s, and its force in N or torque in N m along it. Its
-    state is 1 or -1 where it slides up or down, 0 where it sticks. Last comes the energy that it has lost in J."""
+    """A dry friction: the rate (T) of the coordinate that it resists in m/s or rad/s, and its force in N or torque in
+    N m. Its state is 1 or -1 where it slides up or down, 0 where it sticks. Last comes its lost energy in J."""
 
     rate: Array
     force: Array
@@ -91,7 +93,7 @@ class Friction:
 
 @dataclass(frozen=True)
 class Coordinate:
-    """Value (T) in rad or m as `unit` says, and its rate."""
+    """A joint coordinate: its value (T) in the `unit` rad or m, and its rate."""
 
     value: Array
     speed: Array
@@ -100,8 +102,8 @@ class Coordinate:
 
 @dataclass(frozen=True)
 class Over:
-    """What results are shown over in place of time: a joint coordinate, its unit rad or m, and its values (T) as an
-    axis shows them: angles in degrees, `modulo` a turn where that is asked for; its rate (T) in rad/s or m/s."""
+    """The abscissa of pictures in place of time: a joint coordinate with its unit, rad or m. `values` (T) are those of
+    the axis: angles in degrees, `modulo` a turn if asked for; `rate` (T) is in rad/s or m/s."""
 
     name: str
     unit: str

@@ -1,4 +1,4 @@
-"""Where results come from: the attributes of the file and its /scene group, enough to repeat the run."""
+"""The origin of results: the attributes of the file and its /scene group, enough to repeat the run."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from mbproj.scene.meshes import meshes_of
 from mbproj.scene.records import Scene
 from mbproj.version import __version__
 
-#: What an attribute of the file may be.
+#: The types of an attribute of the file.
 Attribute = str | int | float | bool | None
 
 
 def root_attributes() -> dict[str, Attribute]:
-    """The attributes a file begins with."""
+    """The attributes that a file has from its start."""
     return {
         "format": FORMAT,
         "schema_version": SCHEMA_VERSION,
@@ -38,8 +38,8 @@ def root_attributes() -> dict[str, Attribute]:
 
 
 def write_scene(file: h5py.File, scene: Scene) -> None:
-    """The /scene group: text, path, title, gravity, overrides and the resolved settings (the last two as JSON), and the
-    meshes of its bodies. Raises InputError where one of them cannot be read."""
+    """Write the /scene group: text, path, title, gravity, overrides and complete settings (the last two as JSON), and
+    the meshes of its bodies. Raises InputError where a mesh cannot be read."""
     group = file.create_group("scene")
     texts = {
         "text": (scene.text, "the scene file as read (YAML)"),
@@ -58,7 +58,7 @@ def write_scene(file: h5py.File, scene: Scene) -> None:
 
 
 def _write_meshes(scene_group: h5py.Group, scene: Scene) -> None:
-    """What bodies wear, in their own axes, so that the file shows them wherever it goes."""
+    """Write the meshes of bodies, in body axes, so that the file shows them without their own files."""
     meshes = meshes_of(scene)
     if not meshes:
         return

@@ -1,4 +1,4 @@
-"""`open_results`: a results file opened and checked; what is wrong with it is said with a next step."""
+"""`open_results`: opens and checks a results file; its faults are errors with a next step."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from mbproj.results.members import View
 from mbproj.results.record import Results
 from mbproj.results.trust import better_samples
 
-#: Properties of Results that are read from the file when they are asked for.
+#: Properties of Results beside the samples, which are read from the file when they are asked for.
 BESIDE_SAMPLES = (
     "title",
     "scene_text",
@@ -35,15 +35,15 @@ BESIDE_SAMPLES = (
 
 
 def open_results(path: Path | str) -> Results:
-    """The results at `path`, or those at `path`.part where a run was killed or still goes on (then `.partial`).
+    """Open the results at `path`, or those at `path`.part where a run was killed or still goes on (then `.partial`).
 
-    Raises InputError where there is no file, it is not ours, of another schema version, cut short or damaged.
+    Raises InputError where there is no file, or it is no results file, of another schema version, cut short or damaged.
     """
     return _results(open_rehearsed(_existing(Path(path)), lambda contents: _look_at_all(_checked(contents))))
 
 
 def open_own_results(path: Path | str) -> Results:
-    """The results that this process has just written: no child process reads them first, as it does others."""
+    """Open results that this process has just written, without the child process that reads others first."""
     return _results(open_own(Path(path)), own=True)
 
 
@@ -56,8 +56,8 @@ def _results(contents: Contents, *, own: bool = False) -> Results:
 
 
 def _look_at_all(results: Results) -> None:
-    """Reads whatever a reader may ask for; of the samples, every place where the file has some. What is damaged beside
-    the samples is said when it is asked for."""
+    """Read all that a reader may ask for; of the samples, every place where the file has some. Damage beside the
+    samples is reported when a reader asks for that part."""
     for dataset in results.datasets:
         results.contents.check_room(dataset.path, results.shape(dataset.path)[0])
     for name in BESIDE_SAMPLES:
@@ -76,7 +76,7 @@ def _existing(path: Path) -> Path:
     try:
         found = next((candidate for candidate in (path, part_path(path)) if candidate.exists()), None)
         is_directory = found is not None and found.is_dir()
-    except (OSError, ValueError) as error:  # a name too long, or that cannot be one
+    except (OSError, ValueError) as error:  # a name that is too long or not valid
         raise InputError(Problem(f"cannot read '{path}': {error}", hint="give the path of a results file")) from error
     if found is None:
         hint = f"write it with: mbproj run SCENE -o {path}"
@@ -87,7 +87,8 @@ def _existing(path: Path) -> Path:
 
 
 def _checked(contents: Contents, *, own: bool = False) -> Results:
-    """The results, if all is there and fits together. Of a file of our `own` a dataset is looked at when it is read."""
+    """The results. Raises InputError where parts are missing or do not fit together. In a file of this process, `own`,
+    datasets are checked only when they are read."""
     attributes, path = contents.attributes(), contents.path
     if attributes.get("format") != FORMAT:
         raise not_ours(path)
@@ -103,7 +104,7 @@ def _checked(contents: Contents, *, own: bool = False) -> Results:
 
 
 def _names(contents: Contents, kind: str) -> tuple[str, ...]:
-    """The names of a kind, which become file names and reach terminals."""
+    """The names of a kind. Raises InputError where one is not valid: names become file names and reach terminals."""
     path = ALL_NAMES[kind].path
     names = contents.texts(path) if kind in NAMES or contents.has(path) else ()
     for name in names:
@@ -113,7 +114,7 @@ def _names(contents: Contents, kind: str) -> tuple[str, ...]:
 
 
 def _sizes(contents: Contents, names: dict[str, tuple[str, ...]]) -> dict[str, int]:
-    """How many columns there are by symbol of the layout. Names of columns and their units are as many."""
+    """The number of columns by symbol of the layout. Raises InputError where names and their units differ in number."""
     sizes: dict[str, int] = {}
     for kind, entry in ALL_NAMES.items():
         found = len(names[kind])
@@ -133,7 +134,7 @@ def _can_be_a_name(name: str) -> bool:
 
 
 def _samples(contents: Contents, sizes: dict[str, int]) -> int:
-    """The number of samples that every dataset has: after a kill some may be longer than others."""
+    """The number of samples that all datasets have: after a kill some may be longer than others."""
     samples = min(contents.rows(entry.path, trailing(entry, sizes), entry.dtype) for entry in datasets_for(sizes))
     contents.grows_from = samples if contents.unfinished else None
     return samples

@@ -1,4 +1,4 @@
-"""`Results`: what a run recorded, each array read from the file when it is asked for."""
+"""`Results`: the record of a run; each array is read from the file when it is asked for."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ from mbproj.scene.text.suggestions import choose_from
 NAMES_BY_PATH = MappingProxyType({entry.path: kind for kind, entry in ALL_NAMES.items()})
 BY_PATH: Mapping[str, Dataset] = MappingProxyType({each.path: each for each in (*DATASETS, *LATER)})
 
-#: Part of the last time by which a sample may miss a window, because 70 × 0.01 is more than 0.7.
+#: A sample belongs to a window that it misses by less than this part of the last time, since 70 × 0.01 exceeds 0.7.
 SAME_TIME = 1e-9
 
 
@@ -45,10 +45,10 @@ SAME_TIME = 1e-9
 class Results(Shown):
     """A run's results: `results["bodies/position"]`, `results.time`, `results.marker("tip").position`, ...
 
-    Arrays are read from the file on first use, kept as far as they are not very large together, and read-only; the
-    file stays open until `close` or the end of a `with`. `contents` is the opened file, `path` its path; `partial` says
-    that it is OUT.part, of a run that was killed or still goes on. Damage that shows only when an array is read raises
-    InputError, as in `open_results`.
+    Arrays are read from the file on first use, cached up to a size, and read-only. The file stays open until `close` or
+    the end of a `with`. `contents` is the opened file, `path` its path; `partial` says that it is OUT.part, of a run
+    that was killed or still goes on. Damage that shows only when an array is read raises InputError, as in
+    `open_results`.
     """
 
     def __init__(
@@ -97,12 +97,12 @@ class Results(Shown):
         return values
 
     def _all_sizes(self) -> dict[str, int]:
-        """By symbol of the layout, how many columns the file has."""
+        """The number of columns of the file, by symbol of the layout."""
         return {entry.symbol: len(self._all_names[kind]) for kind, entry in ALL_NAMES.items()}
 
     @property
     def datasets(self) -> tuple[Dataset, ...]:
-        """What the file has of the layout."""
+        """The datasets of the layout that the file has."""
         return datasets_for(self._all_sizes())
 
     def constant(self, path: str) -> npt.NDArray[np.bool_] | None:
@@ -124,7 +124,7 @@ class Results(Shown):
 
     @property
     def time(self) -> Array:
-        """(T), in s."""
+        """The times of the samples (T,), in s."""
         return self["time"]
 
     def names(self, kind: str) -> tuple[str, ...]:
@@ -136,7 +136,7 @@ class Results(Shown):
         return names if columns is None else tuple(names[column] for column in columns)
 
     def body(self, name: str) -> Body:
-        """What a body did. Raises InputError with the nearest name where there is none, as the next ones do."""
+        """The motion of a body. Raises InputError with the nearest name where there is none, as the next methods do."""
         return Body(*self._columns("n", self._find("bodies", name)))
 
     def marker(self, name: str) -> Marker:
@@ -148,19 +148,19 @@ class Results(Shown):
         return Joint(*self._columns("nj", self._find("joints", name)))
 
     def force(self, name: str) -> Force:
-        """What a force acts along, and its size."""
+        """The coordinate along which a force acts, and its size."""
         return Force(*self._columns("nf", self._find("forces", name)))
 
     def motion(self, name: str) -> Motion:
-        """What a motion prescribes, and what it takes."""
+        """The coordinate that a motion prescribes, and its driving force."""
         return Motion(*self._columns("nm", self._find("motions", name)))
 
     def stop(self, name: str) -> Stop:
-        """How far the mechanism is from a stop, and how hard that pushes."""
+        """The distance of the mechanism from a stop, and the push of the stop."""
         return Stop(*self._columns("ns", self._find("stops", name)))
 
     def friction(self, name: str) -> Friction:
-        """What a dry friction does: by the name of its force, or force.coordinate."""
+        """The sliding, the force and the losses of a dry friction, by the name of its force, or force.coordinate."""
         return Friction(*self._columns("nr", self._find("frictions", name)))
 
     def coordinate(self, name: str) -> Coordinate:
@@ -170,7 +170,7 @@ class Results(Shown):
         return Coordinate(value, speed, self.names("coordinate_units")[column])
 
     def meshes(self) -> dict[str, TriangleMesh]:
-        """The meshes that bodies are drawn as, by body."""
+        """The meshes by which bodies are drawn, by body."""
         return stored_scene.meshes(self.contents)
 
     def better(self) -> Poses | None:
@@ -196,8 +196,8 @@ class Results(Shown):
         joints: Sequence[str] | None = None,
         acting: Sequence[str] | None = None,
     ) -> Results:
-        """The same results, only with start <= time <= stop and only these markers, joints and, `acting`, forces,
-        motions, stops and frictions; None: all. The name of a force chooses all of its coordinates."""
+        """The part of these results with start <= time <= stop, these markers and joints, and those forces, motions,
+        stops and frictions named in `acting`; None: all. The name of a force selects all of its coordinates."""
         columns = dict(self._view.columns)
         if markers is not None:
             columns["k"] = self._positions("k", [self._find("markers", name) for name in markers])
@@ -215,18 +215,18 @@ class Results(Shown):
         return Results(self.contents, self.attributes, self._all_names, view)
 
     def _positions(self, symbol: str, chosen: Sequence[int]) -> Integers:
-        """Columns of the file for columns of this view."""
+        """The numbers of columns in the file, for those in this view."""
         here = np.array(chosen, dtype=np.intp)
         return self._view.columns[symbol][here] if symbol in self._view.columns else here
 
     @property
     def status(self) -> str:
-        """ "running", "complete", "failed: cause" or "interrupted"."""
+        """The status of the run: "running", "complete", "failed: cause" or "interrupted"."""
         return str(self.attributes["status"])
 
     @property
     def title(self) -> str:
-        """Title of the scene."""
+        """The title of the scene."""
         return stored_scene.text(self.contents, "title")
 
     @property
@@ -236,17 +236,17 @@ class Results(Shown):
 
     @property
     def scene_path(self) -> Path | None:
-        """Where the scene file stood; None for text from elsewhere."""
+        """The path of the scene file; None for text from elsewhere."""
         return stored_scene.path(self.contents)
 
     @property
     def overrides(self) -> dict[str, str]:
-        """Parameters that --set changed."""
+        """The parameters that --set changed."""
         return stored_scene.overrides(self.contents)
 
     @property
     def settings(self) -> Settings:
-        """The settings of the run, defaults resolved."""
+        """The settings of the run, with all defaults filled in."""
         try:
             return settings_from(stored_scene.as_json(self.contents, "settings"))
         except UnfitSettings as error:
@@ -254,7 +254,7 @@ class Results(Shown):
 
     @property
     def gravity(self) -> Vector:
-        """Acceleration of gravity in m/s², global."""
+        """The acceleration of gravity in m/s², global."""
         x, y, z = self.contents.array("scene/gravity", (3,)).tolist()
         if not isfinite(x + y + z):
             raise self.contents.damaged("scene/gravity", "is not finite")
@@ -262,38 +262,38 @@ class Results(Shown):
 
     @property
     def trust(self) -> Trust | None:
-        """What a better solution says of the run: of all its markers and samples, whatever was selected; None for a
-        run that was not certified."""
+        """The comparison of the run with a better solution: for all markers and samples, whatever was selected; None
+        for a run that was not certified."""
         return trusting.read(self.contents)
 
     @property
     def certified(self) -> tuple[float, ...] | None:
-        """The limits (m) for which the run was to be certified, whether that came to its end or not; None: it was not
-        asked for."""
+        """The limits (m) for which the run was to be certified, even if that was cut off; None: it was not asked
+        for."""
         return trusting.asked_limits(self.contents)
 
     @property
     def events(self) -> tuple[RecordedEvent, ...]:
-        """What steps ended at, in the order of time, whatever was selected; none in files of older programs."""
+        """The events of the run, in the order of time, whatever was selected; () in files of older programs."""
         return happening.read(self.contents)
 
     @property
     def event_times(self) -> Array:
-        """When the events were, (n,), in s."""
+        """The times of the events (n,), in s."""
         return np.array([event.time for event in self.events])
 
     @property
     def stored_loads(self) -> tuple[Load, ...]:
-        """The largest loads of the whole run as it kept them; none in files of older programs."""
+        """The largest loads of the whole run, as its file has them; () in files of older programs."""
         return stored.read(self.contents)
 
     @property
     def checkpoint(self) -> Checkpoint | None:
-        """Where the run can go on from, whatever was selected; None in files of older programs, or where a kill came
-        too early."""
+        """The state from which the run can be continued, whatever was selected; None in files of older programs, or
+        after a kill before the first one."""
         return restarting.read(self.contents)
 
     @property
     def verification(self) -> Verification | None:
-        """What `verify --store` has found; None where it was not asked to."""
+        """The findings of `verify --store`; None where it was not run."""
         return verifying.read(self.contents)

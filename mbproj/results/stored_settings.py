@@ -1,5 +1,5 @@
-"""The settings of a run as its file has them: read by the fields of a scene's own `simulation` block, so that what no
-scene could say is refused."""
+"""Reads the settings of a run from its file by the fields of a scene's `simulation` block. So settings are refused that
+no scene can have."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ PLACE = Place("settings")
 
 
 class UnfitSettings(ValueError):
-    """Settings that no scene can have; the message says which and why."""
+    """The settings are such as no scene can have; the message says which and why."""
 
 
 def settings_from(values: Any) -> Settings:
-    """The Settings that `dataclasses.asdict` turned into `values`, and JSON into text and back."""
+    """The Settings from `values`, which `dataclasses.asdict` made of them, and which JSON wrote and read."""
     reading = Reading()
     if isinstance(values, Mapping) and values.get("break_times") == []:
         values = {key: value for key, value in values.items() if key != "break_times"}  # a scene names one or none
@@ -32,7 +32,7 @@ def settings_from(values: Any) -> Settings:
 
 
 def _node(value: Any) -> Node:
-    """What JSON gave as a node of a scene; None is left out, as it is there."""
+    """A value of JSON as a node of a scene; entries that are None are left out."""
     if not isinstance(value, Mapping):
         return from_value(value, PLACE)
     given = {key: _node(part) for key, part in value.items() if part is not None}

@@ -16,13 +16,14 @@ from mbproj.results.file.contents import Contents
 from mbproj.results.file.whole import create_text
 
 GROUP = "trust"
-#: Of a run that ended before the better solution did.
+#: The status of the group where the run ended before the better solution was computed.
 NOT_COMPUTED = "not computed"
 
 
 @dataclass(frozen=True, eq=False)
 class Poses:
-    """Centres of mass `position` (S, n, 3) in m and Euler parameters `orientation` (S, n, 4) of the scene's bodies."""
+    """The poses of the scene's bodies: centres of mass `position` (S, n, 3) in m, Euler parameters `orientation`
+    (S, n, 4)."""
 
     position: Array
     orientation: Array
@@ -30,14 +31,14 @@ class Poses:
 
 @dataclass(frozen=True, eq=False)
 class Trust:
-    """What a better solution says of a run, for k points (the markers, or the bodies' centres of mass) and E limits.
+    """The comparison of a run with a better solution, for k points (markers, or bodies' centres of mass) and E limits.
 
     `error` (S, k): distance to the better solution in m at the times (S,), the samples of the run; `uncertainty`
-    (S, k): what that solution's own error is at most. `horizon` (k, E): the first time in s at which the error exceeds
-    a limit, and the range `horizon_low`, `horizon_high` that it lies in; infinite where the limit holds to the end.
-    `growth_rate` in 1/s and `growth_power` fit the error's growth (k,); `growth_law` says which is nearer ("": none).
-    `solution` is the better one in words, `remark` what a reader should know besides. `better`: its poses at the same
-    times, to be written; of a file `read_better` reads them.
+    (S, k): the bound of that solution's own error. `horizon` (k, E): the first time in s at which the error exceeds a
+    limit, within the range `horizon_low`, `horizon_high`; infinite where the limit holds to the end. `growth_rate` in
+    1/s and `growth_power` fit the error's growth (k,); `growth_law` says which is nearer ("": none). `solution`
+    describes the better one, `remark` is a further note. `better` are its poses at the same times, to be written;
+    `read_better` reads them from a file.
     """
 
     names: tuple[str, ...]
@@ -56,8 +57,8 @@ class Trust:
     better: Poses | None = None
 
     def untrusted_from(self, limit: float, name: str | None = None) -> float | None:
-        """The first time (s) at which the error of a point may exceed `limit` (m), or of any point where `name` is none
-        of them; None where it never does."""
+        """The first time (s) at which the error of the point `name` may exceed `limit` (m), or that of any point where
+        no point has this name; None where it never does."""
         columns = [self.names.index(name)] if name in self.names else slice(None)
         beyond = np.flatnonzero(~(self.error + self.uncertainty <= limit)[:, columns].all(axis=1))
         return float(self.time[beyond[0]]) if len(beyond) else None
@@ -86,20 +87,20 @@ LAYOUT: Mapping[str, TrustDataset] = MappingProxyType(
         "growth_power": TrustDataset("k", "1", "p of t^p fitted to the largest error so far"),
     }
 )
-#: The poses of the better solution, "n" bodies.
+#: The datasets with the poses of the better solution, for "n" bodies.
 POSES: Mapping[str, TrustDataset] = MappingProxyType(
     {
         "position": TrustDataset("Sn3", "m", "centres of mass in the better solution; nan where that has ended"),
         "orientation": TrustDataset("Sn4", "1", "Euler parameters there, scalar first, body to global"),
     }
 )
-#: What the growth law may be; "": none.
+#: The growth laws of errors; "" is none.
 LAWS = {"", "exponential", "power"}
 LAW = h5py.string_dtype("utf-8", len("exponential"))
 
 
 def create(file: h5py.File, names: Sequence[str], limits: Sequence[float], bodies: int) -> None:
-    """The group of a run that is to be certified, empty but for names and limits."""
+    """Create the group of a run that is to be certified, with its names and limits only."""
     sizes = {"S": 0, "k": len(names), "E": len(limits), "n": bodies, "3": 3, "4": 4}
     create_text(file, f"{GROUP}/names", names, "markers, or bodies (their centres of mass) where there are none")
     for name, entry in {**LAYOUT, **POSES}.items():
@@ -127,13 +128,13 @@ def create(file: h5py.File, names: Sequence[str], limits: Sequence[float], bodie
 
 
 def room(trust: Trust) -> int:
-    """What `write` adds to the file, in bytes."""
+    """The most bytes that `write` adds to the file."""
     better = trust.better
     return 2 * trust.error.nbytes + (0 if better is None else 2 * (better.position.nbytes + better.orientation.nbytes))
 
 
 def write(file: h5py.File, trust: Trust) -> None:
-    """Fill the group."""
+    """Write the comparison into the group."""
     group = file[GROUP]
     named = {name: getattr(trust, name) for name in LAYOUT}
     if trust.better is not None:
@@ -151,7 +152,7 @@ def write(file: h5py.File, trust: Trust) -> None:
 
 
 def asked_limits(contents: Contents) -> tuple[float, ...] | None:
-    """The limits for which the run was, or was to be, certified; None where it was not."""
+    """The limits in m for which the run was, or was to be, certified; None for other runs."""
     if not contents.has(GROUP):
         return None
     limits = contents.array(f"{GROUP}/limits", (None,))
@@ -161,7 +162,7 @@ def asked_limits(contents: Contents) -> tuple[float, ...] | None:
 
 
 def read(contents: Contents) -> Trust | None:
-    """The group's content; None where there is none, or it was not computed."""
+    """Read the comparison; None where the file has no such group, or it was not computed."""
     if not contents.has(GROUP):
         return None
     attributes = contents.attributes(GROUP)
@@ -186,7 +187,7 @@ def read(contents: Contents) -> Trust | None:
 
 
 def better_samples(contents: Contents, bodies: int) -> int:
-    """How many samples of the better solution's poses there are; 0 where there are none."""
+    """The number of samples of the better solution's poses; 0 where the file has none."""
     if not contents.has(f"{GROUP}/position"):
         return 0
     for name in POSES:
@@ -195,7 +196,7 @@ def better_samples(contents: Contents, bodies: int) -> int:
 
 
 def read_better(contents: Contents, bodies: int, window: slice) -> Poses | None:
-    """The poses of the better solution at the samples of the window; None where they are not kept."""
+    """Read the poses of the better solution at the samples of the window; None where the file does not have them."""
     samples = better_samples(contents, bodies)
     if not samples:
         return None

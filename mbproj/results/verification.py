@@ -1,4 +1,4 @@
-"""The /verification group of a results file (`verify --store`): what the checks of a mechanism found."""
+"""The /verification group of a results file (`verify --store`): the findings of the checks of a mechanism."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ PASSED, FAILED, DOES_NOT_APPLY = "passed", "failed", "does not apply"
 
 @dataclass(frozen=True)
 class Check:
-    """What a check found: its name and claim, what was `measured` and what is `allowed` (parts of what is compared,
-    or orders; NaN where it does not apply), the verdict ("passed", "failed", "does not apply"), and why. `at_least`:
-    whether the measured number is to be at least the allowed one, as an order is."""
+    """The finding of a check: its name and claim, the `measured` and the `allowed` number, the verdict ("passed",
+    "failed", "does not apply"), and why. The numbers are relative errors or orders; NaN where they do not apply.
+    `at_least`: the measured number must be at least the allowed one, as for an order."""
 
     name: str
     claim: str
@@ -45,13 +45,13 @@ class Check:
     at_least: bool = False
 
     def as_numbers(self) -> dict[str, Any]:
-        """For JSON: None for what is not a number."""
+        """The finding as plain data for JSON, with None for NaN."""
         values = asdict(self)
         return {**values, **{key: values[key] if isfinite(values[key]) else None for key in ("measured", "allowed")}}
 
     @classmethod
     def from_numbers(cls, values: Mapping[str, Any]) -> Check:
-        """What `as_numbers` gave. Raises ValueError or the like for anything else."""
+        """The finding from the result of `as_numbers`. Raises ValueError or the like for other data."""
         numbers = {key: float("nan") if values[key] is None else float(values[key]) for key in ("measured", "allowed")}
         check = cls(**{**values, **numbers})
         texts = (check.name, check.claim, check.remark)
@@ -62,29 +62,29 @@ class Check:
 
 @dataclass(frozen=True)
 class Verification(Tabled):
-    """All checks of a mechanism, the formulation that its runs take, and the version of mbproj that made them."""
+    """All checks of a mechanism, the formulation of its runs, and the version of mbproj that made them."""
 
     checks: tuple[Check, ...]
     formulation: str
     version: str = __version__
 
     def of(self, verdict: str) -> list[Check]:
-        """The checks that ended so."""
+        """The checks with this verdict."""
         return [check for check in self.checks if check.verdict == verdict]
 
     @property
     def holds(self) -> bool:
-        """Whether none has failed."""
+        """Whether no check has failed."""
         return not self.of(FAILED)
 
     @property
     def table(self) -> Table:
-        """A row a check."""
+        """The table with a row for each check."""
         return Table.of((asdict(check) for check in self.checks), "name", "claim", "measured", "allowed", "verdict")
 
     @property
     def line(self) -> str:
-        """How many checks ended how."""
+        """The number of checks with each verdict, in one line."""
         told = (f"{len(self.of(verdict))} {verdict}" for verdict in (PASSED, FAILED, DOES_NOT_APPLY))
         return f"{', '.join(told)}; {self.formulation} formulation"
 
@@ -92,7 +92,7 @@ class Verification(Tabled):
 
 
 def store(path: Path, scene: Scene, verification: Verification) -> None:
-    """Adds a verification to the results of the same scene, in place of one that is there.
+    """Add a verification to the results of the same scene; it replaces an earlier one.
 
     A copy is changed and renamed over the file, so that a kill leaves it whole. Raises InputError where there is no
     such file, or it is of another scene."""
@@ -108,7 +108,7 @@ def store(path: Path, scene: Scene, verification: Verification) -> None:
 
 
 def _add(copy: Path, path: Path, verification: Verification) -> None:
-    """Write the group into a copy of the file at `path`. A child does it: HDF5 may not come back."""
+    """Write the group into a copy of the file at `path`. A child process does it, since HDF5 may not return."""
     try:
         with h5py.File(copy, "r+") as file:
             if GROUP in file:
@@ -125,7 +125,7 @@ def _add(copy: Path, path: Path, verification: Verification) -> None:
 
 
 def read(contents: Contents) -> Verification | None:
-    """The group's content; None where there is none."""
+    """Read the verification; None where the file has no such group."""
     if not contents.has(GROUP):
         return None
     attributes = contents.attributes(GROUP)
@@ -152,7 +152,7 @@ def check_store(path: Path, scene: Scene) -> None:
 
 
 def _run_of(contents: Contents) -> tuple[str, Any]:
-    """The text of the scene that was run, and what --set changed."""
+    """The text of the scene that was run, and the changes of --set."""
     if contents.attributes().get("format") != FORMAT:
         raise not_ours(contents.path)
     try:

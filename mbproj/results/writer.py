@@ -1,4 +1,4 @@
-"""Writing a results file: blocks of samples are buffered, flushed about once a second, and renamed over OUT at the end.
+"""Writes a results file: blocks of samples are buffered, flushed about once a second to OUT.part, and renamed to OUT.
 
 The file is in HDF5's SWMR mode from the first sample on: whatever the moment of a kill, OUT.part can be read up to the
 last flush. `info` and `plot` can read it while the run goes on.
@@ -67,12 +67,12 @@ FLUSH_BYTES = 2**23
 class ResultsWriter:
     """A context manager that records blocks of samples in `path`.
 
-    Leaving it renames OUT.part over OUT with the status "complete", or, where an exception passes through,
-    "failed: cause" or "interrupted" and whatever was computed; an InputError before the first sample leaves OUT alone.
-    `constants` are the layout's marks by path (`mbproj.dynamics.unique_components`), as far as they are known.
+    The end of the block renames OUT.part to OUT with the status "complete". Where an exception ends it, the status is
+    "failed: cause" or "interrupted", with the samples so far; an InputError before the first sample leaves OUT as it
+    was. `constants` are the layout's marks by path (`mbproj.dynamics.unique_components`), as far as they are known.
     Raises InputError where `path` cannot or must not be written (see `check_output`), OutputError where writing fails
-    later. `certified`: limits in m of a run that is certified too, whose `trust` then comes at its end. `marks` are
-    attributes that a killed run has, too.
+    later. `certified` are the limits in m of a run that is certified; its `trust` is added at its end. `marks` are
+    attributes that the file has from the start.
     """
 
     def __init__(
@@ -95,7 +95,7 @@ class ResultsWriter:
         self._datasets = datasets_for(self._sizes)
         shapes = [(trailing(dataset, self._sizes), np.dtype(dataset.dtype)) for dataset in self._datasets]
         self._rows = [(chunk_rows(shape), kind.itemsize * math.prod(shape)) for shape, kind in shapes]
-        #: Where the part that a killed run had left is kept now.
+        #: The path where the part of a killed run is kept now.
         self.set_aside: Path | None = None
         self._certified, self._marks = certified, marks or {}
         self._trust: Trust | None = None
@@ -110,7 +110,7 @@ class ResultsWriter:
 
     def __enter__(self) -> ResultsWriter:
         try:
-            # A new file, not the old one emptied: whoever reads a part that a kill left keeps what they read.
+            # A new file, not the old one emptied: somebody may be reading the part that a kill has left.
             self._descriptor, self.set_aside = claim(self.part)
         except OSError as error:
             raise cannot_write(self.path, error) from error
@@ -119,11 +119,11 @@ class ResultsWriter:
             reserve(self._descriptor, MARGIN)
             write_whole(self._descriptor, image)
             reserve(self._descriptor, len(image) + MARGIN)
-            # HDF5's own lock would refuse the run where somebody just looks at its file; `claim` has locked it.
+            # HDF5's own lock would fail where somebody is reading the file; `claim` has locked it already.
             self._file = h5py.File(self.part, "r+", libver=VERSIONS, locking=False, **CHUNK_CACHE)
             self._file.swmr_mode = True
             self._targets = {dataset.path: opened(self._file, dataset.path) for dataset in self._datasets}
-        except (OSError, InputError) as error:  # a mesh that cannot be read, for one
+        except (OSError, InputError) as error:  # InputError: as where a mesh cannot be read
             os.close(self._descriptor)
             self.part.unlink(missing_ok=True)
             if isinstance(error, OSError):
@@ -133,7 +133,7 @@ class ResultsWriter:
         return self
 
     def write(self, block: Block) -> None:
-        """Append the samples of `block`, which holds every dataset of the layout. The arrays may be reused after.
+        """Append the samples of `block`, which has every dataset of the layout. The arrays may be reused afterwards.
 
         Raises ValueError where a dataset is missing, unknown or of the wrong shape, OutputError where the disk refuses.
         """
@@ -150,20 +150,20 @@ class ResultsWriter:
             self._flush()
 
     def attributes(self, values: Mapping[str, Attribute]) -> None:
-        """Add attributes (timings, counters, a summary) to the file, written at its end. What is None is left out."""
+        """Add attributes (timings, counters, a summary), which are written at the end. Those of None are left out."""
         texts = {name: as_text(value) for name, value in values.items() if isinstance(value, str)}
         self._summary.update({**values, **texts})
 
     def events(self, events: Sequence[Happening]) -> None:
-        """The events of the run, written at its end as far as it got."""
+        """Set the events of the run, which are written at its end."""
         self._events = tuple(events)
 
     def keep(self, formulation: str, build: str, state: Mapping[str, Any]) -> None:
-        """The run can go on from there: written with the samples up to now, in place of the one before."""
+        """Set the state from which the run can be continued, to be written with the samples so far."""
         self._slots.take(Checkpoint(formulation, build, state))
 
     def trust(self, trust: Trust) -> None:
-        """Add what a better solution says of the run, written at its end; the limits must be those announced."""
+        """Set the comparison with a better solution, which is written at the end; its limits must be `certified`."""
         self._trust = trust
 
     def __exit__(
@@ -185,8 +185,8 @@ class ResultsWriter:
             self._close()
 
     def _image(self) -> bytes:
-        """The bytes of a file without samples. It is made in memory and written at once, so that OUT.part is never a
-        file that is half created."""
+        """The bytes of a file without samples. It is made in memory and written at once, so that OUT.part is never half
+        created."""
         with in_memory(without_samples(tuple((kind, tuple(own)) for kind, own in self._names.items()))) as file:
             put(file, {**root_attributes(), **self._marks})
             write_scene(file, self._scene)
@@ -216,7 +216,7 @@ class ResultsWriter:
         return values.astype(dataset.dtype, order="C", casting="same_kind", copy=True)
 
     def _flush(self) -> None:
-        """Append what is buffered. What an interruption leaves half done is written again at the same place."""
+        """Append the buffered samples. After an interruption they are written again at the same place."""
         self._flushed = time.monotonic()
         if not self._pending:
             return
@@ -228,7 +228,7 @@ class ResultsWriter:
             raise OutputError(f"{what}; make room and run again, what was written before is kept") from error
         checksums: dict[str, int] = {}
         with self._breaking():
-            # Data first and time last: where a kill falls between, the length of `time` counts the whole samples.
+            # Data first and time last: after a kill between, the length of `time` is the number of complete samples.
             time_dataset, *others = self._datasets
             for dataset in (*others, time_dataset):
                 if dataset is time_dataset:
@@ -249,7 +249,7 @@ class ResultsWriter:
                 reserve(self._descriptor, self._room_for(self._samples) + trusting.room(self._trust))
                 trusting.write(self._file, self._trust)
             met = [event for event in self._events if event.time <= self._last_time]
-            # Half of the margin that each flush has kept: a disk that is full by now has room for the end.
+            # Half of the margin that each flush has reserved: so there is room for the end even on a full disk.
             end = self._room_for(self._samples) - MARGIN // 2
             reserve(self._descriptor, end + happening.room(met) + self._slots.room)
             happening.write(self._file, met)
@@ -269,14 +269,14 @@ class ResultsWriter:
         return room_for(self._file, self._rows, self._samples, samples)
 
     def _discard(self) -> None:
-        """Nothing was simulated: OUT stays as it was."""
+        """Remove OUT.part, where nothing was simulated: OUT stays as it was."""
         with self._breaking():
             self._file.close()
         os.close(self._descriptor)
         self.part.unlink(missing_ok=True)
 
     def _close(self) -> None:
-        """Close the file and, if it is whole, rename it over OUT."""
+        """Close the file and, if it is complete, rename it to OUT."""
         try:
             with self._breaking():
                 self._file.close()
@@ -288,7 +288,7 @@ class ResultsWriter:
 
     @contextmanager
     def _breaking(self) -> Iterator[None]:
-        """What fails here fails for good: HDF5 cannot go on with the file, which stays OUT.part."""
+        """Mark the file as broken where this block fails: HDF5 cannot continue with it, and it stays OUT.part."""
         try:
             yield
         except (OSError, RuntimeError) as error:

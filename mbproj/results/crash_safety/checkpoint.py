@@ -1,7 +1,7 @@
 """The /checkpoint group of a results file: a state between two steps, from which `mbproj continue` goes on.
 
-It is written beside the samples while the run goes on, into one of two slots in turn. A kill spoils the slot that is
-being written, at most; each has a checksum of its own.
+It is written beside the samples while the run goes on, into one of two slots in turn. A kill damages at most the slot
+that is being written; each has a checksum of its own.
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ from mbproj.results.file.contents import Contents
 
 SLOTS = "checkpoint/slots"
 DESCRIPTION = "state between two steps, from which mbproj continue goes on; two slots, the newer one counts"
-#: Bytes of a chunk: for the ground, and for each body, whose state takes a bit less.
+#: Bytes of a chunk: CHUNK_GROUND, and CHUNK_BODY for each body, whose state is a bit smaller; at most LARGEST_CHUNK.
 CHUNK_GROUND, CHUNK_BODY, LARGEST_CHUNK = 1024, 512, 2**16
-#: Before the bytes of a slot: which writing it was, how many bytes follow, their CRC-32.
+#: The head of a slot: the number of the write, from 0, how many bytes follow, their CRC-32.
 HEAD = struct.Struct("<qqq")
 
 
 class Checkpoint(NamedTuple):
-    """All that the next step depends on, in the coordinates of a `formulation`, by name: arrays (n,) of float64, and
-    plain data as JSON has it. `build` names the program that wrote it."""
+    """The state that the next step depends on, in the coordinates of a `formulation`. `state` has, by name, arrays (n,)
+    of float64, and plain data as in JSON. `build` names the program that wrote it."""
 
     formulation: str
     build: str
@@ -38,7 +38,7 @@ class Checkpoint(NamedTuple):
 
 
 def create(file: h5py.File, bodies: int) -> None:
-    """The group without a state."""
+    """Create the group without a state; `bodies` sets the size of its chunks."""
     chunk = min(CHUNK_GROUND + CHUNK_BODY * bodies, LARGEST_CHUNK)
     data = file.create_dataset(SLOTS, (2, 0), "u1", maxshape=(2, None), chunks=(1, chunk))
     describe(data, {"description": DESCRIPTION})
@@ -60,22 +60,22 @@ def pack(checkpoint: Checkpoint) -> bytes:
 
 @final
 class Slots:
-    """Scratch of a run: its newest state, and how many were written."""
+    """Writes the states of a run: holds the newest one, and counts those written."""
 
     def __init__(self) -> None:
         self._packed, self._written = b"", 0
 
     def take(self, checkpoint: Checkpoint) -> None:
-        """Keeps a state in place of the one before."""
+        """Hold a state in the place of the one before, until `write`."""
         self._packed = pack(checkpoint)
 
     @property
     def room(self) -> int:
-        """What `write` adds to the file at most, in bytes."""
+        """The most bytes that `write` adds to the file."""
         return 2 * (len(self._packed) + HEAD.size + LARGEST_CHUNK) if self._packed else 0
 
     def write(self, file: h5py.File) -> None:
-        """Puts the state, where there is a new one, into the slot that is older."""
+        """Write the held state, where there is one, into the older slot."""
         if not self._packed:
             return
         whole = HEAD.pack(self._written, len(self._packed), zlib.crc32(self._packed)) + self._packed
@@ -88,12 +88,12 @@ class Slots:
 
 
 def seal(file: h5py.File) -> None:
-    """The run has ended: the group gets its checksum."""
+    """Store the checksum of the group, at the end of the run."""
     stamp(file[SLOTS], crc32(file[SLOTS][...]))
 
 
 def read(contents: Contents) -> Checkpoint | None:
-    """The newest state that is whole; None where there is none."""
+    """Read the newest state that is complete; None where there is none. Raises InputError where it is damaged."""
     if not contents.has(SLOTS):
         return None
     slots = contents.array(SLOTS, (2, None), np.uint8)
@@ -105,7 +105,7 @@ def read(contents: Contents) -> Checkpoint | None:
 
 
 def _slot(slot: bytes) -> tuple[int, bytes] | None:
-    """Which writing a slot holds, and what; None where it is empty, or a kill came between."""
+    """The number of the write in a slot, and its bytes; None where the slot is empty, or its write was cut off."""
     if len(slot) < HEAD.size:
         return None
     writing, size, checksum = HEAD.unpack_from(slot)

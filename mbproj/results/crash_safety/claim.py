@@ -1,7 +1,7 @@
-"""OUT.part is claimed by a run: it is locked before it has content, so that a kill at any moment blocks nobody.
+"""A run claims OUT.part: it is locked before it has content, so that a kill at any moment blocks nobody.
 
-A part that a process holds the lock of is being written. Any other is what a kill has left: with samples it is kept
-under another name, without it is replaced.
+A part whose lock a process holds is being written. Any other was left by a kill: one with samples is kept under another
+name, one without is replaced.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from mbproj.results.file.opening import Identity, identify, open_rehearsed
 
 
 def claim(part: Path) -> tuple[int, Path | None]:
-    """A new file at `part`, empty and locked: its descriptor, and where the part of a killed run is kept now.
+    """Create an empty and locked file at `part`. Return its descriptor, and where the part of a killed run is kept now.
 
-    Raises InputError where another run has it, or it is nothing of ours; OSError where it cannot be created.
+    Raises InputError where another run has it, or mbproj did not write it; OSError where it cannot be created.
     """
     kept = None
     while True:
@@ -43,7 +43,7 @@ def check_claimable(part: Path) -> None:
 
 
 def _clear(part: Path) -> Path | None:
-    """Take away what stands at `part`; where it is kept, None where it held nothing."""
+    """Remove the file at `part`. Return the path under which it is kept; None where it held nothing."""
     check_claimable(part)
     worth_keeping = part.exists() and _holds_something(part)
     try:
@@ -51,7 +51,7 @@ def _clear(part: Path) -> Path | None:
     except FileNotFoundError:
         return None
     try:
-        # Whoever has the lock may take the file away; to look at it may have cost us the lock, so that it comes last.
+        # The owner of the lock may remove the file. Reading the file can lose the lock, so that we lock last.
         if not lock(descriptor):
             raise being_written(part, _writer(part))
         if not _is_at(descriptor, part):
@@ -65,7 +65,7 @@ def _clear(part: Path) -> Path | None:
 
 
 def _is_at(descriptor: int, path: Path) -> bool:
-    """Whether the open file is the one that stands at `path`."""
+    """Whether the open file is the one at `path`."""
     try:
         return os.path.samestat(os.fstat(descriptor), path.stat())
     except FileNotFoundError:
@@ -73,14 +73,14 @@ def _is_at(descriptor: int, path: Path) -> bool:
 
 
 def _is_blank(path: Path) -> bool:
-    """Whether the file is empty, or zeros as of room that was reserved and not yet used."""
+    """Whether the file is empty, or has only zeros, from room that was reserved and not yet used."""
     with path.open("rb") as file:
         begin = file.read(MARGIN + 1)
     return len(begin) <= MARGIN and not any(begin)
 
 
 def _holds_something(part: Path) -> bool:
-    """Whether a part has samples, or is damaged: then somebody may want to save what is in it."""
+    """Whether a part has samples, or is damaged: then somebody may want to save its content."""
     if _is_blank(part):
         return False
     try:
@@ -91,7 +91,7 @@ def _holds_something(part: Path) -> bool:
 
 
 def _writer(part: Path) -> str | None:
-    """Who writes the part, as far as it says so yet."""
+    """The process and host that write the part, for messages; None where the part does not have them yet."""
     try:
         with open_rehearsed(part) as contents:
             attributes = contents.attributes()

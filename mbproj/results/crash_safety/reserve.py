@@ -1,4 +1,4 @@
-"""Room on the disk is taken before HDF5 writes: a write that fails inside HDF5 leaves it unable to close its file."""
+"""Reserves room on the disk before HDF5 writes: after a write that fails, HDF5 cannot close its file any more."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from collections.abc import Iterable
 
 import h5py
 
-#: Room for HDF5's own bookkeeping of one flush, and for the attributes at the end.
+#: Bytes for HDF5's own bookkeeping of one flush, and for the attributes at the end.
 MARGIN = 2**20
-#: What Fletcher-32 adds to a chunk.
+#: The bytes that Fletcher-32 adds to a chunk.
 CHECKSUM = 4
 FULL = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EIO)
 
 
 def room_for(file: h5py.File, rows: Iterable[tuple[int, int]], before: int, samples: int) -> int:
-    """The size in bytes that the file may reach when datasets grow from `before` samples to `samples`. Of each in
-    `rows` are known the samples that its chunks hold, and the bytes of one."""
+    """The size in bytes that the file may reach when datasets grow from `before` samples to `samples`. `rows` has, for
+    each dataset, the number of samples in a chunk and the bytes of a sample."""
     growth = 0
     for chunk, row_bytes in rows:
         new_chunks = -(-samples // chunk) - -(-before // chunk)
@@ -26,7 +26,7 @@ def room_for(file: h5py.File, rows: Iterable[tuple[int, int]], before: int, samp
 
 
 def reserve(descriptor: int, size: int) -> None:
-    """Make the file at least `size` bytes long, on the disk. Raises OSError where there is no room for that."""
+    """Make the file at least `size` bytes long, with blocks on the disk. Raises OSError where there is no room."""
     if not hasattr(os, "posix_fallocate") or os.fstat(descriptor).st_size >= size:
         return
     try:
@@ -37,7 +37,7 @@ def reserve(descriptor: int, size: int) -> None:
 
 
 def has_room(descriptor: int, size: int) -> bool:
-    """Whether the file can be made so long, and is: for what a full disk may leave out."""
+    """Make the file at least `size` bytes long; return whether there was room. For data that a full disk may lose."""
     try:
         reserve(descriptor, size)
     except OSError:
@@ -46,6 +46,6 @@ def has_room(descriptor: int, size: int) -> bool:
 
 
 def write_whole(descriptor: int, data: bytes) -> None:
-    """Write `data` at the begin of the file. Raises OSError where not all of it has room."""
+    """Write `data` at the beginning of the file. Raises OSError where there is no room for all of it."""
     if os.pwrite(descriptor, data, 0) < len(data):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))

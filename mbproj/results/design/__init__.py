@@ -1,1 +1,1 @@
-"""What pictures of a design show, kept in its folder."""
+"""The data of a design's pictures, stored in the design's folder."""

@@ -1,4 +1,4 @@
-"""`design.json` in the folder of a design: what its pictures show, so that they can be drawn again."""
+"""`design.json` in the folder of a design: the data of its pictures, so that they can be drawn again."""
 
 from __future__ import annotations
 
@@ -15,14 +15,15 @@ from mbproj.errors import InputError, Place, Problem
 
 FILE = "design.json"
 FORMAT = "mbproj design 1"
-#: Larger files are not read.
+#: The most bytes of a file that is read.
 LARGEST = 200_000_000
 AGAIN = "write it again with: mbproj fit SPEC, or mbproj optimise SPEC"
 
 
 @dataclass(frozen=True, eq=False)
 class Matched:
-    """What is drawn of a match: `given` and `reached` (N, k) over `abscissa` (N,), or in a plane where that is None."""
+    """The data of one match: the curves `given` and `reached` (N, k) over `abscissa` (N,), or in a plane where that is
+    None."""
 
     name: str
     abscissa: Array | None
@@ -35,9 +36,9 @@ class Matched:
 
 @dataclass(frozen=True, eq=False)
 class Drawn:
-    """A design's pictures: `matches`; the `traces` (n, 2) of searches, runs and `value`; the `correlation` (d, d) of
-    `names`; the `front` (n, g) of several `goals`, of which the first is the one chosen. What a design does not have is
-    empty."""
+    """The data of a design's pictures; a part that the design does not have is empty. `matches`; the `traces` (n, 2) of
+    searches: runs and `value`; the `correlation` (d, d) of `names`; the `front` (n, g) of several `goals`, whose first
+    row is the design chosen."""
 
     remark: str
     value: str
@@ -49,12 +50,12 @@ class Drawn:
     front: Array | None = None
 
     def text(self) -> str:
-        """As the file has it."""
+        """The text of the file."""
         return json.dumps({"format": FORMAT, **asdict(self)}, default=lambda array: array.tolist()) + "\n"
 
 
 def read_drawn(folder: Path) -> Drawn:
-    """What the folder of a design has. Raises InputError where there is none, or it is damaged."""
+    """Read `design.json` in the folder of a design. Raises InputError where it does not exist or is damaged."""
     path = folder / FILE
     try:
         if path.stat().st_size > LARGEST:
@@ -71,7 +72,7 @@ def read_drawn(folder: Path) -> Drawn:
 
 
 def _drawn(found: dict[str, Any]) -> Drawn:
-    """The record, with every shape checked. Raises what is wrong as ValueError, TypeError or KeyError."""
+    """The record, with every shape checked. Raises ValueError, TypeError or KeyError where the data are wrong."""
     matches = tuple(_matched(each) for each in found["matches"])
     names, goals = tuple(map(str, found["names"])), tuple(map(str, found["goals"]))
     return Drawn(

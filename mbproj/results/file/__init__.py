@@ -1,4 +1,4 @@
-"""The bytes of a results file: opened, looked over and read here and nowhere else: a file may come from anybody.
+"""Opens, checks and reads the bytes of a results file. No other folder does, since a file may come from anybody.
 
 Nothing outside this folder touches h5py for reading; `Contents` is what the rest of `results` works with.
 """
@@ -11,9 +11,9 @@ from importlib import import_module
 
 
 def _import_hdf5() -> None:
-    """When h5py is imported, it asks for all that `platform.uname()` knows. A child process finds the processor's name,
-    25 ms for what is not used. h5py finds an empty name in its place, and whoever asks later gets the true one."""
-    with suppress(TypeError):  # a Python whose answer keeps nothing
+    """Import h5py without a search for the processor's name. h5py asks for all of `platform.uname()`, for which a child
+    process runs 25 ms; h5py does not use it. It gets an empty name, and later callers get the true one."""
+    with suppress(TypeError):  # some versions of Python do not cache the answer
         known = vars(platform.uname())
         if "processor" not in known:
             known["processor"] = ""

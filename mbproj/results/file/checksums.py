@@ -1,8 +1,8 @@
-"""Checksums of what stands in a file: CRC-32 of each dataset's bytes and of each attribute that mbproj wrote.
+"""Checksums in a file: the CRC-32 of each dataset's bytes, and of each attribute that mbproj wrote.
 
-HDF5 guards its own bookkeeping, and Fletcher-32 each chunk of samples. What neither sees has these: data without
-chunks, text attributes (they stand in a heap without a checksum), and chunks that became zeros as a whole, which
-Fletcher-32 takes for right.
+HDF5 guards its own bookkeeping, and Fletcher-32 guards each chunk of samples. These checksums guard the rest: data
+without chunks, text attributes (in a heap without a checksum), and chunks that became zeros as a whole, which
+Fletcher-32 accepts.
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ import numpy.typing as npt
 
 from mbproj.results.file.attributes import add_texts, put_integer
 
-#: The attribute of a dataset; NOT_YET while samples are added.
+#: The attribute with the checksum of a dataset; its value is NOT_YET while samples are added.
 OF_DATA, NOT_YET = "crc32", -1
-#: The attribute of a group or a dataset: a JSON object, checksum by attribute.
+#: The attribute with the checksums of the other attributes of a group or a dataset: a JSON object by name.
 OF_ATTRIBUTES = "crc32_of_attributes"
 
 
 def crc32(values: npt.NDArray[Any], so_far: int = 0) -> int:
-    """The checksum of an array's bytes as the file has them; `so_far` is that of what stands before them. Texts of any
-    length stand elsewhere: they count as a list."""
+    """The checksum of an array's bytes as they are in the file; `so_far` is that of the bytes before. The file has
+    texts of any length elsewhere, so that their list is taken."""
     if values.dtype.kind == "O":
         return of_value([plain(text) for text in values.reshape(-1).tolist()])
     stored = np.ascontiguousarray(values, dtype=values.dtype.newbyteorder("<"))
@@ -34,18 +34,18 @@ def crc32(values: npt.NDArray[Any], so_far: int = 0) -> int:
 
 
 def stamp(dataset: h5py.Dataset, checksum: int) -> None:
-    """Note the checksum at the dataset."""
+    """Store the checksum of a dataset as its attribute."""
     put_integer(dataset, OF_DATA, checksum)
 
 
 def stamp_attributes(group: h5py.Group) -> None:
-    """Note the checksums of the attributes that the group has by now."""
+    """Store the checksums of the attributes that the group has now."""
     found = {name: of_value(plain(value)) for name, value in group.attrs.items() if name != OF_ATTRIBUTES}
     group.attrs[OF_ATTRIBUTES] = json.dumps(found)
 
 
 def describe(dataset: h5py.Dataset, texts: Mapping[str, str]) -> None:
-    """Give a new dataset texts by name, and their checksums."""
+    """Add attributes to a new dataset, texts by name, and their checksums."""
     checksums = {name: of_value(text) for name, text in texts.items()}
     add_texts(dataset, {**texts, OF_ATTRIBUTES: json.dumps(checksums)})
 
@@ -56,7 +56,7 @@ def of_value(value: Any) -> int:
 
 
 def plain(value: Any) -> Any:
-    """A Python number, text or list for NumPy's."""
+    """A value of NumPy as a number, text or list of Python."""
     if isinstance(value, np.ndarray):
         return [plain(item) for item in value.tolist()]
     found = value.item() if isinstance(value, np.generic) else value
@@ -64,7 +64,7 @@ def plain(value: Any) -> Any:
 
 
 def wrong_attributes(attributes: Mapping[str, Any]) -> list[str]:
-    """The attributes that are not what they were when the group was stamped; none where it never was."""
+    """The names of attributes that differ from their stored checksums; [] where the group has no checksums."""
     if OF_ATTRIBUTES not in attributes:
         return []
     try:

@@ -1,6 +1,6 @@
 """`Contents`: every read from an opened results file. Kind, shape, size and checksum are checked before use.
 
-A file declares what it likes: sizes are held against the bytes that are there before any array is allocated.
+A damaged file may declare any size: sizes are compared with the bytes of the file before an array is allocated.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ from mbproj.results.faults import damaged
 from mbproj.results.file.checksums import OF_ATTRIBUTES, plain, wrong_attributes
 from mbproj.results.file.dataset import COMPRESSING, DAMAGE, FILTERS, Shape, StoredDataset
 
-#: All that a file holds may be this many times its size when it is unpacked, or this many bytes.
+#: The most bytes of a file's data in memory: UNPACKED times the size of the file, or UNPACKED_BYTES if that is more.
 UNPACKED, UNPACKED_BYTES = 64, 2**26
-#: Attributes are numbers, flags and text in place; one may have this many bytes.
+#: Attributes are numbers, flags and texts that are stored in place, each of at most ATTRIBUTE_BYTES.
 ATTRIBUTE_TYPES = (h5t.INTEGER, h5t.FLOAT, h5t.ENUM, h5t.STRING)
 ATTRIBUTE_BYTES = 2**20
 
@@ -32,10 +32,10 @@ UNCHECKED = "do not have their checksum: the run was killed while it wrote them,
 
 @final
 class Contents:
-    """What the opened `file`, read from `path`, holds, by the paths of the layout; closed by `close`.
+    """The contents of the opened `file` at `path`, by the paths of the layout; `close` closes it.
 
-    `unfinished`: a run is writing it, or was killed; `grows_from` is then the number of samples that are whole, as far
-    as it is known. Whatever is wrong is an InputError that names file and part.
+    `unfinished`: a run is writing it, or was killed; `grows_from` is then the number of complete samples, None until it
+    is known. Every fault is an InputError that names the file and the part.
     """
 
     def __init__(self, file: h5py.File, path: Path, *, unfinished: bool) -> None:
@@ -55,7 +55,7 @@ class Contents:
 
     @property
     def is_open(self) -> bool:
-        """Whether it can be read."""
+        """Whether the file is open, so that it can be read."""
         return bool(self._file)
 
     def close(self) -> None:
@@ -68,12 +68,11 @@ class Contents:
             return name in self._file
 
     def damaged(self, name: str, what: str) -> InputError:
-        """The error that this part of the file is wrong."""
+        """The error of a damaged part of the file."""
         return damaged(self.path, f"'{name}' {what}")
 
     def check_whole(self, name: str) -> None:
-        """Reads a dataset with all that is said of it. Raises InputError where one of its checksums is wrong, or there
-        is none."""
+        """Read a dataset with its attributes. Raises InputError where one of its checksums is wrong or missing."""
         dataset = self._dataset(name)
         if not self.is_guarded(name):
             raise self.damaged(name, "has no checksum")
@@ -86,18 +85,18 @@ class Contents:
         found: list[str] = []
         with self._reading("/"):
             self._file.visititems(lambda name, item: found.append(name) if isinstance(item, h5py.Dataset) else None)
-            for place, name in enumerate(found):  # a scale of several groups stands in the root, too
+            for place, name in enumerate(found):  # a scale of several groups is also in the root
                 shared = name.rpartition("/")[2]
                 if shared in self._file and self._file[shared] == self._file[name]:
                     found[place] = shared
         return found
 
     def rows(self, name: str, trailing: tuple[int, ...], dtype: npt.DTypeLike = "f8") -> int:
-        """The length of the first axis of a dataset with this shape after it."""
+        """The length of the first axis of a dataset; its other axes must have the lengths `trailing`."""
         return self._fitting(name, (None, *trailing), dtype).shape[0]
 
     def check_room(self, name: str, rows: int | None = None) -> None:
-        """Raises InputError where the file is too small to hold so many rows of a dataset, or all of it."""
+        """Raises InputError where the file is too small to hold `rows` rows of a dataset, or all of them (None)."""
         dataset = self._dataset(name)
         with self._reading(name):
             needed, stored, filters = dataset.size(rows), dataset.stored, dataset.filters
@@ -115,8 +114,8 @@ class Contents:
     def array(
         self, name: str, shape: Shape, dtype: npt.DTypeLike = "f8", window: slice | None = None
     ) -> npt.NDArray[Any]:
-        """The numbers of a dataset of this shape and type, or the rows in `window` of its first axis. The checksum of
-        the whole is checked where the whole is read."""
+        """The numbers of a dataset of this shape and type, or those in the rows `window`. Its checksum is compared
+        where all of it is read."""
         dataset = self._fitting(name, shape, dtype)
         self.check_room(name, window.stop if window else None)
         return self._read(dataset, name, window)
@@ -130,8 +129,8 @@ class Contents:
         return self._texts(name, ())[0]
 
     def column(self, name: str, shape: Shape) -> npt.NDArray[Any]:
-        """Numbers, or texts of any length, of this shape. Texts stand apart from their dataset: what they take is
-        limited where they are read, in the rehearsal."""
+        """The numbers, or texts of any length, of a dataset of this shape. The file has texts apart from their dataset:
+        the rehearsal limits the memory that they take."""
         dataset = self._dataset(name)
         if not dataset.has_texts:
             return self.array(name, shape)
@@ -161,8 +160,8 @@ class Contents:
         return tuple(found)
 
     def attributes(self, group: str = "/") -> Mapping[str, Any]:
-        """The attributes that are numbers, flags or text. Those that mbproj wrote, lists of texts too, are checked
-        against their checksums once the file is finished."""
+        """The attributes that are numbers, flags or texts. In a finished file those that mbproj wrote, also lists of
+        texts, are compared with their checksums."""
         try:
             found = dict(_attributes(self._file[group]))
         except DAMAGE as error:
@@ -172,7 +171,7 @@ class Contents:
         return {name: value for name, value in found.items() if name != OF_ATTRIBUTES and not isinstance(value, list)}
 
     def check_description(self, name: str) -> None:
-        """Raises InputError where what the file says of a dataset, its unit for example, is not what was written."""
+        """Raises InputError where an attribute of a dataset, as its unit, differs from its checksum."""
         self._dataset(name)
         with self._reading(name):
             found = wrong_attributes(dict(_attributes(self._file[name])))
@@ -180,7 +179,7 @@ class Contents:
             raise self.damaged(name, f"has an attribute '{attribute}' that is not what was written")
 
     def unreadable_rows(self, name: str, rows: int) -> list[tuple[int, int]]:
-        """Where a dataset cannot be read: the first and the last row of each chunk."""
+        """The first and the last row of each chunk of a dataset that cannot be read."""
         dataset, found = self._dataset(name), []
         for first in range(0, rows, max(1, dataset.chunk_rows)):
             last = min(first + dataset.chunk_rows, rows)
@@ -202,7 +201,7 @@ class Contents:
 
     @contextmanager
     def _reading(self, name: str) -> Iterator[None]:
-        """What h5py raises is said of this part of the file."""
+        """Turn the exceptions of h5py in this block into the error of a damaged part of the file."""
         try:
             yield
         except DAMAGE as error:
@@ -225,7 +224,7 @@ class Contents:
         return dataset
 
     def _present_size(self) -> int:
-        """The size of the file; what a run writes grows, and is renamed at its end."""
+        """The present size of the file in bytes: it grows while a run writes it, which renames it at its end."""
         if self.unfinished and self.path.exists():
             self._size = max(self._size, self.path.stat().st_size)
         return self._size
@@ -267,5 +266,5 @@ def _attributes(place: h5py.Group | h5py.Dataset) -> Iterator[tuple[str, Any]]:
             value = plain(place.attrs[name])
             for text in value if isinstance(value, list) else [value]:
                 if isinstance(text, str):
-                    text.encode()  # what is not UTF-8 was read with surrogates, which nothing can print
+                    text.encode()  # raises for bytes that are no UTF-8, which were read as surrogates
             yield name, value

@@ -1,4 +1,4 @@
-"""The arrays of a results file that stay in memory: those asked for last, as far as they are not large together."""
+"""A cache of the arrays of a results file: the most recently used stay in memory, up to a size."""
 
 from __future__ import annotations
 
@@ -8,19 +8,20 @@ from typing import Any, TypeAlias, final
 import numpy.typing as npt
 
 Values: TypeAlias = npt.NDArray[Any]
-#: What they take together at most, bytes; one alone may take more.
+#: The most bytes of all arrays together; one alone may take more.
 KEPT_BYTES = 2**25
 
 
 @final
 class KeptArrays:
-    """By path; times are always kept."""
+    """The arrays by path, those used last at the end; the times always stay."""
 
     def __init__(self) -> None:
         self._arrays: dict[str, Values] = {}
 
     def get(self, path: str, read: Callable[[], Values]) -> Values:
-        """The array of a path, read where it is not here. Those that were not asked for longest may go."""
+        """The array of a path, which is read where it is not here. Those that were not used for longest may be
+        dropped."""
         found = self._arrays.pop(path, None)
         self._arrays[path] = found = read() if found is None else found
         size = sum(values.nbytes for values in self._arrays.values())

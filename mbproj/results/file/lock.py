@@ -15,8 +15,8 @@ except ImportError:  # Windows, where a file that is open cannot be replaced any
 
 
 def lock(descriptor: int) -> bool:
-    """Lock the open file for this process until any of its descriptors is closed. False where another process has
-    it; True too where locks are not available."""
+    """Lock the open file for this process, until any descriptor of the file is closed. Return False where another
+    process has the lock; True also where locks are not available."""
     if fcntl is None:
         return True
     try:

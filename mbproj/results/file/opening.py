@@ -1,4 +1,4 @@
-"""The door: how a results file is opened, also while a run writes it or after a kill."""
+"""Opens a results file, also while a run writes it or after a kill."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from mbproj.results.file.superblock import SIGNATURE, ClosedView, is_open_for_wr
 from mbproj.results.layout import FORMAT
 
 NEEDED = "results are what 'mbproj run SCENE' writes"
-#: What is wrong with a file that begins as HDF5 does and that HDF5 cannot open.
+#: The fault of a file that has the signature of HDF5, but that HDF5 cannot open.
 UNFINISHED = "the run that wrote it was killed before its first samples, or the file was cut short"
 
 
 class Identity(Enum):
-    """Whose a file is."""
+    """Whether mbproj wrote a file."""
 
     OURS = auto()
     FOREIGN = auto()
@@ -35,8 +35,8 @@ class Identity(Enum):
 
 
 def open_rehearsed(path: Path, act: Callable[[Contents], object] = Contents.attributes) -> Contents:
-    """The file at `path`, after that and `act`, what the reader is about to do, were rehearsed. Raises InputError where
-    HDF5 cannot open it, or it leads out of itself."""
+    """Open the file at `path`, after a rehearsal of that and of `act`, which the reader will do next. Raises InputError
+    where HDF5 cannot open it, or it has links to other files."""
     try:
         check_regular(path, NEEDED)
         looked_over = rehearse(lambda: act(_open_contents(path)), path)
@@ -46,13 +46,13 @@ def open_rehearsed(path: Path, act: Callable[[Contents], object] = Contents.attr
 
 
 def open_own(path: Path) -> Contents:
-    """A file that this process has just written, which needs no rehearsal."""
+    """Open a file that this process has just written, which needs no rehearsal."""
     return _open_contents(path, looked_over=True)
 
 
 def _open_contents(path: Path, *, looked_over: bool = False) -> Contents:
-    """The file at `path`. Raises InputError where HDF5 cannot open it, or it leads out of itself; `looked_over`: a
-    child has seen that it does not. HDF5 may not come back from here."""
+    """Open the file at `path`. Raises InputError where HDF5 cannot open it, or it has links to other files;
+    `looked_over`: a child process has found none. For a damaged file HDF5 may not return."""
     try:
         check_regular(path, NEEDED)
         unfinished = is_open_for_writing(path)
@@ -73,7 +73,7 @@ def _open_contents(path: Path, *, looked_over: bool = False) -> Contents:
 
 def _open(path: Path, unfinished: bool) -> h5py.File:
     if not unfinished:
-        with suppress(OSError):  # a program may open it too, and in one process all have to lock a file, or none
+        with suppress(OSError):  # the process may have it open without a lock; then all must open it so
             return h5py.File(path, "r", **CHUNK_CACHE)
         return h5py.File(path, "r", locking=False, **CHUNK_CACHE)
     if is_locked(path):
@@ -82,14 +82,14 @@ def _open(path: Path, unfinished: bool) -> h5py.File:
 
 
 def identify(path: Path) -> Identity:
-    """Whose the regular file at `path` is, whatever its schema version. May raise OSError."""
+    """Whether mbproj wrote the regular file at `path`, in any schema version. May raise OSError."""
     if not has_signature(path):
         return Identity.FOREIGN
     try:
         rehearse(lambda: _format_of(path), path)
         if _format_of(path) == FORMAT:
             return Identity.OURS
-        with open_rehearsed(path) as contents:  # it may be hidden by what is damaged
+        with open_rehearsed(path) as contents:  # raises InputError where damage may hide the format
             ours = contents.attributes().get("format") == FORMAT
     except InputError:
         return Identity.UNREADABLE
@@ -97,7 +97,7 @@ def identify(path: Path) -> Identity:
 
 
 def _format_of(path: Path) -> object:
-    """The attribute that says whose the file is; nothing else of it is looked at."""
+    """The attribute `format` of the file; nothing else is read."""
     try:
         with _open(path, is_open_for_writing(path)) as file:
             return plain(file.attrs.get("format"))
@@ -106,7 +106,7 @@ def _format_of(path: Path) -> object:
 
 
 def unreadable(path: Path) -> InputError:
-    """What is wrong with a file that HDF5 cannot open."""
+    """The error of a file that HDF5 cannot open."""
     try:
         return damaged(path, UNFINISHED) if has_signature(path) else not_ours(path)
     except OSError as error:
@@ -114,6 +114,6 @@ def unreadable(path: Path) -> InputError:
 
 
 def has_signature(path: Path) -> bool:
-    """Whether the file at `path` begins as HDF5 does. May raise OSError."""
+    """Whether the file at `path` begins with the signature of HDF5. May raise OSError."""
     with path.open("rb") as file:
         return file.read(len(SIGNATURE)) == SIGNATURE

@@ -1,4 +1,4 @@
-"""Groups that hold records, a dataset a field: they are empty at the start of a run and filled at its end."""
+"""Groups of records with one dataset for each field: empty at the start of a run, and filled at its end."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ import numpy as np
 
 from mbproj.results.file.checksums import NOT_YET, crc32, describe, stamp
 
-#: Bytes of the longest text that is kept.
+#: The most bytes of a text; longer ones are cut.
 LONGEST = 200
 TEXT = h5py.string_dtype("utf-8", LONGEST)
-#: By field: what an entry is in HDF5, its unit, what it is.
+#: The HDF5 type of an entry, its unit and its description, by field.
 Fields: TypeAlias = Mapping[str, tuple[Any, str, str]]
 
 
 def create_records(file: h5py.File, group: str, fields: Fields) -> None:
-    """The group without records: the file's structure must be there from the start."""
+    """Create the group without records: the file must have its whole structure from the start."""
     for name, (dtype, unit, description) in fields.items():
         data = file.create_dataset(f"{group}/{name}", (0,), dtype, maxshape=(None,), chunks=(64,), fletcher32=True)
         describe(data, {"units": unit, "description": description} if unit else {"description": description})
@@ -26,13 +26,12 @@ def create_records(file: h5py.File, group: str, fields: Fields) -> None:
 
 
 def room_for_records(count: int, fields: Fields) -> int:
-    """What writing so many records adds to the file at most, in bytes: its texts, with room to spare
-    for the numbers."""
+    """The most bytes that `count` records add to the file: those of the texts, with a margin for the numbers."""
     return (count + 64) * sum(LONGEST + 64 for dtype, _, _ in fields.values() if dtype is TEXT)
 
 
 def write_records(file: h5py.File, group: str, fields: Fields, records: Sequence[Any]) -> None:
-    """Fills the group with the attributes of these names."""
+    """Write the records into the group: each field from the attribute of that name."""
     for name, (dtype, _, _) in fields.items():
         values = [getattr(record, name) for record in records]
         data = np.array([_cut(value) for value in values] if dtype is TEXT else values, dtype=dtype)
@@ -44,5 +43,5 @@ def write_records(file: h5py.File, group: str, fields: Fields, records: Sequence
 
 
 def _cut(text: str) -> bytes:
-    """As much of the text as fits, no character in parts."""
+    """The text in UTF-8, cut to the characters that fit as a whole."""
     return text.encode()[:LONGEST].decode(errors="ignore").encode()

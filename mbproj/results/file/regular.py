@@ -1,4 +1,4 @@
-"""What stands at a path: results are read from regular files only. A pipe or a device would block whoever opens it."""
+"""Checks the kind of file at a path: results are read from regular files only. Opening a pipe or a device may block."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ KINDS = (
 
 
 def what_else(path: Path) -> str | None:
-    """What `path`, or what it is a link to, is in place of a regular file ("a named pipe"); None for a regular file, a
-    directory, and where there is nothing. May raise OSError."""
+    """The kind of `path`, or of its target, where that is no regular file, as "a named pipe". None for a regular file,
+    a directory, and a path without a file. May raise OSError."""
     try:
         mode = path.stat().st_mode
     except FileNotFoundError:
@@ -26,7 +26,7 @@ def what_else(path: Path) -> str | None:
 
 
 def check_regular(path: Path, hint: str) -> None:
-    """Raises InputError where `path` is something that cannot be opened without waiting. May raise OSError."""
+    """Raises InputError where opening `path` may block. May raise OSError."""
     kind = what_else(path)
     if kind is not None:
         raise InputError(Problem(f"'{path}' is {kind}, not a results file", hint=hint))

@@ -1,7 +1,7 @@
-"""Dimension scales: which names stand along the axes of the arrays, as netCDF-4 has it, so that xarray shows them.
+"""Dimension scales: the names along the axes of arrays, in the way of netCDF-4, so that xarray shows them.
 
-Time is a scale of every array, the names of bodies, joints and so on are scales of theirs. xarray shows what stands in
-the group of an array: so do time and the components, by hard links.
+Time is a scale of every array; the names of bodies, joints and so on are scales of their arrays. xarray shows scales in
+the group of an array: hard links put time and the components there, too.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from mbproj.results.file.whole import create_text
 from mbproj.results.layout import ALL_NAMES, Dataset
 
 TIME = "time"
-#: References of a dataset to its scales, one list an axis, and of a scale to the datasets and axes that it is of.
+#: HDF5 types: a reference, the list of scales of an axis, and the use of a scale for an axis of a dataset.
 REFERENCE = h5py.ref_dtype
 SCALES = h5py.vlen_dtype(REFERENCE)
 USES = np.dtype([("dataset", REFERENCE), ("dimension", "<u4")])
-#: Where the names of the columns stand, by the symbol of the layout; units stand beside them.
+#: The paths of the names of columns, by the symbol of the layout.
 NAMES = {entry.symbol: entry.path for kind, entry in ALL_NAMES.items() if not kind.endswith("_units")}
 #: The components of vectors and of Euler parameters, by their number.
 COMPONENTS = {
@@ -33,7 +33,7 @@ COMPONENTS = {
 
 
 def name_axes(file: h5py.File, datasets: Sequence[Dataset]) -> None:
-    """Makes the scales of these arrays, whose names are written, and attaches them to all their axes."""
+    """Make scales of the names, which are written already, and attach them to all axes of these arrays."""
     for name, texts, description in COMPONENTS.values():
         create_text(file, name, texts, description)
     along = {each.path: _along(each) for each in datasets if each.path != TIME}
@@ -60,11 +60,11 @@ def _reference(file: h5py.File, path: str) -> h5r.Reference:
 
 
 def _put(target: h5d.DatasetID, name: bytes, values: npt.NDArray[Any]) -> None:
-    """An attribute as HDF5's own calls for scales write it, one array after the other: they take four times as long."""
+    """Write an attribute of scales. HDF5's calls for scales write the same, but take four times as long."""
     kind = h5t.py_create(values.dtype, logical=True)
     h5a.create(target, name, kind, h5s.create_simple(values.shape)).write(values, mtype=h5t.py_create(values.dtype))
 
 
 def _along(dataset: Dataset) -> list[str]:
-    """The scales of an array, axis by axis."""
+    """The paths of the scales of an array, one for each axis."""
     return [TIME, *(NAMES[size] if isinstance(size, str) else COMPONENTS[size][0] for size in dataset.shape)]

@@ -1,4 +1,4 @@
-"""The /scene group of a file: the text that the scene can be read from again, and the meshes that its bodies wear."""
+"""The /scene group of a file: the text from which the scene can be read again, and the meshes of its bodies."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def text(contents: Contents, name: str) -> str:
 
 
 def as_json(contents: Contents, name: str) -> Any:
-    """What the JSON in a text of the group says."""
+    """The value of a JSON text of the group."""
     try:
         return json.loads(text(contents, name))
     except (ValueError, RecursionError) as error:
@@ -28,7 +28,7 @@ def as_json(contents: Contents, name: str) -> Any:
 
 
 def path(contents: Contents) -> Path | None:
-    """Where the scene file stood; None for text from elsewhere."""
+    """The path of the scene file; None for text from elsewhere."""
     found = text(contents, "path")
     if "\0" in found:
         raise contents.damaged("scene/path", "is not a path")
@@ -36,7 +36,7 @@ def path(contents: Contents) -> Path | None:
 
 
 def overrides(contents: Contents) -> dict[str, str]:
-    """Parameters that --set changed."""
+    """The parameters that --set changed."""
     values = as_json(contents, "overrides")
     if not (isinstance(values, dict) and all(isinstance(value, str) for value in values.values())):
         raise contents.damaged("scene/overrides", "is not text by parameter")
@@ -44,7 +44,7 @@ def overrides(contents: Contents) -> dict[str, str]:
 
 
 def meshes(contents: Contents) -> dict[str, TriangleMesh]:
-    """By body; none in files of older programs."""
+    """The meshes by body; {} in files of older programs."""
     if not contents.has(MESHES):
         return {}
     found: dict[str, TriangleMesh] = {}

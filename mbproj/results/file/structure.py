@@ -1,4 +1,4 @@
-"""A file's groups and links, looked over before any dataset is used: nothing in a results file leads out of it."""
+"""Checks a file's groups and links before any dataset is used: nothing in a results file may lead to another file."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from h5py import h5d, h5g, h5l, h5o
 
 from mbproj.errors import InputError, Problem
 
-#: Links that name where an object is; mbproj writes hard links alone, which are the object.
+#: Links that name the place of an object. mbproj writes only hard links, which lead to an object of the file itself.
 LINKS = {h5l.TYPE_SOFT: "a soft link", h5l.TYPE_EXTERNAL: "an external link"}
 
 
 def check_structure(file: h5py.File, path: Path) -> None:
-    """Raises InputError that names the first link out of the file, or the first dataset whose numbers stand in another.
-    Nothing that they lead to is opened."""
+    """Raises InputError that names the first link out of the file, or the first dataset with its numbers in another.
+    None of the other files is opened."""
     for name, what in _ways_out(file.id):
         message = f"'{path}': '{name}' is {what}, which could lead to another file"
         raise InputError(Problem(message, hint="a results file holds all of its data itself; repeat the run"))
 
 
 def _ways_out(root: h5g.GroupID) -> Iterator[tuple[str, str]]:
-    """Each link or dataset that leads out of the file, and what it is. Every object is visited once."""
+    """Yield each link or dataset that leads out of the file, and its kind. Every object is visited once."""
     groups = [("", h5g.open(root, b"/"))]
     seen = {h5o.get_info(root).addr}
     while groups:
@@ -52,8 +52,8 @@ def _links(group: h5g.GroupID) -> list[tuple[bytes, int]]:
 
 
 def _storage_elsewhere(dataset: h5d.DatasetID) -> str | None:
-    """What a dataset is whose numbers stand elsewhere. Its properties are asked, not its shape: that of a virtual
-    dataset depends on files which HDF5 would open."""
+    """The kind of a dataset whose numbers are in another file; None for others. Its properties tell; its shape is not
+    asked for, since HDF5 would open other files for that of a virtual dataset."""
     properties = dataset.get_create_plist()
     if properties.get_layout() == h5d.VIRTUAL:
         return "a virtual dataset"

@@ -1,4 +1,4 @@
-"""Reading a results file that a kill left: HDF5 refuses it for a flag in its first bytes, the superblock.
+"""Reads a results file that a kill has left: HDF5 refuses it for a flag in its first bytes, the superblock.
 
 The superblock's version 3 is: 0 signature, 8 version, 9 and 10 sizes of addresses and lengths, 11 flags, 12 base,
 20 extension, 28 end of file, 36 root, 44 checksum (HDF5 file format specification, III.A). h5py cannot clear the flags
@@ -25,7 +25,7 @@ def is_open_for_writing(path: Path) -> bool:
 
 
 class ClosedView(io.FileIO):
-    """The file at `path` for reading, its superblock without flags and with the end of file where it is."""
+    """The file at `path` for reading, as HDF5 would have closed it: no flags, and the true end of file."""
 
     def __init__(self, path: Path) -> None:
         super().__init__(path, "rb")
@@ -36,7 +36,7 @@ class ClosedView(io.FileIO):
         self._head = bytes(head)
 
     def readinto(self, buffer: Any) -> int:
-        """Bytes from the present position on into `buffer`; how many there were."""
+        """Read bytes from the present position into `buffer`; return how many."""
         start, view = self.tell(), memoryview(buffer).cast("B")
         count = super().readinto(view) or 0
         if start < SIZE:

@@ -1,4 +1,4 @@
-"""Arrays of a file that are written at once, and do not grow: numbers, and texts."""
+"""Writes arrays that do not grow, each at once: numbers, and texts."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from h5py import h5d, h5p, h5s, h5t
 
 from mbproj.results.file.checksums import crc32, describe, stamp
 
-#: A dataset is created with the groups of its path.
+#: The property by which a dataset is created together with the groups in its path.
 GROUPS_TOO = h5p.create(h5p.LINK_CREATE)
 GROUPS_TOO.set_create_intermediate_group(True)
 
 
 def as_text(name: str) -> str:
-    """A text that may have a path in it, for HDF5: bytes in a file name that are no text become \\udcff, say."""
+    """A text for HDF5, which may have a path in it: bytes of a file name that are no text are written as \\udcff."""
     return name.encode(errors="backslashreplace").decode()
 
 
 def create_whole(group: h5py.Group, path: str, values: npt.NDArray[Any]) -> h5py.Dataset:
-    """An array that is written at once, and does not grow."""
+    """Write an array of fixed size."""
     kind = h5t.py_create(values.dtype, logical=True)
     properties = h5p.create(h5p.DATASET_CREATE)
     properties.set_obj_track_times(False)
@@ -35,7 +35,7 @@ def create_whole(group: h5py.Group, path: str, values: npt.NDArray[Any]) -> h5py
 
 
 def create_text(group: h5py.Group, path: str, texts: str | Sequence[str], description: str) -> None:
-    """A dataset of UTF-8 strings of one length: they stand in place, where a variable length needs HDF5's heap."""
+    """Write a dataset of UTF-8 strings of one length, which are stored in place; others would need HDF5's heap."""
     listed = [texts] if isinstance(texts, str) else list(texts)
     encoded = [as_text(text).encode() for text in listed]
     kind = h5py.string_dtype("utf-8", max([1, *map(len, encoded)]))

@@ -33,14 +33,14 @@ LAYOUT = FileLayout(
         RecordField("output_units", "model/output_units", ("y",), "1", "their units", kind="text"),
     ),
 )
-#: A member of the files that others read, by which we know ours.
+#: A member of .npz and .mat files, by which mbproj recognises those that it wrote.
 MARK = "mbproj_linear_model"
 
 
 @dataclass(frozen=True, eq=False)
 class StoredModel:
-    """The matrices, and names and units of states, inputs and outputs; `where` it is linearised, at `time` in s;
-    `title` is the scene's."""
+    """A linear model: its matrices, and the names and units of its states, inputs and outputs. `where` it is
+    linearised, at `time` in s; `title` is the scene's."""
 
     A: Array
     B: Array
@@ -66,7 +66,7 @@ def _marked(magic: bytes) -> Callable[[Path], bool]:
     return wrote
 
 
-#: What a file of each ending is.
+#: The kind of file by its ending.
 KINDS: Mapping[str, FileKind] = MappingProxyType(
     {
         ".h5": hdf5(LAYOUT.format),
@@ -77,7 +77,7 @@ KINDS: Mapping[str, FileKind] = MappingProxyType(
 
 
 def write_model(path: Path, model: StoredModel, scene: Scene, *, force: bool = False) -> Path:
-    """Writes the model in the format of the path's ending."""
+    """Write the model in the format of the path's ending, and return the path."""
     values: dict[str, Any] = {field.name: getattr(model, field.name) for field in fields(StoredModel)}
     if path.suffix == ".h5":
         attributes = {name: values[name] for name in ("where", "time", "title")}
@@ -98,7 +98,7 @@ def _plain(value: Any, part: RecordField) -> Any:
 
 
 def read_model(path: Path) -> StoredModel:
-    """Reads the HDF5 file. Raises InputError where it is not one, or damaged."""
+    """Read a linear model from an HDF5 file. Raises InputError where the file is no such one, or damaged."""
     values, attributes = read(path, LAYOUT)
     where, title = (str(attributes.get(name, "")) for name in ("where", "title"))
     return StoredModel(**values, where=where, time=float(attributes.get("time", 0.0)), title=title)

@@ -1,4 +1,4 @@
-"""The file of modes: the pose that is linearised, and of each mode its eigenvalue, shape and energies.
+"""The file of modes: the pose of the linearisation, and the eigenvalue, shape and energies of each mode.
 
 A mode moves the bodies from the pose by Re(displacement · exp(λ t)): three shifts of a body's centre of mass in m and
 three components of a small turn in rad, in global axes.
@@ -90,7 +90,7 @@ LAYOUT = FileLayout(
 
 @dataclass(frozen=True, eq=False)
 class StoredModes:
-    """What the file holds, field by field as in `LAYOUT`: n bodies, nc joint coordinates, k modes, K states of
+    """The modes in a file, field by field as in `LAYOUT`: n bodies, nc joint coordinates, k modes, K states of
     elements. `where` it is linearised, at `time` in s; `axes` names the coordinates; `notes` are for the reader;
     `title` is the scene's."""
 
@@ -124,14 +124,14 @@ class StoredModes:
 
 
 def write_modes(path: Path, modes: StoredModes, scene: Scene, *, force: bool = False) -> Path:
-    """Writes `modes.h5`."""
+    """Write the modes as an HDF5 file, and return its path."""
     attributes: dict[str, Attribute] = {name: getattr(modes, name) for name in ("where", "time", "title", "notes")}
     values = {field.name: getattr(modes, field.name) for field in fields(StoredModes)}
     return write(path, LAYOUT, values, attributes, scene, force=force)
 
 
 def read_modes(path: Path) -> StoredModes:
-    """Reads `modes.h5`. Raises InputError where it is not one, or damaged."""
+    """Read a file of modes. Raises InputError where the file is no such one, or damaged."""
     values, attributes = read(path, LAYOUT)
     where, title, notes = (str(attributes.get(name, "")) for name in ("where", "title", "notes"))
     return StoredModes(**values, where=where, time=float(attributes.get("time", 0.0)), title=title, notes=notes)

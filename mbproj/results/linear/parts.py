@@ -1,6 +1,6 @@
-"""A file as a table of parts: each a field of a record, with where it stands, its shape, its unit and what it is.
+"""A file described by a table of parts: each is a field of a record, with its path, shape, unit and description.
 
-What is complex stands in two datasets, "<path>_real" and "<path>_imag", which every reader of HDF5 knows.
+Complex numbers are in two datasets, "<path>_real" and "<path>_imag", which every reader of HDF5 can read.
 """
 
 from __future__ import annotations
@@ -30,8 +30,9 @@ VERSION = 1
 
 @dataclass(frozen=True)
 class RecordField:
-    """The field `name` of a record at `path`. `shape`: numbers, or symbols, which mean one number throughout the file;
-    a `kind` "text" is a list of texts. What files had `later` than others is empty in those."""
+    """The field `name` of a record, at `path` in the file. `shape` has numbers, or symbols, each of which means one
+    number throughout the file. The `kind` "text" is a list of texts. A `later` field is missing in older files, and
+    then empty or zero."""
 
     name: str
     path: str
@@ -45,7 +46,7 @@ class RecordField:
 
 @dataclass(frozen=True)
 class FileLayout:
-    """What a file of this `format` holds, `what` it is called, and what writes it."""
+    """The layout of a file: its `format`, `what` it is called in messages, the command that writes it, its parts."""
 
     format: str
     what: str
@@ -55,8 +56,8 @@ class FileLayout:
 
 @dataclass(frozen=True)
 class StoredScene:
-    """What a scene can be read from again: its text, where its file stood, parameters that --set changed; and the
-    meshes of its bodies."""
+    """The parts from which a scene can be read again: its text, the path of its file, the parameters that --set
+    changed, and the meshes of its bodies."""
 
     text: str
     path: Path | None
@@ -73,7 +74,7 @@ def write(
     *,
     force: bool = False,
 ) -> Path:
-    """Writes the parts; a file of the same format is replaced."""
+    """Write the parts, the attributes and the scene, and return `path`; a file of the same format is replaced."""
     with (
         replacing(path, hdf5(layout.format), force=force) as draft,
         h5py.File(draft, "w", libver=("v110",) * 2) as file,
@@ -104,8 +105,8 @@ def _write_part(file: h5py.File, part: RecordField, value: Any) -> None:
 
 
 def read(path: Path, layout: FileLayout) -> tuple[dict[str, Any], dict[str, Any]]:
-    """The parts by their names, and the attributes. Raises InputError where the file is not of this format, damaged, or
-    holds names that are not."""
+    """Read the parts, by name, and the attributes. Raises InputError where the file is of another format, damaged, or
+    has names that are not valid."""
     if not path.exists():
         raise InputError(Problem(f"there is no file '{path}'", hint=f"write it with: {layout.writer} -o {path}"))
     with open_rehearsed(path, lambda contents: _read(contents, layout)) as contents:
@@ -113,7 +114,7 @@ def read(path: Path, layout: FileLayout) -> tuple[dict[str, Any], dict[str, Any]
 
 
 def scene_in(path: Path) -> StoredScene:
-    """The scene of which the file is."""
+    """Read the scene that the file belongs to."""
     with open_rehearsed(path) as contents:
         path_then, overrides = stored_scene.path(contents), stored_scene.overrides(contents)
         return StoredScene(stored_scene.text(contents, "text"), path_then, overrides, stored_scene.meshes(contents))
@@ -157,7 +158,7 @@ def _size(axis: str | int, sizes: Mapping[str, int]) -> int:
 
 
 def _check(contents: Contents, part: RecordField, shape: Sequence[int], sizes: dict[str, int]) -> None:
-    """One symbol means one number."""
+    """Raises InputError where a symbol of the shape stands for another number than before in the file."""
     for axis, found in zip(part.shape, shape, strict=True):
         if isinstance(axis, str) and sizes.setdefault(axis, found) != found:
             raise contents.damaged(part.path, f"has {found} entries where {sizes[axis]} are due")

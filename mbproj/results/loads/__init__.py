@@ -1,1 +1,1 @@
-"""The largest loads of a run, and its works: found between samples, kept in /summary/loads."""
+"""The largest loads of a run, and its works: found between samples, and stored in /summary/loads."""

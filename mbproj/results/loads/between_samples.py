@@ -1,5 +1,5 @@
-"""Peaks and integrals of sampled curves. Between samples a polynomial stands for the curve, but never across an event,
-where a load may jump or have a kink."""
+"""Peaks and integrals of sampled curves. Polynomials interpolate between samples, but never across an event, where a
+load may jump or have a kink."""
 
 from __future__ import annotations
 
@@ -9,22 +9,22 @@ import numpy as np
 
 from mbproj.arrays import Array, Integers
 
-#: Samples of the polynomial that finds a peak, and of the lower one that tells how uncertain it is: one less, as odd
-#: derivatives vanish at a peak that is symmetric, and with them the difference to two less.
+#: Samples of the polynomial that finds a peak, and of the lower one that gives its uncertainty. This has one sample
+#: less: with two less the difference would vanish at a symmetric peak, whose odd derivatives are zero.
 WIDE, NARROW = 7, 6
-#: The uncertainty is so many times their difference: at ten samples a swing the error is twice the difference.
+#: The uncertainty is this times their difference; at ten samples a swing the error is twice the difference.
 SAFETY = 3.0
-#: Samples of the polynomial that gives a curve between two samples.
+#: Samples of the polynomial that interpolates a curve.
 AROUND = 6
 #: Samples of the polynomial that is integrated.
 CUBIC = 4
-#: Points of a search, and how often its span shrinks to two cells: the peak is then exact to round-off.
+#: Points of a search, and the number of passes, each over two cells of the one before: the peak is exact to round-off.
 GRID, PASSES = 33, 3
 ROUND_OFF = 4.0 * float(np.finfo(float).eps)
 
 
 class Peaks(NamedTuple):
-    """Of C curves: the largest magnitude with its sign (C,), how far it may be off, and its time in s."""
+    """The peaks of C curves: the largest magnitude with its sign (C,), its uncertainty, and its time in s."""
 
     value: Array
     uncertainty: Array
@@ -32,8 +32,8 @@ class Peaks(NamedTuple):
 
 
 def pieces(time: Array, events: Array) -> Integers:
-    """The number of the piece between events that each sample belongs to, (T,). A sample at an event ends its piece;
-    two samples at one time are the state before and after."""
+    """The number (T,) of the piece between events to which each sample belongs. A sample at an event ends its piece;
+    two samples at one time are the states before and after it."""
     number = np.searchsorted(sorted(set(events.tolist())), time, side="left")  # np.unique imports masked arrays, 8 ms
     return np.asarray(number + np.concatenate([[0], np.cumsum(np.diff(time) <= 0.0)]), dtype=np.intp)
 
@@ -44,10 +44,10 @@ def size(values: Array) -> Array:
 
 
 def peaks(time: Array, values: Array, piece: Integers) -> Peaks:
-    """The largest magnitudes of C curves, values (T, C, k), each in a `piece` (T,) of its own polynomials.
+    """The largest magnitudes of C curves, values (T, C, k). Polynomials do not cross the borders of `piece` (T,).
 
-    The uncertainty is three times the difference to a polynomial of one sample less. A piece of fewer samples than the
-    polynomial needs has the largest sample, and the difference to its neighbours, to those beyond an event too.
+    The uncertainty is three times the difference to a polynomial of one sample less. Where a piece has too few samples
+    for the polynomial, the largest sample is taken, and its difference to its neighbours, also beyond an event.
     """
     sizes = size(values)
     columns = np.arange(sizes.shape[1])
@@ -65,15 +65,15 @@ def peaks(time: Array, values: Array, piece: Integers) -> Peaks:
         sign = np.where(value[smooth] < 0.0, -1.0, 1.0)
         best, when = _search(time, values, columns[smooth], wide, WIDE, low, high, sign)
         other, _ = _search(time, values, columns[smooth], narrow, NARROW, low, high, sign)
-        higher = np.abs(best) > (1.0 + ROUND_OFF) * np.abs(value[smooth])  # what is constant is largest at first
+        higher = np.abs(best) > (1.0 + ROUND_OFF) * np.abs(value[smooth])  # a constant has its peak at the first sample
         value[smooth], at[smooth] = np.where(higher, best, value[smooth]), np.where(higher, when, at[smooth])
         uncertainty[smooth] = SAFETY * np.abs(best - other) + ROUND_OFF * np.abs(best)
     return Peaks(value, uncertainty, at)
 
 
 def _rough(sizes: Array, piece: Integers) -> Array:
-    """The magnitudes, at a largest sample those of the parabola through it and its neighbours: a peak between two
-    samples may be above another that a sample meets."""
+    """The magnitudes, with each local maximum raised to that of the parabola through it and its neighbours. So a peak
+    between two samples can be found larger than another one at a sample."""
     found = sizes.copy()
     if len(sizes) < 3:
         return found
@@ -88,8 +88,8 @@ def _rough(sizes: Array, piece: Integers) -> Array:
 def _search(
     time: Array, values: Array, column: Integers, first: Integers, count: int, low: Array, high: Array, sign: Array
 ) -> tuple[Array, Array]:
-    """The largest magnitude, and its time, of the polynomials through `count` samples from `first` (C,) on, between
-    `low` and `high` (C,)."""
+    """The largest magnitudes (C,) and their times, between `low` and `high` (C,), of the polynomials through `count`
+    samples from `first` (C,) on."""
     rows = first[:, None] + np.arange(count)
     nodes, found = time[rows], values[rows, column[:, None]]
     low, high = low.copy(), high.copy()
@@ -105,7 +105,7 @@ def _search(
 
 
 def _weights(nodes: Array, times: Array) -> Array:
-    """Lagrange's weights of the nodes (C, n) at the times (C, g): (C, g, n)."""
+    """The Lagrange polynomials (C, g, n) of the nodes (C, n) at the times (C, g)."""
     count = nodes.shape[1]
     weights = np.ones((*times.shape, count))
     for own in range(count):
@@ -117,8 +117,8 @@ def _weights(nodes: Array, times: Array) -> Array:
 
 
 def between(time: Array, values: Array, events: Array, when: Array) -> Array:
-    """What curves (T, k) are at N times between the first and the last sample, (N, k): polynomials through the samples
-    around, which do not cross an event."""
+    """The curves (T, k) at N times between the first and the last sample: (N, k). The polynomials go through the
+    samples around, and do not cross an event."""
     piece = pieces(time, events)
     after = np.clip(np.searchsorted(time, when, side="left"), 1, len(time) - 1)
     first, last = (np.searchsorted(piece, piece[after], side=side) for side in ("left", "right"))
@@ -134,8 +134,8 @@ def between(time: Array, values: Array, events: Array, when: Array) -> Array:
 
 
 def integrals(time: Array, values: Array, piece: Integers) -> Array:
-    """∫ f dt over each interval between samples, values (T, C): (T - 1, C). A cubic stands for the curve where four
-    samples of one piece are around, a straight line elsewhere."""
+    """∫ f dt over each interval between samples, values (T, C): (T - 1, C). The curve is a cubic where four samples of
+    one piece are around, else a straight line."""
     length = np.diff(time)
     found = 0.5 * length[:, None] * (values[1:] + values[:-1])
     if len(time) < CUBIC:
@@ -152,8 +152,8 @@ def integrals(time: Array, values: Array, piece: Integers) -> Array:
 
 
 def in_and_out(time: Array, values: Array, piece: Integers) -> tuple[Array, Array]:
-    """∫ max(f, 0) dt and ∫ max(-f, 0) dt, values (T, C): (C,) each. Their difference is ∫ f dt; an interval in which f
-    changes its sign is divided where a straight line does."""
+    """∫ max(f, 0) dt and ∫ max(-f, 0) dt, values (T, C): (C,) each. Their difference is ∫ f dt. An interval in which f
+    changes its sign is divided at the zero of a straight line."""
     whole = integrals(time, values, piece)
     before, after, length = values[:-1], values[1:], np.diff(time)[:, None]
     changes = before * after < 0.0

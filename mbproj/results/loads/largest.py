@@ -1,4 +1,4 @@
-"""The largest loads of a run: of joints, motions, forces, stops and frictions, with time, place and means."""
+"""Finds the largest loads of a run: of joints, motions, forces, stops and frictions, with time, place and means."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from mbproj.arrays import Array, Integers, may_overflow
 from mbproj.dataclass import dataclass
 from mbproj.results.loads.between_samples import in_and_out, integrals, peaks, pieces, size
 
-#: Bytes of a dataset's columns that are looked at together.
+#: The most bytes of a dataset's columns that are read at once.
 AT_ONCE = 2**26
 TURN = 2.0 * np.pi
 NOTHING = float("nan")
@@ -20,9 +20,9 @@ NOTHING = float("nan")
 
 @dataclass(frozen=True)
 class Source:
-    """A load of one kind: of "joint", ..., with its quantity and its dataset. `rate` is the dataset of the rate along
-    which it works. `units`: its unit where the coordinate is an angle, and where it is a length. `names` is the kind
-    of names of its columns, `units_of` that of their units. `power` is the dataset of its power, where there is one."""
+    """The source of loads of one kind, as "joint": a quantity, and the path of its dataset. `rate` is the dataset of
+    the rate that gives its power. `units` are its units on an angle and on a length. `names` is the kind of names of
+    its columns, `units_of` that of their units. `power` is the dataset of its power, where there is one."""
 
     kind: str
     quantity: str
@@ -34,7 +34,7 @@ class Source:
     power: str | None = None
 
 
-#: Every load that a run has.
+#: The sources of all loads of a run.
 SOURCES = (
     Source("joint", "reaction_force", "joints/reaction_force", None, ("N", "N"), "joints"),
     Source("joint", "reaction_torque", "joints/reaction_torque", None, ("N m", "N m"), "joints"),
@@ -47,11 +47,11 @@ SOURCES = (
 
 
 class Load(NamedTuple):
-    """A load of a run: whose ("joint", "A"), which quantity, its unit. `largest` is the largest magnitude, of scalars
-    with their sign, `uncertainty` what looking between samples leaves of it; `time` in s; `place`, the coordinate of
-    the cycle there, modulo a turn, in rad or m. `mean` and `rms` are over time. Of a power, `put_in` and `taken_out`
-    are the works in J where it is above and below zero. `unique` is false for a reaction that redundant joints share
-    at will. Numbers that do not apply are NaN."""
+    """A load of a run: its item ("joint", "A"), its quantity, its unit. `largest` is the largest magnitude, of a scalar
+    with its sign, and `uncertainty` the error that interpolation may leave. It occurs at `time` in s and at `place`,
+    the coordinate of the cycle in rad (modulo a turn) or m. `mean` and `rms` are over time. `put_in` and `taken_out`
+    are the works in J of a power where it is above and below zero. `unique` is false for a reaction that redundant
+    joints share in an undetermined way. Numbers that do not apply are NaN."""
 
     kind: str
     name: str
@@ -69,7 +69,7 @@ class Load(NamedTuple):
 
 
 class _Row(NamedTuple):
-    """The numbers that every load has."""
+    """The numbers of a `Load` that every kind has."""
 
     largest: float
     uncertainty: float
@@ -80,7 +80,7 @@ class _Row(NamedTuple):
 
 
 class Cycle(NamedTuple):
-    """The coordinate that tells the place in the cycle: its name, its unit, its values (T,)."""
+    """The coordinate that gives the place in the cycle: its name, its unit, its values (T,)."""
 
     name: str
     unit: str
@@ -89,8 +89,9 @@ class Cycle(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Recorded:
-    """What the loads are computed from: the names by kind; what reads the columns `slice` of a dataset (T, C, ...); the
-    times of events; which components of a dataset's reactions (nj, 3) are unique (None: not known)."""
+    """The record of a run from which loads are computed. `names` are those of columns by kind; `read` reads the columns
+    `slice` of a dataset, (T, C, ...); `events` are times in s. `unique` tells which components of the reactions (nj, 3)
+    of a dataset are unique; None where that is not known."""
 
     names: Mapping[str, Sequence[str]]
     read: Callable[[str, slice], npt.NDArray[Any]]
@@ -99,7 +100,7 @@ class Recorded:
     unique: Callable[[str], npt.NDArray[np.bool_] | None]
 
     def cycle(self) -> Cycle | None:
-        """The coordinate of the first motion that drives an angle, or of the first motion; None without motions."""
+        """The coordinate of the first motion that drives an angle, else of the first motion; None without motions."""
         units = list(self.names.get("motion_units", ()))
         if not units:
             return None
@@ -109,7 +110,7 @@ class Recorded:
 
 
 def loads(recorded: Recorded, cycle: Cycle | None) -> list[Load]:
-    """All loads of the run, kind by kind; none without samples."""
+    """All loads of the run, kind by kind; [] without samples."""
     if not len(recorded.time):
         return []
     piece = pieces(recorded.time, recorded.events)
@@ -143,7 +144,7 @@ def _of_source(recorded: Recorded, source: Source, piece: Integers, cycle: Cycle
 
 
 def _rows(time: Array, values: Array, piece: Integers, cycle: Cycle | None) -> list[_Row]:
-    """A row for each column."""
+    """The row of numbers for each column of `values` (T, C, k)."""
     found, sizes = peaks(time, values, piece), size(values)
     place = np.full(len(found.time), NOTHING) if cycle is None else _place(time, cycle, found.time)
     span = float(time[-1] - time[0])

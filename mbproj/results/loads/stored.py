@@ -1,4 +1,4 @@
-"""The /summary/loads group of a results file: the largest loads of the run, a row each."""
+"""The /summary/loads group of a results file: the largest loads of the run, one row each."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from mbproj.results.loads.largest import Load, Recorded, loads
 
 GROUP = "summary/loads"
 OF_CYCLE = "rad or m"
-#: By field of a `Load`: what an entry is in HDF5, its unit, what it is.
+#: The HDF5 type of an entry, its unit and its description, by field of a `Load`.
 LAYOUT = {
     "kind": (TEXT, "", "of what: joint, motion, force, stop, friction"),
     "name": (TEXT, "", "its name"),
@@ -34,12 +34,12 @@ LAYOUT = {
 
 
 def create(file: h5py.File) -> None:
-    """The group without rows. They come at the end."""
+    """Create the group without rows, which are written at the end of the run."""
     create_records(file, GROUP, LAYOUT)
 
 
 def room(names: Mapping[str, Sequence[str]]) -> int:
-    """What `write` adds to the file at most, in bytes, for a run with these names by kind: two rows a name."""
+    """The most bytes that `write` adds to the file for a run with these names by kind: two rows a name."""
     return room_for_records(2 * sum(map(len, names.values())), LAYOUT)
 
 
@@ -49,7 +49,8 @@ def recorded_loads(
     constants: Mapping[str, npt.NDArray[np.bool_]],
     events: Sequence[Happening],
 ) -> list[Load]:
-    """The largest loads of what was recorded, read back from its datasets: there may be more than memory holds."""
+    """The largest loads of a run, from samples that are read back from its file: there may be more than memory
+    holds."""
     recorded = Recorded(
         names,
         lambda path, columns: targets[path][:, columns],
@@ -61,12 +62,12 @@ def recorded_loads(
 
 
 def write(file: h5py.File, loads: Sequence[Load]) -> None:
-    """Fill the group."""
+    """Write the loads into the group."""
     write_records(file, GROUP, LAYOUT, loads)
 
 
 def read(contents: Contents) -> tuple[Load, ...]:
-    """The group's content; none where there is none."""
+    """Read the loads; () where the file has no such group."""
     if not contents.has(GROUP):
         return ()
     texts = [contents.texts(f"{GROUP}/{name}") for name, (dtype, _, _) in LAYOUT.items() if dtype is TEXT]

@@ -1,1 +1,1 @@
-"""The summary of a sweep, summary.h5: the names in it, and how it is read."""
+"""The summary of a sweep, summary.h5: its names, and its reader."""

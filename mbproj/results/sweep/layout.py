@@ -1,4 +1,4 @@
-"""What stands in summary.h5: arrays over what varies, and how each case ended."""
+"""The layout of summary.h5: arrays over the quantities that vary, and the ending of each case."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from types import MappingProxyType
 #: The file in the folder of a sweep.
 NAME = "summary.h5"
 FORMAT, SCHEMA_VERSION = "mbproj sweep", 2
-#: The version in which nothing has a checksum.
+#: The version of files without checksums.
 WITHOUT_CHECKSUMS = 1
 #: The dimension of designs that are not grids.
 CASE = "case"
-#: Words for how cases ended: measured, and not run yet.
+#: The endings of cases that were measured, and of those that have not run yet.
 DONE, NOT_RUN = "done", "not run"
-#: What is said of each case beside its measures: a description, and how it is found.
+#: The texts on each case beside its measures, by name, with their descriptions.
 ENDINGS: Mapping[str, str] = MappingProxyType(
     {
         "status": "how the case ended: done, failed, timeout, crashed, not run",

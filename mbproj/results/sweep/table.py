@@ -1,4 +1,4 @@
-"""`read_table`: the summary of a sweep as columns, one row a case."""
+"""`read_table`: reads the summary of a sweep as columns, with one row for each case."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ GRID = "grid"
 
 @dataclass(frozen=True, eq=False)
 class Column:
-    """A quantity: its values (N,), numbers or texts, and their SI unit, "1" or "" where they have none."""
+    """A quantity of a sweep: its values (N,), numbers or texts, and their SI unit, "1" or "" for none."""
 
     name: str
     unit: str
@@ -38,15 +38,16 @@ class Column:
 
     @property
     def varies(self) -> bool:
-        """Whether there is more than one value; NaN is none."""
+        """Whether the column has more than one value; NaN does not count."""
         known = self.values[np.isfinite(self.values)] if self.is_number else self.values
         return len(known) > 0 and bool(np.any(known != known[0]))
 
 
 @dataclass(frozen=True, eq=False)
 class SweepTable:
-    """N cases: what varies, what is measured (NaN where a case has none), and in a word how each ended. `shape` has the
-    lengths of a grid, the last axis fastest, and is (N,) elsewhere; `samples` is what the design was asked for."""
+    """N cases: the columns that vary, those measured (NaN where a case has no value), and the ending of each in a word.
+    `shape` has the lengths of a grid, the last axis fastest, and is (N,) for other designs. `samples` is the number of
+    samples that were asked for."""
 
     name: str
     title: str
@@ -59,13 +60,14 @@ class SweepTable:
 
     @property
     def failed(self) -> npt.NDArray[np.bool_]:
-        """(N,): whether the case ran, and did not come to its end."""
+        """Whether each case (N,) was run and failed."""
         found: npt.NDArray[np.bool_] = (self.status != DONE) & (self.status != NOT_RUN)
         return found
 
 
 def read_table(path: Path) -> SweepTable:
-    """The summary in a sweep's folder, or the file itself. Raises InputError where there is none, or it is damaged."""
+    """Read the summary in a sweep's folder, or the file at `path`. Raises InputError where there is none, or it is
+    damaged."""
     file = path / NAME if path.is_dir() else path
     if not file.is_file():
         raise InputError(Problem(f"'{path}' is not the folder of a sweep: it has no '{NAME}'", hint=WANTED))
@@ -99,7 +101,7 @@ def _read(contents: Contents, name: str) -> SweepTable:
     combine = str(about.get("combine", ""))
     axes = varied if combine == GRID else (CASE,)
     shape = tuple(contents.length(axis) for axis in axes)
-    # Coordinates of a grid stand once a value, not once a case.
+    # In a grid the file has each value of a coordinate once, not once for each case.
     coordinates = [contents.column(each, (shape[k],) if combine == GRID else shape) for k, each in enumerate(varied)]
     if combine == GRID and coordinates:
         indices = np.indices(shape).reshape(len(shape), -1)

@@ -1,1 +1,1 @@
-"""Results as others show them: in a prompt, in a notebook, as tables of other libraries."""
+"""Views of results: in a prompt, in a notebook, as tables of other libraries."""

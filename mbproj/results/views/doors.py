@@ -1,4 +1,4 @@
-"""`Shown`: what `Results` offers beside arrays: words for a prompt, tables for pandas and xarray, pictures, a page."""
+"""`Shown`: views of `Results` beside arrays: text for a prompt, tables for pandas and xarray, pictures, a page."""
 
 from __future__ import annotations
 
@@ -22,42 +22,42 @@ Same = TypeVar("Same", bound="Shown")
 
 
 class Shown(ABC):
-    """The part of `Results` that others show. What draws is imported when it is asked for: it stands above results."""
+    """The part of `Results` that displays it. Drawing is imported when it is used: it belongs to folders above."""
 
     contents: Contents
     attributes: Mapping[str, Any]
-    #: What pictures show the samples over, where that is not time.
+    #: The abscissa of pictures, where that is not time.
     shown_over: Over | None = None
 
     @abstractmethod
     def __getitem__(self, path: str) -> npt.NDArray[Any]: ...
 
     def __contains__(self, path: object) -> bool:
-        """Whether there is a dataset of the layout at a path, "joints/coordinate"."""
+        """Whether the file has a dataset of the layout at a path, as "joints/coordinate"."""
         return any(path == dataset.path for dataset in self.datasets)
 
     @abstractmethod
     def names(self, kind: str) -> tuple[str, ...]:
-        """Names of the columns by kind."""
+        """The names of the columns of a kind."""
 
     @property
     @abstractmethod
     def datasets(self) -> tuple[Dataset, ...]:
-        """What the file has of the layout."""
+        """The datasets of the layout that the file has."""
 
     @property
     @abstractmethod
     def time(self) -> Array:
-        """(T), in s."""
+        """The times of the samples (T,), in s."""
 
     @abstractmethod
     def coordinate(self, name: str) -> Coordinate:
-        """A joint coordinate by its whole name."""
+        """A joint coordinate by its full name."""
 
     def over(self: Same, name: str, *, modulo: bool = False, of: Shown | None = None) -> Same:
-        """The same results, which pictures show over a joint coordinate, "A.angle", in place of time; an angle in
-        degrees, modulo a turn where that is asked for. `of`: results of the same samples that have it, where this view
-        leaves it out. Raises InputError with the nearest name where there is none."""
+        """These results with a joint coordinate, as "A.angle", in place of time as the abscissa of pictures. An angle
+        is in degrees, with `modulo` within a turn. `of` are results of the same samples that have the coordinate, where
+        this view leaves it out. Raises InputError with the nearest name where there is none."""
         found, shown = (of or self).coordinate(name), copy(self)
         values = np.degrees(found.value) if found.unit == "rad" else found.value
         is_turned = modulo and found.unit == "rad"
@@ -66,18 +66,18 @@ class Shown(ABC):
 
     @property
     def abscissa(self) -> Array:
-        """What pictures show the samples over, (T,): time in s, or the coordinate of `over`."""
+        """The abscissa (T,) of pictures: time in s, or the coordinate of `over`."""
         return self.time if self.shown_over is None else self.shown_over.values
 
     @property
     @abstractmethod
     def title(self) -> str:
-        """Title of the scene."""
+        """The title of the scene."""
 
     @property
     @abstractmethod
     def status(self) -> str:
-        """How the run ended."""
+        """The status of the run, which says how it ended."""
 
     def __repr__(self) -> str:
         if not self.contents.is_open:
@@ -85,7 +85,7 @@ class Shown(ABC):
         return summary_text.as_text(self.title, self._rows())
 
     def _repr_html_(self) -> str | None:
-        """What a notebook shows; None for the text of closed results."""
+        """The HTML that a notebook shows; None for closed results, whose text it shows instead."""
         return summary_text.as_html(self.title, self._rows()) if self.contents.is_open else None
 
     def _rows(self) -> list[tuple[str, str]]:
@@ -110,7 +110,7 @@ class Shown(ABC):
 
     @property
     def plot(self) -> Any:
-        """Pictures by kind, as `results.plot.reactions("A")`: see `mbproj.calls.pictures.Plots`."""
+        """The pictures by kind, as `results.plot.reactions("A")`: see `mbproj.calls.pictures.Plots`."""
         return import_module("mbproj.calls.pictures").Plots(self)
 
     def animate(self) -> Any:

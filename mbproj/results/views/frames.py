@@ -1,4 +1,4 @@
-"""Results as tables of other libraries: a DataFrame of pandas, a Dataset of xarray, which are optional."""
+"""Results as tables of other libraries, which are optional: a DataFrame of pandas, a Dataset of xarray."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from mbproj.results.layout import ALL_NAMES, Dataset
 
 Names = Callable[[str], tuple[str, ...]]
 Read = Callable[[str], npt.NDArray[Any]]
-#: What the columns of a symbol are called: the kind of their names, the dimension.
+#: The kind of the names of columns, and the name of their dimension, by symbol.
 AXES = {
     "n": ("bodies", "body"),
     "k": ("markers", "marker"),
@@ -29,7 +29,7 @@ AXES = {
     "nt": ("tensions", "tension"),
     "nv": ("touching", "touching"),
 }
-#: Components by their number: the dimension and their names.
+#: The name of the dimension and the names of components, by the number of components.
 COMPONENTS = {3: ("axis", ("x", "y", "z")), 4: ("euler_parameter", ("0", "1", "2", "3"))}
 
 
@@ -64,7 +64,7 @@ def columns(datasets: Sequence[Dataset], names: Names, read: Read) -> Iterator[C
 
 
 def to_pandas(datasets: Sequence[Dataset], names: Names, read: Read) -> Any:
-    """See `Results.to_pandas`."""
+    """The DataFrame that `Results.to_pandas` describes."""
     pandas = needed("pandas")
     found = list(columns(datasets, names, read))
     header = pandas.MultiIndex.from_tuples([each[:3] for each in found], names=["kind", "name", "quantity"])
@@ -75,7 +75,7 @@ def to_pandas(datasets: Sequence[Dataset], names: Names, read: Read) -> Any:
 
 
 def to_xarray(datasets: Sequence[Dataset], names: Names, read: Read, about: Mapping[str, str]) -> Any:
-    """See `Results.to_xarray`."""
+    """The Dataset that `Results.to_xarray` describes."""
     xarray = needed("xarray")
     coordinates: dict[str, Any] = {"time": ("time", read("time"), {"units": "s"})}
     variables: dict[str, Any] = {}
@@ -100,7 +100,7 @@ def to_xarray(datasets: Sequence[Dataset], names: Names, read: Read, about: Mapp
 
 
 def needed(name: str) -> Any:
-    """A library that is optional. Raises ImportError with what to install where it is not there."""
+    """Import an optional library. Raises ImportError that says what to install where it is missing."""
     try:
         return import_module(name)
     except ImportError as error:

@@ -1,4 +1,4 @@
-"""What a person sees of results in a prompt or a notebook: what was run, how far it got, what is recorded."""
+"""The summary of results that a prompt or a notebook shows: the scene, the times, the recorded items."""
 
 from __future__ import annotations
 
@@ -8,20 +8,20 @@ from typing import Any
 from mbproj.arrays import Array
 
 KINDS = ("bodies", "joints", "markers", "forces", "motions", "stops", "frictions", "states", "signals")
-#: Numbers of the summary, with their words and units.
+#: The attributes whose numbers the summary shows, with their words and units.
 NUMBERS = (
     ("position_violation_max", "position violation", ""),
     ("velocity_violation_max", "velocity violation", ""),
     ("energy_drift", "energy drift", " J"),
 )
-#: So many names of a kind are shown.
+#: The most names of a kind that are shown.
 SHOWN = 6
 
 
 def rows(
     status: str, time: Array, names: Callable[[str], tuple[str, ...]], attributes: Mapping[str, Any]
 ) -> list[tuple[str, str]]:
-    """Lines of a table: a word, and what it is."""
+    """The lines of the summary, as (word, text)."""
     span = f"{len(time)} from {time[0]:g} to {time[-1]:g} s" if len(time) else "none"
     found = [("status", status), ("samples", span)]
     found += [(kind, _listed(names(kind))) for kind in KINDS if names(kind)]
@@ -32,12 +32,12 @@ def rows(
 
 
 def as_text(title: str, lines: Sequence[tuple[str, str]]) -> str:
-    """Some lines of text."""
+    """The summary as lines of text."""
     return "\n".join([f"Results: {title or 'untitled'}", *(f"  {word:18} {what}" for word, what in lines)])
 
 
 def as_html(title: str, lines: Sequence[tuple[str, str]]) -> str:
-    """A table; titles and names are escaped, because they may be from anybody."""
+    """The summary as an HTML table; titles and names are escaped, since a file may come from anybody."""
     cells = (f"<tr><th>{escaped(word)}</th><td>{escaped(what)}</td></tr>" for word, what in lines)
     return f"<table><caption>{escaped(title)}</caption>{''.join(cells)}</table>"
 
@@ -48,7 +48,7 @@ def _listed(names: tuple[str, ...]) -> str:
 
 
 def escaped(text: str) -> str:
-    """Text as markup shows it."""
+    """The text with the special characters of HTML escaped."""
     from html import escape  # its table of entities takes 2 ms, which only a notebook needs
 
     return escape(text)

@@ -1,4 +1,4 @@
-"""`Table`: rows under headings, as an object: for a prompt, a notebook, pandas. `Tabled`: what shows itself as one."""
+"""`Table`: rows under headings, for a prompt, a notebook, pandas. `Tabled`: objects that are shown as such a table."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from mbproj.results.views.frames import needed
 from mbproj.results.views.summary_text import escaped
 from mbproj.scene.text.suggestions import choose_from
 
-#: Rows that a prompt and a notebook show.
+#: The most rows that a prompt or a notebook shows.
 SHOWN = 20
 
 
 @dataclass(frozen=True)
 class Table:
-    """`headings`, and `rows` with None where a cell has no value."""
+    """A table with `headings`, and `rows` that have None where a cell has no value."""
 
     headings: tuple[str, ...]
     rows: tuple[tuple[Any, ...], ...]
 
     @classmethod
     def of(cls, rows: Iterable[Mapping[str, Any]], *headings: str) -> Table:
-        """The table of rows that all have the same keys, which are its headings; of no rows, with these `headings`."""
+        """The table of rows that all have the same keys, which become its headings; without rows it has `headings`."""
         found = [dict(row) for row in rows]
         return Table(tuple(found[0]) if found else headings, tuple(tuple(row.values()) for row in found))
 
@@ -35,8 +35,8 @@ class Table:
         return len(self.rows)
 
     def __getitem__(self, heading: str) -> npt.NDArray[Any]:
-        """The column with this heading, its unit left out or not; NaN where a cell has no value. Raises KeyError with
-        the nearest."""
+        """The column with this heading, with or without its unit; NaN where a cell has no value. Raises KeyError with
+        the nearest heading."""
         known = {name.partition(" (")[0]: k for k, name in enumerate(self.headings)}
         known.update({name: k for k, name in enumerate(self.headings)})
         if heading not in known:
@@ -48,7 +48,7 @@ class Table:
         return np.array(values, dtype=object) if is_text else np.array(values, dtype=float)
 
     def to_pandas(self) -> Any:
-        """A DataFrame. Raises ImportError where pandas is not installed."""
+        """The table as a DataFrame. Raises ImportError where pandas is not installed."""
         return needed("pandas").DataFrame(list(self.rows), columns=list(self.headings))
 
     def __repr__(self) -> str:
@@ -65,22 +65,22 @@ class Table:
 
     @property
     def _left(self) -> int:
-        """Rows that are not shown."""
+        """The number of rows that are not shown."""
         return max(len(self.rows) - SHOWN, 0)
 
 
 class Tabled(ABC):
-    """What has a table, and a line on itself: that is what a prompt and a notebook show of it."""
+    """An object with a table and a line that describes it: a prompt and a notebook show these two."""
 
     @property
     @abstractmethod
     def table(self) -> Table:
-        """All of it that stands in rows."""
+        """The table of the object."""
 
     @property
     @abstractmethod
     def line(self) -> str:
-        """What it is, in one line."""
+        """The description of the object, in one line."""
 
     def to_pandas(self) -> Any:
         """The table as a DataFrame. Raises ImportError where pandas is not installed."""
