@@ -189,7 +189,7 @@ WRONG = {
     "inputs": ("{gain: {of: [1, 2], rows: [[1, 2, 3]]}}", "3 numbers in row 1 of 'rows'"),
     "names": ("{gain: {of: 1, rows: [[1], [2]], outputs: [a]}}", "1 names of outputs"),
     "one name": ("{gain: {of: 1, rows: [[1], [2]], outputs: [a, a]}}", "two outputs of one name"),
-    "periods": ("{delay: {of: 1, time: 5 ms, period: 2 ms}}", "2.5 of its periods"),
+    "periods": ("{delay: {of: 1, time: 5 ms, period: 2 ms}}", "2.5 periods"),
     "many": ("{delay: {of: 1, time: 5 s, period: 1 ms}}", "5000 values"),
     "two": ("{delay: {of: 1, time: 5 s, period: 1 s}, value: 3}", "cannot both be given"),
     "none": ("{unit: V}", "missing key"),

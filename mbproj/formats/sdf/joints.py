@@ -160,7 +160,7 @@ def acted_on(mechanism: Mechanism, joint: SdfJoint, element: Element, single: Si
             mechanism.say(f"limit of joint '{single.name}'", limit.place, what, Same.UNTIL)
     if limit is not None and (limit.first("effort") or limit.first("velocity")):
         shown = f"effort and velocity of joint '{single.name}'"
-        mechanism.say(shown, limit.place, "left out: they are a motor's", Same.YES)
+        mechanism.say(shown, limit.place, "left out: they are limits of a motor", Same.YES)
     if dynamics is not None:
         stiffness = number(dynamics, "spring_stiffness")
         found = replace(

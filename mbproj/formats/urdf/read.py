@@ -124,7 +124,7 @@ def _acted_on(mechanism: Mechanism, joint: UrdfJoint, single: Single, pose: Mapp
         low, high = number(limit, "lower", "0") - at, number(limit, "upper", "0") - at
         found = replace(found, range=span(mechanism, joint.name, limit.place, low, high))
     if limit is not None and ("effort" in limit.attributes or "velocity" in limit.attributes):
-        mechanism.say(f"effort and velocity of {shown}", limit.place, "left out: they are a motor's", Same.YES)
+        mechanism.say(f"effort and velocity of {shown}", limit.place, "left out: they are limits of a motor", Same.YES)
     if dynamics is not None:
         damping, friction = number(dynamics, "damping", "0"), number(dynamics, "friction", "0")
         stiffness = number(dynamics, "spring_stiffness", "0")

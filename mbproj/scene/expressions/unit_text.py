@@ -63,7 +63,7 @@ def unit_at(text: str, at: int, parameters: Set[str] = frozenset()) -> tuple[Uni
 
 @lru_cache(maxsize=256)
 def unit_of(text: str) -> Unit:
-    """The unit that is all of the text."""
+    """The unit that the whole text is. Raises ValueError where it is none."""
     found = unit_at(text, 0)
     if found is None or text[found[1] :].strip():
         raise ValueError(f"'{text}' is no unit")

@@ -136,7 +136,7 @@ def _increasing(rows: tuple[tuple[float, float], ...]) -> tuple[tuple[float, flo
 
 
 def _repeated(rows: tuple[tuple[float, float], ...]) -> CubicTable:
-    """The periodic spline through the rows. Raises Unfit where the last value is not the first again."""
+    """The periodic spline through the rows. Raises Unfit for fewer than four, or a last value unlike the first."""
     if len(rows) < 4:
         raise Unfit(f"has {len(rows)} rows", "a periodic table has four or more, the last with the value of the first")
     if rows[-1][1] != rows[0][1]:

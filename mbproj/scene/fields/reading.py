@@ -81,7 +81,7 @@ class Reading:
         for name in sorted(names(tree) - self.names.keys()):
             if any(name in block for block in blocks):
                 hint = "forces, the numbers of springs, dry friction, signals and states may name it"
-                self.report(f"'{name}' changes during a run, and this is one number", node.place, hint)
+                self.report(f"'{name}' changes during a run, and this number is constant", node.place, hint)
                 return True
         return False
 

@@ -41,7 +41,7 @@ def _held(
     program, dimension = given
     if initial is not None and dimension is not None and initial.dimension is not None:
         if not initial.dimension.agrees(dimension):
-            raise Unfit("begins with another unit than it is set to", "check the units of both")
+            raise Unfit("has an initial value in another unit than its expression", "check the units of both")
         dimension = dimension or initial.dimension
     start = 0.0 if initial is None else initial.number
     return Held(name, program, start, unit_name(dimension or (initial.dimension if initial is not None else None)))

@@ -35,7 +35,7 @@ def check_names(found: Found, reading: Reading) -> None:
 def _unknown(name: str, able: Collection[str], place: Any) -> tuple[str, Any, str]:
     if name.rpartition(".")[2] in TOO_LATE:
         what = f"'{name}' follows from the forces, which this would change: an algebraic loop"
-        return what, place, "go by a coordinate, its rate, a spring's force, or a state that follows one of them"
+        return what, place, "use a coordinate, its rate, a spring's force, or a state that follows one of them"
     own, _, last = name.rpartition(".")
     rate = f"{own}.{last.removeprefix('velocity_').removesuffix('_speed')}_dot"  # as linear models and results call it
     hint = f"did you mean '{rate}'?" if rate in able else choose_from(name, able)

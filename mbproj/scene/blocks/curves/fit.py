@@ -36,7 +36,7 @@ def fit_curves(
         if (wire := curves.get(str(joint.parameters.get("curve")))) and JOINTS[joint.type].frame == "axis":
             yield from _passes_end(wire.line, joint)
             yield from _acts_along_closed(joint, {"displacement"} if wire.line.closed else set(), forces, motions)
-            said = f"joint '{joint.name}' is a slot in space: friction does not go by what it carries"
+            said = f"joint '{joint.name}' is a slot in space: its friction cannot depend on its load"
             yield from _friction_by_load(joint, forces, said, "give a constant 'force'")
             continue
         track: Any = curves.get(str(joint.parameters.get("curve")))
@@ -140,7 +140,7 @@ def _gap_faults(joint: Joint, forces: Mapping[str, Any], motions: Mapping[str, A
         for item in items.values():
             if getattr(item, "joint", None) == joint.name:
                 hint = f"a joint of type '{HOLDS[joint.type]}' holds both ways; a stiffness of the limit is a spring"
-                said = f"'{item.name}' acts along a gap, which its limits alone keep"
+                said = f"'{item.name}' acts along a gap, where only limits can act"
                 yield Complaint((block, item.name), said, hint)
 
 
@@ -148,7 +148,7 @@ def _friction_of_roller(curve: Track, joint: Joint, forces: Mapping[str, Any]) -
     """Complaints about friction along a curve by the load of a roller: a roller rolls, so that its load resists no
     sliding."""
     if joint.type != "slot" and joint.parameters.get("roller", curve.roller):
-        said = f"joint '{joint.name}' has a roller, which rolls: what it carries does not resist it"
+        said = f"joint '{joint.name}' has a roller, which rolls: its friction cannot depend on its load"
         yield from _friction_by_load(joint, forces, said, "give a constant 'force', or friction to the roller's pin")
 
 

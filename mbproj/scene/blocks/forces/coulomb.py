@@ -73,7 +73,7 @@ def not_less(key: str) -> Callable[..., Iterator[Complaint]]:
         holds = static if isinstance(static, float) else sliding
         if holds < sliding:
             said = f"'static' must be at least the '{key}', {sliding:.6g}{unit}, found {holds:.6g}"
-            yield Complaint(("static",), said, "without 'static' what holds is as much as what slides")
+            yield Complaint(("static",), said, f"without 'static' it is the '{key}'")
         elif holds == sliding and isinstance(stribeck_speed, float):
             said = f"'stribeck_speed' does nothing where 'static' is not greater than '{key}'"
             yield Complaint(("stribeck_speed",), said, "give a greater 'static', from which friction falls")

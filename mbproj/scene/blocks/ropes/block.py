@@ -43,7 +43,7 @@ def _turns(number: float) -> int:
 def _node(at: Any = None, radius: float = 0.0, bends: str | None = None, turns: int = 0, **kinds: str) -> Node:
     ((kind, body),) = kinds.items()
     if kind == "point" and (radius or turns or bends):
-        raise Unfit("is a point, and has what circles have", "leave it out, or write 'sheave' for 'point'")
+        raise Unfit("is a point, and has keys of a circle", "leave these out, or write 'sheave' for 'point'")
     if kind != "point" and not radius:
         raise Unfit("lacks 'radius'", f"a {kind} has one, to the middle of the rope")
     if kind != "point" and bends is None:

@@ -43,7 +43,7 @@ def unit_like(of: Given, unit: str | None, *values: Value | None) -> str:
         if value is None or value.dimension in (None, BARE):
             continue
         if dimension is not None and value.dimension is not None and not dimension.agrees(value.dimension):
-            raise Unfit(f"follows {describe(dimension)}, and a number of it is {describe(value.dimension)}")
+            raise Unfit(f"has an input that is {describe(dimension)}, and a number that is {describe(value.dimension)}")
         dimension = dimension or value.dimension
     return unit_name(dimension) if unit is None else unit
 

@@ -71,9 +71,7 @@ def _delay(of: Given, time: float, period: float, initial: Value | None = None) 
     periods = time / period
     count = round(periods)
     if count < 1 or abs(periods - count) > ROUND_OFF * periods:
-        raise Unfit(
-            f"is by {time:g} s, which is {periods:g} of its periods", "it is a whole number of them, 1 at least"
-        )
+        raise Unfit(f"delays by {time:g} s, which is {periods:g} periods", "give a whole number of periods, at least 1")
     if count > MOST_SAMPLES:
         raise Unfit(f"keeps {count} values, at most {MOST_SAMPLES}", "give a longer 'period'")
     return Delay(of, count, period, initial)
