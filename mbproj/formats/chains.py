@@ -54,25 +54,25 @@ class Single:
 
 
 @dataclass(frozen=True, eq=False)
-class Twist:
+class BodyTwist:
     """The velocity of a body: its angular velocity, and the velocity of its point at the origin, both global."""
 
     turning: Array
     velocity: Array
 
     @classmethod
-    def of(cls, part: ImportedBody) -> Twist:
+    def of(cls, part: ImportedBody) -> BodyTwist:
         """The twist of a body."""
         turning = part.rotation @ part.angular_velocity
         return cls(turning, part.velocity - np.cross(turning, part.position))
 
-    def then(self, single: Single, sign: float = 1.0) -> Twist:
+    def then(self, single: Single, sign: float = 1.0) -> BodyTwist:
         """The twist of the body that a turn or a slide on this one carries; with the sign -1, of the body that carries
         this one by it."""
         moved = sign * single.rate * single.axis
         if not single.turns:
-            return Twist(self.turning, self.velocity + moved)
-        return Twist(self.turning + moved, self.velocity - np.cross(moved, single.point))
+            return BodyTwist(self.turning, self.velocity + moved)
+        return BodyTwist(self.turning + moved, self.velocity - np.cross(moved, single.point))
 
     def on(self, part: ImportedBody) -> ImportedBody:
         """The body with this twist as its velocity."""
@@ -103,7 +103,7 @@ def connect(
         places.update({single.name: (name, coordinate) for single, coordinate in zip(singles, names, strict=True)})
         return
     first = bodies[0]
-    twist = Twist.of(mechanism.part(first))
+    twist = BodyTwist.of(mechanism.part(first))
     for at, single in enumerate(singles):
         last = at == len(singles) - 1
         second = bodies[1] if last else own(f"{bodies[1]}_after_{single.name}")

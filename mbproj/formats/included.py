@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from mbproj.errors import InputError, Place, Problem
-from mbproj.formats.xml import Element, parse, read_text
+from mbproj.formats.xml import XmlElement, parse, read_text
 
 #: The most levels of files that include others.
 MOST_INCLUDES = 50
@@ -35,7 +35,7 @@ def inside(name: str, place: Place, folder: Path, base: Path) -> Path:
     return file
 
 
-def include(file: Path, place: Place, above: tuple[Path, ...], shown: str) -> Element:
+def include(file: Path, place: Place, above: tuple[Path, ...], shown: str) -> XmlElement:
     """The root of a file that the files `above` include. Raises InputError at a circle, or where they are too many."""
     if file in above:
         names = " -> ".join(each.name for each in (*above, file))

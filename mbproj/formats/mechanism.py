@@ -27,7 +27,7 @@ class Same(Enum):
 
 
 @dataclass(frozen=True)
-class Signal:
+class GivenSignal:
     """An expression of the time t in s, and its place."""
 
     text: str
@@ -42,7 +42,7 @@ class Signal:
             return None
 
 
-Signals = Mapping[str, Signal]
+Signals = Mapping[str, GivenSignal]
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from mbproj.formats.mechanism import Mechanism, Wishes
 from mbproj.formats.mjcf.read import read_mjcf
 from mbproj.formats.sdf.read import read_sdf
 from mbproj.formats.urdf.read import read_urdf
-from mbproj.formats.xml import Element, parse, read_text
+from mbproj.formats.xml import XmlElement, parse, read_text
 
 #: The reader of each format, by the tag of the root element.
 READERS = {"mujoco": read_mjcf, "robot": read_urdf, "sdf": read_sdf}
@@ -29,7 +29,7 @@ def read_model(path: Path, wishes: Wishes | None = None) -> Mechanism:
     return mechanism
 
 
-def _refuse_others(root: Element) -> None:
+def _refuse_others(root: XmlElement) -> None:
     """Raises InputError at the root of a file whose format mbproj does not read."""
     if any(element.tag.startswith("xacro:") for element in root.walk()):
         hint = "expand it first: xacro model.urdf.xacro > model.urdf"
@@ -39,7 +39,7 @@ def _refuse_others(root: Element) -> None:
         raise InputError(Problem(what, root.place, "a model is MJCF (<mujoco>), URDF (<robot>) or SDF (<sdf>)"))
 
 
-def _refuse_wishes(root: Element, wishes: Wishes) -> None:
+def _refuse_wishes(root: XmlElement, wishes: Wishes) -> None:
     """Raises InputError for options that the format does not have."""
     asked: dict[str, dict[str, object]] = {
         "mujoco": {"keyframes": wishes.key, "actuators": wishes.controls, "contacts": wishes.contacts or None},

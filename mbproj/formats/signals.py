@@ -7,7 +7,7 @@ from pathlib import Path
 
 from mbproj.errors import InputError, Place, Problem
 from mbproj.formats.chains import Coordinates
-from mbproj.formats.mechanism import Bare, Mechanism, Signal, Signals
+from mbproj.formats.mechanism import Bare, GivenSignal, Mechanism, Signals
 from mbproj.formats.yaml_text import number
 from mbproj.scene.expressions.compiled import compiled
 from mbproj.scene.expressions.syntax_tree import parse
@@ -36,7 +36,7 @@ def read_signals(path: Path) -> Signals:
     """Read signals by name from a YAML mapping. Raises InputError at a value that is no expression of t."""
     what = "signals are a mapping of names and expressions of t"
     nodes, problems = _named(path, what, "write lines as in 'hinge: 0.3 * sin(2*t)'")
-    return _checked({name: Signal(_text(node), node.place) for name, node in nodes.items()}, problems)
+    return _checked({name: GivenSignal(_text(node), node.place) for name, node in nodes.items()}, problems)
 
 
 def _named(path: Path, what: str, hint: str) -> tuple[Mapping[str, Node], list[Problem]]:
@@ -55,7 +55,7 @@ def signals_of(given: Mapping[str, str | float] | str | Path, what: str) -> Sign
     """Signals of a mapping, which messages call `what`, or of the file at a path."""
     if isinstance(given, (str, Path)):
         return read_signals(Path(given))
-    return _checked({name: Signal(str(text), Place(f"{what}['{name}']")) for name, text in given.items()}, [])
+    return _checked({name: GivenSignal(str(text), Place(f"{what}['{name}']")) for name, text in given.items()}, [])
 
 
 def _checked(signals: Signals, problems: list[Problem]) -> Signals:

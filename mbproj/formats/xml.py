@@ -18,28 +18,28 @@ _COMMENT = re.compile(rb"<!--.*?-->", re.DOTALL)
 
 
 @dataclass(eq=False)
-class Element:
+class XmlElement:
     """An element with its attributes, the elements in it, its text, and its place."""
 
     tag: str
     attributes: dict[str, str]
     place: Place
-    children: list[Element] = field(default_factory=list)
+    children: list[XmlElement] = field(default_factory=list)
     text: str = ""
 
     def get(self, name: str, default: str = "") -> str:
         """The value of an attribute, or `default`."""
         return self.attributes.get(name, default)
 
-    def all(self, *tags: str) -> list[Element]:
+    def all(self, *tags: str) -> list[XmlElement]:
         """The children with one of these tags."""
         return [child for child in self.children if child.tag in tags]
 
-    def first(self, tag: str) -> Element | None:
+    def first(self, tag: str) -> XmlElement | None:
         """The first child with this tag; None where there is none."""
         return next((child for child in self.children if child.tag == tag), None)
 
-    def walk(self) -> Iterator[Element]:
+    def walk(self) -> Iterator[XmlElement]:
         """Yield this element and all below it, in the order of the text."""
         waiting = [self]
         while waiting:
@@ -63,15 +63,15 @@ def read_text(path: Path, shown: str) -> bytes:
         raise InputError(Problem(f"cannot be read: {error.strerror}", Place(shown), hint)) from error
 
 
-def parse(data: bytes, file: str) -> Element:
+def parse(data: bytes, file: str) -> XmlElement:
     """The root element. Raises InputError with the line where the text is no XML, declares entities, or is too deep."""
     try:
-        return _Parser(file).parse(data)
+        return _XmlParser(file).parse(data)
     except InputError:
         plain = _COMMENT.sub(_blank, data)  # XML forbids "--" in comments, but readers of robots' formats accept it
         if plain == data:
             raise
-    return _Parser(file).parse(plain)
+    return _XmlParser(file).parse(plain)
 
 
 def _blank(comment: re.Match[bytes]) -> bytes:
@@ -79,11 +79,11 @@ def _blank(comment: re.Match[bytes]) -> bytes:
     return b"\n" * comment[0].count(b"\n")
 
 
-class _Parser:
+class _XmlParser:
     def __init__(self, file: str) -> None:
         self._file, self._count = file, 0
-        self._open: list[Element] = []
-        self._root: Element | None = None
+        self._open: list[XmlElement] = []
+        self._root: XmlElement | None = None
         self._expat = expat.ParserCreate()
         self._expat.buffer_text = True
         self._expat.StartElementHandler = self._start
@@ -92,7 +92,7 @@ class _Parser:
         self._expat.StartDoctypeDeclHandler = self._doctype
         self._expat.SetParamEntityParsing(expat.XML_PARAM_ENTITY_PARSING_NEVER)
 
-    def parse(self, data: bytes) -> Element:
+    def parse(self, data: bytes) -> XmlElement:
         try:
             self._expat.Parse(data, True)
         except expat.ExpatError as error:
@@ -118,7 +118,7 @@ class _Parser:
                 else f"more than {MOST_DEPTH} levels"
             )
             raise InputError(Problem(f"the file has {what}", self._place(), "split the model"))
-        element = Element(tag, attributes, self._place())
+        element = XmlElement(tag, attributes, self._place())
         if self._open:
             self._open[-1].children.append(element)
         else:

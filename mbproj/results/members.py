@@ -12,7 +12,7 @@ ACTING = ("forces", "motions", "stops", "frictions")
 
 
 @dataclass(frozen=True)
-class View:
+class ShownPart:
     """The part of a file that a `Results` shows: its samples, and its columns by symbol of the layout."""
 
     samples: slice

@@ -12,7 +12,7 @@ from mbproj.results.file.contents import Contents
 from mbproj.results.file.opening import open_own, open_rehearsed
 from mbproj.results.files import part_path
 from mbproj.results.layout import ALL_NAMES, CONSTANTS, FORMAT, NAMES, SCHEMA_VERSION, UNITS, datasets_for, trailing
-from mbproj.results.members import View
+from mbproj.results.members import ShownPart
 from mbproj.results.record import Results
 from mbproj.results.trust import better_samples
 
@@ -100,7 +100,7 @@ def _checked(contents: Contents, *, own: bool = False) -> Results:
         raise damaged(path, "it has no status")
     names = {kind: _names(contents, kind) for kind in ALL_NAMES}
     samples = contents.rows("time", ()) if own else _samples(contents, _sizes(contents, names))
-    return Results(contents, MappingProxyType(attributes), names, View(slice(0, samples), {}))
+    return Results(contents, MappingProxyType(attributes), names, ShownPart(slice(0, samples), {}))
 
 
 def _names(contents: Contents, kind: str) -> tuple[str, ...]:

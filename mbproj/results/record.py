@@ -25,7 +25,7 @@ from mbproj.results.file.kept_arrays import KeptArrays
 from mbproj.results.layout import ALL_NAMES, CONSTANTS, DATASETS, LATER, Dataset, datasets_for, trailing
 from mbproj.results.loads import stored
 from mbproj.results.loads.largest import Load
-from mbproj.results.members import ACTING, Body, Coordinate, Force, Friction, Joint, Marker, Motion, Stop, View
+from mbproj.results.members import ACTING, Body, Coordinate, Force, Friction, Joint, Marker, Motion, ShownPart, Stop
 from mbproj.results.stored_settings import UnfitSettings, settings_from
 from mbproj.results.trust import Poses, Trust
 from mbproj.results.verification import Verification
@@ -56,7 +56,7 @@ class Results(Shown):
         contents: Contents,
         attributes: Mapping[str, Any],
         names: Mapping[str, tuple[str, ...]],
-        view: View,
+        view: ShownPart,
     ) -> None:
         self.contents, self._view, self._all_names = contents, view, names
         self._arrays = KeptArrays()
@@ -211,7 +211,7 @@ class Results(Shown):
         first, time = self._view.samples.start, self.time
         slack = SAME_TIME * float(np.max(np.abs(time), initial=0.0))
         low, high = np.searchsorted(time, start - slack, "left"), np.searchsorted(time, stop + slack, "right")
-        view = View(slice(first + int(low), first + max(int(low), int(high))), columns)
+        view = ShownPart(slice(first + int(low), first + max(int(low), int(high))), columns)
         return Results(self.contents, self.attributes, self._all_names, view)
 
     def _positions(self, symbol: str, chosen: Sequence[int]) -> Integers:

@@ -189,14 +189,14 @@ def _number_at(root: MappingNode, path: str, reading: Reading) -> float:
     return nan if found is None else found.number
 
 
-class _Last(threading.local):
+class _LastText(threading.local):
     """The text that a thread has read last, and its `SceneText`."""
 
     source: tuple[str, str, Path | None] | None = None
     taken_apart: SceneText | None = None
 
 
-_last = _Last()
+_last = _LastText()
 
 
 def _taken_apart(text: str, name: str, path: Path | None) -> SceneText:

@@ -15,7 +15,7 @@ MOST = 5000
 
 
 @dataclass(frozen=True)
-class Option:
+class TemplateOption:
     """An option of `mbproj new`: the field that reads its text, and its help."""
 
     field: Field[float]
@@ -23,20 +23,22 @@ class Option:
 
 
 LENGTH, MASS = Number("m", above=0.0), Number("kg", above=0.0)
-OPTIONS: Mapping[str, Option] = {
-    "links": Option(Integer(minimum=1), "Number of bars."),
-    "loops": Option(Integer(minimum=1), "Number of loops, one below the other."),
-    "slots": Option(Integer(minimum=3), "Number of slots of the wheel."),
-    "length": Option(LENGTH, "Length of each bar; how far the load falls; distance of the axles."),
-    "mass": Option(MASS, "Mass of each bar; of the slider, the coupler, the follower, the load, or the wheels."),
-    "radius": Option(LENGTH, "Radius of the drum, or of the base circle of the cam."),
-    "angle": Option(Number("rad"), "Angle of the bars at the start, from hanging straight down."),
-    "crank": Option(LENGTH, "Length of the crank."),
-    "rod": Option(LENGTH, "Length of the connecting rod."),
-    "coupler": Option(LENGTH, "Length of the coupler."),
-    "rocker": Option(LENGTH, "Length of the rocker."),
-    "frame": Option(LENGTH, "Distance of the pivots of crank and rocker."),
-    "speed": Option(Number("rad/s", above=0.0), "Speed of the crank, the hub, the cam or the driver."),
+OPTIONS: Mapping[str, TemplateOption] = {
+    "links": TemplateOption(Integer(minimum=1), "Number of bars."),
+    "loops": TemplateOption(Integer(minimum=1), "Number of loops, one below the other."),
+    "slots": TemplateOption(Integer(minimum=3), "Number of slots of the wheel."),
+    "length": TemplateOption(LENGTH, "Length of each bar; how far the load falls; distance of the axles."),
+    "mass": TemplateOption(
+        MASS, "Mass of each bar; of the slider, the coupler, the follower, the load, or the wheels."
+    ),
+    "radius": TemplateOption(LENGTH, "Radius of the drum, or of the base circle of the cam."),
+    "angle": TemplateOption(Number("rad"), "Angle of the bars at the start, from hanging straight down."),
+    "crank": TemplateOption(LENGTH, "Length of the crank."),
+    "rod": TemplateOption(LENGTH, "Length of the connecting rod."),
+    "coupler": TemplateOption(LENGTH, "Length of the coupler."),
+    "rocker": TemplateOption(LENGTH, "Length of the rocker."),
+    "frame": TemplateOption(LENGTH, "Distance of the pivots of crank and rocker."),
+    "speed": TemplateOption(Number("rad/s", above=0.0), "Speed of the crank, the hub, the cam or the driver."),
 }
 
 

@@ -26,7 +26,7 @@ def left_out(kind: Kind) -> str:
 
 
 @dataclass(frozen=True)
-class Acting:
+class CoordinateLoads:
     """All that acts on one coordinate s, in SI units: F = -stiffness (s - rest) - damping s', a constant dry friction,
     a reflected inertia, and the limit of s."""
 
@@ -38,18 +38,18 @@ class Acting:
     limit: Limit | None = None
 
 
-def acting_on(scene: Scene, say: Say) -> dict[str, Acting]:
+def acting_on(scene: Scene, say: Say) -> dict[str, CoordinateLoads]:
     """What acts on each coordinate, by its name "joint.angle". A force that has no such form gets a row of the
     table."""
-    found: dict[str, Acting] = {}
+    found: dict[str, CoordinateLoads] = {}
     joints = {joint.name: joint for joint in scene.joints}
     for joint in scene.joints:
         for coordinate, inertia in joint.reflected_inertia.items():
             name = f"{joint.name}.{coordinate}"
-            found[name] = replace(found.get(name, Acting()), armature=inertia)
+            found[name] = replace(found.get(name, CoordinateLoads()), armature=inertia)
         for coordinate, limit in joint.limits.items():
             name = f"{joint.name}.{coordinate}"
-            found[name] = replace(found.get(name, Acting()), limit=limit)
+            found[name] = replace(found.get(name, CoordinateLoads()), limit=limit)
     for force in scene.forces:
         if not isinstance(force, JointForce):
             continue
@@ -62,7 +62,7 @@ def acting_on(scene: Scene, say: Say) -> dict[str, Acting]:
                 say(f"force '{force.name}'", "left out: its law is a function", Same.NO)
                 continue
             name = f"{joint.name}.{coordinate or _only(joint, force.unit)}"
-            found[name] = _with(found.get(name, Acting()), law)
+            found[name] = _with(found.get(name, CoordinateLoads()), law)
         for coordinate, dry in force.coulomb.items():
             name = f"{joint.name}.{coordinate or _only(joint, dry.unit)}"
             if not constant(dry):
@@ -70,7 +70,7 @@ def acting_on(scene: Scene, say: Say) -> dict[str, Acting]:
                 say(f"friction '{force.name}'", what, Same.NO)
                 continue
             assert isinstance(dry.sliding, float)
-            old = found.get(name, Acting())
+            old = found.get(name, CoordinateLoads())
             found[name] = replace(old, dry=old.dry + dry.sliding)
     return found
 
@@ -87,7 +87,7 @@ def constant(dry: DryFriction) -> bool:
     return dry.bearing is None and not smooth and not dry.varies and dry.static == dry.sliding
 
 
-def _with(old: Acting, law: Law) -> Acting:
+def _with(old: CoordinateLoads, law: Law) -> CoordinateLoads:
     """`old` with one more spring and damper: k = Σ kᵢ, and the rest position s where Σ kᵢ (s - sᵢ) = 0."""
     total = old.stiffness + law.stiffness
     moment = old.stiffness * old.rest + law.stiffness * (law.free or 0.0)

@@ -19,7 +19,7 @@ SAME = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
-class Sum:
+class CouplingSum:
     """A coupling as a sum: `weights` kᵢ of coordinates by name. `curve` is f(s₀⁰ + d) - f(s₀⁰) as a polynomial of d of
     at most the fourth degree, None where there is no function; `first` is the name of s₀."""
 
@@ -29,19 +29,19 @@ class Sum:
     curve: Polynomial | None = None
 
 
-def sum_of(joint: Joint, start: Start) -> Sum | None:
+def sum_of(joint: Joint, start: Start) -> CouplingSum | None:
     """The sum of a coupling, or of a screw; None where its function is no such polynomial."""
     if joint.type == "screw":
         names = [f"{joint.name}.displacement", f"{joint.name}.angle"]
-        return Sum(joint.name, dict(zip(names, thread(joint.parameters["pitch"]).weights, strict=True)))
+        return CouplingSum(joint.name, dict(zip(names, thread(joint.parameters["pitch"]).weights, strict=True)))
     assert joint.couples is not None
     of = dict(joint.couples.of)
     first = next(iter(of))
     if joint.couples.function is None:
-        return Sum(joint.name, of)
+        return CouplingSum(joint.name, of)
     curve = _polynomial(joint, start.values[first])
     weights = {name: weight for name, weight in of.items() if weight}
-    return None if curve is None else Sum(joint.name, weights, first, curve)
+    return None if curve is None else CouplingSum(joint.name, weights, first, curve)
 
 
 def _polynomial(joint: Joint, at: float) -> Polynomial | None:

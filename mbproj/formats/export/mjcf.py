@@ -7,12 +7,12 @@ import numpy as np
 from numpy.polynomial import Polynomial
 
 from mbproj.arrays import Array
-from mbproj.formats.export.acting import Acting, acting_on
-from mbproj.formats.export.couplings import Sum, five, sum_of
+from mbproj.formats.export.acting import CoordinateLoads, acting_on
+from mbproj.formats.export.couplings import CouplingSum, five, sum_of
 from mbproj.formats.export.markup import Tag, tag
 from mbproj.formats.export.start import start_of
-from mbproj.formats.export.tendons import FAR, Tendons
-from mbproj.formats.export.tree import Branch, Freedom, down, named, tree_of, without_massless
+from mbproj.formats.export.tendons import FAR, TendonWriter
+from mbproj.formats.export.tree import TreeBranch, TreeFreedom, down, named, tree_of, without_massless
 from mbproj.formats.export.written import Written, say_unwritten
 from mbproj.formats.mechanism import Same
 from mbproj.formats.placed import quaternion
@@ -37,7 +37,7 @@ class _Mjcf:
         self.tree = without_massless(scene, tree_of(scene, self.start), named(scene))
         self.acting = acting_on(scene, self.out.say)
         self.equality = tag("equality")
-        self.tendons = Tendons(scene, self.start, self.tree, self.acting, self.equality, self.out.say)
+        self.tendons = TendonWriter(scene, self.start, self.tree, self.acting, self.equality, self.out.say)
 
     def written(self, version: str) -> Written:
         """The text of the whole file, with the table."""
@@ -63,7 +63,7 @@ class _Mjcf:
         self.out.text = "\n".join([head, *root.lines()]) + "\n"
         return self.out
 
-    def _body(self, above: Tag, branch: Branch) -> None:
+    def _body(self, above: Tag, branch: TreeBranch) -> None:
         body = self.bodies[branch.body]
         pose, carrier = self.start.poses[branch.body], self.start.poses[branch.carrier]
         inner = carrier.inverse().then(pose)
@@ -88,7 +88,7 @@ class _Mjcf:
             return tag("inertial", pos=np.zeros(3), mass=body.mass, fullinertia=full)
         return tag("inertial", pos=np.zeros(3), mass=body.mass, diaginertia=np.diag(inertia))
 
-    def _joint(self, own: Tag, freedom: Freedom, body: str) -> None:
+    def _joint(self, own: Tag, freedom: TreeFreedom, body: str) -> None:
         if freedom.kind == "free":
             own.add("freejoint", name=freedom.name)
             return
@@ -97,7 +97,7 @@ class _Mjcf:
         if freedom.kind == "ball":
             own.add("joint", name=freedom.name, type="ball", pos=at)
             return
-        acting = self.acting.get(freedom.coordinate, Acting())
+        acting = self.acting.get(freedom.coordinate, CoordinateLoads())
         own.add(
             "joint",
             name=freedom.name,
@@ -113,7 +113,7 @@ class _Mjcf:
             armature=acting.armature or None,
         )
 
-    def _range(self, freedom: Freedom, limit: Limit | None) -> tuple[float, float] | None:
+    def _range(self, freedom: TreeFreedom, limit: Limit | None) -> tuple[float, float] | None:
         if limit is None:
             return None
         what = "a soft limit in MuJoCo, and not that of the scene while it touches"
@@ -172,7 +172,7 @@ class _Mjcf:
             else:
                 self._coupled(found, free)
 
-    def _coupled(self, found: Sum, free: dict[str, Freedom]) -> None:
+    def _coupled(self, found: CouplingSum, free: dict[str, TreeFreedom]) -> None:
         """Write y - y₀ = a₀ + a₁ (x - x₀) + ..: an equality of joints where there are two coordinates, else of
         tendons."""
         weights = {name: weight for name, weight in found.weights.items() if weight}

@@ -12,7 +12,7 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.formats.chains import EXACT
 from mbproj.formats.export.start import Start
-from mbproj.formats.export.tree import Freedom, Tree
+from mbproj.formats.export.tree import Tree, TreeFreedom
 from mbproj.scene.blocks.ropes.path import Node, Path, axes, straight
 from mbproj.scene.records import GROUND, Joint, Vector
 from mbproj.scene.stops import OfBody
@@ -30,7 +30,7 @@ class Sheave(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Run:
+class RopeRun:
     """The run of a rope. `points` are the places in order, each a body and a point from its centre of mass in its axes;
     `shapes` are the sheaves, by the number of the place; `length` is that at the start in m."""
 
@@ -39,7 +39,7 @@ class Run:
     length: float
 
 
-def run_of(joint: Joint, start: Start, tree: Tree) -> Run | str:
+def run_of(joint: Joint, start: Start, tree: Tree) -> RopeRun | str:
     """The run of a rope, or the reason why no tendon can have it."""
     path: Path = joint.parameters["path"]
     wrong = _why_no_tendon(path.nodes)
@@ -69,7 +69,7 @@ def run_of(joint: Joint, start: Start, tree: Tree) -> Run | str:
         pose = start.poses[node.body]
         side = pose.rotation.T @ (out - pose.position)
         shapes[number] = Sheave(node.radius, pose.rotation.T @ normal, side)
-    return Run(points, shapes, _length(here, ropes))
+    return RopeRun(points, shapes, _length(here, ropes))
 
 
 def _why_no_tendon(nodes: tuple[Node, ...]) -> str:
@@ -103,7 +103,7 @@ def _stays(tree: Tree, one: str, other: str, normal: Array) -> bool:
     return True
 
 
-def _above(tree: Tree, body: str) -> dict[str, tuple[Freedom, ...]]:
+def _above(tree: Tree, body: str) -> dict[str, tuple[TreeFreedom, ...]]:
     """The freedoms between a body and the ground, by the body that they carry."""
     branches = {branch.body: branch for branch in tree.branches}
     found = {}

@@ -10,9 +10,9 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.formats.export.acting import Acting, Say, left_out
+from mbproj.formats.export.acting import CoordinateLoads, Say, left_out
 from mbproj.formats.export.markup import Tag, tag
-from mbproj.formats.export.sheaves import Run, run_of
+from mbproj.formats.export.sheaves import RopeRun, run_of
 from mbproj.formats.export.start import Start
 from mbproj.formats.export.tree import Tree
 from mbproj.formats.mechanism import ImportedNames, Same
@@ -24,14 +24,14 @@ FAR = 1e6
 
 
 @dataclass(eq=False)
-class Tendons:
+class TendonWriter:
     """Writes the `section` of tendons of a model; `on` has the sites and shapes that they run over, by body. `equality`
     is the section of equalities."""
 
     scene: Scene
     start: Start
     tree: Tree
-    acting: Mapping[str, Acting]
+    acting: Mapping[str, CoordinateLoads]
     equality: Tag
     say: Say
     section: Tag = field(default_factory=lambda: tag("tendon"))
@@ -72,7 +72,7 @@ class Tendons:
         if isinstance(run, str):
             self.say(f"joint '{joint.name}'", f"left out: {run}", Same.NO)
             return
-        attributes = self._along(joint, acting or Acting(), round_shapes=bool(run and run.shapes))
+        attributes = self._along(joint, acting or CoordinateLoads(), round_shapes=bool(run and run.shapes))
         if run is None:
             self.line(joint.name, joint.bodies, self.start.ends(joint.bodies, joint.points), **attributes)
             return
@@ -115,7 +115,7 @@ class Tendons:
         first, second = (pose.position + pose.rotation @ end for pose, end in zip(places, ends, strict=True))
         return float(np.linalg.norm(second - first))
 
-    def _along(self, joint: Joint, acting: Acting, *, round_shapes: bool) -> dict[str, object]:
+    def _along(self, joint: Joint, acting: CoordinateLoads, *, round_shapes: bool) -> dict[str, object]:
         """The attributes of a tendon for all that acts along a coordinate `length`."""
         limit, element = acting.limit, f"joint '{joint.name}'"
         rest: tuple[float, ...] = (acting.rest,)
@@ -139,7 +139,7 @@ class Tendons:
             "armature": None if round_shapes else acting.armature or None,
         }
 
-    def _run(self, joint: Joint, run: Run, attributes: dict[str, object]) -> str:
+    def _run(self, joint: Joint, run: RopeRun, attributes: dict[str, object]) -> str:
         """Add a tendon over the places of a rope, and return its name."""
         path: list[tuple[str, dict[str, str]]] = []
         for number, (body, at) in enumerate(run.points, 1):

@@ -22,7 +22,7 @@ IN_TREE = (
 
 
 @dataclass(frozen=True, eq=False)
-class Freedom:
+class TreeFreedom:
     """A freedom of a joint: a "hinge", a "slide", a "ball", or all six of a "free" body. `name` is that of the joint
     where it has one coordinate, else it ends with that of the coordinate. `point` and unit `axis` are global at the
     start. `coordinate` is "joint.angle", with its value and its rate; "" where the scene has none."""
@@ -37,12 +37,12 @@ class Freedom:
 
 
 @dataclass(frozen=True, eq=False)
-class Branch:
+class TreeBranch:
     """A body, its carrier, and the freedoms between them, in order from the carrier on."""
 
     body: str
     carrier: str
-    freedoms: tuple[Freedom, ...]
+    freedoms: tuple[TreeFreedom, ...]
     joint: str = ""
 
 
@@ -50,15 +50,15 @@ class Branch:
 class Tree:
     """The branches from the ground on, each after its carrier's, and the joints that close loops."""
 
-    branches: tuple[Branch, ...]
+    branches: tuple[TreeBranch, ...]
     loops: tuple[Joint, ...]
 
-    def carried(self, body: str) -> Iterator[Branch]:
+    def carried(self, body: str) -> Iterator[TreeBranch]:
         """The branches that a body carries."""
         return (branch for branch in self.branches if branch.carrier == body)
 
     @property
-    def freedoms(self) -> dict[str, Freedom]:
+    def freedoms(self) -> dict[str, TreeFreedom]:
         """The freedoms that have a coordinate, by its name."""
         return {each.coordinate: each for branch in self.branches for each in branch.freedoms if each.coordinate}
 
@@ -95,14 +95,14 @@ def _acted_on(scene: Scene) -> set[str]:
     return found
 
 
-def _branches(scene: Scene, start: Start, joints: list[Joint]) -> Iterator[Branch]:
+def _branches(scene: Scene, start: Start, joints: list[Joint]) -> Iterator[TreeBranch]:
     done, waiting = {GROUND}, [GROUND]
     for begin in [GROUND, *(body.name for body in scene.bodies)]:
         if begin not in done:
             pose = start.poses[begin]
             done.add(begin)
             waiting.append(begin)
-            yield Branch(begin, GROUND, (Freedom("free", f"{begin}_free", pose.position),))
+            yield TreeBranch(begin, GROUND, (TreeFreedom("free", f"{begin}_free", pose.position),))
         while waiting:
             carrier = waiting.pop(0)
             for joint in joints:
@@ -113,10 +113,10 @@ def _branches(scene: Scene, start: Start, joints: list[Joint]) -> Iterator[Branc
                 if body not in done:
                     done.add(body)
                     waiting.append(body)
-                    yield Branch(body, carrier, freedoms(joint, start, back), joint.name)
+                    yield TreeBranch(body, carrier, freedoms(joint, start, back), joint.name)
 
 
-def freedoms(joint: Joint, start: Start, back: bool) -> tuple[Freedom, ...]:
+def freedoms(joint: Joint, start: Start, back: bool) -> tuple[TreeFreedom, ...]:
     """The freedoms of the second body of a joint against the first, or with `back` of the first against the second.
 
     Back reverses each axis, and their order too: the inverse of R₁(θ₁) R₂(θ₂) is R₂(-θ₂) R₁(-θ₁)."""
@@ -128,7 +128,7 @@ def freedoms(joint: Joint, start: Start, back: bool) -> tuple[Freedom, ...]:
         name = f"{joint.name}.{coordinate}" if coordinate else ""
         called = joint.name if alone or not coordinate else f"{joint.name}_{coordinate}"
         value, rate = start.values.get(name, 0.0), start.rates.get(name, 0.0)
-        found.append(Freedom(kind, called, point, -axis if back else axis, name, value, rate))
+        found.append(TreeFreedom(kind, called, point, -axis if back else axis, name, value, rate))
     return tuple(reversed(found) if back else found)
 
 
@@ -166,7 +166,7 @@ def without_massless(scene: Scene, tree: Tree, named: Mapping[str, int]) -> Tree
     return replace(tree, branches=tuple(branches.values()))
 
 
-def down(tree: Tree, body: str) -> list[Branch]:
+def down(tree: Tree, body: str) -> list[TreeBranch]:
     """The branches that a body carries, directly or not, in the order of the file."""
     found = []
     for branch in tree.carried(body):

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.formats.export.acting import Acting, acting_on
+from mbproj.formats.export.acting import CoordinateLoads, acting_on
 from mbproj.formats.export.couplings import sum_of
 from mbproj.formats.export.markup import Tag, tag
 from mbproj.formats.export.start import start_of
-from mbproj.formats.export.tree import Branch, Freedom, tree_of
+from mbproj.formats.export.tree import TreeBranch, TreeFreedom, tree_of
 from mbproj.formats.export.written import Written, say_unwritten
 from mbproj.formats.mechanism import ImportedNames, Same
 from mbproj.formats.yaml_text import flow, lines
@@ -65,10 +65,10 @@ class _Urdf:
     def _called(self, body: str) -> str:
         return "world" if body == GROUND else body
 
-    def _branch(self, branch: Branch) -> None:
+    def _branch(self, branch: TreeBranch) -> None:
         """Write the joints of a branch in a row, with massless links between. The frame of a link is at its joint."""
         pose = self.start.poses[branch.body]
-        own = branch.freedoms or (Freedom("fixed", branch.joint, pose.position),)
+        own = branch.freedoms or (TreeFreedom("fixed", branch.joint, pose.position),)
         carrier = self._called(branch.carrier)
         for at, freedom in enumerate(own):
             last = at == len(own) - 1
@@ -92,8 +92,8 @@ class _Urdf:
         i = pose.rotation @ np.array(body.inertia) @ pose.rotation.T
         inertial.add("inertia", ixx=i[0, 0], iyy=i[1, 1], izz=i[2, 2], ixy=i[0, 1], ixz=i[0, 2], iyz=i[1, 2])
 
-    def _joint(self, freedom: Freedom, carrier: str, link: str) -> None:
-        acting = self.acting.get(freedom.coordinate, Acting())
+    def _joint(self, freedom: TreeFreedom, carrier: str, link: str) -> None:
+        acting = self.acting.get(freedom.coordinate, CoordinateLoads())
         kind = {"free": "floating", "fixed": "fixed", "slide": "prismatic"}.get(freedom.kind, "continuous")
         if kind == "continuous" and acting.limit is not None:
             kind = "revolute"
@@ -115,7 +115,7 @@ class _Urdf:
             if value:
                 self.out.say(f"{word} of '{freedom.name}'", "left out: URDF has none", Same.NO)
 
-    def _range(self, freedom: Freedom, limit: Limit | None) -> tuple[float, float]:
+    def _range(self, freedom: TreeFreedom, limit: Limit | None) -> tuple[float, float]:
         """The range of a joint's coordinate, counted from its value at the start."""
         low = -FAR if limit is None or limit.low is None else limit.low - freedom.value
         high = FAR if limit is None or limit.high is None else limit.high - freedom.value

@@ -8,7 +8,7 @@ from dataclasses import field
 import numpy as np
 
 from mbproj.dataclass import dataclass
-from mbproj.formats.export.acting import Acting, Say
+from mbproj.formats.export.acting import CoordinateLoads, Say
 from mbproj.formats.export.tree import Tree
 from mbproj.formats.mechanism import Said, Same
 from mbproj.scene.records import BodyForce, Bushing, Scene
@@ -28,7 +28,7 @@ class Written:
         self.said.append(Said(element, None, what, same))
 
 
-def say_unwritten(scene: Scene, say: Say, tree: Tree, acting: Mapping[str, Acting]) -> None:
+def say_unwritten(scene: Scene, say: Say, tree: Tree, acting: Mapping[str, CoordinateLoads]) -> None:
     """Add rows on the parts of the scene that neither format has."""
     free = tree.freedoms
     for coordinate in acting:

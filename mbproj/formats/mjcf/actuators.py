@@ -9,19 +9,19 @@ import numpy as np
 from mbproj.errors import Place
 from mbproj.formats.chains import free_name
 from mbproj.formats.mechanism import Bare, Mechanism, Quantity, Same, Wishes
-from mbproj.formats.mjcf.compiled import Compiled
-from mbproj.formats.mjcf.drives import Drive, add_states, drive_of, free_symbol, inputs_of
+from mbproj.formats.mjcf.compiled import CompiledMjcf
+from mbproj.formats.mjcf.drives import ActuatorDrive, add_states, drive_of, free_symbol, inputs_of
 from mbproj.formats.mjcf.joints import FREE
-from mbproj.formats.mjcf.laws import Law, Muscle, law_of, summed, within
+from mbproj.formats.mjcf.laws import ActuatorLaw, Muscle, law_of, summed, within
 from mbproj.formats.mjcf.parts import Called
-from mbproj.formats.mjcf.tendons.along import Along, act_along, along_of, length_of, names_along
-from mbproj.formats.mjcf.tendons.measured import Tendons
+from mbproj.formats.mjcf.tendons.along import ActuatedCoordinate, act_along, along_of, length_of, names_along
+from mbproj.formats.mjcf.tendons.measured import ModelTendons
 from mbproj.formats.signals import refuse_unknown
 from mbproj.formats.yaml_text import number as shown
 from mbproj.scene.records import GROUND
 
 
-def add_actuators(tendons: Tendons, wishes: Wishes) -> None:
+def add_actuators(tendons: ModelTendons, wishes: Wishes) -> None:
     """Add the actuators that the user asks for, each with its signal, and a row of the table on every one. Raises
     InputError at unknown names."""
     compiled, mechanism = tendons.compiled, tendons.mechanism
@@ -33,13 +33,18 @@ def add_actuators(tendons: Tendons, wishes: Wishes) -> None:
         place, shown_name = compiled.place_in("actuator", name), f"actuator '{name}'"
         _say_unused(compiled, mechanism, number, shown_name, place)
         law = law_of(compiled, number)
-        drive: Drive | str = ""
+        drive: ActuatorDrive | str = ""
         if not isinstance(law, str):
             drive = drive_of(compiled, mechanism, number, name, law, wishes.controls or {})
         if compiled.disables("ACTUATION"):
             mechanism.say(shown_name, place, "left out: the model turns actuators off", Same.YES)
         elif wishes.controls is None:
-            still = isinstance(law, Law) and not law.pushes and isinstance(drive, Drive) and drive.constant == 0.0
+            still = (
+                isinstance(law, ActuatorLaw)
+                and not law.pushes
+                and isinstance(drive, ActuatorDrive)
+                and drive.constant == 0.0
+            )
             what = "left out: it exerts nothing without a control signal; --controls gives it one"
             if not still:
                 what = "left out: --hold lets it act with the control signal of the start, --controls with another"
@@ -53,14 +58,14 @@ def add_actuators(tendons: Tendons, wishes: Wishes) -> None:
             mechanism.say(shown_name, place, what, Same.NO if wrong else Same.YES)
 
 
-def _say_unused(compiled: Compiled, mechanism: Mechanism, number: int, name: str, place: Place | None) -> None:
+def _say_unused(compiled: CompiledMjcf, mechanism: Mechanism, number: int, name: str, place: Place | None) -> None:
     for word in ("armature", "damping", "dampingpoly", "delay"):
         values = getattr(compiled.model, f"actuator_{word}", None)
         if values is not None and np.any(values[number]):
             mechanism.say(f"{word} of {name}", place, "left out: a scene has none of an actuator", Same.NO)
 
 
-def _act(tendons: Tendons, number: int, name: str, law: Law | Muscle, drive: Drive) -> str:
+def _act(tendons: ModelTendons, number: int, name: str, law: ActuatorLaw | Muscle, drive: ActuatorDrive) -> str:
     """Add the forces of an actuator, and return ""; or the reason why a scene has no such force."""
     mechanism, along = tendons.mechanism, along_of(tendons, number)
     if isinstance(along, str):
@@ -83,7 +88,9 @@ def _act(tendons: Tendons, number: int, name: str, law: Law | Muscle, drive: Dri
     return ""
 
 
-def _act_by_signal(mechanism: Mechanism, name: str, along: list[Along], law: Law | Muscle, drive: Drive) -> None:
+def _act_by_signal(
+    mechanism: Mechanism, name: str, along: list[ActuatedCoordinate], law: ActuatorLaw | Muscle, drive: ActuatorDrive
+) -> None:
     """Add a force that depends on a sum of coordinates and its rate: a signal, and forces by it along each
     coordinate."""
     names = names_along(mechanism, name, along)
@@ -97,7 +104,7 @@ def _act_by_signal(mechanism: Mechanism, name: str, along: list[Along], law: Law
         mechanism.signals[seen[word]] = Bare(text)
 
 
-def _forces(along: Along, law: Law, drive: Drive) -> list[dict[str, Any]]:
+def _forces(along: ActuatedCoordinate, law: ActuatorLaw, drive: ActuatorDrive) -> list[dict[str, Any]]:
     """The keys of the forces along one coordinate: a spring with a damper, and the part of the signal. It is one
     function where the law is not linear, or is limited."""
     scale = along.factor * np.array([1.0, along.factor, along.factor])
@@ -130,7 +137,7 @@ def _forces(along: Along, law: Law, drive: Drive) -> list[dict[str, Any]]:
 
 
 def _on_body(
-    compiled: Compiled, mechanism: Mechanism, called: Called, number: int
+    compiled: CompiledMjcf, mechanism: Mechanism, called: Called, number: int
 ) -> list[tuple[str, dict[str, Any], Any]] | None:
     """The force and the torque of an actuator on a site or a free joint, each as kind, place and axes, components; None
     for other actuators."""
@@ -156,7 +163,7 @@ def _on_body(
     return None
 
 
-def _times(factor: float, drive: Drive) -> str:
+def _times(factor: float, drive: ActuatorDrive) -> str:
     if drive.constant is not None:
         return shown(factor * drive.constant)
     return f"{shown(factor)}*{drive.text}" if factor else "0"

@@ -9,7 +9,7 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.formats.geometry import Pose, from_quaternion
 from mbproj.formats.mechanism import Mechanism, Same
-from mbproj.formats.mjcf.compiled import Compiled
+from mbproj.formats.mjcf.compiled import CompiledMjcf
 from mbproj.formats.mjcf.parts import Called
 from mbproj.formats.visuals import Shapes, Visual, box, capsule, colour, cylinder, sphere
 
@@ -17,7 +17,7 @@ PLANE, HFIELD, SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX, MESH = range(8)
 WORDS = {MESH: "meshes", ELLIPSOID: "ellipsoids"}
 
 
-def visuals(compiled: Compiled, called: Called) -> Iterator[Visual]:
+def visuals(compiled: CompiledMjcf, called: Called) -> Iterator[Visual]:
     """Yield the geoms of bodies, at the pose of the start."""
     model, data = compiled.model, compiled.data
     for geom in range(model.ngeom):
@@ -48,7 +48,7 @@ def _shapes(kind: int, size: Array) -> Shapes:
     return ()
 
 
-def add_markers(compiled: Compiled, mechanism: Mechanism, called: Called) -> None:
+def add_markers(compiled: CompiledMjcf, mechanism: Mechanism, called: Called) -> None:
     """Add a marker for each site of a body that moves."""
     model, still = compiled.model, 0
     for site in range(model.nsite):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from mbproj.errors import Place
-from mbproj.formats.xml import Element
+from mbproj.formats.xml import XmlElement
 
 #: The most bytes of a mesh that is read.
 MOST_MESH_BYTES = 64_000_000
@@ -17,13 +17,13 @@ Missing = tuple[str, Place, str]
 
 
 def take_meshes(
-    root: Element, files: dict[str, bytes], folder: Path
-) -> tuple[dict[str, Path], list[Missing], list[Element]]:
+    root: XmlElement, files: dict[str, bytes], folder: Path
+) -> tuple[dict[str, Path], list[Missing], list[XmlElement]]:
     """Add the bytes of the meshes to `files`. Return the paths of the meshes by name, the missing assets, and the geoms
     that stand for these: spheres, whose mass must not count."""
     missing: list[Missing] = []
     found: dict[str, Path] = {}
-    stand_ins: list[Element] = []
+    stand_ins: list[XmlElement] = []
     settings = {name: value for each in root.all("compiler") for name, value in each.attributes.items()}
     assets = settings.get("assetdir", "")
     strip = settings.get("strippath", "false") == "true"
@@ -57,7 +57,7 @@ def take_meshes(
     return found, missing, stand_ins
 
 
-def _read_mesh(files: dict[str, bytes], folder: Path, path: Path, asset: Element) -> str:
+def _read_mesh(files: dict[str, bytes], folder: Path, path: Path, asset: XmlElement) -> str:
     """Add the bytes of a mesh to `files`, and return ""; or the reason why that is not possible. Each file gets a new
     name, since MuJoCo takes two files of one name in different folders for the same."""
     if asset.tag == "hfield":

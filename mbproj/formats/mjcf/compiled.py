@@ -10,8 +10,8 @@ from typing import Any
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place, Problem, warn_once
 from mbproj.formats.mechanism import Wishes
-from mbproj.formats.mjcf.source import Source
-from mbproj.formats.xml import Element
+from mbproj.formats.mjcf.source import MjcfSource
+from mbproj.formats.xml import XmlElement
 from mbproj.scene.text.suggestions import choose_from
 
 _LINE = re.compile(r"[Ll]ine:? *=? *(\d+)")
@@ -24,13 +24,13 @@ PID_KEYS = ("kp", "ki", "kd", "imax", "slewmax")
 
 
 @dataclass(frozen=True, eq=False)
-class Compiled:
+class CompiledMjcf:
     """MuJoCo's model and data at the pose of the start, with the source. `places` are those of elements by kind and
     number."""
 
     model: Any
     data: Any
-    source: Source
+    source: MjcfSource
     places: Mapping[tuple[str, int], Place]
 
     def name(self, kind: str, number: int) -> str:
@@ -65,7 +65,7 @@ class Compiled:
         return next((element.place for element in elements if element.get("name") == name), None)
 
 
-def compile_mjcf(source: Source, wishes: Wishes) -> Compiled:
+def compile_mjcf(source: MjcfSource, wishes: Wishes) -> CompiledMjcf:
     """Compile the source, and set the pose of the start. Raises InputError where MuJoCo is not installed or refuses the
     model, or a missing mesh would give a body its mass."""
     if find_spec("mujoco") is None:
@@ -75,10 +75,10 @@ def compile_mjcf(source: Source, wishes: Wishes) -> Compiled:
         _refuse_mass_of_missing(source)
     model = _model(source)
     data = _posed(model, source, wishes)
-    return Compiled(model, data, source, _places(model, source.root))
+    return CompiledMjcf(model, data, source, _places(model, source.root))
 
 
-def _model(source: Source) -> Any:
+def _model(source: MjcfSource) -> Any:
     import mujoco
 
     text, places = source.text()
@@ -98,7 +98,7 @@ def _model(source: Source) -> Any:
         mujoco.set_mju_user_warning(None)
 
 
-def _place_of(source: Source, words: str) -> Place:
+def _place_of(source: MjcfSource, words: str) -> Place:
     """The place of the element that a message names by its number, as in "actuator 0"; else that of the model."""
     for section, number in _COUNTED.findall(words):
         elements = [element for each in source.root.all(section) for element in each.children]
@@ -107,7 +107,7 @@ def _place_of(source: Source, words: str) -> Place:
     return source.root.place
 
 
-def _refuse_mass_of_missing(source: Source) -> None:
+def _refuse_mass_of_missing(source: MjcfSource) -> None:
     """Raises InputError where the mass of a body depends on a missing mesh: it then differs between a model with heavy
     spheres for missing meshes and one with massless spheres."""
     given = [dict(element.attributes) for element in source.stand_ins]
@@ -129,7 +129,7 @@ def _refuse_mass_of_missing(source: Source) -> None:
         raise InputError([Problem(message, element.place, hint), Problem(f"the {what}: {why}", place, "put it there")])
 
 
-def _posed(model: Any, source: Source, wishes: Wishes) -> Any:
+def _posed(model: Any, source: MjcfSource, wishes: Wishes) -> Any:
     """MuJoCo's data at the keyframe or the pose that the user asks for, else at the model's reference pose."""
     import mujoco
 
@@ -154,7 +154,7 @@ def _posed(model: Any, source: Source, wishes: Wishes) -> Any:
     return data
 
 
-def _places(model: Any, root: Element) -> dict[tuple[str, int], Place]:
+def _places(model: Any, root: XmlElement) -> dict[tuple[str, int], Place]:
     """The places of elements by kind and number, found by name, or by order where the file has as many as the model."""
     found: dict[tuple[str, int], Place] = {}
     world = [element for each in root.all("worldbody") for element in each.walk()]

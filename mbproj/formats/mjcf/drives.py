@@ -11,9 +11,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from mbproj.dataclass import dataclass
-from mbproj.formats.mechanism import Bare, ImportedNames, Mechanism, Signal, Signals
-from mbproj.formats.mjcf.compiled import Compiled
-from mbproj.formats.mjcf.laws import Law, Muscle, summed, within
+from mbproj.formats.mechanism import Bare, GivenSignal, ImportedNames, Mechanism, Signals
+from mbproj.formats.mjcf.compiled import CompiledMjcf
+from mbproj.formats.mjcf.laws import ActuatorLaw, Muscle, summed, within
 from mbproj.formats.yaml_text import number as shown
 from mbproj.scene.expressions.evaluate import Value, evaluate
 from mbproj.scene.expressions.syntax_tree import parse
@@ -34,7 +34,7 @@ class StateOf:
 
 
 @dataclass(frozen=True)
-class Drive:
+class ActuatorDrive:
     """The input of a law: an expression of t and of the states, and its number where it is constant."""
 
     constant: float | None
@@ -48,7 +48,7 @@ def free_symbol(mechanism: Mechanism, wanted: str) -> str:
     return ImportedNames(taken).own(re.sub(r"\W", "_", wanted))
 
 
-def inputs_of(compiled: Compiled, number: int, name: str) -> tuple[str, ...]:
+def inputs_of(compiled: CompiledMjcf, number: int, name: str) -> tuple[str, ...]:
     """The names that a user can give to the control signals of an actuator."""
     model = compiled.model
     if int(getattr(model, "actuator_ctrlnum", np.ones(model.nu))[number]) == 1:
@@ -59,8 +59,8 @@ def inputs_of(compiled: Compiled, number: int, name: str) -> tuple[str, ...]:
 
 
 def drive_of(
-    compiled: Compiled, mechanism: Mechanism, number: int, name: str, law: Law | Muscle, signals: Signals
-) -> Drive | str:
+    compiled: CompiledMjcf, mechanism: Mechanism, number: int, name: str, law: ActuatorLaw | Muscle, signals: Signals
+) -> ActuatorDrive | str:
     """The drive of an actuator, or the reason why a scene has none like it. Its control signals are in `signals` by
     name; others keep their value `ctrl` of the start."""
     import mujoco
@@ -68,7 +68,7 @@ def drive_of(
     model, kinds = compiled.model, mujoco.mjtDyn
     kind = int(model.actuator_dyntype[number])
     if int(model.actuator_gaintype[number]) == int(getattr(mujoco.mjtGain, "mjGAIN_PID", -1)):
-        assert isinstance(law, Law)
+        assert isinstance(law, ActuatorLaw)
         return _pid(compiled, mechanism, number, name, law, signals)
     command = _command(compiled, number, name, signals)
     if compiled.plugin_of(number) is not None:
@@ -78,21 +78,23 @@ def drive_of(
     return _activation(compiled, mechanism, number, name, command)
 
 
-def _command(compiled: Compiled, number: int, name: str, signals: Signals, which: int = 0) -> Drive:
+def _command(compiled: CompiledMjcf, number: int, name: str, signals: Signals, which: int = 0) -> ActuatorDrive:
     """A control signal within its range."""
     model = compiled.model
     at = int(getattr(model, "actuator_ctrladr", np.arange(model.nu))[number]) + which
-    signal = signals.get(inputs_of(compiled, number, name)[which]) or Signal(repr(float(compiled.data.ctrl[at])))
+    signal = signals.get(inputs_of(compiled, number, name)[which]) or GivenSignal(repr(float(compiled.data.ctrl[at])))
     constant = signal.constant
     text = f"({signal.text})" if constant is None else shown(constant)
     if model.actuator_ctrllimited[at] and not compiled.disables("CLAMPCTRL"):
         low, high = (float(each) for each in model.actuator_ctrlrange[at])
         constant = None if constant is None else min(max(constant, low), high)
         text = within(text, (low, high)) if constant is None else shown(constant)
-    return Drive(constant, text)
+    return ActuatorDrive(constant, text)
 
 
-def _activation(compiled: Compiled, mechanism: Mechanism, number: int, name: str, command: Drive) -> Drive | str:
+def _activation(
+    compiled: CompiledMjcf, mechanism: Mechanism, number: int, name: str, command: ActuatorDrive
+) -> ActuatorDrive | str:
     """The drive of an actuator whose input is its activation: an integrator, a filter or a muscle's. It has a closed
     form where the signal is constant. Else the reason why there is none."""
     import mujoco
@@ -104,18 +106,20 @@ def _activation(compiled: Compiled, mechanism: Mechanism, number: int, name: str
     time = float(model.actuator_dynprm[number][0])
     if integrates or kind in (int(kinds.mjDYN_FILTER), int(kinds.mjDYN_FILTEREXACT)):
         if u is not None and u == (0.0 if integrates else first):  # at rest
-            return Drive(first, shown(first))
+            return ActuatorDrive(first, shown(first))
         if u is not None and integrates:
-            return Drive(None, within(f"({shown(first)} + {shown(u)}*t)", range_))
+            return ActuatorDrive(None, within(f"({shown(first)} + {shown(u)}*t)", range_))
         if u is not None:
-            return Drive(None, within(f"({shown(u)} + ({shown(first - u)})*exp(-t/{shown(time)}))", range_))
+            return ActuatorDrive(None, within(f"({shown(u)} + ({shown(first - u)})*exp(-t/{shown(time)}))", range_))
     elif kind != int(kinds.mjDYN_MUSCLE):
         return "a scene has no such states"
     state = _state(compiled, mechanism, number, name, command, first)
-    return Drive(None, state.name, (state,))
+    return ActuatorDrive(None, state.name, (state,))
 
 
-def _state(compiled: Compiled, mechanism: Mechanism, number: int, name: str, command: Drive, first: float) -> StateOf:
+def _state(
+    compiled: CompiledMjcf, mechanism: Mechanism, number: int, name: str, command: ActuatorDrive, first: float
+) -> StateOf:
     """The activation of an actuator as a state."""
     import mujoco
 
@@ -139,13 +143,15 @@ def _state(compiled: Compiled, mechanism: Mechanism, number: int, name: str, com
     return StateOf(x, _limited(compiled, rate, x, _activation_range(compiled, number)), first)
 
 
-def _pid(compiled: Compiled, mechanism: Mechanism, number: int, name: str, law: Law, signals: Signals) -> Drive | str:
+def _pid(
+    compiled: CompiledMjcf, mechanism: Mechanism, number: int, name: str, law: ActuatorLaw, signals: Signals
+) -> ActuatorDrive | str:
     """The drive of a PID actuator: kp u_pos + kv u_vel + ki ∫ (u_pos - length) + u_ff. The law itself has the terms
     -kp length - kv velocity."""
     model = compiled.model
     chosen = [word for word, bit in INPUTS.items() if int(model.actuator_ctrlspec[number]) & bit]
     given = {word: _command(compiled, number, name, signals, which) for which, word in enumerate(chosen)}
-    still = Drive(0.0, "0")
+    still = ActuatorDrive(0.0, "0")
     position, rate, ahead = (given.get(word, still) for word in INPUTS)
     integral, (most, fastest) = float(model.actuator_gainprm[number][0]), model.actuator_dynprm[number][:2]
     states: list[StateOf] = []
@@ -160,13 +166,13 @@ def _pid(compiled: Compiled, mechanism: Mechanism, number: int, name: str, law: 
         if isinstance(summing, str):
             return summing
         states.append(summing)
-        terms.append((integral, Drive(None, summing.name)))
+        terms.append((integral, ActuatorDrive(None, summing.name)))
     return _sum_of(terms, states)
 
 
 def _plugin(
-    compiled: Compiled, mechanism: Mechanism, number: int, name: str, command: Drive, activated: bool
-) -> Drive | str:
+    compiled: CompiledMjcf, mechanism: Mechanism, number: int, name: str, command: ActuatorDrive, activated: bool
+) -> ActuatorDrive | str:
     """The drive of an actuator of the plugin `mujoco.pid`, with one input, which an activation may follow. The force of
     its integral is limited."""
     config = compiled.plugin_of(number)
@@ -179,14 +185,14 @@ def _plugin(
             return "a scene has no limit of the rate of a state"
         moved = _state(compiled, mechanism, number, name, command, float(compiled.data.act[at + count - 1]))
         states.append(moved)
-        position, speed = Drive(None, moved.name), f"({moved.derivative})"
+        position, speed = ActuatorDrive(None, moved.name), f"({moved.derivative})"
     elif config["slewmax"] and command.constant is None:
         first = evaluate(parse(command.text), {"t": Value(0.0, None)}).number
         position = _slewed(compiled, mechanism, name, command, config["slewmax"], first)
         states += position.states
     terms = [(config["kp"], position)]
     if config["kd"] and activated:
-        terms.append((config["kd"], Drive(None, speed)))
+        terms.append((config["kd"], ActuatorDrive(None, speed)))
     if config["ki"]:
         most = config["imax"] / abs(config["ki"])
         first = float(compiled.data.act[at])
@@ -195,31 +201,35 @@ def _plugin(
         if isinstance(summing, str):
             return summing
         states.append(summing)
-        terms.append((config["ki"], Drive(None, summing.name)))
+        terms.append((config["ki"], ActuatorDrive(None, summing.name)))
     return _sum_of(terms, states)
 
 
-def _sum_of(terms: Sequence[tuple[float, Drive]], states: Sequence[StateOf]) -> Drive:
+def _sum_of(terms: Sequence[tuple[float, ActuatorDrive]], states: Sequence[StateOf]) -> ActuatorDrive:
     """The drive Σ factor × drive with these states; it is constant where all drives are."""
     values = [factor * each.constant for factor, each in terms if each.constant is not None and factor]
     if len(values) == sum(bool(factor) for factor, _ in terms):
-        return Drive(sum(values), shown(sum(values)))
-    return Drive(None, f"({summed([(factor, each.text) for factor, each in terms if each.text != '0'])})", (*states,))
+        return ActuatorDrive(sum(values), shown(sum(values)))
+    return ActuatorDrive(
+        None, f"({summed([(factor, each.text) for factor, each in terms if each.text != '0'])})", (*states,)
+    )
 
 
-def _slewed(compiled: Compiled, mechanism: Mechanism, name: str, command: Drive, fastest: float, first: float) -> Drive:
+def _slewed(
+    compiled: CompiledMjcf, mechanism: Mechanism, name: str, command: ActuatorDrive, fastest: float, first: float
+) -> ActuatorDrive:
     """The drive of a setpoint that begins at `first` and follows the command at most at the rate `fastest`."""
     if command.constant is not None:
         way, most = command.constant - first, f"{shown(fastest)}*t"
-        return Drive(None, f"({shown(first)} + min(max({shown(way)}, -{most}), {most}))") if way else command
+        return ActuatorDrive(None, f"({shown(first)} + min(max({shown(way)}, -{most}), {most}))") if way else command
     x = free_symbol(mechanism, f"{name}_setpoint")
     h = float(compiled.model.opt.timestep)
     state = StateOf(x, within(f"({command.text} - {x})/{shown(h)}", (-fastest, fastest)), first)
-    return Drive(None, x, (state,))
+    return ActuatorDrive(None, x, (state,))
 
 
 def _integral(
-    compiled: Compiled, mechanism: Mechanism, name: str, position: str, most: float, first: float
+    compiled: CompiledMjcf, mechanism: Mechanism, name: str, position: str, most: float, first: float
 ) -> StateOf | str:
     """The state ∫ (position - length) dt, within ±most where that is not 0; or the reason why there is none."""
     if most and abs(first) > most:
@@ -228,7 +238,7 @@ def _integral(
     return StateOf(x, _limited(compiled, f"{position} - {LENGTH}", x, (-most, most) if most else None), first)
 
 
-def _activation_range(compiled: Compiled, number: int) -> tuple[float, float] | None:
+def _activation_range(compiled: CompiledMjcf, number: int) -> tuple[float, float] | None:
     model = compiled.model
     low, high = (float(each) for each in model.actuator_actrange[number])
     return (low, high) if model.actuator_actlimited[number] else None
@@ -238,7 +248,7 @@ def _within(value: float, limits: tuple[float, float] | None) -> float:
     return value if limits is None else min(max(value, limits[0]), limits[1])
 
 
-def _limited(compiled: Compiled, rate: str, x: str, limits: tuple[float, float] | None) -> str:
+def _limited(compiled: CompiledMjcf, rate: str, x: str, limits: tuple[float, float] | None) -> str:
     """The rate of x, limited so that x stays within its limits over one time step of the model."""
     if limits is None:
         return rate
@@ -247,7 +257,7 @@ def _limited(compiled: Compiled, rate: str, x: str, limits: tuple[float, float] 
     return f"min(max({rate}, {low}), {high})"
 
 
-def add_states(mechanism: Mechanism, drive: Drive, length: str) -> None:
+def add_states(mechanism: Mechanism, drive: ActuatorDrive, length: str) -> None:
     """Add the states of a drive to the mechanism; `length` is the expression of the actuator's length."""
     for state in drive.states:
         entry: dict[str, object] = {"derivative": Bare(state.derivative.replace(LENGTH, f"({length})"))}

@@ -11,9 +11,9 @@ from mbproj.arrays import Array
 from mbproj.errors import Place
 from mbproj.formats.geometry import IDENTITY, Pose, from_quaternion
 from mbproj.formats.mechanism import Bare, Connection, ImportedNames, Mechanism, Quantity, Same
-from mbproj.formats.mjcf.compiled import Compiled
+from mbproj.formats.mjcf.compiled import CompiledMjcf
 from mbproj.formats.mjcf.parts import Called
-from mbproj.formats.mjcf.tendons.measured import Sum, Tendons
+from mbproj.formats.mjcf.tendons.measured import ModelTendons, TendonSum
 from mbproj.formats.yaml_text import number
 
 CONNECT, WELD, JOINT, TENDON = range(4)
@@ -23,7 +23,7 @@ TIME_CONSTANT, IMPEDANCE = 0.02, 0.9
 WORDS = {CONNECT: "connect", WELD: "weld", JOINT: "joint", TENDON: "tendon"}
 
 
-def add_equalities(tendons: Tendons) -> None:
+def add_equalities(tendons: ModelTendons) -> None:
     """Add a joint for each equality that is active."""
     compiled, mechanism = tendons.compiled, tendons.mechanism
     model = compiled.model
@@ -44,7 +44,7 @@ def add_equalities(tendons: Tendons) -> None:
 
 
 def _held(
-    compiled: Compiled,
+    compiled: CompiledMjcf,
     mechanism: Mechanism,
     called: Called,
     names: ImportedNames,
@@ -84,7 +84,9 @@ def _held(
     _say_soft(compiled, mechanism, at, shown, place, f"{kind} joint")
 
 
-def _say_soft(compiled: Compiled, mechanism: Mechanism, at: int, shown: str, place: Place | None, becomes: str) -> None:
+def _say_soft(
+    compiled: CompiledMjcf, mechanism: Mechanism, at: int, shown: str, place: Place | None, becomes: str
+) -> None:
     """Add the row on an equality, which is soft in MuJoCo and rigid in the scene. The motion counts as the same, unless
     the model makes the equality softer than MuJoCo's default."""
     constant, impedance = float(compiled.model.eq_solref[at][0]), float(compiled.model.eq_solimp[at][0])
@@ -105,7 +107,7 @@ def _frames_held(values: Array, weld: bool) -> tuple[Pose, Pose]:
     return relative.then(anchor), anchor
 
 
-def _coupled(tendons: Tendons, at: int, place: Place | None, shown: str) -> None:
+def _coupled(tendons: ModelTendons, at: int, place: Place | None, shown: str) -> None:
     """Add the coupler of an equality of two joints or two tendons: y - y₀ = a₀ + a₁ (x - x₀) + .. + a₄ (x - x₀)⁴."""
     compiled, mechanism = tendons.compiled, tendons.mechanism
     model = compiled.model
@@ -116,7 +118,7 @@ def _coupled(tendons: Tendons, at: int, place: Place | None, shown: str) -> None
     curve = Polynomial(model.eq_data[at][: 5 if len(numbers) == 2 else 1])
     bent = bool(np.any(curve.coef[2:]))
     y, *others = (_sum(tendons, each, of_tendons, whole=False) for each in numbers)
-    x = _sum(tendons, numbers[1], of_tendons, whole=bent) if others else Sum({}, 0.0)
+    x = _sum(tendons, numbers[1], of_tendons, whole=bent) if others else TendonSum({}, 0.0)
     for each in (y, x):
         if isinstance(each, str):
             mechanism.say(shown, place, f"left out: {each}", Same.NO)
@@ -129,7 +131,7 @@ def _coupled(tendons: Tendons, at: int, place: Place | None, shown: str) -> None
     _say_soft(compiled, mechanism, at, shown, place, "coupler")
 
 
-def _sum(tendons: Tendons, number: int, of_tendons: bool, *, whole: bool) -> Sum | str:
+def _sum(tendons: ModelTendons, number: int, of_tendons: bool, *, whole: bool) -> TendonSum | str:
     """The distance of a joint or a tendon from its reference, as a sum of the scene's coordinates and a constant. With
     `whole` the sum has one coordinate only. Else the reason why there is none."""
     model, data = tendons.compiled.model, tendons.compiled.data
@@ -137,17 +139,17 @@ def _sum(tendons: Tendons, number: int, of_tendons: bool, *, whole: bool) -> Sum
         at, found = int(model.jnt_qposadr[number]), tendons.coordinate(number)
         if found is None:
             return "it couples a joint that has no coordinate of its own"
-        return Sum({".".join(found): 1.0}, float(data.qpos[at] - model.qpos0[at]))
+        return TendonSum({".".join(found): 1.0}, float(data.qpos[at] - model.qpos0[at]))
     found_sum, rest = tendons.sum(number), float(model.tendon_length0[number])
-    if whole and isinstance(found_sum, Sum) and len(found_sum.weights) > 1:
+    if whole and isinstance(found_sum, TendonSum) and len(found_sum.weights) > 1:
         measured = tendons.slider(number)
         if isinstance(measured, str):
             return measured
-        return Sum({f"{measured.joint}.{measured.coordinate}": 1.0}, measured.constant - rest)
-    return found_sum if isinstance(found_sum, str) else Sum(found_sum.weights, found_sum.constant - rest)
+        return TendonSum({f"{measured.joint}.{measured.coordinate}": 1.0}, measured.constant - rest)
+    return found_sum if isinstance(found_sum, str) else TendonSum(found_sum.weights, found_sum.constant - rest)
 
 
-def _fix_length(tendons: Tendons, at: int, number: int, place: Place | None, shown: str) -> bool:
+def _fix_length(tendons: ModelTendons, at: int, number: int, place: Place | None, shown: str) -> bool:
     """Make a distance joint, or a rope of fixed length, of a tendon over sites whose length an equality fixes. Return
     whether that is possible."""
     compiled, mechanism = tendons.compiled, tendons.mechanism

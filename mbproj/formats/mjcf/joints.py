@@ -6,9 +6,9 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.errors import Place
-from mbproj.formats.chains import Coordinates, Single, Twist, connect, span
+from mbproj.formats.chains import BodyTwist, Coordinates, Single, connect, span
 from mbproj.formats.mechanism import ImportedBody, ImportedNames, Mechanism, Same
-from mbproj.formats.mjcf.compiled import Compiled
+from mbproj.formats.mjcf.compiled import CompiledMjcf
 from mbproj.formats.mjcf.parts import Called
 from mbproj.formats.placed import quaternion
 from mbproj.scene.fields.rotations import to_matrix
@@ -17,7 +17,7 @@ FREE, BALL, SLIDE, HINGE = range(4)
 
 
 def add_joints(
-    compiled: Compiled, mechanism: Mechanism, called: Called, names: ImportedNames, coordinates: Coordinates
+    compiled: CompiledMjcf, mechanism: Mechanism, called: Called, names: ImportedNames, coordinates: Coordinates
 ) -> None:
     """Connect each body that moves with its parent. `coordinates` gets those of hinges and slides, by name."""
     model = compiled.model
@@ -42,7 +42,7 @@ def add_joints(
             connect(mechanism, (parent, child), singles, names.own, coordinates)
 
 
-def single(compiled: Compiled, mechanism: Mechanism, number: int, child: str) -> Single:
+def single(compiled: CompiledMjcf, mechanism: Mechanism, number: int, child: str) -> Single:
     """A hinge or a slide with all that acts on its coordinate, which counts from the pose of the start."""
     model, data = compiled.model, compiled.data
     dof, at = int(model.jnt_dofadr[number]), float(data.qpos[model.jnt_qposadr[number]])
@@ -78,7 +78,7 @@ def single(compiled: Compiled, mechanism: Mechanism, number: int, child: str) ->
     )
 
 
-def joint_name(compiled: Compiled, number: int, child: str) -> str:
+def joint_name(compiled: CompiledMjcf, number: int, child: str) -> str:
     """The name of a joint, or one made from the name of its body `child` where it has none."""
     name = compiled.name("jnt", number)
     if name:
@@ -89,7 +89,7 @@ def joint_name(compiled: Compiled, number: int, child: str) -> str:
     return f"{child}_joint" if alone else f"{child}_joint_{number - first + 1}"
 
 
-def start_of(compiled: Compiled, called: Called) -> dict[str, float]:
+def start_of(compiled: CompiledMjcf, called: Called) -> dict[str, float]:
     """The model's coordinates of hinges and slides at the pose of the start, by name, in rad and m."""
     model, found = compiled.model, {}
     for number in range(model.njnt):
@@ -99,7 +99,7 @@ def start_of(compiled: Compiled, called: Called) -> dict[str, float]:
     return found
 
 
-def _say_free(compiled: Compiled, mechanism: Mechanism, number: int, child: str) -> None:
+def _say_free(compiled: CompiledMjcf, mechanism: Mechanism, number: int, child: str) -> None:
     """Add rows on a free joint, which a scene does not need. Springs and other effects on its coordinates are left
     out."""
     model, dof = compiled.model, int(compiled.model.jnt_dofadr[number])
@@ -114,7 +114,7 @@ def _say_free(compiled: Compiled, mechanism: Mechanism, number: int, child: str)
 
 
 def _ball(
-    compiled: Compiled,
+    compiled: CompiledMjcf,
     mechanism: Mechanism,
     kinds: list[int],
     number: int,
@@ -136,7 +136,7 @@ def _ball(
         between = f"{child}_{of}_ball"
         massless = ImportedBody(between, 0.0, np.zeros((3, 3)), data.xanchor[ball].copy(), carried.rotation)
         sign = 1.0 if of == "before" else -1.0
-        twist = Twist.of(mechanism.part(parent if of == "before" else child))
+        twist = BodyTwist.of(mechanism.part(parent if of == "before" else child))
         for each in chain:
             twist = twist.then(each, sign)
         mechanism.insert(twist.on(massless), bodies[1])
@@ -150,7 +150,7 @@ def _ball(
 
 
 def _on_ball(
-    compiled: Compiled, mechanism: Mechanism, ball: int, name: str, place: Place | None, ends: tuple[str, str]
+    compiled: CompiledMjcf, mechanism: Mechanism, ball: int, name: str, place: Place | None, ends: tuple[str, str]
 ) -> None:
     """Add a bushing for the spring and the damping of a ball, which act on the rotation vector and the angular
     velocity."""
@@ -186,7 +186,7 @@ def _on_ball(
             mechanism.say(f"{what} of the ball '{name}'", place, "left out: a spherical joint has none", Same.NO)
 
 
-def _from_rest(compiled: Compiled, ball: int) -> Array | None:
+def _from_rest(compiled: CompiledMjcf, ball: int) -> Array | None:
     """The global orientation (3, 3), where the ball's spring is at rest, of a frame on the body that has the global
     axes at the present pose. None where the spring is at rest there."""
     model, at = compiled.model, int(compiled.model.jnt_qposadr[ball])

@@ -8,14 +8,14 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.formats.mjcf.compiled import Compiled
+from mbproj.formats.mjcf.compiled import CompiledMjcf
 from mbproj.formats.yaml_text import number as shown
 
 Range = tuple[float, float]
 
 
 @dataclass(frozen=True, eq=False)
-class Law:
+class ActuatorLaw:
     """The law of an actuator that is no muscle: `gain` and `bias` (3,), and the range of the force where the model
     limits it."""
 
@@ -81,7 +81,7 @@ class Muscle:
         }
 
 
-def law_of(compiled: Compiled, number: int) -> Law | Muscle | str:
+def law_of(compiled: CompiledMjcf, number: int) -> ActuatorLaw | Muscle | str:
     """The law of an actuator, or the reason why a scene has none like it."""
     import mujoco
 
@@ -93,7 +93,7 @@ def law_of(compiled: Compiled, number: int) -> Law | Muscle | str:
     if (config := compiled.plugin_of(number)) is not None:
         if isinstance(config, str):
             return config
-        return Law(np.array([1.0, 0.0, 0.0]), np.array([0.0, -config["kp"], -config["kd"]]), limits)
+        return ActuatorLaw(np.array([1.0, 0.0, 0.0]), np.array([0.0, -config["kp"], -config["kd"]]), limits)
     if kind == int(of_gain.mjGAIN_MUSCLE) == int(of_bias.mjBIAS_MUSCLE) and push == kind:
         low, high = (float(each) for each in model.actuator_lengthrange[number])
         prm, speed = np.array(model.actuator_gainprm[number][:9]), float(model.actuator_acc0[number])
@@ -117,10 +117,10 @@ def law_of(compiled: Compiled, number: int) -> Law | Muscle | str:
         bias[:] = 0.0
     elif push not in (int(of_bias.mjBIAS_AFFINE), int(getattr(of_bias, "mjBIAS_DCMOTOR", -1))):
         return "a scene has no such law of a force"
-    return Law(gain, bias, limits)
+    return ActuatorLaw(gain, bias, limits)
 
 
-def _limits(compiled: Compiled, number: int) -> Range | None:
+def _limits(compiled: CompiledMjcf, number: int) -> Range | None:
     model = compiled.model
     output = int(getattr(model, "actuator_outadr", np.arange(model.nu))[number])
     low, high = (float(each) for each in model.actuator_forcerange[output])

@@ -7,14 +7,14 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.formats.geometry import from_quaternion
 from mbproj.formats.mechanism import ImportedBody, ImportedNames, Mechanism, Same
-from mbproj.formats.mjcf.compiled import Compiled
+from mbproj.formats.mjcf.compiled import CompiledMjcf
 from mbproj.scene.records import GROUND
 
 #: The name in the scene of each body, by its number in the model.
 Called = dict[int, str]
 
 
-def add_parts(compiled: Compiled, mechanism: Mechanism, names: ImportedNames) -> Called:
+def add_parts(compiled: CompiledMjcf, mechanism: Mechanism, names: ImportedNames) -> Called:
     """Add the bodies at the pose of the start, in the order of the model, which begins at the ground; return their
     names."""
     import mujoco
@@ -59,7 +59,7 @@ def _at_centre(velocity: Array, arm: Array) -> Array:
     return np.asarray(velocity[3:] + np.cross(velocity[:3], arm))
 
 
-def _say_compensated(compiled: Compiled, mechanism: Mechanism, number: int, name: str) -> None:
+def _say_compensated(compiled: CompiledMjcf, mechanism: Mechanism, number: int, name: str) -> None:
     """Add a constant force at the centre of mass for compensated gravity, with a row of the table."""
     part = float(compiled.model.body_gravcomp[number])
     if part:

@@ -16,14 +16,14 @@ from mbproj.formats.mjcf.joints import add_joints, start_of
 from mbproj.formats.mjcf.parts import add_parts
 from mbproj.formats.mjcf.rest import say_rest
 from mbproj.formats.mjcf.source import source_of
-from mbproj.formats.mjcf.tendons.measured import Tendons
+from mbproj.formats.mjcf.tendons.measured import ModelTendons
 from mbproj.formats.signals import add_motions
 from mbproj.formats.visuals import add_visuals
-from mbproj.formats.xml import Element
+from mbproj.formats.xml import XmlElement
 from mbproj.scene.records import GROUND
 
 
-def read_mjcf(root: Element, path: Path, wishes: Wishes) -> Mechanism:
+def read_mjcf(root: XmlElement, path: Path, wishes: Wishes) -> Mechanism:
     """The model whose root element stands in the file at `path`. Raises InputError at the file's line."""
     compiled = compile_mjcf(source_of(root, path), wishes)
     gravity = np.array(compiled.model.opt.gravity)
@@ -33,7 +33,7 @@ def read_mjcf(root: Element, path: Path, wishes: Wishes) -> Mechanism:
     bodies, joints, coordinates = ImportedNames(frozenset({GROUND})), ImportedNames(), Coordinates()
     called = add_parts(compiled, mechanism, bodies)
     add_joints(compiled, mechanism, called, joints, coordinates)
-    tendons = Tendons(compiled, mechanism, called, coordinates, joints)
+    tendons = ModelTendons(compiled, mechanism, called, coordinates, joints)
     add_equalities(tendons)
     with_hinges(mechanism)
     add_visuals(mechanism, visuals(compiled, called), wishes.folder or path.parent)

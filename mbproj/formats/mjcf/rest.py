@@ -9,15 +9,15 @@ from mbproj.formats.chains import free_name
 from mbproj.formats.mechanism import Mechanism, Quantity, Same, Wishes
 from mbproj.formats.mjcf.actuators import add_actuators
 from mbproj.formats.mjcf.appearance import CAPSULE, PLANE, SPHERE
-from mbproj.formats.mjcf.compiled import Compiled
+from mbproj.formats.mjcf.compiled import CompiledMjcf
 from mbproj.formats.mjcf.joints import FREE
 from mbproj.formats.mjcf.parts import Called
 from mbproj.formats.mjcf.tendons.acting import add_tendons
-from mbproj.formats.mjcf.tendons.measured import Tendons
+from mbproj.formats.mjcf.tendons.measured import ModelTendons
 from mbproj.scene.records import GROUND
 
 
-def say_rest(tendons: Tendons, wishes: Wishes) -> None:
+def say_rest(tendons: ModelTendons, wishes: Wishes) -> None:
     """Add rows on all parts of the model that are no body, no joint and no loop."""
     compiled, mechanism = tendons.compiled, tendons.mechanism
     add_actuators(tendons, wishes)
@@ -27,7 +27,7 @@ def say_rest(tendons: Tendons, wishes: Wishes) -> None:
     _surroundings(compiled, mechanism)
 
 
-def _contacts(compiled: Compiled, mechanism: Mechanism, called: Called, wishes: Wishes) -> None:
+def _contacts(compiled: CompiledMjcf, mechanism: Mechanism, called: Called, wishes: Wishes) -> None:
     """Add a row on shapes that may touch. On request, add a stop for each sphere, and each end of a capsule, above a
     plane of the ground."""
     model = compiled.model
@@ -49,7 +49,7 @@ def _contacts(compiled: Compiled, mechanism: Mechanism, called: Called, wishes: 
     mechanism.say(f"contacts of {len(moving)} shapes", None, what, Same.UNTIL)
 
 
-def _stops(compiled: Compiled, mechanism: Mechanism, called: Called, geom: int, plane: int) -> int:
+def _stops(compiled: CompiledMjcf, mechanism: Mechanism, called: Called, geom: int, plane: int) -> int:
     model, data = compiled.model, compiled.data
     kind, size = int(model.geom_type[geom]), model.geom_size[geom]
     matrix = data.geom_xmat[geom].reshape(3, 3)
@@ -69,7 +69,7 @@ def _stops(compiled: Compiled, mechanism: Mechanism, called: Called, geom: int, 
     return len(shifts)
 
 
-def _keyframes(compiled: Compiled, mechanism: Mechanism, wishes: Wishes) -> None:
+def _keyframes(compiled: CompiledMjcf, mechanism: Mechanism, wishes: Wishes) -> None:
     model = compiled.model
     names = [model.key(number).name or str(number) for number in range(model.nkey)]
     if names:
@@ -78,7 +78,7 @@ def _keyframes(compiled: Compiled, mechanism: Mechanism, wishes: Wishes) -> None
         mechanism.say(f"{len(names)} keyframes", None, what, Same.YES)
 
 
-def _surroundings(compiled: Compiled, mechanism: Mechanism) -> None:
+def _surroundings(compiled: CompiledMjcf, mechanism: Mechanism) -> None:
     """Add rows on a medium around the bodies, and on parts that are only drawn or measured."""
     model = compiled.model
     option = next((e for e in compiled.source.root.all("option")), None)

@@ -11,7 +11,7 @@ from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place, Problem
 from mbproj.formats.included import include, inside, is_missing
 from mbproj.formats.mjcf.assets import Missing, take_meshes
-from mbproj.formats.xml import Element
+from mbproj.formats.xml import XmlElement
 
 #: Assets without effect on the motion; attributes of the same names refer to them.
 SHOWN_ONLY = ("texture", "skin")
@@ -22,16 +22,16 @@ NAMING = ("name", "class", "childclass", "file", "model", "data")
 
 
 @dataclass(eq=False)
-class Source:
+class MjcfSource:
     """A complete model: its root, and the bytes of its meshes by the name that MuJoCo has for the file. `files` are the
     paths of meshes by name, `missing` the missing assets, `stand_ins` the geoms in their place. `gone` are missing
     parts that may affect the motion: included files, flexible bodies."""
 
-    root: Element
+    root: XmlElement
     meshes: dict[str, bytes]
     files: dict[str, Path]
     missing: list[Missing]
-    stand_ins: list[Element]
+    stand_ins: list[XmlElement]
     gone: list[Missing]
 
     def text(self) -> tuple[str, list[Place]]:
@@ -44,11 +44,13 @@ class Source:
         return "\n".join(lines), places
 
 
-def source_of(root: Element, path: Path, files: dict[str, bytes] | None = None, above: tuple[Path, ...] = ()) -> Source:
+def source_of(
+    root: XmlElement, path: Path, files: dict[str, bytes] | None = None, above: tuple[Path, ...] = ()
+) -> MjcfSource:
     """The source of a model with its includes; `above` are the models that attach it. Raises InputError at a file
     outside of its folder or in a circle, and at numbers that are not finite."""
     folder, above = path.resolve().parent, (*above, path.resolve())
-    source = Source(root, {} if files is None else files, {}, [], [], [])
+    source = MjcfSource(root, {} if files is None else files, {}, [], [], [])
     source.root = _included(source, root, folder, above)
     _refuse_infinite(source.root)
     _refuse_negative(source.root)
@@ -59,7 +61,7 @@ def source_of(root: Element, path: Path, files: dict[str, bytes] | None = None, 
     return source
 
 
-def _tags(element: Element) -> Iterator[tuple[str, Place]]:
+def _tags(element: XmlElement) -> Iterator[tuple[str, Place]]:
     attributes = "".join(f" {name}={quoteattr(value)}" for name, value in element.attributes.items())
     flat = f"<{element.tag}{attributes}".replace("\n", " ")
     if not element.children and not element.text:
@@ -71,10 +73,10 @@ def _tags(element: Element) -> Iterator[tuple[str, Place]]:
     yield f"</{element.tag}>", element.place
 
 
-def _included(source: Source, element: Element, folder: Path, above: tuple[Path, ...]) -> Element:
+def _included(source: MjcfSource, element: XmlElement, folder: Path, above: tuple[Path, ...]) -> XmlElement:
     """The element with the contents of included files in the place of each <include>. Files are named from the main
     model's folder; missing ones are noted in the source."""
-    children: list[Element] = []
+    children: list[XmlElement] = []
     for child in element.children:
         if child.tag != "include":
             children.append(_included(source, child, folder, above))
@@ -85,10 +87,10 @@ def _included(source: Source, element: Element, folder: Path, above: tuple[Path,
         file = inside(child.get("file"), child.place, folder, folder)
         inner = include(file, child.place, above, str(Path(child.place.file).parent / child.get("file")))
         children += _included(source, inner, folder, (*above, file)).children
-    return Element(element.tag, dict(element.attributes), element.place, children, element.text)
+    return XmlElement(element.tag, dict(element.attributes), element.place, children, element.text)
 
 
-def _refuse_infinite(root: Element) -> None:
+def _refuse_infinite(root: XmlElement) -> None:
     """Raises InputError at numbers that are not finite, which MuJoCo accepts. A name may look like one."""
     names = {element.get("name") for element in root.walk()}
     problems = []
@@ -113,7 +115,7 @@ def _number(text: str) -> float | None:
         return None
 
 
-def _refuse_negative(root: Element) -> None:
+def _refuse_negative(root: XmlElement) -> None:
     """Raises InputError at negative springs, dampers and dry friction, which would add energy; MuJoCo accepts them."""
     problems = []
     for element in root.walk():
@@ -126,7 +128,7 @@ def _refuse_negative(root: Element) -> None:
         raise InputError(problems)
 
 
-def _without_pictures(root: Element) -> None:
+def _without_pictures(root: XmlElement) -> None:
     """Remove textures and skins: they have no effect on the motion, and their files are usually missing."""
     for element in root.walk():
         element.children = [child for child in element.children if child.tag not in SHOWN_ONLY]
@@ -135,14 +137,14 @@ def _without_pictures(root: Element) -> None:
             element.children = []
 
 
-def _without_flexible(source: Source) -> None:
+def _without_flexible(source: MjcfSource) -> None:
     for element in source.root.walk():
         for child in element.all("flexcomp"):
             element.children.remove(child)
             source.gone.append((f"flexcomp '{child.get('name')}'", child.place, "a scene has no flexible bodies"))
 
 
-def _attach(source: Source, folder: Path, above: tuple[Path, ...]) -> None:
+def _attach(source: MjcfSource, folder: Path, above: tuple[Path, ...]) -> None:
     """Read the models to which <attach> refers. Raises InputError at one that is outside of the folder, in a circle, or
     whose own meshes are missing."""
     for asset in [each for section in source.root.all("asset") for each in section.all("model")]:

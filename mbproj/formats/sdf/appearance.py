@@ -10,10 +10,12 @@ import numpy as np
 from mbproj.formats.geometry import Pose
 from mbproj.formats.sdf.scopes import number, text, vector
 from mbproj.formats.visuals import Shapes, Visual, box, capsule, colour, cylinder, mesh_file, sphere
-from mbproj.formats.xml import Element
+from mbproj.formats.xml import XmlElement
 
 
-def visuals(link: Element, body: str, frame: Pose, place: Callable[[Element], Pose], folder: Path) -> Iterator[Visual]:
+def visuals(
+    link: XmlElement, body: str, frame: Pose, place: Callable[[XmlElement], Pose], folder: Path
+) -> Iterator[Visual]:
     """Yield the visuals of a link whose global pose is `frame`; `place` gives the pose of a shape in the link. Raises
     InputError at a text that is no number."""
     for element in link.all("visual"):
@@ -30,7 +32,7 @@ def visuals(link: Element, body: str, frame: Pose, place: Callable[[Element], Po
         yield Visual(body, pose, (), file, float(scale[0]), look, "meshes")
 
 
-def _colour(visual: Element) -> str | None:
+def _colour(visual: XmlElement) -> str | None:
     material = visual.first("material")
     given = text(material, "diffuse") if material is not None else ""
     try:
@@ -40,7 +42,7 @@ def _colour(visual: Element) -> str | None:
     return colour(parts) if len(parts) >= 3 and np.isfinite(parts).all() else None
 
 
-def _shapes(kind: Element) -> Shapes:
+def _shapes(kind: XmlElement) -> Shapes:
     if kind.tag == "box":
         return box(vector(kind, "size", "1 1 1"))
     if kind.tag == "sphere":

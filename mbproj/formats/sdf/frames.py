@@ -12,7 +12,7 @@ from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place, Problem
 from mbproj.formats.geometry import IDENTITY, Pose
 from mbproj.formats.sdf.scopes import Scope, pose_in, text, unknown
-from mbproj.formats.xml import Element
+from mbproj.formats.xml import XmlElement
 
 #: The name that stands for the link of a frame that cannot move.
 WORLD = ""
@@ -21,7 +21,7 @@ MODEL, ROOTS = "__model__", ("world", "__root__")
 
 
 @dataclass(eq=False)
-class Frames:
+class SdfFrames:
     """Finds the pose of each frame in the model of its scope, and the full name of its link, each once."""
 
     _poses: dict[tuple[int, str], Pose] = field(default_factory=dict)
@@ -117,13 +117,13 @@ def full_name(scope: Scope, name: str) -> str:
     return f"{scope.path}::{name}" if scope.path else name
 
 
-def _relative(pose: Element | None) -> str:
+def _relative(pose: XmlElement | None) -> str:
     """The name of the frame that a pose is relative to, in today's files or those of version 1.5; "" where it has
     none."""
     return "" if pose is None else pose.get("relative_to") or pose.get("frame")
 
 
-def _default(element: Element) -> str:
+def _default(element: XmlElement) -> str:
     """The frame that an element is attached to: its child for a joint, `attached_to` or the model for others."""
     return text(element, "child") if element.tag == "joint" else element.get("attached_to") or MODEL
 
@@ -144,7 +144,7 @@ class _Once:
         self._waiting.discard(self._key)
 
 
-def in_link(frames: Frames, scope: Scope, at: Pose, shape: Element) -> Pose:
+def in_link(frames: SdfFrames, scope: Scope, at: Pose, shape: XmlElement) -> Pose:
     """The pose of a shape in its link's frame; `at` is the link's pose in the world."""
     given = shape.first("pose")
     named = "" if given is None else given.get("relative_to") or given.get("frame")

@@ -12,7 +12,7 @@ from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem
 from mbproj.formats.geometry import Pose, check_inertia
 from mbproj.formats.sdf.scopes import number, pose_in, vector
-from mbproj.formats.xml import Element
+from mbproj.formats.xml import XmlElement
 
 #: The density of a shape that gives none, in kg/m³: that of water.
 DENSITY = 1000.0
@@ -27,7 +27,7 @@ class Inertia:
     inertia: Array
 
 
-def inertia_of(link: Element, shape_pose: Callable[[Element], Pose]) -> Inertia:
+def inertia_of(link: XmlElement, shape_pose: Callable[[XmlElement], Pose]) -> Inertia:
     """The inertia of a link; `shape_pose` gives the pose of a collision in it. Raises InputError where no body can have
     it."""
     inertial = link.first("inertial")
@@ -47,7 +47,7 @@ def inertia_of(link: Element, shape_pose: Callable[[Element], Pose]) -> Inertia:
     return Inertia(mass, pose.position, 0.5 * (turned + turned.T))
 
 
-def _of_shapes(link: Element, density: float, shape_pose: Callable[[Element], Pose]) -> Inertia:
+def _of_shapes(link: XmlElement, density: float, shape_pose: Callable[[XmlElement], Pose]) -> Inertia:
     """The inertia of all shapes about their common centre of mass, by Steiner's theorem."""
     parts: list[Inertia] = []
     for collision in link.all("collision"):
@@ -70,7 +70,7 @@ def _of_shapes(link: Element, density: float, shape_pose: Callable[[Element], Po
     return Inertia(mass, middle, 0.5 * (inertia + inertia.T))
 
 
-def _shape(collision: Element, density: float) -> Inertia | None:
+def _shape(collision: XmlElement, density: float) -> Inertia | None:
     """The inertia of a shape in its own frame; None for a plane, which has no volume."""
     geometry = collision.first("geometry")
     shape = geometry.children[0] if geometry is not None and geometry.children else None
@@ -89,28 +89,28 @@ def _shape(collision: Element, density: float) -> Inertia | None:
 _Solid = tuple[float, float, tuple[float, float, float]]
 
 
-def _box(shape: Element) -> _Solid:
+def _box(shape: XmlElement) -> _Solid:
     x, y, z = vector(shape, "size", "1 1 1")
     return x * y * z, 0.0, ((y * y + z * z) / 12, (x * x + z * z) / 12, (x * x + y * y) / 12)
 
 
-def _sphere(shape: Element) -> _Solid:
+def _sphere(shape: XmlElement) -> _Solid:
     r = number(shape, "radius", 1.0)
     return 4 / 3 * pi * r**3, 0.0, (0.4 * r * r, 0.4 * r * r, 0.4 * r * r)
 
 
-def _ellipsoid(shape: Element) -> _Solid:
+def _ellipsoid(shape: XmlElement) -> _Solid:
     x, y, z = vector(shape, "radii", "1 1 1")
     return 4 / 3 * pi * x * y * z, 0.0, ((y * y + z * z) / 5, (x * x + z * z) / 5, (x * x + y * y) / 5)
 
 
-def _cylinder(shape: Element) -> _Solid:
+def _cylinder(shape: XmlElement) -> _Solid:
     r, h = number(shape, "radius", 1.0), number(shape, "length", 1.0)
     across = r * r / 4 + h * h / 12
     return pi * r * r * h, 0.0, (across, across, r * r / 2)
 
 
-def _cone(shape: Element) -> _Solid:
+def _cone(shape: XmlElement) -> _Solid:
     """The solid of a cone. Its frame is at half its height, with the tip along z; its centre of mass is at a quarter of
     its height above the base."""
     r, h = number(shape, "radius", 0.5), number(shape, "length", 1.0)
@@ -118,7 +118,7 @@ def _cone(shape: Element) -> _Solid:
     return pi * r * r * h / 3, -h / 4, (across, across, 0.3 * r * r)
 
 
-def _capsule(shape: Element) -> _Solid:
+def _capsule(shape: XmlElement) -> _Solid:
     r, h = number(shape, "radius", 0.5), number(shape, "length", 1.0)
     tube, ends = pi * r * r * h, 4 / 3 * pi * r**3
     across = tube * (h * h / 12 + r * r / 4) + ends * (0.4 * r * r + h * h / 4 + 3 * h * r / 8)
@@ -127,7 +127,7 @@ def _capsule(shape: Element) -> _Solid:
     return volume, 0.0, (across / volume, across / volume, along / volume)
 
 
-SHAPES: dict[str, Callable[[Element], _Solid]] = {
+SHAPES: dict[str, Callable[[XmlElement], _Solid]] = {
     "box": _box,
     "sphere": _sphere,
     "ellipsoid": _ellipsoid,

@@ -16,9 +16,9 @@ from mbproj.formats.chains import Coordinates, Single, add_one, connect, follow,
 from mbproj.formats.geometry import Pose, turn, unit
 from mbproj.formats.loops import Loop
 from mbproj.formats.mechanism import Connection, ImportedNames, Mechanism, Quantity, Same
-from mbproj.formats.sdf.frames import Frames
+from mbproj.formats.sdf.frames import SdfFrames
 from mbproj.formats.sdf.scopes import Scope, number, text, vector
-from mbproj.formats.xml import Element
+from mbproj.formats.xml import XmlElement
 from mbproj.scene.text.suggestions import choose_from
 
 #: The joint of a scene for each type; that of a universal joint, and of two turns in a row, depends on the axes.
@@ -45,8 +45,8 @@ class SdfJoint:
     frames: tuple[Pose, Pose]
     axes: tuple[Array, ...]
     scope: Scope
-    element: Element
-    elements: tuple[Element, ...] = field(default=())
+    element: XmlElement
+    elements: tuple[XmlElement, ...] = field(default=())
 
     @property
     def place(self) -> Place:
@@ -65,7 +65,7 @@ class SdfJoint:
 
 
 def read_joint(
-    scope: Scope, frames: Frames, element: Element, name: str, meet: bool, links: Mapping[str, Pose]
+    scope: Scope, frames: SdfFrames, element: XmlElement, name: str, meet: bool, links: Mapping[str, Pose]
 ) -> SdfJoint:
     """Read a joint. Its frame is at the child, where the file puts it, or with `meet` where the named frames of both
     links coincide. `links` are poses in the world. Raises InputError where something is missing."""
@@ -92,7 +92,7 @@ def read_joint(
     return SdfJoint(name, kind, (parent, child), (in_parent, in_child), axes, scope, element, elements)
 
 
-def _axis(scope: Scope, frames: Frames, element: Element, stands: Pose) -> Array:
+def _axis(scope: Scope, frames: SdfFrames, element: XmlElement, stands: Pose) -> Array:
     """The unit axis in the joint's frame; the file may give it in another frame that it names."""
     xyz = element.first("xyz")
     axis = vector(element, "xyz", "0 0 1")
@@ -106,7 +106,7 @@ def _axis(scope: Scope, frames: Frames, element: Element, stands: Pose) -> Array
     return unit(axis)
 
 
-def pitch_of(element: Element) -> float:
+def pitch_of(element: XmlElement) -> float:
     """The advance of a screw in m a turn. Files before version 1.10 give -2π divided by it."""
     if element.first("screw_thread_pitch") is None and element.first("thread_pitch") is not None:
         old = number(element, "thread_pitch", 1.0)
@@ -147,7 +147,7 @@ def add_joint(
         connect(mechanism, bodies, singles if not kind else singles[:1], names.own, coordinates)
 
 
-def acted_on(mechanism: Mechanism, joint: SdfJoint, element: Element, single: Single, at: float) -> Single:
+def acted_on(mechanism: Mechanism, joint: SdfJoint, element: XmlElement, single: Single, at: float) -> Single:
     """The turn or slide with its limits, losses, spring and rotor; `at` is the value of its coordinate at the pose."""
     limit, dynamics = element.first("limit"), element.first("dynamics")
     found = single
@@ -218,7 +218,7 @@ def add_mimics(
             follow(mechanism, names, ends, ratio, offset + start - pose.get(own, 0.0), mimic.place)
 
 
-def _leader(joints: Mapping[tuple[int, str], SdfJoint], joint: SdfJoint, mimic: Element) -> SdfJoint:
+def _leader(joints: Mapping[tuple[int, str], SdfJoint], joint: SdfJoint, mimic: XmlElement) -> SdfJoint:
     scope, name = joint.scope, mimic.get("joint")
     while "::" in name and name.partition("::")[0] in scope.models:
         outer, _, name = name.partition("::")

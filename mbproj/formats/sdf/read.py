@@ -17,14 +17,14 @@ from mbproj.formats.loops import add_loops
 from mbproj.formats.mechanism import ImportedBody, ImportedNames, Mechanism, Same, Wishes, said_of
 from mbproj.formats.merged import without_rings
 from mbproj.formats.sdf.appearance import visuals
-from mbproj.formats.sdf.frames import WORLD, Frames, full_name, in_link
+from mbproj.formats.sdf.frames import WORLD, SdfFrames, full_name, in_link
 from mbproj.formats.sdf.inertias import inertia_of
 from mbproj.formats.sdf.joints import SdfJoint, add_gearboxes, add_joint, add_mimics, open_loop, read_joint
 from mbproj.formats.sdf.rest import say_rest
 from mbproj.formats.sdf.scopes import Scope, scopes_of, text, vector
 from mbproj.formats.signals import add_motions
 from mbproj.formats.visuals import add_visuals
-from mbproj.formats.xml import Element
+from mbproj.formats.xml import XmlElement
 from mbproj.scene.records import GROUND
 from mbproj.scene.text.suggestions import choose_from
 
@@ -34,10 +34,10 @@ GRAVITY = "0 0 -9.8"
 EXACT = 1e-9
 
 
-def read_sdf(root: Element, path: Path, wishes: Wishes) -> Mechanism:
+def read_sdf(root: XmlElement, path: Path, wishes: Wishes) -> Mechanism:
     """The mechanism of the first world, or of the first model outside a world, in a file with this root element."""
     scope, others = scopes_of(root, path)
-    frames = Frames()
+    frames = SdfFrames()
     links = _links(scope, frames)
     joints = _joints(scope, frames, {name: pose for name, (pose, _, _) in links.items()} | {WORLD: IDENTITY}, wishes)
     still = _grounded(links, joints.values())
@@ -83,10 +83,10 @@ def read_sdf(root: Element, path: Path, wishes: Wishes) -> Mechanism:
     return mechanism
 
 
-_Links = dict[str, tuple[Pose, Scope, Element]]
+_Links = dict[str, tuple[Pose, Scope, XmlElement]]
 
 
-def _links(scope: Scope, frames: Frames) -> _Links:
+def _links(scope: Scope, frames: SdfFrames) -> _Links:
     """The links by full name, with their poses in the world."""
     found: _Links = {}
     for model in scope.walk():
@@ -104,7 +104,9 @@ def _short(name: str, names: Iterable[str]) -> str:
     return last if alone else name.replace("::", "_")
 
 
-def _joints(scope: Scope, frames: Frames, links: Mapping[str, Pose], wishes: Wishes) -> dict[tuple[int, str], SdfJoint]:
+def _joints(
+    scope: Scope, frames: SdfFrames, links: Mapping[str, Pose], wishes: Wishes
+) -> dict[tuple[int, str], SdfJoint]:
     """Joints by their scope and name. Raises InputError, all problems at once."""
     every = [full_name(model, name) for model in scope.walk() for name, _ in model.all("joint")]
     found: dict[tuple[int, str], SdfJoint] = {}
@@ -215,7 +217,9 @@ def _meets(joint: SdfJoint, poses: Mapping[str, Pose]) -> bool:
     return bool(max(apart, np.abs(first.rotation - second.rotation).max()) < EXACT)
 
 
-def _add_part(mechanism: Mechanism, frames: Frames, link: tuple[Pose, Scope, Element], name: str, pose: Pose) -> None:
+def _add_part(
+    mechanism: Mechanism, frames: SdfFrames, link: tuple[Pose, Scope, XmlElement], name: str, pose: Pose
+) -> None:
     at, scope, element = link
     found = inertia_of(element, partial(in_link, frames, scope, at))
     centre = pose.position + pose.rotation @ found.centre

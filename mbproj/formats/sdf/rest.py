@@ -7,10 +7,10 @@ from collections.abc import Iterable
 import numpy as np
 
 from mbproj.formats.mechanism import Mechanism, Same
-from mbproj.formats.sdf.frames import Frames
+from mbproj.formats.sdf.frames import SdfFrames
 from mbproj.formats.sdf.joints import SdfJoint
 from mbproj.formats.sdf.scopes import FRAMES, Scope, text
-from mbproj.formats.xml import Element
+from mbproj.formats.xml import XmlElement
 
 #: Tags in a world, a model, a link or a joint: those read, those without effect on the motion, those of joints only.
 READ = (
@@ -32,7 +32,12 @@ HARMLESS = (
 
 
 def say_rest(
-    mechanism: Mechanism, scope: Scope, others: list[Element], frames: Frames, joints: Iterable[SdfJoint], meet: bool
+    mechanism: Mechanism,
+    scope: Scope,
+    others: list[XmlElement],
+    frames: SdfFrames,
+    joints: Iterable[SdfJoint],
+    meet: bool,
 ) -> None:
     """Add rows on all parts that are no link, no joint and no frame."""
     for other in others:
@@ -53,7 +58,7 @@ def say_rest(
             _say_apart(mechanism, frames, joint)
 
 
-def _say_elements(mechanism: Mechanism, elements: Iterable[Element]) -> None:
+def _say_elements(mechanism: Mechanism, elements: Iterable[XmlElement]) -> None:
     for element in elements:
         if element.tag in READ or element.tag in (*FRAMES, *ONLY_SHOWN) or element.tag == "model":
             continue
@@ -68,12 +73,12 @@ def _say_elements(mechanism: Mechanism, elements: Iterable[Element]) -> None:
         mechanism.say(shown, element.place, what, same)
 
 
-def text_of(element: Element) -> str:
+def text_of(element: XmlElement) -> str:
     """The text of an element in small letters."""
     return element.text.strip().lower()
 
 
-def _say_apart(mechanism: Mechanism, frames: Frames, joint: SdfJoint) -> None:
+def _say_apart(mechanism: Mechanism, frames: SdfFrames, joint: SdfJoint) -> None:
     """Add a row on a joint whose named frame of the parent is elsewhere: SDF puts the joint at its child."""
     named = text(joint.element, "parent")
     if named in ("world", "__root__") or joint.scope.frames.get(named) is None:

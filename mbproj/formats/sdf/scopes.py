@@ -13,7 +13,7 @@ from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place, Problem
 from mbproj.formats.geometry import IDENTITY, Pose, from_quaternion, from_rpy, numbers
 from mbproj.formats.included import include, inside
-from mbproj.formats.xml import Element
+from mbproj.formats.xml import XmlElement
 from mbproj.scene.text.suggestions import choose_from
 
 #: The elements that define a named frame.
@@ -25,11 +25,11 @@ class Scope:
     """A world or a model: the elements in it that define frames, by name, and the models within it."""
 
     name: str
-    element: Element
+    element: XmlElement
     above: Scope | None
-    frames: dict[str, Element] = field(default_factory=dict)
+    frames: dict[str, XmlElement] = field(default_factory=dict)
     models: dict[str, Scope] = field(default_factory=dict)
-    rest: list[Element] = field(default_factory=list)
+    rest: list[XmlElement] = field(default_factory=list)
 
     def walk(self) -> Iterator[Scope]:
         """Yield this scope and all models below it, in the order of the text."""
@@ -37,7 +37,7 @@ class Scope:
         for model in self.models.values():
             yield from model.walk()
 
-    def all(self, tag: str) -> Iterator[tuple[str, Element]]:
+    def all(self, tag: str) -> Iterator[tuple[str, XmlElement]]:
         """Yield the scope's own links, joints or frames, with their names."""
         return ((name, element) for name, element in self.frames.items() if element.tag == tag)
 
@@ -55,13 +55,13 @@ class Scope:
         return own or (self.above is not None and self.above.static)
 
 
-def text(element: Element, tag: str, default: str = "") -> str:
+def text(element: XmlElement, tag: str, default: str = "") -> str:
     """The text of a child element."""
     child = element.first(tag)
     return default if child is None or not child.text else child.text
 
 
-def number(element: Element, tag: str, default: float = 0.0) -> float:
+def number(element: XmlElement, tag: str, default: float = 0.0) -> float:
     """The number in a child element, which may be infinite. Raises InputError where it is none."""
     child = element.first(tag)
     if child is None or not child.text:
@@ -71,13 +71,13 @@ def number(element: Element, tag: str, default: float = 0.0) -> float:
     return float(numbers(child.text, 1, child.place, f"<{tag}>")[0])
 
 
-def vector(element: Element, tag: str, default: str) -> Array:
+def vector(element: XmlElement, tag: str, default: str) -> Array:
     """Three numbers in a child element."""
     child = element.first(tag)
     return numbers(text(element, tag, default), 3, (child or element).place, f"<{tag}>")
 
 
-def pose_in(element: Element) -> Pose:
+def pose_in(element: XmlElement) -> Pose:
     """The <pose> of an element: a place, with roll, pitch and yaw in rad or degrees, or a quaternion x y z w."""
     pose = element.first("pose")
     if pose is None or not pose.text:
@@ -92,7 +92,7 @@ def pose_in(element: Element) -> Pose:
     return Pose(given[:3], from_rpy(*turns))
 
 
-def scopes_of(root: Element, path: Path) -> tuple[Scope, list[Element]]:
+def scopes_of(root: XmlElement, path: Path) -> tuple[Scope, list[XmlElement]]:
     """The scope of the first world, or of the first model outside a world, and the further worlds and models of the
     file. Raises InputError, all problems at once, where a name is missing or repeated, or an include cannot be read."""
     found = root.all("world", "model")
@@ -112,12 +112,12 @@ class _Files:
     folder: Path
     problems: list[Problem] = field(default_factory=list)
 
-    def scope(self, element: Element, above: Scope | None, files: tuple[Path, ...], name: str = "") -> Scope:
+    def scope(self, element: XmlElement, above: Scope | None, files: tuple[Path, ...], name: str = "") -> Scope:
         scope = Scope(name or element.get("name"), element, above)
         self._fill(scope, element, files)
         return scope
 
-    def _fill(self, scope: Scope, element: Element, files: tuple[Path, ...]) -> None:
+    def _fill(self, scope: Scope, element: XmlElement, files: tuple[Path, ...]) -> None:
         for child in element.children:
             try:
                 if child.tag == "include":
@@ -131,7 +131,7 @@ class _Files:
             except InputError as error:
                 self.problems += error.problems
 
-    def _add(self, scope: Scope, name: str, element: Element, model: Scope | None) -> None:
+    def _add(self, scope: Scope, name: str, element: XmlElement, model: Scope | None) -> None:
         taken = scope.frames.get(name) or (scope.models[name].element if name in scope.models else None)
         if not name or taken is not None or "::" in name:
             what = f"a second '{name}' beside that of line {taken.place.line}" if taken else "no name of its own"
@@ -141,7 +141,7 @@ class _Files:
         else:
             scope.models[name] = model
 
-    def _include(self, scope: Scope, element: Element, files: tuple[Path, ...]) -> None:
+    def _include(self, scope: Scope, element: XmlElement, files: tuple[Path, ...]) -> None:
         """Add the model of another file, with the name, the pose and other elements that the include gives it."""
         uri = text(element, "uri")
         file = self._file(uri, element.place, files[-1].parent)
@@ -171,7 +171,7 @@ class _Files:
                 break
         return inside(rest, place, self.folder, base)
 
-    def _merge(self, scope: Scope, model: Element, files: tuple[Path, ...]) -> None:
+    def _merge(self, scope: Scope, model: XmlElement, files: tuple[Path, ...]) -> None:
         """Add the elements of a model to the scope itself, with a new frame in the place of the model's own frame."""
         if model.get("placement_frame"):
             problem = Problem("a merged include has no placement frame", model.place, "give the pose of its own frame")
@@ -179,8 +179,8 @@ class _Files:
         proxy = f"_merged__{model.get('name')}__model__"
         given = model.first("pose")
         said = {"relative_to": "__model__"} | (dict(given.attributes) if given else {})
-        placed = Element("pose", said, model.place, [], given.text if given else "")
-        frame = Element("frame", {"name": proxy, "attached_to": _first_link(model)}, model.place, [placed])
+        placed = XmlElement("pose", said, model.place, [], given.text if given else "")
+        frame = XmlElement("frame", {"name": proxy, "attached_to": _first_link(model)}, model.place, [placed])
         self._add(scope, proxy, frame, None)
         for child in model.children:
             if child.tag not in (*FRAMES, "model", "include"):
@@ -188,17 +188,17 @@ class _Files:
             pose = child.first("pose")
             if child.tag != "joint" and not child.get("attached_to"):
                 if pose is None:
-                    child.children.append(Element("pose", {"relative_to": proxy}, child.place))
+                    child.children.append(XmlElement("pose", {"relative_to": proxy}, child.place))
                 elif not pose.get("relative_to"):
                     pose.attributes["relative_to"] = proxy
             for each in child.walk():
                 for key in ("expressed_in", "relative_to", "attached_to"):
                     if each.get(key) == "__model__":
                         each.attributes[key] = proxy
-        self._fill(scope, Element("model", {}, model.place, model.all(*FRAMES, "model", "include")), files)
+        self._fill(scope, XmlElement("model", {}, model.place, model.all(*FRAMES, "model", "include")), files)
 
 
-def _first_link(model: Element) -> str:
+def _first_link(model: XmlElement) -> str:
     link = model.first("link")
     return model.get("canonical_link") or (link.get("name") if link else "")
 
@@ -207,7 +207,7 @@ def _shown(uri: str, file: Path) -> str:
     return file.name if "/" not in uri else f"{file.parent.name}/{file.name}"
 
 
-def _overridden(model: Element, include: Element) -> Element:
+def _overridden(model: XmlElement, include: XmlElement) -> XmlElement:
     """The model with the elements of the include in the place of its own."""
     own = {child.tag for child in include.children} & {"pose", "static", "placement_frame"}
     children = [child for child in model.children if child.tag not in own]
@@ -215,7 +215,7 @@ def _overridden(model: Element, include: Element) -> Element:
     attributes = dict(model.attributes)
     if "placement_frame" in own:
         attributes["placement_frame"] = text(include, "placement_frame")
-    return Element("model", attributes, model.place, children, model.text)
+    return XmlElement("model", attributes, model.place, children, model.text)
 
 
 def unknown(name: str, scope: Scope, place: Place) -> InputError:

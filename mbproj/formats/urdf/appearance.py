@@ -10,11 +10,11 @@ import numpy as np
 from mbproj.formats.geometry import Pose, numbers
 from mbproj.formats.urdf.model import Urdf, number, origin_of
 from mbproj.formats.visuals import Shapes, Visual, box, capsule, colour, cylinder, mesh_file, sphere
-from mbproj.formats.xml import Element
+from mbproj.formats.xml import XmlElement
 
 
 def visuals(
-    root: Element, model: Urdf, frames: Mapping[str, Pose], called: Mapping[str, str], folder: Path
+    root: XmlElement, model: Urdf, frames: Mapping[str, Pose], called: Mapping[str, str], folder: Path
 ) -> Iterator[Visual]:
     """Yield the visuals of all links. Raises InputError at numbers that are wrong."""
     materials = {each.get("name"): _colour(each) for each in root.walk() if each.tag == "material" and each.children}
@@ -35,12 +35,12 @@ def visuals(
             yield Visual(body, pose, (), file, float(scale[0]), look, "meshes")
 
 
-def _colour(material: Element) -> str | None:
+def _colour(material: XmlElement) -> str | None:
     given = material.first("color")
     return None if given is None else colour(numbers(given.get("rgba", "0 0 0 1"), 4, given.place, "'rgba'").tolist())
 
 
-def _shapes(kind: Element) -> Shapes:
+def _shapes(kind: XmlElement) -> Shapes:
     if kind.tag == "box":
         return box(numbers(kind.get("size"), 3, kind.place, "'size'"))
     if kind.tag == "sphere":

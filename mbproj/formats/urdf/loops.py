@@ -21,7 +21,7 @@ from mbproj.errors import InputError, Place, Problem
 from mbproj.formats.geometry import IDENTITY, Pose, numbers
 from mbproj.formats.loops import Loop
 from mbproj.formats.urdf.model import Urdf, axis_of, origin_of
-from mbproj.formats.xml import Element
+from mbproj.formats.xml import XmlElement
 from mbproj.scene.text.document import compose
 from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode, SequenceNode
 from mbproj.scene.text.source import read_text
@@ -42,7 +42,7 @@ TYPES = {
 _CLOSING = re.compile(r"closing_(.+)_([12])")
 
 
-def loops_in(root: Element, model: Urdf) -> Iterator[Loop]:
+def loops_in(root: XmlElement, model: Urdf) -> Iterator[Loop]:
     """Yield the loops in the file itself."""
     for element in root.all("loop_joint"):
         yield _loop(element, [element.first("link1"), element.first("link2")], model, of_origin=False)
@@ -51,7 +51,7 @@ def loops_in(root: Element, model: Urdf) -> Iterator[Loop]:
     yield from _closing(model)
 
 
-def _loop(element: Element, ends: list[Element | None], model: Urdf, of_origin: bool) -> Loop:
+def _loop(element: XmlElement, ends: list[XmlElement | None], model: Urdf, of_origin: bool) -> Loop:
     name, kind = element.get("name") or "loop", element.get("type", "spherical")
     if kind not in TYPES or TYPES[kind] == "universal":
         able = [word for word, joint in TYPES.items() if joint != "universal"]

@@ -11,7 +11,7 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place, Problem
 from mbproj.formats.geometry import IDENTITY, Pose, check_inertia, from_rpy, numbers, unit
-from mbproj.formats.xml import Element
+from mbproj.formats.xml import XmlElement
 from mbproj.scene.text.suggestions import choose_from
 
 #: The number of coordinates of each type of joint.
@@ -26,7 +26,7 @@ class UrdfLink:
     mass: float
     inertia: Array
     centre: Array
-    element: Element
+    element: XmlElement
 
     @property
     def place(self) -> Place:
@@ -49,7 +49,7 @@ class UrdfJoint:
     child: str
     origin: Pose
     axis: Array
-    element: Element
+    element: XmlElement
 
     @property
     def place(self) -> Place:
@@ -78,7 +78,7 @@ class Urdf:
                 waiting.append(joint.child)
 
 
-def origin_of(element: Element | None) -> Pose:
+def origin_of(element: XmlElement | None) -> Pose:
     """The pose in an <origin>, or in an element with the same attributes."""
     if element is None:
         return IDENTITY
@@ -87,13 +87,13 @@ def origin_of(element: Element | None) -> Pose:
     return Pose(xyz, from_rpy(*rpy))
 
 
-def number(element: Element, name: str, default: str | None = None) -> float:
+def number(element: XmlElement, name: str, default: str | None = None) -> float:
     """A number in an attribute. Raises InputError where it is missing or none."""
     text = element.get(name, default or "")
     return float(numbers(text, 1, element.place, f"'{name}' of <{element.tag}>")[0])
 
 
-def axis_of(element: Element) -> Array:
+def axis_of(element: XmlElement) -> Array:
     """The unit axis of a joint, x where none is given."""
     axis = element.first("axis")
     if axis is None:
@@ -104,7 +104,7 @@ def axis_of(element: Element) -> Array:
     return unit(given)
 
 
-def read_urdf_model(root: Element) -> Urdf:
+def read_urdf_model(root: XmlElement) -> Urdf:
     """Read the links and joints. Raises InputError, all problems at once, where they make no tree."""
     problems: list[Problem] = []
     links: dict[str, UrdfLink] = {}
@@ -143,7 +143,7 @@ def read_urdf_model(root: Element) -> Urdf:
     return model
 
 
-def _root(links: dict[str, UrdfLink], joints: dict[str, UrdfJoint], element: Element) -> str:
+def _root(links: dict[str, UrdfLink], joints: dict[str, UrdfJoint], element: XmlElement) -> str:
     """The one link that is no child."""
     parents: dict[str, UrdfJoint] = {}
     for joint in joints.values():
@@ -159,7 +159,7 @@ def _root(links: dict[str, UrdfLink], joints: dict[str, UrdfJoint], element: Ele
     return roots[0]
 
 
-def _link(element: Element) -> UrdfLink:
+def _link(element: XmlElement) -> UrdfLink:
     inertial = element.first("inertial")
     if inertial is None:
         return UrdfLink(element.get("name"), 0.0, np.zeros((3, 3)), np.zeros(3), element)
@@ -176,7 +176,7 @@ def _link(element: Element) -> UrdfLink:
     return UrdfLink(element.get("name"), mass, 0.5 * (turned + turned.T), pose.position, element)
 
 
-def _joint(element: Element) -> UrdfJoint:
+def _joint(element: XmlElement) -> UrdfJoint:
     kind = element.get("type")
     if kind not in TYPES:
         raise InputError(Problem(f"unknown joint type '{kind}'", element.place, choose_from(kind, list(TYPES))))

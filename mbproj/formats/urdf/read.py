@@ -19,7 +19,7 @@ from mbproj.formats.urdf.appearance import visuals
 from mbproj.formats.urdf.loops import loops_beside, loops_in
 from mbproj.formats.urdf.model import Urdf, UrdfJoint, number, read_urdf_model
 from mbproj.formats.visuals import add_visuals
-from mbproj.formats.xml import Element
+from mbproj.formats.xml import XmlElement
 from mbproj.scene.records import GROUND
 from mbproj.scene.text.suggestions import choose_from
 
@@ -33,7 +33,7 @@ MOVING = (
 )
 
 
-def read_urdf(root: Element, path: Path, wishes: Wishes) -> Mechanism:
+def read_urdf(root: XmlElement, path: Path, wishes: Wishes) -> Mechanism:
     """The mechanism of the model in the file at `path`, whose root element is `root`; its root link is the ground."""
     model = read_urdf_model(root)
     loops = [*loops_in(root, model), *loops_beside(path, wishes.loops, model)]
@@ -64,7 +64,7 @@ def read_urdf(root: Element, path: Path, wishes: Wishes) -> Mechanism:
     return mechanism
 
 
-def _frames(model: Urdf, pose: Mapping[str, float], root: Element) -> dict[str, Pose]:
+def _frames(model: Urdf, pose: Mapping[str, float], root: XmlElement) -> dict[str, Pose]:
     """The global frames of the links at these joint coordinates; others are zero."""
     able = [name for name, joint in model.joints.items() if joint.type in ("revolute", "continuous", "prismatic")]
     for name in pose:
@@ -138,7 +138,7 @@ def _acted_on(mechanism: Mechanism, joint: UrdfJoint, single: Single, pose: Mapp
     return found
 
 
-def _say_unread(mechanism: Mechanism, shown: str, dynamics: Element) -> None:
+def _say_unread(mechanism: Mechanism, shown: str, dynamics: XmlElement) -> None:
     """Add a row on attributes of <dynamics> that are not read and not zero."""
     for name, text in dynamics.attributes.items():
         if name in ("damping", "friction", "spring_stiffness", "spring_reference"):
@@ -173,7 +173,7 @@ def _add_mimics(
         follow(mechanism, names, ends, multiplier, constant, mimic.place)
 
 
-def _say_rest(mechanism: Mechanism, root: Element, model: Urdf) -> None:
+def _say_rest(mechanism: Mechanism, root: XmlElement, model: Urdf) -> None:
     """Add rows on parts without effect on the motion, or without a counterpart in a scene."""
     touching = sum(len(link.element.all("collision")) for link in model.links.values())
     if touching:

@@ -19,7 +19,7 @@ NOTHING = float("nan")
 
 
 @dataclass(frozen=True)
-class Source:
+class LoadSource:
     """The source of loads of one kind, as "joint": a quantity, and the path of its dataset. `rate` is the dataset of
     the rate that gives its power. `units` are its units on an angle and on a length. `names` is the kind of names of
     its columns, `units_of` that of their units. `power` is the dataset of its power, where there is one."""
@@ -36,13 +36,15 @@ class Source:
 
 #: The sources of all loads of a run.
 SOURCES = (
-    Source("joint", "reaction_force", "joints/reaction_force", None, ("N", "N"), "joints"),
-    Source("joint", "reaction_torque", "joints/reaction_torque", None, ("N m", "N m"), "joints"),
-    Source("motion", "force", "motions/force", "motions/rate", ("N m", "N"), "motions", "motion_units"),
-    Source("force", "force", "forces/force", "forces/rate", ("N m", "N"), "forces", "force_units"),
-    Source("force", "force", "forces/applied", None, ("N m", "N"), "applied", "applied_units", "forces/applied_power"),
-    Source("stop", "force", "stops/force", None, ("N m", "N"), "stops", "stop_units"),
-    Source("friction", "force", "friction/force", "friction/rate", ("N m", "N"), "frictions", "friction_units"),
+    LoadSource("joint", "reaction_force", "joints/reaction_force", None, ("N", "N"), "joints"),
+    LoadSource("joint", "reaction_torque", "joints/reaction_torque", None, ("N m", "N m"), "joints"),
+    LoadSource("motion", "force", "motions/force", "motions/rate", ("N m", "N"), "motions", "motion_units"),
+    LoadSource("force", "force", "forces/force", "forces/rate", ("N m", "N"), "forces", "force_units"),
+    LoadSource(
+        "force", "force", "forces/applied", None, ("N m", "N"), "applied", "applied_units", "forces/applied_power"
+    ),
+    LoadSource("stop", "force", "stops/force", None, ("N m", "N"), "stops", "stop_units"),
+    LoadSource("friction", "force", "friction/force", "friction/rate", ("N m", "N"), "frictions", "friction_units"),
 )
 
 
@@ -68,7 +70,7 @@ class Load(NamedTuple):
     unique: bool = True
 
 
-class _Row(NamedTuple):
+class _LoadNumbers(NamedTuple):
     """The numbers of a `Load` that every kind has."""
 
     largest: float
@@ -118,7 +120,7 @@ def loads(recorded: Recorded, cycle: Cycle | None) -> list[Load]:
         return [load for source in SOURCES for load in _of_source(recorded, source, piece, cycle)]
 
 
-def _of_source(recorded: Recorded, source: Source, piece: Integers, cycle: Cycle | None) -> Iterator[Load]:
+def _of_source(recorded: Recorded, source: LoadSource, piece: Integers, cycle: Cycle | None) -> Iterator[Load]:
     names = recorded.names.get(source.names, ())
     width = max(1, AT_ONCE // (24 * len(recorded.time)))
     marks = recorded.unique(source.path) if names and source.kind == "joint" else None
@@ -143,7 +145,7 @@ def _of_source(recorded: Recorded, source: Source, piece: Integers, cycle: Cycle
                 yield Load(source.kind, name, "power", "W", *numbers, float(put_in), float(out))
 
 
-def _rows(time: Array, values: Array, piece: Integers, cycle: Cycle | None) -> list[_Row]:
+def _rows(time: Array, values: Array, piece: Integers, cycle: Cycle | None) -> list[_LoadNumbers]:
     """The row of numbers for each column of `values` (T, C, k)."""
     found, sizes = peaks(time, values, piece), size(values)
     place = np.full(len(found.time), NOTHING) if cycle is None else _place(time, cycle, found.time)
@@ -153,7 +155,7 @@ def _rows(time: Array, values: Array, piece: Integers, cycle: Cycle | None) -> l
         rms = np.sqrt(np.maximum(integrals(time, sizes**2, piece).sum(axis=0), 0.0) / span)
     else:
         mean, rms = sizes[-1], np.abs(sizes[-1])
-    return [_Row(*map(float, row)) for row in zip(*found, place, mean, rms, strict=True)]
+    return [_LoadNumbers(*map(float, row)) for row in zip(*found, place, mean, rms, strict=True)]
 
 
 def _place(time: Array, cycle: Cycle, when: Array) -> Array:

@@ -33,7 +33,7 @@ AXES = {
 COMPONENTS = {3: ("axis", ("x", "y", "z")), 4: ("euler_parameter", ("0", "1", "2", "3"))}
 
 
-class Column(NamedTuple):
+class TableColumn(NamedTuple):
     """A column of a table: its kind, name and quantity, its unit, its values (T,)."""
 
     kind: str
@@ -43,24 +43,24 @@ class Column(NamedTuple):
     values: npt.NDArray[Any]
 
 
-def columns(datasets: Sequence[Dataset], names: Names, read: Read) -> Iterator[Column]:
+def columns(datasets: Sequence[Dataset], names: Names, read: Read) -> Iterator[TableColumn]:
     """All columns but time, in the order of the layout."""
     for dataset in datasets:
         group, _, quantity = dataset.path.partition("/")
         if dataset.path == "time":
             continue
         if dataset.symbol is None:
-            yield Column(group, "", quantity, dataset.unit, read(dataset.path))
+            yield TableColumn(group, "", quantity, dataset.unit, read(dataset.path))
             continue
         kind, _ = AXES[dataset.symbol]
         for number, name in enumerate(names(kind)):
             values = read(dataset.path)[:, number]
             if values.ndim == 1:
-                yield Column(kind, name, quantity, dataset.unit, values)
+                yield TableColumn(kind, name, quantity, dataset.unit, values)
                 continue
             _, components = COMPONENTS[values.shape[1]]
             for component, part in zip(components, values.T, strict=True):
-                yield Column(kind, name, f"{quantity}_{component}", dataset.unit, part)
+                yield TableColumn(kind, name, f"{quantity}_{component}", dataset.unit, part)
 
 
 def to_pandas(datasets: Sequence[Dataset], names: Names, read: Read) -> Any:

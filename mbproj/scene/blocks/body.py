@@ -26,7 +26,7 @@ from mbproj.scene.fields.quantities import Number
 from mbproj.scene.fields.vectors import POINT, rows, vector
 from mbproj.scene.records import Body, Matrix, Quaternion, Vector
 from mbproj.scene.solids.appearance import APPEARANCE
-from mbproj.scene.solids.composed import Solid, SolidPart, alone, mass_of, together
+from mbproj.scene.solids.composed import SolidBody, SolidPart, alone, mass_of, together
 from mbproj.scene.solids.shapes import A_SHAPE, SHAPE_FIELDS, Shape
 
 INERTIA: Field[Matrix] = Converted(
@@ -75,18 +75,18 @@ PART: Field[SolidPart] = Converted(
     _part,
 )
 
-SOLID: Field[Solid] = Converted(List(PART, None, "shapes"), together)
+SOLID: Field[SolidBody] = Converted(List(PART, None, "shapes"), together)
 
 
-def _solid(given: dict[str, Any]) -> Solid:
+def _solid(given: dict[str, Any]) -> SolidBody:
     """The mass, centre and inertia of a body, however they are written."""
     if "shapes" in given:
-        solid: Solid = given["shapes"]
+        solid: SolidBody = given["shapes"]
         return solid
     if "shape" in given:
         shape = given["shape"]
         return alone(SolidPart(shape, mass_of(shape, given.get("mass"), given.get("density"))))
-    return Solid(given["mass"], (0.0, 0.0, 0.0), given["inertia"])
+    return SolidBody(given["mass"], (0.0, 0.0, 0.0), given["inertia"])
 
 
 def _body(given: dict[str, Any]) -> Body:

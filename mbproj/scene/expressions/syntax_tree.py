@@ -72,7 +72,7 @@ def parse(text: str, parameters: Set[str] = frozenset()) -> Expression:
             0,
             "name parts of it under 'parameters'",
         )
-    parser = _Parser(text, parameters)
+    parser = _ExpressionParser(text, parameters)
     tree = parser.expression(0, 1)
     parser.expect("end")
     if depth(tree) > MAX_DEPTH:
@@ -123,7 +123,7 @@ _BINDING = {"+": (1, 2), "-": (1, 2), "*": (3, 4), "/": (3, 4), "**": (7, 6)}
 _SIGN = 5
 
 
-class _Parser:
+class _ExpressionParser:
     """Precedence climbing over the tokens of one text."""
 
     def __init__(self, text: str, parameters: Set[str]) -> None:

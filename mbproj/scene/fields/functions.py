@@ -154,7 +154,7 @@ BETWEEN: Mapping[str, Callable[[Any], CubicTable]] = {
 
 
 @dataclass(frozen=True)
-class _Row(Field[tuple[float, float]]):
+class _TableRow(Field[tuple[float, float]]):
     """Two numbers, each of its own kind."""
 
     first: Number
@@ -183,7 +183,7 @@ class _Row(Field[tuple[float, float]]):
 def table(unit: str | None, value_unit: str | None, ways: tuple[str, ...]) -> Field[CubicTable]:
     """The field of a table of values in `value_unit` over numbers in `unit`: rows alone (a natural spline), or {rows,
     between}; `ways` are the values that `between` may have."""
-    rows: Field[Any] = Converted(List(_Row(Number(unit), Number(value_unit)), None, "rows"), _increasing)
+    rows: Field[Any] = Converted(List(_TableRow(Number(unit), Number(value_unit)), None, "rows"), _increasing)
     return Alternatives(
         (
             Converted(rows, BETWEEN["natural"]),

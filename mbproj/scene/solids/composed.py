@@ -26,7 +26,7 @@ class SolidPart:
 
 
 @dataclass(frozen=True)
-class Solid:
+class SolidBody:
     """Mass in kg, centre of mass in m and the inertia tensor about it in kg m², in the common axes of the `parts`."""
 
     mass: float
@@ -49,12 +49,12 @@ def _possible(mass: float) -> float:
     return mass
 
 
-def alone(part: SolidPart) -> Solid:
+def alone(part: SolidPart) -> SolidBody:
     """The solid of one part, whose mass may be 0."""
-    return Solid(part.mass, part.position, _tensor([part], part.position), (part,))
+    return SolidBody(part.mass, part.position, _tensor([part], part.position), (part,))
 
 
-def together(parts: Iterable[SolidPart]) -> Solid:
+def together(parts: Iterable[SolidPart]) -> SolidBody:
     """The solid of several parts, each of which has a mass; where they overlap the masses add.
 
     Raises Unfit where its mass or its moments are no finite numbers.
@@ -62,7 +62,7 @@ def together(parts: Iterable[SolidPart]) -> Solid:
     parts = tuple(parts)
     mass = _possible(sum(part.mass for part in parts))
     x, y, z = (sum(part.mass * part.position[i] for part in parts) / mass for i in range(3))
-    return Solid(mass, (x, y, z), _tensor(parts, (x, y, z)), parts)
+    return SolidBody(mass, (x, y, z), _tensor(parts, (x, y, z)), parts)
 
 
 def _tensor(parts: Iterable[SolidPart], centre: Vector) -> Matrix:

@@ -22,7 +22,7 @@ Items: TypeAlias = Mapping[str, Collection[str]]
 WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
-class _Entry(NamedTuple):
+class _StoredValue(NamedTuple):
     """A value that was read without a problem, with the field, the node and the path that it was read by. `notes` are
     those on it, `words` the names of parameters in its texts."""
 
@@ -40,7 +40,7 @@ class ReadingCache:
     def __init__(self) -> None:
         self._names: Names = {}
         self._items: Items | None = None
-        self._values: dict[tuple[int, int], _Entry] = {}
+        self._values: dict[tuple[int, int], _StoredValue] = {}
         self._words: dict[int, frozenset[str]] = {}
         self._changed_for: Names | None = None
         self._changed: frozenset[str] | None = None
@@ -58,9 +58,9 @@ class ReadingCache:
 
     def keep(self, field: Any, node: Node, path: Path, value: Any, notes: list[Problem]) -> None:
         """Store a value that was read without a problem."""
-        self._values[id(node), id(field)] = _Entry(field, node, path, value, tuple(notes))
+        self._values[id(node), id(field)] = _StoredValue(field, node, path, value, tuple(notes))
 
-    def again(self, field: Any, node: Node, path: Path, names: Names, items: Items) -> _Entry | None:
+    def again(self, field: Any, node: Node, path: Path, names: Names, items: Items) -> _StoredValue | None:
         """The stored value of a node for a reading with these parameters and items; None where it may have changed."""
         entry = self._values.get((id(node), id(field)))
         if entry is None or entry.path != path:

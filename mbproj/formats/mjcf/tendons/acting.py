@@ -11,8 +11,8 @@ from mbproj.formats.chains import free_name
 from mbproj.formats.mechanism import Bare, Quantity, Same
 from mbproj.formats.mjcf.drives import free_symbol
 from mbproj.formats.mjcf.laws import summed
-from mbproj.formats.mjcf.tendons.along import Along, act_along, along_tendon, length_of, names_along
-from mbproj.formats.mjcf.tendons.measured import Measured, Tendons
+from mbproj.formats.mjcf.tendons.along import ActuatedCoordinate, act_along, along_tendon, length_of, names_along
+from mbproj.formats.mjcf.tendons.measured import MeasuringCoordinate, ModelTendons
 from mbproj.formats.yaml_text import number as shown
 
 #: The nonlinear parts of a spring and of a damper, as the table names them.
@@ -23,7 +23,7 @@ SIDES = ("shortest", "longest")
 NO_LIMIT = 1e5
 
 
-def add_tendons(tendons: Tendons) -> None:
+def add_tendons(tendons: ModelTendons) -> None:
     """Add all that acts along each tendon. A tendon that only couples gets its row with its equality."""
     mechanism = tendons.mechanism
     for number in range(tendons.compiled.model.ntendon):
@@ -39,7 +39,7 @@ def add_tendons(tendons: Tendons) -> None:
         _say_bends(tendons, number)
 
 
-def _say_bends(tendons: Tendons, number: int) -> None:
+def _say_bends(tendons: ModelTendons, number: int) -> None:
     """Add rows on how far the scene's rope is the model's tendon, and on a tendon along which nothing acts."""
     mechanism, element = tendons.mechanism, f"tendon '{tendons.name(number)}'"
     place = tendons.place(number)
@@ -72,7 +72,7 @@ def _acting(model: Any) -> dict[str, Array]:
     return found
 
 
-def _between(tendons: Tendons, number: int, left: set[str]) -> set[str]:
+def _between(tendons: ModelTendons, number: int, left: set[str]) -> set[str]:
     """Add those of `left` that can act along the line between two points: the spring, the damper and the limit. Return
     the words of those added."""
     line, model, mechanism = tendons.line(number), tendons.compiled.model, tendons.mechanism
@@ -103,7 +103,7 @@ def _between(tendons: Tendons, number: int, left: set[str]) -> set[str]:
     return done | {"limit"}
 
 
-def _elastic(tendons: Tendons, number: int, left: set[str]) -> set[str]:
+def _elastic(tendons: ModelTendons, number: int, left: set[str]) -> set[str]:
     """Make an elastic rope of a tendon whose spring only pulls, where it is slack at the start and nothing else acts
     along it. Return the words of what was added."""
     model, branches = tendons.compiled.model, tendons.branches(number)
@@ -119,7 +119,7 @@ def _elastic(tendons: Tendons, number: int, left: set[str]) -> set[str]:
     return {"spring"}
 
 
-def _pulled(tendons: Tendons, number: int, left: set[str]) -> set[str] | str:
+def _pulled(tendons: ModelTendons, number: int, left: set[str]) -> set[str] | str:
     """Add the spring and the damper along coordinates: one force, or a signal where there are several coordinates or
     the law is not linear. Return the words of those added, or the reason why there are none."""
     model, mechanism, name = tendons.compiled.model, tendons.mechanism, tendons.name(number)
@@ -153,7 +153,7 @@ def _pulled(tendons: Tendons, number: int, left: set[str]) -> set[str] | str:
     return done
 
 
-def _linear(along: Along, stiffness: float, damping: float, free: float) -> dict[str, Any]:
+def _linear(along: ActuatedCoordinate, stiffness: float, damping: float, free: float) -> dict[str, Any]:
     """The entry of a linear spring and damper on one coordinate."""
     entry, square = dict(along.entry), along.factor**2
     if stiffness:
@@ -170,7 +170,7 @@ def _powers(model: Any, word: str, number: int) -> list[float]:
     return [float(getattr(model, f"tendon_{word}")[number]), *(map(float, more[number]) if more is not None else ())]
 
 
-def _limits(tendons: Tendons, number: int) -> tuple[float | None, float | None] | None:
+def _limits(tendons: ModelTendons, number: int) -> tuple[float | None, float | None] | None:
     """The least and the largest length in m, each None where it is no limit. None, with a row of the table, where the
     pose is beyond them."""
     low, high = (float(each) for each in tendons.compiled.model.tendon_range[number])
@@ -182,12 +182,12 @@ def _limits(tendons: Tendons, number: int) -> tuple[float | None, float | None] 
     return low if low > least else None, high if high < NO_LIMIT else None
 
 
-def _say_rigid(tendons: Tendons, number: int) -> None:
+def _say_rigid(tendons: ModelTendons, number: int) -> None:
     what = "a stiff spring in MuJoCo, a rigid stop in the scene"
     tendons.mechanism.say(f"limit of tendon '{tendons.name(number)}'", tendons.place(number), what, Same.UNTIL)
 
 
-def _limited(tendons: Tendons, number: int, left: set[str]) -> set[str] | str:
+def _limited(tendons: ModelTendons, number: int, left: set[str]) -> set[str] | str:
     """Add the limit of a tendon: of a rope that is slack below it, or of a coordinate. Return the words of what was
     added, or the reason why there is none."""
     if "limit" not in left:
@@ -210,14 +210,14 @@ def _limited(tendons: Tendons, number: int, left: set[str]) -> set[str] | str:
     return {"limit"}
 
 
-def _loaded(tendons: Tendons, number: int, left: set[str]) -> set[str] | str:
+def _loaded(tendons: ModelTendons, number: int, left: set[str]) -> set[str] | str:
     """Add armature and dry friction to a coordinate that determines the length. Return the words of those added, or the
     reason why there are none."""
     model, mechanism = tendons.compiled.model, tendons.mechanism
     done = left & {"armature", "dry friction"}
     if not done:
         return set()
-    measured: Measured | str = tendons.measured(number, dry="dry friction" in left)
+    measured: MeasuringCoordinate | str = tendons.measured(number, dry="dry friction" in left)
     if isinstance(measured, str) and "armature" in left and not isinstance(own := tendons.measured(number), str):
         why, measured = measured, own
         mechanism.say(f"dry friction of tendon '{tendons.name(number)}'", tendons.place(number), why, Same.NO)

@@ -10,7 +10,7 @@ from mbproj.formats.mechanism import Bare, ImportedNames, Mechanism
 from mbproj.formats.mjcf.drives import free_symbol
 from mbproj.formats.mjcf.joints import HINGE, SLIDE
 from mbproj.formats.mjcf.laws import summed
-from mbproj.formats.mjcf.tendons.measured import Tendons
+from mbproj.formats.mjcf.tendons.measured import ModelTendons
 from mbproj.formats.mjcf.tendons.paths import is_path
 
 #: The reason for the table where a scene has no force along a coordinate of the model.
@@ -18,7 +18,7 @@ NOTHING = "a scene has no force along what it pulls"
 
 
 @dataclass(frozen=True, eq=False)
-class Along:
+class ActuatedCoordinate:
     """A coordinate s that an actuator acts along, with length = factor (start + s). `entry` has the first keys of its
     force in the scene; `s`, `force` and `free` are the scene's words for the coordinate, the force and the free
     length. `unit` is that of s."""
@@ -32,7 +32,7 @@ class Along:
     start: float
 
 
-def along_of(tendons: Tendons, number: int) -> list[Along] | str:
+def along_of(tendons: ModelTendons, number: int) -> list[ActuatedCoordinate] | str:
     """The coordinates that an actuator acts along, or the reason why there are none."""
     import mujoco
 
@@ -46,35 +46,35 @@ def along_of(tendons: Tendons, number: int) -> list[Along] | str:
     return NOTHING
 
 
-def along_tendon(tendons: Tendons, number: int, factor: float = 1.0) -> list[Along] | str:
+def along_tendon(tendons: ModelTendons, number: int, factor: float = 1.0) -> list[ActuatedCoordinate] | str:
     """The coordinates whose sum is the length of a tendon: lines between two sites, ropes, or those of joints. Else the
     reason why there are none."""
     if not is_path(tendons.compiled, number):
         return _of_joints(tendons, tendons.joints(number), factor)
     if wrong := tendons.wrong(number):
         return wrong
-    found: list[Along] = []
+    found: list[ActuatedCoordinate] = []
     tendons.acting.add(number)
     for at, branch in enumerate(tendons.branches(number)):
         line, weight = tendons.ends(branch), factor * branch.weight
         start = tendons.constant(number) / branch.weight if not at else 0.0
         if line is None:
             rope = {"type": "linear_spring_damper", "joint": tendons.rope(number, at), "coordinate": "length"}
-            found.append(Along(rope, "displacement", "force", "free_displacement", "m", weight, start))
+            found.append(ActuatedCoordinate(rope, "displacement", "force", "free_displacement", "m", weight, start))
         else:
             rod = {"type": "spring_damper", "bodies": list(line[0]), "locations": dict(zip(*line, strict=True))}
-            found.append(Along(rod, "l", "force", "free_length", "m", weight, start))
+            found.append(ActuatedCoordinate(rod, "l", "force", "free_length", "m", weight, start))
     return found or "nothing changes its length"
 
 
-def _of_joints(tendons: Tendons, weights: Mapping[int, float], factor: float) -> list[Along] | str:
+def _of_joints(tendons: ModelTendons, weights: Mapping[int, float], factor: float) -> list[ActuatedCoordinate] | str:
     """The coordinates of joints, with their weights; or the reason where a joint has none."""
     found = [_on_joint(tendons, joint, factor * weight) for joint, weight in weights.items()]
     known = [each for each in found if each is not None]
     return known if known and len(known) == len(found) else NOTHING
 
 
-def _on_joint(tendons: Tendons, joint: int, factor: float) -> Along | None:
+def _on_joint(tendons: ModelTendons, joint: int, factor: float) -> ActuatedCoordinate | None:
     model = tendons.compiled.model
     turns = int(model.jnt_type[joint]) == HINGE
     where = tendons.coordinate(joint)
@@ -85,10 +85,10 @@ def _on_joint(tendons: Tendons, joint: int, factor: float) -> Along | None:
         entry["coordinate"] = where[1]
     s, force = ("angle", "torque") if turns else ("displacement", "force")
     start = float(tendons.compiled.data.qpos[model.jnt_qposadr[joint]])
-    return Along(entry, s, force, f"free_{s}", "rad" if turns else "m", factor, start)
+    return ActuatedCoordinate(entry, s, force, f"free_{s}", "rad" if turns else "m", factor, start)
 
 
-def length_of(along: list[Along], names: list[str]) -> tuple[str, str]:
+def length_of(along: list[ActuatedCoordinate], names: list[str]) -> tuple[str, str]:
     """The expressions of the length that the coordinates sum up to, and of its rate; `names` are those of the forces
     along the coordinates."""
     seen = []
@@ -103,11 +103,11 @@ def length_of(along: list[Along], names: list[str]) -> tuple[str, str]:
     return summed([start, *_weighed(along, seen, "")]), summed(_weighed(along, seen, "_dot"))
 
 
-def _weighed(along: list[Along], seen: list[str], ending: str) -> list[tuple[float, str]]:
+def _weighed(along: list[ActuatedCoordinate], seen: list[str], ending: str) -> list[tuple[float, str]]:
     return [(each.factor, name + ending) for each, name in zip(along, seen, strict=True)]
 
 
-def names_along(mechanism: Mechanism, name: str, along: list[Along]) -> list[str]:
+def names_along(mechanism: Mechanism, name: str, along: list[ActuatedCoordinate]) -> list[str]:
     """Free names for the forces along the coordinates."""
     names: list[str] = []
     for _ in along:
@@ -115,7 +115,7 @@ def names_along(mechanism: Mechanism, name: str, along: list[Along]) -> list[str
     return names
 
 
-def act_along(mechanism: Mechanism, name: str, along: list[Along], names: list[str], force: str) -> None:
+def act_along(mechanism: Mechanism, name: str, along: list[ActuatedCoordinate], names: list[str], force: str) -> None:
     """Add a signal with the expression `force`, and forces along each coordinate that are factor times the signal."""
     signal = free_symbol(mechanism, f"{name}_force")
     mechanism.signals[signal] = Bare(force)

@@ -16,10 +16,10 @@ from mbproj.dataclass import dataclass
 from mbproj.errors import Place
 from mbproj.formats.chains import EXACT, Coordinates
 from mbproj.formats.mechanism import Connection, ImportedBody, ImportedNames, Mechanism, Quantity
-from mbproj.formats.mjcf.compiled import Compiled
+from mbproj.formats.mjcf.compiled import CompiledMjcf
 from mbproj.formats.mjcf.joints import HINGE, joint_name
 from mbproj.formats.mjcf.parts import Called
-from mbproj.formats.mjcf.tendons.paths import Branch, Spot, above, branches_of, is_path
+from mbproj.formats.mjcf.tendons.paths import Spot, TendonBranch, above, branches_of, is_path
 from mbproj.scene.blocks.ropes.block import MOST_NODES
 from mbproj.scene.records import GROUND
 
@@ -27,7 +27,7 @@ from mbproj.scene.records import GROUND
 LENGTH_KEYS = ("free", "slack", "length", "stiffness", "limits")
 
 
-class Measured(NamedTuple):
+class MeasuringCoordinate(NamedTuple):
     """A coordinate s of a joint that determines the length of a tendon: `ratio` s + `constant`."""
 
     joint: str
@@ -36,7 +36,7 @@ class Measured(NamedTuple):
     constant: float
 
 
-class Sum(NamedTuple):
+class TendonSum(NamedTuple):
     """A tendon's length as Σ weight × coordinate + `constant`; the weights are by the names of joint coordinates."""
 
     weights: dict[str, float]
@@ -44,17 +44,17 @@ class Sum(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Tendons:
+class ModelTendons:
     """The tendons of a model. `names` are those of the scene's joints, `made` the joints that were made for parts of
     tendons. `acting` are the numbers of the tendons that have a counterpart in the scene."""
 
-    compiled: Compiled
+    compiled: CompiledMjcf
     mechanism: Mechanism
     called: Called
     coordinates: Coordinates
     names: ImportedNames
     made: dict[tuple[str, int, int], str] = field(default_factory=dict)
-    found: dict[int, list[Branch]] = field(default_factory=dict)
+    found: dict[int, list[TendonBranch]] = field(default_factory=dict)
     acting: set[int] = field(default_factory=set)
 
     def name(self, number: int) -> str:
@@ -69,7 +69,7 @@ class Tendons:
         """The length of a tendon at the start, in m."""
         return float(self.compiled.data.ten_length[number])
 
-    def branches(self, number: int) -> list[Branch]:
+    def branches(self, number: int) -> list[TendonBranch]:
         """The branches of a tendon over sites whose lengths may change; [] for another tendon."""
         return [each for each in self._every(number) if each.wrong or self._moves(each)]
 
@@ -86,7 +86,7 @@ class Tendons:
         """Whether a tendon runs around shapes."""
         return any(each.normal is not None for each in self.branches(number))
 
-    def _every(self, number: int) -> list[Branch]:
+    def _every(self, number: int) -> list[TendonBranch]:
         if number not in self.found:
             over_sites = is_path(self.compiled, number)
             self.found[number] = branches_of(self.compiled, self.called, number) if over_sites else []
@@ -123,7 +123,7 @@ class Tendons:
             return None
         return self.ends(branches[0])
 
-    def ends(self, branch: Branch) -> tuple[tuple[str, str], Array] | None:
+    def ends(self, branch: TendonBranch) -> tuple[tuple[str, str], Array] | None:
         """The bodies that a straight branch between two spots joins, and the points (2, 3) in their axes; else None."""
         if branch.wrong or len(branch.spots) != 2:
             return None
@@ -162,7 +162,7 @@ class Tendons:
         name = self.made.get(("rope", number, 0), "")
         return "length" in self.mechanism.joints[name].keys if name else False
 
-    def measured(self, number: int, *, dry: bool = False) -> Measured | str:
+    def measured(self, number: int, *, dry: bool = False) -> MeasuringCoordinate | str:
         """A coordinate that determines a tendon's length, or the reason why there is none. With `dry` it must be one on
         which dry friction may act."""
         if wrong := self.wrong(number):
@@ -170,16 +170,18 @@ class Tendons:
         branches = self.branches(number)
         self.acting.add(number)
         if len(branches) == 1 and self.ends(branches[0]):
-            return Measured(self._telescopes(number, 0)[0][0], "length", branches[0].weight, self.constant(number))
+            return MeasuringCoordinate(
+                self._telescopes(number, 0)[0][0], "length", branches[0].weight, self.constant(number)
+            )
         if len(branches) == 1 and (self.bends(number) or not dry):
             if dry:
                 return "a rope has no dry friction"
-            return Measured(self.rope(number, 0), "length", branches[0].weight, self.constant(number))
+            return MeasuringCoordinate(self.rope(number, 0), "length", branches[0].weight, self.constant(number))
         if self.bends(number):
             return "it has several branches, of which some bend around shapes"
         return self.slider(number)
 
-    def sum(self, number: int) -> Sum | str:
+    def sum(self, number: int) -> TendonSum | str:
         """The coordinates whose sum is a tendon's length, and which couplers accept; or the reason why there are
         none."""
         if wrong := self.wrong(number):
@@ -190,7 +192,7 @@ class Tendons:
                 return "it goes over a joint that has no coordinate of its own"
             weights = {".".join(found[joint] or ()): weight for joint, weight in self.joints(number).items()}
             self.acting.add(number)
-            return Sum(weights, self.length(number))
+            return TendonSum(weights, self.length(number))
         branches = self.branches(number)
         self.acting.add(number)
         if self.bends(number):
@@ -200,13 +202,13 @@ class Tendons:
             for name, length in self._telescopes(number, at):
                 weights[f"{name}.length"] = branch.weight
                 constant -= branch.weight * length
-        return Sum(weights, constant)
+        return TendonSum(weights, constant)
 
-    def slider(self, number: int) -> Measured | str:
+    def slider(self, number: int) -> MeasuringCoordinate | str:
         """A massless body on a slide that a coupler moves: its displacement is the change of the tendon's length since
         the start. Or the reason why there is none."""
         if ("slider", number, 0) in self.made:
-            return Measured(self.made["slider", number, 0], "displacement", 1.0, self.length(number))
+            return MeasuringCoordinate(self.made["slider", number, 0], "displacement", 1.0, self.length(number))
         coupled = self.sum(number)
         if isinstance(coupled, str):
             return coupled
@@ -221,7 +223,7 @@ class Tendons:
         of = {**coupled.weights, f"{joint}.displacement": -1.0}
         self.mechanism.joints[row] = Connection(row, "coupler", keys={"of": of}, place=place)
         self.mechanism.followers[row] = (body, joint)
-        return Measured(joint, "displacement", 1.0, self.length(number))
+        return MeasuringCoordinate(joint, "displacement", 1.0, self.length(number))
 
     def _telescopes(self, number: int, at: int) -> list[tuple[str, float]]:
         """The telescopes for the straight parts of a branch between different bodies, with their lengths in m."""
@@ -242,7 +244,7 @@ class Tendons:
             found.append((self.made[key], float(np.linalg.norm(end.point - start.point))))
         return found
 
-    def _turns(self, branch: Branch) -> list[Array]:
+    def _turns(self, branch: TendonBranch) -> list[Array]:
         """The global axes of the hinges between the bodies of a branch and the ground."""
         model, data = self.compiled.model, self.compiled.data
         joints = sorted({joint for spot in branch.spots for joint in above(model, spot.number)})
@@ -266,7 +268,7 @@ class Tendons:
         side = "left" if spot.left else "right"
         return {"sheave": body, "at": place, "radius": Quantity(spot.radius, "m"), "bends": side}
 
-    def _moves(self, branch: Branch) -> bool:
+    def _moves(self, branch: TendonBranch) -> bool:
         return len({self.called[spot.number] for spot in branch.spots}) > 1
 
     def _own(self, number: int, at: int, what: str) -> str:
@@ -277,7 +279,7 @@ class Tendons:
         return self.names.own(name if what == "rope" else f"{name}_{what}")
 
 
-def _across(branch: Branch, turns: Sequence[Array]) -> Array:
+def _across(branch: TendonBranch, turns: Sequence[Array]) -> Array:
     """A normal for a path without circles: any direction that is not along a part of it. An axis of a hinge comes
     first, since the mechanism may be planar about it."""
     ways = np.array([end.point - start.point for start, end in pairwise(branch.spots)])

@@ -14,7 +14,7 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.formats.chains import EXACT
-from mbproj.formats.mjcf.compiled import Compiled
+from mbproj.formats.mjcf.compiled import CompiledMjcf
 from mbproj.formats.mjcf.joints import HINGE, SLIDE
 from mbproj.formats.mjcf.parts import Called
 
@@ -34,7 +34,7 @@ class Spot(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Branch:
+class TendonBranch:
     """A part of a tendon between pulleys, whose length counts with a weight. It has its spots and its `length` at the
     start, the normal (3,) of its circles, and the body that carries them. `wrong` is the reason why no rope runs so.
     `passed` are the shapes that it does not touch."""
@@ -48,7 +48,7 @@ class Branch:
     passed: Sequence[str] = ()
 
 
-def is_path(compiled: Compiled, number: int) -> bool:
+def is_path(compiled: CompiledMjcf, number: int) -> bool:
     """Whether a tendon goes over sites, and is no sum of joint coordinates."""
     import mujoco
 
@@ -56,7 +56,7 @@ def is_path(compiled: Compiled, number: int) -> bool:
     return int(compiled.model.wrap_type[first]) != int(mujoco.mjtWrap.mjWRAP_JOINT)
 
 
-def branches_of(compiled: Compiled, called: Called, number: int) -> list[Branch]:
+def branches_of(compiled: CompiledMjcf, called: Called, number: int) -> list[TendonBranch]:
     """The branches of a tendon over sites at the pose of the start."""
     divided = _divided(compiled, number)
     return [_branch(compiled, called, weight, items) for weight, items in divided if len(items) > 1]
@@ -72,7 +72,7 @@ class _Item(NamedTuple):
     touches: Array | None
 
 
-def _divided(compiled: Compiled, number: int) -> Iterator[tuple[float, list[_Item]]]:
+def _divided(compiled: CompiledMjcf, number: int) -> Iterator[tuple[float, list[_Item]]]:
     """Yield the weight of each branch, and the sites and shapes over which it runs."""
     import mujoco
 
@@ -97,7 +97,7 @@ def _divided(compiled: Compiled, number: int) -> Iterator[tuple[float, list[_Ite
     yield weight, items
 
 
-def _branch(compiled: Compiled, called: Called, weight: float, items: list[_Item]) -> Branch:
+def _branch(compiled: CompiledMjcf, called: Called, weight: float, items: list[_Item]) -> TendonBranch:
     model, data = compiled.model, compiled.data
     passed = [_called(compiled, each) for each in items if each.shape >= 0 and each.touches is None]
     kept = [each for each in items if each.shape < 0 or each.touches is not None]
@@ -105,7 +105,7 @@ def _branch(compiled: Compiled, called: Called, weight: float, items: list[_Item
     circles = [at for at, each in enumerate(kept) if each.shape >= 0]
     if not circles:
         length = sum(float(np.linalg.norm(end.point - start.point)) for start, end in pairwise(sites))
-        return Branch(weight, _without_repeats(called, sites), length, passed=passed)
+        return TendonBranch(weight, _without_repeats(called, sites), length, passed=passed)
     axes = [_axis(compiled, kept[at], sites[at - 1].point, sites[at + 1].point) for at in circles]
     normal = axes[0]
     carrier = int(model.geom_bodyid[kept[circles[0]].shape])
@@ -113,13 +113,13 @@ def _branch(compiled: Compiled, called: Called, weight: float, items: list[_Item
         circle, beside = kept[at], (sites[at - 1], sites[at + 1])
         wrong = _inside(compiled, circle) or _out_of_plane(compiled, circle, beside, normal, axis, carrier)
         if wrong:
-            return Branch(weight, sites, 0.0, wrong=wrong, passed=passed)
+            return TendonBranch(weight, sites, 0.0, wrong=wrong, passed=passed)
         sites[at] = _circle(compiled, circle, beside, normal)
     length = _length(kept, sites, normal)
-    return Branch(weight, _without_repeats(called, sites), length, normal, carrier, passed=passed)
+    return TendonBranch(weight, _without_repeats(called, sites), length, normal, carrier, passed=passed)
 
 
-def _called(compiled: Compiled, item: _Item) -> str:
+def _called(compiled: CompiledMjcf, item: _Item) -> str:
     return compiled.name("geom", item.shape) or f"geom {item.shape}"
 
 
@@ -148,7 +148,7 @@ def _without_repeats(called: Called, spots: list[Spot]) -> list[Spot]:
     return found
 
 
-def _axis(compiled: Compiled, item: _Item, before: Array, after: Array) -> Array:
+def _axis(compiled: CompiledMjcf, item: _Item, before: Array, after: Array) -> Array:
     """The unit normal of the plane in which the tendon bends around a shape."""
     if _is_cylinder(compiled, item):
         return np.array(compiled.data.geom_xmat[item.shape].reshape(3, 3)[:, 2])
@@ -160,7 +160,7 @@ def _axis(compiled: Compiled, item: _Item, before: Array, after: Array) -> Array
     return np.asarray(best / np.linalg.norm(best))
 
 
-def _inside(compiled: Compiled, item: _Item) -> str:
+def _inside(compiled: CompiledMjcf, item: _Item) -> str:
     """The reason why no rope runs so, where the side site is inside of a shape, which keeps the tendon inside; else
     ""."""
     if item.side < 0:
@@ -174,7 +174,7 @@ def _inside(compiled: Compiled, item: _Item) -> str:
 
 
 def _out_of_plane(
-    compiled: Compiled, item: _Item, beside: tuple[Spot, Spot], normal: Array, axis: Array, carrier: int
+    compiled: CompiledMjcf, item: _Item, beside: tuple[Spot, Spot], normal: Array, axis: Array, carrier: int
 ) -> str:
     """The reason why no rope runs so, where the tendon, or the motion of a body that it touches, leaves the plane with
     this normal; else ""."""
@@ -193,7 +193,7 @@ def _out_of_plane(
     return ""
 
 
-def _is_cylinder(compiled: Compiled, item: _Item) -> bool:
+def _is_cylinder(compiled: CompiledMjcf, item: _Item) -> bool:
     import mujoco
 
     return int(compiled.model.geom_type[item.shape]) == int(mujoco.mjtGeom.mjGEOM_CYLINDER)
@@ -220,7 +220,7 @@ def above(model: Any, number: int) -> set[int]:
     return found
 
 
-def _circle(compiled: Compiled, item: _Item, beside: tuple[Spot, Spot], normal: Array) -> Spot:
+def _circle(compiled: CompiledMjcf, item: _Item, beside: tuple[Spot, Spot], normal: Array) -> Spot:
     """The circle of a shape in the plane of the tendon, with the side to which the tendon bends."""
     model, data = compiled.model, compiled.data
     assert item.touches is not None

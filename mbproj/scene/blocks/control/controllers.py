@@ -48,7 +48,7 @@ def _held(
 
 
 @dataclass(frozen=True)
-class _Alone(Field[Held]):
+class _PlainHeldValue(Field[Held]):
     """A held value that is written as its expression alone."""
 
     @property
@@ -64,7 +64,7 @@ class _Alone(Field[Held]):
 
 
 HELD: Field[Held] = Alternatives(
-    (_Alone(), Record("a held value", {"value": VALUE, "initial": MEASURE}, _held, ("value",), named=True))
+    (_PlainHeldValue(), Record("a held value", {"value": VALUE, "initial": MEASURE}, _held, ("value",), named=True))
 )
 NEXT: Record[Held] = Record(
     "a state of a controller", {"next": VALUE, "initial": MEASURE}, _held, ("next",), named=True

@@ -50,7 +50,7 @@ def _signal(
 
 
 @dataclass(frozen=True)
-class _Alone(Field["Signal | Expanded"]):
+class _PlainSignal(Field["Signal | Expanded"]):
     """A signal that is written as its expression alone."""
 
     @property
@@ -68,7 +68,7 @@ class _Alone(Field["Signal | Expanded"]):
 SIGNAL_KEYS: dict[str, Field[Any]] = {"value": VALUE, **BLOCKS, "unit": Converted(Text(), _unit)}
 SIGNAL: Field[Signal | Expanded] = Alternatives(
     (
-        _Alone(),
+        _PlainSignal(),
         Record("a signal", SIGNAL_KEYS, _signal, choices=(OneOf(("value", *BLOCKS), needed=True),), named=True),
     )
 )

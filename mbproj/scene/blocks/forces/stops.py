@@ -31,7 +31,7 @@ OPEN = ("null", "~", "")
 
 
 @dataclass(frozen=True)
-class Range(Field[tuple[float | None, float | None]]):
+class CoordinateRange(Field[tuple[float | None, float | None]]):
     """The lower and the upper bound of a coordinate in `unit`; null for no bound."""
 
     unit: str
@@ -135,7 +135,7 @@ def limit_field(unit: str) -> Record[Limit]:
     """The record that reads the limit of a coordinate in m or rad."""
     return StopRecord(
         "a limit",
-        {"range": Range(unit), **_law_keys(unit)},
+        {"range": CoordinateRange(unit), **_law_keys(unit)},
         lambda range, **law: Limit(range[0], range[1], _law(law)),
         ("range",),
         LAW_CHECKS,
