@@ -23,7 +23,7 @@ class ExitCode(IntEnum):
     INTERRUPTED = 130
 
 
-#: Of a longer line, a message shows this many characters before the column and as many after.
+#: The most characters of a line that a message shows before the column, and after it.
 CONTEXT = 120
 
 

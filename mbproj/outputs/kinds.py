@@ -9,7 +9,7 @@ from mbproj.dataclass import dataclass
 from mbproj.errors import InputError
 from mbproj.rehearsal import rehearse
 
-#: What mbproj calls itself in the metadata of its pictures.
+#: The name by which mbproj marks its pictures in their metadata.
 MARK = "mbproj"
 #: A file's kind is recognised by this many bytes at either end: no file is read whole before it is replaced.
 END = 65536
@@ -19,7 +19,7 @@ _PICTURES: Mapping[str, tuple[bytes, bytes]] = {
     "pdf": (b"%PDF-", b"/Creator (" + MARK.encode() + b")"),
     "svg": (b"<?xml", b"<dc:title>" + MARK.encode() + b"</dc:title>"),
 }
-#: Where the signature of a film begins, and the signature.
+#: The byte at which the signature of a film begins, and the signature, by format.
 _FILMS: Mapping[str, tuple[int, bytes]] = {"gif": (0, b"GIF89a"), "mp4": (4, b"ftyp")}
 
 

@@ -1,4 +1,4 @@
-"""How bodies look, as frozen records: nothing here has a say in the motion."""
+"""The appearance of bodies, as frozen records; it has no effect on the motion."""
 
 from __future__ import annotations
 

@@ -67,7 +67,7 @@ def whole_steps(settings: Settings) -> int:
 
 
 def output_every(settings: Settings) -> int:
-    """How many fixed steps lie between two samples."""
+    """The number of fixed steps between two samples."""
     assert settings.step is not None
     return 1 if settings.output_step is None else max(1, round(settings.output_step / settings.step))
 

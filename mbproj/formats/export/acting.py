@@ -39,8 +39,8 @@ class CoordinateLoads:
 
 
 def acting_on(scene: Scene, say: Say) -> dict[str, CoordinateLoads]:
-    """What acts on each coordinate, by its name "joint.angle". A force that has no such form gets a row of the
-    table."""
+    """The forces, inertias and limits on each coordinate, by its name "joint.angle". A force that has no such form gets
+    a row of the table."""
     found: dict[str, CoordinateLoads] = {}
     joints = {joint.name: joint for joint in scene.joints}
     for joint in scene.joints:

@@ -1,4 +1,4 @@
-"""An MJCF model as a mechanism: MuJoCo's compiler first, then bodies, joints, loops, actuators, and what is left."""
+"""Reads an MJCF model as a mechanism: by MuJoCo's compiler, then bodies, joints, loops, actuators, and the rest."""
 
 from __future__ import annotations
 
@@ -24,7 +24,8 @@ from mbproj.scene.records import GROUND
 
 
 def read_mjcf(root: XmlElement, path: Path, wishes: Wishes) -> Mechanism:
-    """The model whose root element stands in the file at `path`. Raises InputError at the file's line."""
+    """The mechanism of the model in the file at `path`, whose root element is `root`. Raises InputError at the file's
+    line."""
     compiled = compile_mjcf(source_of(root, path), wishes)
     gravity = np.array(compiled.model.opt.gravity)
     if compiled.disables("GRAVITY"):

@@ -25,8 +25,8 @@ OF_ATTRIBUTES = "crc32_of_attributes"
 
 
 def crc32(values: npt.NDArray[Any], so_far: int = 0) -> int:
-    """The checksum of an array's bytes as they are in the file; `so_far` is that of the bytes before. The file has
-    texts of any length elsewhere, so that their list is taken."""
+    """The checksum of an array's bytes as they are in the file; `so_far` is that of the bytes before. Texts of variable
+    length are stored elsewhere, so that the checksum is that of their list."""
     if values.dtype.kind == "O":
         return of_value([plain(text) for text in values.reshape(-1).tolist()])
     stored = np.ascontiguousarray(values, dtype=values.dtype.newbyteorder("<"))

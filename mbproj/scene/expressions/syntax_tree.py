@@ -103,7 +103,7 @@ def walk(tree: Expression) -> Iterator[tuple[Expression, int]]:
 
 
 def depth(tree: Expression) -> int:
-    """How many levels the tree has."""
+    """The number of levels of the tree."""
     return max(level for _, level in walk(tree))
 
 

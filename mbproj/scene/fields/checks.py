@@ -58,7 +58,7 @@ def inertia_of(matrix: Matrix) -> Matrix:
 
 
 def different(names: tuple[str, ...]) -> tuple[str, ...]:
-    """The names. Raises Unfit where one stands twice."""
+    """The names. Raises Unfit where one is repeated."""
     for at, name in enumerate(names):
         if name in names[:at]:
             count = {2: "two", 3: "three"}[len(names)]
@@ -104,7 +104,7 @@ def two_axes(axes: tuple[Vector, Vector]) -> Pair:
 
 
 def shared(vector: Vector) -> Pair:
-    """One global vector for both bodies."""
+    """The pair of one global vector for both bodies."""
     return Pair(vector, vector)
 
 

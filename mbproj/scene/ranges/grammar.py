@@ -1,4 +1,4 @@
-"""How ranges are written:
+"""Reads ranges, which are written as
 
 0.8:1.2:41                 41 values from 0.8 to 1.2; with units: 0.8 m:120 cm:41
 1:1000:4:log               4 values, evenly spaced by their logarithms

@@ -15,8 +15,9 @@ from mbproj.scene.text.suggestions import choose_from
 
 @dataclass(frozen=True, eq=False)
 class Sheet:
-    """Rows along a curve, (m,) each. `arc` in m is counted along the line that is followed, `x`, `y` in m are the
-    profile, `line_x`, `line_y` that line. `angle` in rad is about the origin, `radius` in m is that of the line.
+    """A curve as columns of rows, (m,) each. `x`, `y` in m are the profile, `line_x`, `line_y` the line of the
+    follower's point or roller centre. `arc` in m is the length along that line, `angle` in rad and `radius` in m are
+    its polar coordinates about the origin.
 
     `pressure` in rad is the angle between the force on a follower and its motion on a line through the origin; NaN of
     an open curve. `curvature` in 1/m is that of the profile, positive where it bulges outward, or to the left of an

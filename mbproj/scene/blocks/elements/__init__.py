@@ -26,6 +26,5 @@ ELEMENTS: Registry[ElementType] = Registry("force type", dict(_found()))
 
 
 def element_type(name: str) -> ElementType:
-    """The element type of the force type `name`. The type of a spring stands for a spring whose numbers change in a
-    run."""
+    """The element type of the force type `name`; for a spring, the one of springs whose numbers change in a run."""
     return SPRINGS[name] if name in SPRINGS else ELEMENTS[name]
