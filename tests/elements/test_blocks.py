@@ -198,7 +198,7 @@ WRONG = {
     "a part": ("{gain: {of: 1, rows: [[1], [2]]}}\n  z: 2*y.y3", "unknown name 'y.y3'"),
     "itself": ("{gain: {of: y, rows: [[1]]}}", "depends on itself: y -> y"),
     "units": ("{filter: {of: 1 V + 2 m, time: 1}}", "cannot be added"),
-    "start": ("{filter: {of: 1 V, time: 1, initial: 1 m}}", "follows a voltage"),
+    "start": ("{filter: {of: 1 V, time: 1, initial: 1 m}}", "has an input that is a voltage"),
     "a file": ("{gain: {of: 1, file: k.csv}}", "needs a scene that is a file itself"),
     "both": ("{gain: {of: 1, file: k.csv, rows: [[1]]}}", "cannot both be given"),
     "more": ("{state_space: {of: 1, file: k.h5, B: [[1]]}}", "has a 'file' and 'B'"),
