@@ -142,3 +142,15 @@ def test_a_walk_past_speeds_that_overflow_tells_the_rows(recwarn):
     state = assemble(system, initial_guess(scene, system))
     assert choose(system, state, settings_to_run(scene)).compiled is not None
     assert not [each for each in recwarn if issubclass(each.category, RuntimeWarning)]
+
+
+@needs_kernel
+def test_a_walk_that_enters_a_singular_branch_tells_the_rows_of_the_other():
+    """Where the links of the governor reach the height of the pins, its collar may stay there while the arms turn: most
+    poses of the walk are singular."""
+    text = (ROOT / "mechanisms" / "governor.yaml").read_text()
+    scene = read_scene_text(text.replace("speed: 0}", "speed: 23}"), "scene.yaml", {"link": "98 mm"}, {})
+    system = compile_system(scene)
+    state = assemble(system, initial_guess(scene, system))
+    rows = choose(system, state, settings_to_run(scene)).compiled.model.rows
+    assert rows.redundant == 0 and min(rows.pivots) > 1e-3 and rows.even > 1e-3
