@@ -12,6 +12,8 @@ from mbproj.errors import InputError, Problem
 from mbproj.outputs.kinds import FileKind
 
 ELSEWHERE = "choose another with -o"
+#: Endings of what mbproj writes: no directory is made with one.
+ENDINGS = (".csv", ".h5", ".html", ".json", ".pdf", ".png", ".svg", ".yaml")
 
 
 @contextmanager
@@ -70,7 +72,11 @@ def check_replaceable(path: Path, kind: FileKind, *, force: bool = False, hint: 
 
 
 def make_folder(folder: Path, hint: str = ELSEWHERE) -> Path:
-    """Make the folder where it is missing, and return it. Raises InputError where it cannot be made."""
+    """Make the folder where it is missing, and return it. Raises InputError where it cannot be made, or where its name
+    is that of a file."""
+    if folder.suffix in ENDINGS and not folder.is_dir():
+        message = f"'{folder}' has the name of a file, but several files are written: a directory is asked for"
+        raise InputError(Problem(message, hint=f"give a directory; '{folder.parent}' would do"))
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:

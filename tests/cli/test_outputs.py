@@ -33,6 +33,13 @@ COMMANDS = {
 }
 
 
+def test_no_directory_gets_the_name_of_a_picture(tmp_path, run):
+    done = mbproj("plot", run, "-o", "figures/p.png", folder=tmp_path)
+    assert done.returncode == 2
+    assert "'figures/p.png' has the name of a file" in done.stderr and "'figures' would do" in done.stderr
+    assert not (tmp_path / "figures").exists()
+
+
 @pytest.mark.parametrize("name", COMMANDS)
 def test_a_file_of_somebody_else_is_replaced_with_force_alone(tmp_path, run, name):
     arguments, written = COMMANDS[name]
