@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+import mbproj
 from mbproj import InputError, assemble, compile_system, initial_guess, read_scene_text
 from mbproj.dynamics.contact.driven import refuse_driven_beyond
 from mbproj.integrate.stops.start import gaps_at_start, refuse_penetration
@@ -44,6 +45,21 @@ joints:
   C: {type: revolute, bodies: [rod, rocker], location: [1, 0.2, 0], axis: [0, 0, 1]}
   D: {type: revolute, bodies: [ground, rocker], location: [1, 0, 0], axis: [0, 0, 1],
     limits: {angle: {range: ROCKER, rigid: true}}}
+"""
+#: A wheel under a falling body hangs on a stop, against which a spring presses it; it begins to leave it.
+HANGING = """
+mbproj: 1
+gravity: [0, 0, -9.81]
+simulation: {duration: 20 ms, output_step: 10 ms, tolerance: 1e-9}
+bodies:
+  body: {mass: 3, inertia: [1, 1, 1], position: [0, 0, 0.953]}
+  hub: {mass: 1, inertia: [1, 1, 1], position: [0, 0, 0.453]}
+joints:
+  guide: {type: prismatic, bodies: [ground, body], location: [0, 0, 0.8], axis: z}
+  strut: {type: prismatic, bodies: [body, hub], location: [0, 0, 0.453], axis: z, speed: SPEED m/s,
+          limits: {displacement: {range: [0, 0.16], LAW}}}
+forces:
+  coil: {type: linear_spring_damper, joint: strut, stiffness: 400 N/m, free_displacement: -20 mm}
 """
 
 
@@ -135,3 +151,14 @@ def test_a_motion_beyond_a_rigid_stop_of_its_coordinate_is_found_before_the_run(
     refuse_driven_beyond(soft, 0.0, 2.0)
     touching, _, _ = block(motion="motions: {push: {joint: slide, displacement: 0.25*sin(t)**2 }}")
     refuse_driven_beyond(touching, 0.0, 20.0)
+
+
+@pytest.mark.parametrize("formulation", ["full", "auto"])
+@pytest.mark.parametrize("law", ["rigid: true, restitution: 0.5", "stiffness: 1e4 N/m, restitution: 0.5"])
+@pytest.mark.parametrize("speed", [1e-9, 1e-12])
+def test_what_leaves_a_stop_by_less_than_gaps_are_known_to_stays(speed, law, formulation):
+    """The spring pushes with 8 N: the gap would open by 5e-20 m for 2e-10 s, and coordinates are known to 1e-16 m."""
+    results = mbproj.run(HANGING.replace("SPEED", str(speed)).replace("LAW", law), formulation=formulation)
+    assert [(event.time, event.kind) for event in results.events] == [(0.0, "contact")]
+    gap = results.stop("strut.displacement.low").gap
+    assert np.abs(gap).max() < 1e-12 if "rigid" in law else -1.6e-3 < gap[-1] < -1e-4

@@ -67,10 +67,10 @@ def _at_stops(system: System, stops: Stops, state: State, contacts: Contacts, me
         events += _of_impact(touch, rigid, struck, done)
         lost, work, by_friction = done.lost, done.work, done.rubbed
         touch = touch.after(done.v)
-    lifts = rigid & (touch.rate > touch.slow) & (system.frictions is not None)
+    lifts = rigid & (touch.rate > touch.slow)
     if lifts.any():
         lifts &= _lifts_less(touch, rigid, THRESHOLDS.stop_slack)
-    if lifts.any():  # what ends sliding may lift what rocks by less than gaps are known to
+    if lifts.any():  # they come back before their gaps are seen to open, as where sliding ends and something rocks
         touch, gained = _without_lifting(touch, np.flatnonzero(lifts))
         lost -= gained
     staying = rigid & (np.abs(touch.rate) <= touch.slow)
@@ -144,7 +144,8 @@ def _compliant(
             continue
         inside = touch.gap[k] < -THRESHOLDS.touching * touch.size[k]
         rests = touch.rate[k] <= touch.slow[k] and (touch.acceleration[k] < 0.0 or k == met.again)
-        if inside or rests or touch.rate[k] < -touch.slow[k]:
+        unseen = 0.0 < touch.rate[k] ** 2 < -2.0 * touch.acceleration[k] * THRESHOLDS.stop_slack * touch.size[k]
+        if inside or rests or unseen or touch.rate[k] < -touch.slow[k]:
             pushing[k] = stops.pushes_by(k, touch.N[k])
             events.append(Event(state.t, _name(system, k), "contact", -1))
     return pushing, tuple(events)
