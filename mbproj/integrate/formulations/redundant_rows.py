@@ -84,12 +84,14 @@ def _usual(compiled: Compiled, state: State, count: int, first: list[int]) -> An
     even = np.array([[each[1] for each in of_rows] for of_rows in found])
     worst = np.quantile(even, THRESHOLDS.seldom, axis=1)
     best = int(np.argmax(worst >= THRESHOLDS.serve_alike * worst.max()))
-    regular = [each for each in found[best] if each[1] > 0.0]  # a walk may enter a branch on which every pose is singular
+    # A walk may enter a branch on which every pose is singular: these tell nothing.
+    regular = [each for each in found[best] if each[1] > 0.0]
     pivots = np.array([each[0] for each in regular])
     if not regular or (count == 0 and np.median(pivots.min(axis=1)) >= THRESHOLDS.near_branch):
         return compiled.core.UsualRows(count)
     usual = pivots.min(axis=0) if is_short else np.median(pivots, axis=0)
-    return compiled.core.UsualRows(count, list(choices[best]), usual.tolist(), float(np.median([each[1] for each in regular])))
+    usual_even = float(np.median([each[1] for each in regular]))
+    return compiled.core.UsualRows(count, list(choices[best]), usual.tolist(), usual_even)
 
 
 def _walk(
