@@ -8,10 +8,10 @@ from mbproj.constraints.along import Along
 from mbproj.constraints.angle import Angle
 from mbproj.constraints.coincident import Coincident
 from mbproj.constraints.coupling import Coupling
-from mbproj.constraints.curves.face import Face, FacePlace
+from mbproj.constraints.curves.face import Face, FacePlace, FaceSlip
 from mbproj.constraints.curves.in_space import BesideFirst, BesideSecond, SpaceArc
 from mbproj.constraints.curves.profile import Arc, Lap, Profile
-from mbproj.constraints.curves.two_curves import Gap, PlaceOnFirst, PlaceOnSecond
+from mbproj.constraints.curves.two_curves import Gap, PlaceOnFirst, PlaceOnSecond, SlipOfTwo
 from mbproj.constraints.distance import Distance
 from mbproj.constraints.ellipsoid import EllipsoidHeight, EllipsoidSlip
 from mbproj.constraints.perpendicular import Perpendicular
@@ -40,9 +40,11 @@ PRIMITIVES: Mapping[str, type[Primitive]] = MappingProxyType(
         "lap": Lap,
         "face": Face,
         "face_place": FacePlace,
+        "face_slip": FaceSlip,
         "two_curves": Gap,
         "place_on_first": PlaceOnFirst,
         "place_on_second": PlaceOnSecond,
+        "slip_of_two": SlipOfTwo,
         "beside_first": BesideFirst,
         "beside_second": BesideSecond,
         "space_arc": SpaceArc,

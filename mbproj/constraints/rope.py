@@ -1,4 +1,4 @@
-"""The length of a rope over points and circles in one plane."""
+"""Lengths and angles of a rope over points and circles in one plane."""
 
 from __future__ import annotations
 
@@ -12,32 +12,78 @@ from mbproj.dataclass import dataclass
 
 
 class Span(NamedTuple):
-    """A straight part of the rope at a pose: its line ℓ between two centres, with the components X and Y of ℓ in the
-    plane; D² = X² + Y²; the free length λ; and h, the part of λ in the plane."""
+    """A straight part of the rope at a pose: its line ℓ between the centres `first` and `last`, with the components X
+    and Y of ℓ in the plane; D² = X² + Y²; the free length λ; h, the part of λ in the plane; w; how much λ and the
+    direction θ count; the direction at the scene's pose; and at which poses the rope runs so, None: at all."""
 
+    first: int
+    last: int
     line: Numbers
     X: Numbers
     Y: Numbers
     D2: Numbers
     λ: Numbers
     h: Numbers
+    w: float
+    a: float
+    b: float
+    start: Numbers | float
+    runs: Numbers | None = None
+
+    @property
+    def turned(self) -> Numbers:
+        """How far the line of its centres has turned since the scene's pose, within (-π, π]."""
+        cosine, sine = np.cos(self.start), np.sin(self.start)
+        along, across = cosine * self.X + sine * self.Y, cosine * self.Y - sine * self.X
+        real = np.arctan2(across.real, along.real)
+        if not np.iscomplexobj(self.X):
+            return real
+        return real + 1j * (along.real * across.imag - across.real * along.imag) / self.D2.real
+
+    @property
+    def direction(self) -> Numbers:
+        """θ, the direction of the rope."""
+        # asin(w/D) = atan(w/h), whose complex form numpy has for all arguments
+        return self.start + self.turned + (np.arctan(self.w / self.h) if self.w else 0.0)
+
+    @property
+    def slopes(self) -> tuple[Numbers, Numbers]:
+        """∂(b θ)/∂X and ∂(b θ)/∂Y."""
+        if not self.b:  # straight from point to point, whatever the plane: D may be 0
+            return 0.0 * self.X, 0.0 * self.Y
+        out, around = -self.b * self.w / (self.D2 * self.h), self.b / self.D2
+        return out * self.X - around * self.Y, out * self.Y + around * self.X
+
+    def where(self, found: Numbers) -> Numbers:
+        """A part (..., more) of a sum, 0 where the rope does not run so."""
+        if self.runs is None:
+            return found
+        return np.where(self.runs.reshape(self.runs.shape + (1,) * (found.ndim - self.runs.ndim)), found, 0.0)
 
 
 @final
 @dataclass(frozen=True)
 class Rope(Primitive):
-    """C = Σ λ + w θ in metres, over the spans between k centres: free lengths λ, and what lies on the circles.
+    """C = Σ a λ + b θ over the spans between k centres: free lengths λ, and what lies on the circles. With a = 1 and
+    b = w it is the length of the rope; what lies on one circle has a = 0. All are in metres.
 
     `radii` (k,) are positive where the rope bends left, from x towards y, negative where it bends right, 0 of points.
     A span from radius r1 to r2 has w = r1 - r2 and the direction θ = β + asin(w/D), with the angle β of the line of
     its centres; λ² = ℓ² - w². An end with a radius holds the rope on its circle, which does not turn with respect to x
-    and y. `directions` (k-1,) are the angles β at the scene's pose: each β is within half a turn of its own. `wound` in
-    m is not counted: what lies on the circles of the ends there.
+    and y. `directions` (k-1,) are the angles β at the scene's pose: each β is within half a turn of its own.
+    `by_length` and `by_angle` (k-1,) are a and b. `wound` is not counted: what lies on the circles of the ends there.
+    `lifts` are the circles that the rope may leave, no two beside each other: where it would wrap less than nothing
+    there, it runs straight past. The length has no kink then, but its curvature jumps. Where a `watched` C changes its
+    sign a step ends.
     """
 
     radii: tuple[float, ...]
     directions: tuple[float, ...]
+    by_length: tuple[float, ...]
+    by_angle: tuple[float, ...]
     wound: float = 0.0
+    lifts: tuple[int, ...] = ()
+    watched: bool = False
 
     rows = 1
     unit = "m"
@@ -48,83 +94,74 @@ class Rope(Primitive):
         point: SlotKind = "point"
         return ("vector", "vector", *[point for _ in self.radii])
 
-    def span(self, x: Numbers, number: int) -> Span:
-        """One of the straight parts."""
-        line = x[..., 3 + number, :] - x[..., 2 + number, :]
-        X, Y, w2 = dot(x[..., 0, :], line), dot(x[..., 1, :], line), self._w(number) ** 2
+    def spans(self, x: Numbers) -> list[Span]:
+        """The straight parts, in their order; beside a circle that the rope may leave, that past it comes first."""
+        found: list[Span] = []
+        own = [
+            self._span(x, k, k + 1, self.directions[k], a, b)
+            for k, (a, b) in enumerate(zip(self.by_length, self.by_angle, strict=True))
+        ]
+        for k in self.lifts:
+            before, after = own[k - 1 : k + 1]
+            on = np.sign(self.radii[k]) * (after.direction - before.direction).real >= 0.0
+            past = self._span(x, k - 1, k + 1, 0.0, before.a, before.b + after.b)
+            start = before.direction.real - np.arctan(past.w / past.h.real)
+            own[k - 1], own[k] = before._replace(runs=on), after._replace(runs=on)
+            found.append(past._replace(start=start, runs=~on))
+        return sorted([*own, *found], key=lambda span: (span.first, -span.last))
+
+    def _span(self, x: Numbers, first: int, last: int, start: float, a: float, b: float) -> Span:
+        line, w = x[..., 2 + last, :] - x[..., 2 + first, :], self.radii[first] - self.radii[last]
+        X, Y = dot(x[..., 0, :], line), dot(x[..., 1, :], line)
         D2 = X * X + Y * Y
         with np.errstate(invalid="ignore"):  # circles that overlap have no rope between them: it has no length
-            return Span(line, X, Y, D2, np.sqrt(dot(line, line) - w2), np.sqrt(D2 - w2))
-
-    def turned(self, span: Span, number: int) -> Numbers:
-        """How far the line of its centres has turned since the scene's pose, within (-π, π]."""
-        cosine, sine = np.cos(self.directions[number]), np.sin(self.directions[number])
-        along, across = cosine * span.X + sine * span.Y, cosine * span.Y - sine * span.X
-        real = np.arctan2(across.real, along.real)
-        if not np.iscomplexobj(span.X):
-            return real
-        return real + 1j * (along.real * across.imag - across.real * along.imag) / span.D2.real
-
-    def direction(self, span: Span, number: int) -> Numbers:
-        """θ, the direction of the rope."""
-        w = self._w(number)
-        # asin(w/D) = atan(w/h), whose complex form numpy has for all arguments
-        return self.directions[number] + self.turned(span, number) + (np.arctan(w / span.h) if w else 0.0)
+            λ, h = np.sqrt(dot(line, line) - w * w), np.sqrt(D2 - w * w)
+        return Span(first, last, line, X, Y, D2, λ, h, w, a, b, start)
 
     def wraps(self, x: Numbers) -> Numbers:
         """The angles (..., k, j) in rad that lie on the j circles between the ends, negative where the rope is off."""
-        θ = [self.direction(self.span(x, number), number) for number in range(len(self.directions))]
-        pairs = zip(self.radii[1:-1], θ[1:], θ[:-1], strict=True)
-        found = [np.sign(radius) * (after - before) for radius, after, before in pairs if radius]
+        own = [self._span(x, k, k + 1, start, 0.0, 0.0) for k, start in enumerate(self.directions)]
+        pairs = zip(self.radii[1:-1], own[1:], own[:-1], strict=True)
+        found = [np.sign(radius) * (after.direction - before.direction) for radius, after, before in pairs if radius]
         return np.stack(found, axis=-1) if found else np.zeros((*x.shape[:-2], 0))
 
     def value(self, x: Numbers) -> Numbers:
         total = np.zeros(x.shape[:-2], dtype=x.dtype)
-        for number in range(len(self.directions)):
-            span, w = self.span(x, number), self._w(number)
-            total = total + span.λ
-            if w:
-                total = total + w * self.direction(span, number)
+        for span in self.spans(x):
+            total = total + span.where(span.a * span.λ)
+            if span.b:
+                total = total + span.where(span.b * span.direction)
         return total[..., None] - self.wound
 
     def gradient(self, x: Numbers) -> Numbers:
         found = np.zeros((*x.shape[:-1], 3), dtype=x.dtype)
-        for number in range(len(self.directions)):
-            span = self.span(x, number)
-            f_X, f_Y = self._slopes(span, number)
-            along = span.line / span.λ[..., None] + f_X[..., None] * x[..., 0, :] + f_Y[..., None] * x[..., 1, :]
-            found[..., 0, :] += f_X[..., None] * span.line
-            found[..., 1, :] += f_Y[..., None] * span.line
-            found[..., 2 + number, :] -= along
-            found[..., 3 + number, :] += along
+        for span in self.spans(x):
+            f_X, f_Y = (each[..., None] for each in span.slopes)
+            along = span.where(span.a * span.line / span.λ[..., None] + f_X * x[..., 0, :] + f_Y * x[..., 1, :])
+            found[..., 0, :] += span.where(f_X * span.line)
+            found[..., 1, :] += span.where(f_Y * span.line)
+            found[..., 2 + span.first, :] -= along
+            found[..., 2 + span.last, :] += along
         return found[..., None, :, :]
 
     def curvature(self, x: Numbers, x_dot: Numbers) -> Numbers:
         total = np.zeros(x.shape[:-2], dtype=np.result_type(x, x_dot))
-        for number in range(len(self.directions)):
-            span, w2 = self.span(x, number), self._w(number) ** 2
-            f_X, f_Y = self._slopes(span, number)
-            rate = x_dot[..., 3 + number, :] - x_dot[..., 2 + number, :]
-            stretch = dot(span.line, rate)
-            total = total + (dot(rate, rate) - stretch**2 / span.λ**2) / span.λ
-            total = total + 2.0 * (f_X * dot(x_dot[..., 0, :], rate) + f_Y * dot(x_dot[..., 1, :], rate))
-            if not w2:
-                continue
-            X_dot = dot(x_dot[..., 0, :], span.line) + dot(x[..., 0, :], rate)
-            Y_dot = dot(x_dot[..., 1, :], span.line) + dot(x[..., 1, :], rate)
-            out, around = span.X * X_dot + span.Y * Y_dot, span.X * Y_dot - span.Y * X_dot
-            bend = w2 / (span.D2 * span.h) * (2.0 / span.D2 + 1.0 / span.h**2) * out**2
-            total = total + bend - w2 / (span.D2 * span.h) * (X_dot**2 + Y_dot**2)
-            total = total - 2.0 * self._w(number) * around * out / span.D2**2
+        for span in self.spans(x):
+            total = total + span.where(_bend(span, x, x_dot))
         return total[..., None]
 
-    def _w(self, number: int) -> float:
-        return self.radii[number] - self.radii[number + 1]
 
-    def _slopes(self, span: Span, number: int) -> tuple[Numbers, Numbers]:
-        """∂(w θ)/∂X and ∂(w θ)/∂Y."""
-        w = self._w(number)
-        if not w:  # straight from point to point, whatever the plane: D may be 0
-            return 0.0 * span.X, 0.0 * span.Y
-        out, around = -w * w / (span.D2 * span.h), w / span.D2
-        return out * span.X - around * span.Y, out * span.Y + around * span.X
+def _bend(span: Span, x: Numbers, x_dot: Numbers) -> Numbers:
+    """The part of a span in the curvature."""
+    f_X, f_Y = span.slopes
+    rate = x_dot[..., 2 + span.last, :] - x_dot[..., 2 + span.first, :]
+    stretch = dot(span.line, rate)
+    total = span.a * (dot(rate, rate) - stretch**2 / span.λ**2) / span.λ
+    total = total + 2.0 * (f_X * dot(x_dot[..., 0, :], rate) + f_Y * dot(x_dot[..., 1, :], rate))
+    if not span.b:
+        return total
+    X_dot = dot(x_dot[..., 0, :], span.line) + dot(x[..., 0, :], rate)
+    Y_dot = dot(x_dot[..., 1, :], span.line) + dot(x[..., 1, :], rate)
+    out, around = span.X * X_dot + span.Y * Y_dot, span.X * Y_dot - span.Y * X_dot
+    bend = (2.0 / span.D2 + 1.0 / span.h**2) * out**2 - X_dot**2 - Y_dot**2
+    return total + span.b * span.w / (span.D2 * span.h) * bend - 2.0 * span.b * around * out / span.D2**2

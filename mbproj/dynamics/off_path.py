@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mbproj.arrays import Array
-from mbproj.constraints.rope import Rope
+from mbproj.arrays import Array, Numbers
+from mbproj.constraints.rope import Rope, Span
 from mbproj.dynamics.equations.kinematics import Pose, attached_velocity, pose_of, slots_of, twist_of
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
@@ -36,15 +36,14 @@ def drawn_in(system: System, q: Array, v: Array, h: float) -> OffPath | None:
     rates = attached_velocity(twist_of(pose, v), *slots_of(bound))
     for group in bound.groups:
         rope = group.primitive
-        if not isinstance(rope, Rope):
+        if not (isinstance(rope, Rope) and any(rope.by_length)):
             continue
         x = places[group.slots] + 1j * TINY * rates[group.slots]
         for row, moving in zip(group.rows[:, 0].tolist(), x, strict=True):
-            for k in range(len(rope.directions)):
-                left = rope.span(moving, k).λ
-                least = THRESHOLDS.drawn_in * (abs(rope.radii[k]) + abs(rope.radii[k + 1]))
-                if not left.real > max(least, -2.0 * h * left.imag / TINY):
-                    return OffPath(row, -1, k)
+            for span in _running(rope, moving):
+                least = THRESHOLDS.drawn_in * (abs(rope.radii[span.first]) + abs(rope.radii[span.last]))
+                if not span.λ.real > max(least, -2.0 * h * span.λ.imag / TINY):
+                    return OffPath(row, -1, span.first)
     return None
 
 
@@ -53,18 +52,23 @@ def off_path(system: System, pose: Pose) -> OffPath | None:
     bound = system.coordinates
     for group in bound.groups:
         rope = group.primitive
-        if not isinstance(rope, Rope):
+        if not (isinstance(rope, Rope) and any(rope.by_length)):
             continue
         x = pose.places(bound)[group.slots]
         for row, places in zip(group.rows[:, 0].tolist(), x, strict=True):
             before = 0.0
-            for k in range(len(rope.directions)):
-                span = rope.span(places, k)
-                curved = rope.radii[k] != 0.0 or rope.radii[k + 1] != 0.0
-                if curved and not (span.h > 0.0 and abs(rope.turned(span, k)) <= THRESHOLDS.rope_turned):
+            for span in _running(rope, places):
+                k, radius = span.first, rope.radii[span.first]
+                radii = abs(radius) + abs(rope.radii[span.last])
+                if radii and not (radii**2 < span.D2 and abs(span.turned) <= THRESHOLDS.rope_turned):
                     return OffPath(row, -1, k)
-                θ, radius = float(rope.direction(span, k)), rope.radii[k]
+                θ = float(span.direction)
                 if k and radius and not np.sign(radius) * (θ - before) >= -THRESHOLDS.off_sheave:
                     return OffPath(row, k, -1)
                 before = θ
     return None
+
+
+def _running(rope: Rope, places: Numbers) -> list[Span]:
+    """The straight parts that a rope has at one pose."""
+    return [span for span in rope.spans(places) if span.runs is None or bool(span.runs)]

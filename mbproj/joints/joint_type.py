@@ -46,6 +46,7 @@ class JointType:
     x_axis: Literal["none", "optional", "required"] = "none"
     has_axis: bool = False
     dry: bool = False
+    slip: Row = ()
     sketch: str = ""
 
     @property

@@ -24,7 +24,8 @@ those of their names, and of several numbers name_1, name_2 and so on; one on a 
 A row that is a `coupling` `couples` coordinates that these primitives measure, and the field of its name gives their
 weights from the parameters. `x_axis`: whether the scene may say the direction of x1 and x2, or has to; `has_axis`:
 whether what is on a plane has an axis. A joint that `merges` makes one rigid body of two unless its reaction is asked
-for. `dry` friction may act on the coordinates of some. `sketch` is the glyph in an animation, by default that of the
+for. `dry` friction may act on the coordinates of some; in place of these on a `slip`, a row whose rate is that at which
+they slide. `sketch` is the glyph in an animation, by default that of the
 frame.
 """
 
@@ -44,6 +45,7 @@ COORDINATE_UNITS = MappingProxyType(
         "lap": "rad",
         **dict.fromkeys(("along", "distance", "arc", "profile", "face", "face_place", "rope"), "m"),
         **dict.fromkeys(("two_curves", "place_on_first", "place_on_second", "space_arc"), "m"),
+        **dict.fromkeys(("face_slip", "slip_of_two"), "m"),
     }
 )
 #: Unit of the inertia of a coordinate by that of the coordinate.
@@ -98,14 +100,14 @@ def _following(
     return JointType(frame, rows, coordinates, (), *own, x_axis="required", dry=dry, sketch=sketch)
 
 
-def _touching(rows: tuple[Row, ...], coordinates: Mapping[str, Row]) -> JointType:
+def _touching(rows: tuple[Row, ...], coordinates: Mapping[str, Row], slip: Row = ()) -> JointType:
     """A joint whose two bodies have a curve each."""
     parameters = {
         "curves": Parameter("", "curve", 2, "names of curves"),
         "sides": Parameter("", "side", 2, "sides", optional=True),
     }
     own = JointType("axis", rows, coordinates, (), True, {}, parameters)
-    return replace(own, x_axis="required", sketch="tracks")
+    return replace(own, x_axis="required", dry=bool(slip), slip=slip, sketch="tracks")
 
 
 JOINTS: Mapping[str, JointType] = MappingProxyType(
@@ -163,8 +165,10 @@ JOINTS: Mapping[str, JointType] = MappingProxyType(
         "point_on_line": JointType("normal", (SLIDE_X, SLIDE_Y), {"displacement": SLIDE}, sketch="on_line"),
         "cam": _following((PROFILE,), {"displacement": ARC}, dry=True),
         "cam_contact": _following((), {"gap": PROFILE}),
-        "flat_follower": _following(
-            (FACE,), {"displacement": ("face_place", *FACE[1:])}, CONVEX, frame="face", sketch="tappet"
+        "flat_follower": replace(
+            _following((FACE,), {"displacement": ("face_place", *FACE[1:])}, CONVEX, frame="face", sketch="tappet"),
+            dry=True,
+            slip=("face_slip", *FACE[1:]),
         ),
         "flat_contact": _following((), {"gap": FACE}, CONVEX, frame="face", sketch="tappet"),
         "space_slot": replace(
@@ -178,7 +182,7 @@ JOINTS: Mapping[str, JointType] = MappingProxyType(
             ),
             separate=True,
         ),
-        "curve_on_curve": _touching((TWO_CURVES,), TOUCHED),
+        "curve_on_curve": _touching((TWO_CURVES,), TOUCHED, ("slip_of_two", *TWO_CURVES[1:])),
         "curve_contact": _touching((), {"gap": TWO_CURVES}),
         "slot": _following((PROFILE, SLIDE), {"displacement": ARC}, {"curve": CURVE}, dry=True),
         "screw": JointType(

@@ -226,9 +226,15 @@ def _lines(bound: Bound) -> dict[str, Any]:
     return {**own, "lines": [_line(each) for each in number], "wires": [_wire(each) for each in wires]}
 
 
+def _path(rope: Rope) -> list[float]:
+    """The numbers of a path."""
+    lifts = [float(k in rope.lifts) for k in range(len(rope.radii))]
+    return [*rope.radii, *rope.directions, *rope.by_length, *rope.by_angle, *lifts, rope.wound]
+
+
 def _paths(bound: Bound) -> dict[str, Any]:
     """The paths of ropes, and the number of each instance's, -1 for none."""
-    own = [None if rope is None else [*rope.radii, *rope.directions, rope.wound] for rope in bound.path.tolist()]
+    own = [None if rope is None else _path(rope) for rope in bound.path.tolist()]
     number = np.where([each is not None for each in own], np.cumsum([each is not None for each in own]) - 1, -1)
     return {"path": np.asarray(number, dtype=np.int64), "paths": [each for each in own if each is not None]}
 

@@ -18,6 +18,7 @@ from mbproj.kernel.loads import (
     programs,
     space_loads,
 )
+from mbproj.model.bearings import Parts
 from mbproj.model.couplings import Of
 from mbproj.model.layout import Layout
 from mbproj.model.planar import Plane, channels_in_plane, coordinates_in_plane
@@ -157,20 +158,23 @@ def _plane_bearings(system: System, plane: Plane) -> dict[str, Any]:
     joints = [own.index(joint) for joint in bearings.joint.tolist()]
     body, none = system.reaction_body[bearings.joint].tolist(), np.zeros((bearings.size, 2))
     numbers = [
-        (radial, 0.0, np.inf, preload) for radial, preload in zip(bearings.radial, bearings.preload, strict=True)
+        (radial, axial, np.inf, preload)
+        for radial, axial, preload in zip(
+            bearings.radial, bearings.axial * bearings.is_of_rows, bearings.preload, strict=True
+        )
     ]
     return _bearings(list(zip(joints, body, strict=True)), numbers, _numbered(bearings.parts, own), none, none)
 
 
-def _numbered(parts: tuple[tuple[tuple[int, float], ...], ...], own: list[int]) -> tuple[Any, ...]:
-    """Pairs of a joint and its part, with the numbers of the kernel's joints."""
-    return tuple(tuple((own.index(joint), part) for joint, part in each) for each in parts)
+def _numbered(parts: tuple[Parts, ...], own: list[int]) -> tuple[Parts, ...]:
+    """The same with the numbers of the kernel's joints."""
+    return tuple(tuple((own.index(joint), row, part) for joint, row, part in each) for each in parts)
 
 
 def _bearings(
     whose: list[tuple[int, int]],
     numbers: list[Any],
-    parts: tuple[tuple[tuple[int, float], ...], ...],
+    parts: tuple[Parts, ...],
     points: Array,
     axes: Array,
 ) -> dict[str, Any]:
@@ -231,12 +235,14 @@ def _couplings_in_plane(system: System, plane: Plane) -> list[tuple[Any, ...]]:
 def _followers_in_plane(system: System, plane: Plane) -> list[tuple[int, int, int, int]]:
     """What follows curves as the kernel takes it, in a plane: where it is, its number there, its program, and on which
     of two curves."""
-    rows = plane_rows(plane).tolist()
-    following = system.following.items()
-    return [
-        (int(kind), rows.index(at) if kind is Of.ROW else at, program, second)
-        for program, (kind, at, second) in following
-    ]
+    rows, found = plane_rows(plane).tolist(), []
+    for program, (kind, at, second) in system.following.items():
+        if kind is Of.COORDINATE:
+            own = int(coordinates_in_plane(plane, np.array([at]))[0])
+        else:
+            own = rows.index(at) if kind is Of.ROW else at
+        found.append((int(kind), own, program, second))
+    return [each for each in found if each[1] >= 0]  # what is constant in the plane has no sign to change
 
 
 def joint_and_motion_rows(system: System, plane: Plane, joints: Bound, coordinates: Bound) -> Bound:

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from typing import TypeAlias
+
 import numpy as np
 
 from mbproj.arrays import Array, Flags, Integers
 from mbproj.dataclass import dataclass
+
+#: Joints by number, which of the rows of each, from 0, and the part that its multiplier has.
+Parts: TypeAlias = "tuple[tuple[int, int, float], ...]"
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,8 +24,8 @@ class Bearings:
     where the friction is a torque, factors (1 or 0) where it is a force. `length` ℓ (B,) in m, infinite where moments
     do not count. `preload` (B,) in N m or N.
 
-    The push of a stop is a load of another kind: Σ part λ over the pairs (joint, part) in `parts` (B,), where λ is the
-    multiplier of that joint's only row. For bearings of joints `parts` is empty.
+    The push of a stop is a load of another kind: Σ part λ over its `parts` (B,), which are empty for bearings of
+    joints. With `axial` 1 the load is |Σ part λ|, as for the pull of a rope.
     """
 
     joint: Integers
@@ -29,7 +34,7 @@ class Bearings:
     axial: Array
     length: Array
     preload: Array
-    parts: tuple[tuple[tuple[int, float], ...], ...]
+    parts: tuple[Parts, ...]
 
     @property
     def size(self) -> int:
@@ -37,6 +42,11 @@ class Bearings:
         return len(self.joint)
 
     @property
+    def is_of_rows(self) -> Flags:
+        """Whether each load is a sum of multipliers, (B,)."""
+        return np.array([len(each) > 0 for each in self.parts], dtype=bool)
+
+    @property
     def is_push(self) -> Flags:
         """Whether each load is the push of a stop, (B,)."""
-        return np.array([len(each) > 0 for each in self.parts], dtype=bool)
+        return np.asarray(self.is_of_rows & (self.axial == 0.0))

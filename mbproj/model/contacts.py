@@ -214,7 +214,7 @@ def _with_pushes(system: System, stops: Stops, contacts: Contacts) -> Bearings |
         return own
     held = {stop: joints + at for at, stop in enumerate(contacts.held)}
     shares = (contacts.shares.get(stop, ((stop, 1.0),)) for stop in pushes)
-    parts = tuple(tuple((held[at], -float(stops.side[at]) * part) for at, part in each) for each in shares)
+    parts = tuple(tuple((held[at], 0, -float(stops.side[at]) * part) for at, part in each) for each in shares)
     none = np.zeros(len(pushes))
     first = np.full(len(pushes), joints, dtype=np.intp)
     found = Bearings(first, np.zeros((len(pushes), 3)), none, none, np.full(len(pushes), np.inf), none, parts)

@@ -18,9 +18,10 @@ from mbproj.constraints.curves.in_space import BesideCurve, BesideFirst, BesideS
 from mbproj.constraints.curves.profile import FREE, Lap, PlaneCurve, Profile
 from mbproj.constraints.curves.two_curves import Gap
 from mbproj.constraints.primitive import Primitive
+from mbproj.constraints.rope import Rope
 from mbproj.dataclass import dataclass
 from mbproj.functions.curve import Curve
-from mbproj.functions.program import Program
+from mbproj.functions.program import COORDINATE, Op, Program, apply, variable
 from mbproj.functions.program_set import OF_ROWS, ProgramSet, flatten
 from mbproj.functions.series import constant_series, run
 from mbproj.model.primitive_set import Binding, PrimitiveSet, bind, bindings
@@ -118,11 +119,13 @@ class Followers:
 
 class Of(IntEnum):
     """The list in which a distance from a curve stands: the rows of the joints, the laws, or the stops. A stop follows
-    its curve while it touches. The kernel's loop handles that itself; for others the stop is then a row or a law."""
+    its curve while it touches. The kernel's loop handles that itself; for others the stop is then a row or a law. Or a
+    joint coordinate whose sign is a switch: what lies of a rope on a circle that it may leave."""
 
     ROW = 0
     LAW = 1
     STOP = 2
+    COORDINATE = 3
 
 
 class Followed(NamedTuple):
@@ -149,8 +152,11 @@ class Touching:
     offset: tuple[float, ...]
 
 
-def compile_followers(joints: PrimitiveSet, laws: PrimitiveSet, stops: PrimitiveSet | None) -> Followers:
-    """Return the distances from curves among the joints' rows, the laws and the stops."""
+def compile_followers(
+    joints: PrimitiveSet, laws: PrimitiveSet, stops: PrimitiveSet | None, coordinates: PrimitiveSet
+) -> Followers:
+    """Return the distances from curves among the joints' rows, the laws and the stops, and the coordinates whose sign
+    is a switch."""
     places, knots = list[Followed](), list[Program]()
     for kind, bound in ((Of.ROW, joints), (Of.LAW, laws), (Of.STOP, stops)):
         if bound is None or not any(isinstance(group.primitive, DISTANCES) for group in bound.groups):
@@ -160,6 +166,10 @@ def compile_followers(joints: PrimitiveSet, laws: PrimitiveSet, stops: Primitive
                 for second, curve in enumerate(_curves(member.primitive)):
                     places.append(Followed(kind, member.rows[0], second))
                     knots.append(curve.knots)  # type: ignore[arg-type]  # what curves of scenes have
+    for member in coordinates.layout.members:
+        if isinstance(member.primitive, Rope) and member.primitive.watched:
+            places.append(Followed(Of.COORDINATE, member.rows[0]))
+            knots.append(Program(apply(Op.ABS, variable(COORDINATE))))
     return Followers(tuple(places), flatten(knots)) if places else NO_FOLLOWERS
 
 

@@ -177,7 +177,7 @@ class System:
     def followers(self) -> Followers:
         """The distances from curves among rows, laws and stops."""
         stops = None if self.stops is None else self.stops.coordinates
-        return compile_followers(self.joints, self.forces.laws.coordinates, stops)
+        return compile_followers(self.joints, self.forces.laws.coordinates, stops, self.coordinates)
 
     @cached_property
     def following(self) -> dict[int, Followed]:

@@ -14,7 +14,7 @@ from mbproj.scene.blocks.control.controllers import CONTROLLER
 from mbproj.scene.blocks.control.expression import NOT_FREE
 from mbproj.scene.blocks.control.signals import SIGNAL, STATE
 from mbproj.scene.blocks.coordinates import COORDINATES, act_on_coordinates, drive_coordinates, on_bodies
-from mbproj.scene.blocks.couplings import Weights, couple_coordinates
+from mbproj.scene.blocks.couplings import Weights, WithUnit, couple_coordinates
 from mbproj.scene.blocks.curves.block import CURVE
 from mbproj.scene.blocks.curves.fit import CURVE_CHECK
 from mbproj.scene.blocks.expectation_checks import CHECKS
@@ -86,7 +86,7 @@ COUPLER: Mapping[str, Field[Any]] = {
             ),
         )
     ),
-    "constant": Number(None),
+    "constant": WithUnit(),
     "pressure_angle": parameter(Parameter("rad", "pressure")),
 }
 
@@ -221,7 +221,7 @@ def _coupler(
     type: str,
     of: Mapping[str, tuple[float, str]],
     function: Program | None = None,
-    constant: float | None = None,
+    constant: tuple[float, str] | None = None,
     pressure_angle: float | None = None,
 ) -> Joint:
     """With a pressure angle its weights are the teeth of two wheels."""
@@ -230,7 +230,8 @@ def _coupler(
     teeth: dict[str, Any] = {}
     if pressure_angle is not None:
         teeth = {"teeth": tuple(weights.values()), "pressure_angle": pressure_angle}
-    coupled = Coupled(weights, function, constant, units=units)
+    value, units[""] = (None, "") if constant is None else constant
+    coupled = Coupled(weights, function, value, units=units)
     return Joint(name, type, ("", ""), NOWHERE, parameters=teeth, couples=coupled)
 
 

@@ -34,6 +34,13 @@ class Curves:
     beyond_end: float = threshold(
         0.1, "rad", "numpy", "so far a piece of two curves may turn beyond its end while it is held", "place_turn"
     )
+    overlap: float = threshold(
+        1e-6,
+        "1",
+        "both",
+        "two curves that touch overlap elsewhere by this part of the length of the first",
+        "a gear of 0.1 m: 0.6 µm",
+    )
     smooth_curve: float = threshold(
         1e-7,
         "rad",

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from math import pi
 
-from mbproj.constraints.curves.face import Face, FacePlace
+from mbproj.constraints.curves.face import Face, FacePlace, FaceSlip
 from mbproj.constraints.curves.in_space import BesideFirst, BesideSecond, SpaceArc
 from mbproj.constraints.curves.profile import Arc, Lap, Profile
-from mbproj.constraints.curves.two_curves import Gap, PlaceOnFirst, PlaceOnSecond
+from mbproj.constraints.curves.two_curves import Gap, PlaceOnFirst, PlaceOnSecond, SlipOfTwo
 from mbproj.constraints.primitive import Primitive
 from mbproj.functions.curves.laws import Rise
 from mbproj.functions.curves.shapes import Followed, ellipse, of_law, polar, polyline, through
@@ -60,12 +60,16 @@ ON_CURVES = {
     "face of an ellipse": Face(LINES["ellipse"]),
     "place on a face": FacePlace(LINES["flat"]),
     "place on a face, clockwise": FacePlace(LINES["flat, clockwise"]),
+    "slip of a face": FaceSlip(LINES["flat"]),
+    "slip of a face, clockwise": FaceSlip(LINES["flat, clockwise"]),
     "face on a piece": Face(LINES["ellipse"], piece=0),
     "two curves": Gap(LINES["ellipse"], LINES["flat"], side=-1.0, other_side=-1.0, reach=0.1),
     "one in the other": Gap(LINES["large"], LINES["ellipse"], side=1.0, other_side=-1.0),
     "two curves on pieces": Gap(LINES["ellipse"], LINES["large"], piece=0, other_piece=0, side=-1.0, other_side=-1.0),
     "place on the first": PlaceOnFirst(LINES["ellipse"], LINES["flat"], side=-1.0, other_side=-1.0),
     "place on the second": PlaceOnSecond(LINES["flat"], LINES["flat, clockwise"], side=-1.0, other_side=1.0),
+    "slip of two": SlipOfTwo(LINES["ellipse"], LINES["flat"], side=-1.0, other_side=-1.0),
+    "slip of two, clockwise": SlipOfTwo(LINES["flat"], LINES["flat, clockwise"], side=-1.0, other_side=1.0),
     "place on the first, hollow": PlaceOnFirst(LINES["spline"], LINES["ellipse"], side=-1.0, other_side=-1.0),
     "arc of an open one": Arc(LINES["open polyline"]),
 }

@@ -10,10 +10,10 @@ import pytest
 from mbproj import assemble, compile_system, initial_guess, read_scene_text, settings_to_run, simulate
 from mbproj.constraints import PRIMITIVES
 from mbproj.constraints.coupling import Coupling
-from mbproj.constraints.curves.face import Face, FacePlace
+from mbproj.constraints.curves.face import Face, FacePlace, FaceSlip
 from mbproj.constraints.curves.in_space import BesideFirst, BesideSecond, SpaceArc
 from mbproj.constraints.curves.profile import Arc, Lap, Profile
-from mbproj.constraints.curves.two_curves import Gap, PlaceOnFirst, PlaceOnSecond
+from mbproj.constraints.curves.two_curves import Gap, PlaceOnFirst, PlaceOnSecond, SlipOfTwo
 from mbproj.constraints.primitive import Primitive
 from mbproj.constraints.rope import Rope
 from mbproj.dynamics.derivatives.row_derivatives import second_derivatives, third_derivatives
@@ -44,7 +44,7 @@ class KnifeEdge(Primitive):
         return np.sum(x_dot[..., 0, :] * x_dot[..., 1, :], axis=-1)[..., None]
 
 
-OTHERS = (Coupling, Profile, Arc, Lap, Face, FacePlace, Rope, Gap, PlaceOnFirst, PlaceOnSecond)
+OTHERS = (Coupling, Profile, Arc, Lap, Face, FacePlace, FaceSlip, Rope, Gap, PlaceOnFirst, PlaceOnSecond, SlipOfTwo)
 OTHERS += (BesideFirst, BesideSecond, SpaceArc)
 EACH = {name: made(kind) for name, kind in PRIMITIVES.items() if kind not in OTHERS}
 EACH |= {"coupling": Coupling(("along", "angle"), *thread(0.7)), "knife_edge": KnifeEdge(), **ON_CURVES}

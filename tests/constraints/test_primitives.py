@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from mbproj.constraints import PRIMITIVES
 from mbproj.constraints.coupling import Coupling
-from mbproj.constraints.curves.face import Face, FacePlace
+from mbproj.constraints.curves.face import Face, FacePlace, FaceSlip
 from mbproj.constraints.curves.in_space import BesideFirst, BesideSecond, SpaceArc
 from mbproj.constraints.curves.profile import Arc, Lap, Profile
-from mbproj.constraints.curves.two_curves import Gap, PlaceOnFirst, PlaceOnSecond
+from mbproj.constraints.curves.two_curves import Gap, PlaceOnFirst, PlaceOnSecond, SlipOfTwo
 from mbproj.constraints.rope import Rope
 from mbproj.joints.ratios import mesh, thread
 from tests.constraints.lines import ON_CURVES, made
@@ -23,11 +25,19 @@ COUPLINGS = {
     "gear": Coupling(("angle", "angle"), *mesh((20.0, -35.0))),
     "three": Coupling(("angle", "along", "angle"), (0.3, -1.0, 0.2), 0.1),
 }
-OTHERS = (Coupling, Profile, Arc, Lap, Face, FacePlace, Rope, Gap, PlaceOnFirst, PlaceOnSecond)
+OTHERS = (Coupling, Profile, Arc, Lap, Face, FacePlace, FaceSlip, Rope, Gap, PlaceOnFirst, PlaceOnSecond, SlipOfTwo)
 OTHERS += (BesideFirst, BesideSecond, SpaceArc)
 #: Over a point, two sheaves and a drum; and with the angle of a drum.
-ROPE = Rope((0.0, 0.005, -0.008, 0.01), (0.3, 1.0, -2.0), 0.02)
-ROPES = {"rope": ROPE, "wound rope": Coupling(("rope", "angle"), (1.0, 0.1), 0.2, other=ROPE)}
+ROPE = Rope((0.0, 0.005, -0.008, 0.01), (0.3, 1.0, -2.0), (1.0, 1.0, 1.0), (-0.005, 0.013, -0.018), 0.02)
+#: What has slipped on its first sheave, and what lies there.
+SLIP = replace(ROPE, by_length=(0.5, -0.5, -0.5), by_angle=(-0.0025, -0.0065, 0.009))
+LYING = Rope((0.0, 0.005, -0.008), (0.3, 1.0), (0.0, 0.0), (-0.005, 0.005))
+ROPES = {
+    "rope": ROPE,
+    "slip of a rope": SLIP,
+    "rope on a sheave": LYING,
+    "wound rope": Coupling(("rope", "angle"), (1.0, 0.1), 0.2, other=ROPE),
+}
 EACH = {
     **{name: made(kind) for name, kind in PRIMITIVES.items() if kind not in OTHERS},
     **COUPLINGS,

@@ -10,10 +10,10 @@ import pytest
 
 from mbproj.constraints import PRIMITIVES
 from mbproj.constraints.coupling import Coupling
-from mbproj.constraints.curves.face import Face, FacePlace
+from mbproj.constraints.curves.face import Face, FacePlace, FaceSlip
 from mbproj.constraints.curves.in_space import BesideFirst, BesideSecond, SpaceArc
 from mbproj.constraints.curves.profile import Arc, Lap, Profile
-from mbproj.constraints.curves.two_curves import Gap, PlaceOnFirst, PlaceOnSecond
+from mbproj.constraints.curves.two_curves import Gap, PlaceOnFirst, PlaceOnSecond, SlipOfTwo
 from mbproj.constraints.rope import Rope
 from mbproj.dynamics.assembly.assemble import coordinate_values
 from mbproj.dynamics.derivatives.linear_equations import MotionAtTime, linear_equations, tangent_force
@@ -44,11 +44,11 @@ def romberg(f, levels: int = 6, h: float = 0.08):
     return rows[0]
 
 
-OTHERS = (Coupling, Profile, Arc, Lap, Face, FacePlace, Rope, Gap, PlaceOnFirst, PlaceOnSecond)
+OTHERS = (Coupling, Profile, Arc, Lap, Face, FacePlace, FaceSlip, Rope, Gap, PlaceOnFirst, PlaceOnSecond, SlipOfTwo)
 OTHERS += (BesideFirst, BesideSecond, SpaceArc)
 EACH = {
     **{name: made(kind) for name, kind in PRIMITIVES.items() if kind not in OTHERS},
-    "rope": Rope((0.0, 0.05, -0.08), (0.3, 1.0)),
+    "rope": Rope((0.0, 0.05, -0.08), (0.3, 1.0), (1.0, 1.0), (-0.05, 0.13)),
     "profile": Profile(LINES["ellipse"], side=-1.0, reach=0.1),
     "arc": Arc(LINES["ellipse"]),
     "lap": Lap(LINES["ellipse"], offset=-0.1, scale=1.7),

@@ -135,7 +135,7 @@ def test_a_force_acts_along_a_free_rope():
 def test_a_rope_between_points_may_be_normal_to_its_plane():
     """Its length and gradient are those of the straight line, which no plane changes."""
     x = np.array([[1.0, 0, 0], [0, 1, 0], [0, 0, 0], [0, 0, 2]])
-    rope = Rope((0.0, 0.0), (0.0,))
+    rope = Rope((0.0, 0.0), (0.0,), (1.0,), (0.0,))
     with np.errstate(all="raise"):
         assert rope.value(x) == [2.0]
         np.testing.assert_array_equal(rope.gradient(x)[0, 2:], [[0, 0, -1], [0, 0, 1]])
@@ -206,6 +206,14 @@ WRONG = {
     "type: rope": ("type: rope\n    length: 1 kg", "'length' is in m, this is a mass"),
     "at: [-0.1, 0, -0.5]": ("at: [-0.1, 0.2, -0.5]", "leans by .* deg out of the plane of its sheaves"),
     "{point: load, at": ("{point: lod, at", "unknown body 'lod'"),
+    "type: rope\n": (
+        "type: rope\n    length: 0.45 m\n",
+        "shorter than its path: 0.45 m, of 0.5 m between places of one",
+    ),
+    "      - {point: load": (
+        "      - {sheave: ground, at: [0.15, 0, 0], radius: 0.1, bends: right}\n      - {point: load",
+        "places 2 and 3 of this path overlap",
+    ),
     "normal: [0, -1, 0]": (
         "normal: [0, -1, 0]\n    free: true\n    length: 2 m",
         "'free' and 'length' cannot both be given",

@@ -74,3 +74,33 @@ def test_what_has_no_such_tension_says_so(item, quantity):
     pull = f"{{joint: {item}, quantity: {quantity}, at: end, value: 1 N, relative: 1, source: none}}"
     with pytest.raises(InputError, match=f"has no '{quantity}'"):
         read_scene_text(scene(LOAD + f"expect:\n  pull: {pull}\n"))
+
+
+@pytest.mark.parametrize("formulation", ["planar", "reduced", "full"])
+def test_a_driven_rope_turns_its_wheel(formulation):
+    """J φ'' = r (T2 - T1). A rope that is drawn in at its end lifts the load by s(t)."""
+    text = """
+bodies:
+  load: {mass: 3, inertia: [1, 1, 1], position: [-0.1, 0, -2]}
+  wheel: {mass: 2, inertia: [0.02, 0.02, 0.02], position: [0, 0, 0]}
+joints:
+  guide: {type: prismatic, bodies: [ground, load], location: [-0.1, 0, -2], axis: z}
+  axle: {type: revolute, bodies: [ground, wheel], location: [0, 0, 0], axis: y}
+  rope:
+    type: rope
+    normal: [0, -1, 0]
+    path:
+      - {point: load, at: [-0.1, 0, -2]}
+      - {wheel: wheel, radius: 0.1, bends: right}
+      - {point: ground, at: [0.1, 0, -1]}
+motions:
+  draws: {joint: rope, length: {expression: 3 m + 0.1*pi - 0.4*t**2}}
+"""
+    _, found = run(scene(text, formulation, 0.1 if formulation == "full" else 1))
+    t = found["time"]
+    np.testing.assert_allclose(found["bodies/position"][:, 0, 2], -2.0 + 0.4 * t**2, atol=1e-12)
+    np.testing.assert_allclose(np.abs(found["joints/coordinate"][:, 1]), 4.0 * t**2, atol=1e-11)
+    first, second = found["ropes/tension"].T
+    np.testing.assert_allclose(first, 3.0 * (G + 0.8), rtol=1e-10)
+    np.testing.assert_allclose(second - first, 0.02 * 8.0 / 0.1, rtol=1e-9)
+    np.testing.assert_allclose(np.abs(found["motions/force"][:, 0]), second, rtol=1e-12)

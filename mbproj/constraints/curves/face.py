@@ -74,36 +74,70 @@ class Face(OnFace):
         return (bent - self._size(x) * ω**2 / (np.sign(at.κ.real) * at.κ))[..., None]
 
 
+@dataclass(frozen=True)
+class AlongFace(OnFace):
+    """p = t·(c - d) in metres, d = (u·ℓ, w·ℓ): the point of contact on the face, along the curve's direction from p2.
+    Or a function of p and of σ, the arc length of the contact along the curve."""
+
+    def _gradient(self, x: Numbers, *, slips: bool) -> Numbers:
+        """Of p, or of σ - p."""
+        at, line, m = self.contact(x), self._line(x), x[..., 2, :]
+        apart, sign = _product(at.n, self._apart(x, at)), -1.0 if slips else 1.0
+        turned = np.sign(at.κ.real) * (-apart if slips else apart + 1.0 / at.κ) / self._size(x)
+        first, second = (each[..., None] for each in at.t)
+        along = first * x[..., 0, :] + second * x[..., 1, :]
+        own = turned[..., None] * m - sign * line
+        parts = [first * own, second * own, turned[..., None] * along, sign * along, -sign * along]
+        return np.stack(parts, axis=-2)[..., None, :, :]
+
+    def _curvature(self, x: Numbers, x_dot: Numbers, *, slips: bool) -> Numbers:
+        at, line, line_dot = self.contact(x), self._line(x), self._line(x_dot)
+        (ω, ω_bias), apart = self._turning(x, x_dot, at), self._apart(x, at)
+        rate = [dot(x_dot[..., k, :], line) + dot(x[..., k, :], line_dot) for k in (0, 1)]
+        bias = [2.0 * dot(x_dot[..., k, :], line_dot) for k in (0, 1)]
+        across = 2.0 * _product(at.n, rate) + ω * _product(at.t, apart)
+        found = ω_bias * _product(at.n, apart) - ω * across - _product(at.t, bias)
+        if slips:
+            return -np.asarray(found)[..., None]
+        return np.asarray(found + ω_bias / at.κ - ω**2 * at.κ_σ / at.κ**3)[..., None]
+
+    def _apart(self, x: Numbers, at: Contact) -> tuple[Numbers, Numbers]:
+        """Return c - d."""
+        line = self._line(x)
+        return at.c[0] - dot(x[..., 0, :], line), at.c[1] - dot(x[..., 1, :], line)
+
+
 @final
 @dataclass(frozen=True)
-class FacePlace(OnFace):
-    """t·(c - d) in metres, d = (u·ℓ, w·ℓ): the point of contact on the face, along the curve's direction from p2."""
+class FacePlace(AlongFace):
+    """p."""
 
     def value(self, x: Numbers) -> Numbers:
         at = self.contact(x)
         return _product(at.t, self._apart(x, at))[..., None]
 
     def gradient(self, x: Numbers) -> Numbers:
-        at, line, m = self.contact(x), self._line(x), x[..., 2, :]
-        turned = np.sign(at.κ.real) * (_product(at.n, self._apart(x, at)) + 1.0 / at.κ) / self._size(x)
-        first, second = (each[..., None] for each in at.t)
-        along = first * x[..., 0, :] + second * x[..., 1, :]
-        own = turned[..., None] * m - line
-        return np.stack([first * own, second * own, turned[..., None] * along, along, -along], axis=-2)[..., None, :, :]
+        return self._gradient(x, slips=False)
 
     def curvature(self, x: Numbers, x_dot: Numbers) -> Numbers:
-        at, line, line_dot = self.contact(x), self._line(x), self._line(x_dot)
-        (ω, ω_bias), apart = self._turning(x, x_dot, at), self._apart(x, at)
-        rate = [dot(x_dot[..., k, :], line) + dot(x[..., k, :], line_dot) for k in (0, 1)]
-        bias = [2.0 * dot(x_dot[..., k, :], line_dot) for k in (0, 1)]
-        across = 2.0 * _product(at.n, rate) + ω * (_product(at.t, apart) + at.κ_σ / at.κ**3)
-        found = ω_bias * (_product(at.n, apart) + 1.0 / at.κ) - ω * across - _product(at.t, bias)
-        return np.asarray(found)[..., None]
+        return self._curvature(x, x_dot, slips=False)
 
-    def _apart(self, x: Numbers, at: Contact) -> tuple[Numbers, Numbers]:
-        """Return c - d."""
-        line = self._line(x)
-        return at.c[0] - dot(x[..., 0, :], line), at.c[1] - dot(x[..., 1, :], line)
+
+@final
+@dataclass(frozen=True)
+class FaceSlip(AlongFace):
+    """σ - p, by which the face slides along the curve. What was slid in all does not count, as with `SlipOfTwo`."""
+
+    def value(self, x: Numbers) -> Numbers:
+        at = self.contact(x)
+        way = self.curve.length_at(at.s, at.piece) - _product(at.t, self._apart(x, at))
+        return (way - way.real)[..., None]
+
+    def gradient(self, x: Numbers) -> Numbers:
+        return self._gradient(x, slips=True)
+
+    def curvature(self, x: Numbers, x_dot: Numbers) -> Numbers:
+        return self._curvature(x, x_dot, slips=True)
 
 
 def _product(e: tuple[Numbers, Numbers], d: tuple[Numbers, Numbers] | list[Numbers]) -> Numbers:

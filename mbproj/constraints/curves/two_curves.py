@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from dataclasses import replace
 from types import MappingProxyType
 from typing import ClassVar, Literal, NamedTuple, TypeVar, final
@@ -167,18 +168,20 @@ class Gap(TwoCurves):
 
 @dataclass(frozen=True)
 class PlaceOfTwo(TwoCurves):
-    """The arc length σ of the foot on one of the curves from its beginning, in metres."""
+    """The arc length σ of the foot on one of the curves from its beginning, in metres; or a function of both."""
 
-    number: ClassVar[int]
+    @abstractmethod
+    def _own(self, first: Numbers, second: Numbers) -> Numbers:
+        """What it is of σ1 and σ2, or of how these change."""
 
     def value(self, x: Numbers) -> Numbers:
-        at, curve = self.feet(x), (self.curve, self.other)[self.number]
-        return curve.length_at(at.s[..., self.number], at.piece[..., self.number])[..., None]
+        at, curves = self.feet(x), (self.curve, self.other)
+        return self._own(*(each.length_at(at.s[..., k], at.piece[..., k]) for k, each in enumerate(curves)))[..., None]
 
     def gradient(self, x: Numbers) -> Numbers:
         at, one = self.feet(x), np.ones(1)
-        by_place = self._solved(at, -one, 0.0 * one)[self.number]
-        by_angle = self._solved(at, at.q_n, one)[self.number]
+        by_place = self._own(*self._solved(at, -one, 0.0 * one))
+        by_angle = self._own(*self._solved(at, at.q_n, one))
         return self._along(x, (by_place * at.t[0], by_place * at.t[1]), by_angle)
 
     def curvature(self, x: Numbers, x_dot: Numbers) -> Numbers:
@@ -189,7 +192,7 @@ class PlaceOfTwo(TwoCurves):
         own = 2.0 * at.κ[0] * first * apart + at.κ_σ[0] * at.φ * first**2
         own = own + rates.along_bias - rates.ω_bias * at.q_n - rates.ω**2 * at.q_t
         turns = rates.ω_bias - at.κ_σ[0] * first**2 + at.κ_σ[1] * second**2
-        return self._solved(at, -own, turns)[self.number][..., None]
+        return self._own(*self._solved(at, -own, turns))[..., None]
 
 
 @final
@@ -197,7 +200,8 @@ class PlaceOfTwo(TwoCurves):
 class PlaceOnFirst(PlaceOfTwo):
     """The place on the curve of the first body."""
 
-    number = 0
+    def _own(self, first: Numbers, second: Numbers) -> Numbers:
+        return first
 
 
 @final
@@ -205,7 +209,22 @@ class PlaceOnFirst(PlaceOfTwo):
 class PlaceOnSecond(PlaceOfTwo):
     """The place on the curve of the second body."""
 
-    number = 1
+    def _own(self, first: Numbers, second: Numbers) -> Numbers:
+        return second
+
+
+@final
+@dataclass(frozen=True)
+class SlipOfTwo(PlaceOfTwo):
+    """σ1 - ε σ2, by which the second slides along the first where they touch. What was slid in all does not count: on
+    closed curves it is no function of the pose. So the value is 0, but for the part by which it changes."""
+
+    def _own(self, first: Numbers, second: Numbers) -> Numbers:
+        return first - self.ε * second
+
+    def value(self, x: Numbers) -> Numbers:
+        way = super().value(x)
+        return way - way.real
 
 
 def _bend(c: Numbers) -> tuple[Numbers, Numbers]:

@@ -93,4 +93,5 @@ def driven_to(system: System, coordinate: Array, value: Array) -> Array:
 
 def turns_of(system: System, counted: Array, coordinate: Array) -> Integers:
     """Return the whole turns (..., nc) between coordinates with and without them."""
-    return np.round((counted - coordinate) / (2.0 * np.pi)).astype(np.intp) * ~system.coordinates.is_length
+    off = np.where(system.coordinates.is_length, 0.0, counted - coordinate)  # a length may be none: no rope is there
+    return np.round(off / (2.0 * np.pi)).astype(np.intp)

@@ -60,11 +60,11 @@ def slopes(bearings: Bearings, at: Supports, change: Supports) -> Numbers:
 
 
 def _pushes(system: System, bearings: Bearings) -> Array:
-    """Return the parts (m, B) with which the joints' rows make pushes of stops. Contacts are the last joints."""
+    """Return the parts (m, B) with which the joints' rows make pushes of stops, or pulls of ropes."""
     found = np.zeros((system.joints.size, bearings.size))
     for b, each in enumerate(bearings.parts):
-        for joint, part in each:
-            found[system.joints.size - len(system.names.joints) + joint, b] = part
+        for joint, row, part in each:
+            found[np.flatnonzero(system.joints.owner == joint)[row], b] = part
     return found
 
 

@@ -1,4 +1,4 @@
-"""Ropes: the tension of each portion, length and wraps. A wheel that turns with the rope has a portion on each side."""
+"""Ropes: the tension of each portion, length and wraps. What turns or rubs has one on each side."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mbproj.arrays import Flags, Numbers
+from mbproj.arrays import Flags, Integers, Numbers
 from mbproj.constraints.rope import Rope
 from mbproj.dynamics.equations.kinematics import Pose
 from mbproj.dynamics.observe.places import place
@@ -17,12 +17,14 @@ from mbproj.model.system import System
 
 
 class Portion(NamedTuple):
-    """The force that is a rope portion's tension: the number of a row of the joints, a motion, or a stop; -1 for the
-    others."""
+    """The forces that make a rope portion's tension: the numbers of a row of the joints, of a motion of the whole, or
+    of a stop; -1 for the others. A `part` of the friction on a sheave comes to that of a row."""
 
     row: int = -1
     motion: int = -1
     stop: int = -1
+    friction: int = -1
+    part: float = 0.0
 
 
 @lru_cache(maxsize=64)
@@ -34,14 +36,30 @@ def portions(system: System) -> tuple[Portion, ...]:
         rows = np.flatnonzero(system.joints.owner == names.joints.index(rope))
         length = names.coordinates.index(f"{rope}.length")
         driven = np.flatnonzero(system.motions.joint_coordinate == length)
-        if len(rows):
-            found.append(Portion(row=int(rows[int(number) - 1])))
-        elif len(driven):
-            found.append(Portion(motion=int(driven[0])))
+        if len(driven):  # the row of the whole, beside those of all portions but the last
+            row = int(rows[int(number) - 1]) if int(number) <= len(rows) else -1
+            found.append(Portion(row=row, motion=int(driven[0])))
+        elif len(rows):
+            found.append(_held(system, rope, rows, int(number)))
         else:
             assert system.stops is not None
             found.append(Portion(stop=int(np.flatnonzero(_ends(system, length))[0])))
     return tuple(found)
+
+
+def _held(system: System, rope: str, rows: Integers, number: int) -> Portion:
+    """One of the portions of a rope that is taut, counted from 1. Each row has one, or two where it rubs on a sheave:
+    half of the friction is on either side of that."""
+    rubs = {b: k for k, b in enumerate([] if system.frictions is None else system.frictions.bearing.tolist()) if b >= 0}
+    parts = [] if system.bearings is None else system.bearings.parts
+    owner = system.names.joints.index(rope)
+    by_row = {row: rubs[b] for b, each in enumerate(parts) for joint, row, _ in each if joint == owner}
+    listed = [
+        Portion(row=row, friction=by_row.get(at, -1), part=part)
+        for at, row in enumerate(rows.tolist())
+        for part in ((-0.5, 0.5) if at in by_row else (0.0,))
+    ]
+    return listed[number - 1]
 
 
 def _ends(system: System, length: int) -> Flags:
@@ -72,12 +90,15 @@ def tensions(system: System, samples: Samples, pushes: Callable[[], Numbers]) ->
     multipliers = samples.multipliers
     first = multipliers.shape[-1] - system.driven
     columns = []
-    for row, motion, stop in portions(system):
+    rub = samples.rub()[0] if samples.rub is not None else np.zeros((len(multipliers), 0))
+    for row, motion, stop, friction, part in portions(system):
         if stop >= 0:
             side = -1.0 if system.stops is None else float(system.stops.side[stop])
             columns.append(-side * pushes()[..., stop])
         else:
-            columns.append(multipliers[..., row if row >= 0 else first + motion])
+            held = [at for at, there in ((row, row), (first + motion, motion)) if there >= 0]
+            own = multipliers[..., held].sum(axis=-1)
+            columns.append(own + part * rub[..., friction] if friction >= 0 else own)
     return np.stack(columns, axis=-1)
 
 

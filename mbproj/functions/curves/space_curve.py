@@ -7,14 +7,13 @@ from dataclasses import replace
 from functools import cached_property
 from itertools import pairwise, product
 from math import dist
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from mbproj.arrays import Array, Integers, Numbers
 from mbproj.dataclass import dataclass
-from mbproj.functions.curves.plane_curve import FREE, NODES, SETTLED, WEIGHTS, knots_at
-from mbproj.functions.program import Program
+from mbproj.functions.curves.pieced import FREE, PiecedCurve
 from mbproj.functions.table import periodic, spline
 from mbproj.thresholds import THRESHOLDS
 
@@ -41,21 +40,15 @@ class SpacePlaces(NamedTuple):
 
 
 @dataclass(frozen=True)
-class SpaceCurve:
-    """Pieces one after another, in m, until the parameter is `end`. A closed one begins again there. A piece goes on
-    beyond its ends as its functions do."""
+class SpaceCurve(PiecedCurve):
+    """One in space, of cubic pieces."""
 
     pieces: tuple[SpacePiece, ...]
     end: float
     closed: bool
 
     def __hash__(self) -> int:
-        return self._hash
-
-    @cached_property
-    def _hash(self) -> int:
-        """Of all numbers, once: a curve is looked up by each row that follows it."""
-        return hash((self.pieces, self.end, self.closed))
+        return self.hash_of_numbers
 
     def scaled(self, k: float) -> SpaceCurve:
         """The same k times as large, with the same parameter."""
@@ -66,16 +59,6 @@ class SpaceCurve:
         return replace(self, pieces=pieces)
 
     @cached_property
-    def contacts(self) -> dict[tuple[object, ...], Any]:
-        """Feet of the last points, for whoever asks again."""
-        return {}
-
-    @cached_property
-    def starts(self) -> Array:
-        """Where the pieces begin, (n,)."""
-        return np.array([each.start for each in self.pieces])
-
-    @cached_property
     def origins(self) -> Array:
         """From where they count, (n,)."""
         return np.array([each.origin for each in self.pieces])
@@ -84,26 +67,6 @@ class SpaceCurve:
     def coefficients(self) -> Array:
         """Those of their functions, (n, 3, 4)."""
         return np.array([each.coefficients for each in self.pieces])
-
-    @property
-    def start(self) -> float:
-        """The parameter with which it begins."""
-        return self.pieces[0].start
-
-    @property
-    def period(self) -> float:
-        """Of the parameter; 0 of a curve that is open."""
-        return self.end - self.start if self.closed else 0.0
-
-    @property
-    def length(self) -> float:
-        """From its beginning to its end, in m."""
-        return float(self.places.length[-1])
-
-    @cached_property
-    def knots(self) -> Program:
-        """The parameter as a table whose switches are the ends of the pieces."""
-        return knots_at(self.starts.tolist(), self.period)
 
     @cached_property
     def axes(self) -> Array:
@@ -128,19 +91,9 @@ class SpaceCurve:
             count = max(2, int(np.ceil(THRESHOLDS.places * part)), int(np.ceil(64.0 * turn / THRESHOLDS.place_turn)))
             found.append((np.linspace(start, end, count + 1), np.full(count + 1, at, dtype=np.intp)))
         s, piece = (np.concatenate(part) for part in zip(*found, strict=True))
-        steps = self._lengths(s[:-1], s[1:], piece[:-1])
+        steps = self.lengths(s[:-1], s[1:], piece[:-1])
         steps[piece[1:] != piece[:-1]] = 0.0
         return SpacePlaces(s, piece, self.derivatives(s, piece)[0].T, np.concatenate([[0.0], np.cumsum(steps)]))
-
-    @cached_property
-    def reach(self) -> float:
-        """How far a step of Newton's method may go: as far as places are from each other."""
-        return float(np.abs(np.diff(self.places.s)).max())
-
-    @property
-    def settled(self) -> float:
-        """A step of Newton's method that is smaller is the last."""
-        return SETTLED * max(abs(self.start), abs(self.end))
 
     def derivatives(self, s: Numbers, piece: Integers) -> Numbers:
         """The point and its first three derivatives at parameters (...) of these pieces, (4, 3, ...)."""
@@ -163,12 +116,7 @@ class SpaceCurve:
         active = np.arange(len(flat))
         for _ in range(THRESHOLDS.foot_passes):
             step = np.clip(self._newton(flat[active].real, s[active], piece[active]), -self.reach, self.reach)
-            s[active] += step
-            if held == FREE:
-                if self.closed:
-                    s[active] = self.start + np.mod(s[active] - self.start, self.period)
-                at = np.searchsorted(self.starts, s[active], side="right") - 1
-                piece[active] = np.clip(at, 0, len(self.pieces) - 1)
+            s[active], piece[active] = self.moved(s[active] + step, piece[active], held)
             active = active[np.abs(step) > self.settled]
             if not len(active):
                 break
@@ -191,20 +139,6 @@ class SpaceCurve:
         line, speed2 = d.T - c, (c1 * c1).sum(axis=0)
         slope = (line * c2).sum(axis=0) - speed2
         return np.asarray(-(line * c1).sum(axis=0) / np.where(slope.real < 0.0, slope, -speed2))
-
-    def length_at(self, s: Numbers, piece: Integers) -> Numbers:
-        """The arc length from the beginning to parameters (...) of these pieces, which may be complex."""
-        places = self.places
-        first = np.searchsorted(places.piece, piece)
-        last = np.searchsorted(places.piece, piece, side="right") - 2
-        before = np.clip(np.searchsorted(places.s, s.real, side="right") - 1, first, last)
-        return places.length[before] + self._lengths(places.s[before], s, piece)
-
-    def _lengths(self, start: Numbers, end: Numbers, piece: Integers) -> Numbers:
-        half = 0.5 * (end - start)
-        s = (start + half)[..., None] + half[..., None] * NODES
-        slope = self.derivatives(s, np.broadcast_to(piece[..., None], s.shape))[1]
-        return np.asarray(half * (np.sqrt((slope * slope).sum(axis=0)) * WEIGHTS).sum(axis=-1))
 
 
 def through_space(points: Sequence[Point3], closed: bool) -> SpaceCurve:

@@ -72,6 +72,9 @@ class LawSwitches:
         itself."""
         system = self.system
         found = dict.fromkeys(_following(system, Of.STOP), np.nan)
+        if signs := _following(system, Of.COORDINATE):
+            value = system.coordinates.value(instant.pose.places(system.coordinates))
+            found |= {program: float(value[at]) for program, (at, _) in signs.items()}
         for kind, bound in ((Of.ROW, system.joints), (Of.LAW, system.forces.laws.coordinates)):
             if own := _following(system, kind):
                 found |= feet(bound, self.programs, own, held, instant.pose.places(bound))
@@ -134,6 +137,8 @@ class LawSwitches:
         if kind is Of.STOP:
             assert system.stops is not None
             return system.stops.owners[number]
+        if kind is Of.COORDINATE:
+            return f"rope '{system.names.coordinates[number].partition('.')[0]}'"
         if kind is Of.LAW:
             return f"joint '{system.forces.law_owners[number]}'"
         name = system.names.joints[system.joints.owner[number]]
@@ -142,7 +147,7 @@ class LawSwitches:
     def what(self, k: int) -> str:
         """Return the description of a switch, in the scene's words: "'sign' in '-20*sign(angle_dot)'"."""
         if self.program[k] in self.system.following:
-            return "a knot of its curve"
+            return "a knot of its curve" if self._sheave(k) is None else f"its place {self._sheave(k)}"
         text = self.programs.texts[self.program[k]]
         name = self._name(k)
         return f"'{name}' in '{text}'" if text else name
@@ -153,9 +158,19 @@ class LawSwitches:
 
     def event(self, t: float, k: int, direction: int) -> Event:
         """Return the event that is recorded where a switch changes its branch."""
+        if (sheave := self._sheave(k)) is not None:
+            how = "comes back to" if direction > 0 else "leaves"
+            return Event(t, self.owner(k), f"{how} its place {sheave}", direction)
         if self.program[k] in self.system.following:
             return Event(t, self.owner(k), "knot of its curve", direction)
         return Event(t, self.owner(k), f"{'jump' if self.jumps(k) else 'kink'} of {self._name(k)}", direction)
+
+    def _sheave(self, k: int) -> str | None:
+        """The number of the place that a rope leaves where its switch changes."""
+        followed = self.system.following.get(self.program[k])
+        if followed is None or followed.kind is not Of.COORDINATE:
+            return None
+        return self.system.names.coordinates[followed.number].rpartition("_")[2]
 
     def _name(self, k: int) -> str:
         return Op(int(self.programs.op[self.at[k]])).name.lower()

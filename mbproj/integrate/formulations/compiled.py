@@ -27,6 +27,7 @@ from mbproj.integrate.outcome.failures import (
     not_finite,
     off_rope,
     other_branch,
+    overlap,
     pushed_back,
     singular,
     step_vanished,
@@ -267,6 +268,10 @@ class Compiled(ABC):
             return jammed_law(t, self.system, int(outcome.row))
         if outcome.status == status.off_rope:
             return off_rope(t, self.system, self.coordinate(outcome.row), outcome.rope_centre, outcome.rope_span)
+        if outcome.status == status.overlap:
+            names = self.system.names
+            gap = outcome.row >= 0 and names.coordinates[self.coordinate(outcome.row)].rpartition(".")[0]
+            return overlap(t, gap or names.joints[self.joint(outcome.joint)])
         if outcome.status == status.unsolved:
             body, force = int(outcome.body), int(outcome.force)
             unsolved = unsolved_stage(t, self.system, body, force, is_near=bool(outcome.near_singular))

@@ -10,10 +10,11 @@ from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.equations.motions import drive_at
 from mbproj.dynamics.equations.turning import Turning
 from mbproj.dynamics.off_path import off_path
+from mbproj.dynamics.overlap import overlapping
 from mbproj.errors import SimulationError
 from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.integrate.loop.carried import attempted, point_after
-from mbproj.integrate.outcome.failures import left_open, not_finite, off_rope, unresolved
+from mbproj.integrate.outcome.failures import left_open, not_finite, off_rope, overlap, unresolved
 from mbproj.integrate.outcome.tally import Tally
 from mbproj.integrate.point import Point, counted, untold
 from mbproj.integrate.steppers.methods import Stepper
@@ -72,6 +73,8 @@ def _closed(
         raise _open(formulation, before, t, position, projected)
     if (trouble := off_path(formulation.system, pose_of(projected.q))) is not None:
         raise off_rope(t, formulation.system, *trouble)
+    if (joint := overlapping(formulation.system, pose_of(projected.q))) is not None:
+        raise overlap(t, joint)
     coordinate, turning = counted(formulation, stepper, before, t, step, projected.q, projected.v)
     tally.watch(position, velocity, _joint_rows(formulation.system), t)
     closed = {"positions": projected.q, "velocities": projected.v, "followed": turning.coordinate[: len(expected)]}

@@ -231,6 +231,13 @@ def off_rope(t: float, system: System, coordinate: int, circle: int, span: int) 
     return SimulationError(t, cause, where=where, hint="end the run before, or move the places apart")
 
 
+def overlap(t: float, joint: str) -> SimulationError:
+    """The two curves of a joint overlap, away from where they touch."""
+    cause = "its curves overlap away from where they touch: another pair of places has met, as a next tooth does"
+    hint = "end the run before; give the parts of the outlines that touch, as one flank of a tooth each"
+    return SimulationError(t, cause, where=f"joint '{joint}'", hint=hint)
+
+
 def drawn_into(t: float, system: System, coordinate: int, span: int) -> SimulationError:
     """Return the error of a rope, by its coordinate, that is so short that one of its parts, counted from 0, has
     vanished."""

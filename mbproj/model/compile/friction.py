@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import field
 
@@ -11,10 +12,12 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.errors import Place
 from mbproj.functions.program import RATE, Code, Instruction, Op, Program, apply, number, variable
+from mbproj.functions.sums import reading
 from mbproj.joints import JOINTS
 from mbproj.model.bearings import Bearings
 from mbproj.model.frictions import Frictions
 from mbproj.model.primitive_set import Binding, bind
+from mbproj.scene.blocks.ropes.path import Path
 from mbproj.scene.expressions.formula import formula
 from mbproj.scene.friction import Bearing, DryFriction
 from mbproj.scene.records import Joint, JointForce, Scene
@@ -22,10 +25,14 @@ from mbproj.scene.records import Joint, JointForce, Scene
 
 @dataclass(frozen=True, eq=False)
 class _Dry:
-    """A dry friction with its force, coordinate, and place in the scene, and the number of its bearing (-1: none)."""
+    """A dry friction: its force and coordinate, the `whole` name of that, what results and messages call it, the number
+    of its bearing (-1: none), and its place in the scene."""
 
-    force: JointForce
+    force: str
     coordinate: str
+    whole: str
+    name: str
+    owner: str
     dry: DryFriction
     bearing: int
     place: Place | None
@@ -33,12 +40,7 @@ class _Dry:
     @property
     def key(self) -> tuple[str, str]:
         """Its force and its coordinate."""
-        return self.force.name, self.coordinate
-
-    @property
-    def whole(self) -> str:
-        """The name of its coordinate with the joint: "joint.coordinate"."""
-        return f"{self.force.joint}.{self.coordinate}"
+        return self.force, self.coordinate
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,23 +63,28 @@ class DryFrictions:
 
 
 def compile_friction(
-    scene: Scene, joints: Sequence[Joint], axes: Sequence[Array], coordinates: Mapping[str, Binding]
+    scene: Scene,
+    joints: Sequence[Joint],
+    axes: Sequence[Array],
+    coordinates: Mapping[str, Binding],
+    slips: Mapping[str, Binding],
 ) -> DryFrictions:
     """Return the dry friction on coordinates of joints.
 
     `joints` are the joints of the system, `axes` their z axes in the axes of body 2. `coordinates` are all coordinates
-    of joints, by names such as "hinge.angle"."""
+    of joints, by names such as "hinge.angle"; `slips` are what friction resists in joints without one."""
     loads: list[_Load] = []
     found = list(_found(scene, {joint.name: (at, joint) for at, joint in enumerate(joints)}, loads))
+    found += _on_ropes(scene, joints, loads)
     sticking = [each for each in found if each.dry.regularised is None]
     smooth = {
         each.key: SmoothFriction(_smooth(each.dry, each.dry.regularised), each.bearing)
         for each in found
         if each.dry.regularised is not None
     }
-    names = tuple(each.force.called(each.coordinate) for each in sticking)
+    names = tuple(each.name for each in sticking)
     return DryFrictions(
-        _frictions(sticking, coordinates) if sticking else None,
+        _frictions(sticking, coordinates, slips) if sticking else None,
         _bearings(loads, axes) if loads else None,
         names,
         smooth,
@@ -86,13 +93,16 @@ def compile_friction(
 
 @dataclass(frozen=True, eq=False)
 class _Load:
-    """A row of `Bearings`."""
+    """A row of `Bearings`; with a `row` of the joint it is the multiplier of that. Without an axis all of its force
+    counts."""
 
     joint: int
     radial: float
     axial: float
     length: float
     preload: float
+    row: int | None = None
+    has_axis: bool = True
 
 
 def _found(scene: Scene, joints: Mapping[str, tuple[int, Joint]], loads: list[_Load]) -> Iterator[_Dry]:
@@ -106,15 +116,37 @@ def _found(scene: Scene, joints: Mapping[str, tuple[int, Joint]], loads: list[_L
                 bearing = len(loads)
                 loads.append(_load(at, joint, dry.unit, dry.bearing))
             place = scene.place("forces", force.name, "coulomb", coordinate)
-            yield _Dry(force, coordinate, dry, bearing, place)
+            whole, name = f"{force.joint}.{coordinate}", force.called(coordinate)
+            yield _Dry(force.name, coordinate, whole, name, f"force '{force.name}'", dry, bearing, place)
+
+
+def _on_ropes(scene: Scene, joints: Sequence[Joint], loads: list[_Load]) -> Iterator[_Dry]:
+    """Of ropes that rub on sheaves. With a tension T on one side and T e^(μα) on the other (Euler, Eytelwein) the force
+    is their difference, 2 tanh(μα/2) of their mean: that is the multiplier of the rope's row."""
+    for at, joint in enumerate(joints):
+        if "path" not in joint.parameters:
+            continue
+        path: Path = joint.parameters["path"]
+        for one, k in enumerate(path.rubbing, 1):
+            name, node = f"{joint.name}.slip_{one}", path.nodes[k]
+            wrapped = reading(f"{joint.name}.wrapped_{one}")
+            grip = formula("2*tanh(m*s/(2*r))", m=node.friction or 0.0, s=wrapped, r=node.radius)
+            dry = DryFriction("m", grip, grip, bearing=Bearing())
+            loads.append(_Load(at, 0.0, 1.0, math.inf, 0.0, 0, has_axis=False))
+            place = scene.place("joints", joint.name, "path", k, "friction")
+            owner = f"the friction on place {k + 1} of rope '{joint.name}'"
+            yield _Dry(joint.name, f"slip_{one}", name, name, owner, dry, len(loads) - 1, place)
 
 
 def _load(at: int, joint: Joint, unit: str, bearing: Bearing) -> _Load:
     """Return the load of a bearing of joint number `at`: in N m for an angle, in N for a displacement."""
-    radius = bearing.radius or 0.0
+    radius, kind = bearing.radius or 0.0, JOINTS[joint.type]
+    if kind.slip:
+        return _Load(at, 0.0, 1.0, math.inf, bearing.preload, 0, has_axis=False)
     if unit == "m":
-        return _Load(at, 1.0, 0.0, bearing.length, bearing.preload)
-    if JOINTS[joint.type].is_threaded and bearing.axial_radius is None:
+        in_space = "space_arc" in (row[0] for row in kind.coordinates.values())
+        return _Load(at, 1.0, 0.0, bearing.length, bearing.preload, has_axis=not in_space)
+    if kind.is_threaded and bearing.axial_radius is None:
         return _Load(at, 0.0, radius, bearing.length, bearing.preload * radius)
     return _Load(at, radius, bearing.axial_radius or 0.0, bearing.length, bearing.preload * radius)
 
@@ -125,29 +157,29 @@ def _bearings(loads: Sequence[_Load], axes: Sequence[Array]) -> Bearings:
 
     return Bearings(
         joint=np.array([load.joint for load in loads], dtype=np.intp),
-        axis=np.array([axes[load.joint] for load in loads]),
+        axis=np.array([axes[load.joint] if load.has_axis else np.zeros(3) for load in loads]),
         radial=column("radial"),
         axial=column("axial"),
         length=column("length"),
         preload=column("preload"),
-        parts=((),) * len(loads),
+        parts=tuple(() if load.row is None else ((load.joint, load.row, 1.0),) for load in loads),
     )
 
 
-def _frictions(sticking: Sequence[_Dry], coordinates: Mapping[str, Binding]) -> Frictions:
+def _frictions(sticking: Sequence[_Dry], coordinates: Mapping[str, Binding], slips: Mapping[str, Binding]) -> Frictions:
     index = {name: at for at, name in enumerate(coordinates)}
-    along = [coordinates[each.whole] for each in sticking]
+    along = [coordinates.get(each.whole) or slips[each.whole] for each in sticking]
     laws = [each.dry for each in sticking]
     return Frictions(
         coordinates=bind([Binding(each.primitive, at, each.slots) for at, each in enumerate(along)]),
-        joint_coordinate=np.array([index[each.whole] for each in sticking], dtype=np.intp),
+        joint_coordinate=np.array([index.get(each.whole, -1) for each in sticking], dtype=np.intp),
         sliding=np.array([np.nan if dry.varies else dry.sliding for dry in laws], dtype=float),
         static=np.array([np.nan if dry.varies else dry.static for dry in laws], dtype=float),
         stribeck=np.array([dry.stribeck_speed or 0.0 for dry in laws], dtype=float),
         bearing=np.array([each.bearing for each in sticking], dtype=np.intp),
         stop=np.full(len(sticking), -1, dtype=np.intp),
         partner=np.full(len(sticking), -1, dtype=np.intp),
-        owners=tuple(f"force '{each.force.name}'" for each in sticking),
+        owners=tuple(each.owner for each in sticking),
         places=tuple(each.place for each in sticking),
         varies={at: _sizes(dry) for at, dry in enumerate(laws) if dry.varies},
     )

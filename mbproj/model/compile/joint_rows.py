@@ -21,6 +21,7 @@ from mbproj.model.compile.coupled import bound, on_curve, rolling, two_curves
 from mbproj.model.compile.rigid_groups import RigidGroups
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.model.primitive_set import Binding
+from mbproj.scene.blocks.coordinates import SLIP
 from mbproj.scene.coupled import Coupled
 from mbproj.scene.records import Joint
 
@@ -33,6 +34,15 @@ def coordinates_of(owner: int, joint: Joint, symbols: Symbols) -> dict[str, Bind
     """The coordinates of a joint by name."""
     own = JOINTS[joint.type].coordinates
     return {name: Binding(primitive_of(row, joint), owner, tuple(slots_of(row, symbols))) for name, row in own.items()}
+
+
+def slips_of(joints: Sequence[Joint], symbols: Mapping[str, Symbols]) -> dict[str, Binding]:
+    """What dry friction resists in joints that have no coordinate for it, by "joint.slip"."""
+    return {
+        f"{joint.name}.{SLIP}": Binding(primitive_of(row, joint), at, tuple(slots_of(row, symbols[joint.name])))
+        for at, joint in enumerate(joints)
+        if (row := JOINTS[joint.type].slip)
+    }
 
 
 def slots_of(row: Row, bound: Symbols) -> Iterable[tuple[int, int, Array]]:

@@ -68,12 +68,13 @@ def compile_forces(
     poses: Mapping[str, Pose],
     coordinates: Mapping[str, Binding],
     smooth: Mapping[tuple[str, str], SmoothFriction],
+    slips: Mapping[str, Binding],
 ) -> tuple[Forces, tuple[str, ...]]:
     """Return the forces other than stops and sticking friction, and their names in results.
 
     The name is the force's, followed by the coordinate where the force acts on several. `coordinates` are those of
-    joints by names such as "hinge.angle", `smooth` the regularised frictions by force and coordinate. Raises
-    InputError."""
+    joints by names such as "hinge.angle", `smooth` the regularised frictions by force and coordinate. `slips` are what
+    these resist in joints without a coordinate for it. Raises InputError."""
     entries: list[_Entry] = []
     for force in scene.forces:
         if isinstance(force, PointForce | JointForce) and force.element:
@@ -81,7 +82,7 @@ def compile_forces(
         if isinstance(force, PointForce):
             entries.append(_between_points(scene, force, seats, poses))
         elif isinstance(force, JointForce):
-            entries += _on_joint(force, coordinates, smooth)
+            entries += _on_joint(force, coordinates, smooth, slips)
     given = [force for force in scene.forces if isinstance(force, BodyForce)]
     elastic = [force for force in scene.forces if isinstance(force, Bushing)]
     met = _Programs()
@@ -200,7 +201,10 @@ def _end(body: str, point: Array) -> End:
 
 
 def _on_joint(
-    force: JointForce, coordinates: Mapping[str, Binding], smooth: Mapping[tuple[str, str], SmoothFriction]
+    force: JointForce,
+    coordinates: Mapping[str, Binding],
+    smooth: Mapping[tuple[str, str], SmoothFriction],
+    slips: Mapping[str, Binding],
 ) -> list[_Entry]:
     """Return the laws on coordinates of a joint."""
     index = {name: number for number, name in enumerate(coordinates)}
@@ -209,8 +213,8 @@ def _on_joint(
         whole, friction = f"{force.joint}.{coordinate}", smooth.get((force.name, coordinate))
         if coordinate in force.laws or friction is not None:
             law = force.laws.get(coordinate, Law())
-            shown, along = force.called(coordinate), coordinates[whole]
-            entries.append(_Entry(law, force.name, shown, along, index[whole], friction))
+            shown, along = force.called(coordinate), coordinates.get(whole) or slips[whole]
+            entries.append(_Entry(law, force.name, shown, along, index.get(whole, -1), friction))
     return entries
 
 

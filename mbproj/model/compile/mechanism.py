@@ -20,7 +20,14 @@ from mbproj.model.compile.elements.controllers import held_by_controllers
 from mbproj.model.compile.frames import SYMBOLS, Pose, local_frames, poses_of
 from mbproj.model.compile.friction import compile_friction
 from mbproj.model.compile.guess import initial_guess
-from mbproj.model.compile.joint_rows import Symbols, at_scenes_pose, coordinates_of, rows_of, slots_of
+from mbproj.model.compile.joint_rows import (
+    Symbols,
+    at_scenes_pose,
+    coordinates_of,
+    rows_of,
+    slips_of,
+    slots_of,
+)
 from mbproj.model.compile.loads import compile_forces, elements_of
 from mbproj.model.compile.rigid_groups import RigidGroups, rigid_groups
 from mbproj.model.compile.ropes import Wound, wound
@@ -47,7 +54,8 @@ def compile_system(scene: Scene) -> System:
         own.append(Element("", states=tuple(State(each.name, *each.of_element) for each in scene.states)))
     own += held_by_controllers(scene.controllers)
     elements, named = (*own, *scene.elements), any(system.forces.programs.reads)
-    if not (elements or scene.signals or named):
+    rubs = system.frictions is not None and system.frictions.varies
+    if not (elements or scene.signals or named or rubs):
         return system
     return with_elements(system, elements, scene.signals, scene.controllers)
 
@@ -87,8 +95,9 @@ def _without_elements(scene: Scene) -> tuple[System, list[Element]]:
             else rows_of(owner, joint, symbols[joint.name], named, groups, scene.place("joints", joint.name))
         )
     ]
-    dry = compile_friction(scene, groups.joints, [_axis(symbols[joint.name]) for joint in groups.joints], named)
-    forces, force_names = compile_forces(scene, groups.seats, poses, named, dry.smooth)
+    slips = slips_of(groups.joints, symbols)
+    dry = compile_friction(scene, groups.joints, [_axis(symbols[joint.name]) for joint in groups.joints], named, slips)
+    forces, force_names = compile_forces(scene, groups.seats, poses, named, dry.smooth, slips)
     stops, stop_names = compile_stops(scene, groups.seats, poses, named)
     tangential, tangent_names = tangential_friction(scene, groups.seats, poses, stop_names)
     frictions = joined(dry.frictions, tangential)
@@ -144,8 +153,8 @@ def _tensions(scene: Scene, joints: Sequence[Joint], ropes: Mapping[str, Wound])
     driven = {motion.joint for motion in scene.motions}
     for joint in joints:
         if joint.name in ropes:
-            held = joint.limits or joint.name in driven
-            count = len(ropes[joint.name].rows) or (1 if held else 0)
+            path = joint.parameters["path"]
+            count = path.portions if path.taut or joint.name in driven else 1 if joint.limits else 0
             yield from (f"{joint.name}.tension_{number}" for number in range(1, count + 1))
 
 

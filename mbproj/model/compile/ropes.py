@@ -7,6 +7,7 @@ changes by what the wheels at its ends turn. The multiplier of the row is the po
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -36,9 +37,10 @@ class Wound(NamedTuple):
 
 
 def wound(joint: Joint, owner: int, seats: Mapping[str, Seat], poses: Mapping[str, Pose], place: Place | None) -> Wound:
-    """The coordinates `length`, of the whole path; `length_1`, `length_2` ... of the portions between wheels; and
-    `angle_1`, `angle_2` ... of wheels and drums. Raises InputError where the angles of a portion have no measure, or
-    fixed joints keep a wheel from turning."""
+    """The coordinates `length`, of the whole path; `length_1`, `length_2` ... of the portions between wheels;
+    `angle_1`, `angle_2` ... of wheels and drums; and of the places on which it rubs `slip_1` ..., by how much more of
+    it is before than behind, halved, and `wrapped_1` ..., what lies there. Raises InputError where the angles of a
+    portion have no measure, or fixed joints keep a wheel from turning."""
     path: Path = joint.parameters["path"]
     second = seats[joint.bodies[1]].carrier
     frame = seats[path.frame]
@@ -65,7 +67,13 @@ def wound(joint: Joint, owner: int, seats: Mapping[str, Seat], poses: Mapping[st
     if len(portions) > 1:
         coordinates |= {f"length_{number}": portion for number, portion in enumerate(portions, 1)}
     coordinates |= {f"angle_{number}": angle for number, angle in enumerate(turning.values(), 1)}
-    rows = list(_rows(joint, path, portions, list(pairwise(cuts)), turning, place)) if path.taut else []
+    for number, at in enumerate(path.rubbing, 1):
+        coordinates[f"slip_{number}"] = _portion(path, 0, last, owner, vectors, centres, at)
+        coordinates[f"wrapped_{number}"] = _lying(path, at, owner, vectors, centres)
+    for at in path.lifting:
+        coordinates[f"on_{at + 1}"] = _lying(path, at, owner, vectors, centres, watched=True)
+    held = portions if path.taut else portions[:-1]  # what a motion drives, or limits, has no row of its own
+    rows = list(_rows(joint, path, held, list(pairwise(cuts))[: len(held)], turning, place))
     return Wound(coordinates, rows)
 
 
@@ -76,13 +84,28 @@ def _turning(node: Node, seats: Mapping[str, Seat], poses: Mapping[str, Pose], x
 
 
 def _portion(
-    path: Path, first: int, last: int, owner: int, vectors: Sequence[Slot], centres: Sequence[Slot]
+    path: Path, first: int, last: int, owner: int, vectors: Sequence[Slot], centres: Sequence[Slot], cut: int = 0
 ) -> Binding:
+    """The length of a part of a path; with a `cut` half of it: up to there, less what follows."""
     lines, ropes = straight(path)
     radii = [node.signed_radius for node in path.nodes]
-    wound = radii[first] * ropes[first] - radii[last] * ropes[last - 1]
-    primitive = Rope(tuple(radii[first : last + 1]), tuple(lines[first:last]), wound)
+    counts = [1.0 if not cut else 0.5 if k < cut else -0.5 for k in range(first, last)]
+    around = [count * (radii[k] - radii[k + 1]) for k, count in enumerate(counts, first)]
+    wound = counts[0] * radii[first] * ropes[first] - counts[-1] * radii[last] * ropes[last - 1]
+    lifts = tuple(at - first for at in path.lifting if first < at < last)
+    ends = tuple(radii[first : last + 1]), tuple(lines[first:last])
+    primitive = Rope(*ends, tuple(counts), tuple(around), wound, lifts)
     return Binding(primitive, owner, (*vectors, *centres[first : last + 1]))
+
+
+def _lying(
+    path: Path, at: int, owner: int, vectors: Sequence[Slot], centres: Sequence[Slot], *, watched: bool = False
+) -> Binding:
+    """The length that lies on a circle of a path; below 0 where it is off."""
+    lines, radius = straight(path)[0][at - 1 : at + 1], path.nodes[at].signed_radius
+    radii = tuple(node.signed_radius for node in path.nodes[at - 1 : at + 2])
+    primitive = Rope(radii, tuple(lines), (0.0, 0.0), (-radius, radius), watched=watched)
+    return Binding(primitive, owner, (*vectors, *centres[at - 1 : at + 2]))
 
 
 def _rows(
@@ -120,6 +143,10 @@ def _rows(
 def _length(path: Path, first: int, last: int) -> float:
     """What a portion of the path is long at the scene's pose, without what is wound on its ends."""
     _, ropes = straight(path)
+    for k in path.lifting:
+        if first < k < last and (ropes[k] - ropes[k - 1]) * path.nodes[k].signed_radius < 0.0:
+            past = replace(path, nodes=path.nodes[:k] + path.nodes[k + 1 :])
+            return _length(past, first, last - 1)
     total = 0.0
     for k in range(first, last):
         start, end = path.nodes[k], path.nodes[k + 1]

@@ -54,7 +54,7 @@ def _friction_obstacle(system: System, plane: Plane) -> str | None:
     if bearings is not None:
         axis = (frames[system.reaction_body[bearings.joint]] @ bearings.axis[..., None])[..., 0]
         tilted = np.abs(axis @ plane.axes[:, 2]) < (1.0 - THRESHOLDS.rounding) * np.linalg.norm(axis, axis=-1)
-        leaves = tilted | (bearings.axial > 0.0) | np.isfinite(bearings.length)
+        leaves = tilted | ((bearings.axial > 0.0) & ~bearings.is_of_rows) | np.isfinite(bearings.length)
         if leaves.any():
             joint = system.names.joints[int(bearings.joint[int(np.argmax(leaves))])]
             return f"friction goes by what joint '{joint}' carries out of the plane"

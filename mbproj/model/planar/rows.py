@@ -33,8 +33,10 @@ _CAUSES = {
     "profile": "follows a curve that is not in the plane",
     "lap": "counts along a curve that is not in the plane",
     "face": "follows a curve that is not in the plane",
-    "face_place": "counts along a face that is not in the plane",
-    **dict.fromkeys(("two_curves", "place_on_first", "place_on_second"), "has curves that are not in the plane"),
+    **dict.fromkeys(("face_place", "face_slip"), "counts along a face that is not in the plane"),
+    **dict.fromkeys(
+        ("two_curves", "place_on_first", "place_on_second", "slip_of_two"), "has curves that are not in the plane"
+    ),
     "arc": "counts along a curve that is not in the plane",
     **dict.fromkeys(("beside_first", "beside_second", "space_arc"), "follows a curve in space"),
     "rope": "runs over sheaves at different depths, or out of the plane",
@@ -47,7 +49,10 @@ _CAUSES = {
 }
 #: Primitives that act in the plane where all their vectors are in it.
 _IN_PLANE = frozenset(
-    ("angle", "profile", "arc", "lap", "face", "face_place", "two_curves", "place_on_first", "place_on_second")
+    (
+        *("angle", "profile", "arc", "lap", "face", "face_place", "face_slip"),
+        *("two_curves", "place_on_first", "place_on_second", "slip_of_two"),
+    )
 )
 #: For each kind of slip, the slots of the plane's normal and of the direction of the row.
 _OF_SLIP = {"ball_slip": (3, 1), "ellipsoid_slip": (3, 1), "edge_slip": (7, 7)}

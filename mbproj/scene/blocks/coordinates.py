@@ -16,6 +16,8 @@ from mbproj.scene.text.suggestions import choose_from
 COORDINATES: Mapping[str, str] = MappingProxyType(
     {name: COORDINATE_UNITS[row[0]] for kind in JOINTS.values() for name, row in kind.coordinates.items()}
 )
+#: What dry friction resists in joints that have no coordinate for it.
+SLIP = "slip"
 WORDS = {"rad": "angle", "m": "displacement", None: "coordinate"}
 
 
@@ -27,7 +29,8 @@ def coordinates_in(joint: Joint, unit: str | None) -> list[str]:
 
 def with_coordinates(force: JointForce, joints: Mapping[str, Joint]) -> JointForce:
     """The force with a name for each coordinate that the scene leaves out: the only coordinate of its joint in that
-    unit. Where there is none or several, the law is left out, which another rule reports."""
+    unit, or what dry friction resists there. Where there is none or several, the law is left out, which another rule
+    reports."""
     joint = joints[force.joint]
 
     def names(name: str, unit: str | None) -> list[str]:
@@ -35,7 +38,8 @@ def with_coordinates(force: JointForce, joints: Mapping[str, Joint]) -> JointFor
         return able if len(able) == 1 else []
 
     laws = {each: law for name, law in force.laws.items() for each in names(name, force.unit)}
-    coulomb = {each: dry for name, dry in force.coulomb.items() for each in names(name, dry.unit)}
+    slips = [SLIP] if JOINTS[joint.type].slip else None
+    coulomb = {each: dry for name, dry in force.coulomb.items() for each in slips or names(name, dry.unit)}
     return replace(force, laws=laws, coulomb=coulomb)
 
 

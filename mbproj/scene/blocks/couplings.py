@@ -20,6 +20,22 @@ from mbproj.scene.text.suggestions import choose_from
 
 
 @dataclass(frozen=True)
+class WithUnit(Field[tuple[float, str]]):
+    """A number in any unit, with the unit that it is written with."""
+
+    @property
+    def expects(self) -> str:
+        return Number(None).expects
+
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> tuple[float, str] | None:
+        value = Number(None).read(node, path, reading)
+        return None if value is None else (value, reading.units.get(path, ""))
+
+    def schema(self) -> Schema:
+        return Number(None).schema()
+
+
+@dataclass(frozen=True)
 class Weights(Field[dict[str, tuple[float, str]]]):
     """Weights of joint coordinates by name, each with the unit in which the scene gives it."""
 
@@ -40,9 +56,9 @@ class Weights(Field[dict[str, tuple[float, str]]]):
         for name, item in node.values.items():
             at = (*path, name)
             reading.places[at] = node.keys[name]
-            weight = Number(None).read(item, at, reading)
+            weight = WithUnit().read(item, at, reading)
             if weight is not None:
-                weights[name] = (weight, reading.units.get(at, ""))
+                weights[name] = weight
         return weights if len(weights) == len(node.values) else None
 
     def schema(self) -> Schema:
@@ -171,7 +187,12 @@ def _weight_faults(joint: Joint, coupled: Coupled, joints: Mapping[str, Joint]) 
     if not any(coupled.of.values()) and coupled.function is None:
         yield Complaint(path, "all weights are 0: nothing is coupled", "give a weight other than 0")
     row = "m" if "m" in units.values() else "rad"
-    for name, written in coupled.units.items():
+    constant = coupled.units.get("", "")
+    if constant not in ("", row):
+        message = f"the constant has the unit {row}, or none, this is in {constant}"
+        yield Complaint(("joints", joint.name, "constant"), message, f"the sum is in {row}")
+    for name in coupled.of:
+        written = coupled.units.get(name, "")
         able = ("", "m", "m/rad") if (row, units[name]) == ("m", "rad") else ("", "1")
         if written not in able:
             wants = f"has the unit {able[1]}, or none" if able[1] == "m" else "has no unit"

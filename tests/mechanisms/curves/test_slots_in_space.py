@@ -97,7 +97,6 @@ def test_friction_along_a_wire_takes_its_work():
         ("type: space_slot", "type: slot", "curve 'wire' is in space"),
         ("curve: wire", "curve: disc", "curve 'disc' is in a plane"),
         ("x_axis: [1, 0, 0]", "x_axis: x, limits: {displacement: {range: [0, 1], rigid: true}}", "begins anew"),
-        ("joints:", "forces: {r: {type: friction, joint: K, coulomb: {coefficient: 0.1}}}\njoints:", "give a constant"),
         ("[0.1, 0.25, -0.03]", "[0.1, 0.25]", "[a number in m, a number in m, a number in m]"),
         ("[0.1, 0.25, -0.03]", "[0.3, 0, 0.02]", "has the same point twice"),
     ],

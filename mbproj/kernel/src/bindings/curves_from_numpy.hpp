@@ -5,6 +5,27 @@
 
 namespace mbproj {
 
+// Takes the next piece, which has no places yet.
+template <class Curve> void add_piece(Curve& curve, typename Curve::Piece piece) {
+    piece.first = piece.last = -1;
+    if (!curve.pieces.empty() && !(piece.start > curve.pieces.back().start)) refuse("pieces", "do not increase");
+    curve.pieces.push_back(piece);
+}
+// The piece, by its number as given, on which place i is.
+template <class Curve> int piece_of(Curve& curve, double number, std::size_t i) {
+    const int found = index_below(static_cast<int64_t>(number), curve.pieces.size(), "places");
+    auto& piece = curve.pieces[found];
+    if (piece.first < 0) piece.first = static_cast<int>(i);
+    piece.last = static_cast<int>(i);
+    return found;
+}
+// Whether all of it is there.
+template <class Curve> void check_places(const Curve& curve) {
+    if (!(curve.end > curve.pieces.back().start)) refuse("end", "comes before the last piece");
+    for (const auto& piece : curve.pieces)
+        if (piece.first < 0 || piece.last <= piece.first) refuse("places", "leave a piece out");
+}
+
 // Pieces (start, origin, form, and the numbers of two functions), places (s, piece, x, y, length, angle).
 inline PlaneCurve plane_curve(const Numbers2& pieces, const Numbers2& places, double end, bool closed, int passes,
                               double settled, double straight, double beyond, double reach) {
@@ -12,7 +33,7 @@ inline PlaneCurve plane_curve(const Numbers2& pieces, const Numbers2& places, do
     require(pieces, {pieces.shape(0), 3 + 2 * numbers}, "pieces");
     require(places, {places.shape(0), 6}, "places");
     if (pieces.shape(0) == 0 || places.shape(0) < 2 || passes < 1) refuse("pieces", "are none");
-    PlaneCurve built{{}, {}, end, closed, passes, settled, straight, beyond, reach, 0.0, 0.0, {}};
+    PlaneCurve built{{{}, {}, end, closed, passes, settled, reach}, straight, beyond, 0.0, 0.0, {}};
     const auto count = [](const double* c) {
         int found = terms;
         while (found > 0 && c[found - 1] == 0.0) --found;
@@ -28,17 +49,11 @@ inline PlaneCurve plane_curve(const Numbers2& pieces, const Numbers2& places, do
         std::copy_n(row + 3 + numbers, numbers, piece.g);
         piece.f_terms = count(piece.f);
         piece.g_terms = count(piece.g);
-        piece.first = piece.last = -1;
-        if (i > 0 && !(piece.start > built.pieces.back().start)) refuse("pieces", "do not increase");
-        built.pieces.push_back(piece);
+        add_piece(built, piece);
     }
-    if (!(end > built.pieces.back().start)) refuse("end", "comes before the last piece");
     for (std::size_t i = 0; i < places.shape(0); ++i) {
         const double* row = places.data() + 6 * i;
-        const int number = index_below(static_cast<int64_t>(row[1]), built.pieces.size(), "places");
-        PlaneCurve::Piece& piece = built.pieces[number];
-        if (piece.first < 0) piece.first = static_cast<int>(i);
-        piece.last = static_cast<int>(i);
+        const int number = piece_of(built, row[1], i);
         const PlaneCurve::Place place{row[0], row[2], row[3],           row[4],
                                       row[5], number, std::cos(row[5]), std::sin(row[5])};
         if (i > 0) {
@@ -47,8 +62,7 @@ inline PlaneCurve plane_curve(const Numbers2& pieces, const Numbers2& places, do
         }
         built.places.push_back(place);
     }
-    for (const PlaneCurve::Piece& piece : built.pieces)
-        if (piece.first < 0 || piece.last <= piece.first) refuse("places", "leave a piece out");
+    check_places(built);
     built.side = built.places.back().angle < built.places.front().angle ? -1.0 : 1.0;
     built.runs = built.turning_runs();
     return built;
@@ -60,7 +74,7 @@ inline SpaceCurve space_curve(const Numbers2& pieces, const Numbers2& places, do
     require(pieces, {pieces.shape(0), 17}, "pieces");
     require(places, {places.shape(0), 6}, "places");
     if (pieces.shape(0) == 0 || places.shape(0) < 2 || passes < 1) refuse("pieces", "are none");
-    SpaceCurve built{{}, {}, end, closed, passes, settled, reach};
+    SpaceCurve built{{{}, {}, end, closed, passes, settled, reach}};
     for (std::size_t i = 0; i < pieces.shape(0); ++i) {
         const double* row = pieces.data() + i * pieces.shape(1);
         SpaceCurve::Piece piece{};
@@ -70,21 +84,13 @@ inline SpaceCurve space_curve(const Numbers2& pieces, const Numbers2& places, do
             std::copy_n(row + 2 + 4 * k, 4, piece.c[k]);
             piece.axis[k] = row[14 + k];
         }
-        piece.first = piece.last = -1;
-        if (i > 0 && !(piece.start > built.pieces.back().start)) refuse("pieces", "do not increase");
-        built.pieces.push_back(piece);
+        add_piece(built, piece);
     }
-    if (!(end > built.pieces.back().start)) refuse("end", "comes before the last piece");
     for (std::size_t i = 0; i < places.shape(0); ++i) {
         const double* row = places.data() + 6 * i;
-        const int number = index_below(static_cast<int64_t>(row[1]), built.pieces.size(), "places");
-        SpaceCurve::Piece& piece = built.pieces[number];
-        if (piece.first < 0) piece.first = static_cast<int>(i);
-        piece.last = static_cast<int>(i);
-        built.places.push_back({row[0], {row[2], row[3], row[4]}, row[5], number});
+        built.places.push_back({row[0], {row[2], row[3], row[4]}, row[5], piece_of(built, row[1], i)});
     }
-    for (const SpaceCurve::Piece& piece : built.pieces)
-        if (piece.first < 0 || piece.last <= piece.first) refuse("places", "leave a piece out");
+    check_places(built);
     return built;
 }
 
@@ -95,7 +101,13 @@ using FollowerNumbers = std::tuple<int, int, int, int>;
 template <class D> void add_followers(Model<D>& model, const std::vector<FollowerNumbers>& given) {
     auto loads = model.loads ? std::make_shared<Loads<D>>(*model.loads) : nullptr;
     for (const auto& [kind, number, program, second] : given) {
-        const Of of = static_cast<Of>(index_below(kind, 3, "followers"));
+        const Of of = static_cast<Of>(index_below(kind, 4, "followers"));
+        if (of == Of::coordinate) {
+            index_below(program, model.programs.size(), "followers");
+            index_below(number, model.coordinates.instances.size(), "followers");
+            model.curves.push_back({number, program, of});
+            continue;
+        }
         if (of == Of::law && !loads) refuse("followers", "have a law that the model does not");
         PrimitiveSet<D>& set = of == Of::row   ? model.constraints
                                : of == Of::law ? loads->coordinates

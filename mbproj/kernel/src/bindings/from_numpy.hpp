@@ -126,12 +126,20 @@ using Lines = std::vector<std::shared_ptr<PlaneCurve>>;
 using Wires = std::vector<std::shared_ptr<SpaceCurve>>;
 using Paths = std::vector<std::vector<double>>;
 
+// Of k centres 5k - 2 numbers: their radii, then of the spans the directions and how they count; which circles it may leave, and
+// what is not counted.
 inline std::shared_ptr<const RopePath> rope_path(const std::vector<double>& numbers) {
-    const auto centres = static_cast<std::ptrdiff_t>(numbers.size() / 2);
-    if (numbers.size() % 2 == 1 || centres < 2 || centres > most_centres) refuse("paths", "has a wrong length");
+    const auto centres = static_cast<std::ptrdiff_t>((numbers.size() + 2) / 5);
+    if (numbers.size() % 5 != 3 || centres < 2 || centres > most_centres) refuse("paths", "has a wrong length");
     auto path = std::make_shared<RopePath>();
-    path->radii.assign(numbers.begin(), numbers.begin() + centres);
-    path->directions.assign(numbers.begin() + centres, numbers.end() - 1);
+    auto from = numbers.begin();
+    const auto take = [&](std::vector<double>& into, std::ptrdiff_t count) {
+        into.assign(from, from + count);
+        from += count;
+    };
+    take(path->radii, centres), take(path->directions, centres - 1);
+    take(path->by_length, centres - 1), take(path->by_angle, centres - 1);
+    take(path->lifts, centres);
     path->wound = numbers.back();
     for (const double angle : path->directions) {
         path->cosine.push_back(std::cos(angle));

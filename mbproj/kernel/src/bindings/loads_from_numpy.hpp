@@ -194,8 +194,8 @@ void add_flywheels(Model<D>& model, const PrimitiveSet<D>& coordinates, const st
     model.row_scale.resize(model.all_rows(), 1.0);
 }
 
-// Of a bearing: its joint and body 2 there; its arms, its length and its preload; the parts of a push.
-using BearingNumbers = std::tuple<int, int, double, double, double, double, std::vector<std::pair<int, double>>>;
+// Of a bearing: its joint and body 2 there; its arms, its length and its preload; joints, which of their rows, and the part of that.
+using BearingNumbers = std::tuple<int, int, double, double, double, double, std::vector<std::tuple<int, int, double>>>;
 
 // What joints carry; points and axes in the axes of the bodies.
 template <class D> std::vector<Bearing<D>> bearings(const Model<D>& model, const std::vector<BearingNumbers>& given,
@@ -205,12 +205,14 @@ template <class D> std::vector<Bearing<D>> bearings(const Model<D>& model, const
     std::vector<Bearing<D>> found;
     for (const auto& [joint, body, radial, axial, length, preload, parts] : given) {
         const std::size_t at = D::axes * found.size();
-        for (const auto& [number, part] : parts)
-            if (model.joints[index_below(number, model.joints.size(), "bearings")].rows != 1)
-                refuse("bearings", "have a push of a joint that is not one row");
+        std::vector<std::pair<int, double>> rows;
+        for (const auto& [number, row, part] : parts) {
+            const Joint& own = model.joints[index_below(number, model.joints.size(), "bearings")];
+            rows.emplace_back(own.row + index_below(row, own.rows, "bearings"), part);
+        }
         found.push_back({index_below(joint, model.joints.size(), "bearings"),
                          index_below(body, model.bodies.size() + 1, "bearings"), matrix_at<D::axes>(points.data() + at),
-                         matrix_at<D::axes>(axes.data() + at), radial, axial, length, preload, parts});
+                         matrix_at<D::axes>(axes.data() + at), radial, axial, length, preload, std::move(rows)});
     }
     return found;
 }

@@ -216,7 +216,8 @@ void add_settings(nb::module_& m) {
         .value("unsolved", Status::unsolved)
         .value("halted", Status::halted)
         .value("jammed", Status::jammed)
-        .value("off_rope", Status::off_rope);
+        .value("off_rope", Status::off_rope)
+        .value("overlap", Status::overlap);
     nb::class_<Outcome>(m, "Outcome")
         .def_ro("status", &Outcome::status)
         .def_ro("time", &Outcome::time)

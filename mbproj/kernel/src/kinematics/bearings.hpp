@@ -12,8 +12,8 @@ template <class D> struct Supports {
 
     Supports() = default;
     Supports(const Model<D>& model, const Pose<D>& pose, const Bearing<D>& bearing, const Scalar<D>* lambda) {
-        for (const auto& [number, part] : bearing.parts) along += part * lambda[model.joints[number].row];
-        if (bearing.is_push()) return;
+        for (const auto& [row, part] : bearing.parts) along += part * lambda[row];
+        if (bearing.is_of_rows()) return;
         const Joint& joint = model.joints[bearing.joint];
         Matrix<6, Size<D>::freedoms, Scalar<D>> G;
         jacobian<D>(model, pose, joint, bearing.body, G);

@@ -174,6 +174,7 @@ private:
     Scalar<D> followed(const Model<D>& model, int curve, const Pose<D>& pose) const {
         const auto [number, _, of, second] = model.curves[curve];
         if (of == Of::row) return pose.curved(curve);
+        if (of == Of::coordinate) return Coordinate<D>(model.coordinates, number, pose).value();
         const bool acts = of == Of::law ? part.empty() || part[number] != 0.0 : touching.count(number) > 0;
         const PrimitiveSet<D>& set = of == Of::law ? model.loads->coordinates : model.stops.coordinates;
         return acts ? Coordinate<D>(set, number, pose).foot(second) : free_branch;

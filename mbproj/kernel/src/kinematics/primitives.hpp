@@ -42,9 +42,11 @@ template <class D> Scalar<D> value(const Instance<D>& p, const Point<D>* x, cons
         case Kind::lap:
         case Kind::face:
         case Kind::face_place:
+        case Kind::face_slip:
         case Kind::two_curves:
         case Kind::place_on_first:
         case Kind::place_on_second:
+        case Kind::slip_of_two:
         case Kind::beside_first:
         case Kind::beside_second:
         case Kind::space_arc: return on_curve::value<D>(p, x, touched<D>(p, x, known));
@@ -73,9 +75,11 @@ void gradient(const Instance<D>& p, const Point<D>* x, Point<D>* g, const Touch<
         case Kind::lap:
         case Kind::face:
         case Kind::face_place:
+        case Kind::face_slip:
         case Kind::two_curves:
         case Kind::place_on_first:
         case Kind::place_on_second:
+        case Kind::slip_of_two:
         case Kind::beside_first:
         case Kind::beside_second:
         case Kind::space_arc: on_curve::gradient<D>(p, x, touched<D>(p, x, known), g); break;
@@ -102,9 +106,11 @@ Scalar<D> curvature(const Instance<D>& p, const Point<D>* x, const Point<D>* x_d
         case Kind::lap:
         case Kind::face:
         case Kind::face_place:
+        case Kind::face_slip:
         case Kind::two_curves:
         case Kind::place_on_first:
         case Kind::place_on_second:
+        case Kind::slip_of_two:
         case Kind::beside_first:
         case Kind::beside_second:
         case Kind::space_arc: return on_curve::curvature<D>(p, x, x_dot, touched<D>(p, x, known));

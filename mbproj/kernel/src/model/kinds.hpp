@@ -22,9 +22,11 @@ enum class Kind : int {
     lap,
     face,
     face_place,
+    face_slip,
     two_curves,
     place_on_first,
     place_on_second,
+    slip_of_two,
     beside_first,
     beside_second,
     space_arc,
@@ -51,9 +53,11 @@ constexpr Form forms[] = {{"coincident", 2, 0},
                           {"lap", 4, 2},
                           {"face", 5, 0},
                           {"face_place", 5, 0},
+                          {"face_slip", 5, 0},
                           {"two_curves", 5, 3},
                           {"place_on_first", 5, 2},
                           {"place_on_second", 5, 2},
+                          {"slip_of_two", 5, 2},
                           {"beside_first", 5, 0},
                           {"beside_second", 5, 0},
                           {"space_arc", 5, 0},
@@ -79,7 +83,7 @@ constexpr bool is_held(Kind kind) {
     return kind == Kind::profile || kind == Kind::face || kind == Kind::two_curves || kind == Kind::beside_first;
 }
 // Whether it is of two curves that touch.
-constexpr bool is_of_two(Kind kind) { return kind >= Kind::two_curves && kind <= Kind::place_on_second; }
+constexpr bool is_of_two(Kind kind) { return kind >= Kind::two_curves && kind <= Kind::slip_of_two; }
 // Whether its curve is in space.
 constexpr bool is_in_space(Kind kind) { return kind >= Kind::beside_first && kind <= Kind::space_arc; }
 

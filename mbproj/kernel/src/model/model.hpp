@@ -120,8 +120,8 @@ struct Action {
 
 // A program of the value of an instance of the constraints; of one that follows a curve in a plane, of the parameter of
 // its foot, and the program's switch is the knots of that. Such an instance may be the coordinate of a law or a stop, too:
-// it follows while the law acts, or the stop touches.
-enum class Of : int { row, law, stop };
+// it follows while the law acts, or the stop touches. Or of a joint's coordinate, whose sign is the switch.
+enum class Of : int { row, law, stop, coordinate };
 struct Curve {
     int instance, program;
     Of of = Of::row;
@@ -138,14 +138,16 @@ template <class D> struct Stops {
 
 // What a joint carries, by which dry friction goes: with the force F and the moment T on body 2 at `point`, along `axis` z (both
 // in its axes), preload + radial (|f₁| + |f₂|) + axial |F·z| with f₁, f₂ = ½ (F - (F·z) z) ± (T × z)/length. In a plane the axis
-// is normal to it. The push of a contact is the sum of these `parts` of multipliers, each of the row of a joint.
+// is normal to it. What is the sum of these `parts` of multipliers, by the numbers of their rows, is the push of a contact; or
+// with an axial arm the pull of a rope, which counts whatever its sign is.
 template <class D> struct Bearing {
     int joint, body;
     Point<D> point, axis;
     Scalar<D> radial, axial, length, preload;
     std::vector<std::pair<int, double>> parts;
 
-    bool is_push() const { return !parts.empty(); }
+    bool is_of_rows() const { return !parts.empty(); }
+    bool is_push() const { return is_of_rows() && axial == 0.0; }
 };
 
 // An angle with the whole turns that bring it next to what is expected of it.

@@ -30,44 +30,75 @@ template <class S, class Speed> S gauss_length(double from, const S& to, const S
     return half * sum;
 }
 
-struct PlaneCurve {
-    static constexpr int terms = 8, numbers = terms + 3, orders = 5, free = -1;
+// What curves in a plane and in space have in common: pieces one after another, each with its start and the first and the last of
+// its places; and places, each with its parameter, its arc length from the beginning and its piece.
+template <class OnePiece, class OnePlace> struct PiecedCurve {
+    using Piece = OnePiece;
+    using Place = OnePlace;
+    static constexpr int free = -1;
+
+    std::vector<Piece> pieces;
+    std::vector<Place> places;
+    double end;
+    bool closed;
+    int passes;      // of Newton's method, at most
+    double settled;  // a step that is smaller is the last
+    double reach;    // how far a step may go
+
+    double start() const { return pieces.front().start; }
+
+    int piece_at(double s) const {
+        const auto after = std::upper_bound(pieces.begin(), pieces.end(), s,
+                                            [](double value, const Piece& piece) { return value < piece.start; });
+        return std::max(0, static_cast<int>(after - pieces.begin()) - 1);
+    }
+    // Along the piece that is held, or along all of them.
+    void move(Foot<double>& foot, double step, int held) const {
+        foot.s += step;
+        if (held != free) return;
+        if (closed) foot.s -= (end - start()) * std::floor((foot.s - start()) / (end - start()));
+        foot.piece = piece_at(foot.s);
+    }
+    template <class S> int place_before(const Foot<S>& foot) const {
+        const Piece& piece = pieces[foot.piece];
+        int before = piece.first;
+        while (before + 1 < piece.last && places[before + 1].s <= foot.s) ++before;
+        return before;
+    }
+};
+
+// Two functions of u = s - origin, each a polynomial of so many terms and a sin(w u + p).
+struct PlanePiece {
+    static constexpr int terms = 8, numbers = terms + 3;
     enum class Form : int { cartesian, polar, support };
-    // Two functions of u = s - origin, each a polynomial of so many terms and a sin(w u + p).
-    struct Piece {
-        double start, origin;
-        Form form;
-        double f[numbers], g[numbers];
-        int f_terms, g_terms;
-        int first, last;  // its places
-    };
-    // Points along the curve, from end to end of each piece, their arc lengths from its beginning, and the angles of their
-    // tangents, which grow past a turn.
-    struct Place {
-        double s, x, y, length, angle;
-        int piece;
-        double cosine, sine;  // of the angle
-    };
+    double start, origin;
+    Form form;
+    double f[numbers], g[numbers];
+    int f_terms, g_terms;
+    int first, last;  // its places
+};
+// Points along a curve, from end to end of each piece, their arc lengths from its beginning, and the angles of their tangents,
+// which grow past a turn.
+struct PlanePlace {
+    double s, x, y, length, angle;
+    int piece;
+    double cosine, sine;  // of the angle
+};
+
+struct PlaneCurve : PiecedCurve<PlanePiece, PlanePlace> {
+    static constexpr int terms = PlanePiece::terms, numbers = PlanePiece::numbers, orders = 5;
+    using Form = PlanePiece::Form;
     // Places along which the tangent turns one way, to the left or not.
     struct Run {
         int first, last;
         bool left;
     };
 
-    std::vector<Piece> pieces;
-    std::vector<Place> places;
-    double end;
-    bool closed;
-    int passes;       // of Newton's method, at most
-    double settled;   // a step that is smaller is the last
     double straight;  // by so little a tangent does not turn
     double beyond;    // by so much a piece may turn beyond its end
-    double reach;     // how far a step may go
     double stride;    // the largest distance from one place to the next
     double side;      // 1 of a closed one that goes around its inside counterclockwise, else -1
     std::vector<Run> runs;
-
-    double start() const { return pieces.front().start; }
 
     template <class S> OnPiece<S> derivatives(const S& s, int number) const {
         const Piece& piece = pieces[number];
@@ -95,12 +126,6 @@ struct PlaneCurve {
             found.y[k] = n[k] * sine + t[k] * cosine;
         }
         return found;
-    }
-
-    int piece_at(double s) const {
-        const auto after = std::upper_bound(pieces.begin(), pieces.end(), s,
-                                            [](double value, const Piece& piece) { return value < piece.start; });
-        return std::max(0, static_cast<int>(after - pieces.begin()) - 1);
     }
 
     // The place nearest to a point: of the piece that is held, beyond its ends too, or of all.
@@ -132,14 +157,6 @@ struct PlaneCurve {
         const OnPiece<double> c = derivatives(at.s, at.piece);
         const double slope = value_of(a) * c.x[2] + value_of(b) * c.y[2];
         return {at.s - (a * c.x[1] + b * c.y[1]) / slope, at.piece};
-    }
-
-    // Along the piece that is held, or along all of them.
-    void move(Foot<double>& foot, double step, int held) const {
-        foot.s += step;
-        if (held != free) return;
-        if (closed) foot.s -= (end - start()) * std::floor((foot.s - start()) / (end - start()));
-        foot.piece = piece_at(foot.s);
     }
 
     // The arc length from the beginning to a foot.
@@ -203,12 +220,6 @@ private:
         const int next = static_cast<int>(after - places.begin());
         if (after == end_of) return last;
         return side * (places[next].angle - wanted) < side * (wanted - places[next - 1].angle) ? next : next - 1;
-    }
-    template <class S> int place_before(const Foot<S>& foot) const {
-        const Piece& piece = pieces[foot.piece];
-        int before = piece.first;
-        while (before + 1 < piece.last && places[before + 1].s <= foot.s) ++before;
-        return before;
     }
     // A function and its derivatives.
     template <class S> static void evaluate(const double* c, int count, const S& u, S* found) {

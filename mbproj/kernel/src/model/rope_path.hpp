@@ -10,9 +10,10 @@ struct RopePath {
     std::vector<double> directions;  // of the k - 1 lines of centres, at the scene's pose, in rad
     std::vector<double> cosine, sine;
     double wound = 0.0;  // what is not counted, m
+    std::vector<double> by_length, by_angle;  // a and b of each span, in C = Σ a λ + b θ
+    std::vector<double> lifts;                // 1 of circles that the rope may leave, else 0
 
     int spans() const { return static_cast<int>(directions.size()); }
-    double w(int span) const { return radii[span] - radii[span + 1]; }
 };
 
 // What a path does not allow: a span, from 0, that is lost (its circles overlap, or it has turned too far), or else a circle,

@@ -19,29 +19,18 @@ template <class S> void cross(const S* a, const S* b, S* found) {
 // A point and its derivatives by the parameter.
 template <class S> struct OnSpacePiece { S c[4][3]; };
 
-struct SpaceCurve {
-    static constexpr int free = PlaneCurve::free;
-    struct Piece {
-        double start, origin;
-        double c[3][4];
-        double axis[3];   // a direction across its tangents
-        int first, last;  // its places
-    };
-    struct Place {
-        double s, point[3], length;
-        int piece;
-    };
+struct SpacePiece {
+    double start, origin;
+    double c[3][4];
+    double axis[3];   // a direction across its tangents
+    int first, last;  // its places
+};
+struct SpacePlace {
+    double s, point[3], length;
+    int piece;
+};
 
-    std::vector<Piece> pieces;
-    std::vector<Place> places;
-    double end;
-    bool closed;
-    int passes;      // of Newton's method, at most
-    double settled;  // a step that is smaller is the last
-    double reach;    // how far a step may go
-
-    double start() const { return pieces.front().start; }
-
+struct SpaceCurve : PiecedCurve<SpacePiece, SpacePlace> {
     template <class S> OnSpacePiece<S> derivatives(const S& s, int number) const {
         const Piece& piece = pieces[number];
         const S u = s - piece.origin;
@@ -54,12 +43,6 @@ struct SpaceCurve {
             found.c[3][k] = 6.0 * c[3];
         }
         return found;
-    }
-
-    int piece_at(double s) const {
-        const auto after = std::upper_bound(pieces.begin(), pieces.end(), s,
-                                            [](double value, const Piece& piece) { return value < piece.start; });
-        return std::max(0, static_cast<int>(after - pieces.begin()) - 1);
     }
 
     // The place nearest to a point: of the piece that is held, beyond its ends too, or of all.
@@ -79,11 +62,7 @@ struct SpaceCurve {
             const double line[3] = {d[0] - c.c[0][0], d[1] - c.c[0][1], d[2] - c.c[0][2]};
             const double speed2 = inner(c.c[1], c.c[1]), slope = inner(line, c.c[2]) - speed2;
             const double step = std::clamp(-inner(line, c.c[1]) / (slope < 0.0 ? slope : -speed2), -reach, reach);
-            found.s += step;
-            if (held == free) {
-                if (closed) found.s -= (end - start()) * std::floor((found.s - start()) / (end - start()));
-                found.piece = piece_at(found.s);
-            }
+            move(found, step, held);
             if (!(std::abs(step) > settled)) break;
         }
         return found;
@@ -104,9 +83,7 @@ struct SpaceCurve {
 
     // The arc length from the beginning to a foot.
     template <class S> S length_at(const Foot<S>& foot) const {
-        const Piece& piece = pieces[foot.piece];
-        int before = piece.first;
-        while (before + 1 < piece.last && places[before + 1].s <= foot.s) ++before;
+        const int before = place_before(foot);
         return places[before].length + gauss_length<S>(places[before].s, foot.s, [&](const S& s) {
                    const OnSpacePiece<S> c = derivatives<S>(s, foot.piece);
                    return S(sqrt(inner(c.c[1], c.c[1])));

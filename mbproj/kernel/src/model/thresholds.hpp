@@ -33,6 +33,8 @@ struct Thresholds {
     int most_load_passes, most_halves, most_meetings;
     // mbproj/thresholds/ropes.py
     double off_sheave, rope_turned;
+    // mbproj/thresholds/curves.py
+    double overlap;
 };
 
 // Calls visit("name", member) for every threshold.
@@ -106,6 +108,7 @@ template <class Visit> void each_threshold(Visit&& visit) {
     visit("turns_told", &Thresholds::turns_told);
     visit("off_sheave", &Thresholds::off_sheave);
     visit("rope_turned", &Thresholds::rope_turned);
+    visit("overlap", &Thresholds::overlap);
     visit("most_turned", &Thresholds::most_turned);
     visit("located", &Thresholds::located);
     visit("glance", &Thresholds::glance);

@@ -26,7 +26,8 @@ enum class Status : int {
     unsolved,
     halted,
     jammed,
-    off_rope
+    off_rope,
+    overlap
 };
 
 // In the order of the fields of mbproj.integrate.outcome.tally.Tally.
@@ -171,6 +172,13 @@ struct Outcome {
         outcome.row = coordinate;
         outcome.rope = found;
         return outcome;
+    }
+    // Two curves overlap: those of this joint, or of this coordinate.
+    static Outcome overlap(double t, int joint, int coordinate) {
+        Outcome found{Status::overlap, t};
+        found.joint = joint;
+        found.row = coordinate;
+        return found;
     }
     // On both sides of this switch the motion leads back onto it.
     static Outcome pushed_back(double t, int number) {

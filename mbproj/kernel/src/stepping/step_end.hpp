@@ -1,6 +1,7 @@
 // The end of a step: the state there is projected, checked, and its turns are counted.
 #pragma once
 
+#include "kinematics/curves/overlap.hpp"
 #include "projection/projector.hpp"
 #include "stepping/samples.hpp"
 #include "stepping/step_doubling.hpp"
@@ -33,8 +34,9 @@ public:
             return Outcome::untold(slip, t_new, t_new - t);
         peaks.watch(C, equations_.C_dot(), model_.constraints.rows, model_.driven.size(), t_new);
         if (worst < 0) {
-            const Outcome off = off_rope(t_new);
-            return off.stops() ? off : lost(done, t_new, t_new - t);
+            if (const Outcome off = off_rope(t_new); off.stops()) return off;
+            const Outcome found = overlap(t_new);
+            return found.stops() ? found : lost(done, t_new, t_new - t);
         }
         if (!done.near_singular)
             return Outcome::left_open(t_new, worst, std::abs(C[worst]), done.position_passes, done.failures > 0);
@@ -93,6 +95,19 @@ private:
             if (const RopeTrouble found = on_rope::trouble<D>(rope.p, rope.x, model_.thresholds))
                 return Outcome::off_rope(t, static_cast<int>(c), found);
         }
+        return {};
+    }
+
+    // Whether two curves that touch, or may, overlap elsewhere.
+    Outcome overlap(double t) const {
+        for (const PrimitiveSet<D>* set : {&model_.constraints, &model_.coordinates})
+            for (std::size_t k = 0; k < set->instances.size(); ++k) {
+                if (set->instances[k].kind != Kind::two_curves) continue;
+                const Coordinate<D> distance(*set, static_cast<int>(k), equations_.pose());
+                if (overlaps<D>(distance.p, distance.x, model_.thresholds.overlap))
+                    return set == &model_.constraints ? Outcome::overlap(t, model_.joint_of(distance.p.row), -1)
+                                                      : Outcome::overlap(t, -1, static_cast<int>(k));
+            }
         return {};
     }
 

@@ -36,8 +36,6 @@ def fit_curves(
         if (wire := curves.get(str(joint.parameters.get("curve")))) and JOINTS[joint.type].frame == "axis":
             yield from _passes_end(wire.line, joint)
             yield from _acts_along_closed(joint, {"displacement"} if wire.line.closed else set(), forces, motions)
-            said = f"joint '{joint.name}' is a slot in space: its friction cannot depend on its load"
-            yield from _friction_by_load(joint, forces, said, "give a constant 'force'")
             continue
         track: Any = curves.get(str(joint.parameters.get("curve")))
         lifts = "gap" in JOINTS[joint.type].coordinates
@@ -147,13 +145,10 @@ def _gap_faults(joint: Joint, forces: Mapping[str, Any], motions: Mapping[str, A
 def _friction_of_roller(curve: Track, joint: Joint, forces: Mapping[str, Any]) -> Iterator[Complaint]:
     """Complaints about friction along a curve by the load of a roller: a roller rolls, so that its load resists no
     sliding."""
-    if joint.type != "slot" and joint.parameters.get("roller", curve.roller):
-        said = f"joint '{joint.name}' has a roller, which rolls: its friction cannot depend on its load"
-        yield from _friction_by_load(joint, forces, said, "give a constant 'force', or friction to the roller's pin")
-
-
-def _friction_by_load(joint: Joint, forces: Mapping[str, Any], said: str, hint: str) -> Iterator[Complaint]:
-    """The complaint `said` for each dry friction of the joint that is a coefficient times the joint's load."""
+    if joint.type == "slot" or not joint.parameters.get("roller", curve.roller):
+        return
+    said = f"joint '{joint.name}' has a roller, which rolls: its friction cannot depend on its load"
+    hint = "give a constant 'force', or friction to the roller's pin"
     for force in forces.values():
         dry = getattr(force, "coulomb", {}) if getattr(force, "joint", None) == joint.name else {}
         for coordinate, each in dry.items():

@@ -37,9 +37,19 @@ def slides_in_joints(joints: Mapping[str, Joint], forces: Mapping[str, Force]) -
                 said = f"joint '{joint.name}' is {joint.type}, which holds nothing: no load presses on its friction"
                 yield Complaint((*path, "coefficient"), said, "give a constant 'force'")
                 continue
+            if JOINTS[joint.type].slip:
+                yield from _slips(joint, coordinate, dry, path)
+                continue
             if not coordinate:
                 yield from _undecided(joint, dry, path)
             yield from _thread(joint, dry, path)
+
+
+def _slips(joint: Joint, coordinate: str, dry: DryFriction, path: KeyPath) -> Iterator[Complaint]:
+    """Why there is no such friction where two profiles slide on each other."""
+    if coordinate or dry.unit != "m":
+        said = f"friction in joint '{joint.name}' is where its profiles slide on each other, on no coordinate"
+        yield Complaint(path, said, "give a 'force', or a 'coefficient' without arms")
 
 
 def _undecided(joint: Joint, dry: DryFriction, path: KeyPath) -> Iterator[Complaint]:
@@ -66,7 +76,8 @@ def _thread(joint: Joint, dry: DryFriction, path: KeyPath) -> Iterator[Complaint
 
 
 def friction_units(joints: Mapping[str, Joint], forces: Mapping[str, Force]) -> dict[str, str]:
-    """The units of the coordinates along which dry friction may stick, by the friction's name in results."""
+    """The units of the coordinates along which dry friction may stick, by the friction's name in results: in joints, of
+    ropes on sheaves, at stops."""
     named = [with_coordinates(force, joints) for force in forces.values() if isinstance(force, JointForce)]
     in_joints = {
         force.called(coordinate): dry.unit
@@ -74,6 +85,14 @@ def friction_units(joints: Mapping[str, Joint], forces: Mapping[str, Force]) -> 
         for coordinate, dry in force.coulomb.items()
         if dry.regularised is None
     }
-    return in_joints | {
-        name: "m" for force in forces.values() if isinstance(force, PlaneStop) for name in force.frictions
+    on_ropes = {
+        f"{joint.name}.slip_{number}": "m"
+        for joint in joints.values()
+        if "path" in joint.parameters
+        for number, _ in enumerate(joint.parameters["path"].rubbing, 1)
     }
+    return (
+        in_joints
+        | on_ropes
+        | {name: "m" for force in forces.values() if isinstance(force, PlaneStop) for name in force.frictions}
+    )

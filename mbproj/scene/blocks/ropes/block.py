@@ -4,7 +4,7 @@ hoist:
   type: rope
   path:
     - {drum: winch, radius: 120 mm, bends: left}                      # turns and winds the rope
-    - {sheave: ground, at: [0.4, 0, 3], radius: 0.1 m, bends: right}  # the rope slides over it
+    - {sheave: ground, at: [0.4, 0, 3], radius: 0.1 m, bends: right}  # the rope slides over it; with friction it rubs
     - {wheel: pulley, radius: 0.1 m, bends: left}                     # the rope turns it; at the centre of mass
     - {point: load, at: [0.8, 0, 1]}
   normal: [0, 1, 0]
@@ -40,8 +40,22 @@ def _turns(number: float) -> int:
     return int(number)
 
 
-def _node(at: Any = None, radius: float = 0.0, bends: str | None = None, turns: int = 0, **kinds: str) -> Node:
+def _node(
+    at: Any = None,
+    radius: float = 0.0,
+    bends: str | None = None,
+    turns: int = 0,
+    friction: float | None = None,
+    lifts: bool = False,
+    **kinds: str,
+) -> Node:
     ((kind, body),) = kinds.items()
+    if friction is not None and kind != "sheave":
+        raise Unfit(
+            f"has 'friction' and is a {kind}", "a rope rubs on a 'sheave'; a wheel has friction in its own joint"
+        )
+    if lifts and (kind != "sheave" or turns or friction is not None):
+        raise Unfit("'lifts' off what is no plain sheave", "a rope leaves a 'sheave' without 'turns' and 'friction'")
     if kind == "point" and (radius or turns or bends):
         raise Unfit("is a point, and has keys of a circle", "leave these out, or write 'sheave' for 'point'")
     if kind != "point" and not radius:
@@ -54,7 +68,7 @@ def _node(at: Any = None, radius: float = 0.0, bends: str | None = None, turns: 
         raise Unfit(f"is on '{body}', and its place is given for another body", f"write at: {{{body}: [...]}}")
     local = at is None or isinstance(at, Mapping)
     vector = CENTRE if at is None else at[body] if isinstance(at, Mapping) else at
-    return Node(kind, body, OfBody(body, vector, local), radius, bends == "left", turns)
+    return Node(kind, body, OfBody(body, vector, local), radius, bends == "left", turns, friction, lifts)
 
 
 NODE: Record[Node] = Record(
@@ -65,6 +79,8 @@ NODE: Record[Node] = Record(
         "radius": LENGTH,
         "bends": Choice("side", lambda: ("left", "right")),
         "turns": Converted(Number(), _turns),
+        "friction": Number(minimum=0.0),
+        "lifts": Flag(),
     },
     _node,
     choices=(OneOf(KINDS, needed=True),),

@@ -45,9 +45,27 @@ def _as_whole(joint: Joint, motions: Mapping[str, Motion]) -> Iterator[Complaint
     if wheels > MOST_WHEELS:
         said = f"this rope turns {wheels} wheels, and can turn {MOST_WHEELS}"
         yield Complaint(at, said, "let it slide over some: write 'sheave'")
-    if turning and (driven or not path.taut):
-        said = "a rope whose length may change runs over wheels or drums that turn"
-        yield Complaint(at, said, "let it slide over sheaves, or drive a drum by a motion of its joint")
+    if turning and not path.taut:
+        said = "a rope that may go slack runs over wheels or drums that turn"
+        yield Complaint(at, said, "let it slide over sheaves, or give it a length that it keeps")
+    if driven and wheels < len(turning):
+        said = "a motion drives the length of this rope, and a drum winds it"
+        yield Complaint(at, said, "drive the drum by a motion of its joint")
+    if path.rubbing and (driven or not path.taut):
+        said = "a rope whose length may change rubs on a sheave"
+        yield Complaint((*at, path.rubbing[0], "friction"), said, "give the rope a length that it keeps")
+    for first, second in pairwise(path.lifting):
+        if second == first + 1:
+            said = f"the rope lifts off places {first + 1} and {second + 1}, which are beside each other"
+            yield Complaint((*at, second, "lifts"), said, "let it lift off one of them")
+    if path.rubbing and turning:
+        said = "a rope that rubs on a sheave turns a wheel or a drum"
+        hint = "end it before: at a point of a body that slides along the strand, from which another rope goes on"
+        yield Complaint((*at, path.rubbing[0], "friction"), said, hint)
+    if len(path.rubbing) > 1:
+        said = f"the rope rubs on place {path.rubbing[0] + 1} already"
+        hint = "make two ropes of it, with a body between that slides along the strand"
+        yield Complaint((*at, path.rubbing[1], "friction"), said, hint)
     if driven and ("length" in joint.parameters or not path.taut):
         yield Complaint(at, "a motion drives the length of this rope", "leave out what else says its length")
 
@@ -65,9 +83,9 @@ def _in_plane(joint: Joint) -> Iterator[Complaint]:
         w, flat = radii[k] - radii[k + 1], math.hypot(end[0] - start[0], end[1] - start[1])
         free = math.sqrt(max(flat**2 - w**2, 0.0))
         pair = f"places {k + 1} and {k + 2} of this path"
-        least = THRESHOLDS.least_span * (abs(radii[k]) + abs(radii[k + 1]))
-        if free <= least:
-            apart = "are one point" if not w else "overlap: no rope runs straight between them"
+        both = abs(radii[k]) + abs(radii[k + 1])
+        if free <= THRESHOLDS.least_span * both or flat < both:
+            apart = "are one point" if not both else "overlap: no rope runs straight between them"
             yield Complaint((*at, k + 1), f"{pair} {apart}", "move one of them, or give smaller radii")
             return
         if w and abs(end[2] - start[2]) > math.tan(THRESHOLDS.fleet_angle) * free:
@@ -79,7 +97,7 @@ def _in_plane(joint: Joint) -> Iterator[Complaint]:
         θ = math.atan2(end[1] - start[1], end[0] - start[0]) + math.asin(w / flat)
         if before is not None and radii[k]:
             wrap = (math.copysign(1.0, radii[k]) * (θ - before)) % (2.0 * math.pi)
-            if wrap > THRESHOLDS.wrong_side and not path.nodes[k].turns:
+            if wrap > THRESHOLDS.wrong_side and not (path.nodes[k].turns or path.nodes[k].lifts):
                 other = "right" if path.nodes[k].left else "left"
                 said = f"the rope would wrap {math.degrees(wrap):.4g} deg around place {k + 1}: it is on the wrong side"
                 yield Complaint((*at, k), said, f"write bends: {other}, or move the place")
@@ -96,6 +114,16 @@ def _long_enough(joint: Joint, radii: Sequence[float], seen: Sequence[Sequence[f
     if given is not None and fixed and given < shortest:
         said = f"the rope is shorter than its path: {given:.6g} m between ends {shortest:.6g} m apart"
         yield Complaint(("joints", joint.name, "length"), said, "give a longer rope, or move its ends")
+        return
+    pairs = zip(pairwise(path.nodes), pairwise(radii), pairwise(seen), strict=True)
+    held = [
+        math.sqrt(math.dist(*ends) ** 2 - (radius - other) ** 2)
+        for (first, second), (radius, other), ends in pairs
+        if first.body == second.body
+    ]
+    if given is not None and not path.lifting and given <= sum(held):
+        said = f"the rope is shorter than its path: {given:.6g} m, of {sum(held):.6g} m between places of one body"
+        yield Complaint(("joints", joint.name, "length"), said, "give a longer rope, or move its places")
 
 
 ROPE_CHECK = Check(("joints", "bodies"), run_over_places, besides=("motions",))

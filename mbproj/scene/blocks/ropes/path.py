@@ -11,6 +11,7 @@ from mbproj.dataclass import dataclass
 from mbproj.scene.fields.rotations import cross, unit
 from mbproj.scene.records import GROUND, Vector
 from mbproj.scene.stops import OfBody
+from mbproj.thresholds import THRESHOLDS
 
 #: The kinds of places of a path: points, sheaves over which the rope slides, wheels and drums that turn with it.
 KINDS = ("point", "sheave", "wheel", "drum")
@@ -21,7 +22,9 @@ MOST_WHEELS = 5
 @dataclass(frozen=True)
 class Node:
     """A place of a path on a `body`; `kind` is one of KINDS. It is a point, or a circle of `radius` m about the centre
-    `at`. The rope bends to the `left` or right on it, as seen against the normal, and makes so many more `turns`."""
+    `at`. The rope bends to the `left` or right on it, as seen against the normal, and makes so many more `turns`.
+
+    A rope rubs on a sheave that has a coefficient of `friction`. It may leave one with `lifts`, and come back."""
 
     kind: str
     body: str
@@ -29,6 +32,8 @@ class Node:
     radius: float = 0.0
     left: bool = True
     turns: int = 0
+    friction: float | None = None
+    lifts: bool = False
 
     @property
     def signed_radius(self) -> float:
@@ -48,8 +53,19 @@ class Path:
 
     @property
     def portions(self) -> int:
-        """The number of portions with tensions of their own: one more than the wheels that the rope turns."""
-        return 1 + sum(node.kind == "wheel" for node in self.nodes)
+        """The number of portions with tensions of their own: one more than the wheels that the rope turns, and than the
+        sheaves on which it rubs."""
+        return 1 + sum(node.kind == "wheel" or node.friction is not None for node in self.nodes)
+
+    @property
+    def lifting(self) -> tuple[int, ...]:
+        """The numbers of the places that the rope may leave."""
+        return tuple(k for k, node in enumerate(self.nodes) if node.lifts)
+
+    @property
+    def rubbing(self) -> tuple[int, ...]:
+        """The numbers of the places on which the rope rubs."""
+        return tuple(k for k, node in enumerate(self.nodes) if node.friction is not None)
 
     def changed(self, place: Callable[[OfBody], OfBody], normal: Callable[[Vector], Vector], size: float = 1.0) -> Path:
         """The path with its places and its normal changed by these functions, and its radii times `size`."""
@@ -86,7 +102,9 @@ def straight(path: Path) -> tuple[list[float], list[float]]:
         θ = math.atan2(up, across) + off
         if k and first.radius:
             side = 1.0 if first.left else -1.0
-            θ = ropes[-1] + side * (side * (θ - ropes[-1]) % (2.0 * math.pi) + 2.0 * math.pi * first.turns)
+            wrap = side * (θ - ropes[-1]) % (2.0 * math.pi)
+            off = first.lifts and wrap > THRESHOLDS.wrong_side
+            θ = ropes[-1] + side * (wrap + 2.0 * math.pi * (-1 if off else first.turns))
         lines.append(θ - off)
         ropes.append(θ)
     return lines, ropes

@@ -22,7 +22,10 @@ template <class D> struct Touch {
     Scalar<D> side() const { return kappa < 0.0 ? -1.0 : 1.0; }
 };
 
-constexpr bool is_on_face(Kind kind) { return kind == Kind::face || kind == Kind::face_place; }
+// A slip that so much has been slid in all: 0, but for its slopes.
+template <class S> S slipped(const S& way) { return way - value_of(way); }
+
+constexpr bool is_on_face(Kind kind) { return kind >= Kind::face && kind <= Kind::face_slip; }
 
 namespace on_face {
 
@@ -42,6 +45,7 @@ template <class D> struct Seen {
 template <class D> Scalar<D> value(const Instance<D>& p, const Point<D>* x, const Touch<D>& at) {
     const Seen<D> seen(x, at);
     if (p.kind == Kind::face_place) return seen.along;
+    if (p.kind == Kind::face_slip) return slipped(Scalar<D>(p.line->length_at(at.foot) - seen.along));
     return x[2].dot(seen.line) - at.c[0] * seen.a - at.c[1] * seen.b;
 }
 
@@ -55,13 +59,15 @@ template <class D> void gradient(const Instance<D>& p, const Point<D>* x, const 
         g[4] = x[2];
         return;
     }
-    const Scalar<D> turned = at.side() * (seen.across + 1.0 / at.kappa) / seen.r;
-    const Point<D> own = turned * x[2] - seen.line, along = at.t[0] * x[0] + at.t[1] * x[1];
+    const bool slips = p.kind == Kind::face_slip;
+    const Scalar<D> turned = at.side() * (slips ? -seen.across : seen.across + 1.0 / at.kappa) / seen.r;
+    const double sign = slips ? -1.0 : 1.0;
+    const Point<D> own = turned * x[2] - sign * seen.line, along = at.t[0] * x[0] + at.t[1] * x[1];
     g[0] = at.t[0] * own;
     g[1] = at.t[1] * own;
     g[2] = turned * along;
-    g[3] = along;
-    g[4] = -along;
+    g[3] = sign * along;
+    g[4] = -sign * along;
 }
 
 template <class D> Scalar<D> curvature(const Instance<D>& p, const Point<D>* x, const Point<D>* v, const Touch<D>& at) {
@@ -77,11 +83,11 @@ template <class D> Scalar<D> curvature(const Instance<D>& p, const Point<D>* x, 
     const Scalar<D> bent = 2.0 * at.side() * (at.t[0] * v[0].dot(v[2]) + at.t[1] * v[1].dot(v[2]));
     const Scalar<D> omega_bias = (bent - 2.0 * omega * growth) / seen.r;
     const Scalar<D> d_dot[2] = {v[0].dot(seen.line) + x[0].dot(rate), v[1].dot(seen.line) + x[1].dot(rate)};
-    const Scalar<D> kappa3 = at.kappa * at.kappa * at.kappa;
-    const Scalar<D> across =
-        2.0 * (at.t[0] * d_dot[1] - at.t[1] * d_dot[0]) + omega * (seen.along + at.kappa_sigma / kappa3);
+    const Scalar<D> across = 2.0 * (at.t[0] * d_dot[1] - at.t[1] * d_dot[0]) + omega * seen.along;
     const Scalar<D> bias = 2.0 * (at.t[0] * v[0].dot(rate) + at.t[1] * v[1].dot(rate));
-    return omega_bias * (seen.across + 1.0 / at.kappa) - omega * across - bias;
+    if (p.kind == Kind::face_slip) return bias + omega * across - omega_bias * seen.across;
+    const Scalar<D> kappa3 = at.kappa * at.kappa * at.kappa;
+    return omega_bias * (seen.across + 1.0 / at.kappa) - omega * (across + omega * at.kappa_sigma / kappa3) - bias;
 }
 
 }  // namespace on_face

@@ -61,12 +61,17 @@ template <class D> struct Moves {
         first = (-at.other_kappa * drive - sense(p) * turn) / determinant;
         second = (lever * turn - at.kappa * drive) / determinant;
     }
-    const Scalar<D>& of(const Instance<D>& p) const { return p.kind == Kind::place_on_first ? first : second; }
+    Scalar<D> of(const Instance<D>& p) const {
+        if (p.kind == Kind::slip_of_two) return first - sense(p) * second;
+        return p.kind == Kind::place_on_first ? first : second;
+    }
 };
 
 template <class D> Scalar<D> value(const Instance<D>& p, const Touch<D>& at) {
     if (p.kind == Kind::two_curves) return p.parameters[0] * at.phi - p.parameters[2];
-    return p.kind == Kind::place_on_first ? p.line->length_at(at.foot) : p.other->length_at(at.other);
+    const Scalar<D> first = p.line->length_at(at.foot), second = p.other->length_at(at.other);
+    if (p.kind == Kind::slip_of_two) return slipped(Scalar<D>(first - sense(p) * second));
+    return p.kind == Kind::place_on_first ? first : second;
 }
 
 template <class D> void gradient(const Instance<D>& p, const Point<D>* x, const Touch<D>& at, Point<D>* g) {
