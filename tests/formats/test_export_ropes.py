@@ -90,6 +90,7 @@ def test_what_acts_along_a_telescope_acts_along_a_tendon(tmp_path):
 
 OTHERWISE = {
     "no tendon turns the wheel that it runs over": ("sheave: a", "wheel: a"),
+    "no tendon rubs on what it runs over": ("at: [0, 0.2, 0.3]", "at: [0, 0.2, 0.3], friction: 0.2"),
     "no tendon has whole turns around a shape": ("radius: 0.08, bends: left", "radius: 0.08, bends: left, turns: 1"),
     "a tendon has a point between two shapes": (
         "{point: a, at: [0.6, 0.2, 0]}",

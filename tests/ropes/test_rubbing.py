@@ -119,11 +119,17 @@ def test_an_expectation_is_about_either_side_and_the_friction():
             "{drum: light, radius: 0.05, bends: left}",
             "turns a wheel or a drum; end it",
         ),
+        (
+            "{sheave: ground, at: [2, 0, 0]",
+            "{sheave: loose, at: [2, 0, 0]",
+            "whose body may turn against the plane of the",
+        ),
         ("friction: 0.3", "friction: -0.3", "'friction' must be at least 0"),
     ],
 )
 def test_what_is_refused(old, new, message):
     assert old in WEIGHTS
+    loose = "\nbodies:\n  loose: {mass: 1, inertia: [1, 1, 1], position: [2, 0, 0]}\n"
     with pytest.raises(InputError) as caught:
-        read_scene_text(scene(WEIGHTS.replace(old, new)))
+        read_scene_text(scene(WEIGHTS.replace(old, new).replace("\nbodies:\n", loose)))
     assert message in str(caught.value)

@@ -60,6 +60,9 @@ def run_of(joint: Joint, start: Start, tree: Tree) -> RopeRun | str:
         if not all(_stays(tree, node.body, path.frame, normal) for node in beside):
             return f"what it touches at its place {number + 1} moves out of its plane"
     _, ropes = straight(here)
+    off = [k + 1 for k in path.lifting if (ropes[k] - ropes[k - 1]) * path.nodes[k].signed_radius < 0.0]
+    if off:
+        return f"it is off its place {off[0]} at the start"
     x, y, _ = (np.array(axis) for axis in axes(here.normal))
     shapes = {}
     for number in circles:
@@ -77,6 +80,8 @@ def _why_no_tendon(nodes: tuple[Node, ...]) -> str:
     kinds = {node.kind for node in nodes} - {"point", "sheave"}
     if kinds:
         return f"no tendon turns the {min(kinds)} that it runs over"
+    if any(node.friction for node in nodes):
+        return "no tendon rubs on what it runs over"
     if any(node.turns for node in nodes):
         return "no tendon has whole turns around a shape"
     if any(one.radius and other.radius for one, other in pairwise(nodes)):

@@ -46,7 +46,8 @@ def test_the_function_is_that_of_a_pin_in_a_slot(slots):
 @pytest.mark.parametrize("formulation", ["planar", "reduced"])
 @pytest.mark.parametrize("slots", [4, 6])
 def test_three_turns_keep_the_energy_and_the_closed_form(slots, formulation):
-    done = run("geneva", formulation=formulation, parameters={"slots": slots}, duration="2.2 s")
+    how = {"formulation": formulation, "tolerance": "1.0e-13"}  # the energy is off by twice the tolerance
+    done = run("geneva", **how, parameters={"slots": slots}, duration="2.2 s")
     φ, wheel = done["joints/coordinate"].T[:2]
     assert φ[-1] > 6.0 * np.pi
     f, slope = law(φ, slots)
@@ -54,7 +55,7 @@ def test_three_turns_keep_the_energy_and_the_closed_form(slots, formulation):
     speed = HELD / np.sqrt(1.0 + J2 / J1 * slope**2)
     np.testing.assert_allclose(done["joints/speed"][:, 0], speed, rtol=1e-11)
     energy = done["diagnostics/total_energy"]
-    assert np.abs(energy / energy[0] - 1.0).max() <= 2e-12
+    assert np.abs(energy / energy[0] - 1.0).max() <= 5e-13
     enters = 0.5 * np.pi - np.pi / slots
     half = quad(lambda φ: np.sqrt(1.0 + J2 / J1 * law(φ, slots)[1] ** 2) / HELD, 0.0, enters, epsabs=1e-14)[0]
     turn = 2.0 * half + 2.0 * (np.pi - enters) / HELD

@@ -19,7 +19,7 @@ def run_over_places(
     """A check that the paths of ropes are possible, and that their other keys fit to them."""
     for joint in joints.values():
         if joint.type == "rope":
-            wrong = list(_on_places(joint)) + list(_as_whole(joint, motions))
+            wrong = [*_on_places(joint), *_as_whole(joint, motions), *_on_what_turns(joint, joints)]
             yield from wrong or _in_plane(connected(joint, bodies, motions))
 
 
@@ -68,6 +68,22 @@ def _as_whole(joint: Joint, motions: Mapping[str, Motion]) -> Iterator[Complaint
         yield Complaint((*at, path.rubbing[1], "friction"), said, hint)
     if driven and ("length" in joint.parameters or not path.taut):
         yield Complaint(at, "a motion drives the length of this rope", "leave out what else says its length")
+
+
+def _on_what_turns(joint: Joint, joints: Mapping[str, Joint]) -> Iterator[Complaint]:
+    """Complaints about friction on a sheave that may turn against the plane of its rope: slip is counted from that."""
+    path: Path = joint.parameters["path"]
+    upright, size = {path.frame}, 0
+    while len(upright) > size:
+        size = len(upright)
+        for each in joints.values():
+            if each.type in ("fixed", "prismatic") and upright & {*each.bodies}:
+                upright |= {*each.bodies}
+    for k in path.rubbing:
+        if path.nodes[k].body not in upright:
+            said = f"the rope rubs on place {k + 1}, whose body may turn against the plane of the rope"
+            hint = "hold that body by fixed or prismatic joints, or give it as the 'frame'"
+            yield Complaint(("joints", joint.name, "path", k, "friction"), said, hint)
 
 
 def _in_plane(joint: Joint) -> Iterator[Complaint]:
