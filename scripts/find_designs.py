@@ -1,6 +1,7 @@
 """How well `mbproj fit` and `mbproj optimise` find what is known.
 
-    python scripts/find_designs.py [path] [noise] [linkages] [load] [--seeds N] [--sets N] [--starts N] [--differences]
+    python scripts/find_designs.py [path] [noise] [linkages] [load] [positions]
+                                   [--seeds N] [--sets N] [--starts N] [--differences]
 
 path      a four-bar of ten dimensions by 24 points of its coupler curve: the rms of the residuals for each of N seeds;
           --differences: the same by differences of runs, and what dual numbers take of their time
@@ -8,6 +9,7 @@ noise     how often the true numbers are within one and three standard deviation
           pendulum, a five-bar and a quarter car
 linkages  the straight-line linkages of Hoeken, Chebyshev and Roberts, by their curves
 load      the peak of a bearing's load in a six-bar, under a constraint on its stroke, beside a run of the scene found
+positions how often six-bars are found that carry a body exactly through 3, 4, 5 places, of N random ones each
 """
 
 from __future__ import annotations
@@ -31,6 +33,9 @@ from mbproj.studies.design.run import Design, find_design
 from mbproj.studies.design.slopes.neighbours import Followed
 from mbproj.studies.design.spec import read_spec
 from mbproj.studies.design.written import best_scene
+from mbproj.studies.synthesis.look import candidates
+from mbproj.studies.synthesis.synthesise import SIX_BARS
+from mbproj.studies.synthesis.wish import read_wanted
 
 #: Why dual numbers are not taken.
 ASKED = "differences were asked for"
@@ -196,11 +201,27 @@ def load(folder: Path, given: argparse.Namespace) -> Iterator[str]:
         )
 
 
+def positions(folder: Path, given: argparse.Namespace) -> Iterator[str]:
+    """Places along an arc, shifted by 0.1 m and turned by 8° at random."""
+    arc = np.array([(0, 0, 0), (0.5, 0.2, 17), (1, 0.1, 46), (1.3, -0.2, 60), (1.5, -0.5, 80)], dtype=float)
+    wish = folder / "carry.yaml"
+    wish.write_text("design: 1\nsynthesis: {positions: places.csv}\n", encoding="utf-8")
+    for name in SIX_BARS:
+        for count in range(3, len(arc) + 1):
+            off = []
+            for seed in range(given.seeds):
+                places = arc[:count] + np.random.default_rng(seed).normal(size=(count, 3)) * (0.1, 0.1, 8.0)
+                table(folder / "places.csv", "x (m),z (m),angle (deg)", places)
+                off.append(candidates(read_wanted(wish), name)[0]["rms"])
+            yield f"{name}, {count} places: {sum(each < 1e-12 for each in off)} of {given.seeds} exact"
+
+
 STUDIES: Mapping[str, Callable[[Path, argparse.Namespace], Iterator[str]]] = {
     "path": path,
     "noise": noise,
     "linkages": linkages,
     "load": load,
+    "positions": positions,
 }
 
 

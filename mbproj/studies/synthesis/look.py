@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from scipy.stats import qmc
 
-from mbproj.arrays import Array
+from mbproj.arrays import Array, Flags
 from mbproj.dataclass import dataclass
 from mbproj.studies.synthesis.linkage import Linkage, Numbers
 from mbproj.studies.synthesis.spatial import SpatialFourBar
@@ -28,6 +28,11 @@ FINE = 60
 REFINED, NEAR = 3, 0.1
 #: How far a second point is from the first of a body whose positions are wanted, in parts of their size.
 ARM = 0.5
+#: A design is exact where it is off by this part of the size. Positions are looked for with new starts until one is
+#: found, so many times at most: five of them have few designs, or none.
+EXACT, ROUNDS = 1e-9, 12
+#: Crank angles from one position to the next at which a design has to close.
+BETWEEN = 24
 #: Designs that are handed on.
 HANDED_ON = 3
 SPATIAL = "spatial_four_bar"
@@ -40,10 +45,16 @@ Slopes: TypeAlias = "Callable[[Array, Array], Array]"
 @dataclass(frozen=True, eq=False)
 class Candidate:
     """A design of a topology: its numbers by name, with `side`s and the crank's direction `turn`; how far it is from
-    what is wanted, as a root mean square in m or rad."""
+    what is wanted, as a root mean square in m or rad. It `locks` where it does not close all the way from one position
+    to the next."""
 
     numbers: Mapping[str, float]
     rms: float
+    locks: bool
+
+    def rank(self) -> tuple[bool, float]:
+        """The smaller, the better."""
+        return self.locks, self.rms
 
 
 def names_for(kind: str) -> tuple[str, ...]:
@@ -58,10 +69,15 @@ def candidates(wanted: Wanted, name: str) -> list[dict[str, float]]:
     found: list[Candidate] = []
     signs = [1.0, -1.0]
     directions = signs if wanted.kind == PATH and wanted.times is not None else [1.0]
-    for number, (*sides, turn) in enumerate(product(*[signs] * len(mechanism.sides), directions)):
+    assemblies = [*product(*[signs] * len(mechanism.sides), directions)]
+    for number in range(len(assemblies) * (ROUNDS if wanted.kind == POSITIONS else 1)):
+        *sides, turn = assemblies[number % len(assemblies)]
         fixed = {**dict(zip(mechanism.sides, sides, strict=True)), "turn": turn}
         found += _of_one_assembly(wanted, mechanism, fixed, wanted.seed + number)
-    best = sorted(found, key=lambda each: each.rms)[:HANDED_ON]
+        whole = number % len(assemblies) == len(assemblies) - 1
+        if whole and any(not each.locks and each.rms <= EXACT * wanted.size for each in found):
+            break
+    best = sorted(found, key=Candidate.rank)[:HANDED_ON]
     return [{**each.numbers, "rms": each.rms} for each in best]
 
 
@@ -92,9 +108,12 @@ def _of_one_assembly(
         by_normals = partial(_slopes_along_normals, mechanism, numbers, wanted.values[:, 0] + 1j * wanted.values[:, 1])
     x, cost = brought_down(residuals, x[np.isfinite(np.sort(value)[: len(x)])], low, high, by_normals)
     rms = np.sqrt(cost / max(residuals(low[None]).shape[1], 1))
-    order = np.argsort(rms, kind="stable")[:HANDED_ON]
+    locks = np.zeros(len(x), dtype=bool)
+    if wanted.kind == POSITIONS and isinstance(mechanism, Linkage) and len(x):
+        locks = _locks(mechanism, numbers(x), len(wanted.values))
+    order = np.lexsort([rms, locks])[:HANDED_ON]
     return [
-        Candidate({**dict(zip(free, x[k].tolist(), strict=True)), **still}, float(rms[k]))
+        Candidate({**dict(zip(free, x[k].tolist(), strict=True)), **still}, float(rms[k]), bool(locks[k]))
         for k in order.tolist()
         if np.isfinite(rms[k])
     ]
@@ -176,8 +195,7 @@ def _off(wanted: Wanted, mechanism: Linkage | SpatialFourBar, p: Numbers) -> Arr
     assert isinstance(mechanism, Linkage)
     points = wanted.values[:, 0] + 1j * wanted.values[:, 1]
     if wanted.kind == POSITIONS:
-        swings = [np.zeros_like(p["start"]), *(p[f"swing_{k}"] for k in range(2, len(points) + 1))]
-        known = mechanism.solved(p, p["start"] + np.concatenate(swings, axis=1))
+        known = mechanism.solved(p, _swung(p, len(points)))
         link = mechanism.link(mechanism.traced)
         along = (known[link.toward] - known[link.origin]) / p[link.length] * np.exp(1j * p["lean"])
         parts = [known["P"] - points, ARM * wanted.size * (along - np.exp(1j * wanted.values[:, 2]))]
@@ -187,6 +205,22 @@ def _off(wanted: Wanted, mechanism: Linkage | SpatialFourBar, p: Numbers) -> Arr
     else:
         off = _traced(mechanism, p, _nearest(mechanism, p, points)) - points
     return np.concatenate([off.real, off.imag], axis=1)
+
+
+def _swung(p: Numbers, count: int) -> Array:
+    """The crank's angles (B, count) at positions."""
+    swings = [np.zeros_like(p["start"]), *(p[f"swing_{k}"] for k in range(2, count + 1))]
+    return np.asarray(p["start"] + np.concatenate(swings, axis=1))
+
+
+def _locks(mechanism: Linkage, p: Numbers, count: int) -> Flags:
+    """Which designs (B,) do not close all the way through so many positions. The crank's angle is the polynomial in t
+    that has them at t = 0, 1, .., as in the scene."""
+    at = np.arange(count)
+    t = np.linspace(0.0, count - 1.0, BETWEEN * (count - 1) + 1)
+    powers = np.linalg.solve(np.vander(at, increasing=True).astype(float), _swung(p, count).T)
+    known = mechanism.solved(p, (np.vander(t, count, increasing=True) @ powers).T)
+    return np.any([np.isnan(point).any(axis=1) for point in known.values()], axis=0)
 
 
 def crank_of(wanted: Wanted, p: Numbers) -> Array:

@@ -149,6 +149,13 @@ def test_what_is_nothing_has_no_elasticity():
     assert found.slopes[0, 0] == pytest.approx(1e-13)
 
 
+def test_round_off_of_what_is_measured_is_in_the_uncertainty():
+    """x = 1 m + 1e-9 m a: neighbours in a are so near that three digits of the slope are left."""
+    text = BALL.replace("position: [0, 0, 0], velocity", "position: [1 + 1.0e-9*idle, 0, 0], velocity")
+    found = mbproj.sensitivity(text.replace("velocity: [speed*cos(angle)", "velocity: [0 m/s"), of="far", to="idle")
+    assert abs(found.slopes[0, 0] - 1e-9) <= found.uncertainty[0, 0] < 1e-10
+
+
 def test_bars_show_the_elasticities_and_what_has_none(tmp_path):
     """x = v cos α: of v it is 1, of α -α tan α. Straight up x is 0 and has none."""
     axes = draw_sensitivities(mbproj.sensitivity(BALL, of=["far"], to=["speed", "angle"]).table).axes

@@ -15,7 +15,7 @@ from mbproj.studies.synthesis.linkage import met
 from mbproj.studies.synthesis.look import candidates, names_for
 from mbproj.studies.synthesis.spatial import SpatialFourBar
 from mbproj.studies.synthesis.synthesise import Synthesised, doubt, in_order, synthesise
-from mbproj.studies.synthesis.topologies import FUNCTION, PATH, TOPOLOGIES
+from mbproj.studies.synthesis.topologies import FUNCTION, PATH, POSITIONS, TOPOLOGIES
 from mbproj.studies.synthesis.wish import read_wanted
 from tests.cli.commands import mbproj as command
 
@@ -182,6 +182,19 @@ def test_the_simplest_of_those_that_are_as_good_is_chosen(tmp_path):
     assert [each.topology for each in in_order(found, 1.0)] == ["four_bar", "watt", "slider_crank"]
     better = [Synthesised("watt", 5, object(), 1e-4, {}), Synthesised("four_bar", 3, object(), 1e-3, {})]
     assert [each.topology for each in in_order(better, 1.0)] == ["watt", "four_bar"]
+
+
+def test_a_six_bar_closes_all_the_way_from_one_position_to_the_next(tmp_path):
+    """The first exact design for these five places locks between two of them."""
+    x, z, angle = [0.0, 0.5, 1.0, 1.3, 1.5], [0.0, 0.2, 0.1, -0.2, -0.5], [0.0, 17.0, 46.0, 60.0, 80.0]
+    path = written(tmp_path, "positions", "x (m),z (m),angle (deg)", np.array([x, z, angle]))
+    best = candidates(read_wanted(path), "stephenson")[0]
+    assert best["rms"] < 1e-12
+    swings = [0.0, *(best[f"swing_{k}"] for k in range(2, 6))]
+    crank = best["start"] + np.polyval(np.polyfit(range(5), swings, 4), np.linspace(0.0, 4.0, 500))
+    way = TOPOLOGIES["stephenson"][POSITIONS].solved(arrays(best), crank)["P"][0]
+    assert np.isfinite(way).all()
+    np.testing.assert_allclose(way[[0, -1]], [0.0, 1.5 - 0.5j], atol=1e-9)
 
 
 def test_six_bars_that_carry_a_body_are_in_doubt(tmp_path):
