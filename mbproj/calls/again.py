@@ -116,14 +116,14 @@ def checkpoint_of(before: Results) -> Checkpoint:
     if is_locked(before.path):
         raise InputError(Problem(f"the run that writes '{before.path}' still goes on", hint="wait for it, or stop it"))
     if before.status.startswith("failed"):
-        message = f"'{before.path}': the run {before.status}; gone on with, it would fail at the same place"
+        message = f"'{before.path}': the run {before.status}; continued, it would fail at the same place"
         raise InputError(Problem(message, hint="mend the cause, and start with: mbproj run"))
     checkpoint = before.checkpoint
     if checkpoint is None:
         if before.status == "complete" and "integration_seconds" not in before.attributes:
-            message = f"'{before.path}' holds no run: there is nothing to go on with"
+            message = f"'{before.path}' holds no run that could be continued"
             raise InputError(Problem(message, hint="run the scene; --from-equilibrium begins where it rests"))
-        message = f"'{before.path}' has no state to go on from: an older mbproj wrote it, or a kill came too early"
+        message = f"'{before.path}' has no state to continue from: an older mbproj wrote it, or it was killed too early"
         raise InputError(Problem(message, hint="start over with: mbproj rerun"))
     if checkpoint.build != fingerprint():
         what = f"'{before.path}' is by {checkpoint.build}, and this is {fingerprint()}"

@@ -93,7 +93,7 @@ def test_what_cannot_be_gone_on_with_says_why(tmp_path):
     )
     with h5py.File(tmp_path / "run.h5", "r+") as file:
         del file[SLOTS]
-    assert_refused(tmp_path, ["run.h5", "--until", "1"], "error: 'run.h5' has no state to go on from")
+    assert_refused(tmp_path, ["run.h5", "--until", "1"], "error: 'run.h5' has no state to continue from")
 
 
 def assert_refused(folder, arguments, message):
@@ -118,7 +118,7 @@ def test_what_holds_no_run_is_not_old(tmp_path):
     assert mbproj("equilibrium", SLIDER_CRANK, "-o", "rest.h5", folder=tmp_path).returncode in (0, 3)
     done = mbproj("continue", "rest.h5", folder=tmp_path)
     assert done.returncode == 2
-    assert "'rest.h5' holds no run: there is nothing to go on with" in done.stderr, done.stderr
+    assert "'rest.h5' holds no run that could be continued" in done.stderr, done.stderr
 
 
 def test_a_time_that_lies_ahead_is_advised(tmp_path):

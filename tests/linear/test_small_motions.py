@@ -77,7 +77,10 @@ def test_a_cam_that_rests_at_a_knot_has_no_motion_that_is_linear_on_both_sides(r
     case = Case(Mechanism.of(read_scene_text(CAM.replace("ROWS", rows))))
     found = {name: _check(name, CHECKS[name], case) for name in ("linear", "order", "energy")}
     assert (
-        found["linear"].remark.startswith("it rests at an edge, beside which it moves otherwise: joint 'cam'") == rests
+        found["linear"].remark.startswith(
+            "it rests at the edge of a law, and moves differently on its two sides: joint 'cam'"
+        )
+        == rests
     )
     assert found["linear"].verdict == ("does not apply" if rests else "passed")
     assert "failed" not in {each.verdict for each in found.values()}

@@ -67,8 +67,8 @@ def test_round_off_is_named_only_where_it_explains_the_error():
     ready, reference = uncertain(PENDULUM, 1e-14, 1.0)
     assert why_not(ready, reference, 1e-15, 1.0).startswith("errors grow from round-off: starts that differ by it are ")
     assert why_not(ready, replace(reference, uncertainty=1e-4 * np.ones((41, 1))), 1e-6, 1.0) == (
-        "the reference does not converge: the best solutions are uncertain by 0.0001 m at 1 s; a load that acts for "
-        "less than a step would do that"
+        "the reference does not converge: the best solutions are uncertain by 0.0001 m at 1 s; a load that is "
+        "shorter than a step may be the reason"
     )
 
 
@@ -82,7 +82,7 @@ def test_a_law_with_too_many_kinks_is_named_and_one_with_edges_is_not():
     assert not_smooth(uneven(ready, 1.0)) == said
     assert why_not(ready, reference, 1e-7, 1.0) == f"{said}, and the best solutions are uncertain by 1e-05 m at 1 s"
     known = replace(reference, uncertainty=9e-8 * np.ones((41, 1)))
-    assert why_not(ready, known, 1e-7, 1.0) == f"{said}, and no setting comes that near"
+    assert why_not(ready, known, 1e-7, 1.0) == f"{said}, and no setting is that accurate"
 
 
 def test_a_reference_that_ended_says_why():

@@ -198,7 +198,7 @@ simulation: {duration: 2, step: 0.1, integrator: heun2}
         _, trust = simulate_certified(Mechanism.of(scene), settings_to_run(scene))
         lines.append("\n".join(lines_on(trust)))
     assert "no figure: errors are measured at the centres of mass" in lines[0]
-    assert "put a marker on what turns" in lines[0]
+    assert "put a marker on a body that turns" in lines[0]
     assert "no figure" not in lines[1]
     assert 1e-4 < np.nanmax(trust.error[np.isfinite(trust.error)]) < 1.0
 

@@ -107,7 +107,9 @@ simulation: {duration: 2, step: 0.05}
 
 def test_a_body_that_only_turns_has_an_error_where_it_has_a_marker():
     """Its centre does not move: Heun's method with the longest steps was the cheapest, with an error of 0 m."""
-    with pytest.raises(InputError, match=r"none of these moves although bodies turn[^z]*put a marker on what turns"):
+    with pytest.raises(
+        InputError, match=r"none of these moves although bodies turn[^z]*put a marker on a body that turns"
+    ):
         recommend(read_scene_text(WHEEL), 1e-5)
     rim = "markers: {rim: {body: wheel, location: [0.3, 0, 0]}}\n"
     assert 0.0 < max(recommend(read_scene_text(WHEEL + rim), 1e-5).best.error.values()) <= 1e-5

@@ -65,9 +65,9 @@ class Diagnosis:
             if sets:
                 yield from _sets(sets, where)
         if self.redundancy.freedom == 0:
-            yield "  the joints leave no freedom: a structure, and whatever depends on each other does so for good"
+            yield "  the joints leave no freedom: a structure, and its dependent rows stay dependent"
         if self.redundancy.freedom and not self.redundancy.moves:
-            yield "  the freedom is one to first order only: no motion away from the pose was found"
+            yield "  the freedom exists to first order only: no motion away from the pose was found"
         if self.not_unique:
             yield f"  reactions that are not unique: {in_words(self.not_unique)}"
         yield f"  {self._conditions()}"

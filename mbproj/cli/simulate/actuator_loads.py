@@ -69,7 +69,7 @@ def lines(found: ActuatorLoads, source: str, over: str | None) -> Iterator[str]:
         ("work of", "put in (J)", "taken out (J)"),
         [(load.name, f"{load.put_in:.6g}", f"{load.taken_out:.6g}") for load in works],
     )
-    yield "± is what looking between samples leaves open"
+    yield "± is the uncertainty between samples"
     if found.shared:
         yield _sharing(found)
     if found.rank < found.freedom:
@@ -90,7 +90,7 @@ def _sharing(found: ActuatorLoads) -> str:
     said = ", ".join(f"{name} {weight:g}" for name, weight in weighed.items())
     mixed = "; N and N m are weighed alike" if len(set(found.units)) > 1 and not weighed else ""
     norm = f"least weighted sum of squares ({said})" if weighed else "least sum of squares"
-    return f"more actuators than they reach degrees of freedom: of all forces that do it, those of {norm}{mixed}"
+    return f"more actuators than degrees of freedom that they reach: of all forces that balance, those of {norm}{mixed}"
 
 
 def _dead(found: ActuatorLoads) -> Iterator[str]:

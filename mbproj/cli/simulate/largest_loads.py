@@ -52,7 +52,7 @@ def lines(results: Results, over: str | None, level: float | None, *, rainflow: 
         return
     place = place_of(results, over)
     yield columns(HEADINGS, [_row(load, place[1] if place else "") for load in felt])
-    yield "\n± is what looking between samples leaves open; the error of the run itself comes on top (run --certify)"
+    yield "\n± is the uncertainty between samples; the error of the run itself comes on top (run --certify)"
     if place is not None:
         yield f"place: {place[0]}{', modulo a turn' if place[1] == 'rad' else ''}"
     if any(not load.unique for load in felt):

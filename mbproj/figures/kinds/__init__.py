@@ -50,17 +50,17 @@ KINDS: Mapping[str, PictureKind] = MappingProxyType(
         "reactions": PictureKind("reactions", "reaction force and torque of each joint", "joints", over=True),
         "loads": PictureKind(
             "loads.polar",
-            "polar diagram of each joint's force, what motions take over the cycle",
+            "polar diagram of each joint's force, forces of motions over the cycle",
             "joints",
             of_motion=False,
             by_default=False,
         ),
         "forces": PictureKind(
-            "driven", "what forces act along, and their size", "forces", usual=False, function="draw_forces", over=True
+            "driven", "what forces act along, and the forces", "forces", usual=False, function="draw_forces", over=True
         ),
         "motions": PictureKind(
             "driven",
-            "what motions prescribe, and what they take",
+            "coordinate and driving force of each motion",
             "motions",
             usual=False,
             function="draw_motions",

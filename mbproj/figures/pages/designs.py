@@ -31,8 +31,8 @@ def why_not(kind: str, drawn: Drawn) -> str | None:
     """The reason why a picture does not apply; None where it does."""
     missing: Mapping[str, tuple[bool, str]] = {
         "fit": (not drawn.matches, "the design matches nothing"),
-        "convergence": (not any(len(trace) for trace in drawn.traces), "no search went down by itself"),
-        "correlation": (drawn.correlation is None, "only what is matched says how numbers depend on each other"),
+        "convergence": (not any(len(trace) for trace in drawn.traces), "no search has a course to draw"),
+        "correlation": (drawn.correlation is None, "correlations follow only from data that is matched"),
         "front": (drawn.front is None, "the design has one goal alone"),
     }
     is_missing, reason = missing[kind]

@@ -33,7 +33,7 @@ PICTURES: Mapping[str, Picture] = MappingProxyType(
         "lines": Picture("lines", "measures over one quantity, a line for each value of a second", LISTED),
         "map": Picture("heat_map", "measures over two quantities as heat maps with contours", LISTED),
         "distribution": Picture("distribution", "how each measure is distributed, with its quantiles", SAMPLED),
-        "scatter": Picture("scatter", "what varies and what is measured, each over each", SAMPLED),
+        "scatter": Picture("scatter", "scatter plots of all varied quantities and measures", SAMPLED),
         "ranks": Picture("ranks", "rank correlations as a tornado chart", SAMPLED),
         "sobol": Picture("sobol", "Sobol' indices with their confidence", SAMPLED),
     }

@@ -17,7 +17,7 @@ class Eye {
     return this.flat ? this.flatLens : this.lens;
   }
 
-  /** As the page opened. */
+  /** Returns to the view with which the page opened. */
   reset() {
     this.flat = this.view.flat;
     this.look(this.view.eye, this.view.up);
@@ -35,13 +35,13 @@ class Eye {
     return new THREE.Vector3().crossVectors(this.up, this.back);
   }
 
-  /** From where to where all points reach along an axis. */
+  /** The smallest and the largest coordinate of all points along an axis. */
   #span(axis) {
     const along = this.view.points.map(([x, y, z]) => x * axis.x + y * axis.y + z * axis.z);
     return [Math.min(...along), Math.max(...along)];
   }
 
-  /** Shows all points from here, in the middle of the picture. */
+  /** Fits all points into the picture, seen from the current direction. */
   fit() {
     const axes = [this.right, this.up, this.back];
     const [across, upward, deep] = axes.map((axis) => this.#span(axis));
@@ -63,7 +63,7 @@ class Eye {
     this.up.addScaledVector(this.back, -this.up.dot(this.back)).normalize();
   }
 
-  /** By parts of the picture's height. */
+  /** Shifts the picture by parts of its height. */
   pan(dx, dy) {
     this.target.addScaledVector(this.right, -2 * this.half * dx).addScaledVector(this.up, 2 * this.half * dy);
     this.fitted = false;

@@ -15,7 +15,7 @@ class Chart {
     canvas.addEventListener("pointermove", (event) => event.buttons && this.#scrub(event));
   }
 
-  /** Every series by its name: [{run, group, column}], with a unit; of several runs where they have it. */
+  /** All series by name, each with its unit and a line {run, group, column} for every run that has it. */
   #choices() {
     const found = new Map();
     this.runs.forEach((run, number) =>
@@ -82,7 +82,7 @@ class Chart {
     return this.height - BOTTOM - part * (this.height - TOP - BOTTOM);
   }
 
-  /** The stored numbers of a line: of logarithms the powers of ten. */
+  /** The range of the stored numbers of all lines; for a logarithmic series these are powers of ten. */
   #range() {
     let [low, high] = [Infinity, -Infinity];
     for (const { run, group, column } of this.chosen.lines) {

@@ -1,9 +1,9 @@
-// What colours mean: each body its own, or how far joints are open, or whether the run can be trusted.
+// Colours: each body has its own, or they show how far joints are open, or whether the run can be trusted.
 
 const PALE = new THREE.Color("#eceef1");
 /** From closed to open: stops of a scale that colour-blind readers can follow too. */
 const SCALE = ["#2c4a8a", "#2b8a8a", "#8fbf4d", "#f2c53d", "#e0642f", "#a3123a"].map((colour) => new THREE.Color(colour));
-/** Powers of ten between which the scale lies. */
+/** The powers of ten at the ends of the scale. */
 const CLOSED = -16;
 const OPEN = -6;
 

@@ -26,7 +26,7 @@ const LAYERS = [
   ["ghosts", "Ghosts"],
 ];
 
-/** Connects what the page shows with what it does. */
+/** Connects buttons, menus and keys with their actions. */
 function connect(page) {
   const { player, eye, runs } = page;
   by("title").textContent = page.data.title;
@@ -126,13 +126,13 @@ function charts(page) {
     by("series").blur();
     page.change();
   };
-  const usual = ["coordinates", "markers", "bodies", ""]; // what tells most of a motion
+  const usual = ["coordinates", "markers", "bodies", ""]; // the series that tell most about a motion first
   const first = usual.map((kind) => names.find((name) => page.chart.choices.get(name).kind === kind)).find(Boolean) ?? "";
   choose(page.player.end > page.player.start ? first : "");
   if (page.player.end <= page.player.start) document.body.classList.add("still");
 }
 
-/** What a reader has to know: the status of the run, frames left out, trust. */
+/** Shows notes for the reader: the status of the run, frames left out, trust. */
 function remarks(page) {
   for (const run of page.runs) {
     const label = page.runs.filter((each) => !each.ghost).length > 1 ? `${run.label}: ` : "";
@@ -166,7 +166,7 @@ const KEYS = {
 };
 VIEWS.forEach(([, eye, up], number) => (KEYS[number + 1] = (page) => page.eye.look(eye, up)));
 
-/** To the event before or after the time. */
+/** Goes to the event before or after the time. */
 function jump(page, turn) {
   const times = page.runs.flatMap((run) => run.events.map((event) => event.time)).sort((a, b) => a - b);
   const ahead = turn > 0 ? times.find((time) => time > page.player.time + 1e-12) : times.filter((time) => time < page.player.time - 1e-12).pop();
@@ -184,7 +184,7 @@ function key(page, event) {
   act(page, event);
 }
 
-/** Shows the state of what can change without a click on it. */
+/** Updates the controls whose state can change without a click on them. */
 function update(page) {
   const { player, eye } = page;
   const mark = (id, pressed) => by(id).setAttribute("aria-pressed", String(pressed));

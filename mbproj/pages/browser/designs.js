@@ -1,7 +1,7 @@
-// Linkages that move beside what was wanted of them: one canvas a design, all in step.
+// Linkages that move beside the wanted path or positions: one canvas for each design, all in step.
 const SIZE = 420, MARGIN = 24, SECONDS = 4;
 
-/** From metres, or degrees, to the canvas: all of these points are seen. */
+/** The map from metres, or degrees, to the canvas, on which all these points are visible. */
 function frame(points, equal) {
   const low = [Infinity, Infinity], high = [-Infinity, -Infinity];
   for (const point of points) for (const axis of [0, 1]) {

@@ -1,11 +1,11 @@
-// The solids of one run: a group for each body with what it carries, and what stands on the ground.
+// The solids of one run: a group for each body with the parts that it carries, and the parts on the ground.
 
 const JOINT_COLOUR = "#363d47";
 const GROUND_COLOUR = "#8a9099";
 const SPRING_COLOUR = "#2f8f6b";
 const COLOUR_OF = { joints: JOINT_COLOUR, ground: GROUND_COLOUR, springs: SPRING_COLOUR };
 const GHOST_COLOUR = "#6f7f95";
-/** Beyond so many bodies edges are not drawn and circles have fewer corners: each is small, and there are many. */
+/** Above this number of bodies, edges are not drawn and circles have fewer corners, because each body is small. */
 const MOST_IN_DETAIL = 150;
 const [MANY_CORNERS, FEW_CORNERS] = [32, 12];
 
@@ -31,7 +31,7 @@ class Figure {
     return group;
   }
 
-  /** Parts that move as one and belong to one thing, by carrier, layer and item. */
+  /** Groups the parts that move together and show one thing, by carrier, layer and item. */
   #pieces() {
     const pieces = new Map();
     for (const part of this.run.look.parts) {

@@ -61,13 +61,13 @@ class Page {
     return { run, ghost, root, figure, spans, trails, forces, torques, given, movers, colours: ghost ? null : new Colours(run, figure, spans) };
   }
 
-  /** Shows the numbers of a thing {kind, name, run}; of none where it is null. */
+  /** Shows the numbers of a thing {kind, name, run}; null shows none. */
   select(thing) {
     this.panel.select(thing);
     this.change();
   }
 
-  /** What is at a place of the window: {kind, name, run}; null where nothing is. */
+  /** The thing {kind, name, run} at a place of the window; null where there is none. */
   pick(x, y) {
     const box = by("scene").getBoundingClientRect();
     const place = new THREE.Vector2((2 * (x - box.left)) / box.width - 1, 1 - (2 * (y - box.top)) / box.height);
@@ -119,7 +119,7 @@ class Page {
     update(this);
   }
 
-  /** All that the picture depends on: where it is as before, nothing is drawn again. */
+  /** All that the picture depends on. While it does not change, nothing is drawn again. */
   #state() {
     const { time, playing, loop, speed } = this.player;
     const { back, up, target, half, flat, aspect } = this.eye;
@@ -127,7 +127,7 @@ class Page {
     return [time, playing, loop, speed, ...seen, this.mode, this.follow, this.changes].join(" ");
   }
 
-  /** Says that something else has changed: what is shown, what is selected, the size. */
+  /** Notes that something else has changed: the parts shown, the selection, or the size. */
   change() {
     this.changes += 1;
   }
@@ -153,7 +153,7 @@ function visible(object) {
   return true;
 }
 
-/** Says in the page what went wrong, in place of the scene. */
+/** Shows an error in place of the scene. */
 function fail(message) {
   by("trouble").hidden = false;
   by("trouble").textContent = message;

@@ -1,4 +1,4 @@
-// Modes: the one that is chosen moves the bodies about their pose, as its phase goes round once.
+// Modes: the chosen one moves the bodies about their pose while its phase goes through one cycle.
 
 const ROUND = 72; // frames of a cycle
 const DEGREE = Math.PI / 180;

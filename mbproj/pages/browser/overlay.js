@@ -1,6 +1,6 @@
-// Several runs over each other: how far apart their markers are, as series of their own.
+// Several runs over each other: the distances of their markers, as series of their own.
 
-/** Adds to the second and later runs, for each marker that the first has too, its distance from there. */
+/** Adds to each later run, for each marker that the first run has too, the distance between the two. */
 function addDistances(runs) {
   const [first, ...others] = runs;
   for (const run of others) {

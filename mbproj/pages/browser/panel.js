@@ -1,4 +1,4 @@
-// What is written over the scene: the name under the mouse, the numbers of what was selected, the scale of colours.
+// The text over the scene: the name under the mouse, the numbers of the selection, the scale of colours.
 // Text from files is set as text, never as markup.
 
 /** An element with text. */
@@ -54,7 +54,7 @@ class Panel {
     this.box.append(list);
   }
 
-  /** [label, (at, time) -> text] for what is known of a thing. */
+  /** The rows [label, (at, time) -> text] on a thing. */
   *#numbers({ kind, name, run: number }) {
     const run = this.runs[number];
     if (kind === "bodies") {
@@ -88,7 +88,7 @@ class Panel {
   }
 }
 
-/** What series of a kind know as NAME.coordinate. */
+/** The [kind, name] of all series of a kind whose names are OWNER.coordinate. */
 function* ownedBy(run, kind, owner) {
   const owned = run.groups.filter((group) => group.kind === kind).flatMap((group) => group.owners);
   for (const name of new Set(owned)) if (name.slice(0, name.lastIndexOf(".")) === owner) yield [kind, name];

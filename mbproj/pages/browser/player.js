@@ -1,7 +1,7 @@
 // Time: it runs, stops, steps, and can be set; whoever listens is told.
 
 const SPEEDS = [0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.25, 0.5, 1, 2, 5, 10, 20, 50, 100];
-/** A run takes about so many seconds to watch, at the speed that it opens with. */
+/** The least and the most seconds that a run takes to watch at its first speed. */
 const LEAST = 5;
 const MOST = 90;
 
@@ -46,7 +46,7 @@ class Player {
     this.time = Math.min(Math.max(time, this.start), this.end);
   }
 
-  /** To a frame of the first run, so many before or after this time. */
+  /** Goes forward, or back, by so many frames of the first run. */
   step(frames) {
     this.playing = false;
     const [run] = this.runs;

@@ -1,6 +1,6 @@
-// One run: what it looks like, where its bodies are at a time, what was recorded.
+// One run: its look, the poses of its bodies at a time, its recorded series.
 
-const ZERO_POWER = -18; // what zero is taken for on a logarithmic scale
+const ZERO_POWER = -18; // the power of ten that stands for zero on a logarithmic scale
 
 class Run {
   constructor(data, bytes, origin) {
@@ -25,7 +25,7 @@ class Run {
     return this.times.at(row, 0);
   }
 
-  /** The frame before a time, and how far it is to the next (0 to 1). */
+  /** The frame before a time, and the part (0 to 1) of the way to the next frame. */
   rowAt(time) {
     if (time <= this.start) return { row: 0, part: 0 };
     if (time >= this.end) return { row: this.frames - 1, part: 0 };
@@ -76,7 +76,7 @@ class Run {
     return this.scratch.position.toArray().map((x, i) => x + this.ground[i]);
   }
 
-  /** The value of a series between two frames; of logarithms, what they are of. */
+  /** The value of a series between two frames; for a logarithmic series the value itself, not its logarithm. */
   value(group, column, { row, part }) {
     const block = this.series[group];
     const next = Math.min(row + 1, this.frames - 1);
@@ -86,7 +86,7 @@ class Run {
     return value <= ZERO_POWER ? 0 : 10 ** value;
   }
 
-  /** The columns of what a body, joint or marker of this name owns: {group, column, label, unit}. */
+  /** The columns of all series of the body, joint or marker with this name: {group, column, label, unit}. */
   columnsOf(kind, name) {
     const found = [];
     this.groups.forEach((group, number) => {

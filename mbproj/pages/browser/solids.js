@@ -1,6 +1,6 @@
 // The parts of a mechanism as geometries, merged into one for each thing that moves as one.
 
-/** The geometry of a part in the axes of what carries it, `corners` to a circle; r140's cylinders are along y, ours along z. */
+/** The geometry of a part in the axes of its carrier, with `corners` on a circle; r140's cylinders are along y, ours along z. */
 function geometryOf(part, meshes, corners = 32) {
   const geometry = shapeOf(part, meshes, corners);
   const [w, x, y, z] = part.orientation;
@@ -31,7 +31,7 @@ function tube(outer, inner, length, corners) {
   return turned.rotateX(Math.PI / 2);
 }
 
-/** Several geometries as one without an index. */
+/** Merges several geometries into one without an index. */
 function merged(geometries) {
   const flat = geometries.map((geometry) => (geometry.index ? geometry.toNonIndexed() : geometry));
   const whole = new THREE.BufferGeometry();
@@ -49,7 +49,7 @@ function merged(geometries) {
   return whole;
 }
 
-/** Triangles of a mesh beyond which its edges are not looked for. */
+/** The number of triangles of a mesh above which its edges are not searched. */
 const MOST_EDGED = 20000;
 
 /** The edges of parts as one set of lines: they make a shape plain without light. */

@@ -1,4 +1,4 @@
-// What reaches from one point to another: rods, springs, dampers; and arrows of forces.
+// Rods, springs and dampers, which extend between two points; and arrows of forces.
 
 const TURNS = 9;
 const Z = new THREE.Vector3(0, 0, 1);
@@ -61,7 +61,7 @@ class Spans {
   }
 }
 
-/** Moves the ends of a part of a rope from the centres of its circles, in the plane normal to n, to where it touches. */
+/** Moves the ends of a part of a rope from the centres of its circles to the points of contact, in the plane normal to n. */
 function touch(span, [from, to], n) {
   const flat = to.clone().sub(from).projectOnPlane(n);
   const [first, second] = span.radii;
@@ -74,7 +74,7 @@ function touch(span, [from, to], n) {
   to.addScaledVector(aside, -second);
 }
 
-/** Puts what is 1 long along z between two points. */
+/** Places an object of length 1 along z between two points. */
 function stretch(object, from, to) {
   const along = to.clone().sub(from);
   const length = along.length();
@@ -83,8 +83,8 @@ function stretch(object, from, to) {
   object.scale.set(1, 1, Math.max(length, 1e-12));
 }
 
-/** Arrows at `places` of forces (one head) or torques (two), which series of this kind and name have; as long as they
- * are large, over the whole run. */
+/** Arrows at `places` for forces (one head) or torques (two), from series of this kind and name. Their length is relative
+ * to the largest size in the run. */
 class Arrows {
   constructor(run, places, { kind, name, colour, heads, length, radius }) {
     this.run = run;

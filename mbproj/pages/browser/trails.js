@@ -1,4 +1,4 @@
-// Markers: a ball at each, the path that it has left, and faintly the path that it will take. Of what rolls, the path of its contact.
+// Markers: a ball at each, its path so far, and faintly its path to come. For rolling bodies, the path of the contact.
 
 class Trails {
   constructor(run, radius, ghost) {

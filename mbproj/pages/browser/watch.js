@@ -61,7 +61,7 @@ class Watch {
   }
 }
 
-/** Says what is wrong, over what is shown. */
+/** Shows the problem over the page. */
 function tell(problem) {
   by("problem").hidden = !problem;
   by("problem").textContent = problem;

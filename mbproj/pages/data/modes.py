@@ -25,7 +25,7 @@ AMPLITUDE = 0.15
 DIGITS = 20
 #: The number of modes for whose largest swing the first view has room.
 IN_VIEW = 30
-LARGER = "shapes are drawn larger than the small motions that they are of: joints seem to open"
+LARGER = "shapes are drawn larger than small motions are: joints seem to open"
 
 
 def page_of_modes(path: Path, label: str) -> PageData:

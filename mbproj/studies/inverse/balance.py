@@ -143,7 +143,7 @@ def _refused(system: System, sample: _Sample, motion: MotionAtTime, rank: int) -
     most = np.argsort(-moved, kind="stable")[: max(1, space.freedom - rank)]
     names = [f"'{system.names.coordinates[k]}'" for k in most if moved[k] > 0.0]
     message = (
-        f"the actuators reach {rank} of {space.freedom} degrees of freedom, and the motion takes forces along the "
+        f"the actuators reach {rank} of {space.freedom} degrees of freedom, and the motion needs forces along the "
         f"{'other' if space.freedom - rank == 1 else 'others'}"
     )
     hint = f"add an actuator, along {' and '.join(names)} say" if names else "add an actuator"

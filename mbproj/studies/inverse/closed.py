@@ -155,8 +155,8 @@ def _closed_pose(system: System, rows: GivenRows, q: Array, target: Array, t: fl
             break
     left = np.abs(constraint(system, pose_of(q)) / system.row_scale).max(initial=0.0)
     if not left <= OPEN:
-        cause = "the joints do not close along the motion that is given"
-        raise SimulationError(t, cause, hint="it may be out of reach: compare it with what `mbproj run` moves")
+        cause = "the joints do not close along the given motion"
+        raise SimulationError(t, cause, hint="it may be out of reach: compare it with a run of the scene")
     return q
 
 
@@ -199,7 +199,7 @@ def _least_squares(space: TangentSpace, K: Array, rows: GivenRows, wanted: Array
 def _undetermined(freedom: int, told: int, t: float) -> InputError:
     missing = freedom - told
     message = (
-        f"at t = {t:.6g} s the motion that is given tells {told} of {freedom} degrees of freedom, and "
+        f"at t = {t:.6g} s the given motion determines {told} of {freedom} degrees of freedom, and "
         f"{missing} {'is' if missing == 1 else 'are'} left open"
     )
     return InputError(Problem(message, hint="give more joint coordinates or markers, or others near this pose"))

@@ -59,17 +59,17 @@ def refuse_unknown_forces(system: System, motion: MotionAtTime, *, states_known:
     loaded = [] if frictions is None else np.flatnonzero((frictions.bearing >= 0) | (frictions.stop >= 0)).tolist()
     if loaded or (system.forces.laws.bearing >= 0).any():
         name = system.names.frictions[loaded[0]] if loaded else "a bearing's friction"
-        message = f"dry friction '{name}' goes by the reactions of joints, which the actuators change"
+        message = f"dry friction '{name}' depends on the reactions of joints, which the actuators change"
         raise _refused(message, "drive the scene by motions: mbproj run SCENE, then mbproj info RESULTS --loads")
     if system.states.size and not states_known:
-        message = f"state '{system.names.states[0]}' of an element is not told by a motion"
+        message = f"state '{system.names.states[0]}' of an element does not follow from a motion"
         raise _refused(message, "run the scene with motions, and give its results")
     if system.stops is not None:
         turns = np.round((motion.expected - coordinate_values(system, motion.pose)) / (2.0 * np.pi)).astype(np.intp)
         gap = gaps(system.stops, motion.pose, turns)
         if gap.min(initial=1.0) <= 0.0:
             touched = system.names.stops[int(np.argmin(gap))]
-            message = f"stop '{touched}' is touched at t = {motion.t:.6g} s, and what it pushes with is not told"
+            message = f"stop '{touched}' is touched at t = {motion.t:.6g} s, and its force is not known"
             raise _refused(message, "give a motion that stays off the stops")
 
 

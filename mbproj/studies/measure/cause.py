@@ -40,9 +40,9 @@ def why_not(mechanism: Mechanism, reference: Reference, goal: float, until: floa
         return f"errors grow from round-off: starts that differ by it are {parted[at]:.1g} m apart at {times[at]:.4g} s"
     known = bool(uncertainty[at] <= goal)
     differ = f"the best solutions are uncertain by {uncertainty[at]:.1g} m at {times[at]:.4g} s"
-    said = "no setting comes that near" if known else differ
+    said = "no setting is that accurate" if known else differ
     rough = uneven(mechanism, float(times[-1]))
     if rough:
         return f"{not_smooth(rough)}, and {said}"
-    why = reference.limit or "a load that acts for less than a step would do that"
+    why = reference.limit or "a load that is shorter than a step may be the reason"
     return said if known else f"the reference does not converge: {differ}; {why}"

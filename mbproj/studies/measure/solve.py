@@ -89,7 +89,7 @@ SOLUTION_RECORDS = (Solution, Failure, Setting, Report, EnergyAccount, RowsKept,
 
 
 #: The hint for points that do not move.
-OFF_AXIS = "put a marker on what turns, off its axis"
+OFF_AXIS = "put a marker on a body that turns, away from its axis"
 
 
 def unseen(mechanism: Mechanism, solution: Solution) -> str:

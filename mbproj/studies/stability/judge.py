@@ -44,7 +44,7 @@ def _with_energy_row(point: Point, report: Report, subject: Subject) -> Point:
     if point.state == FAILS or not given > max(limits.energy, point.energy):
         return replace(point, energy=max(point.energy, given)) if given > 0.0 else point
     state = FAILS if given > limits.lost else DEGRADES
-    said = point.cause or f"the row of the energy gave or took {given:.1e} of it"
+    said = point.cause or f"the energy row gave or took {given:.1e} of it"
     return replace(point, state=state, energy=given, time=point.time or subject.until, cause=said)
 
 

@@ -34,7 +34,7 @@ def power(case: Case) -> Found:
     acting = np.concatenate([force, torque], axis=1)
     drive, rows = drive_at(system, case.state.t), _motion_multipliers(case)
     if rows is None:
-        return "redundant rows: what each motion takes is not unique"
+        return "redundant rows: the forces of motions are not unique"
     given = -float(rows[0] @ drive.rate)
     turning, turning_off, rate = _reflected(case)  # ½ Σ I s'² grows by Σ I s'' s'
     terms = np.concatenate([(inertial * speed).ravel(), (acting * speed).ravel(), turning * rate, [given]])

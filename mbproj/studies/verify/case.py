@@ -145,7 +145,7 @@ class Case:
     def too_large(self) -> str | None:
         """The reason why checks with dense matrices do not apply; None where they do."""
         bodies = self.system.bodies
-        return f"{bodies} bodies: dense matrices are looked at up to {DENSE}" if bodies > DENSE else None
+        return f"{bodies} bodies: checks with dense matrices stop at {DENSE}" if bodies > DENSE else None
 
     @property
     def indefinite(self) -> str | None:
@@ -163,7 +163,7 @@ class Case:
         if found is None:
             return "there is no compiled kernel"
         if self.indefinite:
-            return f"{self.indefinite}, which in space the full formulation alone can do"
+            return f"{self.indefinite}, which in space only the full formulation can handle"
         missing = without_form(self.system)
         if missing is not None:
             return f"the kernel has no primitive '{missing}'"

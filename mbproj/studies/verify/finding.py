@@ -47,7 +47,7 @@ def difference(one: Array, other: Array, bound: Array, scale: Array | float = 1.
     gap, allowed = np.abs(one - other) / (scale * whole), bound / (scale * whole) + EPS
     worst = int(np.argmax(gap / allowed))
     if allowed.flat[worst] > 1.0:
-        return "what is compared is nothing but round-off"
+        return "both results are nothing but round-off"
     if allowed.flat[worst] > VACUOUS:
         return f"round-off alone may change it by {allowed.flat[worst]:.1g} of its size: nothing can be told"
     return Finding(float(gap.flat[worst]), float(allowed.flat[worst]))

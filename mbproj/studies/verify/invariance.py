@@ -24,7 +24,7 @@ from mbproj.studies.verify.finding import Finding, Found, difference, worse
 from mbproj.studies.verify.rounded import EPS, Rounded
 
 #: Why the mechanism cannot be moved.
-PLACES = "an element goes by places on the ground, or by distances of its own, which do not move along"
+PLACES = "an element reads places on the ground, or distances of its own, which are not moved"
 #: Millimetres in a metre.
 MILLIMETRES = 1e3
 #: A rotation that mixes all three axes.
@@ -80,7 +80,7 @@ def renumbering(case: Case) -> Found:
     scene = renumbered(case.scene)
     order = _carriers(compile_system(scene), case.system)
     if order is None:
-        return "fixed joints make several bodies one, and its axes are those of the first"
+        return "fixed joints unite bodies, and the axes of the whole are those of the first"
     T = np.zeros((len(order), 7, len(order), 7))
     T[np.arange(len(order)), :, order, :] = np.eye(7)
     return _compared(case, scene, T.reshape(7 * len(order), -1), np.zeros(7 * len(order)))

@@ -110,9 +110,11 @@ def _energy(solution: Solution) -> float:
 def _obstacle(case: Case, motion: ShortRun) -> str | None:
     """The reason why no order can be expected; None where one can."""
     if motion.runs.split:
-        return f"steps are split for what is shorter ({motion.runs.split}): there the error does not fall with the step"
+        return (
+            f"steps are split for a shorter movement ({motion.runs.split}): then the error does not fall with the step"
+        )
     if case.system.stops is not None and motion.runs.is_level:
-        return "the motion meets a stop, which is followed in steps of its own: the error does not fall with the run's"
+        return "the motion meets a stop, which has steps of its own: the error does not fall with the run's step"
     passed = motion.runs.passed or _edge_at_start(case, motion.state)
     return f"fixed steps pass over edges of laws, where no method keeps its order ({passed})" if passed else None
 

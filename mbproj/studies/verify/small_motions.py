@@ -63,7 +63,7 @@ def small_motions(case: Case) -> Found:
     sides = [_displaced_along(case, rest, found, mode, size) for size in (AMPLITUDE, -AMPLITUDE)]
     edge = _edge_between(case.system, *sides)
     if edge:
-        return f"it rests at an edge, beside which it moves otherwise: {edge}"
+        return f"it rests at the edge of a law, and moves differently on its two sides: {edge}"
     ends = [_final_coordinates(case, side, time, steps) for side in sides]
     moves: Numbers = found.coordinates[mode]
     expected = (moves * np.exp(found.eigenvalues[mode] * time)).real

@@ -121,7 +121,7 @@ def test_a_frame_is_a_structure(tmp_path):
     lines = [line for line in text.splitlines(keepends=True) if "right" not in line]
     done = check(tmp_path, "".join(lines), "--set", "angle=40 deg")
     assert done.returncode == 0
-    assert "  the joints leave no freedom: a structure, and whatever depends on each other does so" in done.stdout
+    assert "  the joints leave no freedom: a structure, and its dependent rows stay dependent" in done.stdout
 
 
 def test_a_run_marks_reactions_that_are_not_unique(tmp_path):
