@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from mbproj import InputError
-from mbproj.analysis.contacts.friction import rubbed_by_frictions, sticking
+from mbproj.analysis.contacts.friction import friction_records, sticking
 from mbproj.figures.kinds import draw
 from mbproj.results import open_results
 from tests.cli.commands import mbproj
@@ -53,7 +53,7 @@ def test_when_it_sticks(results):
     np.testing.assert_allclose(sticking(results, "grip"), [(STICKS, SLIPS), (AGAIN, END)], rtol=1e-9)
     part = results.select(start=1.0, stop=3.0)
     np.testing.assert_allclose(sticking(part, "grip"), [(1.0, SLIPS), (AGAIN, 3.0)], rtol=1e-9)
-    (seen,) = rubbed_by_frictions(part).values()
+    (seen,) = friction_records(part).values()
     assert (seen["sticks"], seen["slips"]) == (1, 1)
     assert seen["energy"] == pytest.approx(SLIDES * SLID[1], rel=1e-9)
 

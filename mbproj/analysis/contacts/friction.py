@@ -16,7 +16,7 @@ SLIDES = ("slip", "turn")
 TANGENTS = ("1", "2")
 
 
-class Rubbed(TypedDict):
+class FrictionRecord(TypedDict):
     """The history of a friction. `unit` is that of its coordinate, m or rad. `sticks`, `slips` and `turns` count how
     often it began to stick, began to slip, and reversed its sliding. `sticking_part` is a part of the time.
     `largest_force` is in N or N m, `energy` the lost energy in J. What samples tell is None where there are none."""
@@ -31,7 +31,7 @@ class Rubbed(TypedDict):
     energy: float | None
 
 
-def rubbed_by_frictions(results: Results) -> dict[str, Rubbed]:
+def friction_records(results: Results) -> dict[str, FrictionRecord]:
     """The history of each dry friction that can stick, by its name. The two tangents of a stop count as one, by the
     stop's name."""
     names = results.names("frictions")
@@ -39,11 +39,11 @@ def rubbed_by_frictions(results: Results) -> dict[str, Rubbed]:
     return {owner: _rubbed(results, owner, columns) for owner, columns in together.items()}
 
 
-def _rubbed(results: Results, owner: str, columns: Sequence[int]) -> Rubbed:
+def _rubbed(results: Results, owner: str, columns: Sequence[int]) -> FrictionRecord:
     """The history of the friction in these columns."""
     time, unit = results.time, results.names("friction_units")[columns[0]]
     kinds = [kind for _, kind in _changes(results, owner, columns)]
-    found = Rubbed(
+    found = FrictionRecord(
         unit=unit,
         sticks=kinds.count("stick"),
         slips=kinds.count("slip"),
@@ -142,17 +142,17 @@ def _kind(before: float, after: float) -> str:
     return "slip" if before == 0.0 else "turn"
 
 
-def in_words(rubbed: Rubbed) -> str:
+def in_words(record: FrictionRecord) -> str:
     """A line on the history of a friction."""
-    held, force, energy = rubbed["sticking_seconds"], rubbed["largest_force"], rubbed["energy"]
+    held, force, energy = record["sticking_seconds"], record["largest_force"], record["energy"]
     if held is None or force is None or energy is None:
         return "no samples"
-    counts = {"began to stick": rubbed["sticks"], "slipped": rubbed["slips"], "turned": rubbed["turns"]}
+    counts = {"began to stick": record["sticks"], "slipped": record["slips"], "turned": record["turns"]}
     parts = [f"{what} {'once' if count == 1 else f'{count} times'}" for what, count in counts.items() if count]
-    part = rubbed["sticking_part"]
+    part = record["sticking_part"]
     if part == 1.0:
         parts.append("stuck all the time")
     else:
         parts.append(f"stuck for {held:.4g} s" + (f" ({100 * part:.3g} %)" if part else ""))
-    most = f"torque {force:.4g} N m" if rubbed["unit"] == "rad" else f"force {force:.4g} N"
+    most = f"torque {force:.4g} N m" if record["unit"] == "rad" else f"force {force:.4g} N"
     return ", ".join([*parts, f"{most} at most", f"lost {energy:.4g} J"])

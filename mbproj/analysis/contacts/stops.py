@@ -7,7 +7,7 @@ from typing import TypedDict
 from mbproj.results import Results
 
 
-class Seen(TypedDict):
+class StopRecord(TypedDict):
     """The history of a stop. `unit` is that of its coordinate, m or rad. `least_gap` and `largest_force` are over the
     samples, or None without samples. `impacts` is their number, with the largest impulse (N s or N m s) and the energy
     (J) that all took."""
@@ -20,13 +20,13 @@ class Seen(TypedDict):
     energy: float
 
 
-def seen_by_stops(results: Results) -> dict[str, Seen]:
+def stop_records(results: Results) -> dict[str, StopRecord]:
     """The history of each stop, by its name."""
-    found: dict[str, Seen] = {}
+    found: dict[str, StopRecord] = {}
     for column, (name, unit) in enumerate(zip(results.names("stops"), results.names("stop_units"), strict=True)):
         struck = [event for event in results.events if event.name == f"stop '{name}'" and event.impulse > 0.0]
         gap, force = (results[f"stops/{quantity}"][:, column] for quantity in ("gap", "force"))
-        found[name] = Seen(
+        found[name] = StopRecord(
             unit=unit,
             least_gap=float(gap.min()) if len(gap) else None,
             largest_force=float(force.max()) if len(force) else None,
@@ -37,13 +37,16 @@ def seen_by_stops(results: Results) -> dict[str, Seen]:
     return found
 
 
-def in_words(seen: Seen) -> str:
+def in_words(record: StopRecord) -> str:
     """A line on the history of a stop."""
-    load, unit = ("N m" if seen["unit"] == "rad" else "N"), seen["unit"]
+    load, unit = ("N m" if record["unit"] == "rad" else "N"), record["unit"]
     parts = []
-    if seen["least_gap"] is not None and seen["largest_force"] is not None:
-        parts = [f"gap {seen['least_gap']:.4g} {unit} at least", f"force {seen['largest_force']:.4g} {load} at most"]
-    if seen["impacts"]:
-        once = "1 impact" if seen["impacts"] == 1 else f"{seen['impacts']} impacts"
-        parts += [f"{once} of up to {seen['largest_impulse']:.4g} {load} s, which took {seen['energy']:.4g} J"]
+    if record["least_gap"] is not None and record["largest_force"] is not None:
+        parts = [
+            f"gap {record['least_gap']:.4g} {unit} at least",
+            f"force {record['largest_force']:.4g} {load} at most",
+        ]
+    if record["impacts"]:
+        once = "1 impact" if record["impacts"] == 1 else f"{record['impacts']} impacts"
+        parts += [f"{once} of up to {record['largest_impulse']:.4g} {load} s, which took {record['energy']:.4g} J"]
     return ", ".join(parts) or "no samples"

@@ -143,9 +143,9 @@ def _contents(results: Results) -> dict[str, Any]:
     from dataclasses import asdict
 
     from mbproj.analysis import summary
-    from mbproj.analysis.contacts.creep import crept_by_frictions
-    from mbproj.analysis.contacts.friction import rubbed_by_frictions
-    from mbproj.analysis.contacts.stops import seen_by_stops
+    from mbproj.analysis.contacts.creep import creep_by_friction
+    from mbproj.analysis.contacts.friction import friction_records
+    from mbproj.analysis.contacts.stops import stop_records
     from mbproj.analysis.reactions import reactions_not_unique, shared_at_contacts
 
     return {
@@ -158,9 +158,9 @@ def _contents(results: Results) -> dict[str, Any]:
         "overrides": results.overrides,
         "attributes": dict(results.attributes),
         "names": {kind: list(results.names(kind)) for kind in ("bodies", "markers", "joints", "coordinates")},
-        "stops": seen_by_stops(results),
-        "frictions": rubbed_by_frictions(results),
-        "creep": crept_by_frictions(results),
+        "stops": stop_records(results),
+        "frictions": friction_records(results),
+        "creep": creep_by_friction(results),
         "events": [event._asdict() for event in results.events],
         **({} if results.trust is None else {"trust": as_numbers(results.trust)}),
         **({} if results.verification is None else {"verification": verification_as_json(results.verification)}),

@@ -155,7 +155,7 @@ def step_words(settings: Settings) -> str:
 
 
 def _method(report: Report, system: System) -> str:
-    """The formulation, methods and settings of the run, in words."""
+    """The projection, the integrator and the step of the run, in words."""
     settings = report.settings
     if report.kinematic:
         return f"kinematic: {words(system, settings)}"
@@ -167,7 +167,7 @@ def _redundant(report: Report) -> str:
 
 
 def _fallbacks(counts: dict[str, int]) -> str:
-    """How often a projection used gopm's metric instead, where that was allowed."""
+    """The number of projections that fell back on gopm's metric, in words; "" where none did."""
     return f", {counts['projection_fallbacks']} in gopm's metric" if counts["projection_fallbacks"] else ""
 
 
@@ -217,5 +217,5 @@ def _worst(violation: Worst) -> str:
 
 
 def _velocity_floor(report: Report) -> str:
-    """The violation C' that round-off alone leaves."""
+    """The violation C' that round-off alone allows, in words."""
     return "nothing moves" if report.rests else f"round-off allows {report.velocity_floor:.0e}"

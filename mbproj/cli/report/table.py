@@ -13,7 +13,7 @@ def table(values: Mapping[str, str], indent: str = "") -> Iterator[str]:
 
 
 def columns(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A table in plain text. The first column and settings are left-aligned, the others right-aligned."""
+    """A table in plain text. The first column and the column `setting` are left-aligned, the others right-aligned."""
     table = [list(headings), *map(list, rows)]
     widths = [max(len(row[column]) for row in table) for column in range(len(headings))]
     lines = [

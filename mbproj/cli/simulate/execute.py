@@ -107,7 +107,7 @@ def _friction_history(scene: Scene, output: str) -> tuple[dict[str, Any], list[s
     from mbproj.results import open_results
 
     with open_results(output) as results:
-        rubbed, crept = friction.rubbed_by_frictions(results), creep.crept_by_frictions(results, scene)
+        rubbed, crept = friction.friction_records(results), creep.creep_by_friction(results, scene)
     lines = [f"friction '{name}': {friction.in_words(each)}" for name, each in rubbed.items()]
     lines += [f"friction '{name}': {creep.in_words(each)}" for name, each in crept.items()]
     return {"frictions": rubbed, "creep": crept}, lines

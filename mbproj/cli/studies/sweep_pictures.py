@@ -19,7 +19,7 @@ OTHER_DIRECTORY = "choose another directory with -o"
 
 
 def is_sweep(path: Path) -> bool:
-    """Whether the path is a folder with a sweep, or the summary of a sweep."""
+    """Whether the path is a folder, which results of runs never are, or the summary of a sweep."""
     from mbproj.outputs import hdf5
     from mbproj.results.sweep.layout import FORMAT
 

@@ -26,7 +26,7 @@ class Mesh:
 
 @dataclass(frozen=True, eq=False)
 class Solid:
-    """One solid, its middle at `position` (3,) and turned by `orientation` (4,) in the axes of what carries it, m.
+    """A solid with its middle at `position` (3,), turned by `orientation` (4,), in the axes of its carrier, m.
 
     kind       size
     box        edges along x, y, z
