@@ -28,7 +28,7 @@ from mbproj.studies.measure.solve import solve
 from mbproj.studies.measure.spans import sampled
 from mbproj.studies.measure.timing import time_settings
 from mbproj.studies.recommend.bench import Bench
-from mbproj.studies.recommend.families import closing, families
+from mbproj.studies.recommend.families import with_closed_joints, families
 from mbproj.studies.recommend.recommendation import Recommendation, recommend
 
 #: Mechanisms, and until when (s): their duration, or less where the motion is chaotic.
@@ -79,7 +79,7 @@ def main(names: list[str]) -> None:
             bench = Bench(unseen.mechanism, unseen.reference, goal, tuple(range(len(unseen.mechanism.points))))
             fresh = bench.fresh(found.setting, Mechanism.of(scene))
             rivals = [one for one in unseen.grid(bench, 1.2 * fresh.evaluations, grid) if one.at() <= goal]
-            closed = [one for one in rivals if closing(one.setting) == one.setting]
+            closed = [one for one in rivals if with_closed_joints(one.setting) == one.setting]
             fewest, drifting = (
                 min([fresh.evaluations, *(one.evaluations for one in some)]) for some in (closed, rivals)
             )

@@ -29,7 +29,7 @@ COMPARED = tuple(
 
 
 @dataclass(frozen=True, eq=False)
-class Columns:
+class SharedColumns:
     """A quantity that both results have, in one unit: values (S, c, k) of each at the common times, for the `names`
     (c)."""
 
@@ -39,12 +39,12 @@ class Columns:
     values: tuple[Array, Array]
 
 
-def shared_columns(first: Results, second: Results, rows: tuple[Integers, Integers]) -> Iterator[Columns]:
+def shared_columns(first: Results, second: Results, rows: tuple[Integers, Integers]) -> Iterator[SharedColumns]:
     """Yield the datasets of `COMPARED` at these rows of each result. Columns are in the order of the first."""
     for dataset in COMPARED:
         if dataset.symbol is None:
             pair = first[dataset.path][rows[0]][:, None, None], second[dataset.path][rows[1]][:, None, None]
-            yield Columns(dataset.path, dataset.unit, ("",), pair)
+            yield SharedColumns(dataset.path, dataset.unit, ("",), pair)
             continue
         kind = KINDS[dataset.symbol]
         shared = [name for name in first.names(kind) if name in set(second.names(kind))]
@@ -59,7 +59,7 @@ def shared_columns(first: Results, second: Results, rows: tuple[Integers, Intege
                 one, other = np.where(unique, one, 0.0), np.where(unique, other, 0.0)
             if dataset.path == "bodies/orientation":  # q and -q are one orientation
                 other = np.where(np.sum(one * other, axis=-1, keepdims=True) < 0.0, -other, other)
-            yield Columns(dataset.path, unit, names, (one, other))
+            yield SharedColumns(dataset.path, unit, names, (one, other))
 
 
 def unique_in_both(first: Results, second: Results, path: str, joints: Sequence[str]) -> Marks:

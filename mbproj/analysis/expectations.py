@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mbproj.analysis.kinematics.passage import at, passed
-from mbproj.analysis.observed import Samples, is_unique, ratio_of, series, speeds
+from mbproj.analysis.kinematics.passage import curves_at, passed
+from mbproj.analysis.observed import SampleSource, is_unique, ratio_of, series, speeds
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.results import Results
@@ -82,14 +82,14 @@ def outcome(expectation: Expectation, results: Results) -> Outcome:
     return Outcome(expectation, _plain(values), time, float(np.abs(values - exact).max()), unique)
 
 
-class Measured(NamedTuple):
+class MeasuredValue(NamedTuple):
     """The measured components (k,), and the time (s) of their sample."""
 
     values: Array
     time: float
 
 
-def measured(expectation: Expectation, samples: Samples, duration: float | None) -> Measured | None:
+def measured(expectation: Expectation, samples: SampleSource, duration: float | None) -> MeasuredValue | None:
     """Measure what an expectation names in the samples of a run over `duration` (s); None where they have no sample at
     its time."""
     time = samples["time"]
@@ -99,10 +99,12 @@ def measured(expectation: Expectation, samples: Samples, duration: float | None)
     if isinstance(expectation.at, Passage):
         return _at_passage(expectation, expectation.at, samples, values)
     row = _row(expectation, time, values, duration)
-    return None if row is None else Measured(values[row], float(time[row]))
+    return None if row is None else MeasuredValue(values[row], float(time[row]))
 
 
-def _at_passage(expectation: Expectation, passage: Passage, samples: Samples, values: Array) -> Measured | None:
+def _at_passage(
+    expectation: Expectation, passage: Passage, samples: SampleSource, values: Array
+) -> MeasuredValue | None:
     """Measure between samples, where a coordinate first passes its value; None where it never does. A ratio has poles,
     so its two speeds are interpolated."""
     time, column = samples["time"], list(samples.names("coordinates")).index(passage.coordinate)
@@ -112,9 +114,9 @@ def _at_passage(expectation: Expectation, passage: Passage, samples: Samples, va
     if when is None:
         return None
     if expectation.over:
-        pair = at(time, speeds(expectation, samples), when, events)
-        return Measured(ratio_of(expectation, pair[None]), when)
-    return Measured(at(time, values, when, events), when)
+        pair = curves_at(time, speeds(expectation, samples), when, events)
+        return MeasuredValue(ratio_of(expectation, pair[None]), when)
+    return MeasuredValue(curves_at(time, values, when, events), when)
 
 
 def components(expectation: Expectation, values: Array) -> Array:

@@ -46,7 +46,7 @@ OF_BUSHINGS: Mapping[str, tuple[tuple[str, ...], str]] = {
 }
 
 
-class Samples(Protocol):
+class SampleSource(Protocol):
     """An object that has the samples of a run: `Results`, for example."""
 
     @property
@@ -60,7 +60,7 @@ class Samples(Protocol):
         """The names of the columns of a kind, such as "markers"."""
 
 
-def series(expectation: Expectation, samples: Samples) -> Array:
+def series(expectation: Expectation, samples: SampleSource) -> Array:
     """All samples of the quantity that the expectation names: (T, k) with k components."""
     time = samples["time"]
     if expectation.over or expectation.between:
@@ -119,7 +119,7 @@ def _place(expectation: Expectation, coordinates: Sequence[str]) -> tuple[str, s
     return f"{ALL_NAMES[kind].group}/{quantity}", kind, item
 
 
-def _column(expectation: Expectation, samples: Samples) -> npt.NDArray[Any]:
+def _column(expectation: Expectation, samples: SampleSource) -> npt.NDArray[Any]:
     """The column that the expectation names; three columns for a bushing."""
     path, kind, name = _place(expectation, samples.names("coordinates"))
     names = list(samples.names(kind))
@@ -130,7 +130,7 @@ def _column(expectation: Expectation, samples: Samples) -> npt.NDArray[Any]:
     return found
 
 
-def _kinematic(expectation: Expectation, samples: Samples) -> Array:
+def _kinematic(expectation: Expectation, samples: SampleSource) -> Array:
     """The velocity ratio or mechanical advantage to the input, or the transmission angle, (T,)."""
     if expectation.between:
         names, position = list(samples.names("markers")), samples["markers/position"]
@@ -139,7 +139,7 @@ def _kinematic(expectation: Expectation, samples: Samples) -> Array:
     return ratio_of(expectation, speeds(expectation, samples))
 
 
-def speeds(expectation: Expectation, samples: Samples) -> Array:
+def speeds(expectation: Expectation, samples: SampleSource) -> Array:
     """The speeds of the output and the input of a ratio, (T, 2)."""
     names = list(samples.names("coordinates"))
     pair = f"{expectation.item}.{output_of(expectation.quantity)}", expectation.over
@@ -152,7 +152,7 @@ def ratio_of(expectation: Expectation, pair: Array) -> Array:
     return ratio(pair[:, 0], pair[:, 1])
 
 
-def _diagnostic(expectation: Expectation, samples: Samples) -> Array:
+def _diagnostic(expectation: Expectation, samples: SampleSource) -> Array:
     """A diagnostic series of the run; for energy drift the size of the energy balance, in J or relative to the
     exchanged energy."""
     name = expectation.quantity

@@ -6,7 +6,14 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from mbproj.analysis.common_quantities import KINDS, Columns, floors, one_sided, reactions_left_out, shared_columns
+from mbproj.analysis.common_quantities import (
+    KINDS,
+    SharedColumns,
+    floors,
+    one_sided,
+    reactions_left_out,
+    shared_columns,
+)
 from mbproj.analysis.comparison import common_samples
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
@@ -121,7 +128,7 @@ def compare_motions(
 
 
 def _compared(
-    columns: Columns, time: Array, least: Mapping[str, float], absolute: float | None, tolerance: float
+    columns: SharedColumns, time: Array, least: Mapping[str, float], absolute: float | None, tolerance: float
 ) -> QuantityComparison:
     one, other = columns.values
     with np.errstate(over="ignore", invalid="ignore"):  # a difference that is not finite counts as a difference
@@ -140,7 +147,7 @@ def _compared(
     return QuantityComparison(columns.path, unit, _parting(columns, distance, time, worst), allowed, first)
 
 
-def _parting(columns: Columns, distance: Array, time: Array, row: int) -> Parting:
+def _parting(columns: SharedColumns, distance: Array, time: Array, row: int) -> Parting:
     column = int(np.argmax(distance[row]))
     return Parting(float(distance[row, column]), columns.names[column], float(time[row]))
 

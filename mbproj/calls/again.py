@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from mbproj.calls.given import Quantity, amount, by_arguments
-from mbproj.calls.run import Earlier, kept
+from mbproj.calls.run import Earlier, run_to_file
 from mbproj.errors import InputError, Place, Problem, warn_once
 from mbproj.integrate.simulate import Progress
 from mbproj.kernel import fingerprint
@@ -37,7 +37,7 @@ def rerun(
             require_another(str(output), before.path, "to repeat")
         limits = before.certified
     with by_arguments():
-        return kept(scene, output, limits, progress)
+        return run_to_file(scene, output, limits, progress)
 
 
 def continue_run(
@@ -63,7 +63,7 @@ def continue_run(
             require_another(str(output), before.path, "to go on with")
         earlier = Earlier(checkpoint, before if append else None)
         where = before.path if append else output
-        return kept(longer(scene, checkpoint, end, before), where, None, progress, earlier)
+        return run_to_file(longer(scene, checkpoint, end, before), where, None, progress, earlier)
 
 
 @contextmanager

@@ -100,7 +100,7 @@ def names_of(given: str | Sequence[str]) -> tuple[str, ...]:
     return tuple(part.strip() for part in given.split(",")) if isinstance(given, str) else tuple(map(str, given))
 
 
-def earlier(**names: str) -> Callable[[Callable[Arguments, Result]], Callable[Arguments, Result]]:
+def accept_earlier_names(**names: str) -> Callable[[Callable[Arguments, Result]], Callable[Arguments, Result]]:
     """Decorate a function whose arguments had other names in earlier versions, so that both names work. `names` maps
     the earlier name to the current one."""
 

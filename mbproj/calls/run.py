@@ -105,7 +105,7 @@ def run(
         if from_equilibrium:
             options["start"] = EQUILIBRIUM
         what = scene_of(scene, parameters, options)
-        return kept(what, output, _limits(limits) if certify else None, progress, outside=outside)
+        return run_to_file(what, output, _limits(limits) if certify else None, progress, outside=outside)
 
 
 def start(scene: Given, *, period: float, parameters: Mapping[str, object] = _NOTHING, **settings: object) -> Stepwise:
@@ -135,7 +135,7 @@ class Earlier(NamedTuple):
     results: Results | None
 
 
-def kept(
+def run_to_file(
     scene: Scene,
     output: str | Path | None,
     limits: Sequence[float] | None,

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, TypeAlias
 from mbproj.calls.given import (
     Given,
     Quantity,
+    accept_earlier_names,
     amount,
     amounts,
     by_arguments,
     count_of,
-    earlier,
     names_of,
     scene_of,
 )
@@ -46,7 +46,7 @@ Names: TypeAlias = "str | Sequence[str]"
 Numbers: TypeAlias = "Sequence[Quantity] | Quantity | None"
 
 
-@earlier(repetitions="repeat", processes="jobs", tell="progress")
+@accept_earlier_names(repetitions="repeat", processes="jobs", tell="progress")
 def compare(
     scene: Given,
     *,
@@ -89,7 +89,7 @@ def compare(
         )
 
 
-@earlier(tell="progress")
+@accept_earlier_names(tell="progress")
 def recommend(
     scene: Given,
     error: Quantity,
@@ -115,7 +115,7 @@ def recommend(
         return recommendation.recommend(what, goal, names_of(at), _time(until), timed, fresh, progress)
 
 
-@earlier(repetitions="repeat", processes="jobs", tell="progress")
+@accept_earlier_names(repetitions="repeat", processes="jobs", tell="progress")
 def tradeoff(
     scene: Given,
     *,
@@ -157,7 +157,7 @@ def tradeoff(
 
 
 @with_settings
-@earlier(repetitions="repeat", processes="jobs", tell="progress")
+@accept_earlier_names(repetitions="repeat", processes="jobs", tell="progress")
 def threshold(
     scene: Given,
     *,
@@ -194,7 +194,7 @@ def threshold(
 
 
 @with_settings
-@earlier(processes="jobs", tell="progress")
+@accept_earlier_names(processes="jobs", tell="progress")
 def stability(
     scene: Given,
     vary: str,
@@ -241,7 +241,7 @@ def stability(
 
 
 @with_settings
-@earlier(tell="progress")
+@accept_earlier_names(tell="progress")
 def verify(
     scene: Given,
     progress: Tell = silent,

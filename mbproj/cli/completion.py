@@ -35,7 +35,7 @@ class File(click.Path):
         return [CompletionItem(each) for each in found]
 
 
-class Folder(click.Path):
+class FolderPath(click.Path):
     """The path of a folder, which a command may create."""
 
     def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:

@@ -21,7 +21,7 @@ class Part(Enum):
     HELP = "Help"
 
 
-class Option(click.Option):
+class GroupedOption(click.Option):
     """An option with the part of the help that it belongs to."""
 
     def __init__(self, *names: Any, part: Part, **attributes: Any) -> None:
@@ -41,7 +41,7 @@ class Command(click.Command):
         found: dict[Part, list[click.Parameter]] = {part: [] for part in Part}
         for parameter in self.get_params(context):
             if isinstance(parameter, click.Option):
-                found[parameter.part if isinstance(parameter, Option) else Part.HELP].append(parameter)
+                found[parameter.part if isinstance(parameter, GroupedOption) else Part.HELP].append(parameter)
         return {part: options for part, options in found.items() if options}
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
@@ -67,4 +67,4 @@ def explained(
 
 def option(part: Part, *names: str, **attributes: Any) -> Callable[[Any], Any]:
     """Return a decorator that adds an option to a command, in this part of its help."""
-    return click.option(*names, cls=Option, part=part, **attributes)
+    return click.option(*names, cls=GroupedOption, part=part, **attributes)

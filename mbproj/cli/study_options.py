@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from mbproj.cli.completion import File, Folder, some_of
+from mbproj.cli.completion import File, FolderPath, some_of
 from mbproj.cli.explained import Part, option
 from mbproj.cli.figure_options import look
 from mbproj.cli.quantity import Positive, QuantityNames
@@ -135,7 +135,7 @@ def outputs(command: Command) -> Command:
     command = option(Part.OUTPUT, "--format", "ending", default="png", type=formats, help="Format [default: png].")(
         command
     )
-    folder = Folder(path_type=Path)
+    folder = FolderPath(path_type=Path)
     return option(
         Part.OUTPUT, "-o", "--output", default=".", type=folder, metavar="DIR", help="Output directory [default: .]."
     )(command)

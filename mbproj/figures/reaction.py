@@ -12,7 +12,7 @@ from mbproj.results import Results
 
 
 @dataclass(frozen=True)
-class Reaction:
+class JointReaction:
     """A joint's "reaction_force" or "reaction_torque", with marks of the components that are unique in all results."""
 
     joint: str
@@ -20,7 +20,7 @@ class Reaction:
     unique: tuple[bool, bool, bool]
 
     @classmethod
-    def of(cls, results: Sequence[Results], joint: str, member: str) -> Reaction:
+    def of(cls, results: Sequence[Results], joint: str, member: str) -> JointReaction:
         """The reaction of a joint, with uniqueness as these results mark it."""
         unique = np.ones(3, dtype=bool)
         for result in results:

@@ -12,7 +12,7 @@ from mbproj.dataclass import dataclass
 from mbproj.figures import differences, panels
 from mbproj.figures.differences import Read
 from mbproj.figures.style import OPEN
-from mbproj.figures.units import Unit, sizes, tick_degrees
+from mbproj.figures.units import AxisUnit, sizes, tick_degrees
 from mbproj.results import Results
 
 #: The most rows on a page, and the height of a row of differences in parts of the others'.
@@ -26,7 +26,7 @@ class PanelQuantity:
     the panel keeps the scale of others where it hardly moves."""
 
     words: str
-    unit: Unit
+    unit: AxisUnit
     read: Read
     parts: tuple[tuple[str, int], ...] = ()
     not_unique: bool = False
@@ -61,7 +61,7 @@ def draw(results: Sequence[Results], labels: Sequence[str], groups: Sequence[Pan
     listed = _listed(groups, results)
     heights = [LOWER if is_difference else 1.0 for _, _, is_difference in listed]
     figure, axes = panels.panels(len(listed), max(len(row) for _, row, _ in listed), parts=heights)
-    shown: dict[Unit, list[Axes]] = {}
+    shown: dict[AxisUnit, list[Axes]] = {}
     for own, (group, row, is_difference) in zip(axes, listed, strict=True):
         for axis, quantity in zip(own, row, strict=True):
             axis.set_label(group.name)
@@ -106,7 +106,7 @@ def _lines(axis: Axes, results: Sequence[Results], labels: Sequence[str], quanti
             panels.plot(axis, result.abscissa, values[:, column], part, look)
 
 
-def _scale(shown: dict[Unit, list[Axes]], results: Sequence[Results]) -> None:
+def _scale(shown: dict[AxisUnit, list[Axes]], results: Sequence[Results]) -> None:
     """Scale the panels of each unit together, so that round-off stays small. Angles have ticks at parts of a turn."""
     size = sizes(results)
     for unit, axes in shown.items():

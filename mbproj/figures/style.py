@@ -97,7 +97,7 @@ LETTERS = ("axes.labelsize", "axes.titlesize", "xtick.labelsize", "ytick.labelsi
 
 
 @dataclass(frozen=True)
-class Look:
+class FigureLook:
     """The look that a document asks for: the size of a picture in inches, a font, and settings of sheets by
     Matplotlib's keys. None and "" mean mbproj's own."""
 
@@ -128,11 +128,11 @@ class Look:
 
 
 #: mbproj's own look.
-_OURS = Look()
-_LOOK: ContextVar[Look] = ContextVar("look")
+_OURS = FigureLook()
+_LOOK: ContextVar[FigureLook] = ContextVar("look")
 
 
-def look() -> Look:
+def look() -> FigureLook:
     """The look in use."""
     return _LOOK.get(_OURS)
 

@@ -16,7 +16,7 @@ from mbproj.results import Results
 
 
 @dataclass(frozen=True)
-class Unit:
+class AxisUnit:
     """A unit on an axis: its text, and the factor from `si` to it."""
 
     reads: str
@@ -25,16 +25,16 @@ class Unit:
 
 
 @dataclass(frozen=True)
-class Pair:
+class UnitPair:
     """The units of a coordinate and of its speed."""
 
-    value: Unit
-    speed: Unit
+    value: AxisUnit
+    speed: AxisUnit
 
 
-DEGREES = Pair(Unit("°", "rad", 180.0 / pi), Unit("°/s", "rad/s", 180.0 / pi))
-TURNS = Pair(Unit("turns", "rad", 0.5 / pi), Unit("rpm", "rad/s", 30.0 / pi))
-METRES = Pair(Unit("m", "m"), Unit("m/s", "m/s"))
+DEGREES = UnitPair(AxisUnit("°", "rad", 180.0 / pi), AxisUnit("°/s", "rad/s", 180.0 / pi))
+TURNS = UnitPair(AxisUnit("turns", "rad", 0.5 / pi), AxisUnit("rpm", "rad/s", 30.0 / pi))
+METRES = UnitPair(AxisUnit("m", "m"), AxisUnit("m/s", "m/s"))
 #: The angle in rad above which turns are used: beyond ten turns, 3600°, degrees tell nothing.
 MANY = 20.0 * pi
 #: The distances of ticks in degrees, and the most intervals on an axis. A short axis has decimal ticks.
@@ -42,7 +42,7 @@ STEPS = (15, 30, 45, 90, 180, 360, 720, 1440)
 MOST_PARTS = 6
 
 
-def units_of(si: str, values: Iterable[Array]) -> Pair:
+def units_of(si: str, values: Iterable[Array]) -> UnitPair:
     """The units for a coordinate in `si`, rad or m, with these values."""
     if si == "m":
         return METRES

@@ -7,7 +7,7 @@ import pytest
 
 from mbproj import InputError, read_scene_text, run
 from mbproj.analysis.expectations import outcomes
-from mbproj.analysis.kinematics.passage import at, passed
+from mbproj.analysis.kinematics.passage import curves_at, passed
 from mbproj.scene.records import Passage
 from tests.analysis.turning_crank import SCENE, SPEED, L, R, place
 
@@ -79,5 +79,5 @@ def test_the_first_passage_counts_modulo_a_turn_and_no_polynomial_crosses_an_eve
     length = passed(Passage("A.displacement", -6.0, "m"), t, angle, np.zeros(0))
     assert length == pytest.approx(0.7, abs=1e-12)
     kinked = np.abs(t - 0.41)
-    assert at(t, kinked[:, None], 0.43, np.array([0.41]))[0] == pytest.approx(0.02, abs=1e-12)
+    assert curves_at(t, kinked[:, None], 0.43, np.array([0.41]))[0] == pytest.approx(0.02, abs=1e-12)
     assert passed(Passage("A.angle", 0.3, "rad"), t, angle, np.zeros(0)) == 0.0

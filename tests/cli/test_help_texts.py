@@ -9,7 +9,7 @@ import click
 import pytest
 from click.testing import CliRunner
 
-from mbproj.cli.explained import Option, Part
+from mbproj.cli.explained import GroupedOption, Part
 from mbproj.cli.main import COMMANDS, GROUPS
 from mbproj.cli.main import mbproj as group
 from tests.cli.commands import mbproj
@@ -53,13 +53,13 @@ def test_each_option_is_in_exactly_one_part_and_is_shown_there(name):
 def test_the_help_option_alone_is_not_of_ours(name):
     command, _ = named(name)
     for each in command.params:
-        assert isinstance(each, (Option, click.Argument)), each.name
+        assert isinstance(each, (GroupedOption, click.Argument)), each.name
         assert getattr(each, "part", None) is not Part.HELP
 
 
 def test_an_option_needs_a_part():
     with pytest.raises(TypeError, match="part"):
-        click.option("--size", cls=Option)(lambda size: None)
+        click.option("--size", cls=GroupedOption)(lambda size: None)
 
 
 @every_command

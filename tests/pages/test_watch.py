@@ -16,7 +16,7 @@ import pytest
 
 from mbproj.cli.watch.build import Superseded, build
 from mbproj.cli.watch.saves import Saves
-from mbproj.cli.watch.server import Board, Server, Shown
+from mbproj.cli.watch.server import Board, Server, ShownPage
 from mbproj.pages.page.write import html, waiting
 from tests.pages.browser import MISSING, browser
 from tests.support import ROOT
@@ -67,7 +67,7 @@ def scene(tmp_path) -> Path:
 
 def test_the_page_is_served_under_its_token_and_nothing_else():
     board = Board()
-    board.show(Shown(1, "", b"<p>secret</p>"))
+    board.show(ShownPage(1, "", b"<p>secret</p>"))
     with served(board) as address:
         where = urlsplit(address)
         token = where.path.strip("/")
@@ -99,7 +99,7 @@ def test_what_is_shown_is_told_at_once():
         stream = asked(address, urlsplit(address).path + "events")
         assert stream.headers["Content-Type"] == "text/event-stream"
         assert news(stream) == {"number": 0, "problem": ""}
-        board.show(Shown(1, "", b""))
+        board.show(ShownPage(1, "", b""))
         assert news(stream) == {"number": 1, "problem": ""}
         board.show(board.shown._replace(problem="line 3: <no>"))
         assert news(stream) == {"number": 1, "problem": "line 3: <no>"}
@@ -204,13 +204,13 @@ def test_what_cannot_be_watched_is_said(scene, tmp_path):
 def test_the_browser_keeps_time_and_camera(scene, tmp_path):
     """Of a page that follows another; and it says what is wrong over what it shows."""
 
-    def page(number: int) -> Shown:
+    def page(number: int) -> ShownPage:
         found = build(scene, {}, SHORT, tmp_path, lambda: False).page
         assert found is not None
-        return Shown(number, "", html(found.title, found.data, found.packer, number).encode())
+        return ShownPage(number, "", html(found.title, found.data, found.packer, number).encode())
 
     board = Board()
-    board.show(Shown(0, "no such key <b>", waiting("five_bar.yaml").encode()))
+    board.show(ShownPage(0, "no such key <b>", waiting("five_bar.yaml").encode()))
     with served(board) as address, browser() as chromium:
         context = chromium.new_context(viewport={"width": 720, "height": 480})
         tab = context.new_page()

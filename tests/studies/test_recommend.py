@@ -20,7 +20,7 @@ from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.solve import solve
 from mbproj.studies.measure.spans import sampled
 from mbproj.studies.recommend.bench import Bench
-from mbproj.studies.recommend.families import Family, closing, families
+from mbproj.studies.recommend.families import Family, families, with_closed_joints
 from mbproj.studies.recommend.recommendation import Unreachable, recommend
 from mbproj.studies.recommend.search import cheapest
 
@@ -123,10 +123,10 @@ def test_samples_are_those_of_the_scene():
 
 
 def test_joints_stay_closed_whatever_the_scene_asks_for():
-    assert closing(Setting("none")) == Setting("gpopm")
-    assert closing(Setting("gopm", every=5)) == Setting("gpopm")
-    assert closing(Setting("mmopm", alpha=1e7, formulation="full")) == Setting("gpopm")
-    assert closing(Setting("gopm", formulation="full")).projection == "gopm"
+    assert with_closed_joints(Setting("none")) == Setting("gpopm")
+    assert with_closed_joints(Setting("gopm", every=5)) == Setting("gpopm")
+    assert with_closed_joints(Setting("mmopm", alpha=1e7, formulation="full")) == Setting("gpopm")
+    assert with_closed_joints(Setting("gopm", formulation="full")).projection == "gopm"
 
 
 class Made(Bench):

@@ -13,9 +13,9 @@ from mbproj.integrate.steppers.tableau import load_tableau
 from mbproj.registry import explicit_integrators
 from mbproj.studies.measure.setting import Setting
 from mbproj.studies.stability import stability
-from mbproj.studies.stability.bisection import Change, values
+from mbproj.studies.stability.bisection import StateChange, values
 from mbproj.studies.stability.gains import growth
-from mbproj.studies.stability.quantities import QUANTITIES, Span
+from mbproj.studies.stability.quantities import QUANTITIES, ValueSpan
 from mbproj.studies.stability.subject import Limits, Subject
 from mbproj.studies.variants.livelier import with_speed
 from mbproj.studies.variants.ratios import joints_from_ground, with_inertia_ratio, with_mass_ratio
@@ -27,7 +27,7 @@ from tests.support import REDUNDANT, ROOT
 SLIDER_CRANK = read_scene(ROOT / "mechanisms" / "spatial_slider_crank.yaml")
 
 
-def limit(found) -> Change:
+def limit(found) -> StateChange:
     (track,) = found.tracks
     return track.changes[0]
 
@@ -159,8 +159,8 @@ def test_all_methods_run_with_the_scenes_own_schedule():
 
 
 def test_values_are_even_and_have_the_scenes_own():
-    assert values(Span(1e-2, 1.0, 1e2), 5) == pytest.approx([1e-2, 1e-1, 1.0, 10.0, 100.0])
-    assert 3.0 in values(Span(1e-2, 3.0, 1e2), 5)
+    assert values(ValueSpan(1e-2, 1.0, 1e2), 5) == pytest.approx([1e-2, 1e-1, 1.0, 10.0, 100.0])
+    assert 3.0 in values(ValueSpan(1e-2, 3.0, 1e2), 5)
 
 
 def test_a_study_resumes(monkeypatch):

@@ -15,7 +15,7 @@ from mbproj.scene.records import JointForce, Scene
 KEY = "regularised"
 
 
-class CreepRecord(TypedDict):
+class CreepHistory(TypedDict):
     """The creep of a regularised friction. `width` is the rate up to which it is smoothed, rad/s or m/s by its `unit`.
     `seconds` is the time with a smaller rate, `creep` the distance moved in that time, rad or m."""
 
@@ -25,7 +25,7 @@ class CreepRecord(TypedDict):
     creep: float
 
 
-def creep_by_friction(results: Results, scene: Scene | None = None) -> dict[str, CreepRecord]:
+def creep_by_friction(results: Results, scene: Scene | None = None) -> dict[str, CreepHistory]:
     """The creep of each regularised friction by its name, from the samples. The scene is read from the results where it
     is not given. The answer is empty where it cannot be read."""
     if KEY not in results.scene_text:
@@ -34,7 +34,7 @@ def creep_by_friction(results: Results, scene: Scene | None = None) -> dict[str,
         what = scene or read_scene_text(results.scene_text, str(results.scene_path or results.path), results.overrides)
     except InputError:
         return {}
-    found: dict[str, CreepRecord] = {}
+    found: dict[str, CreepHistory] = {}
     for force in what.forces:
         for coordinate, dry in force.coulomb.items() if isinstance(force, JointForce) else ():
             assert isinstance(force, JointForce)
@@ -44,12 +44,12 @@ def creep_by_friction(results: Results, scene: Scene | None = None) -> dict[str,
     return found
 
 
-def _crept(results: Results, name: str, unit: str, width: float) -> CreepRecord:
+def _crept(results: Results, name: str, unit: str, width: float) -> CreepHistory:
     """The creep of a friction, over intervals at whose ends its rate is below `width`."""
     force, time = results.force(name), results.time
     slow = np.abs(force.rate) <= width
     rests = slow[1:] & slow[:-1]
-    return CreepRecord(
+    return CreepHistory(
         unit=unit,
         width=width,
         seconds=float(np.diff(time)[rests].sum()),
@@ -57,7 +57,7 @@ def _crept(results: Results, name: str, unit: str, width: float) -> CreepRecord:
     )
 
 
-def in_words(record: CreepRecord) -> str:
+def in_words(record: CreepHistory) -> str:
     """A line on the creep of a friction."""
     unit = record["unit"]
     if record["seconds"] == 0.0:

@@ -16,7 +16,7 @@ SLIDES = ("slip", "turn")
 TANGENTS = ("1", "2")
 
 
-class FrictionRecord(TypedDict):
+class FrictionHistory(TypedDict):
     """The history of a friction. `unit` is that of its coordinate, m or rad. `sticks`, `slips` and `turns` count how
     often it began to stick, began to slip, and reversed its sliding. `sticking_part` is a part of the time.
     `largest_force` is in N or N m, `energy` the lost energy in J. What samples tell is None where there are none."""
@@ -31,7 +31,7 @@ class FrictionRecord(TypedDict):
     energy: float | None
 
 
-def friction_records(results: Results) -> dict[str, FrictionRecord]:
+def friction_records(results: Results) -> dict[str, FrictionHistory]:
     """The history of each dry friction that can stick, by its name. The two tangents of a stop count as one, by the
     stop's name."""
     names = results.names("frictions")
@@ -39,11 +39,11 @@ def friction_records(results: Results) -> dict[str, FrictionRecord]:
     return {owner: _rubbed(results, owner, columns) for owner, columns in together.items()}
 
 
-def _rubbed(results: Results, owner: str, columns: Sequence[int]) -> FrictionRecord:
+def _rubbed(results: Results, owner: str, columns: Sequence[int]) -> FrictionHistory:
     """The history of the friction in these columns."""
     time, unit = results.time, results.names("friction_units")[columns[0]]
     kinds = [kind for _, kind in _changes(results, owner, columns)]
-    found = FrictionRecord(
+    found = FrictionHistory(
         unit=unit,
         sticks=kinds.count("stick"),
         slips=kinds.count("slip"),
@@ -142,7 +142,7 @@ def _kind(before: float, after: float) -> str:
     return "slip" if before == 0.0 else "turn"
 
 
-def in_words(record: FrictionRecord) -> str:
+def in_words(record: FrictionHistory) -> str:
     """A line on the history of a friction."""
     held, force, energy = record["sticking_seconds"], record["largest_force"], record["energy"]
     if held is None or force is None or energy is None:

@@ -7,7 +7,7 @@ from typing import TypedDict
 from mbproj.results import Results
 
 
-class StopRecord(TypedDict):
+class StopHistory(TypedDict):
     """The history of a stop. `unit` is that of its coordinate, m or rad. `least_gap` and `largest_force` are over the
     samples, or None without samples. `impacts` is their number, with the largest impulse (N s or N m s) and the energy
     (J) that all took."""
@@ -20,13 +20,13 @@ class StopRecord(TypedDict):
     energy: float
 
 
-def stop_records(results: Results) -> dict[str, StopRecord]:
+def stop_records(results: Results) -> dict[str, StopHistory]:
     """The history of each stop, by its name."""
-    found: dict[str, StopRecord] = {}
+    found: dict[str, StopHistory] = {}
     for column, (name, unit) in enumerate(zip(results.names("stops"), results.names("stop_units"), strict=True)):
         struck = [event for event in results.events if event.name == f"stop '{name}'" and event.impulse > 0.0]
         gap, force = (results[f"stops/{quantity}"][:, column] for quantity in ("gap", "force"))
-        found[name] = StopRecord(
+        found[name] = StopHistory(
             unit=unit,
             least_gap=float(gap.min()) if len(gap) else None,
             largest_force=float(force.max()) if len(force) else None,
@@ -37,7 +37,7 @@ def stop_records(results: Results) -> dict[str, StopRecord]:
     return found
 
 
-def in_words(record: StopRecord) -> str:
+def in_words(record: StopHistory) -> str:
     """A line on the history of a stop."""
     load, unit = ("N m" if record["unit"] == "rad" else "N"), record["unit"]
     parts = []

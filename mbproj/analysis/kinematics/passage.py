@@ -38,13 +38,13 @@ def _root(time: Array, values: Array, before: int, events: Array) -> float:
     sign = values[before] > 0.0
     for _ in range(BISECTIONS):
         middle = 0.5 * (low + high)
-        if (at(time, values[:, None], middle, events)[0] > 0.0) == sign:
+        if (curves_at(time, values[:, None], middle, events)[0] > 0.0) == sign:
             low = middle
         else:
             high = middle
     return 0.5 * (low + high)
 
 
-def at(time: Array, values: Array, when: float, events: Array) -> Array:
+def curves_at(time: Array, values: Array, when: float, events: Array) -> Array:
     """The values (k,) of curves (T, k) at a time `when` between two samples."""
     return between(time, values, events, np.array([when]))[0]

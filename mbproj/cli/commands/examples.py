@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from mbproj.cli.completion import Folder
+from mbproj.cli.completion import FolderPath
 from mbproj.cli.explained import Part, explained, option
 from mbproj.errors import InputError, Problem
 
@@ -28,7 +28,7 @@ EXAMPLES = (
     Part.OUTPUT,
     "--copy",
     "folder",
-    type=Folder(),
+    type=FolderPath(),
     metavar="DIR",
     help="Copy them to DIR, and those of the validation to DIR/validation; nothing is overwritten.",
 )
@@ -36,7 +36,7 @@ EXAMPLES = (
     Part.OUTPUT,
     "--notebooks",
     "notebooks",
-    type=Folder(),
+    type=FolderPath(),
     metavar="DIR",
     help="Copy the notebooks for Jupyter to DIR; nothing is overwritten.",
 )

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from mbproj.cli.completion import Folder, results_file
+from mbproj.cli.completion import FolderPath, results_file
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.quantity import Corners
 from mbproj.cli.study_options import force as force_option
@@ -31,7 +31,7 @@ EXAMPLES = (
     "--output",
     "folder",
     default=".",
-    type=Folder(path_type=Path),
+    type=FolderPath(path_type=Path),
     help="Output directory [default: .].",
 )
 @option(

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from mbproj.cli.completion import Folder, one_of
+from mbproj.cli.completion import FolderPath, one_of
 from mbproj.cli.explained import Part, explained, option
 from mbproj.errors import InputError
 from mbproj.guide.pages import KINDS, Page, page_of, pages, search
@@ -28,7 +28,7 @@ EXAMPLES = (
     Part.OUTPUT,
     "--html",
     "site",
-    type=Folder(path_type=Path, file_okay=False),
+    type=FolderPath(path_type=Path, file_okay=False),
     metavar="DIR",
     help="Write the whole guide as web pages into DIR.",
 )

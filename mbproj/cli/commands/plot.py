@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from mbproj.cli.completion import Folder, one_of, results_file
+from mbproj.cli.completion import FolderPath, one_of, results_file
 from mbproj.cli.design.pictures import KINDS as OF_DESIGNS
 from mbproj.cli.design.pictures import draw_design, is_design
 from mbproj.cli.explained import Part, explained, option
@@ -59,7 +59,7 @@ EXAMPLES = (
     "--output",
     "directory",
     default=".",
-    type=Folder(path_type=Path),
+    type=FolderPath(path_type=Path),
     help="Output directory [default: .].",
 )
 @option(

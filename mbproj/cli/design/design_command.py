@@ -11,7 +11,7 @@ import click
 import numpy as np
 
 from mbproj.cli import study_options
-from mbproj.cli.completion import Folder, scene_file
+from mbproj.cli.completion import FolderPath, scene_file
 from mbproj.cli.explained import Part, option
 from mbproj.cli.figure_options import look
 from mbproj.cli.report.json_text import json_text
@@ -41,7 +41,7 @@ def options(command: Command) -> Command:
             Part.OUTPUT,
             "-o",
             "--output",
-            type=Folder(path_type=Path),
+            type=FolderPath(path_type=Path),
             metavar="DIR",
             help="Directory of the design [default: <spec>-design].",
         ),

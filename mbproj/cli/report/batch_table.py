@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 RESULT_WIDTH = len("fault of mbproj")
 
 
-class Rows:
+class BatchRows:
     """The table on stdout. A row is printed as soon as all rows before it are."""
 
     def __init__(self, scenes: Sequence[str], shown: bool) -> None:

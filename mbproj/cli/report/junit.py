@@ -42,7 +42,7 @@ def junit(results: Sequence[SceneResult], not_run: Sequence[Path] = ()) -> str:
 
 
 @dataclass(frozen=True)
-class Case:
+class SweepCase:
     """A case of a sweep: its name, its result, the reason of a failure, and its duration in s."""
 
     name: str
@@ -51,7 +51,7 @@ class Case:
     seconds: float
 
 
-def cases_as_xml(spec: Path, cases: Sequence[Case]) -> str:
+def cases_as_xml(spec: Path, cases: Sequence[SweepCase]) -> str:
     """The cases of a sweep as XML: one that failed is an error, one that did not run is skipped."""
     root = Xml.Element("testsuites", name="mbproj sweep")
     skipped = sum(case.status == "not run" for case in cases)

@@ -8,7 +8,7 @@ from itertools import islice
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
-from mbproj.cli.report.junit import Case, cases_as_xml
+from mbproj.cli.report.junit import SweepCase, cases_as_xml
 from mbproj.cli.report.progress import line
 from mbproj.cli.report.table import columns
 
@@ -39,7 +39,7 @@ def _item(value: Item) -> str:
     return f"{value:.10g}" if isinstance(value, float) else value
 
 
-class Shown:
+class SweepProgress:
     """The progress of a sweep, `reached`, which is shown on a line."""
 
     def __init__(self, say: Callable[[str, float], None]) -> None:
@@ -55,13 +55,13 @@ class Shown:
 
 
 @contextmanager
-def showing(hidden: bool) -> Iterator[Shown]:
+def showing(hidden: bool) -> Iterator[SweepProgress]:
     """Yield the progress of a sweep, shown as the numbers of cases and failures and the time left."""
     if hidden:
-        yield Shown(lambda said, left: None)
+        yield SweepProgress(lambda said, left: None)
         return
     with line() as shown:
-        yield Shown(shown.say)
+        yield SweepProgress(shown.say)
 
 
 def failures(entries: Iterable[CaseEntry]) -> list[dict[str, Any]]:
@@ -99,5 +99,5 @@ def junit(spec: Spec, entries: Iterable[CaseEntry]) -> str:
         )
         message = "" if entry.row is None or entry.status == "done" else entry.row.message
         seconds = 0.0 if entry.row is None else entry.row.seconds
-        found.append(Case(f"{number}: {values}", entry.status, message, seconds))
+        found.append(SweepCase(f"{number}: {values}", entry.status, message, seconds))
     return cases_as_xml(spec.path, found)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from mbproj.cli import study_options
-from mbproj.cli.completion import Folder, scene_file
+from mbproj.cli.completion import FolderPath, scene_file
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.report.json_text import json_text
 
@@ -31,7 +31,7 @@ EXAMPLES = (
     Part.EFFORT, "--timeout", default="5 min", show_default=True, metavar="TIME", help="Stop a scene that runs longer."
 )
 @option(Part.OUTPUT, "--junit", "xml", type=click.Path(path_type=Path), metavar="FILE", help="Write JUnit XML.")
-@option(Part.OUTPUT, "--keep", type=Folder(path_type=Path), metavar="DIR", help="Keep the results files in DIR.")
+@option(Part.OUTPUT, "--keep", type=FolderPath(path_type=Path), metavar="DIR", help="Keep the results files in DIR.")
 @study_options.force
 @study_options.write_table
 @study_options.as_json

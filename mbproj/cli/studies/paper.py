@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from mbproj.cli.completion import Folder
+from mbproj.cli.completion import FolderPath
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.figure_options import look
 from mbproj.cli.quantity import Positive
@@ -24,7 +24,7 @@ EXAMPLES = (
 
 
 @explained("paper", EXAMPLES, short_help="Draws the figures of Zhang, Liu & Liu (2015).")
-@option(Part.OUTPUT, "--output", "-o", required=True, type=Folder(), metavar="DIR", help="Where the figures go.")
+@option(Part.OUTPUT, "--output", "-o", required=True, type=FolderPath(), metavar="DIR", help="Where the figures go.")
 @option(
     Part.WHAT,
     "--duration",

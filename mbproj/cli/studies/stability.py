@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from mbproj.studies.stability import StabilityMap
-    from mbproj.studies.stability.bisection import Track
+    from mbproj.studies.stability.bisection import MethodTrack
 
 
 def _quantities() -> Collection[str]:
@@ -168,7 +168,7 @@ def _setting(found: StabilityMap) -> str:
     return ", ".join([found.setting.integrator, *step, *until])
 
 
-def _intervals(track: Track) -> list[list[str]]:
+def _intervals(track: MethodTrack) -> list[list[str]]:
     """A row for each interval of one state: from, to, and the first fault, at the end that is nearer to where the
     method holds."""
     edges = [track.points[0].value, *(change.value for change in track.changes), track.points[-1].value]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from mbproj.cli import study_options
-from mbproj.cli.completion import Folder, scene_file
+from mbproj.cli.completion import FolderPath, scene_file
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.quantity import Positive
 from mbproj.cli.report.json_text import json_text
@@ -49,7 +49,7 @@ EXAMPLES = (
     Part.OUTPUT,
     "-o",
     "--output",
-    type=Folder(path_type=Path),
+    type=FolderPath(path_type=Path),
     metavar="DIR",
     help="Directory of the sweep [default: <spec>-sweep].",
 )
@@ -92,7 +92,7 @@ def command(
     from mbproj.outputs.written_table import write_table as write_for_paper
     from mbproj.studies.parallel.client import workplace
     from mbproj.studies.sweep import arrays, summary
-    from mbproj.studies.sweep.folder import Folder as SweepFolder
+    from mbproj.studies.sweep.folder import FolderPath as SweepFolder
     from mbproj.studies.sweep.run import run_sweep
     from mbproj.studies.sweep.spec import read_spec
     from mbproj.studies.sweep.summary import entries

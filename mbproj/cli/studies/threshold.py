@@ -120,7 +120,7 @@ def _uneven_errors(found: ThresholdStudy) -> str:
 def _page(found: ThresholdStudy) -> Figure:
     import numpy as np
 
-    from mbproj.figures.pages.threshold import Thresholds, threshold_page
+    from mbproj.figures.pages.threshold import ThresholdSeries, threshold_page
 
     rows = found.rows
     middle = rows[1:-1]
@@ -132,7 +132,7 @@ def _page(found: ThresholdStudy) -> Figure:
     ends = [
         (row["error"], row["position_violation"], row["projections"], row["cpu_seconds"]) for row in (rows[0], rows[-1])
     ]
-    shown = Thresholds(
+    shown = ThresholdSeries(
         threshold=column("threshold"),
         error=column("error"),
         position_violation=column("position_violation"),

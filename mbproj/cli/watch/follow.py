@@ -11,7 +11,7 @@ import click
 
 from mbproj.cli.watch.build import Built, Superseded, build
 from mbproj.cli.watch.saves import Saves
-from mbproj.cli.watch.server import Board, Shown
+from mbproj.cli.watch.server import Board, ShownPage
 from mbproj.pages.page.three_js import three_js
 from mbproj.pages.page.write import html, waiting
 
@@ -19,7 +19,7 @@ from mbproj.pages.page.write import html, waiting
 def follow(path: Path, parameters: Mapping[str, str], options: Mapping[str, str], board: Board, *, quiet: bool) -> None:
     """Show the scene at each save, without end. Raises InputError where pages cannot be made here."""
     three_js()
-    board.show(Shown(0, "", waiting(path.name).encode()))
+    board.show(ShownPage(0, "", waiting(path.name).encode()))
     saves, numbers = Saves([path]), count(1)
     with TemporaryDirectory(prefix="mbproj-watch-") as folder:
         while True:
@@ -34,13 +34,13 @@ def follow(path: Path, parameters: Mapping[str, str], options: Mapping[str, str]
             saves.wait()
 
 
-def _next(shown: Shown, found: Built, numbers: count[int]) -> Shown:
+def _next(shown: ShownPage, found: Built, numbers: count[int]) -> ShownPage:
     """The new page, or the last page with the current problem."""
     if found.page is None:
         return shown._replace(problem=found.problem)
     number = next(numbers)
     page = html(found.page.title, found.page.data, found.page.packer, number)
-    return Shown(number, found.problem, page.encode())
+    return ShownPage(number, found.problem, page.encode())
 
 
 def _tell(found: Built, *, quiet: bool) -> None:

@@ -20,7 +20,7 @@ HEARTBEAT = 5.0
 PATIENCE = 10.0
 
 
-class Shown(NamedTuple):
+class ShownPage(NamedTuple):
     """The page for the browser, its number, and the problem that the scene has had since."""
 
     number: int
@@ -33,9 +33,9 @@ class Board:
 
     def __init__(self) -> None:
         self._changed, self._versions = Condition(), 0
-        self.shown, self.closed = Shown(0, "", b""), False
+        self.shown, self.closed = ShownPage(0, "", b""), False
 
-    def show(self, shown: Shown) -> None:
+    def show(self, shown: ShownPage) -> None:
         """Show another page from now on."""
         with self._changed:
             self.shown, self._versions = shown, self._versions + 1
@@ -47,7 +47,7 @@ class Board:
             self.closed = True
             self._changed.notify_all()
 
-    def after(self, version: int) -> tuple[int, Shown] | None:
+    def after(self, version: int) -> tuple[int, ShownPage] | None:
         """Wait until the shown page has another version than `version`; return its version and the page. None where
         that takes too long."""
         with self._changed:

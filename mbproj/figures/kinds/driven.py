@@ -18,20 +18,20 @@ from mbproj.figures.differences import SIGN, alike
 from mbproj.figures.margins import small_print
 from mbproj.figures.rows import PanelGroup, PanelQuantity, Row
 from mbproj.figures.style import styled
-from mbproj.figures.units import Unit, units_of
+from mbproj.figures.units import AxisUnit, units_of
 from mbproj.results import Results
 from mbproj.results.layout import ALL_NAMES
 from mbproj.results.members import Friction
 
 #: The kind of action along a coordinate with this unit, and the unit of the action.
-ACTION = {"m": ("force", Unit("N", "N")), "rad": ("torque", Unit("N m", "N m"))}
-ENERGY, POWER = Unit("J", "J"), Unit("W", "W")
+ACTION = {"m": ("force", AxisUnit("N", "N")), "rad": ("torque", AxisUnit("N m", "N m"))}
+ENERGY, POWER = AxisUnit("J", "J"), AxisUnit("W", "W")
 #: The colour behind the curves while a friction sticks, and its opacity with one result.
 STICKS, OPAQUE = "#56B4E9", 0.22
 
 
 @dataclass(frozen=True)
-class Columns:
+class DatasetColumns:
     """A reader of the columns `names` (T, k) of a dataset; None where a result lacks one of them."""
 
     kind: str
@@ -48,7 +48,7 @@ class Columns:
 
 
 @dataclass(frozen=True)
-class Reading:
+class FrictionReader:
     """A reader of a quantity (T) of the friction `name`; None where a result lacks the friction."""
 
     name: str
@@ -106,7 +106,7 @@ def _grouped_by_coordinate(
         for place, own in enumerate(found):
             if _unit(results, kind, own[0]) != _unit(results, kind, name):
                 continue
-            pairs = [[Columns(kind, (one,), dataset)(result) for one in (own[0], name)] for result in results]
+            pairs = [[DatasetColumns(kind, (one,), dataset)(result) for one in (own[0], name)] for result in results]
             if all(a is not None and b is not None and np.array_equal(a, b) for a, b in pairs):
                 found[place] = (*own, name)
                 break
@@ -128,7 +128,7 @@ def _group(
     is a row for each name, and the coordinate once."""
     first = next(result for result in results if own[0] in result.names(kind))
     si = _unit(results, kind, own[0])
-    read, act = Columns(kind, own[:1], dataset), Columns(kind, own, "force")
+    read, act = DatasetColumns(kind, own[:1], dataset), DatasetColumns(kind, own, "force")
     unit = units_of(si, [values for result in results if (values := read(result)) is not None]).value
     words, acts_in = ACTION[si]
     label = f"{own[0]}: gap" if kind == "stops" else _along(first, own, si, read)
@@ -138,12 +138,12 @@ def _group(
     elif len(results) == 1:
         listed = [(along, PanelQuantity(words, acts_in, act, tuple((name, names.index(name)) for name in own)))]
     else:
-        each = [PanelQuantity(f"{words} of {name}", acts_in, Columns(kind, (name,), "force")) for name in own]
+        each = [PanelQuantity(f"{words} of {name}", acts_in, DatasetColumns(kind, (name,), "force")) for name in own]
         listed = [(along, each[0]), *((None, other) for other in each[1:])]
     return PanelGroup(tuple(listed), (PanelQuantity(SIGN, unit, read), PanelQuantity(SIGN, acts_in, act)))
 
 
-def _along(result: Results, own: tuple[str, ...], si: str, read: Columns) -> str:
+def _along(result: Results, own: tuple[str, ...], si: str, read: DatasetColumns) -> str:
     """The label of the coordinate along which `own` acts: the joint coordinate with the same values, or a length."""
     values, of = read(result), ""
     for coordinate, unit in zip(result.names("coordinates"), result.names("coordinate_units"), strict=True):
@@ -160,7 +160,7 @@ def _of_friction(results: Sequence[Results], name: str) -> tuple[PanelGroup, Pan
     si = having[0].names("friction_units")[having[0].names("frictions").index(name)]
     word, acts_in = ACTION[si]
     rate, force, energy, power = (
-        Reading(name, of)
+        FrictionReader(name, of)
         for of in (
             lambda each: each.rate,
             lambda each: each.force,

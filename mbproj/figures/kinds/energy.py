@@ -11,12 +11,12 @@ from mbproj.figures import panels, rows
 from mbproj.figures.differences import SIGN
 from mbproj.figures.rows import PanelGroup, PanelQuantity
 from mbproj.figures.style import styled
-from mbproj.figures.units import Unit, sizes
+from mbproj.figures.units import AxisUnit, sizes
 from mbproj.results import Results
 
 ENERGIES = ("kinetic", "potential", "total")
 BALANCE = "energy balance"
-JOULE = Unit("J", "J")
+JOULE = AxisUnit("J", "J")
 
 
 @styled

@@ -11,7 +11,7 @@ from matplotlib.colors import to_rgb
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.pages.appearance.mechanism import Look, Span
+from mbproj.pages.appearance.mechanism import DrawnSpan, Look
 from mbproj.pages.appearance.motion import PoseHistory
 from mbproj.pages.appearance.parts import Solid, bar
 from mbproj.pages.appearance.plates import hull
@@ -27,7 +27,7 @@ TURNS, ROUND = 8, 12
 
 
 @dataclass(frozen=True, eq=False)
-class Shape:
+class Polygon:
     """A polygon (k, 2) in the picture, with its depth towards the viewer and its colour."""
 
     outline: Array
@@ -67,7 +67,7 @@ def picture_axes(view: View) -> tuple[Array, Array]:
     return right, np.cross(view.eye, right)
 
 
-def _shapes(look: Look, view: View, motion: PoseHistory) -> Iterator[Shape]:
+def _shapes(look: Look, view: View, motion: PoseHistory) -> Iterator[Polygon]:
     """The polygons of all parts. Parts of a joint are in front of bodies at the same depth."""
     lift = {
         "bodies": 0.0,
@@ -83,7 +83,7 @@ def _shapes(look: Look, view: View, motion: PoseHistory) -> Iterator[Shape]:
         for points, light in _faces(drawn.part, drawn.carrier, view, motion):
             depth = float(points.mean(axis=0) @ view.eye) + lift[drawn.layer]
             colour = _mixed(to_rgb(base), (1.0, 1.0, 1.0), LIGHT * light)
-            yield Shape(hull(projected(points, view)), depth, colour)
+            yield Polygon(hull(projected(points, view)), depth, colour)
 
 
 def _faces(part: Solid, carrier: int, view: View, motion: PoseHistory) -> Iterator[tuple[Array, float]]:
@@ -103,7 +103,7 @@ def _faces(part: Solid, carrier: int, view: View, motion: PoseHistory) -> Iterat
                 yield _placed(own[on_face], carrier, motion), 0.2 + 0.8 * facing
 
 
-def _triangles(part: Solid, carrier: int, base: str, view: View, motion: PoseHistory) -> Iterator[Shape]:
+def _triangles(part: Solid, carrier: int, base: str, view: View, motion: PoseHistory) -> Iterator[Polygon]:
     """Yield the triangles of a mesh that face the viewer."""
     assert part.mesh is not None
     corners = _placed(part.outline(), carrier, motion)[part.mesh.triangles]
@@ -112,7 +112,7 @@ def _triangles(part: Solid, carrier: int, base: str, view: View, motion: PoseHis
     depths, outlines = corners.mean(axis=1) @ view.eye, projected(corners, view)
     for number in np.flatnonzero(facing > 0.0):
         colour = _mixed(to_rgb(base), (1.0, 1.0, 1.0), LIGHT * float(0.2 + 0.8 * facing[number]))
-        yield Shape(outlines[number], float(depths[number]), colour, edge=0.0)
+        yield Polygon(outlines[number], float(depths[number]), colour, edge=0.0)
 
 
 def _placed(points: Array, carrier: int, motion: PoseHistory) -> Array:
@@ -124,7 +124,7 @@ def _placed(points: Array, carrier: int, motion: PoseHistory) -> Array:
 
 
 def _draw_span(
-    axis: Axes, span: Span, look: Look, view: View, motion: PoseHistory, opacity: float, order: float
+    axis: Axes, span: DrawnSpan, look: Look, view: View, motion: PoseHistory, opacity: float, order: float
 ) -> None:
     """Draw a rod as a bar, a spring as a wave, a damper as a thick line on a thin one."""
     start, end = span.ends(motion)

@@ -11,14 +11,14 @@ from mbproj.analysis.reactions import in_words, reactions_not_unique
 from mbproj.arrays import Array
 from mbproj.figures import panels, rows, shown
 from mbproj.figures.differences import SIGN
-from mbproj.figures.reaction import Reaction
+from mbproj.figures.reaction import JointReaction
 from mbproj.figures.rows import MAX_ROWS, PanelGroup, PanelQuantity
 from mbproj.figures.style import OPEN, styled
-from mbproj.figures.units import Unit, sizes
+from mbproj.figures.units import AxisUnit, sizes
 from mbproj.results import Results
 
 #: The attribute of a joint, its name, and its unit.
-KINDS = (("reaction_force", "force", Unit("N", "N")), ("reaction_torque", "torque", Unit("N m", "N m")))
+KINDS = (("reaction_force", "force", AxisUnit("N", "N")), ("reaction_torque", "torque", AxisUnit("N m", "N m")))
 #: Torques count as round-off where they are less than this part of the largest force times the mechanism's length.
 #: Planar mechanisms reach 4e-16 of it; the smallest torques by loads in the shipped mechanisms are 1e-7.
 NOISE = 1e-11
@@ -34,7 +34,7 @@ def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
     """
     single = len(results) == 1
     names, remark = shown.largest_joints(results, "joints/reaction_force", shown.MAX_LINES if single else MAX_ROWS // 2)
-    found = [[Reaction.of(results, name, member) for name in names] for member, _, _ in KINDS]
+    found = [[JointReaction.of(results, name, member) for name in names] for member, _, _ in KINDS]
     force, torque = (max((each.largest(results) for each in of), default=0.0) for of in found)
     said = [remark]
     if torque <= NOISE * force * sizes(results)["m"]:
@@ -52,7 +52,7 @@ def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
     return panels.finish(figure, remark="; ".join(filter(None, said)))
 
 
-def _plot(axis: Axes, result: Results, reactions: Sequence[Reaction]) -> None:
+def _plot(axis: Axes, result: Results, reactions: Sequence[JointReaction]) -> None:
     """Draw the lines. Those that are not unique keep their dashes but are grey; the legend shows their own colours."""
     lines = _lines(result, reactions)
     for index, (text, values, is_unique) in enumerate(lines):
@@ -63,7 +63,7 @@ def _plot(axis: Axes, result: Results, reactions: Sequence[Reaction]) -> None:
             panels.plot(axis, result.abscissa, values, panels.NOT_UNIQUE, index, **OPEN)
 
 
-def _lines(result: Results, reactions: Sequence[Reaction]) -> list[tuple[str, Array, bool]]:
+def _lines(result: Results, reactions: Sequence[JointReaction]) -> list[tuple[str, Array, bool]]:
     """The label of each line, its values, and whether they are unique."""
     if len(reactions) == 1:
         (reaction,) = reactions
@@ -74,7 +74,7 @@ def _lines(result: Results, reactions: Sequence[Reaction]) -> list[tuple[str, Ar
     return [(reaction.joint, size, any(reaction.unique)) for reaction, size in sizes_of if size is not None]
 
 
-def _overlaid(found: Sequence[Sequence[Reaction]]) -> Iterator[PanelGroup]:
+def _overlaid(found: Sequence[Sequence[JointReaction]]) -> Iterator[PanelGroup]:
     """The rows of overlaid results: a row for each component of a single joint, or for each joint with magnitudes. Rows
     of differences follow."""
     for of in zip(*found, strict=True):
@@ -91,7 +91,7 @@ def _overlaid(found: Sequence[Sequence[Reaction]]) -> Iterator[PanelGroup]:
         yield PanelGroup(tuple(listed), apart)
 
 
-def _component(reaction: Reaction, word: str, unit: Unit, axis: int) -> PanelQuantity:
+def _component(reaction: JointReaction, word: str, unit: AxisUnit, axis: int) -> PanelQuantity:
     def read(result: Results) -> Array | None:
         values = reaction.components(result)
         return None if values is None else values[:, axis]

@@ -20,7 +20,7 @@ NEAR_FLOOR = 1e4
 
 
 @dataclass(frozen=True, eq=False)
-class Thresholds:
+class ThresholdSeries:
     """Series over `threshold` (N,): error in m, violations, projections, CPU time in s with its spread (N, 2). `always`
     and `never` are a run with a projection after every step, and one without, each as (error, |C|, projections,
     seconds). `floor` is the uncertainty of the reference in m."""
@@ -39,7 +39,7 @@ class Thresholds:
 
 
 @styled
-def threshold_page(shown: Thresholds, remark: str) -> Figure:
+def threshold_page(shown: ThresholdSeries, remark: str) -> Figure:
     """Draw three panels over the threshold."""
     figure = Figure(figsize=(page_width(), 3 * HEIGHT + AXIS_HEIGHT), layout="constrained")
     axes = figure.subplots(3, 1, sharex=True)

@@ -20,7 +20,7 @@ SAMPLED, LISTED = frozenset({"montecarlo", "lhs", "sobol", "saltelli"}), frozens
 
 
 @dataclass(frozen=True)
-class Picture:
+class SweepPicture:
     """A kind of picture: its module in this folder, a summary, and the designs for which it is drawn by default."""
 
     module: str
@@ -28,14 +28,14 @@ class Picture:
     designs: frozenset[str]
 
 
-PICTURES: Mapping[str, Picture] = MappingProxyType(
+PICTURES: Mapping[str, SweepPicture] = MappingProxyType(
     {
-        "lines": Picture("lines", "measures over one quantity, a line for each value of a second", LISTED),
-        "map": Picture("heat_map", "measures over two quantities as heat maps with contours", LISTED),
-        "distribution": Picture("distribution", "how each measure is distributed, with its quantiles", SAMPLED),
-        "scatter": Picture("scatter", "scatter plots of all varied quantities and measures", SAMPLED),
-        "ranks": Picture("ranks", "rank correlations as a tornado chart", SAMPLED),
-        "sobol": Picture("sobol", "Sobol' indices with their confidence", SAMPLED),
+        "lines": SweepPicture("lines", "measures over one quantity, a line for each value of a second", LISTED),
+        "map": SweepPicture("heat_map", "measures over two quantities as heat maps with contours", LISTED),
+        "distribution": SweepPicture("distribution", "how each measure is distributed, with its quantiles", SAMPLED),
+        "scatter": SweepPicture("scatter", "scatter plots of all varied quantities and measures", SAMPLED),
+        "ranks": SweepPicture("ranks", "rank correlations as a tornado chart", SAMPLED),
+        "sobol": SweepPicture("sobol", "Sobol' indices with their confidence", SAMPLED),
     }
 )
 

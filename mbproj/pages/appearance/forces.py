@@ -10,7 +10,7 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.model.compile.frames import pose, poses_of
-from mbproj.pages.appearance.joints import Drawn
+from mbproj.pages.appearance.joints import DrawnPart
 from mbproj.pages.appearance.layout import PartNumbers
 from mbproj.pages.appearance.parts import Mesh, Solid, cylinder, triad
 from mbproj.scene.records import BodyForce, Bushing, JointForce, Scene
@@ -34,7 +34,7 @@ class LoadLook:
     torque: bool
 
 
-def force_parts(scene: Scene, layout: PartNumbers) -> Iterator[Drawn]:
+def force_parts(scene: Scene, layout: PartNumbers) -> Iterator[DrawnPart]:
     """The parts of bushings, torsion springs and planes of stops. `item` is the number of the force in the scene, or of
     the first stop on a plane."""
     for item, force in enumerate(scene.forces):
@@ -42,7 +42,7 @@ def force_parts(scene: Scene, layout: PartNumbers) -> Iterator[Drawn]:
             yield from _bushing(scene, force, item, layout)
         elif isinstance(force, JointForce) and force.joint in layout.frames and _springs(force, "angle", "rad"):
             frame, carrier = layout.frames[force.joint], layout.bodies[force.joint][0]
-            yield Drawn(spiral(frame["p1"], frame["z1"], frame["x1"], layout.thickness), carrier, "springs", item)
+            yield DrawnPart(spiral(frame["p1"], frame["z1"], frame["x1"], layout.thickness), carrier, "springs", item)
     yield from _plates(scene, layout)
 
 
@@ -77,7 +77,7 @@ def _acts_at(scene: Scene, force: BodyForce) -> Array:
     return location if force.local else rotation.T @ (location - position)
 
 
-def _bushing(scene: Scene, force: Bushing, item: int, layout: PartNumbers) -> Iterator[Drawn]:
+def _bushing(scene: Scene, force: Bushing, item: int, layout: PartNumbers) -> Iterator[DrawnPart]:
     """A ring on the first body about a pin on the second, both along the z axes of their frames."""
     r, poses = layout.thickness, poses_of(scene)
     points, frames = (force.points.first, force.points.second), (force.axes.first, force.axes.second)
@@ -87,7 +87,7 @@ def _bushing(scene: Scene, force: Bushing, item: int, layout: PartNumbers) -> It
         turned = pose((0.0, 0.0, 0.0), axes)[1]
         z, x = (turned if force.axes.local else rotation.T @ turned)[:, [2, 0]].T
         ring = Solid("tube", (3.2 * r, 1.4 * r, 4.4 * r), point, triad(z, x))
-        yield Drawn(cylinder(1.2 * r, 8.0 * r, point, z) if side else ring, layout.number[body], "springs", item)
+        yield DrawnPart(cylinder(1.2 * r, 8.0 * r, point, z) if side else ring, layout.number[body], "springs", item)
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +105,7 @@ class _StopPlane:
         return bool(np.abs(self.normal - other.normal).max() < ONE_PLANE and beside < ONE_PLANE * size)
 
 
-def _plates(scene: Scene, layout: PartNumbers) -> Iterator[Drawn]:
+def _plates(scene: Scene, layout: PartNumbers) -> Iterator[DrawnPart]:
     """One plate for all stops on the same plane, with its upper face in the plane."""
     planes: list[tuple[str, list[_StopPlane]]] = []
     for item, stop in enumerate(scene.forces):
@@ -119,7 +119,7 @@ def _plates(scene: Scene, layout: PartNumbers) -> Iterator[Drawn]:
         else:
             planes.append((body, [under]))
     for body, found in planes:
-        yield Drawn(_plate(found, layout), layout.number[body], "springs", found[0].item)
+        yield DrawnPart(_plate(found, layout), layout.number[body], "springs", found[0].item)
 
 
 def _plate(under: list[_StopPlane], layout: PartNumbers) -> Solid:

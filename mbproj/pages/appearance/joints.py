@@ -24,7 +24,7 @@ HANGS = 0.05
 
 
 @dataclass(frozen=True, eq=False)
-class Drawn:
+class DrawnPart:
     """A part with the number of its carrier body (-1 for the ground) and its layer ("bodies", "joints", "ground",
     "springs"). `item` is the number of the body, joint or force that it shows."""
 
@@ -36,7 +36,7 @@ class Drawn:
 
 def joint_parts(
     scene: Scene, layout: PartNumbers, motion: PoseHistory, bodies: Sequence[Sequence[Solid]], up: Array
-) -> Iterator[Drawn]:
+) -> Iterator[DrawnPart]:
     """The parts of all joints. `bodies` are the parts of each body; `up` (3,) points against gravity."""
     middle = motion.position[motion.finite].mean(axis=(0, 1)) if len(motion.finite) else np.zeros(3)
     for item, joint in enumerate(scene.joints):
@@ -47,14 +47,14 @@ def joint_parts(
         pair = layout.bodies[joint.name]
         sketch = sketch_of(joint.type)
         for side, part in GLYPHS[sketch](frame):
-            yield Drawn(part, pair[side - 1], "ground" if pair[side - 1] < 0 else "joints", item)
+            yield DrawnPart(part, pair[side - 1], "ground" if pair[side - 1] < 0 else "joints", item)
         if "path" in joint.parameters:
             yield from _rope_circles(scene, joint, item, layout)
         if sketch in STANDING and frame.ground:
             point = frame.points[frame.ground - 1]
             hangs = float((point - middle) @ up) > HANGS * layout.size
             for part in pedestal(point, up if hangs else -up, _pedestal_front(frame, up), layout.thickness):
-                yield Drawn(part, -1, "ground", item)
+                yield DrawnPart(part, -1, "ground", item)
 
 
 def _frame(joint: Joint, layout: PartNumbers, motion: PoseHistory, bodies: Sequence[Sequence[Solid]]) -> Frame:
@@ -83,7 +83,7 @@ def _frame(joint: Joint, layout: PartNumbers, motion: PoseHistory, bodies: Seque
     )
 
 
-def _rope_circles(scene: Scene, joint: Joint, item: int, layout: PartNumbers) -> Iterator[Drawn]:
+def _rope_circles(scene: Scene, joint: Joint, item: int, layout: PartNumbers) -> Iterator[DrawnPart]:
     """The sheaves, wheels and drums of a rope."""
     poses, path = poses_of(scene), joint.parameters["path"]
     for node in path.nodes:
@@ -92,7 +92,7 @@ def _rope_circles(scene: Scene, joint: Joint, item: int, layout: PartNumbers) ->
             centre, axis = turn.T @ (np.array(node.at.vector) - position), turn.T @ np.array(path.normal)
             carrier = layout.number[node.body]
             disc = cylinder(node.radius - 0.4 * layout.thickness, 1.6 * layout.thickness, centre, axis)
-            yield Drawn(disc, carrier, "ground" if carrier < 0 else "joints", item)
+            yield DrawnPart(disc, carrier, "ground" if carrier < 0 else "joints", item)
 
 
 def _box_holds(part: Solid, point: Array, r: float) -> bool:
@@ -111,7 +111,7 @@ def _pedestal_front(frame: Frame, up: Array) -> Array:
     raise AssertionError("two coordinate axes are not both upright")
 
 
-def _wheels(joint: Joint, item: int, layout: PartNumbers, motion: PoseHistory) -> Iterator[Drawn]:
+def _wheels(joint: Joint, item: int, layout: PartNumbers, motion: PoseHistory) -> Iterator[DrawnPart]:
     """The wheels of a gear, where its axes determine their radii; the pulleys of a belt, and the pinion of a rack."""
     assert joint.couples is not None
     start = motion.at([0])
@@ -127,12 +127,12 @@ def _wheels(joint: Joint, item: int, layout: PartNumbers, motion: PoseHistory) -
         found += radii(points, axes, given["teeth"]) or ()
     for radius, owner, frame in zip(found, owners, frames, strict=False):
         for part in wheel(frame["p2"], frame["z2"], frame["x2"], radius, layout.thickness):
-            yield Drawn(part, owner, "joints", item)
+            yield DrawnPart(part, owner, "joints", item)
 
 
 def _geneva(
     joint: Joint, item: int, layout: PartNumbers, start: PoseHistory, points: Sequence[Array], axes: Sequence[Array]
-) -> Iterator[Drawn]:
+) -> Iterator[DrawnPart]:
     """The pin and the slotted wheel of a Geneva drive. Where both coordinates are zero the pin is on the line of
     centres, in a slot."""
     assert joint.couples is not None
@@ -150,7 +150,7 @@ def _geneva(
         else:
             drawn = [slotted(frame["p2"], frame["z2"], along, distance, slots, layout.thickness)]
         for part in drawn:
-            yield Drawn(part, owner, "joints", item)
+            yield DrawnPart(part, owner, "joints", item)
 
 
 def up_of(scene: Scene) -> Array:

@@ -155,7 +155,7 @@ def _gyration(scene: Scene) -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class Touching:
+class RollingContact:
     """The contact of a joint that rolls or slides on an edge. `place` computes its point from the joint's symbols;
     `symbols` (8, 3) are in the axes of `bodies`."""
 
@@ -173,10 +173,12 @@ class Touching:
         return self.place(np.stack(seen, axis=1))
 
 
-def touching(scene: Scene, layout: PartNumbers) -> Iterator[Touching]:
+def touching(scene: Scene, layout: PartNumbers) -> Iterator[RollingContact]:
     """The contacts of all joints that roll or slide on an edge."""
     for joint in scene.joints:
         place = place_of_contact(joint)
         if place is not None:
             frame = layout.frames[joint.name]
-            yield Touching(joint.name, place, layout.bodies[joint.name], np.array([frame[each] for each in SYMBOLS]))
+            yield RollingContact(
+                joint.name, place, layout.bodies[joint.name], np.array([frame[each] for each in SYMBOLS])
+            )

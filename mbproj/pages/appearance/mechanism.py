@@ -13,8 +13,8 @@ from mbproj.joints import JOINTS
 from mbproj.model.compile.frames import poses_of
 from mbproj.pages.appearance.bodies import parts_of
 from mbproj.pages.appearance.forces import LoadLook, force_parts, loads, slides
-from mbproj.pages.appearance.joints import Drawn, joint_parts, up_of
-from mbproj.pages.appearance.layout import PartNumbers, Touching, touching
+from mbproj.pages.appearance.joints import DrawnPart, joint_parts, up_of
+from mbproj.pages.appearance.layout import PartNumbers, RollingContact, touching
 from mbproj.pages.appearance.motion import PoseHistory
 from mbproj.scene.appearance import Appearance
 from mbproj.scene.meshes import TriangleMesh
@@ -55,7 +55,7 @@ class MarkerLook:
 
 
 @dataclass(frozen=True, eq=False)
-class Span:
+class DrawnSpan:
     """A line between points of two bodies, drawn as a "rod", a "spring", a "damper" or both ("strut").
 
     A straight part of a rope is a rod that is tangent to circles about its points. Their `radii` are positive where the
@@ -93,9 +93,9 @@ class Look:
     bodies: tuple[BodyLook, ...]
     joints: tuple[JointLook, ...]
     markers: tuple[MarkerLook, ...]
-    touching: tuple[Touching, ...]
-    drawn: tuple[Drawn, ...]
-    spans: tuple[Span, ...]
+    touching: tuple[RollingContact, ...]
+    drawn: tuple[DrawnPart, ...]
+    spans: tuple[DrawnSpan, ...]
     forces: tuple[str, ...]
     loads: tuple[LoadLook, ...]
     thickness: float
@@ -132,7 +132,7 @@ def look_of(scene: Scene, motion: PoseHistory, meshes: Mapping[str, TriangleMesh
         ),
         touching=tuple(touching(scene, layout)),
         drawn=(
-            *(Drawn(part, number, "bodies", number) for number, parts in enumerate(bodies) for part in parts),
+            *(DrawnPart(part, number, "bodies", number) for number, parts in enumerate(bodies) for part in parts),
             *joint_parts(scene, layout, motion, bodies, up_of(scene)),
             *force_parts(scene, layout),
         ),
@@ -159,7 +159,7 @@ def _joint_look(joint: Joint, layout: PartNumbers) -> JointLook:
     )
 
 
-def _rope(scene: Scene, joint: Joint, layout: PartNumbers) -> Iterator[Span]:
+def _rope(scene: Scene, joint: Joint, layout: PartNumbers) -> Iterator[DrawnSpan]:
     """The straight parts of a rope."""
     path, poses = joint.parameters["path"], poses_of(scene)
 
@@ -172,21 +172,21 @@ def _rope(scene: Scene, joint: Joint, layout: PartNumbers) -> Iterator[Span]:
         carriers = (layout.number[first.body], layout.number[second.body])
         radii = (first.signed_radius, second.signed_radius)
         thin, frame = 0.35 * layout.thickness, layout.number[path.frame]
-        yield Span("rod", joint.name, carriers, (places[0], places[1]), thin, radii, normal, frame)
+        yield DrawnSpan("rod", joint.name, carriers, (places[0], places[1]), thin, radii, normal, frame)
 
 
-def _spans(scene: Scene, layout: PartNumbers) -> Iterator[Span]:
+def _spans(scene: Scene, layout: PartNumbers) -> Iterator[DrawnSpan]:
     for joint in scene.joints:
         if "path" in joint.parameters:
             yield from _rope(scene, joint, layout)
         if JOINTS[joint.type].is_rod:
             frame = layout.frames[joint.name]
             ends = (frame["p1"], frame["p2"])
-            yield Span("rod", joint.name, layout.bodies[joint.name], ends, 0.8 * layout.thickness)
+            yield DrawnSpan("rod", joint.name, layout.bodies[joint.name], ends, 0.8 * layout.thickness)
     for slide in slides(scene):
         frame = layout.frames[slide.joint]
         ends = (frame["p1"], frame["p2"])
-        yield Span("spring", slide.name, layout.bodies[slide.joint], ends, 2.6 * layout.thickness)
+        yield DrawnSpan("spring", slide.name, layout.bodies[slide.joint], ends, 2.6 * layout.thickness)
     for force in scene.forces:
         if isinstance(force, PointForce):
             first, second = force.bodies
@@ -194,4 +194,4 @@ def _spans(scene: Scene, layout: PartNumbers) -> Iterator[Span]:
             elastic = force.element is not None or law.stiffness > 0.0 or law.function is not None
             kind = ("strut" if elastic else "damper") if law.damping > 0.0 else "spring"
             carriers = (layout.number[first], layout.number[second])
-            yield Span(kind, force.name, carriers, layout.springs[force.name], 2.0 * layout.thickness)
+            yield DrawnSpan(kind, force.name, carriers, layout.springs[force.name], 2.0 * layout.thickness)

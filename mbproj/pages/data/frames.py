@@ -16,14 +16,14 @@ THINNED, REFUSED = 10_000_000, 60_000_000
 
 
 @dataclass(frozen=True, eq=False)
-class Frames:
+class PageFrames:
     """The samples (F,) that are shown, and a remark where these are not all."""
 
     rows: Integers
     remark: str
 
 
-def frames_of(time: Array, whole: Integers, bodies: int, full: bool = False) -> Frames:
+def frames_of(time: Array, whole: Integers, bodies: int, full: bool = False) -> PageFrames:
     """The frames of a run with samples at `time` (T,), chosen from the samples `whole`, which are finite. With `full`,
     all of those.
 
@@ -40,7 +40,7 @@ def frames_of(time: Array, whole: Integers, bodies: int, full: bool = False) -> 
         raise InputError(Problem(message, hint=f"a page holds {REFUSED // 14} bodies"))
     count = wanted if full else min(wanted, room)
     rows = whole if count >= len(whole) else whole[_spread(time[whole], count)]
-    return Frames(rows, _remark(len(rows), len(whole), count < wanted))
+    return PageFrames(rows, _remark(len(rows), len(whole), count < wanted))
 
 
 def _spread(time: Array, count: int) -> Integers:

@@ -38,7 +38,7 @@ def page_of_modes(path: Path, label: str) -> PageData:
     size = look_of(scene, pose, meshes).size
     count = min(len(modes.eigenvalue), max(1, THINNED // (12 * max(len(modes.bodies), 1))))
     scales, shapes = unit_shapes(modes.displacement[:count], size)
-    swings = swung(modes, shapes[:IN_VIEW], size)
+    swings = swing_ends(modes, shapes[:IN_VIEW], size)
     look = look_of(scene, swings, meshes)
     packer = Packer()
     turning = np.array([1.0 if unit == "rad" else size for unit in modes.coordinate_units])
@@ -92,7 +92,7 @@ def unit_shapes(displacement: Numbers, size: float) -> tuple[Array, Numbers]:
     return scales, parts / scales[:, None, None]
 
 
-def swung(modes: StoredModes, shapes: Numbers, size: float) -> PoseHistory:
+def swing_ends(modes: StoredModes, shapes: Numbers, size: float) -> PoseHistory:
     """The pose, then the two ends of each swing at the initial amplitude, for the real and the imaginary part of each
     shape."""
     parts = AMPLITUDE * np.concatenate([sign * half for half in (shapes.real, shapes.imag) for sign in (1.0, -1.0)])

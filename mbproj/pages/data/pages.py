@@ -15,7 +15,7 @@ from mbproj.pages.appearance.mechanism import Look, look_of
 from mbproj.pages.appearance.motion import PoseHistory
 from mbproj.pages.appearance.recorded import motion_of, scene_of
 from mbproj.pages.appearance.view import View, view_of
-from mbproj.pages.data.frames import Frames, frames_of, largest_between
+from mbproj.pages.data.frames import PageFrames, frames_of, largest_between
 from mbproj.pages.data.loads import load_groups
 from mbproj.pages.data.packing import Packer
 from mbproj.pages.data.passages import passages
@@ -115,7 +115,7 @@ def _run(
     }
 
 
-def _events(result: Results, frames: Frames) -> list[dict[str, Any]]:
+def _events(result: Results, frames: PageFrames) -> list[dict[str, Any]]:
     """The events of the run, and its failure if it failed, in the order of time."""
     found = [{"time": event.time, "text": f"{event.kind}: {event.name}", "kind": "event"} for event in result.events]
     if result.status.startswith("failed") and len(frames.rows):

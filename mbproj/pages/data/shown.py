@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.pages.appearance.mechanism import Look, Span
+from mbproj.pages.appearance.mechanism import DrawnSpan, Look
 from mbproj.pages.appearance.motion import PoseHistory
 from mbproj.pages.appearance.view import View
 from mbproj.pages.data.packing import Packer, step_of
@@ -135,7 +135,7 @@ def _numbers(values: Sequence[float] | Array) -> list[float]:
     return [float(value) for value in values]
 
 
-def _rope_data(span: Span) -> dict[str, Any]:
+def _rope_data(span: DrawnSpan) -> dict[str, Any]:
     """The data of the circles that a part of a rope touches."""
     if span.normal is None:
         return {}

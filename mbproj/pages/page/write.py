@@ -49,19 +49,24 @@ def html(title: str, data: Mapping[str, Any], packer: Packer, watched: int | Non
     pieces = {
         "title": escape(title),
         "policy": POLICY if watched is None else SERVED,
-        "style": ours("style.css"),
+        "style": page_source("style.css"),
         "made": escape(f"Made with mbproj {__version__}, drawn with three.js (MIT licence)."),
         "data": as_json(data if watched is None else {**data, "watched": watched}),
         "motion": packer.text(),
         "three": three_js(),
-        "script": "\n".join(ours(f"{name}.js") for name in scripts),
+        "script": "\n".join(page_source(f"{name}.js") for name in scripts),
     }
     return filled("page.html", pieces)
 
 
 def waiting(title: str) -> str:
     """The page that `mbproj watch` serves while the scene gives no page."""
-    pieces = {"title": escape(title), "policy": SERVED, "style": ours("style.css"), "script": ours(f"{WATCH}.js")}
+    pieces = {
+        "title": escape(title),
+        "policy": SERVED,
+        "style": page_source("style.css"),
+        "script": page_source(f"{WATCH}.js"),
+    }
     return filled("waiting.html", pieces)
 
 
@@ -72,14 +77,14 @@ def designs_page(title: str, data: Mapping[str, Any]) -> str:
         "policy": POLICY,
         "made": escape(f"Made with mbproj {__version__}. Orange: what is wanted."),
         "data": as_json(data),
-        "script": ours("designs.js"),
+        "script": page_source("designs.js"),
     }
     return filled("designs.html", pieces)
 
 
 def filled(name: str, pieces: Mapping[str, str]) -> str:
     """The template of this name with its pieces filled in."""
-    text = ours(name)
+    text = page_source(name)
     before, *rest = text.split("{{")
     found = [before]
     for piece in rest:
@@ -94,6 +99,6 @@ def as_json(data: Mapping[str, Any]) -> str:
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
 
-def ours(name: str) -> str:
+def page_source(name: str) -> str:
     """The text of a file of the page's own scripts and style."""
     return (files("mbproj.pages") / "browser" / name).read_text(encoding="utf-8")

@@ -18,7 +18,7 @@ from mbproj.arrays import Array
 from mbproj.results.trust import Poses, Trust
 from mbproj.scene.records import Settings
 from mbproj.studies.measure.mechanism import Mechanism
-from mbproj.studies.measure.nearby import TIGHTEST, round_off, spread
+from mbproj.studies.measure.nearby import TIGHTEST, largest_distance, round_off_bound
 from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.solve import OFF_AXIS, Solution, solve, unseen
 from mbproj.studies.measure.uneven import not_smooth, uneven
@@ -63,15 +63,15 @@ def certify(
             why = f"no figure: {why}; {OFF_AXIS}"
             return _trust(mechanism, times, position, None, np.full(position.shape[:2], np.inf), tested, why)
         if before is not None:
-            uncertainty = spread([before], better)
+            uncertainty = largest_distance([before], better)
             found = _trust(mechanism, times, position, better, uncertainty, tested, "")
             if settled(found.horizon_low, found.horizon_high, times).all():
                 return found
     assert better is not None  # there is at least one tolerance
     blame: tuple[str, ...] = ()
-    uncertainty, rough = round_off(mechanism, better, tell), uneven(mechanism, float(times[-1]))
+    uncertainty, rough = round_off_bound(mechanism, better, tell), uneven(mechanism, float(times[-1]))
     if before is not None:
-        left = (1.0 if rough else LEFT) * spread([before], better)
+        left = (1.0 if rough else LEFT) * largest_distance([before], better)
         blame = rough if left[-1].max() > uncertainty[-1].max() else ()
         uncertainty = np.maximum(uncertainty, left)
     return _trust(mechanism, times, position, better, uncertainty, tested, _remark(better, blame))

@@ -21,7 +21,7 @@ from mbproj.scene.records import Scene
 from mbproj.scene.settings import settings_to_run
 from mbproj.scene.text.suggestions import choose_from
 from mbproj.studies.design.target import PATH, TIME, Target
-from mbproj.studies.inverse.columns import TIME_NAMES, Columns, factor_of, read_columns
+from mbproj.studies.inverse.columns import TIME_NAMES, CsvTable, factor_of, read_columns
 
 #: What is matched of each where nothing is said.
 USUAL = {"marker": "position", "body": "position"}
@@ -104,7 +104,7 @@ class Match:
             self._reading.report(message, self._at("over"), choose_from(self._over, known))
         return self._over in known
 
-    def _table(self) -> Columns | None:
+    def _table(self) -> CsvTable | None:
         place = self._at("through")
         try:
             found = read_columns(self._path, place.file)
@@ -132,7 +132,7 @@ class Match:
         short = [part, f"{self._item}.{part}"] if part and quantity == "position" else []
         return [component, f"{self._item}.{component}", *short]
 
-    def _headings_are_known(self, quantity: str, columns: Columns) -> bool:
+    def _headings_are_known(self, quantity: str, columns: CsvTable) -> bool:
         """Whether `columns` names what is matched, and headings that the file has; else that is reported."""
         before = len(self._reading.problems)
         known = [name for name, _ in columns.headings]
@@ -147,7 +147,7 @@ class Match:
                 self._reading.report(message, self._at("columns", what), choose_from(heading, known))
         return len(self._reading.problems) == before
 
-    def _value_columns(self, quantity: str, columns: Columns) -> dict[str, int]:
+    def _value_columns(self, quantity: str, columns: CsvTable) -> dict[str, int]:
         """The numbers of the columns, by the components that they are of."""
         known = [name for name, _ in columns.headings]
         found = {}
@@ -164,7 +164,7 @@ class Match:
         headings: Mapping[str, str] = self._given.get("columns", {})
         return headings
 
-    def _abscissa(self, columns: Columns, place: Place) -> Array:
+    def _abscissa(self, columns: CsvTable, place: Place) -> Array:
         """Over what the values are, (N,); zeros over a path. Raises InputError where no column says it, or a time is
         outside the run."""
         if self._over == PATH:
@@ -196,6 +196,6 @@ class Match:
         return float(given.number)
 
 
-def _values(columns: Columns, number: int, unit: str, place: Place) -> Array:
+def _values(columns: CsvTable, number: int, unit: str, place: Place) -> Array:
     name, written = columns.headings[number]
     return np.asarray(columns.rows[:, number] * factor_of(name, written, unit, place))

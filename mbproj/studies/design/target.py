@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from mbproj.analysis.expectations import components
-from mbproj.analysis.observed import Samples, series
+from mbproj.analysis.observed import SampleSource, series
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.results.loads.between_samples import between
@@ -46,7 +46,7 @@ class Target:
         along = Expectation(self.over, "joint", joint, coordinate, COORDINATES[coordinate], "", "end", "")
         return (*self.measures, along)
 
-    def reached(self, samples: Samples) -> Array | None:
+    def reached(self, samples: SampleSource) -> Array | None:
         """What the run has in the place of each value, (N, k); None where the coordinate never gets there."""
         time, events = samples["time"], samples.event_times
         curve = np.concatenate([components(each, series(each, samples)) for each in self.measures], axis=1)
@@ -57,7 +57,7 @@ class Target:
         when = _passages(time, series(self.watched[-1], samples)[:, 0], events, self.abscissa, self.watched[-1].unit)
         return None if when is None else between(time, curve, events, when)
 
-    def residuals(self, samples: Samples) -> Array | None:
+    def residuals(self, samples: SampleSource) -> Array | None:
         """How far the run is from the values, (k N,), in parts of the deviation, times the root of the weight: those of
         one measure after those of another."""
         reached = self.reached(samples)

@@ -62,14 +62,16 @@ def given_rows(system: System, names: Sequence[str]) -> GivenRows:
 
 
 @dataclass(frozen=True, eq=False)
-class Followed:
+class FollowedMotion:
     """The motion at each time, and the deviation of the mechanism from what was given, (T, c), in the order given."""
 
     motions: list[MotionAtTime]
     off: Array
 
 
-def follow(system: System, start: State, names: Sequence[str], splines: Sequence[Smoothed], times: Array) -> Followed:
+def follow(
+    system: System, start: State, names: Sequence[str], splines: Sequence[Smoothed], times: Array
+) -> FollowedMotion:
     """Follow the given motion with a system without motions, from the pose of `start` on.
 
     Raises InputError where the given motion leaves a freedom open, SimulationError where the joints do not close.
@@ -102,7 +104,7 @@ def follow(system: System, start: State, names: Sequence[str], splines: Sequence
         off.append(left)
         reached = target
     back = np.argsort(rows.order)
-    return Followed(found, np.array(off)[:, back])
+    return FollowedMotion(found, np.array(off)[:, back])
 
 
 def _displacement_until(motion: MotionAtTime, t: float) -> Array:

@@ -21,7 +21,7 @@ TIME_NAMES = ("time", "t")
 
 
 @dataclass(frozen=True, eq=False)
-class Columns:
+class CsvTable:
     """A table with c columns. `headings` are pairs of a name and a unit ("" where there is none), from the line
     `heading_line`. `rows` (T, c) are the numbers as written; `lines` are their line numbers."""
 
@@ -31,7 +31,7 @@ class Columns:
     lines: tuple[int, ...]
 
 
-def read_columns(path: Path, asked: str) -> Columns:
+def read_columns(path: Path, asked: str) -> CsvTable:
     """Read the table in a file. `asked` is the option that named the file. Raises InputError with file and line where
     the file is no table, or a cell is no finite number."""
     lines = _lines(path, asked)
@@ -40,7 +40,7 @@ def read_columns(path: Path, asked: str) -> Columns:
     first, cells = lines[0]
     rows = np.array([_numbers(path, line, row, len(cells)) for line, row in lines[1:]], dtype=float)
     headings = tuple(_heading(cell) for cell in cells)
-    return Columns(headings, first, rows.reshape(-1, len(cells)), tuple(line for line, _ in lines[1:]))
+    return CsvTable(headings, first, rows.reshape(-1, len(cells)), tuple(line for line, _ in lines[1:]))
 
 
 def factor_of(name: str, unit: str, wanted: str, place: Place) -> float:

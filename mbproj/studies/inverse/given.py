@@ -13,7 +13,7 @@ from mbproj.errors import InputError, Place, Problem
 from mbproj.model.system import System
 from mbproj.results import Results
 from mbproj.scene.text.suggestions import choose_from
-from mbproj.studies.inverse.columns import TIME_NAMES, Columns, factor_of, read_columns
+from mbproj.studies.inverse.columns import TIME_NAMES, CsvTable, factor_of, read_columns
 
 #: The fewest samples for a spline of degree 5.
 FEWEST = 6
@@ -94,7 +94,7 @@ def _listed(system: System) -> str:
     return choose_from("", known_columns(system), "columns may be")
 
 
-def _checked(given: GivenMotion, path: Path, columns: Columns | None) -> GivenMotion:
+def _checked(given: GivenMotion, path: Path, columns: CsvTable | None) -> GivenMotion:
     if len(given.time) < FEWEST:
         message = f"it has {len(given.time)} samples, and a spline of degree 5 needs {FEWEST}"
         raise InputError(Problem(message, Place(str(path)), "give more samples"))

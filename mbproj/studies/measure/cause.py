@@ -7,7 +7,7 @@ import numpy as np
 
 from mbproj.analysis.growth import growth
 from mbproj.studies.measure.mechanism import Mechanism
-from mbproj.studies.measure.nearby import round_off, tight
+from mbproj.studies.measure.nearby import round_off_bound, tight_solution
 from mbproj.studies.measure.reference import Reference
 from mbproj.studies.measure.uneven import not_smooth, uneven
 from mbproj.studies.parallel.progress import Tell, silent
@@ -28,8 +28,8 @@ def why_not(mechanism: Mechanism, reference: Reference, goal: float, until: floa
     ended = np.flatnonzero(~np.isfinite(uncertainty))
     if len(ended) and reference.limit:
         return reference.limit
-    better = tight(mechanism, times)
-    parted = round_off(mechanism, better, tell).max(axis=1)
+    better = tight_solution(mechanism, times)
+    parted = round_off_bound(mechanism, better, tell).max(axis=1)
     at = min(int(np.searchsorted(times, until * (1.0 + 1e-9), side="right")), len(times) - 1)
     if parted[at] >= EXPLAINS * min(goal, float(uncertainty[at])):
         extent = float(np.ptp(reference.position, axis=0).max())

@@ -20,23 +20,23 @@ TIGHTEST = 1e-14
 PERTURBED, SAFETY = 4, 3.0
 
 
-def tight(mechanism: Mechanism, times: Array) -> Solution:
+def tight_solution(mechanism: Mechanism, times: Array) -> Solution:
     """A solution as accurate as round-off allows, where the equations are smooth."""
     return solve(mechanism, Setting(integrator="dop853", tolerance=TIGHTEST), times)
 
 
-def round_off(mechanism: Mechanism, of: Solution, tell: Tell = silent) -> Array:
-    """A bound on the error that round-off causes in a `tight` solution up to each time, (T, k), m. It comes from runs
+def round_off_bound(mechanism: Mechanism, of: Solution, tell: Tell = silent) -> Array:
+    """A bound on the error that round-off causes in a `tight_solution` up to each time, (T, k), m. It comes from runs
     with perturbed starts."""
     others = []
     for seed in range(1, PERTURBED + 1):
         tell(PERTURBED_STARTS, seed - 1, PERTURBED)
         setting = Setting(integrator="dop853", tolerance=(1.0 + 0.25 * seed) * TIGHTEST)
         others.append(solve(perturbed(mechanism, seed), setting, of.times))
-    return SAFETY * spread(others, of)
+    return SAFETY * largest_distance(others, of)
 
 
-def spread(others: Sequence[Solution], of: Solution) -> Array:
+def largest_distance(others: Sequence[Solution], of: Solution) -> Array:
     """The largest distance up to each time between the solution `of` and the others, (T, k), m. It is infinite from the
     end of one of them on."""
     apart = np.max([np.linalg.norm(other.position - of.position, axis=-1) for other in others], axis=0)

@@ -82,7 +82,7 @@ def families(base: Setting, interval: float, *, stiff: bool = False) -> Iterator
         yield from (Family(base, name, True, interval) for name in (*implicit_integrators(), AUTOMATIC))
 
 
-def closing(setting: Setting) -> Setting:
+def with_closed_joints(setting: Setting) -> Setting:
     """Return a setting that closes every joint after every step in the kernel, in the fastest formulation. It is
     `setting`, where its projection does so, or otherwise the default with GPOPM."""
     entry = PROJECTIONS[setting.projection]

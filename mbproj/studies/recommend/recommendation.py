@@ -27,7 +27,7 @@ from mbproj.studies.measure.spans import sampled
 from mbproj.studies.measure.timing import time_settings
 from mbproj.studies.parallel.progress import Tell, silent
 from mbproj.studies.recommend.bench import Bench
-from mbproj.studies.recommend.families import Family, closing, families
+from mbproj.studies.recommend.families import Family, families, with_closed_joints
 from mbproj.studies.recommend.search import cheapest
 from mbproj.studies.store import ValueCache
 
@@ -137,7 +137,7 @@ def recommend(
     truth = reference(mechanism, times)
     kept = ValueCache(["recommend", mechanism.identity, times.tolist(), error, columns], fresh)
     bench = Bench(mechanism, truth, error, columns, kept)
-    base = closing(Setting.of(scene.settings))
+    base = with_closed_joints(Setting.of(scene.settings))
     own = Setting.of(scene.settings) if scene.settings.step or scene.settings.tolerance else None
     first, bench = _cheapest_of_first_family(bench, base, tell)
     contenders = _contenders(bench, base, first, tell)

@@ -28,10 +28,10 @@ from mbproj.studies.measure.spans import span as until_of
 from mbproj.studies.parallel.hand_out import Where
 from mbproj.studies.parallel.progress import Tell, silent
 from mbproj.studies.parallel.resumable import resumable
-from mbproj.studies.stability.quantities import PARAMETER, Span, VariedQuantity, quantity_named
+from mbproj.studies.stability.quantities import PARAMETER, ValueSpan, VariedQuantity, quantity_named
 from mbproj.studies.stability.small_motions import NAME, small_motions
 from mbproj.studies.stability.small_motions import PRECISION as PRECISE
-from mbproj.studies.stability.subject import FAILS, Limits, Point, Subject, cause_of
+from mbproj.studies.stability.subject import FAILS, Limits, StabilityPoint, Subject, cause_of
 from mbproj.studies.store import ValueCache
 from mbproj.thresholds import THRESHOLDS
 
@@ -44,11 +44,11 @@ DEFAULT_STEPS = 1000
 
 
 @dataclass(frozen=True)
-class Change:
+class StateChange:
     """A change of state between two points, `below` and `above`, with nearly the same value."""
 
-    below: Point
-    above: Point
+    below: StabilityPoint
+    above: StabilityPoint
 
     @property
     def value(self) -> float:
@@ -57,13 +57,13 @@ class Change:
 
 
 @dataclass(frozen=True)
-class Track:
+class MethodTrack:
     """The result of one method: its points by increasing value, from the grid and from bisection, and the changes of
     state."""
 
     method: str
-    points: tuple[Point, ...]
-    changes: tuple[Change, ...]
+    points: tuple[StabilityPoint, ...]
+    changes: tuple[StateChange, ...]
 
     @property
     def digits(self) -> int:
@@ -79,8 +79,8 @@ class StabilityMap(Tabled):
     title: str
     vary: str
     unit: str
-    span: Span
-    tracks: tuple[Track, ...]
+    span: ValueSpan
+    tracks: tuple[MethodTrack, ...]
     setting: Setting
     until: float
     limits: Limits
@@ -133,7 +133,7 @@ def stability(
         scene, _with_fixed_step(mechanism, until_of(scene, until)), until_of(scene, until), limits or Limits()
     )
     found = quantity.span(subject)
-    whole = Span(low or found.low, found.own, high or found.high)
+    whole = ValueSpan(low or found.low, found.own, high or found.high)
     if not 0.0 < whole.low < whole.high:
         message = f"there is nothing between {whole.low:g} and {whole.high:g}"
         raise InputError(Problem(message, hint="let --from be below --to"))
@@ -156,7 +156,7 @@ def stability(
     if quantity.of_motion:
         subjects = {NAME: replace(subject, is_linear=True), **subjects}
     walked = resumable(_points_of, (vary, grid), subjects, kept, processes, "methods", tell)
-    tracks = [_track(name, [Point.from_json(each) for each in points]) for name, points in walked.items()]
+    tracks = [_track(name, [StabilityPoint.from_json(each) for each in points]) for name, points in walked.items()]
     analytic = real_axis_limit(tableau_of(subject.setting.integrator)) if quantity.option == "gains" else np.inf
     step = subject.setting.step or 1.0
     return StabilityMap(
@@ -180,7 +180,7 @@ def _unit_of(scene: Scene, vary: str) -> str:
     return SceneText(scene.text, "scene", scene.path).units().get(tuple(vary.split(".", 1)), "")
 
 
-def values(span: Span, points: int) -> list[float]:
+def values(span: ValueSpan, points: int) -> list[float]:
     """The values of a span, evenly spaced in their logarithms, with the scene's own value among them."""
     grid = np.geomspace(span.low, span.high, points)
     nearest = int(np.argmin(np.abs(np.log(grid / span.own))))
@@ -244,11 +244,11 @@ def _points_of(shared: tuple[str, list[float]], subject: Subject) -> list[dict[s
     quantity, precision = quantity_named(vary), PRECISE if subject.is_linear else PRECISION
     judge = small_motions if subject.is_linear else quantity.run
 
-    def at(value: float) -> Point:
+    def at(value: float) -> StabilityPoint:
         try:
             changed = quantity.changed(subject, value)
         except InputError as error:
-            return Point(value, FAILS, np.nan, np.nan, 0.0, None, cause_of(error), ended=False)
+            return StabilityPoint(value, FAILS, np.nan, np.nan, 0.0, None, cause_of(error), ended=False)
         return judge(changed, value)
 
     found = [at(value) for value in grid]
@@ -264,15 +264,15 @@ def _points_of(shared: tuple[str, list[float]], subject: Subject) -> list[dict[s
     return [point.as_json() for point in found]
 
 
-def _gap(below: Point, above: Point) -> float:
+def _gap(below: StabilityPoint, above: StabilityPoint) -> float:
     """The distance of two values in their logarithms."""
     return log(above.value / below.value)
 
 
-def _changes(points: Sequence[Point]) -> list[tuple[Point, Point]]:
+def _changes(points: Sequence[StabilityPoint]) -> list[tuple[StabilityPoint, StabilityPoint]]:
     """The pairs of neighbours with different states."""
     return [(one, two) for one, two in pairwise(points) if one.state != two.state]
 
 
-def _track(name: str, points: Sequence[Point]) -> Track:
-    return Track(name, tuple(points), tuple(Change(*pair) for pair in _changes(points)))
+def _track(name: str, points: Sequence[StabilityPoint]) -> MethodTrack:
+    return MethodTrack(name, tuple(points), tuple(StateChange(*pair) for pair in _changes(points)))

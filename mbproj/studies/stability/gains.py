@@ -22,13 +22,13 @@ from mbproj.integrate.formulations.planar import InPlane
 from mbproj.model import System
 from mbproj.model.euler_parameters import product, rotation_matrix
 from mbproj.studies.measure.mechanism import Mechanism
-from mbproj.studies.stability.subject import FAILS, HOLDS, Point, Subject, cause_of
+from mbproj.studies.stability.subject import FAILS, HOLDS, StabilityPoint, Subject, cause_of
 
 #: Steps over which |C| is watched, and the initial offset in units of the mechanism's length.
 STEPS, OFFSET = 300, 1e-8
 
 
-def growth(subject: Subject, value: float) -> Point:
+def growth(subject: Subject, value: float) -> StabilityPoint:
     """Test whether an offset of C grows with these gains.
 
     The difference to a run without the offset is watched, because the integrator's error adds to C in both. `closure`
@@ -38,12 +38,14 @@ def growth(subject: Subject, value: float) -> Point:
         own, opened = (_violations(subject, each) for each in (mechanism, _shifted(subject, mechanism)))
     except MbprojError as error:
         where, time = (error.where, error.time) if isinstance(error, SimulationError) else (None, 0.0)
-        return Point(value, FAILS, np.nan, np.nan, time, where, cause_of(error), ended=False)
+        return StabilityPoint(value, FAILS, np.nan, np.nan, time, where, cause_of(error), ended=False)
     first, last = (float(part) for part in np.abs(opened - own).max(axis=1))
     if last <= first:
-        return Point(value, HOLDS, last, np.nan)
+        return StabilityPoint(value, HOLDS, last, np.nan)
     said = f"an offset has grown from {first:.1e} to {last:.1e}"
-    return Point(value, FAILS, last, np.nan, STEPS * _step(subject), _worst(mechanism.system, opened - own), said)
+    return StabilityPoint(
+        value, FAILS, last, np.nan, STEPS * _step(subject), _worst(mechanism.system, opened - own), said
+    )
 
 
 def _step(subject: Subject) -> float:

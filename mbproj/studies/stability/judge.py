@@ -14,7 +14,7 @@ from mbproj.integrate import Report, simulate
 from mbproj.model import System
 from mbproj.scene.records import Settings
 from mbproj.studies.measure.mechanism import Mechanism, of_scene
-from mbproj.studies.stability.subject import DEGRADES, FAILS, HOLDS, Limits, Point, Subject, cause_of
+from mbproj.studies.stability.subject import DEGRADES, FAILS, HOLDS, Limits, StabilityPoint, Subject, cause_of
 
 #: The most samples of a run. Between samples nothing is checked.
 SAMPLES = 400
@@ -22,12 +22,12 @@ SAMPLES = 400
 STILL = 1e-9
 
 
-def judged(subject: Subject, value: float) -> Point:
+def judged(subject: Subject, value: float) -> StabilityPoint:
     """Run the subject and judge it. An error becomes the cause of a failed point."""
     try:
         mechanism = Mechanism.of(subject.scene)
     except MbprojError as error:
-        return Point(value, FAILS, np.nan, np.nan, 0.0, None, cause_of(error), ended=False)
+        return StabilityPoint(value, FAILS, np.nan, np.nan, 0.0, None, cause_of(error), ended=False)
     watch, report, stopped = _Watch(mechanism.system), None, None
     try:
         with np.errstate(all="ignore"):  # a run that overflows reports its failure itself
@@ -38,7 +38,7 @@ def judged(subject: Subject, value: float) -> Point:
     return point if report is None else _with_energy_row(point, report, subject)
 
 
-def _with_energy_row(point: Point, report: Report, subject: Subject) -> Point:
+def _with_energy_row(point: StabilityPoint, report: Report, subject: Subject) -> StabilityPoint:
     """Return the point with the energy that the projection's energy row gave or took as an error of the balance."""
     limits, given = subject.limits, report.rows.furthest / max(report.exchanged, np.finfo(float).tiny)
     if point.state == FAILS or not given > max(limits.energy, point.energy):
@@ -74,13 +74,13 @@ class _Watch:
         names = ("energy_balance", "kinetic_energy", "potential_energy", "work")
         self._energies.append(np.column_stack([block[f"diagnostics/{name}"] for name in names]))
 
-    def point(self, value: float, limits: Limits, stopped: MbprojError | None) -> Point:
+    def point(self, value: float, limits: Limits, stopped: MbprojError | None) -> StabilityPoint:
         """Judge what was recorded. `stopped` is the error that ended the run, if any."""
         where = stopped.where if isinstance(stopped, SimulationError) else None
         end = stopped.time if isinstance(stopped, SimulationError) else 0.0
         cause = "" if stopped is None else f"stops at {end:.3g} s: {cause_of(stopped)}"
         if not self._times:
-            return Point(value, FAILS, np.nan, np.nan, end, where, cause, ended=False)
+            return StabilityPoint(value, FAILS, np.nan, np.nan, end, where, cause, ended=False)
         times, opened, off = np.concatenate(self._times), np.concatenate(self._open), self._balance_error()
         widest = opened.max(axis=1, initial=0.0)
         good = np.isfinite(widest) & np.isfinite(off)
@@ -89,14 +89,16 @@ class _Watch:
         lost = bool(np.any(~good) or closure > limits.open or energy > limits.lost)
         state = FAILS if stopped is not None or lost else DEGRADES if len(bad) else HOLDS
         if not len(bad):
-            return Point(value, state, closure, energy, end if stopped else None, where, cause, stopped is None)
+            return StabilityPoint(
+                value, state, closure, energy, end if stopped else None, where, cause, stopped is None
+            )
         first = int(bad[0])
         joint = None
         if widest[first] > limits.closed:
             joint = f"joint '{self._system.names.joints[int(np.argmax(opened[first]))]}'"
         what = f"{joint} is open by {widest[first]:.1e}" if joint else f"the energy is off by {off[first]:.1e}"
         said = what if state == DEGRADES or not cause else cause
-        return Point(value, state, closure, energy, float(times[first]), joint or where, said, stopped is None)
+        return StabilityPoint(value, state, closure, energy, float(times[first]), joint or where, said, stopped is None)
 
     def _balance_error(self) -> Array:
         """The error of the energy balance of each sample, (T,), relative to the largest kinetic energy, |ΔV| and work

@@ -13,14 +13,14 @@ from mbproj.scene.records import Scene
 from mbproj.scene.text.suggestions import choose_from
 from mbproj.studies.stability.gains import growth
 from mbproj.studies.stability.judge import judged
-from mbproj.studies.stability.subject import Point, Subject
+from mbproj.studies.stability.subject import StabilityPoint, Subject
 from mbproj.studies.variants.livelier import with_damping, with_speed, with_stiffness
 from mbproj.studies.variants.ratios import with_inertia_ratio, with_mass_ratio
 from mbproj.studies.variants.rescaled import rescaled
 
 
 @dataclass(frozen=True)
-class Span:
+class ValueSpan:
     """The range in which a quantity is varied, and its value in the scene itself."""
 
     low: float
@@ -38,10 +38,10 @@ class VariedQuantity:
 
     unit: str
     summary: str
-    span: Callable[[Subject], Span]
+    span: Callable[[Subject], ValueSpan]
     changed: Callable[[Subject, float], Subject]
     option: str = ""
-    run: Callable[[Subject, float], Point] = judged
+    run: Callable[[Subject, float], StabilityPoint] = judged
     of_forces: bool = False
     of_motion: bool = False
 
@@ -50,21 +50,23 @@ def _of_scene(change: Callable[[Scene, float], Scene]) -> Callable[[Subject, flo
     return lambda subject, value: replace(subject, scene=change(subject.scene, value))
 
 
-def _ratio(low: float, high: float, change: Callable[[Scene, float], Scene] | None = None) -> Callable[[Subject], Span]:
+def _ratio(
+    low: float, high: float, change: Callable[[Scene, float], Scene] | None = None
+) -> Callable[[Subject], ValueSpan]:
     """The span of a factor that is 1 in the scene itself. `change` raises InputError for scenes to which the factor
     does not apply."""
 
-    def span(subject: Subject) -> Span:
+    def span(subject: Subject) -> ValueSpan:
         if change is not None:
             change(subject.scene, 1.0)
-        return Span(low, 1.0, high)
+        return ValueSpan(low, 1.0, high)
 
     return span
 
 
-def _steps(subject: Subject) -> Span:
+def _steps(subject: Subject) -> ValueSpan:
     step = _step(subject)
-    return Span(step / 8.0, step, min(64.0 * step, subject.until))
+    return ValueSpan(step / 8.0, step, min(64.0 * step, subject.until))
 
 
 def _step(subject: Subject) -> float:
@@ -76,28 +78,28 @@ def _step_of(subject: Subject, value: float) -> Subject:
     return replace(subject, setting=replace(subject.setting, step=value))
 
 
-def _gains(subject: Subject) -> Span:
+def _gains(subject: Subject) -> ValueSpan:
     if not (subject.scene.joints or subject.scene.motions):
         said = "the scene has no joints for Baumgarte's terms to close"
         raise InputError(Problem(said, hint="vary something else, 'step' for example"))
     step = _step(subject)
-    return Span(0.05 / step, 1.0 / step, 20.0 / step)
+    return ValueSpan(0.05 / step, 1.0 / step, 20.0 / step)
 
 
 def _gain_of(subject: Subject, value: float) -> Subject:
     return replace(subject, setting=replace(subject.setting, gains=(value, value)))
 
 
-def _penalties(subject: Subject) -> Span:
-    return Span(1.0, subject.setting.alpha or 1e7, 1e16)
+def _penalties(subject: Subject) -> ValueSpan:
+    return ValueSpan(1.0, subject.setting.alpha or 1e7, 1e16)
 
 
 def _penalty_of(subject: Subject, value: float) -> Subject:
     return replace(subject, setting=replace(subject.setting, alpha=value))
 
 
-def _durations(subject: Subject) -> Span:
-    return Span(subject.until / 10.0, subject.until, 100.0 * subject.until)
+def _durations(subject: Subject) -> ValueSpan:
+    return ValueSpan(subject.until / 10.0, subject.until, 100.0 * subject.until)
 
 
 def _duration_of(subject: Subject, value: float) -> Subject:
@@ -167,7 +169,7 @@ PARAMETER = "parameters."
 def _of_parameter(name: str) -> VariedQuantity:
     """A parameter of the scene, varied from a tenth of its value to ten times its value."""
 
-    def span(subject: Subject) -> Span:
+    def span(subject: Subject) -> ValueSpan:
         known = subject.scene.parameters
         if name not in known:
             hint = choose_from(name, known, "parameters are") if known else "name a number: `parameters: {T: 20 ms}`"
@@ -176,7 +178,7 @@ def _of_parameter(name: str) -> VariedQuantity:
         if not own > 0.0:
             said = f"parameter '{name}' is {own:.6g}, and values are varied by their logarithms"
             raise InputError(Problem(said, hint="let a positive parameter be a factor of it"))
-        return Span(0.1 * own, own, 10.0 * own)
+        return ValueSpan(0.1 * own, own, 10.0 * own)
 
     def changed(subject: Subject, value: float) -> Subject:
         return replace(subject, scene=subject.scene.with_({name: value}))

@@ -11,7 +11,7 @@ from mbproj.linear.modes import modes
 from mbproj.linear.reference import reference_at
 from mbproj.linear.state_space.instants import round_of
 from mbproj.studies.measure.mechanism import Mechanism
-from mbproj.studies.stability.subject import FAILS, HOLDS, Point, Subject, cause_of
+from mbproj.studies.stability.subject import FAILS, HOLDS, StabilityPoint, Subject, cause_of
 from mbproj.thresholds import THRESHOLDS
 
 #: The name of the track, and the relative precision of its limits: each point costs little.
@@ -20,13 +20,13 @@ NAME, PRECISION = "small motions", 1e-8
 GROWS = 2e-8
 
 
-def small_motions(subject: Subject, value: float) -> Point:
+def small_motions(subject: Subject, value: float) -> StabilityPoint:
     """Test that no small motion grows. An error becomes the cause of a failed point."""
     try:
         fault = _fault(Mechanism.of(subject.scene))
     except MbprojError as error:
         fault = cause_of(error)
-    return Point(value, FAILS if fault else HOLDS, np.nan, np.nan, None, None, fault, ended=False)
+    return StabilityPoint(value, FAILS if fault else HOLDS, np.nan, np.nan, None, None, fault, ended=False)
 
 
 def _fault(mechanism: Mechanism) -> str:

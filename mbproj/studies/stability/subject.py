@@ -40,7 +40,7 @@ class Subject:
 
 
 @dataclass(frozen=True)
-class Point:
+class StabilityPoint:
     """The result of a run at one value of the quantity. `closure` is the largest opening of a joint (the mechanism's
     lengths, rad), `energy` the largest relative error of the balance; NaN where not computed. `time` (s), `joint` and
     `cause` tell when, where and why the run first exceeded a limit; None and "" where it holds. `ended` is False for a
@@ -63,7 +63,7 @@ class Point:
         return values
 
     @classmethod
-    def from_json(cls, values: Mapping[str, Any]) -> Point:
+    def from_json(cls, values: Mapping[str, Any]) -> StabilityPoint:
         """Build the point from the values that `as_json` gave."""
         numbers = {name: float("nan") if values[name] is None else values[name] for name in ("closure", "energy")}
         return cls(**{**values, **numbers})

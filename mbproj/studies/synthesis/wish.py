@@ -18,7 +18,7 @@ from mbproj.scene.fields.quantities import Integer
 from mbproj.scene.fields.reading import Reading, in_text_order
 from mbproj.scene.ranges.family import opened
 from mbproj.scene.text.suggestions import choose_from
-from mbproj.studies.inverse.columns import Columns, factor_of, read_columns
+from mbproj.studies.inverse.columns import CsvTable, factor_of, read_columns
 from mbproj.studies.synthesis.topologies import FUNCTION, PATH, POSITIONS
 
 #: The columns of each kind, with their units. A path has times where its timing is given.
@@ -117,7 +117,7 @@ def read_wanted(path: Path) -> Wanted:
     )
 
 
-def _values(table: Columns, wanted: tuple[tuple[str, str], ...], file: Path) -> Array:
+def _values(table: CsvTable, wanted: tuple[tuple[str, str], ...], file: Path) -> Array:
     names = [name.removeprefix("position_") for name, _ in table.headings]
     columns, place = [], Place(str(file), table.heading_line)
     for name, unit in wanted:
@@ -130,7 +130,7 @@ def _values(table: Columns, wanted: tuple[tuple[str, str], ...], file: Path) -> 
     return np.stack(columns, axis=1)
 
 
-def _times(table: Columns, wanted: Mapping[str, Any], file: Path, reading: Reading) -> Array | None:
+def _times(table: CsvTable, wanted: Mapping[str, Any], file: Path, reading: Reading) -> Array | None:
     names = [name for name, _ in table.headings]
     timing = wanted.get("timing", GIVEN if TIME[0] in names else FREE)
     if timing == FREE:

@@ -35,7 +35,7 @@ from mbproj.studies.store import ValueCache
 from mbproj.studies.tradeoff.grid import Ladder, integrator_ladders, projection_ladders, schedule_ladders
 from mbproj.studies.tradeoff.near_front import CLOSED, projections_at_one_size, promising, to_time
 from mbproj.studies.tradeoff.pareto import cheapest, front
-from mbproj.studies.tradeoff.sweep import Track, sweeps
+from mbproj.studies.tradeoff.sweep import SweepSetup, sweeps
 
 #: Projections of the grid by default: one of each kind that every formulation has.
 PROJECTIONS_TRIED = ("gpopm", "gopm", "none", "baumgarte")
@@ -186,7 +186,7 @@ def tradeoff(
     base = replace(own, step=None, tolerance=None, formulation=formulation or _common_formulation(own, projections))
     truth, notes = certain_reference(mechanism, span(scene, until), own, names, tell)
     goal = max(ABOVE_FLOOR * float(truth.uncertainty[-1].max()), FINEST * mechanism.system.length)
-    track = Track(Yardstick(scene, truth), goal, longest)
+    track = SweepSetup(Yardstick(scene, truth), goal, longest)
     kept = ValueCache(_store_key(mechanism, truth, base, projections, names, longest, repetitions), fresh)
     mine = replace(own, formulation=base.formulation) if own.step or own.tolerance else None
     trials = _accuracy(track, base, mine, projections, names, kept, processes, tell)
@@ -247,7 +247,7 @@ def _store_key(
 
 
 def _accuracy(
-    track: Track,
+    track: SweepSetup,
     base: Setting,
     own: Setting | None,
     projections: Sequence[str],

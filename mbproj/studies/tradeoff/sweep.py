@@ -19,7 +19,7 @@ PATIENCE, FALLING = 3, 0.7
 
 
 @dataclass(frozen=True)
-class Track:
+class SweepSetup:
     """The common data of all sweeps: the yardstick, the error (m) at which a sweep may end, and the seconds of a run
     from which on no finer one is tried."""
 
@@ -28,7 +28,7 @@ class Track:
     longest: float
 
 
-def sweep(track: Track, ladder: Ladder) -> list[Measurement]:
+def sweep(track: SweepSetup, ladder: Ladder) -> list[Measurement]:
     """Run a ladder's settings from coarse to fine and return their measurements."""
     trials: list[Measurement] = []
     best, stuck = float("inf"), 0
@@ -43,12 +43,12 @@ def sweep(track: Track, ladder: Ladder) -> list[Measurement]:
     return trials
 
 
-def _sweep(track: Track, ladder: Ladder) -> list[dict[str, Any]]:
+def _sweep(track: SweepSetup, ladder: Ladder) -> list[dict[str, Any]]:
     return [trial.as_json() for trial in sweep(track, ladder)]
 
 
 def sweeps(
-    track: Track, ladders: Sequence[Ladder], kept: ValueCache, processes: Where, phase: str, tell: Tell
+    track: SweepSetup, ladders: Sequence[Ladder], kept: ValueCache, processes: Where, phase: str, tell: Tell
 ) -> list[list[Measurement]]:
     """Run the sweeps of all ladders in parallel; return them in the order of `ladders`. Sweeps in the store `kept` are
     not run again."""

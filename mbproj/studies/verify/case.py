@@ -27,7 +27,7 @@ from mbproj.kernel.bound import without_form
 from mbproj.model import System
 from mbproj.scene.records import Scene
 from mbproj.studies.measure.mechanism import Mechanism
-from mbproj.studies.verify.equations import Equations, equations_at, independent_rows
+from mbproj.studies.verify.equations import RoundedEquations, equations_at, independent_rows
 from mbproj.studies.verify.runs import ShortRuns, short_runs
 from mbproj.thresholds import THRESHOLDS
 
@@ -100,7 +100,7 @@ class Case:
         return max(_fastest(system, start.v), float(np.sqrt(max(pulls)))) or 1.0
 
     @cached_property
-    def equations(self) -> Equations:
+    def equations(self) -> RoundedEquations:
         """The equations of motion at `state`."""
         return equations_at(self.system, self.state)
 

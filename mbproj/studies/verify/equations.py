@@ -24,7 +24,7 @@ OPERATIONS = 8.0
 
 
 @dataclass(frozen=True, eq=False)
-class Equations:
+class RoundedEquations:
     """M (7n, 7n), C_q (m, 7n), Q (7n,) and γ (m,) of the independent rows; `rows` (m,) are the numbers of these rows in
     C."""
 
@@ -34,10 +34,10 @@ class Equations:
     gamma: Rounded
     rows: Integers
 
-    def taken_exactly(self) -> Equations:
+    def taken_exactly(self) -> RoundedEquations:
         """Return these equations as if their terms had no round-off."""
         M, C_q, Q, right = (Rounded.exact(term.value) for term in (self.M, self.C_q, self.Q, self.gamma))
-        return Equations(M, C_q, Q, right, self.rows)
+        return RoundedEquations(M, C_q, Q, right, self.rows)
 
     def accelerations(self) -> Rounded:
         """Solve Eq. 14: q'' followed by λ, (7n + m,)."""
@@ -67,7 +67,7 @@ def independent_rows(system: System, q: Array) -> Integers:
     return np.sort(split(scaled_jacobian(system, pose_of(q)), np.argsort(system.is_velocity, kind="stable"))[0])
 
 
-def equations_at(system: System, state: State) -> Equations:
+def equations_at(system: System, state: State) -> RoundedEquations:
     """The equations of motion at a state. Raises SimulationError where a function of the scene has no value."""
     rows, random = independent_rows(system, state.q), np.random.default_rng(0)
     values = _terms(system, state, state.q, state.v)
@@ -81,7 +81,7 @@ def equations_at(system: System, state: State) -> Equations:
         Rounded(value, error + OPERATIONS * EPS * size)
         for value, error, size in zip(values, spread, sizes, strict=True)
     )
-    return Equations(M, C_q[rows], Q, right[rows], rows)
+    return RoundedEquations(M, C_q[rows], Q, right[rows], rows)
 
 
 def _terms(system: System, state: State, q: Array, v: Array) -> tuple[Array, Array, Array, Array]:

@@ -19,7 +19,7 @@ from mbproj.studies.variants.moved import RigidMotion
 from mbproj.studies.variants.renumbered import renumbered
 from mbproj.studies.variants.rescaled import rescaled
 from mbproj.studies.verify.case import Case
-from mbproj.studies.verify.equations import OPERATIONS, Equations, correction, equations_at, penalised
+from mbproj.studies.verify.equations import OPERATIONS, RoundedEquations, correction, equations_at, penalised
 from mbproj.studies.verify.finding import Finding, Found, difference, worse
 from mbproj.studies.verify.rounded import EPS, Rounded
 
@@ -108,7 +108,7 @@ def _compared(case: Case, scene: Scene, T: Array, shift: Array) -> Found:
     return worse(found)
 
 
-def _equations_of(case: Case, scene: Scene, T: Array, shift: Array) -> Equations:
+def _equations_of(case: Case, scene: Scene, T: Array, shift: Array) -> RoundedEquations:
     """The equations of another scene's mechanism at the state of the case, moved to T q + shift."""
     state, system = case.state, compile_system(scene)
     turns = np.zeros(system.coordinates.size, dtype=np.intp)
@@ -130,7 +130,7 @@ def _left_open(case: Case) -> float:
     return float(np.abs(C / case.system.row_scale).max())
 
 
-def _correction(known: Equations, displacement: Rounded) -> Rounded:
+def _correction(known: RoundedEquations, displacement: Rounded) -> Rounded:
     """GPOPM's correction, with its error bound, of the violation that a displacement makes."""
     bound = correction(penalised(known.M, known.C_q, 1.0), known.C_q, known.C_q @ displacement)
     value = Gpopm().correction(known.M.value, known.C_q.value, known.C_q.value @ displacement.value)

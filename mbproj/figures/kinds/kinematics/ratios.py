@@ -14,7 +14,7 @@ from mbproj.figures import rows, shown
 from mbproj.figures.margins import small_print
 from mbproj.figures.rows import PanelGroup, PanelQuantity
 from mbproj.figures.style import styled
-from mbproj.figures.units import DEGREES, Unit
+from mbproj.figures.units import DEGREES, AxisUnit
 from mbproj.results import Results
 
 #: A mechanical advantage is cut off at this multiple of its median, because it is infinite at a dead centre.
@@ -55,8 +55,8 @@ def _group(results: Sequence[Results], name: str, input_unit: str) -> PanelGroup
     unit = next(result.coordinate(name).unit for result in results if name in result.names("coordinates"))
     alike = unit == input_unit
     of_speeds, of_forces = ("", "") if alike else ("m/rad", "rad/m") if unit == "m" else ("rad/m", "m/rad")
-    ratio = PanelQuantity(f"{name}: velocity ratio", Unit(of_speeds, ""), _Ratio(name, False), held=False)
-    advantage = PanelQuantity("mechanical advantage", Unit(of_forces, ""), _Ratio(name, True), held=False)
+    ratio = PanelQuantity(f"{name}: velocity ratio", AxisUnit(of_speeds, ""), _Ratio(name, False), held=False)
+    advantage = PanelQuantity("mechanical advantage", AxisUnit(of_forces, ""), _Ratio(name, True), held=False)
     return PanelGroup(((ratio, advantage),))
 
 

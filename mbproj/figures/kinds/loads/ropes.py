@@ -9,13 +9,13 @@ from matplotlib.figure import Figure
 
 from mbproj.figures import rows, shown
 from mbproj.figures.differences import SIGN
-from mbproj.figures.kinds.driven import Columns
+from mbproj.figures.kinds.driven import DatasetColumns
 from mbproj.figures.rows import PanelGroup, PanelQuantity, Row
 from mbproj.figures.style import styled
-from mbproj.figures.units import Unit, units_of
+from mbproj.figures.units import AxisUnit, units_of
 from mbproj.results import Results
 
-TENSION = Unit("N", "N")
+TENSION = AxisUnit("N", "N")
 
 
 @styled
@@ -30,14 +30,14 @@ def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
 
 
 def _of(results: Sequence[Results], rope: str, names: tuple[str, ...]) -> PanelGroup:
-    read = Columns("coordinates", (f"{rope}.length",), "coordinate")
-    pulls = Columns("tensions", names, "tension")
+    read = DatasetColumns("coordinates", (f"{rope}.length",), "coordinate")
+    pulls = DatasetColumns("tensions", names, "tension")
     unit = units_of("m", [np.asarray(values) for result in results if (values := read(result)) is not None]).value
     length = PanelQuantity(f"{rope}: length", unit, read)
     if len(names) == 1 or len(results) == 1:
         lines = tuple((name, number) for number, name in enumerate(names)) if len(names) > 1 else ()
         listed: list[Row] = [(length, PanelQuantity("tension", TENSION, pulls, lines))]
     else:
-        each = [PanelQuantity(name, TENSION, Columns("tensions", (name,), "tension")) for name in names]
+        each = [PanelQuantity(name, TENSION, DatasetColumns("tensions", (name,), "tension")) for name in names]
         listed = [(length, each[0]), *((None, other) for other in each[1:])]
     return PanelGroup(tuple(listed), (PanelQuantity(SIGN, unit, read), PanelQuantity(SIGN, TENSION, pulls)))
