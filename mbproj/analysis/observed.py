@@ -18,7 +18,7 @@ from mbproj.scene.blocks.observables import CONTACT, TENSION
 from mbproj.scene.blocks.passages import VELOCITY_RATIO, output_of
 from mbproj.scene.records import Expectation, Passage
 
-#: The kind of names that holds an observed thing.
+#: The kind of names in the results, for each kind of observed object.
 PLACES = {
     "marker": "markers",
     "body": "bodies",

@@ -40,14 +40,14 @@ EXAMPLES = (
     "--hold",
     multiple=True,
     metavar="NAME[=VALUE]",
-    help="Hold a joint's coordinate, A.angle=30deg, or where it starts. Again for more.",
+    help="Hold a joint's coordinate at a value, A.angle=30deg, or at its start; repeatable.",
 )
 @option(
     Part.EFFORT,
     "--starts",
     type=click.IntRange(1),
     metavar="N",
-    help="Look from N random poses [default: until each was found often].",
+    help="Search from N random poses [default: until each was found often].",
 )
 @option(
     Part.OUTPUT,
@@ -103,7 +103,7 @@ def command(
         for path in [*written, *([] if picture is None else [str(picture)])]:
             click.echo(path)
         if found.missed > UNSURE:
-            click.echo(f"note: {_doubt(found)}; look from more, --starts {4 * found.starts}", err=True)
+            click.echo(f"note: {_doubt(found)}; search from more poses, --starts {4 * found.starts}", err=True)
     return int(ExitCode.DONE)
 
 
@@ -183,4 +183,4 @@ def _lines(title: str, system: System, found: Assemblies) -> list[str]:
 
 
 def _doubt(found: Assemblies) -> str:
-    return f"one more that is as hard to find as the rarest was missed with a probability of {found.missed:.1g}"
+    return f"another one, as rare as the rarest, was missed with a probability of {found.missed:.1g}"

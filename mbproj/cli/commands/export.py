@@ -58,19 +58,19 @@ EXAMPLES = (
     help="Add the transmission angle at marker B, between the lines to A and C; repeatable.",
 )
 @option(Part.OUTPUT, "--list", "only_list", is_flag=True, help="List the tables, write nothing.")
-@option(Part.WHAT, "--mjcf", type=click.Path(path_type=Path), metavar="MODEL", help="Of a scene: write it as MJCF.")
+@option(Part.WHAT, "--mjcf", type=click.Path(path_type=Path), metavar="MODEL", help="For a scene: write it as MJCF.")
 @option(
     Part.WHAT,
     "--urdf",
     type=click.Path(path_type=Path),
     metavar="MODEL",
-    help="Of a scene: write it as URDF, with its loops in a YAML file beside it.",
+    help="For a scene: write it as URDF, with its loops in a YAML file beside it.",
 )
 @option(
-    Part.WHAT, "--set", "settings", multiple=True, metavar="NAME=VALUE", help="Of a scene: change a value; repeatable."
+    Part.WHAT, "--set", "settings", multiple=True, metavar="NAME=VALUE", help="For a scene: change a value; repeatable."
 )
-@option(Part.OUTPUT, "--strict", is_flag=True, help="Of a scene: end with 4 where the model's motion is another one.")
-@option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Of a scene: print the table as one JSON object.")
+@option(Part.OUTPUT, "--strict", is_flag=True, help="For a scene: end with 4 where the model's motion is another one.")
+@option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="For a scene: print the table as one JSON object.")
 @force_option
 def command(
     results: Path,

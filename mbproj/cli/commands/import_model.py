@@ -43,8 +43,8 @@ def from_file(name: str, what: str) -> Callable[[Any], Any]:
 )
 @option(Part.WHAT, "--at", "key", metavar="KEY", help="Begin at this keyframe of the model.")
 @from_file("--pose", "Begin at the joint coordinates in FILE, lines as 'hinge: 0.3' in rad and m.")
-@from_file("--loops", "Of a URDF: the YAML file where its loops stand, unless it is beside it with its name.")
-@option(Part.WHAT, "--meet", is_flag=True, help="Of an SDF: let the two frames that a joint names meet.")
+@from_file("--loops", "For a URDF: the YAML file with its loops [default: the one beside it with its name].")
+@option(Part.WHAT, "--meet", is_flag=True, help="For an SDF: let the two frames that a joint names coincide.")
 @option(Part.WHAT, "--hold", is_flag=True, help="Let actuators act with their control signal at the start.")
 @from_file(
     "--controls", "Let actuators act with the signals in FILE, lines as 'motor: 0.3*sin(2*t)'; others hold theirs."

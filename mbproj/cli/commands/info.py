@@ -37,7 +37,9 @@ EXAMPLES = (
 @option(Part.WHAT, "--build", is_flag=True, help="Show versions, the compiled kernel and its instruction set instead.")
 @option(Part.WHAT, "--thresholds", is_flag=True, help="Show every threshold with its unit, reason and source instead.")
 @option(Part.WHAT, "--steps", is_flag=True, help="Say which body or force limits the smaller steps of RESULTS instead.")
-@option(Part.WHAT, "--energy", is_flag=True, help="Say what dampers, integrator and projection took instead.")
+@option(
+    Part.WHAT, "--energy", is_flag=True, help="Show the energy that dampers, integrator and projection took instead."
+)
 @option(Part.WHAT, "--loads", is_flag=True, help="List the largest loads of joints, motions and forces instead.")
 @option(
     Part.WHAT,
@@ -53,7 +55,7 @@ EXAMPLES = (
     help="With --loads: for how long each load is above this part of its largest.",
 )
 @option(Part.WHAT, "--rainflow", is_flag=True, help="With --loads: count the swings of each, by ASTM E1049.")
-@option(Part.WHAT, "--check", is_flag=True, help="Read all of RESULTS and hold it against its checksums instead.")
+@option(Part.WHAT, "--check", is_flag=True, help="Read all of RESULTS and compare it with its checksums instead.")
 @write_table_option
 @option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
 def command(

@@ -99,7 +99,7 @@ EXAMPLES = (
     "over",
     multiple=True,
     metavar="NAME",
-    help="Over this quantity of a sweep, repeatable: in order. Of runs: over this coordinate JOINT.COORDINATE.",
+    help="For sweeps: over this quantity, repeatable, in order. For runs: over this coordinate JOINT.COORDINATE.",
 )
 @option(Part.WHAT, "--per-turn", is_flag=True, help="With --over of runs: an angle modulo a turn.")
 @option(

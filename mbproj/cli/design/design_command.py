@@ -51,7 +51,7 @@ def options(command: Command) -> Command:
             Part.WHAT,
             "--engine",
             type=click.Choice(["least_squares", "slsqp", "cma", "nsga2"]),
-            help="What searches [default: by what is wanted].",
+            help="Search method [default: by the kind of goal].",
         ),
         click.argument("spec", type=scene_file(path_type=Path)),
     ):

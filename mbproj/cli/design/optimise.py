@@ -25,7 +25,7 @@ EXAMPLES = (
     "--topologies",
     type=QuantityNames(),
     metavar="A,B,..",
-    help="Of four_bar, slider_crank, watt, stephenson, spatial_four_bar; or all.",
+    help="Some of four_bar, slider_crank, watt, stephenson, spatial_four_bar; or all.",
 )
 def command(topologies: tuple[str, ...] | None, **given: Any) -> int:
     """Finds the numbers of a scene that make a measure smallest or largest.

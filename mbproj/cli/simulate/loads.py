@@ -39,7 +39,7 @@ EXAMPLES = (
     "actuators",
     multiple=True,
     metavar="NAME",
-    help="What moves it, repeatable: a motion, a joint coordinate A.angle, a force, push.x "
+    help="An actuator, repeatable: a motion, a joint coordinate A.angle, a force, push.x "
     "[default: the motions, or what is given].",
 )
 @option(
@@ -48,7 +48,7 @@ EXAMPLES = (
     "weights",
     multiple=True,
     metavar="NAME=W",
-    help="Weight of an actuator's square where more share the forces than freedoms, repeatable [default: 1].",
+    help="Weight of an actuator's squared force where actuators outnumber freedoms, repeatable [default: 1].",
 )
 @option(Part.WHAT, "--set", "settings", multiple=True, metavar="NAME=VALUE", help="Change a parameter of the scene.")
 @option(Part.WHAT, "--over", metavar="JOINT.COORDINATE", help="The coordinate that tells the place in the cycle.")

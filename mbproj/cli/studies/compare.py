@@ -65,7 +65,7 @@ EXAMPLES = (
     type=QuantityNames(),
     metavar="A,B",
     shell_complete=some_of(lambda: ON_AND_OFF),
-    help="Of false, true: whether velocities keep the energy balance, too [default: the scene's].",
+    help="Whether velocities also keep the energy balance: false, true or both [default: the scene's].",
 )
 @study_options.until
 @study_options.changes

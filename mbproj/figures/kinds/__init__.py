@@ -56,7 +56,12 @@ KINDS: Mapping[str, PictureKind] = MappingProxyType(
             by_default=False,
         ),
         "forces": PictureKind(
-            "driven", "what forces act along, and the forces", "forces", usual=False, function="draw_forces", over=True
+            "driven",
+            "the coordinate or length of each force, and the force",
+            "forces",
+            usual=False,
+            function="draw_forces",
+            over=True,
         ),
         "motions": PictureKind(
             "driven",

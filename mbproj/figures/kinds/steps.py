@@ -46,7 +46,7 @@ def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
 
 
 def rejected(result: Results) -> Flags:
-    """Mark the samples (T,) since whose predecessor steps were rejected."""
+    """Mark the samples (T,) that have rejected steps between the sample before and themselves."""
     count = result["diagnostics/rejected_steps"]
     found: Flags = np.diff(count, prepend=count[:1]) > 0
     return found

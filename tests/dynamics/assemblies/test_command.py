@@ -47,7 +47,7 @@ def test_it_lists_both_assemblies_of_a_four_bar(folder):
     assert lines[0] == "Four bars: 2 assemblies"
     assert lines[1].split() == ["A.angle", "B.angle", "C.angle", "D.angle", "found", "distance"]
     assert lines[2].startswith("1 (the start)")
-    assert "random starts led to one; one more that is as hard to find as the rarest was missed" in lines[4]
+    assert "random starts led to one; another one, as rare as the rarest, was missed" in lines[4]
 
 
 def test_json_has_coordinates_by_name_and_poses(folder):
@@ -97,7 +97,7 @@ def test_the_picture_shows_them_side_by_side(folder):
 def test_a_search_from_few_starts_says_that_it_is_not_sure(folder):
     done = mbproj("branches", "four_bar.yaml", "--starts", "3", folder=folder)
     assert done.returncode == 0
-    assert "look from more, --starts 12" in done.stderr
+    assert "search from more poses, --starts 12" in done.stderr
 
 
 @pytest.mark.parametrize(
