@@ -27,7 +27,8 @@ FLAT, LINE = 0.02, 1e-3
 VIEWS = (((0, 1), (0, 0)), ((0, 2), (1, 0)), ((1, 2), (1, 1)))
 
 
-#: What moves along paths: the names of these in results, the dataset of the places, a hint where some are left out.
+#: A kind of things that move along paths: their names in results, the dataset of their places, and a hint where some
+#: are left out.
 Moving = tuple[str, str, str]
 MARKERS: Moving = ("markers", "markers/position", "choose others with --marker")
 CONTACTS: Moving = ("touching", "curves/contact", "`mbproj export` writes all")
@@ -41,7 +42,7 @@ def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
 
 @styled
 def draw_contacts(results: Sequence[Results], labels: Sequence[str]) -> Figure:
-    """Draw the same of the places where joints touch their curves."""
+    """Draw the paths of the places where joints touch their curves, as `draw` draws those of markers."""
     return _draw(results, labels, CONTACTS)
 
 
