@@ -77,7 +77,7 @@ def command(
         # before the work, to see whether it can be written
         write_text(xml, junit([]), JUNIT, force=force, hint=OTHER_REPORT)
     results: dict[int, SceneResult] = {}
-    rows = table.Rows([str(scene) for scene in scenes], shown=not as_json)
+    rows = table.BatchRows([str(scene) for scene in scenes], shown=not as_json)
 
     def done(number: int, result: SceneResult) -> None:
         results[number] = result

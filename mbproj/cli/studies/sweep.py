@@ -92,7 +92,7 @@ def command(
     from mbproj.outputs.written_table import write_table as write_for_paper
     from mbproj.studies.parallel.client import workplace
     from mbproj.studies.sweep import arrays, summary
-    from mbproj.studies.sweep.folder import FolderPath as SweepFolder
+    from mbproj.studies.sweep.folder import Folder as SweepFolder
     from mbproj.studies.sweep.run import run_sweep
     from mbproj.studies.sweep.spec import read_spec
     from mbproj.studies.sweep.summary import entries

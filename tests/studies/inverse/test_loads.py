@@ -129,7 +129,7 @@ def test_a_freedom_without_an_actuator_is_named(dug):
 def test_a_motion_that_leaves_a_freedom_open_is_refused():
     t = np.linspace(0.0, 4.0, 41)
     motion = GivenMotion(PINS[:2], ("rad",) * 2, t, excavator.coordinates(t)[:, :2])
-    with pytest.raises(InputError, match="tells 2 of 3 degrees of freedom"):
+    with pytest.raises(InputError, match="determines 2 of 3 degrees of freedom"):
         loads(excavator.scene(driven=False), motion, actuators=CYLINDERS)
 
 
