@@ -135,6 +135,7 @@ def test_json_and_kept_results(tmp_path: Path) -> None:
 
 def test_bad_options_are_refused_before_anything_runs(tmp_path: Path) -> None:
     write(tmp_path, "a")
+    (tmp_path / "taken").touch()
     for options, message in (
         (["nowhere"], "error: there is no 'nowhere'; give scene files, or directories of them\n"),
         (["a.yaml", "--timeout", "1e300"], "--timeout: error: '--timeout' must be at most 1e+09, found 1e+300\n"),
@@ -145,8 +146,8 @@ def test_bad_options_are_refused_before_anything_runs(tmp_path: Path) -> None:
             "error: cannot write 'no/x.xml': No such file or directory; choose another file with --junit\n",
         ),
         (
-            ["a.yaml", "--keep", "a.yaml"],
-            "error: cannot make the directory 'a.yaml': File exists; choose another directory\n",
+            ["a.yaml", "--keep", "taken"],
+            "error: cannot make the directory 'taken': File exists; choose another directory\n",
         ),
     ):
         done = mbproj("batch", *options, folder=tmp_path)
