@@ -1,4 +1,4 @@
-"""Kinds of files that mbproj writes, and how it knows its own from somebody else's."""
+"""Kinds of files that mbproj writes, and tests that tell its own files from those of others."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class FileKind:
     wrote: Callable[[Path], bool]
 
     def is_ours(self, path: Path) -> bool:
-        """Whether the file may be replaced by a new one of its kind. An empty one holds nothing to lose."""
+        """Whether the file may be replaced by a new one of its kind. An empty file may, since nothing is lost."""
         try:
             return path.stat().st_size == 0 or self.wrote(path)
         except OSError:

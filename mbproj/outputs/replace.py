@@ -1,4 +1,4 @@
-"""Writing a file: a new private one in the same folder takes the place of the old one when it is whole."""
+"""Writes a file: a new private one in the same folder replaces the old one when it is complete."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A table for a paper, in the format that a file's name ends in: CSV, LaTeX or Markdown."""
+"""Writes a table for a paper, in the format that the ending of the file's name gives: CSV, LaTeX or Markdown."""
 
 from __future__ import annotations
 

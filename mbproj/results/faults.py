@@ -28,7 +28,8 @@ KINDS = {
 
 
 class OutputError(MbprojError):
-    """The results could not be written (disk full, device gone). What was flushed before stays in OUT.part."""
+    """The error of results that cannot be written (disk full, device gone). OUT.part has all that was flushed
+    before."""
 
     exit_code = ExitCode.FAILED
 

@@ -174,8 +174,8 @@ class Results(Shown):
         return stored_scene.meshes(self.contents)
 
     def better(self) -> Poses | None:
-        """The poses of the better solution that certified the run, at these samples as far as they are known; None
-        where none are kept."""
+        """The poses of the better solution that certified the run, at those of these samples that it has; None where
+        the file has none."""
         return trusting.read_better(self.contents, len(self.names("bodies")), self._view.samples)
 
     def _columns(self, symbol: str, column: int) -> list[Array]:

@@ -1,4 +1,4 @@
-"""The meshes of a scene's appearances, read from their files: triangles on the axes of their bodies."""
+"""Reads the meshes of a scene's appearances from their files, as triangles in the axes of their bodies."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ FEWER = "take a coarser mesh, or reduce this one, with MeshLab's quadric edge co
 
 @dataclass(frozen=True, eq=False)
 class TriangleMesh:
-    """Vertices (k, 3) from the centre of mass in m, in body axes, and triangles (m, 3) of them, whose corners go
-    counter-clockwise as the outside sees them."""
+    """A mesh: vertices (k, 3) from the centre of mass in m, in body axes, and triangles (m, 3) of their numbers. The
+    corners of a triangle are counter-clockwise as seen from outside."""
 
     vertices: Array
     triangles: Integers

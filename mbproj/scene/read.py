@@ -1,4 +1,4 @@
-"""Scene file -> Scene, or an InputError with everything that is wrong."""
+"""Scene file -> Scene, or an InputError with all of its problems."""
 
 from __future__ import annotations
 

@@ -79,7 +79,7 @@ def drive_of(
 
 
 def _command(compiled: CompiledMjcf, number: int, name: str, signals: Signals, which: int = 0) -> ActuatorDrive:
-    """A control signal within its range."""
+    """The drive of a control signal, which is limited to its range."""
     model = compiled.model
     at = int(getattr(model, "actuator_ctrladr", np.arange(model.nu))[number]) + which
     signal = signals.get(inputs_of(compiled, number, name)[which]) or GivenSignal(repr(float(compiled.data.ctrl[at])))
@@ -120,7 +120,7 @@ def _activation(
 def _state(
     compiled: CompiledMjcf, mechanism: Mechanism, number: int, name: str, command: ActuatorDrive, first: float
 ) -> StateOf:
-    """The activation of an actuator as a state."""
+    """The state of an actuator's activation, which follows the command."""
     import mujoco
 
     model, kinds, u = compiled.model, mujoco.mjtDyn, command.text

@@ -121,11 +121,11 @@ class Contents:
         return self._read(dataset, name, window)
 
     def texts(self, name: str) -> tuple[str, ...]:
-        """A list of texts."""
+        """The texts of a dataset that is a list."""
         return self._texts(name, (None,))
 
     def text(self, name: str) -> str:
-        """A single text."""
+        """The text of a dataset that is a single one."""
         return self._texts(name, ())[0]
 
     def column(self, name: str, shape: Shape) -> npt.NDArray[Any]:
@@ -152,7 +152,7 @@ class Contents:
         return shape[0]
 
     def listed(self, attribute: str) -> tuple[str, ...]:
-        """An attribute of the file that is a list of names."""
+        """The names in an attribute of the file that is a list."""
         with self._reading(attribute):
             found = [plain(name) for name in np.atleast_1d(self._file.attrs[attribute])]
         if not all(isinstance(name, str) and name.isprintable() for name in found):

@@ -1,13 +1,13 @@
-"""The `bodies` block: what each key of a body is. Three ways to say how its mass lies:
+"""The `bodies` block: the field of each key of a body. There are three ways to give its mass and inertia:
 
     mass, inertia                          moments and products about the centre of mass, body axes
     mass or density, shape: {box: [..]}    one shape of `shapes.SHAPES`, centred on the centre of mass
     shapes: [{box: [..], density: 7850, position: [..], orientation: {..}}, ...]
                                            several, each with its own mass or density
 
-`shapes` stand in a frame of their own, along the body axes, whose origin need not be the centre of mass. Where the body
-is follows from `position`, the global position of its centre of mass, or from `origin`, the global position of that
-frame's origin. Points in a body's axes (of joints, markers) are always from its centre of mass.
+`shapes` are placed in a frame of their own, along the body axes, whose origin need not be the centre of mass. The body
+is placed by `position`, the global position of its centre of mass, or by `origin`, that of the frame's origin. Points
+in a body's axes (of joints, markers) are always from its centre of mass.
 """
 
 from __future__ import annotations

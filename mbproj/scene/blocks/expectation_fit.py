@@ -1,4 +1,4 @@
-"""Whether what an expectation gives fits its quantity: the component, the number of values, their units."""
+"""Checks that an expectation fits its quantity: the component, the number of values, their units."""
 
 from __future__ import annotations
 

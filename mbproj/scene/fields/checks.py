@@ -37,7 +37,7 @@ def unit_quaternion(quaternion: Quaternion) -> Quaternion:
 
 
 def orientation_of(matrix: Matrix) -> Quaternion:
-    """The quaternion of a rotation matrix."""
+    """The quaternion of a rotation matrix. Raises Unfit for another matrix."""
     error = rotations.orthonormality_error(matrix)
     if not error <= rotations.ORTHONORMAL:
         raise Unfit(f"is not orthonormal (off by {error:.2g})", "give 7 digits, or expressions like cos(30 deg)")

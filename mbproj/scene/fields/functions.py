@@ -155,7 +155,7 @@ BETWEEN: Mapping[str, Callable[[Any], CubicTable]] = {
 
 @dataclass(frozen=True)
 class _TableRow(Field[tuple[float, float]]):
-    """Two numbers, each of its own kind."""
+    """A row of a table: two numbers, each read by its own field."""
 
     first: Number
     second: Number

@@ -50,7 +50,7 @@ class Points(Range):
 
 @dataclass(frozen=True)
 class Listed(Points):
-    """Values one by one."""
+    """A range of values that are listed one by one."""
 
     given: tuple[Item, ...]
 

@@ -27,7 +27,7 @@ class SolidPart:
 
 @dataclass(frozen=True)
 class SolidBody:
-    """Mass in kg, centre of mass in m and the inertia tensor about it in kg m², in the common axes of the `parts`."""
+    """A solid: mass in kg, centre of mass in m, the inertia tensor about it in kg m², in the common axes of `parts`."""
 
     mass: float
     centre: Vector

@@ -19,7 +19,7 @@ _WHOLE_NUMBER = re.compile(r"[-+]?[0-9]+")
 
 
 class WrittenKey(NamedTuple):
-    """A key of a mapping as it was written, where it stands, and its value."""
+    """A key of a mapping as it was written, its place, and its value."""
 
     key: Node
     place: Place

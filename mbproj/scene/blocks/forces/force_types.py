@@ -103,7 +103,7 @@ AXES = Choice("axes", lambda: ("global", "body"))
 
 
 def _on_joint(what: str, force: str, coordinate: str, unit: str, free: str) -> Record[Force]:
-    """A spring, damper or law on a coordinate of a joint."""
+    """The record that reads a spring, a damper or a law on a coordinate of a joint."""
     able = Choice("coordinate", lambda: [name for name, its in COORDINATES.items() if its == unit])
     keys = {"type": FORCE_TYPE, "joint": JOINT, "coordinate": able, **_law_keys(force, coordinate, unit, free)}
     choices = _law_choices(force, free)
@@ -111,7 +111,7 @@ def _on_joint(what: str, force: str, coordinate: str, unit: str, free: str) -> R
 
 
 def _on_body(what: str, key: str, unit: str, place: Mapping[str, Field[Any]]) -> Record[Force]:
-    """A force or a torque of given components."""
+    """The record that reads a force or a torque of given components."""
     body = {"type": FORCE_TYPE, "body": NameReference("body", "bodies")}
     components = List(Function(unit, names_channels=True), 3, "components")
     keys: dict[str, Field[Any]] = {**body, **place, key: components, "axes": AXES}
@@ -120,7 +120,7 @@ def _on_body(what: str, key: str, unit: str, place: Mapping[str, Field[Any]]) ->
 
 
 def _of_element(type_name: str, kind: ElementType) -> Record[Force]:
-    """A force that is an element, on a coordinate of a joint or between two points."""
+    """The record that reads a force that is an element, on a coordinate of a joint or between two points."""
     able = Choice("coordinate", lambda: [name for name, its in COORDINATES.items() if its == kind.along])
     keys: dict[str, Field[Any]] = {"type": FORCE_TYPE, "joint": JOINT, "coordinate": able}
     required, choices, checks = ("type", "joint", *kind.required), kind.choices, tuple[Check, ...]()

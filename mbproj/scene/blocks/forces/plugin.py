@@ -1,4 +1,4 @@
-"""`register_force` and `register_element`: types of force of one's own, which run wherever those of mbproj run.
+"""`register_force` and `register_element`: they add types of force, which run wherever those of mbproj run.
 
 A force is a formula of its coordinate. An element is a function that returns what `mbproj.elements` describes: forces
 along several coordinates, states with their rates, rows between coordinates.

@@ -19,7 +19,7 @@ Given: TypeAlias = "tuple[Program, Dimension | None]"
 
 @dataclass(frozen=True)
 class Expanded:
-    """The signals, states and controllers that stand for a block."""
+    """The signals, states and controllers that replace a block."""
 
     signals: tuple[Signal, ...]
     states: tuple[ScalarState, ...] = ()

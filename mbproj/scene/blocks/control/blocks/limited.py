@@ -25,7 +25,7 @@ ROUND_OFF = 1e-9
 
 @dataclass(frozen=True)
 class RateLimit(Block):
-    """y' = (of - y)/time, not faster than `rate` upwards and `falling` downwards."""
+    """The limited rate y' = (of - y)/time: at most `rate` upwards, and at most `falling` downwards."""
 
     of: Given
     rate: float
