@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import json
+
 import h5py
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 import mbproj
 from mbproj import InputError, read_scene_text
+from mbproj.analysis.contacts.ropes import pushed_by_ropes
 from mbproj.analysis.tables import tables
+from mbproj.cli.main import mbproj as command
 from mbproj.figures import kinds
 from mbproj.mechanisms_folder import mechanism
 from tests.kernel.scenes import needs_kernel
@@ -104,3 +109,21 @@ motions:
     np.testing.assert_allclose(first, 3.0 * (G + 0.8), rtol=1e-10)
     np.testing.assert_allclose(second - first, 0.02 * 8.0 / 0.1, rtol=1e-9)
     np.testing.assert_allclose(np.abs(found["motions/force"][:, 0]), second, rtol=1e-12)
+
+
+UP = "forces:\n  up: {type: linear_spring_damper, joint: guide, force: 30*sin(10*t)}\n"
+
+
+def test_a_rope_that_pushes_is_told(tmp_path):
+    """A weight of 2 kg that is lifted with 30 N: at π/20 s the rope pushes with what that is more."""
+    (tmp_path / "push.yaml").write_text(scene(LOAD + UP, duration=0.3).replace("20 ms", "0.5 ms"))
+    done = CliRunner().invoke(command, ["run", str(tmp_path / "push.yaml"), "-o", str(tmp_path / "push.h5"), "--json"])
+    pushed = json.loads(done.stdout)["ropes_that_push"]["rope"]
+    assert pushed["push"] == pytest.approx(30.0 - 2.0 * G, rel=1e-6)
+    assert pushed["time"] == pytest.approx(np.pi / 20.0, abs=5e-4)
+    assert "note: rope 'rope' pushes with up to 10.38 N" in done.stderr
+
+
+def test_a_rope_that_pulls_is_not():
+    parsed = read_scene_text(scene(ATWOOD, duration=0.2))
+    assert pushed_by_ropes(mbproj.run(parsed), parsed) == {}

@@ -75,6 +75,7 @@ def execute(
         recorder.attributes(numbers)
     found = [] if earlier is not None and earlier.results is None else _expected(scene, output)
     rubbed, frictions = _friction_history(scene, output)
+    rubbed |= _pushes(scene, output)
     if as_json:
         certificate = {} if trust is None else {"trust": as_numbers(trust)}
         judged = [expectations.record(outcome) for outcome in found]
@@ -101,7 +102,10 @@ def _friction_history(scene: Scene, output: str) -> tuple[dict[str, Any], list[s
     from mbproj.scene.stops import PlaneStop
 
     on_joints = any(isinstance(force, JointForce) and force.coulomb for force in scene.forces)
-    if not on_joints and not any(isinstance(force, PlaneStop) and force.friction for force in scene.forces):
+    on_ropes = any(joint.parameters["path"].rubbing for joint in scene.joints if "path" in joint.parameters)
+    if not (on_joints or on_ropes) and not any(
+        isinstance(force, PlaneStop) and force.friction for force in scene.forces
+    ):
         return {}, []
     from mbproj.analysis.contacts import creep, friction
     from mbproj.results import open_results
@@ -111,6 +115,20 @@ def _friction_history(scene: Scene, output: str) -> tuple[dict[str, Any], list[s
     lines = [f"friction '{name}': {friction.in_words(each)}" for name, each in rubbed.items()]
     lines += [f"friction '{name}': {creep.in_words(each)}" for name, each in crept.items()]
     return {"frictions": rubbed, "creep": crept}, lines
+
+
+def _pushes(scene: Scene, output: str) -> dict[str, Any]:
+    """The ropes that pushed, for --json. A note on each goes to stderr."""
+    if not any("path" in joint.parameters for joint in scene.joints):
+        return {}
+    from mbproj.analysis.contacts.ropes import in_words, pushed_by_ropes
+    from mbproj.results import open_results
+
+    with open_results(output) as results:
+        pushed = pushed_by_ropes(results, scene)
+    for name, each in pushed.items():
+        click.echo(f"note: {in_words(name, each)}", err=True)
+    return {"ropes_that_push": pushed} if pushed else {}
 
 
 @contextmanager
