@@ -39,7 +39,8 @@ function figure(design) {
   caption.textContent = design.label;
   place.append(canvas, caption);
   document.getElementById("designs").append(place);
-  const moved = design.lines.flat(2), to = frame([...moved, ...data.points], true);
+  const moved = design.lines.flat(2), marks = data.marks.flat();
+  const to = frame([...moved, ...design.carried.flat(), ...data.points, ...marks], true);
   const graph = design.reached.length ? frame([...design.reached, ...data.function], false) : null;
   return (share) => {
     const at = Math.round(share * (design.lines[0].length - 1));
@@ -51,6 +52,8 @@ function figure(design) {
     if (design.trace.length) polyline(context, design.trace, to, "#7ab", 1.5);
     for (const line of design.lines) polyline(context, line[at], to, "#345", 3);
     for (const line of design.lines) dots(context, line[at], to, "#345", 4);
+    for (const mark of data.marks) polyline(context, mark, to, "#d62", 2);
+    if (design.carried.length) polyline(context, design.carried[at], to, "#07c", 3);
     dots(context, data.points, to, "#d62", 3.5);
     if (design.trace.length) dots(context, [design.trace[at]], to, "#07c", 5);
   };

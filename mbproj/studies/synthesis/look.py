@@ -12,7 +12,7 @@ from scipy.stats import qmc
 
 from mbproj.arrays import Array, Flags
 from mbproj.dataclass import dataclass
-from mbproj.studies.synthesis.linkage import Linkage, Numbers
+from mbproj.studies.synthesis.linkage import Linkage, Numbers, Points
 from mbproj.studies.synthesis.spatial import SpatialFourBar
 from mbproj.studies.synthesis.topologies import FUNCTION, PATH, POSITIONS, TOPOLOGIES, bounds
 from mbproj.studies.synthesis.wish import Wanted
@@ -196,9 +196,8 @@ def _off(wanted: Wanted, mechanism: Linkage | SpatialFourBar, p: Numbers) -> Arr
     points = wanted.values[:, 0] + 1j * wanted.values[:, 1]
     if wanted.kind == POSITIONS:
         known = mechanism.solved(p, _swung(p, len(points)))
-        link = mechanism.link(mechanism.traced)
-        along = (known[link.toward] - known[link.origin]) / p[link.length] * np.exp(1j * p["lean"])
-        parts = [known["P"] - points, ARM * wanted.size * (along - np.exp(1j * wanted.values[:, 2]))]
+        apart = body_of(mechanism, p, known) - np.exp(1j * wanted.values[:, 2])
+        parts = [known["P"] - points, ARM * wanted.size * apart]
         return np.concatenate([part for each in parts for part in (each.real, each.imag)], axis=1)
     if wanted.times is not None:
         off = mechanism.solved(p, crank_of(wanted, p))["P"] - points
@@ -213,14 +212,24 @@ def _swung(p: Numbers, count: int) -> Array:
     return np.asarray(p["start"] + np.concatenate(swings, axis=1))
 
 
+def swung_between(p: Numbers, count: int, t: Array) -> Array:
+    """The crank's angles (B, T) on the way through so many positions: the polynomial that has them at t = 0, 1, .., as
+    in the scene."""
+    powers = np.linalg.solve(np.vander(np.arange(float(count)), increasing=True), _swung(p, count).T)
+    return np.asarray((np.vander(t, count, increasing=True) @ powers).T)
+
+
 def _locks(mechanism: Linkage, p: Numbers, count: int) -> Flags:
-    """Which designs (B,) do not close all the way through so many positions. The crank's angle is the polynomial in t
-    that has them at t = 0, 1, .., as in the scene."""
-    at = np.arange(count)
+    """Which designs (B,) do not close all the way through so many positions."""
     t = np.linspace(0.0, count - 1.0, BETWEEN * (count - 1) + 1)
-    powers = np.linalg.solve(np.vander(at, increasing=True).astype(float), _swung(p, count).T)
-    known = mechanism.solved(p, (np.vander(t, count, increasing=True) @ powers).T)
+    known = mechanism.solved(p, swung_between(p, count, t))
     return np.any([np.isnan(point).any(axis=1) for point in known.values()], axis=0)
+
+
+def body_of(mechanism: Linkage, p: Numbers, known: Mapping[str, Points]) -> Points:
+    """The direction of the body that is carried, of length 1, where the mechanism's points are known."""
+    link = mechanism.link(mechanism.traced)
+    return np.asarray((known[link.toward] - known[link.origin]) / p[link.length] * np.exp(1j * p["lean"]))
 
 
 def crank_of(wanted: Wanted, p: Numbers) -> Array:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from mbproj.studies.synthesis.linkage import Linkage, Numbers, Slide
-from mbproj.studies.synthesis.look import crank_of, output_of
+from mbproj.studies.synthesis.look import ARM, body_of, crank_of, output_of, swung_between
 from mbproj.studies.synthesis.spatial import SpatialFourBar
 from mbproj.studies.synthesis.synthesise import Synthesis, Synthesised, mechanism_of
 from mbproj.studies.synthesis.topologies import FUNCTION, PATH, POSITIONS
@@ -18,13 +18,18 @@ FRAMES = 121
 
 
 def shown(found: Synthesis) -> dict[str, Any]:
-    """Plain data: what is wanted, and for each design lines (frames, points, 2) in x and z, in m, and its `trace`."""
+    """Plain data: what is wanted, and for each design lines (frames, points, 2) in x and z, in m, and its `trace`.
+    Positions of a body are `marks`, lines of two points; `carried` (frames, 2, 2) is that of the design."""
     wanted = found.wanted
     points = [] if wanted.kind == FUNCTION else wanted.values.tolist()
+    marks = []
+    if wanted.kind == POSITIONS:
+        x, z, angle = wanted.values.T
+        marks = _mark(wanted, x + 1j * z, np.exp(1j * angle))
     designs = [_design(wanted, each) for each in found.found if each.design is not None]
     function = np.degrees(wanted.values - wanted.values[0]).tolist() if wanted.kind == FUNCTION else []
     turns = wanted.turns or (wanted.kind == PATH and wanted.times is None)
-    return {"turns": turns, "points": points, "function": function, "designs": designs}
+    return {"turns": turns, "points": points, "marks": marks, "function": function, "designs": designs}
 
 
 def _design(wanted: Wanted, each: Synthesised) -> dict[str, Any]:
@@ -33,12 +38,20 @@ def _design(wanted: Wanted, each: Synthesised) -> dict[str, Any]:
     crank = _angles(wanted, p)
     unit = "rad" if wanted.kind == FUNCTION else "m"
     lines, trace = _lines(mechanism, p, crank)
-    reached = []
+    reached, carried = [], []
+    if wanted.kind == POSITIONS and isinstance(mechanism, Linkage):
+        known = mechanism.solved(p, crank)
+        carried = _mark(wanted, known["P"][0], body_of(mechanism, p, known)[0])
     if wanted.kind == FUNCTION:
         output = np.unwrap(output_of(mechanism, p, crank)[0])
         reached = np.degrees(np.stack([crank[0] - crank[0, 0], output - output[0]], axis=1)).tolist()
     label = f"{each.topology}: off by {each.rms:.3g} {unit} (rms)"
-    return {"label": label, "lines": lines, "trace": trace, "reached": reached}
+    return {"label": label, "lines": lines, "trace": trace, "reached": reached, "carried": carried}
+
+
+def _mark(wanted: Wanted, place: Any, direction: Any) -> list[Any]:
+    """Lines (N, 2, 2) from the places of a body along its directions."""
+    return np.stack([_plane(place), _plane(place + ARM * wanted.size * direction)], axis=1).tolist()
 
 
 def _angles(wanted: Wanted, p: Numbers) -> Any:
@@ -47,8 +60,8 @@ def _angles(wanted: Wanted, p: Numbers) -> Any:
     if wanted.kind == FUNCTION:
         return p["start"] + share * np.ptp(wanted.values[:, 0])
     if wanted.kind == POSITIONS:
-        swings = [0.0, *(float(p[f"swing_{k}"][0, 0]) for k in range(2, len(wanted.values) + 1))]
-        return p["start"] + np.interp(share * (len(swings) - 1), np.arange(len(swings)), swings)
+        count = len(wanted.values)
+        return swung_between(p, count, share[0] * (count - 1))
     if wanted.times is None or wanted.turns:
         return p["start"] + p["turn"] * 2.0 * np.pi * share
     return p["start"] + (crank_of(wanted, p)[:, -1:] - p["start"]) * share

@@ -13,8 +13,9 @@ from mbproj.errors import InputError
 from mbproj.studies.design.written import best_scene
 from mbproj.studies.synthesis.linkage import met
 from mbproj.studies.synthesis.look import candidates, names_for
+from mbproj.studies.synthesis.shown import FRAMES, shown
 from mbproj.studies.synthesis.spatial import SpatialFourBar
-from mbproj.studies.synthesis.synthesise import Synthesised, doubt, in_order, synthesise
+from mbproj.studies.synthesis.synthesise import Synthesis, Synthesised, doubt, in_order, synthesise
 from mbproj.studies.synthesis.topologies import FUNCTION, PATH, POSITIONS, TOPOLOGIES
 from mbproj.studies.synthesis.wish import read_wanted
 from tests.cli.commands import mbproj as command
@@ -195,6 +196,17 @@ def test_a_six_bar_closes_all_the_way_from_one_position_to_the_next(tmp_path):
     way = TOPOLOGIES["stephenson"][POSITIONS].solved(arrays(best), crank)["P"][0]
     assert np.isfinite(way).all()
     np.testing.assert_allclose(way[[0, -1]], [0.0, 1.5 - 0.5j], atol=1e-9)
+
+
+def test_the_page_shows_the_body_at_its_positions(tmp_path):
+    """A crank that goes by a polynomial in time passes them at equal distances of frames."""
+    columns = np.array([[0.0, 0.5, 1.0, 1.3], [0.0, 0.2, 0.1, -0.2], [0.0, 17.0, 46.0, 60.0]])
+    wanted = read_wanted(written(tmp_path, "positions", "x (m),z (m),angle (deg)", columns))
+    best = candidates(wanted, "four_bar")[0]
+    page = shown(Synthesis(wanted, (Synthesised("four_bar", 3, object(), 0.0, best),)))
+    np.testing.assert_allclose(page["marks"], page["designs"][0]["carried"][:: (FRAMES - 1) // 3], atol=3e-6)
+    turned = np.diff(page["marks"], axis=1)[:, 0]
+    np.testing.assert_allclose(np.degrees(np.arctan2(turned[:, 1], turned[:, 0])), columns[2], atol=1e-3)
 
 
 def test_six_bars_that_carry_a_body_are_in_doubt(tmp_path):
