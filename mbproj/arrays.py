@@ -8,6 +8,8 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from mbproj.lanes import contiguous, one_of
+
 Array: TypeAlias = npt.NDArray[np.float64]
 Integers: TypeAlias = npt.NDArray[np.intp]
 Flags: TypeAlias = npt.NDArray[np.bool_]
@@ -19,7 +21,7 @@ def cross(a: Numbers, b: Numbers) -> Numbers:
     """a × b over the last axis, (..., 3); several times faster than numpy.cross on small arrays."""
     (a0, a1, a2), (b0, b1, b2) = ((each[..., 0], each[..., 1], each[..., 2]) for each in (a, b))
     first = a1 * b2 - a2 * b1
-    product = np.empty((*first.shape, 3), dtype=first.dtype, order="F")
+    product = np.empty((*first.shape, 3), dtype=first.dtype, order="F", like=one_of((a, b)))
     product[..., 0], product[..., 1], product[..., 2] = first, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0
     return product
 
@@ -32,8 +34,8 @@ def dot(a: Numbers, b: Numbers) -> Numbers:
 def total(x: Numbers) -> Numbers:
     """The sum over the last axis, added in one order for every memory layout: a state has the same energy alone and in
     a block of states."""
-    in_one_order: Numbers = np.ascontiguousarray(x).sum(axis=-1)
-    return in_one_order
+    found: Numbers = contiguous(x).sum(axis=-1)
+    return found
 
 
 def together(parts: Sequence[Numbers]) -> Numbers:

@@ -3,6 +3,7 @@
     python scripts/bench_sweep.py overhead [CASES]     five-bars of 1 s: `mbproj sweep` on all processors, a plain loop
     python scripts/bench_sweep.py growth [CASES]       rows of cases that nobody runs: the store, the summary, memory
     python scripts/bench_sweep.py study [CASES]        5 s, tip right to 1e-5 m at the end, one process (extra `peers`)
+    python scripts/bench_sweep.py arrays [CASES]       by arrays beside one by one: three mechanisms, bits compared
 
 What is compared alternates in blocks, and is measured by processor time: other programs on the machine slow both down
 alike. Say how busy it was: the load average is printed.
@@ -26,7 +27,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from mbproj.studies.parallel.hand_out import processors
 from mbproj.studies.sweep.arrays import write_arrays
-from mbproj.studies.sweep.case import Task, Work, run_case
+from mbproj.studies.sweep.case import FEWEST, Task, Work, run_case, run_cases
 from mbproj.studies.sweep.folder import Folder
 from mbproj.studies.sweep.keys import Keys
 from mbproj.studies.sweep.row import CaseRow, Status
@@ -159,6 +160,54 @@ def study(cases: int) -> None:
     print(f"MuJoCo takes {spent[1] / spent[0]:.1f} times as long; the two are at most {apart:.1e} m apart")
 
 
+#: By name: what varies, and what is measured. The tolerances leave 1e-5 m of 5 s, 1e-6 m of 1 s and of 1 s.
+BY_ARRAYS = {
+    "five_bar": (
+        "parameters.length: 0.9:1.1",
+        "5 s",
+        "3e-8",
+        "{marker: tip, quantity: position, component: z, at: end}",
+    ),
+    "planar_four_bar": ("parameters.speed: 10:14", "1 s", "1e-8", "{joint: A, quantity: angle, at: end}"),
+    "spatial_slider_crank": (
+        "parameters.speed: 5:7",
+        "1 s",
+        "1e-8",
+        "{marker: slider, quantity: position, component: x, at: end}",
+    ),
+}
+
+
+def by_arrays(cases: int) -> None:
+    """Processor time of blocks of cases by arrays, and of the same cases one by one, in turn."""
+    for name, (vary, duration, tolerance, measure) in BY_ARRAYS.items():
+        with tempfile.TemporaryDirectory() as temporary:
+            path = Path(temporary) / "spec.yaml"
+            path.write_text(
+                f"sweep: 1\nscene: {ROOT / 'mechanisms' / f'{name}.yaml'}\nvary:\n  {vary}:{cases}\n"
+                f"  simulation.duration: {duration}\n  simulation.output_step: {duration}\n"
+                f"  simulation.tolerance: {tolerance}\n  simulation.integrator: dop853\nmeasure:\n  it: {measure}\n",
+                encoding="utf-8",
+            )
+            spec = read_spec(path)
+        work = Work(spec.scene.text, str(spec.scene.path), spec.design.paths, spec.measures, None, "none", None)
+        tasks = [Task(str(number), spec.design.case(number)) for number in range(spec.design.count)]
+        run_cases(work, tasks[:FEWEST])
+        spent, arrays = np.zeros(2), 0
+        for block in np.array_split(np.arange(cases), BLOCKS):
+            own = [tasks[number] for number in block.tolist()]
+            begun = process_time()
+            rows = run_cases(work, own)
+            middle = process_time()
+            alone = [run_case(work, task) for task in own]
+            spent += middle - begun, process_time() - middle
+            arrays += sum(row.by_arrays for row in rows)
+            assert [row.values for row in rows] == [row.values for row in alone]
+        together, single = 1e3 * spent / cases
+        print(f"{name}: {arrays} of {cases} by arrays, {together:.2f} ms a case; one by one {single:.2f} ms, ", end="")
+        print(f"{single / together:.1f} times as long; the same bits; {load()}", flush=True)
+
+
 def ours(folder: Path, lengths: Sequence[float], tolerance: float) -> Callable[[int], float]:
     """The cases of these lengths, evenly spaced, with DOP853."""
     simulation = f"  simulation.duration: 5 s\n  simulation.output_step: 5 s\n  simulation.tolerance: {tolerance}\n"
@@ -195,7 +244,12 @@ def load() -> str:
 
 def main() -> None:
     what, *count = sys.argv[1:] or ["help"]
-    parts = {"overhead": (overhead, 10_000), "growth": (growth, 1_000_000), "study": (study, 1000)}
+    parts = {
+        "overhead": (overhead, 10_000),
+        "growth": (growth, 1_000_000),
+        "study": (study, 1000),
+        "arrays": (by_arrays, 1000),
+    }
     if what not in parts:
         raise SystemExit(__doc__)
     measure, usual = parts[what]

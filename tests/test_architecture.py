@@ -27,12 +27,13 @@ LEAVES = {
     "rehearsal",
     "thresholds",
 }
-LEAVES |= {"plugins", "version"}
+LEAVES |= {"lanes", "plugins", "version"}
 #: What each package may import beside itself and the leaves.
 MAY_IMPORT = {
     "constraints": set(),
     "outputs": set(),
     "thresholds": set(),
+    "lanes": set(),
     "kernel": {"constraints", "functions", "model"},
     "joints": {"constraints", "functions"},
     "functions": set(),
@@ -116,6 +117,7 @@ FOLDERS = {
         "store",
         "parallel",
         "measure",
+        "together",
         "variants",
         "batch",
         "sweep",

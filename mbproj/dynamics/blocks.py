@@ -120,7 +120,7 @@ class Rows:
 
     def dense(self) -> Array:
         """Return the dense matrix (m, 6n)."""
-        found = np.zeros((self.count, self.bodies, 6))
+        found = np.zeros((self.count, self.bodies, 6), like=self.value)
         np.add.at(found, (self.row, self.body), self.value)
         return found.reshape(self.count, 6 * self.bodies)
 

@@ -12,6 +12,7 @@ from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
 from mbproj.functions.program import CHANNELS, Instruction, Op, Program
 from mbproj.functions.table import CubicTable
+from mbproj.lanes import numbers
 from mbproj.thresholds import THRESHOLDS
 
 #: Changes of a function's value, slope and second derivative up to this part of the largest are round-off.
@@ -154,15 +155,15 @@ def flatten(programs: Sequence[Program], smooth: int = OF_FORCES) -> ProgramSet:
     """Return the programs as a set, with consecutive numbers of their tables."""
     code = [instruction for program in programs for instruction in program.code]
     tables = [instruction.table for instruction in code if instruction.table is not None]
-    numbers = iter(range(len(tables)))
+    tables_before = iter(range(len(tables)))
     return ProgramSet(
         start=np.cumsum([0, *(len(program.code) for program in programs)], dtype=np.intp),
         op=np.array([instruction.op for instruction in code], dtype=np.intp),
-        operand=np.array([next(numbers) if each.op is Op.TABLE else each.operand for each in code], dtype=float),
+        operand=numbers([next(tables_before) if each.op is Op.TABLE else each.operand for each in code]),
         table_start=np.cumsum([0, *(len(table.knots) for table in tables)], dtype=np.intp),
         knot=np.array([knot for table in tables for knot in table.knots], dtype=float),
-        origin=np.array([origin for table in tables for origin in table.origins], dtype=float),
-        piece=np.array([piece for table in tables for piece in table.pieces], dtype=float).reshape(-1, 4),
+        origin=numbers([origin for table in tables for origin in table.origins]),
+        piece=numbers([piece for table in tables for piece in table.pieces]).reshape(-1, 4),
         period=np.array([table.period for table in tables]),
         smooth=np.full(len(tables), smooth, dtype=np.intp),
         texts=tuple(program.text for program in programs),

@@ -16,6 +16,7 @@ from mbproj.functions.program import ARGUMENTS, Op
 from mbproj.functions.program_set import ProgramSet
 from mbproj.functions.switches import FREE, lifted, pieces
 from mbproj.functions.taylor import FUNCTIONS, OPERATIONS, Series, chain, power
+from mbproj.lanes import Lanes, filled_like
 
 
 def time_series(t: Numbers) -> Series:
@@ -26,7 +27,7 @@ def time_series(t: Numbers) -> Series:
 
 def constant_series(x: Numbers) -> Series:
     """Return the series of a value taken as constant, with derivatives of 0."""
-    x = np.asarray(x, dtype=float)
+    x = x if isinstance(x, Lanes) else np.asarray(x, dtype=float)
     zero = np.zeros(x.shape)
     return x, zero, zero
 
@@ -108,11 +109,11 @@ def _step(
     programs: ProgramSet, at: int, stack: list[Series], variables: Sequence[Series], held: Array | None = None
 ) -> None:
     """Execute instruction number `at`, on the branch that is held."""
-    op, operand = Op(int(programs.op[at])), float(programs.operand[at])
+    op, operand = Op(int(programs.op[at])), programs.operand[at].item()
     if held is not None and not np.isnan(held[at]):
         stack.append(_on_branch(programs, at, stack, float(held[at])))
     elif op is Op.CONSTANT:
-        stack.append(constant_series(np.full_like(variables[0][0], operand)))
+        stack.append(constant_series(filled_like(variables[0][0], operand)))
     elif op is Op.VARIABLE:
         stack.append(variables[int(operand)])
     elif op is Op.TABLE:

@@ -19,6 +19,7 @@ from mbproj.constraints.rope import Rope
 from mbproj.functions.curves.plane_curve import PlaneCurve
 from mbproj.functions.curves.space_curve import SpaceCurve
 from mbproj.kernel import core
+from mbproj.lanes import contiguous, numbers
 from mbproj.model.planar import PlanarSet
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.model.system import System
@@ -171,8 +172,8 @@ def _instances(primitives: Sequence[Primitive], first_slots: Sequence[int]) -> _
     columns = {
         "kind": np.array(code, dtype=np.int64),
         "slots": np.array(slots, dtype=np.int64).reshape(-1, kernel.slots),
-        "parameters": np.array(parameters, dtype=float).reshape(-1, kernel.parameters),
-        "weight": np.array(weight, dtype=float),
+        "parameters": numbers(parameters).reshape(-1, kernel.parameters),
+        "weight": numbers(weight),
         "joins": np.array(joins, dtype=np.int64),
         "line": np.array([*line, None], dtype=object)[:-1],
         "other": np.array([*other, None], dtype=object)[:-1],
@@ -199,12 +200,12 @@ def primitives(kind: Any, bodies: int, bound: Bound) -> Any:
         bodies=bodies,
         body=unique[:, 0].astype(np.int64),
         is_point=unique[:, 1].astype(np.int64),
-        local=np.ascontiguousarray(unique[:, 2:]),
+        local=contiguous(unique[:, 2:], dtype=float),
         kind=bound.kind.astype(np.int64),
         slots=np.ascontiguousarray(slots, dtype=np.int64),
-        parameters=np.ascontiguousarray(bound.parameters, dtype=float),
-        offset=np.ascontiguousarray(bound.offset, dtype=float),
-        weight=np.ascontiguousarray(bound.weight, dtype=float),
+        parameters=contiguous(bound.parameters, dtype=float),
+        offset=contiguous(bound.offset, dtype=float),
+        weight=contiguous(bound.weight, dtype=float),
         joins=bound.joins.astype(np.int64),
         **_lines(bound),
         **_paths(bound),

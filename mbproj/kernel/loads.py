@@ -12,6 +12,7 @@ from mbproj.functions.program import CHANNELS
 from mbproj.functions.program_set import ProgramSet
 from mbproj.functions.switches import all_switches
 from mbproj.kernel.bound import Bound, bound_in_space, joined, primitives
+from mbproj.lanes import contiguous
 from mbproj.model.bushings import Bushings
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.model.forces import Forces
@@ -25,11 +26,11 @@ def programs(core: ModuleType, functions: ProgramSet, variables: int = CHANNELS)
     return core.Programs(
         np.ascontiguousarray(functions.start, dtype=np.int64),
         np.ascontiguousarray(functions.op, dtype=np.int64),
-        np.ascontiguousarray(functions.operand, dtype=float),
+        contiguous(functions.operand, dtype=float),
         np.ascontiguousarray(functions.table_start, dtype=np.int64),
         np.ascontiguousarray(functions.knot, dtype=float),
-        np.ascontiguousarray(functions.origin, dtype=float),
-        np.ascontiguousarray(functions.piece.reshape(-1, 4), dtype=float),
+        contiguous(functions.origin, dtype=float),
+        contiguous(functions.piece.reshape(-1, 4), dtype=float),
         np.ascontiguousarray(functions.kinked, dtype=np.int64),
         np.ascontiguousarray(functions.period, dtype=float),
         variables,
@@ -145,4 +146,4 @@ def _indices(values: Any) -> Integers:
 
 
 def _floats(values: Array, *shape: int) -> Array:
-    return np.ascontiguousarray(values, dtype=float).reshape(-1, *shape)
+    return contiguous(values, dtype=float).reshape(-1, *shape)

@@ -18,6 +18,7 @@ from mbproj.kernel.loads import (
     programs,
     space_loads,
 )
+from mbproj.lanes import contiguous
 from mbproj.model.bearings import Parts
 from mbproj.model.couplings import Of
 from mbproj.model.layout import Layout
@@ -40,11 +41,11 @@ def space_model(core: ModuleType, system: System, layout: Layout) -> Any:
     model = core.SpaceModel(
         thresholds=_thresholds(core),
         mass=system.mass,
-        inertia=np.ascontiguousarray(system.inertia),
+        inertia=contiguous(system.inertia, dtype=float),
         gravity=system.gravity,
         constraints=primitives(core.SpacePrimitives, n, rows),
         joint_begin=_runs(rows.owner),
-        row_scale=np.ascontiguousarray(system.row_scale[n:]),
+        row_scale=contiguous(system.row_scale[n:], dtype=float),
         coordinates=primitives(core.SpacePrimitives, n, coordinates),
         length=system.length,
         layout=_blocks(layout),

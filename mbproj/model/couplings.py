@@ -24,6 +24,7 @@ from mbproj.functions.curve import Curve
 from mbproj.functions.program import COORDINATE, Op, Program, apply, variable
 from mbproj.functions.program_set import OF_ROWS, ProgramSet, flatten
 from mbproj.functions.series import constant_series, run
+from mbproj.lanes import numbers
 from mbproj.model.primitive_set import Binding, PrimitiveSet, bind, bindings
 
 #: The primitives that are evaluated on one piece of a curve at a time.
@@ -78,7 +79,7 @@ class Couplings:
     def sums(self, coordinate: Numbers) -> Numbers:
         """Return the sums of the rows, without multiples of periods, (..., k), of the system's coordinates (...,
         nc)."""
-        found = np.asarray(np.add.reduceat(self.weight * coordinate[..., self.coordinate], self.first, axis=-1))
+        found: Numbers = np.add.reduceat(self.weight * coordinate[..., self.coordinate], self.first, axis=-1)
         for k in np.flatnonzero(self.program >= 0).tolist():
             s = coordinate[..., self.coordinate[self.first[k]]]
             turns = np.round(s / (2.0 * np.pi)) if self.growth[k] else 0.0 * s
@@ -89,7 +90,8 @@ class Couplings:
     def whole(self, rows: Numbers) -> Numbers:
         """Return the multiples of the periods that are nearest to the rows (..., k)."""
         period = np.where(self.period > 0.0, self.period, 1.0)
-        return np.asarray(np.where(self.period > 0.0, period * np.round(rows / period), 0.0))
+        found: Numbers = np.where(self.period > 0.0, period * np.round(rows / period), 0.0)
+        return found
 
     def rolled(self, raw: Numbers, expected: Array, apart: Numbers) -> npt.NDArray[np.longdouble]:
         """Return the whole laps and turns of rollers on curves, (..., k), in metres. `raw` are the coordinates (...,
@@ -243,7 +245,7 @@ def compile_couplings(rows: Sequence[Binding], coordinates: Sequence[Binding]) -
         period=np.array(period, dtype=float),
         first=np.cumsum([0, *length], dtype=np.intp)[:-1],
         coordinate=np.array(coordinate, dtype=np.intp),
-        weight=np.array(weight),
+        weight=numbers(weight),
         program=np.where(curved, np.cumsum(curved) - 1, -1),
         growth=np.array(growth, dtype=float),
         programs=flatten([each.program for each in functions if each is not None], OF_ROWS),

@@ -15,6 +15,7 @@ import numpy as np
 
 from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
+from mbproj.lanes import one_of
 
 #: The scale of numbers whose errors have no effect on the step size.
 UNCONTROLLED = np.inf
@@ -91,7 +92,7 @@ class Layout:
     def joined(self, parts: Mapping[str, Array | Integers]) -> Array:
         """Return the vector (..., size) made of the blocks `parts`, each (..., its size); the others have their initial
         values."""
-        y = np.empty((*next(iter(parts.values())).shape[:-1], self.size))
+        y = np.empty((*next(iter(parts.values())).shape[:-1], self.size), like=one_of(parts.values()))
         for block in self.blocks:
             y[..., self[block.name]] = parts[block.name] if block.start is None else parts.get(block.name, block.start)
         return y

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from mbproj.arrays import Array, Integers, Numbers
 from mbproj.constraints import Primitive
 from mbproj.dataclass import dataclass
+from mbproj.lanes import numbers, one_of
 
 #: The number of layouts that are kept, those of the sets of a few scenes, and the most primitives of such a set.
 LAYOUTS, MOST_KEPT = 64, 1000
@@ -162,7 +163,7 @@ class PrimitiveSet:
 
     def value(self, x: Numbers) -> Numbers:
         """Return C (..., m) for the attachments' global points and vectors x (..., S, 3)."""
-        value = np.empty((*x.shape[:-2], self.size), dtype=x.dtype, order="F")
+        value = np.empty((*x.shape[:-2], self.size), dtype=x.dtype, order="F", like=x)
         for group in self.groups:
             value[..., group.rows] = group.primitive.value(x[..., group.slots, :])
         return value - self.offset
@@ -178,7 +179,7 @@ class PrimitiveSet:
     def _of_motion(
         self, x: Numbers, x_dot: Numbers, of: Callable[[Primitive], Callable[[Numbers, Numbers], Numbers]]
     ) -> Numbers:
-        found = np.empty((*x.shape[:-2], self.size), dtype=np.result_type(x, x_dot), order="F")
+        found = np.empty((*x.shape[:-2], self.size), dtype=np.result_type(x, x_dot), order="F", like=one_of((x, x_dot)))
         for group in self.groups:
             slots = group.slots
             found[..., group.rows] = of(group.primitive)(x[..., slots, :], x_dot[..., slots, :])
@@ -187,7 +188,9 @@ class PrimitiveSet:
     def forces(self, x: Numbers, multipliers: Numbers) -> Numbers:
         """Return ∂C/∂xᵀ λ of each attachment, (..., S, 3), for multipliers λ (..., m)."""
         lead = np.broadcast_shapes(x.shape[:-2], multipliers.shape[:-1])
-        forces = np.empty((*lead, *x.shape[-2:]), dtype=np.result_type(x, multipliers), order="F")
+        forces = np.empty(
+            (*lead, *x.shape[-2:]), dtype=np.result_type(x, multipliers), order="F", like=one_of((x, multipliers))
+        )
         for group in self.groups:
             slots = group.slots
             forces[..., slots, :] = group.primitive.forces(x[..., slots, :], multipliers[..., group.rows])
@@ -204,7 +207,7 @@ class PrimitiveSet:
         along = direction[..., self.entry_slot, :]
         x, y, z = (gradient[..., axis] * along[..., axis] for axis in range(3))
         products = x + y + z
-        total = np.zeros((*products.shape[:-1], self.size), dtype=products.dtype)
+        total = np.zeros((*products.shape[:-1], self.size), dtype=products.dtype, like=products)
         for group in self.groups:
             count = group.rows.size * group.slots.shape[1]
             terms, products = products[..., :count], products[..., count:]
@@ -218,8 +221,8 @@ def bind(bindings: Sequence[Binding]) -> PrimitiveSet:
     layout = _kept_layout(bound) if len(bound) <= MOST_KEPT else _layout(bound)
     return PrimitiveSet(
         layout,
-        local=np.array([slot[2] for each in bindings for slot in each.slots], dtype=float).reshape(-1, 3),
-        offset=np.array([each.offset for each in bindings], dtype=float)[layout.member],
+        local=numbers([slot[2] for each in bindings for slot in each.slots]).reshape(-1, 3),
+        offset=numbers([each.offset for each in bindings])[layout.member],
     )
 
 

@@ -11,6 +11,7 @@ from mbproj.arrays import Array, Flags, Integers
 from mbproj.dataclass import dataclass
 from mbproj.errors import Place
 from mbproj.functions.program_set import ProgramSet, joined
+from mbproj.lanes import numbers
 from mbproj.model.bearings import Bearings
 from mbproj.model.channels import (
     NO_ACTIONS,
@@ -245,8 +246,7 @@ class System:
         """Return the owner of a row of C, for messages: "joint 'A'", "motion 'm'", or "Euler parameters of 'rod'". Rows
         of stops and frictions in contact follow the last row: "stop 'A.angle.low'"."""
         if row >= self.constraints:
-            stop = row - self.constraints
-            friction = stop - len(self.names.stops)
+            stop, friction = row - self.constraints, row - self.constraints - len(self.names.stops)
             return (
                 f"friction '{self.names.frictions[friction]}'" if friction >= 0 else f"stop '{self.names.stops[stop]}'"
             )
@@ -286,7 +286,7 @@ def layout_in_bodies(system: System, of_a_body: Array, coordinates: int) -> Layo
 
 def _motion(system: System) -> tuple[Block, Block]:
     """Return the blocks of q and of q'."""
-    scale = np.tile([system.length] * 3 + [1.0] * 4, system.bodies)
+    scale = np.tile(numbers([system.length] * 3 + [1.0] * 4), system.bodies)
     units = (("m",) * 3 + ("1",) * 4) * system.bodies
     return (
         Block("positions", scale, projected=True, units=units),

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mbproj.errors import InputError, Place, Problem
+from mbproj.lanes import Lanes
 from mbproj.scene.blocks.control.expanded import expanded
 from mbproj.scene.blocks.control.instants import note_instants
 from mbproj.scene.blocks.control.matrix_files import with_matrices
@@ -113,8 +114,10 @@ class SceneText:
         """The scene with these changes, as `read_scene` takes them."""
         root, wrong_changes = changed(self.root, parameters)
         root, from_files, wrong_files = with_matrices(root, self.path)
-        # The first reading stores nothing, since most texts are read once.
-        kept = self._kept if self._kept.is_full else ReadingCache() if self._is_read else None
+        # The first reading stores nothing, since most texts are read once; nor do readings of several cases.
+        of_cases = any(isinstance(value, Lanes) for value in parameters.values())
+        again = self._is_read and not of_cases
+        kept = self._kept if self._kept.is_full else ReadingCache() if again else None
         places = {**self._kept.places, (): root.place}
         problems = [*self._problems, *wrong_changes, *wrong_files]
         reading = Reading(items=_items(root), places=places, problems=problems, kept=kept)
@@ -132,7 +135,7 @@ class SceneText:
         if kept is not None and not kept.is_full:
             kept.close(reading.names, reading.items, reading.places)
             self._kept = kept
-        self._is_read = True
+        self._is_read = self._is_read or not of_cases
         return Scene(
             title=found.get("title", ""),
             gravity=found["gravity"],

@@ -81,7 +81,8 @@ def failures(entries: Iterable[CaseEntry]) -> list[dict[str, Any]]:
 def said(reached: Progress, kinds: list[dict[str, Any]]) -> str:
     """The numbers of cases, and the kinds of failure."""
     left = f", {reached.left} left" if reached.left else ""
-    counts = f"{reached.computed} computed, {reached.reused} reused, {reached.failed} failed{left}"
+    arrays = f" ({reached.by_arrays} by arrays)" if reached.by_arrays else ""
+    counts = f"{reached.computed} computed{arrays}, {reached.reused} reused, {reached.failed} failed{left}"
     lines = [f"{reached.whole} {'case' if reached.whole == 1 else 'cases'}: {counts}"]
     for kind in islice(kinds, KINDS):
         lines.append(f"  {kind['count']} {kind['status']}, the first is case {kind['first_case']}: {kind['message']}")

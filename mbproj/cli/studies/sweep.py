@@ -169,6 +169,7 @@ def _numbers(reached: Progress, written: list[Path]) -> dict[str, Any]:
     return {
         "cases": reached.whole,
         "computed": reached.computed,
+        "by_arrays": reached.by_arrays,
         "reused": reached.reused,
         "failed": reached.failed,
         "left": reached.left,

@@ -168,7 +168,7 @@ def nearest(system: System, q: Array, start: Conditions, drive: Drive, close_eno
 
 def scaled_residual(system: System, pose: Pose, start: Conditions, drive: Drive) -> Array:
     """Return the joint, motion and start rows at poses (...), lengths in units of the system's length, (..., m + c)."""
-    rows = np.asarray(constraint(system, pose, drive) / system.row_scale, dtype=float)[..., system.bodies :]
+    rows: Array = (constraint(system, pose, drive) / system.row_scale)[..., system.bodies :]
     if not len(start.index):
         return rows
     excess = coordinate_values(system, pose)[..., start.index] - start.value
@@ -256,17 +256,17 @@ def _consistent_velocity(system: System, q: Array, pose: Pose, guess: Guess, dri
         speeds = set_velocity(system.coordinates, pose, twist)[guess.speed.index]
         return np.concatenate([rows, speeds - guess.speed.value])
 
-    v, Λ = guess.v.reshape(-1, 7).copy(), q.reshape(-1, 7)[:, 3:]
-    v[:, 3:] -= np.sum(Λ * v[:, 3:], axis=1, keepdims=True) * Λ  # |Λ| stays at this pose
-    v = v.ravel()
+    given, Λ = guess.v.reshape(-1, 7), q.reshape(-1, 7)[:, 3:]
+    turning = given[:, 3:] - np.sum(Λ * given[:, 3:], axis=1, keepdims=True) * Λ  # |Λ| stays at this pose
+    v: Array = np.concatenate([given[:, :3], turning], axis=1).ravel()
     if system.bodies > THRESHOLDS.large and np.abs(off(v)).max(initial=0.0) <= _close_enough(system):
         return v
     rows = _rows(system, pose, guess.speed)
     for _ in range(2):
         v = v + in_coordinates(system, q, shortest(rows, -off(v)))
     left = np.abs(off(v))
-    size = max(1.0, float(np.abs(wanted).max(initial=0.0)), float(np.abs(guess.v).max()))
-    if left.max(initial=0.0) > 1e-9 * size + 4096.0 * np.finfo(float).eps * float(np.abs(v).max()):
+    size = np.maximum(np.abs(wanted).max(initial=1.0), np.abs(guess.v).max())
+    if left.max(initial=0.0) > 1e-9 * size + 4096.0 * np.finfo(float).eps * np.abs(v).max():
         of_motions, of_speeds = np.split(left, [system.joints.size, system.constraints - system.bodies])[1:]
         if of_motions.max(initial=0.0) > of_speeds.max(initial=0.0):
             raise motions_at_odds(system, of_motions)

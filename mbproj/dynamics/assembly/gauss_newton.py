@@ -6,10 +6,11 @@ from collections.abc import Callable
 
 import numpy as np
 
-from mbproj.arrays import Array
+from mbproj.arrays import Array, Numbers
 from mbproj.dynamics.blocks import Rows
 from mbproj.dynamics.equations.constraint_equations import tangent_entries
 from mbproj.dynamics.equations.kinematics import Pose, pose_of
+from mbproj.lanes import numbers
 from mbproj.model.euler_parameters import matrix_L
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.model.system import System
@@ -44,7 +45,7 @@ def gauss_newton(
 def set_rows(system: System, bound: PrimitiveSet, pose: Pose) -> Rows:
     """Return the derivatives (m, 6n) of a set's values by (δr / length, δθ in body axes) of each body."""
     body, entries = tangent_entries(bound, pose)
-    values = entries[:, :6] * ([system.length] * 3 + [1.0] * 3)
+    values = entries[:, :6] * numbers([system.length] * 3 + [1.0] * 3)
     return Rows.of(bound.size, system.bodies, bound.entry_row, body, values)
 
 
@@ -68,7 +69,8 @@ def shortest(rows: Rows, wanted: Array, damping: float = 0.0) -> Array:
     if rows.bodies <= THRESHOLDS.dense_bodies:
         R = rows.dense()
         if damping == 0.0:
-            return np.asarray(np.linalg.lstsq(R, wanted, rcond=1e-12)[0], dtype=float)
+            found: Numbers = np.linalg.lstsq(R, wanted, rcond=1e-12)[0]
+            return found
         return R.T @ np.linalg.solve(R @ R.T + damping * np.eye(len(R)), wanted)
     return _shortest_by_sparse_factor(rows, wanted, damping)
 

@@ -19,6 +19,7 @@ import numpy as np
 from mbproj.arrays import Array, Numbers
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.kinematics import Pose, Twist
+from mbproj.lanes import like_others
 from mbproj.model.bushings import Bushings
 from mbproj.model.euler_parameters import matrix_E, product, rotation_matrix
 
@@ -64,7 +65,7 @@ def deflected(bushings: Bushings, position: Numbers, orientation: Numbers) -> De
     to_midway = np.swapaxes(A, -1, -2)
     x = (to_midway @ (ends[..., 1, :] - ends[..., 0, :])[..., None])[..., 0]
     carried, lead = _across(x), _across(sines / (1.0 + cosine)[..., None])
-    gradient = np.zeros((*cosine.shape, 2, 6, 6), dtype=cosine.dtype)
+    gradient = np.zeros((*cosine.shape, 2, 6, 6), dtype=cosine.dtype, like=x)
     for side, sign in enumerate((-1.0, 1.0)):
         share = 0.5 * (np.eye(3) - sign * lead)  # the part of this body's ω in that of the midway frame
         gradient[..., side, :3, :3] = sign * to_midway
@@ -84,7 +85,8 @@ def rates(bushings: Bushings, found: Deflection, pose: Pose, twist: Twist) -> Nu
 
 def viscous(bushings: Bushings, found: Deflection) -> Numbers:
     """Return the damping along the coordinates, (..., B, 6, 6): the dampers' forces are its product with -s'."""
-    along = np.broadcast_to(bushings.damping, (*found.cosine.shape, 6, 6)).astype(found.turning.dtype)
+    damping = np.broadcast_to(bushings.damping, (*found.cosine.shape, 6, 6)).astype(found.turning.dtype)
+    along = like_others(damping, found.turning)
     along[..., 3:, 3:] = found.turning @ bushings.damping[:, 3:, 3:] @ found.turning
     return along
 

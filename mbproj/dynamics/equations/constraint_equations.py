@@ -20,6 +20,7 @@ from mbproj.dynamics.equations.kinematics import (
 )
 from mbproj.dynamics.equations.motions import NO_DRIVE, Drive, drive_at
 from mbproj.dynamics.equations.teeth import to_the_tooth
+from mbproj.lanes import contiguous, one_of
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.model.system import System
 
@@ -49,7 +50,7 @@ def constraint_velocity(system: System, pose: Pose, twist: Twist, drive: Drive =
 
 def time_derivative(system: System, drive: Drive) -> Array:
     """Return C_t, (m,): zero but in the rows of motions."""
-    C_t = np.zeros(system.constraints)
+    C_t = np.zeros(system.constraints, like=one_of((drive.rate,)))
     C_t[system.bodies + system.joints.size :] = -drive.rate
     return C_t
 
@@ -91,7 +92,7 @@ def set_bias(bound: PrimitiveSet, pose: Pose, twist: Twist) -> Numbers:
 def jacobian(system: System, pose: Pose) -> Array:
     """Return C_q of Eqs. 5-6, (m, 7n), at one pose."""
     n = system.bodies
-    norms = np.zeros((n, n, 7))
+    norms = np.zeros((n, n, 7), like=pose.orientation)
     norms[np.arange(n), np.arange(n), 3:] = 2.0 * pose.orientation[:-1]
     return np.concatenate([norms.reshape(n, 7 * n), set_jacobian(system.rows, pose)])
 
@@ -104,7 +105,7 @@ def set_jacobian(bound: PrimitiveSet, pose: Pose) -> Array:
     rows[..., :3] = tangent[..., :3]
     turn = 2.0 * (tangent[..., None, 3:6] @ pose.L)[..., 0, :]
     rows[..., 3:] = (turn + tangent[..., 6:] * pose.orientation) / norm2
-    return np.ascontiguousarray(rows[:, :-1]).reshape(bound.size, 7 * (len(pose.position) - 1))
+    return contiguous(rows[:, :-1]).reshape(bound.size, 7 * (len(pose.position) - 1))
 
 
 def tangent_jacobian(bound: PrimitiveSet, pose: Pose) -> Array:
@@ -112,8 +113,8 @@ def tangent_jacobian(bound: PrimitiveSet, pose: Pose) -> Array:
     bodies = len(pose.position)
     body, entries = tangent_entries(bound, pose)
     places = ((bound.entry_row * bodies + body) * 7)[:, None] + np.arange(7)
-    total = np.bincount(places.ravel(), entries.ravel(), minlength=bound.size * bodies * 7)
-    return np.asarray(total, dtype=float).reshape(bound.size, bodies, 7)
+    total: Array = np.bincount(places.ravel(), entries.ravel(), minlength=bound.size * bodies * 7).astype(float)
+    return total.reshape(bound.size, bodies, 7)
 
 
 def tangent_entries(bound: PrimitiveSet, pose: Pose) -> tuple[Integers, Array]:
@@ -123,7 +124,7 @@ def tangent_entries(bound: PrimitiveSet, pose: Pose) -> tuple[Integers, Array]:
     gradient = bound.gradient_entries(pose.places(bound))
     local = bound.local[bound.entry_slot]
     in_body = (gradient[:, None, :] @ pose.rotation[body])[:, 0, :]
-    entries = np.empty((len(body), 7))
+    entries = np.empty((len(body), 7), like=one_of((gradient, local)))
     entries[:, :3] = bound.layout.entry_is_point * gradient
     entries[:, 3:6] = cross(local, in_body)
     entries[:, 6] = 2.0 * np.sum(local * in_body, axis=-1)

@@ -21,6 +21,7 @@ from mbproj.errors import SimulationError
 from mbproj.functions.program_set import ProgramSet
 from mbproj.functions.series import run
 from mbproj.functions.taylor import Series
+from mbproj.lanes import numbers
 from mbproj.model.forces import Forces, Laws
 from mbproj.thresholds import THRESHOLDS
 
@@ -94,7 +95,8 @@ def _along_sliding(laws: Laws, rate: Numbers, law: int) -> Numbers:
     own, across, direction = rate[..., law], rate[..., laws.partner[law]], laws.sliding[law]
     speed, back = np.hypot(own, across), direction[0] * own + direction[1] * across < 0.0
     part = np.where(back, -own, own) / np.where(speed > 0.0, speed, 1.0)
-    return np.asarray(np.where(speed > 0.0, part, direction[0]))
+    found: Numbers = np.where(speed > 0.0, part, direction[0])
+    return found
 
 
 def law_coordinates(instant: Instant) -> tuple[Numbers, Numbers]:
@@ -215,7 +217,7 @@ def given_components(instant: Instant, held: Array | None = None) -> Array:
     forces, variables, samples = instant.system.forces, instant.variables(), np.shape(instant.t)
     programs = forces.on_bodies.program.ravel().tolist()
     each = [np.broadcast_to(run(forces.programs, index, variables, held)[0], samples) for index in programs]
-    return np.moveaxis(np.array(each, dtype=float), 0, -1).reshape(*samples, len(programs) // 3, 3)
+    return np.moveaxis(numbers(each), 0, -1).reshape(*samples, len(programs) // 3, 3)
 
 
 def given_vectors(instant: Instant, held: Array | None = None) -> Array:

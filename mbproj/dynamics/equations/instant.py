@@ -18,6 +18,7 @@ from mbproj.functions.program import CHANNELS, TIME, Op
 from mbproj.functions.program_set import ProgramSet
 from mbproj.functions.series import Variables, failure, run, time_series
 from mbproj.functions.taylor import Series
+from mbproj.lanes import Lanes, one_of
 from mbproj.model.channels import ChannelKind
 from mbproj.model.system import System
 
@@ -53,7 +54,8 @@ class Instant:
     def channels(self) -> Numbers:
         """The values of all channels, (..., c)."""
         channels, bound = self.system.channels, self.system.coordinates
-        found = np.empty((*self.pose.position.shape[:-2], channels.size))
+        like = one_of((self.pose.position, bound.local, self.x))
+        found = np.empty((*self.pose.position.shape[:-2], channels.size), like=like)
         if not channels.is_state.all():
             value = bound.value(self.pose.places(bound))
             value = near(self.system, value, self.expected) if self.expected.shape[-1] else value
@@ -67,7 +69,8 @@ class Instant:
 
     def values(self, s: Numbers | float = 0.0, rate: Numbers | float = 0.0) -> list[Numbers]:
         """Return the variables of a program that acts along a coordinate s with this rate, (...) each."""
-        own = (np.broadcast_to(np.asarray(each, dtype=float), self.channels.shape[:-1]) for each in (self.t, s, rate))
+        given = (each if isinstance(each, Lanes) else np.asarray(each, dtype=float) for each in (self.t, s, rate))
+        own = (np.broadcast_to(each, self.channels.shape[:-1]) for each in given)
         return [*own, *self._each]
 
     @cached_property

@@ -118,9 +118,7 @@ def _rotated(matrices: Numbers, body: Integers, local: Array) -> Numbers:
     faster than a product of stacks."""
     if not local.any():
         return np.zeros((*matrices.shape[:-3], *local.shape), dtype=matrices.dtype, order="F")
-    first, second, third = (matrices[..., column][..., body, :] for column in range(3))
-    for each, along in ((first, local[:, 0, None]), (second, local[:, 1, None]), (third, local[:, 2, None])):
-        each *= along
+    first, second, third = (matrices[..., column][..., body, :] * local[:, column, None] for column in range(3))
     first += second
     first += third
     return first

@@ -9,6 +9,7 @@ from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.teeth import Teeth
 from mbproj.errors import SimulationError
 from mbproj.functions.series import failure, run, time_series
+from mbproj.lanes import one_of
 from mbproj.model.system import System
 
 
@@ -35,9 +36,11 @@ def drive_at(system: System, t: Numbers | float, teeth: Teeth | None = None) -> 
     Raises SimulationError that names the motion and the expression without a finite value or derivative there.
     """
     time, programs = time_series(np.asarray(t)), system.motions.programs
-    found = np.empty((3, *np.shape(t), system.driven))
-    for index in range(system.driven):
-        found[..., index] = run(programs, index, [time])
+    series = [run(programs, index, [time]) for index in range(system.driven)]
+    found = np.empty((3, *np.shape(t), system.driven), like=one_of(each for own in series for each in own))
+    for index, own in enumerate(series):
+        for order, each in enumerate(own):
+            found[order, ..., index] = each
     if not np.isfinite(found).all():
         raise _not_finite(system, np.asarray(t), np.all(np.isfinite(found), axis=0))
     value, rate, acceleration = found

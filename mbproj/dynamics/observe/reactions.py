@@ -10,6 +10,7 @@ from mbproj.arrays import Array, Numbers, cross, dot
 from mbproj.dynamics.equations.forces import given_components, in_global_axes
 from mbproj.dynamics.equations.instant import Instant
 from mbproj.dynamics.equations.kinematics import Pose, attached, attached_velocity, body_rates
+from mbproj.lanes import one_of
 from mbproj.model.system import System
 
 
@@ -24,7 +25,8 @@ def reactions(system: System, pose: Pose, multipliers: Array) -> tuple[Numbers, 
     places = attached(pose, system.reaction_body, system.reaction_local, np.ones(len(system.reaction_body)))
     arm = x[..., slots, :] - is_point * places[..., joint, :]
     first = np.flatnonzero(np.diff(joint, prepend=-1))
-    force, torque = np.zeros((2, *pull.shape[:-2], len(system.reaction_body), 3), dtype=pull.dtype)
+    shape = *pull.shape[:-2], len(system.reaction_body), 3
+    force, torque = (np.zeros(shape, dtype=pull.dtype, like=one_of((pull, arm))) for _ in range(2))
     force[..., joint[first], :] = np.add.reduceat(is_point * pull, first, axis=-2)
     torque[..., joint[first], :] = np.add.reduceat(cross(arm, pull), first, axis=-2)
     return force, torque
@@ -39,4 +41,4 @@ def applied_seen(instant: Instant) -> Mapping[str, Numbers]:
     rates = body_rates(pose, instant.twist)[..., given.body, :]
     omega = (pose.rotation[..., given.body, :, :] @ rates[..., None])[..., 0]
     power = dot(vectors, np.where(given.is_torque[:, None], omega, velocity))
-    return {"forces/applied": vectors, "forces/applied_power": np.asarray(power)}
+    return {"forces/applied": vectors, "forces/applied_power": power}

@@ -43,6 +43,7 @@ from mbproj.dynamics.observe.samples import Samples, join, keep_freed_memory
 from mbproj.dynamics.observe.tensions import on_paths
 from mbproj.dynamics.observe.tooth_forces import on_bearings
 from mbproj.dynamics.observe.total_energy import AtStart, account, potential
+from mbproj.lanes import contiguous, first_axis_innermost
 from mbproj.model.euler_parameters import product, rotation_matrix
 from mbproj.model.system import System
 
@@ -82,7 +83,7 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
     def __getitem__(self, path: str) -> npt.NDArray[Any]:
         if path not in self._found:
             with may_overflow():
-                self._found[path] = np.ascontiguousarray(self._computed(path)[: len(self.samples.t)])
+                self._found[path] = contiguous(self._computed(path)[: len(self.samples.t)])
         return self._found[path]
 
     def __iter__(self) -> Iterator[str]:
@@ -105,16 +106,16 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
 
     @cached_property
     def pose(self) -> Pose:
-        return pose_of(np.asfortranarray(self._seen.q))
+        return pose_of(first_axis_innermost(self._seen.q))
 
     @cached_property
     def twist(self) -> Twist:
-        return twist_of(self.pose, np.asfortranarray(self._seen.v))
+        return twist_of(self.pose, first_axis_innermost(self._seen.v))
 
     @cached_property
     def change(self) -> Twist:
         """The accelerations, as a `Twist` that holds q'' in place of q'."""
-        return twist_of(self.pose, np.asfortranarray(self._seen.acceleration))
+        return twist_of(self.pose, first_axis_innermost(self._seen.acceleration))
 
     @cached_property
     def contacts(self) -> ContactsSeen:
@@ -292,9 +293,8 @@ QUANTITIES: Mapping[str, Callable[[Observation], npt.NDArray[Any]]] = MappingPro
 
 
 def _largest_by_joint(system: System, rows: Numbers) -> Numbers:
-    """Return the largest of each joint's rows, which are consecutive, from (..., m) to (..., nj); 0 for a joint without
-    rows."""
-    largest = np.zeros((*rows.shape[:-1], len(system.names.joints)))
+    """Return the largest of each joint's consecutive rows, (..., m) to (..., nj); 0 for a joint without rows."""
+    largest = np.zeros((*rows.shape[:-1], len(system.names.joints)), like=rows)
     owner, first = np.unique(system.joints.owner, return_index=True)
     largest[..., owner] = np.maximum.reduceat(rows, first, axis=-1)
     return largest

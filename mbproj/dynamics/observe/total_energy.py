@@ -48,7 +48,8 @@ def total_energy(system: System, state: State) -> float:
     found = kinetic_energy(system, at.pose, at.twist)
     found = found + potential(at, law_state(at))
     own = 0.0 if system.stops is None else stored_energy(system.stops, gaps(system.stops, at.pose, state.turns))
-    return float(found + own)
+    total: float = (found + own).item()
+    return total
 
 
 def potential(instant: Instant, laws: LawState) -> Numbers:

@@ -17,6 +17,7 @@ from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.constraint_equations import tangent_entries
 from mbproj.dynamics.equations.kinematics import Pose
+from mbproj.lanes import numbers
 from mbproj.model.system import System
 
 
@@ -82,7 +83,7 @@ def component_rows(system: System, pose: Pose, components: list[Component]) -> l
 def _entries(system: System, pose: Pose) -> tuple[Integers, Integers, Array]:
     """Return row, body and ∂/∂(δr / length, δθ) (e, 6) of the entries of all rows, rows in metres over the length."""
     body, values = tangent_entries(system.rows, pose)
-    scaled = values[:, :6] * ([system.length] * 3 + [1.0] * 3)
+    scaled = values[:, :6] * numbers([system.length] * 3 + [1.0] * 3)
     scaled /= np.where(system.rows.is_length, system.length, 1.0)[system.rows.entry_row, None]
     return system.rows.entry_row, body, scaled
 

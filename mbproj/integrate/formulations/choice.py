@@ -4,6 +4,7 @@ NumPy."""
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -61,13 +62,13 @@ class Choice:
             return None
 
 
-def choose(system: System, state: State, settings: Settings) -> Choice:
+def choose(system: System, state: State, settings: Settings, kernel: Any = None) -> Choice:
     """Return the formulation for a run from `state`.
 
     Raises InputError where the requested one is not available, or the equations have no unique solution at the start.
     It is raised, too, where a motion jumps or goes beyond a rigid stop, and for a kinematic run with degrees of
-    freedom."""
-    found = _formulation(system, state, settings)
+    freedom. `kernel` makes the models; None: the compiled core."""
+    found = _formulation(system, state, settings, kernel)
     return replace(found, kinematic=decided(_undecided(system, state, found), settings))
 
 
@@ -80,7 +81,7 @@ def _undecided(system: System, state: State, found: Choice) -> int:
     return mobility(system, pose_of(state.q)).positions
 
 
-def _formulation(system: System, state: State, settings: Settings) -> Choice:
+def _formulation(system: System, state: State, settings: Settings, kernel: Any) -> Choice:
     """Return the choice without the decision on a kinematic run."""
     refuse_jumps(system, state.t, state.t + (settings.duration or 0.0))
     refuse_driven_beyond(system, state.t, state.t + (settings.duration or 0.0))
@@ -98,10 +99,10 @@ def _formulation(system: System, state: State, settings: Settings) -> Choice:
         if asked == "planar":
             raise InputError(Problem(f"the scene is not planar: {plane.reason}", key=("simulation", "formulation")))
         why = f"not planar: {plane.reason}" if plane.reason else "as asked for"
-        return _solvable(Reduced(core(), system), system, state, settings, why)
+        return _solvable(Reduced(kernel or core(), system), system, state, settings, why)
     normal = ", ".join(f"{component + 0.0:.3g}" for component in plane.axes[:, 2])
     why = f"the joints keep every body in the plane normal to [{normal}]"
-    return _solvable(InPlane(core(), system, plane), system, state, settings, why)
+    return _solvable(InPlane(kernel or core(), system, plane), system, state, settings, why)
 
 
 def _plane(system: System, state: State) -> Plane | NotPlanar:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
-from types import ModuleType
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar
 
 import numpy as np
@@ -36,6 +35,7 @@ from mbproj.integrate.outcome.failures import (
 )
 from mbproj.integrate.steppers.methods import tableau_of
 from mbproj.integrate.steppers.stages import branch_untold
+from mbproj.lanes import Each, OfLanes, contiguous
 from mbproj.model.layout import Layout
 from mbproj.model.system import System
 from mbproj.registry import PROJECTIONS
@@ -51,12 +51,17 @@ class Compiled(ABC):
     name: ClassVar[str]
     dimension: ClassVar[str]
 
-    def __init__(self, core: ModuleType | None, system: System, layout: Layout, joints: list[int], model: Any) -> None:
-        assert core is not None
-        self.core, self.system, self.layout, self.model = core, system, layout, model
-        self._joints = joints
+    def __init__(self, core: Any, system: System, layout: Layout, joints: list[int], model: Callable[[], Any]) -> None:
+        self.core, self.system, self.layout, self.model = core, system, layout, model()
+        self._another, self._joints = model, joints
         #: The projection for which the model's usual rows were found: a penalty has more rows.
         self.settled = ProjectionSettings()
+
+    def hold(self, rows: Any) -> None:
+        """Set the rows that the model holds at most poses. Where they are of several cases, each has its own model."""
+        is_first = isinstance(rows, Each) and not isinstance(self.model, Each)
+        self.model = Each([self._another() for _ in rows.items]) if is_first else self.model
+        self.model.rows = rows
 
     @property
     @abstractmethod
@@ -149,7 +154,8 @@ class Compiled(ABC):
             projection = self.settled
         mass = self.core.Correction.mass
         settings = self.core.Projection(mass) if projection is None else self.projection(projection)
-        return getattr(self.core, f"{self.dimension}Equations")(self.model, settings)
+        found = getattr(self.core, f"{self.dimension}Equations")(self.model, settings)
+        return self.core.of_all(found) if isinstance(self.core, OfLanes) else found
 
     def owner(self, number: int) -> str | None:
         """Return the owner of one of the kernel's joints, for messages: "joint 'A'", "motion 'm'"."""
@@ -174,7 +180,7 @@ class Compiled(ABC):
 
     def responses(self, state: State, laws: Integers) -> Array | None:
         """Return W of `mbproj.dynamics.fast_modes` for these laws, (e, e); None where it is not unique."""
-        y = np.ascontiguousarray(self.state(state.q, state.v))
+        y = contiguous(self.state(state.q, state.v))
         found: Array | None = self.equations().responses(y, laws.tolist(), state.t)
         return found
 
@@ -186,7 +192,7 @@ class Compiled(ABC):
     def run(self, state: State, settings: Settings, leg: Leg | None = None) -> Any:
         """Return the kernel's run from a state, or a leg of one."""
         kind = getattr(self.core, f"{self.dimension}Run")
-        turns = np.ascontiguousarray(self.turns(state.turns), dtype=np.int64)
+        turns = contiguous(self.turns(state.turns), dtype=np.int64)
         run = kind(
             self.model,
             kernel_tableau(self.core, tableau_of(settings.integrator), kinematic=settings.kinematic is True),

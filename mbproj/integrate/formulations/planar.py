@@ -18,6 +18,7 @@ from mbproj.integrate.formulations.compiled import Compiled
 from mbproj.integrate.formulations.reduced import Reduced, space_state
 from mbproj.integrate.formulations.redundant_rows import count_redundant
 from mbproj.kernel.models import joints_with_rows, plane_model, plane_row_scale, plane_rows
+from mbproj.lanes import contiguous, numbers
 from mbproj.model.planar import Plane
 from mbproj.model.system import System, layout_in_bodies
 
@@ -30,10 +31,11 @@ class InPlane(Compiled):
     dimension = "Plane"
 
     def __init__(self, core: ModuleType | None, system: System, plane: Plane) -> None:
-        of_a_body = np.array([system.length, system.length, 1.0] * 2)
+        of_a_body = numbers([system.length, system.length, 1.0] * 2)
         layout = layout_in_bodies(system, of_a_body, plane.coordinates.size)
-        model = plane_model(core, system, plane, layout) if core else None
-        super().__init__(core, system, layout, joints_with_rows(plane.joints.owner), model)
+        assert core is not None
+        joints = joints_with_rows(plane.joints.owner)
+        super().__init__(core, system, layout, joints, lambda: plane_model(core, system, plane, layout))
         self.plane = plane
         self._rows = plane_rows(plane)
         self._space: Any = None
@@ -58,7 +60,7 @@ class InPlane(Compiled):
         return turns[self.plane.coordinates.source.source]
 
     def of_all(self, kept: Array) -> Array:
-        found = np.zeros((*kept.shape[:-1], self.system.coordinates.size))
+        found = np.zeros((*kept.shape[:-1], self.system.coordinates.size), like=kept)
         found[..., self.plane.coordinates.source.source] = kept
         return found
 
@@ -92,7 +94,7 @@ class InPlane(Compiled):
         if self._space is None:
             self._space = self._equations_in_space(samples.state(0))
         found: Array = self._space.smallest_multipliers(
-            np.ascontiguousarray(space_state(q, v)), times, np.hstack([reference, x]), forces
+            contiguous(space_state(q, v)), times, np.hstack([reference, x]), forces
         )
         for at in np.flatnonzero(np.isnan(found).any(axis=1)).tolist():
             own = None if forces is None else forces[at]

@@ -12,6 +12,7 @@ from mbproj.dynamics.observe.samples import Samples
 from mbproj.dynamics.symmetries import rigid_fields
 from mbproj.integrate.formulations.compiled import Compiled
 from mbproj.kernel.models import joints_with_rows, space_model
+from mbproj.lanes import contiguous, numbers
 from mbproj.model.euler_parameters import matrix_L
 from mbproj.model.system import System, layout_in_bodies
 
@@ -24,10 +25,11 @@ class Reduced(Compiled):
     dimension = "Space"
 
     def __init__(self, core: ModuleType | None, system: System) -> None:
-        of_a_body = np.array([system.length] * 3 + [1.0] * 4 + [system.length] * 3 + [1.0] * 3)
+        of_a_body = numbers([system.length] * 3 + [1.0] * 4 + [system.length] * 3 + [1.0] * 3)
         layout = layout_in_bodies(system, of_a_body, system.coordinates.size)
-        model = space_model(core, system, layout) if core else None
-        super().__init__(core, system, layout, joints_with_rows(system.joints.owner), model)
+        assert core is not None
+        joints = joints_with_rows(system.joints.owner)
+        super().__init__(core, system, layout, joints, lambda: space_model(core, system, layout))
 
     @property
     def degrees_of_freedom(self) -> int:
@@ -50,7 +52,7 @@ class Reduced(Compiled):
         """Return λ of all rows; the smallest where redundant rows leave reactions undetermined."""
         if not self.model.rows.redundant:
             return samples.carried
-        bodies = np.ascontiguousarray(space_state(samples.q, samples.v))
+        bodies = contiguous(space_state(samples.q, samples.v))
         found: Array = self.equations().spread(bodies, samples.t, samples.carried)
         return found
 

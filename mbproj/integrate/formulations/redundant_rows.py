@@ -15,6 +15,7 @@ import numpy as np
 from mbproj.arrays import Array, may_overflow
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.integrate.formulations.compiled import Compiled
+from mbproj.lanes import numbers
 from mbproj.scene.records import ProjectionSettings
 from mbproj.thresholds import THRESHOLDS
 
@@ -30,7 +31,7 @@ def settle_rows(compiled: Compiled, state: State, projection: ProjectionSettings
     if first is None:
         return None
     count = compiled.model.rows.redundant
-    compiled.model.rows = _usual(compiled, state, count, first)
+    compiled.hold(_usual(compiled, state, count, first))
     return count
 
 
@@ -44,7 +45,7 @@ def count_redundant(compiled: Compiled, state: State) -> int | None:
 def _left_out(compiled: Compiled, state: State) -> list[int] | None:
     """Count the redundant rows as `count_redundant` does, and return the numbers of those left out at `state`, or
     None."""
-    compiled.model.rows = compiled.core.UsualRows()
+    compiled.hold(compiled.core.UsualRows())
     y, equations = compiled.state(state.q, state.v), compiled.equations()
     for threshold in (
         THRESHOLDS.half_digits,
@@ -52,11 +53,11 @@ def _left_out(compiled: Compiled, state: State) -> list[int] | None:
         THRESHOLDS.rounding,
     ):
         count = int(equations.dependent_rows(y, state.t, threshold))
-        compiled.model.rows = compiled.core.UsualRows(count)
+        compiled.hold(compiled.core.UsualRows(count))
         first = compiled.equations().left_out(y, state.t) if count else []
         if count == 0 or _stay_closed(compiled, state, first):
             return first
-    compiled.model.rows = compiled.core.UsualRows()
+    compiled.hold(compiled.core.UsualRows())
     return None
 
 
@@ -68,10 +69,10 @@ def _usual(compiled: Compiled, state: State, count: int, first: list[int]) -> An
     and the least pivots over the walk are the usual ones."""
     y, equations = compiled.state(state.q, state.v), compiled.equations()
     at_start, even_there = equations.pivots(y, state.t, first)
-    if count == 0 and min(at_start, default=1.0) >= THRESHOLDS.near_branch:
+    if count == 0 and numbers(at_start).min(initial=np.inf) >= THRESHOLDS.near_branch:
         return compiled.core.UsualRows()
     if even_there > 0.0:  # small where lengths differ: beside 1, rows would seem dependent at every pose
-        compiled.model.rows = compiled.core.UsualRows(count, [], [], even_there)
+        compiled.hold(compiled.core.UsualRows(count, [], [], even_there))
         equations = compiled.equations()
     length = max(THRESHOLDS.fewest_walked, THRESHOLDS.walked_bodies // compiled.system.bodies)
     is_short = length < THRESHOLDS.most_walked
@@ -81,16 +82,16 @@ def _usual(compiled: Compiled, state: State, count: int, first: list[int]) -> An
         poses = list(_walk(compiled, equations, state, THRESHOLDS.most_walked))
         choices = sorted({tuple(equations.left_out(*pose)) for pose in poses})
     found = [[equations.pivots(*pose, list(rows)) for pose in poses] for rows in choices]
-    even = np.array([[each[1] for each in of_rows] for of_rows in found])
+    even = numbers([[each[1] for each in of_rows] for of_rows in found])
     worst = np.quantile(even, THRESHOLDS.seldom, axis=1)
     best = int(np.argmax(worst >= THRESHOLDS.serve_alike * worst.max()))
     # A walk may enter a branch on which every pose is singular: these tell nothing.
     regular = [each for each in found[best] if each[1] > 0.0]
-    pivots = np.array([each[0] for each in regular])
+    pivots = numbers([each[0] for each in regular])
     if not regular or (count == 0 and np.median(pivots.min(axis=1)) >= THRESHOLDS.near_branch):
         return compiled.core.UsualRows(count)
     usual = pivots.min(axis=0) if is_short else np.median(pivots, axis=0)
-    usual_even = float(np.median([each[1] for each in regular]))
+    usual_even = np.median(numbers([each[1] for each in regular])).item()
     return compiled.core.UsualRows(count, list(choices[best]), usual.tolist(), usual_even)
 
 
@@ -100,7 +101,7 @@ def _walk(
     """The poses of a walk of this length with closed joints, as states and times. It roughly keeps its direction from
     the start, and turns back where it ends. The rows `left_out` are not held; without them, the worst of each pose."""
     system, rng = compiled.system, np.random.default_rng(0)
-    weights = np.tile([system.length] * 3 + [1.0] * 4, system.bodies)
+    weights = np.tile(numbers([system.length] * 3 + [1.0] * 4), system.bodies)
     t, q, v, rate, seconds = state.t, state.q, state.v, 1.0, 0.0
     for _ in range(length):
         push = v + 0.5 * rate * weights * rng.normal(size=len(v))
@@ -111,7 +112,7 @@ def _walk(
         t += seconds
         y, q, v = found
         yield y, t
-        rate = float(np.abs(v / weights).max())
+        rate = np.abs(v / weights).max().item()
         if rate < THRESHOLDS.dependent:
             return  # no motion is possible
         seconds = THRESHOLDS.long_way / rate
@@ -140,13 +141,13 @@ def _stays_closed(
     compiled: Compiled, equations: Any, left_out: list[int], state: State, rng: np.random.Generator
 ) -> bool:
     system = compiled.system
-    weights = np.tile([system.length] * 3 + [1.0] * 4, system.bodies)
+    weights = np.tile(numbers([system.length] * 3 + [1.0] * 4), system.bodies)
     push = state.v + weights * rng.normal(size=len(weights))
     moving = _corrected(compiled, equations, state.t, state.q, push, left_out)
     if moving is None:
         return False
     _, q, v = moving
-    rate = float(np.abs(v / weights).max())
+    rate = np.abs(v / weights).max().item()
     if rate < THRESHOLDS.dependent:
         return True  # no motion is possible
     seconds = THRESHOLDS.short_way / rate

@@ -8,6 +8,7 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.errors import InputError, Problem
+from mbproj.lanes import numbers
 from mbproj.model.bushings import Bushings
 from mbproj.model.compile.frames import Pose
 from mbproj.model.compile.rigid_groups import Seat
@@ -29,11 +30,11 @@ def compile_bushings(
             )
     return Bushings(
         body=body.reshape(-1, 2),
-        origin=np.array([[origin for origin, _ in pair] for pair in frames]).reshape(-1, 2, 3),
-        turn=np.array([[turn for _, turn in pair] for pair in frames]).reshape(-1, 2, 4),
+        origin=numbers([[origin for origin, _ in pair] for pair in frames]).reshape(-1, 2, 3),
+        turn=numbers([[turn for _, turn in pair] for pair in frames]).reshape(-1, 2, 4),
         stiffness=_blocks([bushing.stiffness for bushing in bushings]),
         damping=_blocks([bushing.damping for bushing in bushings]),
-        preload=np.array([bushing.preload for bushing in bushings]).reshape(-1, 6),
+        preload=numbers([bushing.preload for bushing in bushings]).reshape(-1, 6),
     )
 
 
@@ -44,8 +45,8 @@ def _frame(
     from frame to carrier."""
     name = bushing.bodies[side]
     position, rotation = poses[name]
-    point = np.array((bushing.points.first, bushing.points.second)[side])
-    axes = np.array(to_matrix((bushing.axes.first, bushing.axes.second)[side]))
+    point = numbers((bushing.points.first, bushing.points.second)[side])
+    axes = numbers(to_matrix((bushing.axes.first, bushing.axes.second)[side]))
     origin = point if bushing.points.local else rotation.T @ (point - position)
     turn = axes if bushing.axes.local else rotation.T @ axes
     return seats[name].point(origin), from_matrix((seats[name].turn @ turn).tolist())
@@ -53,7 +54,7 @@ def _frame(
 
 def _blocks(pairs: Sequence[tuple[Matrix, Matrix]]) -> Array:
     """Return block-diagonal matrices (B, 6, 6) from pairs of blocks (3, 3), translation and rotation."""
-    found = np.zeros((len(pairs), 6, 6))
-    for matrix, (translation, rotation) in zip(found, pairs, strict=True):
-        matrix[:3, :3], matrix[3:, 3:] = translation, rotation
+    blocks = numbers(pairs).reshape(-1, 2, 3, 3)
+    found = np.zeros((len(pairs), 6, 6), like=blocks)
+    found[:, :3, :3], found[:, 3:, 3:] = blocks[:, 0], blocks[:, 1]
     return found

@@ -8,6 +8,7 @@ import numpy as np
 
 from mbproj.arrays import Array, cross
 from mbproj.joints import JOINTS
+from mbproj.lanes import like_others, numbers
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.scene.records import GROUND, Joint, Pair, Scene
 from mbproj.thresholds import THRESHOLDS
@@ -29,7 +30,7 @@ def local_frames(joints: Sequence[Joint], poses: Mapping[str, Pose]) -> Array:
         return np.zeros((0, len(SYMBOLS), 3))
     number = {name: at for at, name in enumerate(poses)}
     bodies = np.array([[number[name] for name in joint.bodies] for joint in joints])
-    position, rotation = (np.array(part)[bodies] for part in zip(*poses.values(), strict=True))
+    position, rotation = (numbers(part)[bodies] for part in zip(*poses.values(), strict=True))
     p = _global([joint.points for joint in joints], position, rotation)
     z = _global([joint.axes or _NO_AXIS for joint in joints], np.zeros_like(position), rotation)
     z = z / _length(z)
@@ -42,8 +43,8 @@ def local_frames(joints: Sequence[Joint], poses: Mapping[str, Pose]) -> Array:
     for at, joint in enumerate(joints):
         if joint.frames is not None:
             pair = (joint.frames.first, joint.frames.second)
-            turned = np.array(
-                [pose @ rotation_matrix(np.array(own)) for pose, own in zip(rotation[at], pair, strict=True)]
+            turned = numbers(
+                [pose @ rotation_matrix(numbers(own)) for pose, own in zip(rotation[at], pair, strict=True)]
             )
             x[at], z[at] = turned[:, :, 0], turned[:, :, 2]
     given = np.array([joint.x_axis is not None for joint in joints])
@@ -62,19 +63,19 @@ def local_frames(joints: Sequence[Joint], poses: Mapping[str, Pose]) -> Array:
 
 def poses_of(scene: Scene) -> dict[str, Pose]:
     """Return the pose of each body in the scene, and of the ground."""
-    rotation = rotation_matrix(np.array([body.orientation for body in scene.bodies]).reshape(-1, 4))
-    poses = {body.name: (np.array(body.position), turn) for body, turn in zip(scene.bodies, rotation, strict=True)}
+    rotation = rotation_matrix(numbers([body.orientation for body in scene.bodies]).reshape(-1, 4))
+    poses = {body.name: (numbers(body.position), turn) for body, turn in zip(scene.bodies, rotation, strict=True)}
     return poses | {GROUND: (np.zeros(3), np.eye(3))}
 
 
 def pose(position: tuple[float, ...], orientation: tuple[float, ...]) -> Pose:
     """A body's pose from its position (3,) and unit Euler parameters (4,)."""
-    return np.array(position), rotation_matrix(np.array(orientation))
+    return numbers(position), rotation_matrix(numbers(orientation))
 
 
 def _global(pairs: Sequence[Pair], position: Array, rotation: Array) -> Array:
     """Return pairs of points or vectors in global axes, (k, 2, 3)."""
-    given = np.array([(pair.first, pair.second) for pair in pairs], dtype=float)
+    given = like_others(numbers([(pair.first, pair.second) for pair in pairs]), position, rotation)
     local = np.array([pair.local for pair in pairs])
     if local.any():
         given[local] = position[local] + (rotation[local] @ given[local][..., None])[..., 0]
@@ -97,7 +98,8 @@ def _any_normal(axis: Array) -> Array:
     """Unit vectors normal to axes (..., 3): the normal parts of the coordinate axes that are farthest from them."""
     farthest = np.eye(3)[np.argmin(np.abs(axis), axis=-1)]
     part = farthest - np.sum(farthest * axis, axis=-1, keepdims=True) * axis
-    return np.asarray(part / _length(part))
+    found: Array = part / _length(part)
+    return found
 
 
 def _turned(vector: Array, start: Array, end: Array) -> Array:

@@ -6,6 +6,7 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
+from mbproj.lanes import numbers
 from mbproj.model.compile.rigid_groups import rigid_groups
 from mbproj.model.euler_parameters import matrix_L, product, rotation_matrix
 from mbproj.model.system import Conditions, System
@@ -27,16 +28,16 @@ def initial_guess(scene: Scene, system: System) -> Guess:
 
     Λ' = ½ Lᵀ ω (Eq. 16). A body with a pose at the start carries the other bodies of its rigid group along."""
     carriers = rigid_groups(scene).carriers
-    position = np.array([carrier.position for carrier in carriers])
-    orientation = np.array([carrier.orientation for carrier in carriers])
-    velocity = np.array([carrier.velocity for carrier in carriers])
+    position = numbers([carrier.position for carrier in carriers])
+    orientation = numbers([carrier.orientation for carrier in carriers])
+    velocity = numbers([carrier.velocity for carrier in carriers])
     for body, (carrier, offset, turn) in zip(
         scene.bodies, zip(system.body_carrier, system.body_offset, system.body_turn, strict=True), strict=True
     ):
         if body.start is not None and carrier < system.bodies:
-            orientation[carrier] = product(np.array(body.start[1]), turn * [1.0, -1.0, -1.0, -1.0])
+            orientation[carrier] = product(numbers(body.start[1]), turn * [1.0, -1.0, -1.0, -1.0])
             position[carrier] = body.start[0] - rotation_matrix(orientation[carrier]) @ offset
-    omega = np.array([carrier.angular_velocity for carrier in carriers])
+    omega = numbers([carrier.angular_velocity for carrier in carriers])
     rate = 0.5 * np.einsum("nij,ni->nj", matrix_L(orientation), omega)
     return Guess(
         q=np.hstack([position, orientation]).ravel(),
@@ -54,4 +55,4 @@ def _conditions(scene: Scene, system: System, kind: str) -> Conditions:
     }
     index = [index for index, name in enumerate(system.names.coordinates) if name in wanted]
     value = [wanted[system.names.coordinates[i]] for i in index]
-    return Conditions(np.array(index, dtype=np.intp), np.array(value, dtype=float))
+    return Conditions(np.array(index, dtype=np.intp), numbers(value))

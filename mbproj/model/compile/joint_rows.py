@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
 from mbproj.arrays import Array
 from mbproj.constraints import PRIMITIVES, Primitive
 from mbproj.constraints.coupling import Coupling
@@ -17,6 +15,7 @@ from mbproj.constraints.rope import Rope
 from mbproj.errors import InputError, Place, Problem, placed_at
 from mbproj.joints import JOINTS
 from mbproj.joints.joint_type import Row
+from mbproj.lanes import numbers
 from mbproj.model.compile.coupled import bound, on_curve, rolling, two_curves
 from mbproj.model.compile.rigid_groups import RigidGroups
 from mbproj.model.euler_parameters import rotation_matrix
@@ -109,7 +108,8 @@ def _offset(
         return 0.0
     name = kept[number]
     if name is not None and name in joint.parameters:
-        return float(joint.parameters[name])
+        given: float = joint.parameters[name]
+        return given
     value = _value(primitive, slots, groups)
     if name is not None and value == 0.0:
         what = f"joint '{joint.name}' keeps a distance, and its two points are one at the scene's pose"
@@ -140,7 +140,8 @@ def _value(primitive: Primitive, slots: Sequence[tuple[int, int, Array]], groups
         _global(body, local, kind == "point", groups)
         for (body, _, local), kind in zip(slots, primitive.slots, strict=True)
     ]
-    return float(primitive.value(np.array([points]))[0, 0])
+    value: float = primitive.value(numbers([points]))[0, 0].item()
+    return value
 
 
 def _global(body: int, local: Array, is_point: bool, groups: RigidGroups) -> Array:

@@ -14,6 +14,7 @@ from mbproj.elements.element import Element, End, Place
 from mbproj.errors import InputError, Problem
 from mbproj.functions.program import Program
 from mbproj.functions.program_set import flatten
+from mbproj.lanes import numbers
 from mbproj.model.bushings import COORDINATES
 from mbproj.model.compile.bushings import compile_bushings
 from mbproj.model.compile.frames import Pose
@@ -106,9 +107,9 @@ def _laws(entries: Sequence[_Entry], met: _Programs) -> Laws:
     return Laws(
         coordinates=bind([Binding(entry.along.primitive, at, entry.along.slots) for at, entry in enumerate(entries)]),
         joint_coordinate=np.array([entry.coordinate for entry in entries], dtype=np.intp),
-        stiffness=np.array([law.stiffness for law in laws], dtype=float),
-        damping=np.array([law.damping for law in laws], dtype=float),
-        free=np.array([law.free or 0.0 for law in laws], dtype=float),
+        stiffness=numbers([law.stiffness for law in laws]),
+        damping=numbers([law.damping for law in laws]),
+        free=numbers([law.free or 0.0 for law in laws]),
         program=np.array([met.number(entry.program, entry.force) for entry in entries], dtype=np.intp),
         loses=np.array([entry.friction is not None for entry in entries], dtype=bool),
         bearing=np.array([-1 if each.friction is None else each.friction.bearing for each in entries], dtype=np.intp),
@@ -125,10 +126,10 @@ def _on_bodies(
     programs = [[met.number(component, force.name) for component in force.components] for force in forces]
     return BodyForces(
         body=np.array([seats[force.body].carrier for force in forces], dtype=np.intp),
-        point=np.array([_point(force, seats, poses) for force in forces], dtype=float).reshape(-1, 3),
+        point=numbers([_point(force, seats, poses) for force in forces]).reshape(-1, 3),
         is_torque=np.array([force.torque for force in forces], dtype=bool),
         in_body=np.array([force.body_axes for force in forces], dtype=bool),
-        turn=np.array(turns, dtype=float).reshape(-1, 3, 3),
+        turn=numbers(turns).reshape(-1, 3, 3),
         program=np.array(programs, dtype=np.intp).reshape(-1, 3),
     )
 
@@ -140,11 +141,11 @@ def _between_points(scene: Scene, force: PointForce, seats: Mapping[str, Seat], 
         position, rotation = poses[name]
         ends.append(position + rotation @ local)
         slots.append((seats[name].carrier, side, seats[name].point(local)))
-    length, place = float(np.linalg.norm(ends[1] - ends[0])), scene.place("forces", force.name)
+    length, place = np.linalg.norm(ends[1] - ends[0]).item(), scene.place("forces", force.name)
     if slots[0][0] == slots[1][0]:
         what = f"force '{force.name}' acts between two points of one rigid body"
         raise InputError(Problem(what, place, "fixed joints have made its bodies one"))
-    if length <= THRESHOLDS.nothing * (1.0 + np.abs(ends).max()):
+    if length <= THRESHOLDS.nothing * (1.0 + np.abs(np.stack(ends)).max()):
         what = f"force '{force.name}' has no direction: its two points are one at the scene's pose"
         raise InputError(Problem(what, place, "move one of its points"))
     law = force.law
@@ -158,7 +159,7 @@ def local_ends(force: PointForce, poses: Mapping[str, Pose]) -> list[Array]:
     found = []
     for name, point in zip(force.bodies, (force.points.first, force.points.second), strict=True):
         position, rotation = poses[name]
-        found.append(np.array(point) if force.points.local else rotation.T @ (np.array(point) - position))
+        found.append(numbers(point) if force.points.local else rotation.T @ (numbers(point) - position))
     return found
 
 
@@ -223,5 +224,5 @@ def _point(force: BodyForce, seats: Mapping[str, Seat], poses: Mapping[str, Pose
     if force.location is None:
         return seats[force.body].offset
     position, rotation = poses[force.body]
-    location = np.array(force.location)
+    location = numbers(force.location)
     return seats[force.body].point(location if force.local else rotation.T @ (location - position))

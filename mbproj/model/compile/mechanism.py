@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from importlib import import_module
@@ -14,6 +13,7 @@ from mbproj.constraints import PRIMITIVES
 from mbproj.elements import Element, Row, State
 from mbproj.errors import InputError, Problem
 from mbproj.joints import JOINTS
+from mbproj.lanes import numbers
 from mbproj.model.compile.coupled import toothed, touching_of
 from mbproj.model.compile.elements import with_elements
 from mbproj.model.compile.elements.controllers import held_by_controllers
@@ -122,20 +122,20 @@ def _without_elements(scene: Scene) -> tuple[System, list[Element]]:
             touching=touching_names,
             friction_units=() if frictions is None else frictions.coordinates.units,
         ),
-        mass=np.array([carrier.mass for carrier in groups.carriers]),
-        inertia=np.array([carrier.inertia for carrier in groups.carriers]),
-        gravity=np.array(scene.gravity),
+        mass=numbers([carrier.mass for carrier in groups.carriers]),
+        inertia=numbers([carrier.inertia for carrier in groups.carriers]),
+        gravity=numbers(scene.gravity),
         joints=bind(rows),
         coordinates=bind(coordinates),
         couplings=replace(compile_couplings(rows, coordinates), teeth=toothed(scene, groups.joints, coordinate_names)),
         alignment=bind(alignment),
         body_carrier=np.array([seat.carrier for seat in bodies], dtype=np.intp),
-        body_offset=np.array([seat.offset for seat in bodies]),
-        body_turn=np.array([from_matrix(seat.turn.tolist()) for seat in bodies]),
+        body_offset=numbers([seat.offset for seat in bodies]),
+        body_turn=numbers([from_matrix(seat.turn.tolist()) for seat in bodies]),
         marker_body=np.array([groups.seats[marker.body].carrier for marker in scene.markers], dtype=np.intp),
-        marker_local=np.array([_marker_local(marker, poses, groups) for marker in scene.markers]).reshape(-1, 3),
+        marker_local=numbers([_marker_local(marker, poses, groups) for marker in scene.markers]).reshape(-1, 3),
         reaction_body=np.array([body for body, _, _ in reactions], dtype=np.intp),
-        reaction_local=np.array([local for _, _, local in reactions]).reshape(-1, 3),
+        reaction_local=numbers([local for _, _, local in reactions]).reshape(-1, 3),
         length=_length(groups, symbols.values()),
         body_places=tuple(scene.place("bodies", carrier.name) for carrier in groups.carriers),
         joint_places=tuple(scene.place("joints", joint.name) for joint in groups.joints),
@@ -190,10 +190,11 @@ def _seated(joints: Sequence[Joint], frames: Array, groups: RigidGroups) -> Arra
     """Return the frames (joints, 8, 3) of joints, turned from the axes of bodies to those of their carriers."""
     number = {name: at for at, name in enumerate(groups.seats)}
     bodies = np.array([[number[name] for name in joint.bodies] for joint in joints], dtype=np.intp).reshape(-1, 2)
-    turn = np.array([seat.turn for seat in groups.seats.values()])[bodies]
+    turn = numbers([seat.turn for seat in groups.seats.values()])[bodies]
     seated = frames.reshape(-1, 2, 4, 3) @ np.swapaxes(turn, -1, -2)
-    seated[:, :, 0] += np.array([seat.offset for seat in groups.seats.values()])[bodies]
-    return np.asarray(seated.reshape(frames.shape))
+    seated[:, :, 0] += numbers([seat.offset for seat in groups.seats.values()])[bodies]
+    found: Array = seated.reshape(frames.shape)
+    return found
 
 
 def _reaction(bound: Symbols) -> tuple[int, int, Array]:
@@ -207,7 +208,7 @@ def _axis(bound: Symbols) -> Array:
 
 
 def _marker_local(marker: Marker, poses: Mapping[str, Pose], groups: RigidGroups) -> Array:
-    location = np.array(marker.location)
+    location = numbers(marker.location)
     position, rotation = poses[marker.body]
     return groups.seats[marker.body].point(location if marker.local else rotation.T @ (location - position))
 
@@ -217,10 +218,10 @@ def _length(groups: RigidGroups, symbols: Iterable[Symbols]) -> float:
     Without joints it is the largest radius of gyration, and else 1 m."""
     ground = len(groups.carriers)
     ends = [bound[point] for bound in symbols for point in ("p1", "p2") if point in bound]
-    arm = max((math.sqrt(local @ local) for body, _, local in ends if body != ground), default=0.0)
-    gyration = [
-        float(np.sqrt(np.trace(carrier.inertia)) / np.sqrt(carrier.mass))
-        for carrier in groups.carriers
-        if carrier.mass > 0.0
-    ]
-    return arm or max(gyration, default=0.0) or 1.0
+    arm: float = np.sqrt(numbers([local @ local for body, _, local in ends if body != ground]).max(initial=0.0)).item()
+    if arm:
+        return arm
+    squares = [np.trace(carrier.inertia) for carrier in groups.carriers if carrier.mass > 0.0]
+    masses = [carrier.mass for carrier in groups.carriers if carrier.mass > 0.0]
+    gyration: float = (np.sqrt(numbers(squares)) / np.sqrt(numbers(masses))).max(initial=0.0).item()
+    return gyration or 1.0

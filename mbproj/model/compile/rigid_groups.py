@@ -9,6 +9,7 @@ import numpy as np
 from mbproj.arrays import Array, cross
 from mbproj.dataclass import dataclass
 from mbproj.joints import JOINTS
+from mbproj.lanes import numbers
 from mbproj.model.compile.frames import Pose, poses_of
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.scene.records import GROUND, Body, Joint, Scene
@@ -120,10 +121,10 @@ def _group(root: str, merging: list[Joint], poses: Mapping[str, Pose]) -> dict[s
                 continue
             position, turn = poses[other]
             if joint.frames is not None:
-                own = [rotation_matrix(np.array(each)) for each in (joint.frames.first, joint.frames.second)]
+                own = [rotation_matrix(numbers(each)) for each in (joint.frames.first, joint.frames.second)]
                 turn = group[name][1] @ own[side] @ own[1 - side].T
             if joint.points.local:
-                ends = (np.array(joint.points.first), np.array(joint.points.second))
+                ends = (numbers(joint.points.first), numbers(joint.points.second))
                 position = group[name][0] + group[name][1] @ ends[side] - turn @ ends[1 - side]
             group[other] = (position, turn)
             waiting.append(other)
@@ -134,11 +135,11 @@ def _alone(body: Body) -> Carrier:
     return Carrier(
         body.name,
         body.mass,
-        np.array(body.inertia),
-        np.array(body.position),
-        np.array(body.orientation),
-        np.array(body.velocity),
-        np.array(body.angular_velocity),
+        numbers(body.inertia),
+        numbers(body.position),
+        numbers(body.orientation),
+        numbers(body.velocity),
+        numbers(body.angular_velocity),
     )
 
 
@@ -153,8 +154,8 @@ def _composite(bodies: list[Body], group: Mapping[str, Pose]) -> Carrier:
     for body in bodies:
         position, turn = group[body.name]
         arm, local = axes.T @ (position - centre), axes.T @ turn
-        inertia += local @ np.array(body.inertia) @ local.T
+        inertia += local @ numbers(body.inertia) @ local.T
         inertia += body.mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
-    omega = np.array(first.angular_velocity)
-    velocity = np.array(first.velocity) + cross(axes @ omega, centre - start)
-    return Carrier(first.name, mass, 0.5 * (inertia + inertia.T), centre, np.array(first.orientation), velocity, omega)
+    omega = numbers(first.angular_velocity)
+    velocity = numbers(first.velocity) + cross(axes @ omega, centre - start)
+    return Carrier(first.name, mass, 0.5 * (inertia + inertia.T), centre, numbers(first.orientation), velocity, omega)

@@ -11,6 +11,7 @@ import numpy as np
 
 from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
+from mbproj.lanes import one_of
 from mbproj.model.bushings import Bushings
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.model.planar.plane import Plane
@@ -42,14 +43,14 @@ def bushings_in_plane(plane: Plane, bushings: Bushings) -> PlanarBushings:
     ends = (plane.axes.T @ origin)[..., 0]
     depth = ends[..., 2] + np.append(plane.depth, 0.0)[bushings.body]
     first = np.swapaxes(_frames(plane, bushings)[:, 0], -1, -2) @ plane.axes  # columns e1, e2, n in frame 1
-    apart = np.zeros((bushings.size, 6))
+    apart = np.zeros((bushings.size, 6), like=one_of((first, depth)))
     apart[:, :3] = first[..., 2] * (depth[:, 1] - depth[:, 0])[:, None]
-    B = np.zeros((bushings.size, 6, 3))
+    B = np.zeros((bushings.size, 6, 3), like=first)
     B[:, :3, :2], B[:, 3:, 2] = first[..., :2], first[..., 2]
     transposed = np.swapaxes(B, -1, -2)
     left = bushings.preload[..., None] - bushings.stiffness @ apart[..., None]
-    turn = np.broadcast_to(np.eye(2), (bushings.size, 2, 2, 2)).copy()
-    turn[:, 1] = _relative(plane, bushings)[:, :2, :2]
+    relative = _relative(plane, bushings)[:, :2, :2]
+    turn = np.stack([np.broadcast_to(np.eye(2), relative.shape), relative], axis=1)
     return PlanarBushings(
         origin=ends[..., :2],
         turn=turn,

@@ -29,8 +29,9 @@ import numpy as np
 
 from mbproj.arrays import Array, Flags, Integers, cross
 from mbproj.dataclass import dataclass
+from mbproj.lanes import each_lane
 from mbproj.model.planar.normals import DIRECTIONS
-from mbproj.model.planar.rows import BESIDE, INSIDE, OUTSIDE, Seen, kind_of, see, sides
+from mbproj.model.planar.rows import BESIDE, INSIDE, OUTSIDE, Seen, kind_of, level_and_upright, see, sides
 from mbproj.model.primitive_set import PrimitiveSet, SetLayout
 from mbproj.thresholds import THRESHOLDS
 
@@ -60,8 +61,8 @@ def certain_plane(joints: PrimitiveSet, position: Array, rotation: Array, length
     seen = see(joints, position, rotation, axes[None], length)
     side = sides(joints, seen)[0]
     seen = seen.along(0)
-    along = (seen.x[:, :2] == 0.0).all(axis=1)
-    if not (along | (seen.x[:, 2] == 0.0))[joints.is_point == 0.0].all():
+    level, along = level_and_upright(joints, seen.x)
+    if not (along | level)[joints.is_point == 0.0].all():
         return None
     if np.abs(seen.arm).max(initial=0.0) > THRESHOLDS.far_arm * length:
         return None
@@ -75,7 +76,12 @@ def _axis(joints: PrimitiveSet, rotation: Array) -> int | None:
     """Return the global axis with most of the first vectors along it, None without one. `candidate_normals` contains
     it."""
     first = np.flatnonzero(joints.is_point == 0.0)[:DIRECTIONS]
-    vectors = (rotation[joints.body[first]] @ joints.local[first, :, None])[..., 0]
+    return _most_along((rotation[joints.body[first]] @ joints.local[first, :, None])[..., 0])
+
+
+@each_lane
+def _most_along(vectors: Array) -> int | None:
+    """The same of these vectors (k, 3)."""
     found = np.zeros(3, dtype=np.intp)
     for vector in vectors.tolist():
         largest = max(range(3), key=lambda k: abs(vector[k]))
@@ -172,4 +178,5 @@ def _links(outside: list[_Row], parallel: Flags) -> Iterator[frozenset[int]]:
 def _sine(first: Array, second: Array) -> Array:
     """Return the sines of the angles between vectors (..., 3); 0 where a vector has no length."""
     size = np.linalg.norm(first, axis=-1) * np.linalg.norm(second, axis=-1)
-    return np.asarray(np.linalg.norm(cross(first, second), axis=-1) / np.where(size > 0.0, size, 1.0))
+    found: Array = np.linalg.norm(cross(first, second), axis=-1) / np.where(size > 0.0, size, 1.0)
+    return found

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from mbproj.arrays import Array, cross
+from mbproj.lanes import each_lane, numbers
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.thresholds import THRESHOLDS
 
@@ -33,6 +34,7 @@ def candidate_normals(joints: PrimitiveSet, rotation: Array) -> Array:
     return np.concatenate([found, others])
 
 
+@each_lane
 def plane_axes(normal: Array) -> Array:
     """Return right-handed axes (3, 3) with columns e1, e2, n. A normal along a global axis becomes that axis, and e1,
     e2 are the other two in cyclic order: coordinates keep their numbers. Else the largest component of n is
@@ -55,7 +57,7 @@ def _distinct(vectors: Array, most: int) -> Array:
     while len(left) and len(found) < most:
         found.append(left[0])
         left = left[_lengths(cross(left, left[0])) > THRESHOLDS.one_direction]
-    return np.array(found).reshape(-1, 3)
+    return numbers(found).reshape(-1, 3)
 
 
 def _lengths(vectors: Array) -> Array:

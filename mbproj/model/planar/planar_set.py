@@ -56,7 +56,7 @@ def planar_set(bound: PrimitiveSet, seen: Seen, inside: npt.NDArray[np.bool_], a
     3)."""
     kept = _kept_layout(bound.layout, inside.tobytes(), axes.tobytes())
     slots, source = kept.slots, kept.source
-    whole, flat = bound.value(np.array([seen.x, seen.x * [1.0, 1.0, 0.0]]))
+    whole, flat = bound.value(np.stack([seen.x, seen.x * [1.0, 1.0, 0.0]]))
     for each in bound.layout.members:
         if isinstance(each.primitive, WheelHeight):  # its planar form assumes that the axis is normal to the plane
             flat[list(each.rows)] = whole[list(each.rows)]

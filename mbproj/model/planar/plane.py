@@ -8,6 +8,7 @@ import numpy as np
 
 from mbproj.arrays import Array, Integers, may_overflow
 from mbproj.dataclass import dataclass
+from mbproj.lanes import numbers
 from mbproj.model.euler_parameters import product
 from mbproj.model.planar.planar_set import PlanarSet
 
@@ -46,7 +47,7 @@ class Plane:
         orientation = rows[..., 3:]
         cosine, sine = ((orientation * across).sum(axis=-1) for across in (self.reference, self._turned))
         angle = 2.0 * np.arctan2(sine, cosine)
-        p, u = np.empty((*rows.shape[:-1], 3)), np.empty((*rates.shape[:-1], 3))
+        p, u = (np.empty((*each.shape[:-1], 3), like=each) for each in (rows, rates))
         p[..., :2], u[..., :2] = rows[..., :3] @ self.axes[:, :2], rates[..., :3] @ self.axes[:, :2]
         p[..., 2] = np.where(angle <= -2.0 * np.pi, 2.0 * np.pi, angle)
         quarter = orientation @ self._half_turn.T
@@ -61,7 +62,7 @@ class Plane:
         x, x_dot, x_ddot = (part.reshape(*part.shape[:-1], -1, 3) for part in (p, u, u_dot))
         half, spin, change = 0.5 * x[..., 2:], 0.5 * x_dot[..., 2:], 0.5 * x_ddot[..., 2:]
         cosine, sine = np.cos(half), np.sin(half)
-        flat = [np.empty((*p.shape[:-1], 7 * len(self.mass)), order="F") for _ in range(3)]
+        flat = [np.empty((*p.shape[:-1], 7 * len(self.mass)), order="F", like=p) for _ in range(3)]
         q, v, acceleration = (part.reshape(*p.shape[:-1], -1, 7) for part in flat)
         for whole, part in ((q, x), (v, x_dot), (acceleration, x_ddot)):
             for axis, (along_x, along_y) in enumerate(self.axes[:, :2]):  # a product rounds by the block's length
@@ -78,7 +79,7 @@ class Plane:
     @cached_property
     def _half_turn(self) -> Array:
         """The matrix (4, 4) of the product (0, n) Λ: it turns Λ by 180 degrees about n."""
-        return product(np.array([0.0, *self.axes[:, 2]]), np.eye(4)).T
+        return product(numbers([0.0, *self.axes[:, 2]]), np.eye(4)).T
 
     @cached_property
     def _turned(self) -> Array:

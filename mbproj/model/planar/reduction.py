@@ -8,6 +8,7 @@ import numpy.typing as npt
 from mbproj.arrays import Array, Integers, cross
 from mbproj.constraints import PRIMITIVES
 from mbproj.dataclass import dataclass
+from mbproj.lanes import numbers
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.model.planar.certain import certain_plane
 from mbproj.model.planar.normals import candidate_normals, plane_axes
@@ -72,7 +73,7 @@ def _candidates(system: System, pose: _Pose) -> list[tuple[Array, Seen, Integers
     normals = candidate_normals(system.joints, pose.rotation)
     if not len(normals):
         return []
-    axes = np.array([plane_axes(normal) for normal in normals])
+    axes = numbers([plane_axes(normal) for normal in normals])
     joints = _seen(system.joints, pose, axes, system.length)
     side = sides(system.joints, joints)
     ranked = np.lexsort([np.count_nonzero(side == INSIDE, axis=1), -np.count_nonzero(side == OUTSIDE, axis=1)])

@@ -15,10 +15,12 @@ vector its own, so that a row is one of these:
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 
-from mbproj.arrays import Array, Integers
+from mbproj.arrays import Array, Integers, Numbers
 from mbproj.constraints import PRIMITIVES, Primitive
 from mbproj.constraints.coupling import Coupling
 from mbproj.dataclass import dataclass
@@ -106,18 +108,25 @@ def seen_from(bound: PrimitiveSet, arm: Array, centre: Array, length: float) -> 
     """Return a set's attachments from their arms (..., S, 3) and the centres of mass (..., n+1, 3), both in plane
     axes."""
     vector = bound.is_point == 0.0
-    level = vector & (np.abs(arm[..., 2]) <= THRESHOLDS.rounding)
-    upright = vector & (np.linalg.norm(arm[..., :2], axis=-1) <= THRESHOLDS.rounding)
+    of_vectors = np.where(vector[:, None], arm, 1.0)
+    level = np.abs(of_vectors[..., 2]) <= THRESHOLDS.rounding
+    upright = np.linalg.norm(of_vectors[..., :2], axis=-1) <= THRESHOLDS.rounding
     arm[level, 2], arm[upright, :2] = 0.0, 0.0
     x = arm + bound.is_point[:, None] * centre[..., bound.body, :]
-    return Seen(arm, x, max(length, float(np.abs(centre).max())))
+    return Seen(arm, x, np.maximum(length, np.abs(centre).max()).item())
+
+
+def level_and_upright(bound: PrimitiveSet, x: Numbers) -> tuple[Any, Any]:
+    """Which vectors of a set are in the plane, and which along n, (..., S); no points."""
+    of_vectors = np.where((bound.is_point == 0.0)[:, None], x, 1.0)
+    return of_vectors[..., 2] == 0.0, np.abs(of_vectors[..., :2]).max(axis=-1) == 0.0
 
 
 def sides(bound: PrimitiveSet, seen: Seen) -> Integers:
     """Return the side of each row on its own: INSIDE, OUTSIDE, TILTED, STRANGE or BESIDE, (..., m)."""
     side = np.full((*seen.x.shape[:-2], bound.size), STRANGE, dtype=np.intp)
     depth = seen.x[..., 2]
-    is_level, is_upright = depth == 0.0, (seen.x[..., 0] == 0.0) & (seen.x[..., 1] == 0.0)
+    is_level, is_upright = level_and_upright(bound, seen.x)
     for group in bound.groups:
         level, upright = is_level[..., group.slots], is_upright[..., group.slots]
         kind, row = kind_of(group.primitive), group.rows[:, 0]
@@ -176,8 +185,9 @@ def strangeness(bound: PrimitiveSet, row: int) -> str:
 def _summed(terms: Array, place: Integers, size: int) -> Array:
     """Return the sums (..., size) of the terms (..., k) that have the same place (k,)."""
     if terms.ndim == 1:
-        return np.asarray(np.bincount(place, terms, minlength=size), dtype=float)
-    total = np.zeros((size, *terms.shape[:-1]))
+        found: Array = np.bincount(place, terms, minlength=size).astype(float)
+        return found
+    total = np.zeros((size, *terms.shape[:-1]), like=terms)
     np.add.at(total, place, np.moveaxis(terms, -1, 0))
     return np.moveaxis(total, 0, -1)
 

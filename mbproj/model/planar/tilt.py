@@ -22,6 +22,7 @@ import numpy.typing as npt
 
 from mbproj.arrays import Array, Integers, cross
 from mbproj.dataclass import dataclass
+from mbproj.lanes import numbers
 from mbproj.model.planar.rows import INSIDE, OUTSIDE, STRANGE, TILTED, RowMap, Seen, kind_of, strangeness
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.thresholds import THRESHOLDS
@@ -100,7 +101,7 @@ def _tilted_blocks(bound: PrimitiveSet, seen: Seen, side: Integers) -> Iterator[
             rows = np.array([row for row, _ in block], dtype=np.intp)
             if np.any(side[rows] == TILTED):
                 in_plane = slice(0, 2) if kind == "along" else slice(2, 3)
-                yield _Block(joint, rows, np.array([direction for _, direction in block]), in_plane)
+                yield _Block(joint, rows, numbers([direction for _, direction in block]), in_plane)
 
 
 def _shift(bound: PrimitiveSet, seen: Seen, slots: Integers) -> tuple[bytes, Array]:
@@ -120,7 +121,7 @@ def _spans_normal(directions: Array) -> bool:
     """Whether n is a combination of the directions (k, 3)."""
     _, values, basis = np.linalg.svd(directions, full_matrices=False)
     basis = basis[values > THRESHOLDS.rounding]
-    return float(np.linalg.norm(_NORMAL - (basis @ _NORMAL) @ basis)) <= THRESHOLDS.rounding
+    return bool(np.linalg.norm(_NORMAL - (basis @ _NORMAL) @ basis) <= THRESHOLDS.rounding)
 
 
 def _eliminated(parts: Array) -> tuple[list[int], Array]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping
 
+from mbproj.lanes import each_lane
 from mbproj.scene.fields import inertia, rotations
 from mbproj.scene.fields.containers import Complaint
 from mbproj.scene.fields.reading import Unfit
@@ -96,9 +97,15 @@ def two_points(points: tuple[Vector, Vector]) -> Pair:
     return Pair(*points)
 
 
+@each_lane
+def _sine(first: Vector, second: Vector) -> float:
+    """Of the angle between two unit vectors."""
+    return math.hypot(*rotations.cross(first, second))
+
+
 def two_axes(axes: tuple[Vector, Vector]) -> Pair:
     """The pair of global axes. Raises Unfit where they are parallel."""
-    if math.hypot(*rotations.cross(*axes)) <= PARALLEL:
+    if _sine(*axes) <= PARALLEL:
         raise Unfit("are parallel", "the two axes must span a plane")
     return Pair(*axes)
 
@@ -162,7 +169,7 @@ def not_along(key: str) -> Callable[[Placed | Vector, Placed | Vector], Iterator
 
     def find(axis: Placed | Vector, other: Placed | Vector) -> Iterator[Complaint]:
         first, second = by_body(axis), by_body(other)
-        if any(math.hypot(*rotations.cross(first[name], x)) <= PARALLEL for name, x in second.items() if name in first):
+        if any(_sine(first[name], x) <= PARALLEL for name, x in second.items() if name in first):
             yield Complaint((key,), f"'{key}' is along the axis", "give a direction across it")
 
     return find

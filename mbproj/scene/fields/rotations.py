@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from mbproj.lanes import each_lane
 from mbproj.scene.records import Matrix, Quaternion, Vector
 
 #: The sequences of Euler angles: three letters of xyz, no two neighbours equal.
@@ -13,6 +14,7 @@ SEQUENCES = tuple(a + b + c for a in "xyz" for b in "xyz" for c in "xyz" if a !=
 ORTHONORMAL = 1e-6
 
 
+@each_lane
 def unit(vector: Sequence[float]) -> tuple[float, ...] | None:
     """The vector over its length; None for a zero vector. Scaled by a power of two first, so nothing overflows."""
     largest = max(abs(x) for x in vector)
@@ -34,6 +36,7 @@ def multiply(p: Quaternion, q: Quaternion) -> Quaternion:
     )
 
 
+@each_lane
 def from_axis_angle(axis: Vector, angle: float) -> Quaternion:
     """The rotation by `angle` (rad) about the unit vector `axis`."""
     sine = math.sin(angle / 2)
@@ -49,6 +52,7 @@ def from_euler(angles: Vector, sequence: str) -> Quaternion:
     return result
 
 
+@each_lane
 def from_matrix(matrix: Matrix) -> Quaternion:
     """The rotation of an orthonormal matrix whose columns are the body's axes; of ± the one with w >= 0.
 

@@ -6,10 +6,11 @@ import json
 import re
 from collections.abc import Mapping
 from numbers import Real
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from mbproj.dataclass import dataclass
 from mbproj.errors import Place
+from mbproj.lanes import Lanes
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,13 @@ class ScalarNode:
         if self.column is None:
             return self.place
         return Place(self.place.file, self.place.line, self.column + offset, self.place.text)
+
+
+@dataclass(frozen=True)
+class CasesNode(ScalarNode):
+    """The numbers of several cases, which take the place of one number."""
+
+    numbers: Any = None
 
 
 @dataclass(frozen=True)
@@ -76,6 +84,8 @@ def plain(value: object) -> object:
 def from_value(value: object, place: Place) -> Node:
     """The node of a value from the command line or a Python caller: text, a number, a flag, or a list or mapping of
     them, also of NumPy."""
+    if isinstance(value, Lanes):
+        return CasesNode("the numbers of several cases", place, numbers=value)
     value = plain(value)
     if isinstance(value, Mapping):
         values = {str(key): from_value(inner, place) for key, inner in value.items()}

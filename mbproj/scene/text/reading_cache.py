@@ -12,6 +12,7 @@ from collections.abc import Collection, Mapping
 from typing import Any, NamedTuple, TypeAlias
 
 from mbproj.errors import Place, Problem
+from mbproj.lanes import Lanes
 from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode
 
 Path: TypeAlias = "tuple[str | int, ...]"
@@ -73,7 +74,7 @@ class ReadingCache:
         """The parameters whose values differ from the stored reading; None where other names exist than there."""
         if items != self._items or names.keys() != self._names.keys():
             return None
-        return frozenset(name for name, value in names.items() if value != self._names[name])
+        return frozenset(name for name, value in names.items() if _differ(value, self._names[name]))
 
     def _words_of(self, node: Node) -> frozenset[str]:
         """The names of parameters that occur in the texts of a node."""
@@ -86,3 +87,8 @@ class ReadingCache:
                 words = frozenset().union(*map(self._words_of, inner))
             self._words[id(node)] = words
         return words
+
+
+def _differ(value: Any, before: Any) -> bool:
+    """Whether a parameter has another value; one of several cases has."""
+    return value is not before and (isinstance(getattr(value, "number", None), Lanes) or value != before)

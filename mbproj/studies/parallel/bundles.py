@@ -6,9 +6,9 @@ A bundle whose process dies is sent again item by item: only an item that was al
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Generator, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from itertools import islice
-from time import perf_counter
+from time import process_time
 from typing import Any, Generic, TypeAlias, TypeVar
 
 from mbproj.dataclass import dataclass
@@ -18,8 +18,8 @@ from mbproj.studies.parallel.hand_out import Where, in_parallel
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
-#: The duration of a bundle that is aimed at, s, on this machine and on a cluster: a hundred times the cost of sending
-#: it.
+#: The processor time of a bundle that is aimed at, s, on this machine and on a cluster: a hundred times the cost of
+#: sending it.
 SECONDS, SECONDS_THERE = 0.1, 0.5
 #: The largest ratio of a bundle's size to that of the one before, and the most items in a bundle.
 GROWTH, LARGEST = 4, 1000
@@ -27,7 +27,7 @@ GROWTH, LARGEST = 4, 1000
 
 @dataclass(frozen=True)
 class Done(Generic[Result]):
-    """The results of a bundle, and how long it took, s."""
+    """The results of a bundle, and the processor time that it took, s."""
 
     results: tuple[Result, ...]
     seconds: float
@@ -51,15 +51,19 @@ def in_bundles(
     where: Where,
     lost: Callable[[Item, str, float], Result],
     timeout: float | None = None,
+    together: Callable[[Any, Sequence[Item]], Sequence[Result]] | None = None,
 ) -> Generator[list[tuple[Item, Result]], None, None]:
     """Yield lists of (item, function(shared, item)), in the order in which bundles end. `lost` returns the result of an
     item that does not come back, or takes longer than `timeout` in s."""
-    bundles = _Bundles(iter(items), SECONDS_THERE if isinstance(where, Cluster) else SECONDS)
+    is_long = isinstance(where, Cluster) or together is not None  # the first bundles are small, and slow for their size
+    bundles = _Bundles(iter(items), SECONDS_THERE if is_long else SECONDS)
 
     def limit(bundle: tuple[Item, ...]) -> float | None:
         return None if timeout is None else timeout * len(bundle)
 
-    for _, (bundle, outcome) in in_parallel(_run, (function, shared), bundles, where, _lost, limit, _is_single):
+    for _, (bundle, outcome) in in_parallel(
+        _run, (function, together, shared), bundles, where, _lost, limit, _is_single
+    ):
         bundles.returned(bundle, outcome)
         if isinstance(outcome, Done):
             yield list(zip(bundle, outcome.results, strict=True))
@@ -91,11 +95,14 @@ class _Bundles(Iterator[tuple[Item, ...]]):
         self._size = max(1, min(fitting, GROWTH * len(bundle), LARGEST))
 
 
-def _run(shared: tuple[Callable[[Any, Any], Any], Any], bundle: tuple[Any, ...]) -> tuple[tuple[Any, ...], Outcome]:
-    function, common = shared
-    begun = perf_counter()
-    results = tuple(function(common, item) for item in bundle)
-    return bundle, Done(results, perf_counter() - begun)
+def _run(shared: tuple[Any, Any, Any], bundle: tuple[Any, ...]) -> tuple[tuple[Any, ...], Outcome]:
+    function, together, common = shared
+    begun = process_time()  # other programs do not make bundles smaller
+    if together is not None and len(bundle) > 1:
+        results = tuple(together(common, bundle))
+    else:
+        results = tuple(function(common, item) for item in bundle)
+    return bundle, Done(results, process_time() - begun)
 
 
 def _lost(bundle: tuple[Any, ...], why: str, seconds: float) -> tuple[tuple[Any, ...], Outcome]:

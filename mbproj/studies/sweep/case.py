@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from time import perf_counter
+from typing import Any
 from uuid import uuid4
 
 import numpy as np
@@ -15,21 +16,27 @@ from mbproj.analysis.expectations import measured
 from mbproj.dataclass import dataclass
 from mbproj.dynamics import unique_components
 from mbproj.ending import ending
-from mbproj.errors import ExitCode, InputError, MbprojError, SimulationError
+from mbproj.errors import ExitCode, InputError, MbprojError, SimulationError, warn_once
 from mbproj.integrate import simulate
 from mbproj.integrate.loop.interruption import TimeIsUp, time_limit
 from mbproj.integrate.outcome.report import Report, summary
 from mbproj.integrate.simulate import Keep
+from mbproj.lanes import Parted
 from mbproj.results import OutputError, ResultsWriter
 from mbproj.results.files import part_path
 from mbproj.scene.read import SceneText
-from mbproj.scene.records import Expectation, Settings
+from mbproj.scene.records import Expectation, Scene, Settings
 from mbproj.scene.sampling import whole_steps
 from mbproj.scene.settings import settings_to_run
+from mbproj.scene.text.changes import SIMULATION
 from mbproj.studies.measure.measured_samples import MeasuredSamples
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.sweep.row import CaseRow, Status
+from mbproj.studies.together.block import run_block
+from mbproj.studies.together.signature import signature_of, values_of
 
+#: Cases at least that are worth a block, and blocks of which none went by arrays until no further one is tried.
+FEWEST, TRIALS = 8, 3
 #: Scenes that a process keeps taken apart.
 SCENES = 4
 
@@ -78,18 +85,101 @@ def run_case(work: Work, task: Task) -> CaseRow:
     return replace(row, seconds=perf_counter() - started)
 
 
+def run_cases(work: Work, tasks: Sequence[Task]) -> tuple[CaseRow, ...]:
+    """The rows of several cases, by arrays where these know their way, with the bits that each has alone."""
+    tried = _tried(work.text, work.paths, work.measures)
+    rows: dict[int, CaseRow] = {}
+    if work.keep != "all" and len(tasks) >= FEWEST and tried.count < TRIALS:
+        rows = _by_arrays(work, tasks)
+        tried.count = 0 if rows else tried.count + 1
+    return tuple(rows.get(at) or run_case(work, task) for at, task in enumerate(tasks))
+
+
+class _Tried:
+    """How many blocks in a row had no case that went by arrays."""
+
+    count = 0
+
+
+@lru_cache(SCENES)
+def _tried(text: str, paths: tuple[str, ...], measures: tuple[Expectation, ...]) -> _Tried:
+    return _Tried()
+
+
+def _by_arrays(work: Work, tasks: Sequence[Task]) -> dict[int, CaseRow]:
+    """The rows of those cases that come to their end so, by their numbers. The first of each group runs alone, too."""
+    found: dict[int, CaseRow] = {}
+    for rows in _in_groups(work, tasks):
+        first = next(iter(rows))
+        if np.array_equal(run_case(work, tasks[first]).values, rows[first].values, equal_nan=True):
+            found |= rows
+        else:
+            warn_once("arrays have other bits than single cases have, which is a fault of mbproj: not used")
+    return found
+
+
+def _in_groups(work: Work, tasks: Sequence[Task]) -> Iterator[dict[int, CaseRow]]:
+    """The rows of cases by their numbers, in groups of those that go one way."""
+    apart: dict[tuple[float | str, ...], list[int]] = {}
+    for at, task in enumerate(tasks):
+        apart.setdefault(_of_a_group(work, task), []).append(at)
+    waiting = [*apart.values()]
+    while waiting:
+        own = waiting.pop()
+        if len(own) < FEWEST:
+            continue
+        begun = perf_counter()
+        try:
+            name, values = _measured_together(work, [tasks[at] for at in own])
+        except Parted as parted:
+            parts: dict[Any, list[int]] = {}
+            for at, key in zip(own, parted.keys, strict=True):
+                parts.setdefault(key, []).append(at)
+            waiting += parts.values() if len(parts) > 1 else ()
+            continue
+        except Exception:  # whatever is wrong, a case alone says it in words
+            continue
+        seconds = (perf_counter() - begun) / len(own)
+        rows = {
+            at: CaseRow(Status.DONE, each, formulation=name, seconds=seconds, by_arrays=True)
+            for at, each in zip(own, values, strict=True)
+            if each is not None
+        }
+        if rows:
+            yield rows
+
+
+def _of_a_group(work: Work, task: Task) -> tuple[float | str, ...]:
+    """What all cases of a group share: their texts, and their settings."""
+    pairs = zip(work.paths, task.values, strict=True)
+    return tuple(each for path, each in pairs if isinstance(each, str) or path.startswith(f"{SIMULATION}."))
+
+
+def _measured_together(work: Work, tasks: Sequence[Task]) -> tuple[str, list[tuple[float, ...] | None]]:
+    """The formulation of cases of a group, and what is measured of each."""
+    values = values_of([task.values for task in tasks])
+    scene = scene_of(work, Task("", tuple(values)))
+    signature = signature_of(scene, sparse(settings_to_run(scene), work.measures))
+    return signature.choice.name, run_block(signature, work.measures, len(tasks), work.timeout)
+
+
 def _run(work: Work, task: Task) -> CaseRow:
-    scene = _taken_apart(work.text, work.name).scene(dict(zip(work.paths, task.values, strict=True)))
+    scene = scene_of(work, task)
     mechanism, settings = Mechanism.of(scene), settings_to_run(scene)
     if work.keep == "all":
         return _recorded(work, task, mechanism, settings)
     kept = MeasuredSamples(mechanism, work.measures)
     try:
-        return _measured(work, mechanism, _sparse(settings, work.measures), kept)[0]
+        return _measured(work, mechanism, sparse(settings, work.measures), kept)[0]
     except SimulationError:
         if work.keep != "failed":
             raise
         return _recorded(work, task, mechanism, settings)
+
+
+def scene_of(work: Work, task: Task) -> Scene:
+    """The scene with the values of a case. Raises InputError."""
+    return _taken_apart(work.text, work.name).scene(dict(zip(work.paths, task.values, strict=True)))
 
 
 @lru_cache(SCENES)
@@ -97,7 +187,7 @@ def _taken_apart(text: str, name: str) -> SceneText:
     return SceneText(text, name, Path(name))
 
 
-def _sparse(settings: Settings, measures: Sequence[Expectation]) -> Settings:
+def sparse(settings: Settings, measures: Sequence[Expectation]) -> Settings:
     """Without samples before the end where only that is measured. Of an error-controlled run they stay: what it
     evaluates depends on them."""
     late = all(each.at == "end" and each.quantity != "energy_drift_relative" for each in measures)

@@ -25,7 +25,7 @@ class Status(str, Enum):
 class CaseRow:
     """The status of a case; its measures in their order (empty where it is not done). Where it failed: why, when in s
     and at which joint, as far as that is known; the formulation that ran; how long it took, in s of the clock; whether
-    its results file is kept."""
+    its results file is kept; and whether it was made by arrays, which is not stored."""
 
     status: Status
     values: tuple[float, ...] = ()
@@ -35,6 +35,7 @@ class CaseRow:
     formulation: str = ""
     seconds: float = 0.0
     kept: bool = False
+    by_arrays: bool = False
 
 
 #: The columns of a stored case, and what SQLite may give for them.

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import closing
-from dataclasses import replace
 
 from mbproj.dataclass import dataclass
 from mbproj.studies.parallel.bundles import in_bundles
 from mbproj.studies.parallel.hand_out import Where
 from mbproj.studies.parallel.workers import OVERDUE
-from mbproj.studies.sweep.case import Task, Work, run_case
+from mbproj.studies.sweep.case import Task, Work, run_case, run_cases
 from mbproj.studies.sweep.folder import Folder
 from mbproj.studies.sweep.keys import Keys
 from mbproj.studies.sweep.row import CaseRow, Status
@@ -22,12 +21,14 @@ PATIENCE, GRACE = 2.0, 5.0
 
 @dataclass(frozen=True)
 class Progress:
-    """How many cases there are, were computed now, are known from before, and have failed (of both)."""
+    """How many cases there are, were computed now, are known from before, and have failed (of both); how many
+    of those computed were made by arrays."""
 
     whole: int
     computed: int = 0
     reused: int = 0
     failed: int = 0
+    by_arrays: int = 0
 
     @property
     def left(self) -> int:
@@ -63,7 +64,7 @@ def run_sweep(
     progress = Progress(spec.design.count, 0, tasks.reused, tasks.failed)
     tell(progress)
     hard = None if timeout is None else PATIENCE * timeout + GRACE
-    ended = in_bundles(run_case, work, tasks, where, _lost, hard)
+    ended = in_bundles(run_case, work, tasks, where, _lost, hard, run_cases)
     try:
         with closing(ended):
             for rows in ended:
@@ -71,7 +72,13 @@ def run_sweep(
                     store.add(task.key, dict(zip(spec.design.paths, task.values, strict=True)), row)
                 failed = sum(row.status != Status.DONE for _, row in rows)
                 computed = progress.computed + len(rows)
-                progress = replace(progress, computed=computed, reused=tasks.reused, failed=progress.failed + failed)
+                progress = Progress(
+                    progress.whole,
+                    computed,
+                    tasks.reused,
+                    progress.failed + failed,
+                    progress.by_arrays + sum(row.by_arrays for _, row in rows),
+                )
                 tell(progress)
                 if most_failures is not None and progress.failed > most_failures:
                     break

@@ -1,0 +1,172 @@
+"""Objects of each case of a block, and functions that are called once for each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import wraps
+from types import MappingProxyType
+from typing import Any, TypeVar
+
+import numpy as np
+
+from mbproj.lanes.array import Lanes, LanesMet, Parted, agreed
+
+Kind = TypeVar("Kind")
+Function = TypeVar("Function", bound=Callable[..., Any])
+NOTHING: Mapping[str, Any] = MappingProxyType({})
+#: Gives the part of one lane; None of what is the same for all.
+Taken = Callable[[int], Any]
+
+
+class Each:
+    """One object for each of B cases: `items`. Attributes are those of all, and methods are called for each."""
+
+    __slots__ = ("items",)
+    items: list[Any]
+
+    def __init__(self, items: Sequence[Any]) -> None:
+        object.__setattr__(self, "items", list(items))
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        found = [getattr(each, name) for each in self.items]
+        return Each(found) if callable(found[0]) else restacked(found)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        taken = _taken(value)
+        for at, each in enumerate(self.items):
+            setattr(each, name, value if taken is None else taken(at))
+
+    def __call__(self, *args: Any, **options: Any) -> Any:
+        return each_call(None, (self, *args), options)
+
+
+class OfLanes:
+    """A module or class whose functions are called for each case where they are given numbers of several."""
+
+    __slots__ = ("_of",)
+
+    def __init__(self, of: Any) -> None:
+        self._of = of
+
+    def __getattr__(self, name: str) -> Any:
+        found = getattr(self._of, name)
+        return OfLanes(found) if callable(found) else found
+
+    def __call__(self, *args: Any, **options: Any) -> Any:
+        return each_call(self._of, args, options)
+
+    @staticmethod
+    def of_all(found: Any) -> Any:
+        """An object that may be the same for all cases, whose methods take numbers of several."""
+        return found if isinstance(found, Each) else OfLanes(found)
+
+
+def lane(values: Kind, at: int) -> Kind:
+    """What one case has."""
+    taken = _taken(values)
+    return values if taken is None else taken(at)
+
+
+def each_lane(function: Function) -> Function:
+    """A function of one case, which is called for each where it is given numbers of several."""
+
+    @wraps(function)
+    def called(*args: Any, **options: Any) -> Any:
+        return each_call(function, args, options)
+
+    return called  # type: ignore[return-value]
+
+
+def each_call(function: Any, args: Sequence[Any], options: Mapping[str, Any] = NOTHING) -> Any:
+    """function(*args, **options), for each case where any of these is of several; without a function the first
+    argument is called."""
+    taken = [_taken(each) for each in args]
+    named = {name: _taken(each) for name, each in options.items()}
+    if all(each is None for each in (*taken, *named.values())):
+        return function(*args, **options)
+    found = []
+    for at in range(_width([*args, *options.values()])):
+        own = [each if take is None else take(at) for each, take in zip(args, taken, strict=True)]
+        more = {name: options[name] if take is None else take(at) for name, take in named.items()}
+        found.append(own[0](*own[1:], **more) if function is None else function(*own, **more))
+    return restacked(found)
+
+
+def _taken(values: Any) -> Taken | None:
+    """How the part of one lane is taken; None where nothing in it is of several cases."""
+    if isinstance(values, Lanes):
+        own = values.values
+        return own.__getitem__ if values.ndim else own.tolist().__getitem__
+    if isinstance(values, Each):
+        return values.items.__getitem__
+    if isinstance(values, (list, tuple)):
+        parts = [_taken(each) for each in values]
+        if all(part is None for part in parts):
+            return None
+        pairs = list(zip(values, parts, strict=True))
+        make = type(values)._make if hasattr(values, "_make") else type(values)
+        return lambda at: make([each if take is None else take(at) for each, take in pairs])
+    if isinstance(values, dict):
+        inside = {key: _taken(each) for key, each in values.items()}
+        if all(part is None for part in inside.values()):
+            return None
+        return lambda at: {key: values[key] if take is None else take(at) for key, take in inside.items()}
+    return None
+
+
+def _width(values: Sequence[Any]) -> int:
+    """B, of anything that is of several cases."""
+    waiting = list(values)
+    while waiting:
+        each = waiting.pop()
+        if isinstance(each, Lanes):
+            return len(each.values)
+        if isinstance(each, Each):
+            return len(each.items)
+        if isinstance(each, (list, tuple)):
+            waiting += each
+        elif isinstance(each, dict):
+            waiting += each.values()
+    raise LanesMet("nothing is of several cases")
+
+
+def restacked(found: Sequence[Any]) -> Any:
+    """What each case has, as one: floats as Lanes, whole numbers and words where all agree. Raises Parted where they do
+    not."""
+    first = found[0]
+    if all(each is first for each in found):
+        return first
+    if isinstance(first, (float, np.floating)):
+        return Lanes(np.array(found, dtype=float))
+    if isinstance(first, np.ndarray):
+        return _arrays(found, first)
+    if isinstance(first, (int, bool, str, bytes, np.integer, np.bool_)):
+        return agreed_of(found)
+    if isinstance(first, (list, tuple)):
+        agreed_of([len(each) for each in found])
+        parts = [restacked(each) for each in zip(*found, strict=True)]
+        return type(first)._make(parts) if hasattr(first, "_make") else type(first)(parts)
+    if isinstance(first, dict):
+        agreed_of([tuple(each) for each in found])
+        return {key: restacked([each[key] for each in found]) for key in first}
+    agreed_of([each is None for each in found])
+    return Each(found)
+
+
+def agreed_of(found: Sequence[Any]) -> Any:
+    """What all have. Raises Parted where they differ."""
+    first = found[0]
+    if any(each != first for each in found):
+        raise Parted(found)
+    return first
+
+
+def _arrays(found: Sequence[Any], first: Any) -> Any:
+    agreed_of([each.shape for each in found])
+    if first.dtype.kind != "f":
+        return agreed(np.stack(found))
+    if first.flags.f_contiguous and not first.flags.c_contiguous:
+        return Lanes(np.stack([each.T for each in found])).transpose()
+    return Lanes(np.stack(found))

@@ -1,0 +1,134 @@
+"""Functions of NumPy that are made for all lanes at once; the others run lane by lane."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from mbproj.lanes.array import INTO_ONE, Lanes, LanesMet, laned
+from mbproj.lanes.each import each_call
+from mbproj.lanes.ufuncs import aligned
+
+
+def _at_most(parts: Sequence[Any], width: int) -> list[Any]:
+    """Arrays, with their lanes along the first axis."""
+    return [
+        each.values if isinstance(each, Lanes) else np.broadcast_to(np.asarray(each), (width, *np.shape(each)))
+        for each in parts
+    ]
+
+
+def _width(parts: Sequence[Any]) -> int:
+    return max(len(each.values) if isinstance(each, Lanes) else 0 for each in parts)
+
+
+def _concatenate(parts: Sequence[Any], axis: int = 0, **options: Any) -> Any:
+    if options or axis is None:
+        return NotImplemented
+    return Lanes(np.concatenate(_at_most(parts, _width(parts)), axis=axis + 1 if axis >= 0 else axis))
+
+
+def _stack(parts: Sequence[Any], axis: int = 0, **options: Any) -> Any:
+    if options:
+        return NotImplemented
+    return Lanes(np.stack(_at_most(parts, _width(parts)), axis=axis + 1 if axis >= 0 else axis))
+
+
+def _hstack(parts: Sequence[Any], **options: Any) -> Any:
+    return _concatenate(parts, 0 if np.ndim(parts[0]) == 1 else 1, **options)
+
+
+def _column_stack(parts: Sequence[Any]) -> Any:
+    return _concatenate([each[:, None] if np.ndim(each) == 1 else each for each in parts], 1)
+
+
+def _where(condition: Any, *choices: Any) -> Any:
+    if isinstance(condition, Lanes) or not choices:
+        return NotImplemented
+    return laned(np.where(*aligned([condition, *choices])))
+
+
+def _made(make: Any) -> Callable[..., Any]:
+    """A new array of so many lanes as `like` has: NumPy itself keeps the argument of this name from its functions."""
+
+    def made(like: Any, shape: Any, dtype: Any = float, order: str = "C") -> Any:
+        own = (shape,) if isinstance(shape, (int, np.integer)) else tuple(shape)
+        if order == "F":
+            return Lanes(make((len(like.values), *own[::-1]), dtype)).transpose()
+        return Lanes(make((len(like.values), *own), dtype))
+
+    return made
+
+
+def _empty_like(like: Any, dtype: Any = None, **options: Any) -> Any:
+    if options or dtype is not None:
+        return NotImplemented
+    return Lanes(np.empty_like(like.values))
+
+
+def _zeros_like(like: Any, dtype: Any = None, **options: Any) -> Any:
+    if options or dtype is not None:
+        return NotImplemented
+    return Lanes(np.zeros_like(like.values))
+
+
+def _ascontiguousarray(values: Any, dtype: Any = None, *, like: Any = None) -> Any:
+    return Lanes(np.ascontiguousarray(values.values, dtype=dtype))
+
+
+def _asarray(values: Any, dtype: Any = None, **options: Any) -> Any:
+    return values
+
+
+def _norm(values: Any, ord: Any = None, axis: Any = None, keepdims: bool = False) -> Any:
+    """Lengths of short vectors, as NumPy has them: by the root of the sum of squares."""
+    if ord is not None or not isinstance(axis, int):
+        return NotImplemented
+    return np.sqrt((values * values).sum(axis=axis, keepdims=keepdims))
+
+
+def _append(values: Any, more: Any, axis: int | None = None) -> Any:
+    if axis is not None:
+        return NotImplemented
+    return _concatenate([each.ravel() if np.ndim(each) else np.reshape(each, 1) for each in (values, more)])
+
+
+#: Functions that write into an operand.
+WRITES = frozenset({np.copyto, np.put, np.place, np.putmask, np.put_along_axis, np.fill_diagonal})
+MADE: Mapping[Any, Callable[..., Any]] = {make: _made(make) for make in (np.empty, np.zeros)}
+FUNCTIONS: Mapping[Any, Callable[..., Any]] = {
+    np.concatenate: _concatenate,
+    np.stack: _stack,
+    np.hstack: _hstack,
+    np.column_stack: _column_stack,
+    np.where: _where,
+    np.result_type: lambda *parts: np.result_type(*[getattr(each, "dtype", each) for each in parts]),
+    np.append: _append,
+    np.linalg.norm: _norm,
+    np.empty_like: _empty_like,
+    np.zeros_like: _zeros_like,
+    np.round: lambda values: Lanes(np.round(values.values)),
+    np.shape: lambda values: values.shape,
+    np.ndim: lambda values: values.ndim,
+    np.swapaxes: lambda values, first, second: values.swapaxes(first, second),
+    np.reshape: lambda values, shape, **options: values.reshape(shape, **options),
+    np.ravel: lambda values: values.ravel(),
+    np.transpose: lambda values, axes=(): values.transpose(*(axes or ())),
+    np.sum: lambda values, axis=None, **options: values.sum(axis=axis, **options),
+    np.max: lambda values, axis=None, **options: values.max(axis=axis, **options),
+    np.min: lambda values, axis=None, **options: values.min(axis=axis, **options),
+    np.any: lambda values, axis=None, **options: values.any(axis=axis, **options),
+    np.all: lambda values, axis=None, **options: values.all(axis=axis, **options),
+}
+
+
+def called(function: Any, like: Lanes, args: Sequence[Any], options: Mapping[str, Any]) -> Any:
+    """What `Lanes.__array_function__` gives; `like` is among the arguments."""
+    if function in WRITES or "out" in options:
+        raise LanesMet(INTO_ONE)
+    if function in MADE:
+        return MADE[function](like, *args, **options)
+    found = FUNCTIONS[function](*args, **options) if function in FUNCTIONS else NotImplemented
+    return each_call(function, args, options) if found is NotImplemented else found

@@ -1,0 +1,67 @@
+"""Arrays that are made of others, some of which may be of several cases."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from mbproj.lanes.array import Lanes, LanesMet
+
+
+def one_of(values: Iterable[Any]) -> Any:
+    """The first of some arrays that is of several cases: what a new array is to be like. None where none is."""
+    return next((each for each in values if isinstance(each, Lanes)), None)
+
+
+def like_others(values: Any, *others: Any) -> Any:
+    """An array to write into, of as many cases as the others have."""
+    like = one_of(others)
+    if isinstance(values, Lanes) or not isinstance(like, Lanes):
+        return values
+    return Lanes(np.repeat(values[None], len(like.values), axis=0))
+
+
+def filled_like(values: Any, number: Any) -> Any:
+    """np.full_like."""
+    if not isinstance(number, Lanes):
+        return np.full_like(values, number)
+    found = np.empty((len(number.values), *np.shape(values)))
+    found[...] = number.values.reshape(-1, *(1,) * np.ndim(values))
+    return Lanes(found)
+
+
+def contiguous(values: Any, dtype: Any = None) -> Any:
+    """np.ascontiguousarray."""
+    own = values.values if isinstance(values, Lanes) else values
+    found = np.ascontiguousarray(own, dtype=dtype)
+    return Lanes(found) if isinstance(values, Lanes) else found
+
+
+def first_axis_innermost(values: Any) -> Any:
+    """np.asfortranarray."""
+    if not isinstance(values, Lanes):
+        return np.asfortranarray(values)
+    order = range(values.ndim, 0, -1)
+    return Lanes(np.ascontiguousarray(values.values.transpose(0, *order)).transpose(0, *order))
+
+
+def numbers(nested: Any) -> Any:
+    """np.array(nested, dtype=float), of lists some of whose numbers may be of several cases."""
+    try:
+        return np.array(nested, dtype=float)
+    except LanesMet:
+        return Lanes(_stacked(nested))
+
+
+def _stacked(nested: Any) -> npt.NDArray[Any]:
+    """(B, ...) or (1, ...)."""
+    if isinstance(nested, Lanes):
+        return nested.values
+    if not isinstance(nested, (list, tuple)):
+        return np.array(nested, dtype=float)[None]
+    parts = [_stacked(each) for each in nested]
+    most = max((len(each) for each in parts), default=1)
+    return np.stack([np.broadcast_to(each, (most, *each.shape[1:])) for each in parts], axis=1)

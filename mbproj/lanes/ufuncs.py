@@ -1,0 +1,105 @@
+"""Elementwise operations and products of lanes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from mbproj.lanes.array import INTO_ONE, Lanes, LanesMet, laned
+from mbproj.lanes.axes import raised
+from mbproj.lanes.each import each_call
+
+#: Operations whose result IEEE 754 prescribes to the last bit, or that only compare or choose.
+EXACT = frozenset(
+    {
+        np.add,
+        np.subtract,
+        np.multiply,
+        np.divide,
+        np.negative,
+        np.positive,
+        np.absolute,
+        np.sqrt,
+        np.sign,
+        np.floor,
+        np.ceil,
+        np.rint,
+        np.square,
+        np.maximum,
+        np.minimum,
+        np.isfinite,
+        np.isnan,
+        np.equal,
+        np.not_equal,
+        np.less,
+        np.less_equal,
+        np.greater,
+        np.greater_equal,
+        np.logical_and,
+        np.logical_or,
+        np.logical_not,
+    }
+)
+
+
+def applied(ufunc: np.ufunc, method: str, inputs: Sequence[Any], options: Mapping[str, Any]) -> Any:
+    """What `Lanes.__array_ufunc__` gives."""
+    if method == "at":
+        return added_at(ufunc, *inputs)
+    if "out" in options:
+        (into,) = options["out"]
+        if not isinstance(into, Lanes):
+            raise LanesMet(INTO_ONE)
+        into[...] = applied(ufunc, method, inputs, {name: each for name, each in options.items() if name != "out"})
+        return into
+    if method == "__call__" and not options:
+        if ufunc in EXACT:
+            return laned(ufunc(*aligned(inputs)))
+        if ufunc is np.matmul:
+            return product(*inputs)
+        if (
+            ufunc is np.power
+            and isinstance(inputs[0], Lanes)
+            and inputs[0].ndim
+            and type(inputs[1]) in (int, float)
+            and inputs[1] == 2
+        ):
+            return inputs[0] * inputs[0]
+    return each_call(getattr(ufunc, method), inputs, options)
+
+
+def _is_square(base: Any, exponent: Any) -> bool:
+    """Of an array, which NumPy multiplies by itself; of a number it asks the C library."""
+    return isinstance(base, Lanes) and base.ndim > 0 and type(exponent) in (int, float) and exponent == 2
+
+
+def aligned(inputs: Sequence[Any]) -> list[Any]:
+    """Operands of one broadcast, with the lanes along the first axis."""
+    most = 1 + max(each.ndim if isinstance(each, Lanes) else np.ndim(each) for each in inputs)
+    return [raised(each.values, most) if isinstance(each, Lanes) else each for each in inputs]
+
+
+def product(first: Any, second: Any) -> Any:
+    """A @ B: NumPy multiplies matrix by matrix, so that lanes are so many matrices more."""
+    a, b = (each.values if isinstance(each, Lanes) else np.asarray(each) for each in (first, second))
+    of_lanes = isinstance(first, Lanes), isinstance(second, Lanes)
+    own = [each.ndim - lanes for each, lanes in zip((a, b), of_lanes, strict=True)]
+    row, column = own[0] == 1, own[1] == 1
+    a = a[..., None, :] if row else a
+    b = b[..., None] if column else b
+    most = max(own[0] + row, own[1] + column) + 1
+    a, b = (raised(each, most) if lanes else each for each, lanes in zip((a, b), of_lanes, strict=True))
+    found = a @ b
+    found = found[..., 0, :] if row and not column else found
+    found = found[..., 0] if column and not row else found
+    return Lanes(found[..., 0, 0] if row and column else found)
+
+
+def added_at(ufunc: np.ufunc, into: Any, index: Any, *values: Any) -> None:
+    """ufunc.at, which writes into its first operand."""
+    if not isinstance(into, Lanes):
+        raise LanesMet(INTO_ONE)
+    for at, each in enumerate(into.values):
+        ufunc.at(each, index, *(value.values[at] if isinstance(value, Lanes) else value for value in values))

@@ -1,0 +1,101 @@
+"""run_block(): the steps of each case of a block, and what is measured of all."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from mbproj.analysis.expectations import measured
+from mbproj.dynamics.observe.recorded import Observer
+from mbproj.dynamics.observe.samples import block_samples
+from mbproj.integrate.events.time_events import events_of
+from mbproj.integrate.formulations.compiled import Compiled
+from mbproj.integrate.formulations.kinematic import settings_along
+from mbproj.integrate.loop.compiled_march import RETURN_SECONDS
+from mbproj.integrate.loop.interruption import TimeIsUp, interruption, time_limit
+from mbproj.lanes import Each, Parted, lane, restacked
+from mbproj.scene.records import Expectation
+from mbproj.studies.measure.measured_samples import MeasuredSamples
+from mbproj.studies.together.signature import Signature
+
+#: What the kernel gives of each sample, whatever it has counted.
+OF_SAMPLES = ("t", "y", "acceleration", "angles", "multipliers", "step_size")
+
+
+def run_block(
+    signature: Signature, measures: Sequence[Expectation], count: int, timeout: float | None = None
+) -> list[tuple[float, ...] | None]:
+    """What is measured of each of so many cases. None of one whose run does not come to its end, or takes longer than
+    `timeout` in s."""
+    mechanism, choice = signature.mechanism, signature.choice
+    system, state, settings = mechanism.system, mechanism.state, signature.settings
+    compiled = choice.compiled
+    assert compiled is not None
+    if choice.kinematic:
+        settings = settings_along(system, settings)
+    blocks = _integrated(compiled, compiled.run(state, settings), count, timeout)
+    whole = [at for at, each in enumerate(blocks) if each is not None]
+    if not whole:
+        return [None] * count
+    lanes = [blocks[at] or blocks[whole[0]] for at in range(count)]
+    block: dict[str, Any] = {name: restacked([each[name] for each in lanes if each]) for name in OF_SAMPLES}
+    block["t"] = np.asarray(block["t"])
+    samples = MeasuredSamples(mechanism, measures)
+    samples.write(Observer(system, state).at(compiled.samples(block, {})))
+    samples.events(events_of(system, state.t, settings))
+    found = [_values(each, samples, settings.duration, count) for each in measures]
+    return [tuple(column[at] for column in found) if blocks[at] else None for at in range(count)]
+
+
+def _integrated(compiled: Compiled, run: Any, count: int, timeout: float | None) -> list[Mapping[str, Any] | None]:
+    """The samples of each run; None where it has not come to its end."""
+    runs = run.items if isinstance(run, Each) else [run]  # nothing that varies has a say
+    found: list[Mapping[str, Any] | None] = []
+    for each in runs:
+        try:
+            with time_limit(timeout):
+                found.append(_to_its_end(compiled, each))
+        except TimeIsUp:
+            found.append(None)
+    return found if len(found) == count else found * count
+
+
+def _to_its_end(compiled: Compiled, run: Any) -> Mapping[str, Any] | None:
+    """The samples of a run; None where it has not come to its end."""
+    status, most, parts = compiled.core.Status, block_samples(compiled.system.bodies), []
+    with interruption() as asked:
+        while run.outcome.status == status.running:
+            parts.append(run.advance(most, RETURN_SECONDS))
+            asked.check()
+    if run.outcome.status != status.finished:
+        return None
+    return {name: _joined([part[name] for part in parts]) for name in OF_SAMPLES}
+
+
+def _joined(parts: Sequence[Any]) -> Any:
+    return parts[0] if len(parts) == 1 else np.concatenate(parts)
+
+
+def _values(measure: Expectation, samples: MeasuredSamples, duration: float | None, count: int) -> list[float]:
+    """The first number of a measure, of each case."""
+    try:
+        found = measured(measure, samples, duration)
+    except (Parted, TypeError):
+        own = [measured(measure, _OfLane(samples, at), duration) for at in range(count)]
+        return [np.nan if each is None else float(each.values[0]) for each in own]
+    if found is None:
+        return [np.nan] * count
+    values: list[float] = np.broadcast_to(getattr(found.values[0], "values", found.values[0]), count).tolist()
+    return values
+
+
+class _OfLane:
+    """The samples of one case."""
+
+    def __init__(self, samples: MeasuredSamples, at: int) -> None:
+        self._samples, self._at, self.names, self.event_times = samples, at, samples.names, samples.event_times
+
+    def __getitem__(self, path: str) -> Any:
+        return lane(self._samples[path], self._at)

@@ -1,0 +1,120 @@
+"""Cases by arrays: the bits that each case has alone, whatever varies; what arrays do not know goes alone."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mbproj.mechanisms_folder import mechanism
+from mbproj.studies.sweep import case
+from mbproj.studies.sweep.case import FEWEST, Task, Work, run_case, run_cases
+from mbproj.studies.sweep.row import Status
+from mbproj.studies.sweep.spec import read_spec
+from tests.studies.sweep.specs import swept, write
+
+COUNT = FEWEST + 1
+END = "  simulation.duration: 0.2 s\n"
+ADAPTIVE = f"{END}  simulation.tolerance: 1e-7\n  simulation.integrator: dop853\n"
+#: What varies in a scene, and what is measured.
+SWEEPS = {
+    "five_bar": (
+        f"  parameters.length: 0.9:1.1:{COUNT}\n{ADAPTIVE}",
+        "  tip: {marker: tip, quantity: position, component: z, at: end}\n"
+        "  lowest: {marker: tip, quantity: position, component: z, at: minimum}\n"
+        "  load: {joint: A, quantity: reaction_force, component: norm, at: maximum}\n"
+        "  angle: {joint: C, quantity: angle, at: 0.1}\n"
+        "  drift: {diagnostic: energy_drift_relative, at: end}\n",
+    ),
+    "planar_four_bar": (
+        f"  gravity.2: -12:-9:{COUNT}\n{ADAPTIVE}",
+        "  drift: {diagnostic: energy_drift, at: end}\n  open: {diagnostic: position_violation, at: end}\n",
+    ),
+    "spatial_slider_crank": (
+        f"  bodies.slider.mass: 1.5:2.5:{COUNT}\n  speed: 5:7:{COUNT}\n{END}",
+        "  slider: {marker: slider, quantity: position, component: x, at: end}\n"
+        "  force: {joint: D, quantity: reaction_force, component: z, at: largest}\n"
+        "  open: {diagnostic: velocity_violation, at: end}\n",
+    ),
+    "quarter_car": (
+        f"  bodies.body.mass: 250:300:{COUNT}\n{END}",
+        "  drift: {diagnostic: energy_drift, at: end}\n",
+    ),
+    "heavy_top": (
+        f"  nutation: 0.4:0.6:{COUNT}\n{END}",
+        "  energy: {diagnostic: kinetic_energy, at: end}\n",
+    ),
+}
+
+
+def by_arrays_and_alone(path):
+    spec = read_spec(path)
+    work = Work(spec.scene.text, str(spec.scene.path), spec.design.paths, spec.measures, None, "none", None)
+    tasks = [Task(str(number), spec.design.case(number)) for number in range(spec.design.count)]
+    return run_cases(work, tasks), [run_case(work, task) for task in tasks]
+
+
+@pytest.mark.parametrize("name", SWEEPS)
+def test_a_case_has_the_bits_that_it_has_alone(tmp_path, name):
+    vary, measure = SWEEPS[name]
+    path = tmp_path / "spec.yaml"
+    path.write_text(
+        f"sweep: 1\nscene: {mechanism(name)}\ncombine: zip\nvary:\n{vary}measure:\n{measure}", encoding="utf-8"
+    )
+    rows, alone = by_arrays_and_alone(path)
+    assert all(row.by_arrays for row in rows)
+    for row, own in zip(rows, alone, strict=True):
+        assert own.status == row.status == Status.DONE and row.formulation == own.formulation
+        assert np.array(row.values).tobytes() == np.array(own.values).tobytes()
+    assert len({row.values for row in rows}) == COUNT
+
+
+def test_what_fails_or_goes_another_way_goes_alone(tmp_path):
+    """Half of the cases fail at 0.1 s; some have other settings; each has the row that it has alone."""
+    path = write(tmp_path, f"  length: 0.8:1.2:{COUNT}\n  fails: [0, 1]\n  simulation.step: [0.01, 0.02]\n")
+    rows, alone = by_arrays_and_alone(path)
+    assert sum(row.by_arrays for row in rows) == 2 * COUNT
+    for row, own in zip(rows, alone, strict=True):
+        assert (row.status, row.values, row.message, row.time) == (own.status, own.values, own.message, own.time)
+    assert {row.status for row in rows if not row.by_arrays} == {Status.FAILED}
+
+
+def test_groups_go_by_what_is_decided(tmp_path):
+    """A mass of zero is a light body, which is eliminated in another way."""
+    masses = ", ".join(f"{mass}" for each in range(FEWEST) for mass in (0.0, 1.0 + each / 8.0))
+    path = write(tmp_path, f"  bodies.bar.mass: [{masses}]\n")
+    rows, alone = by_arrays_and_alone(path)
+    assert all(row.by_arrays for row in rows)
+    assert [row.values for row in rows] == [own.values for own in alone]
+
+
+def test_the_sweep_says_how_many(tmp_path):
+    reached, entries = swept(write(tmp_path, "  length: 0.8:1.2:60\n"), tmp_path / "out")
+    assert reached.computed == 60 and reached.by_arrays >= 20
+    assert all(entry.status == "done" for entry in entries)
+    _, again = swept(write(tmp_path, "  length: 0.8:1.2:60\n"), tmp_path / "alone", most_failures=0)
+    assert [entry.row.values for entry in entries] == [entry.row.values for entry in again]
+
+
+def test_other_bits_are_found_and_not_used(tmp_path, monkeypatch):
+    """The first case of each group is run alone, too."""
+
+    def off(signature, measures, count, timeout):
+        return [(0.5,)] * count
+
+    monkeypatch.setattr(case, "run_block", off)
+    with pytest.warns(UserWarning, match="arrays have other bits"):
+        rows, alone = by_arrays_and_alone(write(tmp_path, f"  length: 0.8:1.2:{COUNT}\n"))
+    assert not any(row.by_arrays for row in rows)
+    assert [row.values for row in rows] == [own.values for own in alone]
+
+
+def test_contacts_go_alone(tmp_path):
+    path = tmp_path / "spec.yaml"
+    path.write_text(
+        f"sweep: 1\nscene: {mechanism('stick_slip')}\nvary:\n  gravity.2: -10:-9:{COUNT}\n{END}"
+        "measure:\n  drift: {diagnostic: energy_drift, at: end}\n",
+        encoding="utf-8",
+    )
+    rows, alone = by_arrays_and_alone(path)
+    assert not any(row.by_arrays for row in rows)
+    assert [row.values for row in rows] == [own.values for own in alone]
