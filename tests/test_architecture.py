@@ -27,7 +27,7 @@ LEAVES = {
     "rehearsal",
     "thresholds",
 }
-LEAVES |= {"lanes", "plugins", "version"}
+LEAVES |= {"lanes", "plugins", "several", "version"}
 #: What each package may import beside itself and the leaves.
 MAY_IMPORT = {
     "constraints": set(),

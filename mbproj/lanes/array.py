@@ -19,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mbproj.lanes.axes import are_alike, axes_of, is_split, laid_out_like, raised
+from mbproj.several import Several
 
 #: NumPy adds up fewer terms than this one after another, wherever they stand in memory.
 IN_ORDER = 8
@@ -57,7 +58,7 @@ def laned(values: npt.NDArray[Any]) -> Any:
     return Lanes(values) if values.dtype.kind == "f" else agreed(values)
 
 
-class Lanes(np.lib.mixins.NDArrayOperatorsMixin):
+class Lanes(Several, np.lib.mixins.NDArrayOperatorsMixin):
     """An array (...) of each of B cases: `values` (B, ...)."""
 
     __slots__ = ("values",)

@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mbproj.errors import InputError, Place, Problem
-from mbproj.lanes import Lanes
 from mbproj.scene.blocks.control.expanded import expanded
 from mbproj.scene.blocks.control.instants import note_instants
 from mbproj.scene.blocks.control.matrix_files import with_matrices
@@ -42,6 +41,7 @@ from mbproj.scene.text.nodes import (
 )
 from mbproj.scene.text.reading_cache import ReadingCache
 from mbproj.scene.text.source import MAX_BYTES, read_text
+from mbproj.several import Several
 
 if TYPE_CHECKING:
     from mbproj.functions.curves.track import Track
@@ -115,7 +115,7 @@ class SceneText:
         root, wrong_changes = changed(self.root, parameters)
         root, from_files, wrong_files = with_matrices(root, self.path)
         # The first reading stores nothing, since most texts are read once; nor do readings of several cases.
-        of_cases = any(isinstance(value, Lanes) for value in parameters.values())
+        of_cases = any(isinstance(value, Several) for value in parameters.values())
         again = self._is_read and not of_cases
         kept = self._kept if self._kept.is_full else ReadingCache() if again else None
         places = {**self._kept.places, (): root.place}

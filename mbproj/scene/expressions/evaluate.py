@@ -10,12 +10,12 @@ from itertools import pairwise
 from types import MappingProxyType
 
 from mbproj.dataclass import dataclass
-from mbproj.lanes import Lanes, each_call
 from mbproj.scene.expressions.syntax_tree import Binary, Call, Expression, Name, Negative, Number, Quantity
 from mbproj.scene.expressions.tokens import ExpressionError
 from mbproj.scene.expressions.unit_text import similar_unit, unit_of
 from mbproj.scene.expressions.units import ANGLE, BARE, SYMBOLS, Dimension, describe
 from mbproj.scene.text.suggestions import choose_from, did_you_mean
+from mbproj.several import are_several, each_case
 
 
 @dataclass(frozen=True)
@@ -249,8 +249,8 @@ def _common(at: int, dimensions: list[Dimension | None]) -> Dimension | None:
 
 def _finite(at: int, compute: Callable[..., float], *numbers: float) -> float:
     """compute(*numbers). Raises ExpressionError where that is not a finite number."""
-    if any(isinstance(number, Lanes) for number in numbers):
-        found: float = each_call(lambda *own: _finite(at, compute, *own), numbers)
+    if any(map(are_several, numbers)):
+        found: float = each_case(lambda *own: _finite(at, compute, *own))(*numbers)
         return found
     try:
         result = compute(*numbers)

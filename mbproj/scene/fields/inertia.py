@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from mbproj.lanes import each_lane
 from mbproj.scene.records import Matrix, Vector
+from mbproj.several import each_case
 
 #: The largest error that counts as round-off, relative to the largest principal moment (or element).
 ROUND_OFF = 1e-12
@@ -62,7 +62,7 @@ def _rotate(a: list[list[float]], i: int, j: int) -> None:
     a[i][j] = a[j][i] = 0.0  # else rotations would go on for round-off, without end where two moments are equal
 
 
-@each_lane
+@each_case
 def impossible(matrix: Matrix) -> str | None:
     """Why no body can have this symmetric tensor; None where one can. Principal moments are not negative, and none is
     larger than the sum of the other two."""

@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 
 from mbproj.dataclass import dataclass
 from mbproj.errors import Place
-from mbproj.lanes import Lanes
+from mbproj.several import Several
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ def plain(value: object) -> object:
 def from_value(value: object, place: Place) -> Node:
     """The node of a value from the command line or a Python caller: text, a number, a flag, or a list or mapping of
     them, also of NumPy."""
-    if isinstance(value, Lanes):
+    if isinstance(value, Several):
         return CasesNode("the numbers of several cases", place, numbers=value)
     value = plain(value)
     if isinstance(value, Mapping):

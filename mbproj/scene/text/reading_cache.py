@@ -12,8 +12,8 @@ from collections.abc import Collection, Mapping
 from typing import Any, NamedTuple, TypeAlias
 
 from mbproj.errors import Place, Problem
-from mbproj.lanes import Lanes
 from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode
+from mbproj.several import Several
 
 Path: TypeAlias = "tuple[str | int, ...]"
 #: Parameters by name, and the names of the items of each block.
@@ -91,4 +91,4 @@ class ReadingCache:
 
 def _differ(value: Any, before: Any) -> bool:
     """Whether a parameter has another value; one of several cases has."""
-    return value is not before and (isinstance(getattr(value, "number", None), Lanes) or value != before)
+    return value is not before and (isinstance(getattr(value, "number", None), Several) or value != before)

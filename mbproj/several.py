@@ -1,0 +1,34 @@
+"""Numbers of several cases, for modules that must not import arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import wraps
+from typing import Any, TypeVar
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+class Several:
+    """The base of `mbproj.lanes.Lanes`, which are numbers of several cases."""
+
+    __slots__ = ()
+
+
+def are_several(values: Any) -> bool:
+    """Return whether values, or some of those in a sequence, are of several cases."""
+    return isinstance(values, Several) or (isinstance(values, (list, tuple)) and any(map(are_several, values)))
+
+
+def each_case(function: Function) -> Function:
+    """Return a function of one case that is called for each where it is given numbers of several."""
+
+    @wraps(function)
+    def called(*args: Any, **options: Any) -> Any:
+        if not any(map(are_several, (*args, *options.values()))):
+            return function(*args, **options)
+        from mbproj.lanes import each_call
+
+        return each_call(function, args, options)
+
+    return called  # type: ignore[return-value]
