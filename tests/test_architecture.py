@@ -111,7 +111,7 @@ FOLDERS = {
     "model": ("compile", "planar"),
     "dynamics": ("equations", "derivatives", "assembly", "observe", "rank", "friction", "contact"),
     "projection": ("methods", "solve"),
-    "integrate": ("steppers", "events", "outcome", "formulations", "loop", "stiff", "automatic", "stops"),
+    "integrate": ("steppers", "events", "reporting", "formulations", "loop", "stiff", "automatic", "stops"),
     "results": ("file", "loads", "crash_safety", "linear", "sweep", "design", "views"),
     "studies": (
         "store",

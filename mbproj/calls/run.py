@@ -14,7 +14,7 @@ from mbproj.calls.given import Given, by_arguments, scene_of
 from mbproj.dynamics import State, unique_components
 from mbproj.errors import InputError, Place, Problem
 from mbproj.integrate import Report, simulate
-from mbproj.integrate.outcome.report import summary
+from mbproj.integrate.reporting.report import summary
 from mbproj.integrate.simulate import Progress
 from mbproj.integrate.stepwise import Stepwise
 from mbproj.linear.equilibrium.started import start_state

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from mbproj.integrate.outcome.report import Report
+from mbproj.integrate.reporting.report import Report
 from mbproj.scene.records import ProjectionSettings
 from mbproj.thresholds import THRESHOLDS
 

@@ -41,7 +41,7 @@ def kinks(programs: ProgramSet, index: int, start: float, end: float) -> tuple[K
     branched, uneven = _suspects(programs, index)
     if not (branched or uneven) or not start < end:
         return ()
-    look = _Look(programs, index, look_times(programs, index, start, end))
+    look = _SampledFunction(programs, index, look_times(programs, index, start, end))
     smooth = look.changes(branched - {Op.TABLE})
     jumping = look.largest_of_each_interval(look.jumps()) if uneven else np.zeros(0)
     rows = look.changes(branched & {Op.TABLE})
@@ -69,7 +69,7 @@ def _suspects(programs: ProgramSet, index: int) -> tuple[frozenset[Op], frozense
     return frozenset(branched), frozenset(uneven)
 
 
-class _Look:
+class _SampledFunction:
     """The values of a function at the times of its samples; scratch of one search."""
 
     def __init__(self, programs: ProgramSet, index: int, times: Array) -> None:

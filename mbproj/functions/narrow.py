@@ -44,11 +44,11 @@ def features(
     bounds = np.array([kink.t for kink in kinks])
     found: list[Feature] = []
     for values in run(programs, index, [time_series(times)])[:orders]:
-        found += _of(times, np.asarray(values), bounds)
+        found += _features_of(times, np.asarray(values), bounds)
     return tuple(sorted(set(found)))
 
 
-def _of(times: Array, values: Array, kinks: Array) -> list[Feature]:
+def _features_of(times: Array, values: Array, kinks: Array) -> list[Feature]:
     spacing = (times[-1] - times[0]) / THRESHOLDS.look_intervals
     undefined = np.flatnonzero(~np.isfinite(values))
     if len(undefined):  # perhaps beyond the run's end

@@ -15,8 +15,8 @@ from mbproj.integrate.events.leg import Leg
 from mbproj.integrate.formulations.choice import Choice
 from mbproj.integrate.formulations.compiled import Compiled
 from mbproj.integrate.loop.one_method import march_by_one_method
-from mbproj.integrate.outcome.marks import Marks
-from mbproj.integrate.outcome.tally import Tally
+from mbproj.integrate.reporting.marks import Marks
+from mbproj.integrate.reporting.tally import Tally
 from mbproj.kernel.loads import programs
 from mbproj.model.system import System
 from mbproj.registry import AUTOMATIC

@@ -15,8 +15,8 @@ from mbproj.dynamics.equations.turning import Slip, Turning, turns_of
 from mbproj.dynamics.observe.samples import Sample
 from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.integrate.formulations.terms import Accelerations
-from mbproj.integrate.outcome.failures import TurnsUntold
-from mbproj.integrate.outcome.tally import Tally
+from mbproj.integrate.reporting.failures import TurnsUntold
+from mbproj.integrate.reporting.tally import Tally
 from mbproj.integrate.steppers.methods import Stepper
 from mbproj.integrate.steppers.runge_kutta import Step
 

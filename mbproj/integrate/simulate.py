@@ -25,10 +25,10 @@ from mbproj.integrate.formulations.kinematic import settings_along
 from mbproj.integrate.loop.followed_steps import FollowedSteps
 from mbproj.integrate.loop.interruption import Interruption, interruption
 from mbproj.integrate.loop.one_method import march_by_one_method
-from mbproj.integrate.outcome.lock_up import naming_lock_up
-from mbproj.integrate.outcome.lost_mass import naming_lost_mass
-from mbproj.integrate.outcome.marks import START, Keeping, Mark, Marks
-from mbproj.integrate.outcome.report import (
+from mbproj.integrate.reporting.lock_up import naming_lock_up
+from mbproj.integrate.reporting.lost_mass import naming_lost_mass
+from mbproj.integrate.reporting.marks import START, Keeping, Mark, Marks
+from mbproj.integrate.reporting.report import (
     EnergyWatch,
     Report,
     words_on_halvings,
@@ -38,7 +38,7 @@ from mbproj.integrate.outcome.report import (
     worst,
     worst_joint,
 )
-from mbproj.integrate.outcome.tally import Tally
+from mbproj.integrate.reporting.tally import Tally
 from mbproj.integrate.stiff.stiffness import StiffnessWatch
 from mbproj.kernel import fingerprint
 from mbproj.model.system import System

@@ -20,7 +20,7 @@ from mbproj.kernel.loads import (
 )
 from mbproj.lanes import contiguous
 from mbproj.model.bearings import Parts
-from mbproj.model.couplings import Of
+from mbproj.model.couplings import FollowedKind
 from mbproj.model.layout import Layout
 from mbproj.model.planar import Plane, channels_in_plane, coordinates_in_plane
 from mbproj.model.system import System
@@ -238,10 +238,10 @@ def _followers_in_plane(system: System, plane: Plane) -> list[tuple[int, int, in
     of two curves."""
     rows, found = plane_rows(plane).tolist(), []
     for program, (kind, at, second) in system.following.items():
-        if kind is Of.COORDINATE:
+        if kind is FollowedKind.COORDINATE:
             own = int(coordinates_in_plane(plane, np.array([at]))[0])
         else:
-            own = rows.index(at) if kind is Of.ROW else at
+            own = rows.index(at) if kind is FollowedKind.ROW else at
         found.append((int(kind), own, program, second))
     return [each for each in found if each[1] >= 0]  # what is constant in the plane has no sign to change
 

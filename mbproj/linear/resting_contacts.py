@@ -75,7 +75,7 @@ def _soft(system: System, state: State) -> dict[int, float]:
 def _refuse_sliding_by_load(system: System, frictions: Frictions, rests: Flags) -> None:
     problems = [
         Problem(
-            f"dry friction '{system.names.frictions[k]}' slides here, by what its bearing carries: that has no linear "
+            f"dry friction '{system.names.frictions[k]}' slides here, by the load of its bearing: that has no linear "
             "part here",
             frictions.places[k],
             "take a time at which it sticks, or give a constant torque or force in place of 'coefficient'",
@@ -128,7 +128,7 @@ def refuse_loads(system: System, where: str) -> None:
     """Raise InputError where a law depends on the load of a bearing."""
     forces = system.forces
     problems = [
-        Problem(f"force '{forces.law_owners[k]}' goes by what its bearing carries: it {where}", hint=LOAD_HINT)
+        Problem(f"force '{forces.law_owners[k]}' depends on the load of its bearing: it {where}", hint=LOAD_HINT)
         for k in np.flatnonzero(forces.laws.bearing >= 0)
     ]
     if problems:

@@ -1,4 +1,4 @@
-"""From the scene to the System (arrays) and the Guess that assembly starts from."""
+"""Compiles a scene to the System (arrays) and to the Guess from which assembly starts."""
 
 from mbproj.model.compile.guess import Guess, initial_guess
 from mbproj.model.compile.mechanism import compile_system

@@ -124,7 +124,7 @@ def in_contact(system: System, contacts: Contacts) -> System:
 def _with_bounds(system: System, frictions: Frictions) -> System:
     """Return the system with the static bounds of changing frictions as the last programs of its forces."""
     forces, own = system.forces, frictions.varies
-    names = tuple(_named(frictions.owners[k]) for k in own)
+    names = tuple(_quoted_name(frictions.owners[k]) for k in own)
     bounds = flatten([static for _, static in own.values()])
     programs, owners = joined([forces.programs, bounds]), (*forces.program_owners, *names)
     return replace(system, forces=replace(forces, programs=programs, program_owners=owners))
@@ -189,7 +189,7 @@ def _pushes(stops: Stops, pushing: Mapping[int, float], *, one_sided: bool = Fal
     for k, by in pushing.items():
         (along,) = bindings(stops.coordinates, [k])
         push = _push(stops, k, by, one_sided)
-        yield AddedLaw(along, int(stops.joint_coordinate[k]), Program(push), _named(stops.owners[k]))
+        yield AddedLaw(along, int(stops.joint_coordinate[k]), Program(push), _quoted_name(stops.owners[k]))
 
 
 def bearing_numbers(system: System, frictions: Frictions, contacts: Contacts) -> list[int]:
@@ -251,7 +251,7 @@ def _frictions(frictions: Frictions, bearings: list[int], contacts: Contacts, fi
         else:
             part = -contacts.sliding[k]
             push = _falling(part * sliding, part * static, float(frictions.stribeck[k]))
-        coordinate, name = int(frictions.joint_coordinate[k]), _named(frictions.owners[k])
+        coordinate, name = int(frictions.joint_coordinate[k]), _quoted_name(frictions.owners[k])
         yield AddedLaw(along, coordinate, Program(push), name, bearings[k], True, other, direction)
 
 
@@ -264,7 +264,7 @@ def _falling(sliding: float, static: float, stribeck: float) -> Code:
     return apply(Op.ADD, number(sliding), apply(Op.MULTIPLY, number(static - sliding), falls))
 
 
-def _named(owner: str) -> str:
+def _quoted_name(owner: str) -> str:
     """Return the quoted name, as 'bumper' in "force 'bumper'"."""
     return owner.split("'")[1]
 

@@ -119,7 +119,7 @@ class Followers:
         return len(self.of)
 
 
-class Of(IntEnum):
+class FollowedKind(IntEnum):
     """The list in which a distance from a curve stands: the rows of the joints, the laws, or the stops. A stop follows
     its curve while it touches. The kernel's loop handles that itself; for others the stop is then a row or a law. Or a
     joint coordinate whose sign is a switch: what lies of a rope on a circle that it may leave."""
@@ -134,7 +134,7 @@ class Followed(NamedTuple):
     """A curve that a distance follows: the list (`kind`) and the number of the distance; of two curves that touch, the
     first (0) or the `second` (1)."""
 
-    kind: Of
+    kind: FollowedKind
     number: int
     second: int = 0
 
@@ -160,7 +160,7 @@ def compile_followers(
     """Return the distances from curves among the joints' rows, the laws and the stops, and the coordinates whose sign
     is a switch."""
     places, knots = list[Followed](), list[Program]()
-    for kind, bound in ((Of.ROW, joints), (Of.LAW, laws), (Of.STOP, stops)):
+    for kind, bound in ((FollowedKind.ROW, joints), (FollowedKind.LAW, laws), (FollowedKind.STOP, stops)):
         if bound is None or not any(isinstance(group.primitive, DISTANCES) for group in bound.groups):
             continue
         for member in bound.layout.members:
@@ -170,7 +170,7 @@ def compile_followers(
                     knots.append(curve.knots)  # type: ignore[arg-type]  # what curves of scenes have
     for member in coordinates.layout.members:
         if isinstance(member.primitive, Rope) and member.primitive.watched:
-            places.append(Followed(Of.COORDINATE, member.rows[0]))
+            places.append(Followed(FollowedKind.COORDINATE, member.rows[0]))
             knots.append(Program(apply(Op.ABS, variable(COORDINATE))))
     return Followers(tuple(places), flatten(knots)) if places else NO_FOLLOWERS
 

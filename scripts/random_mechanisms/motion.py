@@ -18,7 +18,7 @@ from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.integrate.formulations.terms import Accelerations
 from mbproj.integrate.loop.compiled_march import march as march_compiled
 from mbproj.integrate.loop.march import march
-from mbproj.integrate.outcome.tally import Tally
+from mbproj.integrate.reporting.tally import Tally
 from mbproj.scene.records import Settings
 
 

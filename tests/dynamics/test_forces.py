@@ -167,7 +167,7 @@ def test_fixed_joints_carry_the_points_along():
 
 WRONG = {
     "k: {type: spring_damper, points: {a: [0, 0, 1], b: [0, 0, 1]}, stiffness: 1}": "11:3: error: force 'k' has no "
-    "direction: its two points are one at the scene's pose; move one of its points",
+    "direction: its two points coincide at the scene's pose; move one of its points",
 }
 
 
@@ -181,7 +181,7 @@ def test_forces_that_cannot_be(line):
 def test_points_of_one_rigid_body():
     text = HEAD.replace("type: revolute", "type: fixed").replace(", axis: [1, 2, -1]", "")
     spring = "  k: {type: spring_damper, points: {a: [0, 0, 1], b: [0, 0, 2]}, stiffness: 1}\n"
-    with pytest.raises(InputError, match="'k' acts between two points of one rigid body; fixed joints have made"):
+    with pytest.raises(InputError, match="'k' acts between two points of one rigid body; fixed joints have merged"):
         compile_system(read_scene_text(text + spring))
 
 

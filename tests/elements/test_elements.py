@@ -287,13 +287,13 @@ WRONG = {
     "element 'x': 'pin.angle': 'pin.angle' cannot be used here": Element(
         "x", ("pin.angle",), (State("a", "pin.angle"),)
     ),
-    "element 'x' reads 'pin.angel', which there is not": Element("x", reads=("pin.angel",)),
-    "element 'x' acts on 'rail.angle', which there is not": Element("x", forces=(push("rail.angle", 1.0),)),
+    "element 'x' reads 'pin.angel', which does not exist": Element("x", reads=("pin.angel",)),
+    "element 'x' acts on 'rail.angle', which does not exist": Element("x", forces=(push("rail.angle", 1.0),)),
     "the function of row 'x.r' has edges, at s = 0": cam("x", "pin.angle", "rail.displacement", Program(EDGE)),
     "function of row 'x.r' has edges, at s = 0.3": cam("x", "pin.angle", "rail.displacement", parabolas(first=0.01)),
     "the function of row 'x.r' has edges, at s = 0.02": Element("x", rows=(_of_length("max(s - 0.02, 0)"),)),
     "the function of row 'x.r' has edges, at s = -300": Element("x", rows=(_of_length("abs(s + 300)"),)),
-    "the function of row 'x.r' is another one after a turn": cam("x", "pin.angle", "rail.displacement", Program(ONCE)),
+    "the function of row 'x.r' changes with a turn": cam("x", "pin.angle", "rail.displacement", Program(ONCE)),
     "the function of row 'x.r' names more": cam("x", "pin.angle", "rail.displacement", Program(variable(TIME))),
 }
 

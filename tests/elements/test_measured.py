@@ -169,7 +169,7 @@ forces:
         (
             Element("rope", lengths={"left": ("two", "ones")}),
             "",
-            "error: the length 'rope.left' ends at the marker 'ones', which there is not; did you mean 'one'?",
+            "error: the length 'rope.left' ends at the marker 'ones', which does not exist; did you mean 'one'?",
         ),
         (
             Element("rope", lengths={"left": ("one", "low")}),
@@ -179,17 +179,17 @@ forces:
         (
             Element("eye", reads=("one.w",)),
             "",
-            "error: element 'eye' reads 'one.w', which there is not; did you mean 'one.",
+            "error: element 'eye' reads 'one.w', which does not exist; did you mean 'one.",
         ),
         (
             Element("eye", reads=("rubs.force",)),
             ROUGH,
-            "error: the force of 'rubs' cannot be read: it goes by a load, which would depend on what reads it",
+            "error: the force of 'rubs' cannot be read: it depends on a load, which would depend on the reader",
         ),
         (
             Element("lift", forces=(Force("two.u", "1"),)),
             "",
-            "error: element 'lift' acts on 'two.u', which there is not; did you mean 'two.z'?",
+            "error: element 'lift' acts on 'two.u', which does not exist; did you mean 'two.z'?",
         ),
     ],
 )

@@ -75,5 +75,5 @@ def test_the_unit_of_length_cannot_be_varied():
 
 
 def test_wrong_elements_of_a_scene_are_named():
-    with pytest.raises(InputError, match=r"element 'x' reads 'pin\.angel', which there is not"):
+    with pytest.raises(InputError, match=r"element 'x' reads 'pin\.angel', which does not exist"):
         compile_system(replace(scene_of(), elements=(Element("x", reads=("pin.angel",)),)))

@@ -116,13 +116,13 @@ def test_a_friction_that_slides_is_a_law_of_small_motions():
 
 def test_friction_that_slides_by_its_load_is_refused_by_name():
     system, state = started(bearing=BEARING, speed=1)
-    with pytest.raises(InputError, match="dry friction 'bearing' slides here, by what its bearing carries"):
+    with pytest.raises(InputError, match="dry friction 'bearing' slides here, by the load of its bearing"):
         held_at(system, state)
 
 
 def test_a_smooth_friction_by_its_load_has_no_linear_part_here():
     system, state = started(bearing=BEARING.replace("static: 2", "regularised: 0.1"))
-    with pytest.raises(InputError, match="force 'bearing' goes by what its bearing carries: it has no linear part"):
+    with pytest.raises(InputError, match="force 'bearing' depends on the load of its bearing: it has no linear part"):
         modes(reference_at(system, state, "start"))
 
 

@@ -14,8 +14,8 @@ from mbproj.integrate import simulate
 from mbproj.integrate.events.time_events import time_events
 from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.integrate.loop.march import march
-from mbproj.integrate.outcome.marks import Marks
-from mbproj.integrate.outcome.tally import Tally
+from mbproj.integrate.reporting.marks import Marks
+from mbproj.integrate.reporting.tally import Tally
 from mbproj.model import compile_system, initial_guess
 from mbproj.scene import read_scene, read_scene_text, settings_to_run
 from tests.integrate.state_scenes import bounce

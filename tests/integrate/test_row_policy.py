@@ -16,7 +16,7 @@ from mbproj.dynamics.rank.row_set import RowSet
 from mbproj.integrate.formulations.choice import choose
 from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.integrate.loop.march import march
-from mbproj.integrate.outcome.tally import Tally
+from mbproj.integrate.reporting.tally import Tally
 from mbproj.scene import read_scene_text
 from tests.kernel.scenes import needs_kernel
 from tests.mechanisms.exact.parallelogram import PARALLELOGRAM

@@ -35,7 +35,7 @@ EXPECTED = {
     "crane": ("reduced", f"{FREE}keeps body 'load' in the plane", 5),
     "delta_robot": ("reduced", "not planar: joint 'A2' is tilted", 3),
     "differential": ("planar", IN_Y, 2),
-    "door_closer": ("reduced", "not planar: friction goes by what joint 'hinge' carries out of the plane", 1),
+    "door_closer": ("reduced", "not planar: friction depends on the load of joint 'hinge' out of the plane", 1),
     "door_with_stop": ("planar", "the joints keep every body in the plane normal to [0, 0, 1]", 1),
     "double_pendulum": ("planar", IN_Y, 2),
     "drum_brake": ("planar", "the joints keep every body in the plane normal to [0, 0, 1]", 1),
@@ -99,7 +99,7 @@ def test_the_kernel_has_each_correction_that_the_registry_names():
 def test_a_new_method_runs_in_the_full_formulation(monkeypatch):
     """It is one file and one entry, which need not say anything of the kernel."""
     methods = dict(PROJECTIONS, mine=ProjectionEntry("gopm", "1", "a copy of gopm"))
-    for place in (module, "mbproj.projection", "mbproj.integrate.outcome.failures"):
+    for place in (module, "mbproj.projection", "mbproj.integrate.reporting.failures"):
         monkeypatch.setattr(place if place is module else import_module(place), "PROJECTIONS", methods)
     settings = Settings(duration=0.02, step=0.01, projection=ProjectionSettings(method="mine"))
     system, state = assembled(mechanism("physical_pendulum"))

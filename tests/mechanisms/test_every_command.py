@@ -26,7 +26,7 @@ from tests.stops.scenes import resting_on_a_stop
 from tests.support import MECHANISMS
 
 MOVES = "is not constant at t = 0 s"
-TOUCHES, SLIDES = "touches at this pose", "slides here, by what its bearing carries"
+TOUCHES, SLIDES = "touches at this pose", "slides here, by the load of its bearing"
 #: What commands say of scenes that they cannot do.
 REFUSED = {
     "bouncing_ball": {"equilibrium": "nothing balances"},

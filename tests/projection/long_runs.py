@@ -6,7 +6,7 @@ from typing import Any
 
 from mbproj.dynamics import assemble
 from mbproj.integrate import simulate
-from mbproj.integrate.outcome.report import Report
+from mbproj.integrate.reporting.report import Report
 from mbproj.model import compile_system, initial_guess
 from mbproj.scene import read_scene, read_scene_text, settings_to_run
 from mbproj.scene.settings import with_options

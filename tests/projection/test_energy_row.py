@@ -12,8 +12,8 @@ from mbproj.cli.rows_kept import warnings_on_rows
 from mbproj.dynamics import assemble
 from mbproj.integrate import simulate
 from mbproj.integrate.formulations.invariants import momenta_of
-from mbproj.integrate.outcome.marks import Mark
-from mbproj.integrate.outcome.report import Report
+from mbproj.integrate.reporting.marks import Mark
+from mbproj.integrate.reporting.report import Report
 from mbproj.model import compile_system, initial_guess
 from mbproj.scene import read_scene, read_scene_text, settings_to_run
 from mbproj.scene.settings import with_options

@@ -10,7 +10,7 @@ import pytest
 from mbproj.cli.rows_kept import warnings_on_rows
 from mbproj.dynamics import assemble
 from mbproj.integrate import simulate
-from mbproj.integrate.outcome.marks import Mark
+from mbproj.integrate.reporting.marks import Mark
 from mbproj.model import compile_system, initial_guess
 from mbproj.scene import read_scene, read_scene_text, settings_to_run
 from mbproj.scene.settings import with_options

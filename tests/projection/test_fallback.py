@@ -12,7 +12,7 @@ import pytest
 from mbproj.dynamics import State
 from mbproj.errors import SimulationError
 from mbproj.integrate import simulate
-from mbproj.integrate.outcome.report import Report
+from mbproj.integrate.reporting.report import Report
 from mbproj.kernel import core
 from mbproj.scene.records import ProjectionSettings, Settings
 from tests.projection.uneven_chains import uneven_chain

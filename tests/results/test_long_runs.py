@@ -13,8 +13,8 @@ import pytest
 
 from mbproj import assemble, compile_system, initial_guess, read_scene, settings_to_run, simulate
 from mbproj.analysis.tables import tables
-from mbproj.integrate.outcome import marks as outcome_marks
-from mbproj.integrate.outcome.marks import Keeping, Mark, Marks
+from mbproj.integrate.reporting import marks as run_marks
+from mbproj.integrate.reporting.marks import Keeping, Mark, Marks
 from mbproj.results import Results, ResultsWriter, check_results, open_own_results, writer
 from mbproj.results.datasets import chunk_rows
 from mbproj.results.file import kept_arrays
@@ -119,7 +119,7 @@ def test_marks_take_a_tenth_of_a_run_and_the_last_is_kept(monkeypatch) -> None:
         now[0] += 1.0
         return {"block": block[0]}
 
-    monkeypatch.setattr(outcome_marks, "perf_counter", lambda: now[0])
+    monkeypatch.setattr(run_marks, "perf_counter", lambda: now[0])
     keeping = Keeping(Marks(newest=newest), lambda mark: kept.append(mark["block"]))
     with pytest.raises(KeyboardInterrupt), keeping.to_the_end():
         for block[0] in range(200):

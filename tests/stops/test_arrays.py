@@ -76,7 +76,7 @@ def test_two_ends_on_one_rigid_body_are_an_error():
         ),
     ):
         assert SCENE.count(old) == 1
-        with pytest.raises(InputError, match=f"acts between {said} of one rigid body; fixed joints have made its"):
+        with pytest.raises(InputError, match=f"acts between {said} of one rigid body; fixed joints have merged its"):
             compile_system(read_scene_text(SCENE.replace(old, new)))
 
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from mbproj.integrate.events.leg import Leg
 from mbproj.integrate.events.time_events import Event
-from mbproj.integrate.outcome.tally import Tally
+from mbproj.integrate.reporting.tally import Tally
 from mbproj.integrate.stops.march import StopMarch
 
 

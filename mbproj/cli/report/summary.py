@@ -13,7 +13,7 @@ from mbproj.cli.rows_kept import lines_on_rows, projection_words, warnings_on_ro
 from mbproj.dynamics.equations.round_off import EPSILON
 from mbproj.dynamics.rank.massless import SHOWN
 from mbproj.integrate.formulations.kinematic import words
-from mbproj.integrate.outcome.report import Report, Worst
+from mbproj.integrate.reporting.report import Report, Worst
 from mbproj.model.system import System
 from mbproj.registry import PROJECTIONS, is_explicit
 from mbproj.results.trust import Trust

@@ -42,7 +42,7 @@ def execute(
     from mbproj.cli.report.trust import as_numbers
     from mbproj.dynamics import unique_components
     from mbproj.dynamics.assembly.adjust import adjustment_notes
-    from mbproj.integrate.outcome.report import summary
+    from mbproj.integrate.reporting.report import summary
     from mbproj.linear.equilibrium.started import start_state
     from mbproj.model import compile_system
     from mbproj.results import ResultsWriter

@@ -13,7 +13,7 @@ from mbproj.calls.run import record
 from mbproj.dynamics import unique_components
 from mbproj.ending import ending
 from mbproj.errors import InputError, SimulationError
-from mbproj.integrate.outcome.report import summary
+from mbproj.integrate.reporting.report import summary
 from mbproj.pages.data.pages import PageData, page_of
 from mbproj.results import ResultsWriter, open_own_results
 from mbproj.scene import Scene, read_scene, settings_to_run

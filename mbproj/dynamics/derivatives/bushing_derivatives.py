@@ -23,7 +23,7 @@ from mbproj.model.forces import Forces
 
 
 @dataclass(frozen=True, eq=False)
-class _At:
+class _BushingBodies:
     """Positions (B, 2, 3) and Euler parameters (B, 2, 4) of the two bodies of each bushing."""
 
     bushings: Bushings
@@ -31,7 +31,7 @@ class _At:
     orientation: Array
 
     @classmethod
-    def pose(cls, bushings: Bushings, pose: Pose) -> _At:
+    def pose(cls, bushings: Bushings, pose: Pose) -> _BushingBodies:
         return cls(bushings, pose.position[bushings.body], pose.orientation[bushings.body])
 
     def seen(self, shift: Numbers, turn: Numbers) -> tuple[Deflection, Numbers]:
@@ -53,7 +53,7 @@ def bushing_gradient(bushings: Bushings, pose: Pose) -> Array:
 def bushing_derivatives(forces: Forces, pose: Pose, twist: Twist, force: Array) -> tuple[Blocks, Blocks]:
     """Return the parts of D and K that come from bushings. `force` (F,) are the forces along all coordinates; those of
     bushings come last."""
-    bushings, at = forces.bushings, _At.pose(forces.bushings, pose)
+    bushings, at = forces.bushings, _BushingBodies.pose(forces.bushings, pose)
     count = bushings.size
     found, g = _at_pose(bushings, pose)
     rate, damping = rates(bushings, found, pose, twist), viscous(bushings, found)
@@ -72,7 +72,7 @@ def bushing_derivatives(forces: Forces, pose: Pose, twist: Twist, force: Array) 
 
 
 def _at_pose(bushings: Bushings, pose: Pose) -> tuple[Deflection, Array]:
-    return _At.pose(bushings, pose).seen(np.zeros(3), np.zeros(4))
+    return _BushingBodies.pose(bushings, pose).seen(np.zeros(3), np.zeros(4))
 
 
 def _blocks(bushings: Bushings, bodies: int, matrices: Array) -> Blocks:

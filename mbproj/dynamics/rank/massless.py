@@ -116,7 +116,7 @@ def massless_problem(system: System, motions: tuple[MasslessMotion, ...]) -> Pro
     return Problem(
         f"the joints leave {what} no mass (Eq. 20 does not hold): {shown}{more}",
         system.body_places[system.names.carriers.index(name)],
-        "give what moves mass and inertia, or joints that hold it",
+        "give the bodies that move mass and inertia, or joints that hold it",
     )
 
 

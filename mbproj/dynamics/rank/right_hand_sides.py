@@ -49,12 +49,12 @@ class RightHandSides:
         largest = float(np.abs(weights).max())
         quadratic = float(np.abs(weights * self.quadratic[rows]).sum()) + largest * self.speed**2
         return (
-            _beyond(weights * self.velocity[rows], THRESHOLDS.dependent * largest * self.speed),
-            _beyond(weights * self.acceleration[rows], (THRESHOLDS.dependent + 2.0 * self.doubt) * quadratic),
+            _beyond_round_off(weights * self.velocity[rows], THRESHOLDS.dependent * largest * self.speed),
+            _beyond_round_off(weights * self.acceleration[rows], (THRESHOLDS.dependent + 2.0 * self.doubt) * quadratic),
         )
 
 
-def _beyond(parts: Array, round_off: float) -> float:
+def _beyond_round_off(parts: Array, round_off: float) -> float:
     """Return the size of a sum; 0 where it is round-off."""
     off = abs(float(parts.sum()))
     return off if off > round_off + THRESHOLDS.dependent * float(np.abs(parts).sum()) else 0.0

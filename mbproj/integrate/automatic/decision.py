@@ -12,15 +12,15 @@ from mbproj.errors import SimulationError
 from mbproj.integrate.automatic.plan import Plan, Since, Switch
 from mbproj.integrate.events.halts import Halted
 from mbproj.integrate.events.leg import Leg
-from mbproj.integrate.loop.looks import Looks, Standing
-from mbproj.integrate.outcome.marks import Mark
-from mbproj.integrate.outcome.tally import Tally
+from mbproj.integrate.loop.pauses import Pauses, Standing
+from mbproj.integrate.reporting.marks import Mark
+from mbproj.integrate.reporting.tally import Tally
 from mbproj.integrate.stiff.modes_at_a_step import FastModes, against
 from mbproj.registry import WHERE_SMOOTH, WHERE_STIFF
 from mbproj.thresholds import THRESHOLDS
 
-#: Makes the steps of a method from a mark on, with their own tally, until its `Looks` end them.
-March = Callable[[str, Mark, Tally, Looks], Iterator[Samples | None]]
+#: Makes the steps of a method from a mark on, with their own tally, until its `Pauses` end them.
+March = Callable[[str, Mark, Tally, Pauses], Iterator[Samples | None]]
 
 
 def handed_over(standing: Standing) -> Mark:
@@ -29,7 +29,7 @@ def handed_over(standing: Standing) -> Mark:
     return {**standing.mark, "anew": True, "previous_error": THRESHOLDS.least_error_before, "rejected": False}
 
 
-class Found(NamedTuple):
+class LookResult(NamedTuple):
     """The result of a look: the switch to the other method, None where this one stays. `shaped`: whether the run's end
     has influenced the result, so that a longer run may give another one."""
 
@@ -37,12 +37,14 @@ class Found(NamedTuple):
     shaped: bool = False
 
 
-def decide(plan: Plan, standing: Standing, modes: Callable[[Standing], FastModes], march: March, leg: Leg) -> Found:
+def decide(
+    plan: Plan, standing: Standing, modes: Callable[[Standing], FastModes], march: March, leg: Leg
+) -> LookResult:
     """Return whether the other method is faster from here on in a leg; the plan records the look."""
     t, evaluations = standing.mark["t"], standing.evaluations
     sampled = int((t - plan.since.time) / leg.interval)  # samples cost the same by any method
     own = _speed((plan.since.time, plan.since.evaluations), (t, evaluations - sampled))
-    found = Found()
+    found = LookResult()
     if plan.is_due(own, standing.attempts, evaluations):
         other = WHERE_SMOOTH if plan.is_stiff else WHERE_STIFF
         pays, shaped = _pays(plan, standing, own, other, march, leg.end)
@@ -52,7 +54,7 @@ def decide(plan: Plan, standing: Standing, modes: Callable[[Standing], FastModes
             switch = Switch(t, other, *stiff)
             plan.take(switch)
         plan.begin(own, standing.attempts)
-        found = Found(switch, shaped)
+        found = LookResult(switch, shaped)
     plan.due = standing.attempts + max(THRESHOLDS.look_steps, int(THRESHOLDS.look_part * standing.attempts))
     plan.since = Since(t, standing.steps, evaluations)
     return found
@@ -76,15 +78,15 @@ def _pays(plan: Plan, standing: Standing, own: float, other: str, march: March, 
         nonlocal shaped
         shaped = shaped or there.shaped
         reached.append((there.mark["t"], there.evaluations))
-        looks.due = there.attempts + THRESHOLDS.trial_steps
+        pauses.due = there.attempts + THRESHOLDS.trial_steps
         if len(reached) == 2:
             return False
         now, before = _speed(*reached[-2:]), _speed(*reached[-3:-1])
         return now > enough or now < THRESHOLDS.quicker * before or len(reached) > THRESHOLDS.trial_parts
 
-    looks = Looks(standing.attempts + THRESHOLDS.trial_steps, look, sampled=False)
+    pauses = Pauses(standing.attempts + THRESHOLDS.trial_steps, look, sampled=False)
     try:
-        for _ in march(other, handed_over(standing), tally, looks):
+        for _ in march(other, handed_over(standing), tally, pauses):
             pass
         if len(reached) == 1 or tally.evaluations > reached[-1][1]:
             shaped = True

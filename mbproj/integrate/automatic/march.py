@@ -11,16 +11,16 @@ from mbproj.dynamics.observe.samples import Samples
 from mbproj.integrate.automatic.decision import decide, handed_over
 from mbproj.integrate.automatic.plan import Plan, told
 from mbproj.integrate.events.leg import Leg
-from mbproj.integrate.loop.looks import Looks, Standing
-from mbproj.integrate.outcome.marks import START, Mark, Marks, resuming
-from mbproj.integrate.outcome.tally import Tally
+from mbproj.integrate.loop.pauses import Pauses, Standing
+from mbproj.integrate.reporting.marks import START, Mark, Marks, resuming
+from mbproj.integrate.reporting.tally import Tally
 from mbproj.integrate.stiff.modes_at_a_step import FastModes, can_be_fast
 from mbproj.model.system import System
 
 #: Returns the fast modes where a run stands, with the contacts there.
 Modes = Callable[[Standing], FastModes]
-#: Yields samples by a method, from a mark on, until looks end them.
-By = Callable[[str, Marks, Tally, Looks | None], Iterator[Samples | None]]
+#: Yields samples by a method, from a mark on, until a pause ends them.
+By = Callable[[str, Marks, Tally, Pauses | None], Iterator[Samples | None]]
 
 
 @dataclass
@@ -67,20 +67,20 @@ class Automatic:
         while True:
             part = _Part(Marks(mark, marks.wanted), self.plan.save(), before, final=final)
             marks.newest = part.newest
-            looks = self._looks(part, modes, by, leg) if can_be_fast(system) else None  # else nothing can be stiff
-            yield from by(self.plan.method, part.marks, tally, looks)
+            pauses = self._pauses(part, modes, by, leg) if can_be_fast(system) else None  # else nothing can be stiff
+            yield from by(self.plan.method, part.marks, tally, pauses)
             if not part.left:
                 return
             mark, before, final = part.left, part.before, part.final
 
-    def _looks(self, part: _Part, modes: Modes, by: By, leg: Leg) -> Looks:
-        def trial(method: str, mark: Mark, counted: Tally, looks: Looks) -> Iterator[Samples | None]:
-            return by(method, Marks(mark), counted, looks)
+    def _pauses(self, part: _Part, modes: Modes, by: By, leg: Leg) -> Pauses:
+        def trial(method: str, mark: Mark, counted: Tally, pauses: Pauses) -> Iterator[Samples | None]:
+            return by(method, Marks(mark), counted, pauses)
 
         def look(standing: Standing) -> bool:
             newest = part.newest()
             found = decide(self.plan, standing, modes, trial, leg)
-            looks.due = self.plan.due
+            pauses.due = self.plan.due
             if found.shaped:
                 part.final, self.shaped = newest, True
             if found.switch is not None:
@@ -89,5 +89,5 @@ class Automatic:
                 part.plan = self.plan.save()
             return found.switch is not None
 
-        looks = Looks(self.plan.due, look)
-        return looks
+        pauses = Pauses(self.plan.due, look)
+        return pauses

@@ -11,7 +11,7 @@ import numpy as np
 from mbproj.arrays import Array, Flags
 from mbproj.dataclass import dataclass
 from mbproj.integrate.events.time_events import Event
-from mbproj.integrate.outcome.tally import Tally
+from mbproj.integrate.reporting.tally import Tally
 from mbproj.registry import WHERE_SMOOTH, WHERE_STIFF
 from mbproj.thresholds import THRESHOLDS
 

@@ -19,7 +19,7 @@ from mbproj.functions.switches import FREE, JUMPING, all_switches, argument, bey
 from mbproj.integrate.events.crossing import Bounds
 from mbproj.integrate.events.time_events import Event
 from mbproj.model.contacts import CONTACT_OF
-from mbproj.model.couplings import Of, feet, rows_on_branches
+from mbproj.model.couplings import FollowedKind, feet, rows_on_branches
 from mbproj.model.system import System
 
 
@@ -71,11 +71,11 @@ class LawSwitches:
         """Return the parameter of the foot of each distance from a curve; NaN for a stop, which follows no curve by
         itself."""
         system = self.system
-        found = dict.fromkeys(_following(system, Of.STOP), np.nan)
-        if signs := _following(system, Of.COORDINATE):
+        found = dict.fromkeys(_following(system, FollowedKind.STOP), np.nan)
+        if signs := _following(system, FollowedKind.COORDINATE):
             value = system.coordinates.value(instant.pose.places(system.coordinates))
             found |= {program: float(value[at]) for program, (at, _) in signs.items()}
-        for kind, bound in ((Of.ROW, system.joints), (Of.LAW, system.forces.laws.coordinates)):
+        for kind, bound in ((FollowedKind.ROW, system.joints), (FollowedKind.LAW, system.forces.laws.coordinates)):
             if own := _following(system, kind):
                 found |= feet(bound, self.programs, own, held, instant.pose.places(bound))
         return found
@@ -132,14 +132,14 @@ class LawSwitches:
             return f"state '{self.system.names.states[program - self.system.first_rate]}'"
         return f"force '{self.system.forces.program_owners[program]}'"
 
-    def _follower(self, kind: Of, number: int) -> str:
+    def _follower(self, kind: FollowedKind, number: int) -> str:
         system = self.system
-        if kind is Of.STOP:
+        if kind is FollowedKind.STOP:
             assert system.stops is not None
             return system.stops.owners[number]
-        if kind is Of.COORDINATE:
+        if kind is FollowedKind.COORDINATE:
             return f"rope '{system.names.coordinates[number].partition('.')[0]}'"
-        if kind is Of.LAW:
+        if kind is FollowedKind.LAW:
             return f"joint '{system.forces.law_owners[number]}'"
         name = system.names.joints[system.joints.owner[number]]
         return name.removeprefix(CONTACT_OF) if name.startswith(CONTACT_OF) else f"joint '{name}'"
@@ -168,7 +168,7 @@ class LawSwitches:
     def _sheave(self, k: int) -> str | None:
         """The number of the place that a rope leaves where its switch changes."""
         followed = self.system.following.get(self.program[k])
-        if followed is None or followed.kind is not Of.COORDINATE:
+        if followed is None or followed.kind is not FollowedKind.COORDINATE:
             return None
         return self.system.names.coordinates[followed.number].rpartition("_")[2]
 
@@ -186,8 +186,8 @@ def switches_of(system: System) -> LawSwitches | None:
 def on_branches(system: System, held: Array) -> System:
     """Return the system with the switches of its rows and laws that follow curves on these branches, one for each
     instruction."""
-    rows = {program: (row, 0) for program, (row, _) in system.curved.items()} | _following(system, Of.ROW)
-    found, laws = system, _following(system, Of.LAW)
+    rows = {program: (row, 0) for program, (row, _) in system.curved.items()} | _following(system, FollowedKind.ROW)
+    found, laws = system, _following(system, FollowedKind.LAW)
     if rows:
         found = replace(found, joints=rows_on_branches(system.joints, system.programs, rows, held))
     if laws:
@@ -197,7 +197,7 @@ def on_branches(system: System, held: Array) -> System:
     return found
 
 
-def _following(system: System, kind: Of) -> dict[int, tuple[int, int]]:
+def _following(system: System, kind: FollowedKind) -> dict[int, tuple[int, int]]:
     """Return the number of each distance from a curve among the rows, the laws or the stops, by program. With it comes
     the number of the curve, of two, that has the foot."""
     return {program: (at, second) for program, (own, at, second) in system.following.items() if own is kind}

@@ -65,7 +65,7 @@ def _of_system(
         most = int((stretch.high - stretch.low) / (2.0 * THRESHOLDS.one_break * grain))
         if most < 1:  # the two are one event
             continue
-        needed, resolved = _needed(stretch, step, method, THRESHOLDS.kink_aside * grain)
+        needed, resolved = _parts_needed(stretch, step, method, THRESHOLDS.kink_aside * grain)
         if needed > 1:
             parts = min(needed, most)
             found.append(Split(stretch.owner, stretch.low, stretch.high, parts, resolved and parts == needed))
@@ -78,12 +78,12 @@ def unresolved(splits: tuple[Split, ...]) -> tuple[str, ...]:
     return tuple(f"{each.owner}, {each.high - each.low:.2g} s wide at {each.low:.6g} s" for each in found)
 
 
-def _needed(stretch: Stretch, step: float, method: Method, aside: float) -> tuple[int, bool]:
+def _parts_needed(stretch: Stretch, step: float, method: Method, aside: float) -> tuple[int, bool]:
     """Return the number of parts of the stretch, 1 where the given steps suffice; and whether that number is enough."""
     at_hand, fewest = max(int((stretch.high - stretch.low) / step), 1), THRESHOLDS.split_parts
     if _resolve(at_hand, -(-fewest // at_hand), stretch, method, aside):
         return 1, True
-    count = max(fewest, min(_moved(stretch, aside), THRESHOLDS.most_parts))
+    count = max(fewest, min(_parts_by_motion(stretch, aside), THRESHOLDS.most_parts))
     while not _resolve(count, 2, stretch, method, aside):
         if count >= THRESHOLDS.most_parts:
             return count, False
@@ -91,7 +91,7 @@ def _needed(stretch: Stretch, step: float, method: Method, aside: float) -> tupl
     return count, True
 
 
-def _moved(stretch: Stretch, aside: float) -> int:
+def _parts_by_motion(stretch: Stretch, aside: float) -> int:
     """Return the number of parts in which no driven coordinate moves by more than 1 rad or 1 m; 0 for forces, and where
     a function has no value."""
     if stretch.orders < OF_MOTIONS:

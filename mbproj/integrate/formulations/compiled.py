@@ -17,7 +17,7 @@ from mbproj.errors import SimulationError
 from mbproj.integrate.events.law_switches import switches_of
 from mbproj.integrate.events.leg import Leg
 from mbproj.integrate.formulations.kernel_settings import kernel_steps, kernel_tableau
-from mbproj.integrate.outcome.failures import (
+from mbproj.integrate.reporting.failures import (
     LostStep,
     TurnsUntold,
     halved_in_vain,

@@ -32,7 +32,7 @@ from mbproj.integrate.events.breaks import TimeWindow
 from mbproj.integrate.events.law_switches import LawSwitches, on_branches
 from mbproj.integrate.formulations.balance import Balance
 from mbproj.integrate.formulations.terms import Accelerations, Terms
-from mbproj.integrate.outcome.failures import (
+from mbproj.integrate.reporting.failures import (
     LostStep,
     branches_near,
     ill_conditioned,

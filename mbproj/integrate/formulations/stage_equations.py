@@ -28,7 +28,7 @@ from mbproj.errors import SimulationError
 from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.integrate.formulations.stage_crossing import Crossing, StageCrossing
 from mbproj.integrate.formulations.terms import Accelerations, Terms
-from mbproj.integrate.outcome.failures import unsolved_stages
+from mbproj.integrate.reporting.failures import unsolved_stages
 from mbproj.integrate.steppers.stages import Stages, StagesUnsolved
 from mbproj.thresholds import THRESHOLDS
 

@@ -12,8 +12,8 @@ from mbproj.dynamics.equations.turning import Turning
 from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.integrate.formulations.stage_equations import StageEquations
 from mbproj.integrate.formulations.terms import Accelerations
-from mbproj.integrate.outcome.tally import Tally
 from mbproj.integrate.point import Point
+from mbproj.integrate.reporting.tally import Tally
 from mbproj.integrate.steppers.implicit_runge_kutta import ImplicitRungeKutta
 from mbproj.integrate.steppers.methods import Stepper
 from mbproj.integrate.steppers.runge_kutta import Step

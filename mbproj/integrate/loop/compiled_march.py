@@ -18,10 +18,10 @@ from mbproj.integrate.events.leg import Leg
 from mbproj.integrate.events.time_events import Event
 from mbproj.integrate.formulations.compiled import PHASES, Compiled
 from mbproj.integrate.loop.followed_steps import FollowedSteps
-from mbproj.integrate.loop.looks import Looks, Standing
-from mbproj.integrate.outcome.failures import of_a_rope, unsolved_owner
-from mbproj.integrate.outcome.marks import START, Mark, Marks, restored_events, resuming, saved_events
-from mbproj.integrate.outcome.tally import Halved, Passed, Peak, RowsKept, Tally, with_another
+from mbproj.integrate.loop.pauses import Pauses, Standing
+from mbproj.integrate.reporting.failures import of_a_rope, unsolved_owner
+from mbproj.integrate.reporting.marks import START, Mark, Marks, restored_events, resuming, saved_events
+from mbproj.integrate.reporting.tally import Halved, Passed, Peak, RowsKept, Tally, with_another
 from mbproj.model.system import System
 from mbproj.scene.records import Settings
 
@@ -62,7 +62,7 @@ def march(
     settings: Settings,
     tally: Tally,
     marks: Marks | None = None,
-    looks: Looks | None = None,
+    pauses: Pauses | None = None,
     leg: Leg | None = None,
     watched: Watched | None = None,
     inside: Inside | None = None,
@@ -76,7 +76,7 @@ def march(
     contacts `inside` do not handle."""
     asks = None if outside is None else outside.period
     leg, marks = leg or Leg.whole(compiled.system, settings, state.t, asks), marks or Marks()
-    run = compiled.run(state, settings, leg if looks is None or looks.sampled else leg.without_samples)
+    run = compiled.run(state, settings, leg if pauses is None or pauses.sampled else leg.without_samples)
     if watched is not None:
         run.watch(
             [_as_known(each) for each in watched.gaps], [_own(compiled, each) for each in watched.rows], watched.spacing
@@ -92,7 +92,7 @@ def march(
     marks.newest = lambda: _mark(run, tally)
     running, most = compiled.core.Status.running, block_samples(compiled.system.bodies)
     while run.outcome.status == running:
-        block = run.advance(most, RETURN_SECONDS, *(() if looks is None else (looks.due,)))
+        block = run.advance(most, RETURN_SECONDS, *(() if pauses is None else (pauses.due,)))
         tally.set_counters(run.counters.tolist())
         tally.phases = dict(zip(PHASES, run.phase_seconds, strict=True))
         tally.position_peak = _peak(compiled, run.position_peak)
@@ -111,7 +111,7 @@ def march(
             yield None
         if act is not None and run.waits:
             act()
-        if looks is not None and run.pauses and looks.look(_standing(compiled, run, tally)):
+        if pauses is not None and run.pauses and pauses.look(_standing(compiled, run, tally)):
             return
     if run.outcome.status == compiled.core.Status.halted:
         raise Halted(_halted_at(compiled, run, inside))

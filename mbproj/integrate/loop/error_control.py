@@ -25,9 +25,9 @@ from mbproj.integrate.loop.run import Run
 from mbproj.integrate.loop.state_events import StateEvents
 from mbproj.integrate.loop.step_end import is_closed, left_open_at
 from mbproj.integrate.loop.step_size import Controller, error_norm, first_step
-from mbproj.integrate.outcome.failures import TurnsUntold, not_finite, step_vanished
-from mbproj.integrate.outcome.marks import Mark, resuming
 from mbproj.integrate.point import Point
+from mbproj.integrate.reporting.failures import TurnsUntold, not_finite, step_vanished
+from mbproj.integrate.reporting.marks import Mark, resuming
 from mbproj.integrate.steppers.runge_kutta import Step
 from mbproj.integrate.steppers.stages import StagesUnsolved
 from mbproj.thresholds import THRESHOLDS

@@ -15,16 +15,16 @@ from mbproj.integrate.events.leg import Leg
 from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.integrate.loop.carried import attempted
 from mbproj.integrate.loop.error_control import ErrorControl
-from mbproj.integrate.loop.looks import Looks
 from mbproj.integrate.loop.passes import Passes
+from mbproj.integrate.loop.pauses import Pauses
 from mbproj.integrate.loop.run import Run
 from mbproj.integrate.loop.state_events import StateEvents
 from mbproj.integrate.loop.step_end import first_point
 from mbproj.integrate.loop.stop_watch import StopWatch
-from mbproj.integrate.outcome.failures import halved_in_vain
-from mbproj.integrate.outcome.marks import Mark, Marks, resuming
-from mbproj.integrate.outcome.tally import Tally
 from mbproj.integrate.point import Point
+from mbproj.integrate.reporting.failures import halved_in_vain
+from mbproj.integrate.reporting.marks import Mark, Marks, resuming
+from mbproj.integrate.reporting.tally import Tally
 from mbproj.integrate.steppers.runge_kutta import Step
 from mbproj.integrate.steppers.stages import StagesUnsolved
 from mbproj.thresholds import THRESHOLDS
@@ -35,17 +35,17 @@ def march(
     state: State,
     tally: Tally,
     marks: Marks | None = None,
-    looks: Looks | None = None,
+    pauses: Pauses | None = None,
     leg: Leg | None = None,
     watch: StopWatch | None = None,
 ) -> Iterator[Sample]:
     """Yield samples from the start, or from a mark on, to the end of a leg; without one, of the whole run.
 
-    With error control `looks` may end it, and `watch` may halt it. Raises SimulationError where the run cannot go
+    With error control `pauses` may end it, and `watch` may halt it. Raises SimulationError where the run cannot go
     on."""
     marks, leg = marks or Marks(), leg or Leg.whole(formulation.system, formulation.settings, state.t)
-    leg = leg if looks is None or looks.sampled else leg.without_samples
-    run = Run(formulation, leg, tally, marks, looks, watch)
+    leg = leg if pauses is None or pauses.sampled else leg.without_samples
+    run = Run(formulation, leg, tally, marks, pauses, watch)
     switches = switches_of(formulation.system)
     if leg.step is None:
         assert formulation.settings.tolerance is not None

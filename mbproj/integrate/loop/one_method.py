@@ -10,9 +10,9 @@ from mbproj.integrate.formulations.choice import Choice
 from mbproj.integrate.loop.compiled_march import Outside
 from mbproj.integrate.loop.compiled_march import march as march_compiled
 from mbproj.integrate.loop.followed_steps import FollowedSteps
-from mbproj.integrate.loop.looks import Looks
-from mbproj.integrate.outcome.marks import Marks
-from mbproj.integrate.outcome.tally import Tally
+from mbproj.integrate.loop.pauses import Pauses
+from mbproj.integrate.reporting.marks import Marks
+from mbproj.integrate.reporting.tally import Tally
 from mbproj.model.system import System
 from mbproj.registry import is_explicit
 from mbproj.scene.records import Settings
@@ -26,7 +26,7 @@ def march_by_one_method(
     *,
     tally: Tally,
     marks: Marks | None = None,
-    looks: Looks | None = None,
+    pauses: Pauses | None = None,
     outside: Outside | None = None,
     steps: FollowedSteps | None = None,
 ) -> Iterator[Samples | None]:
@@ -35,11 +35,11 @@ def march_by_one_method(
     if choice.compiled is not None:
         is_smooth = is_explicit(settings.integrator) or settings.kinematic is True
         own = steps if is_smooth else None  # stages solved to a tolerance are not smooth
-        yield from march_compiled(choice.compiled, state, settings, tally, marks, looks, outside=outside, steps=own)
+        yield from march_compiled(choice.compiled, state, settings, tally, marks, pauses, outside=outside, steps=own)
     else:  # a run in the kernel does not need these imports
         from mbproj.integrate.formulations.full import FullFormulation
         from mbproj.integrate.loop.march import march
 
         formulation = FullFormulation.of(system, state, settings, choice.redundant)
-        for sample in march(formulation, state, tally, marks, looks):
+        for sample in march(formulation, state, tally, marks, pauses):
             yield stack([sample])

@@ -11,8 +11,8 @@ import numpy.typing as npt
 
 from mbproj.integrate.events.law_switches import LawSwitches
 from mbproj.integrate.loop.run import Run
-from mbproj.integrate.outcome.tally import Passed
 from mbproj.integrate.point import Point
+from mbproj.integrate.reporting.tally import Passed
 
 
 class Passes:

@@ -14,13 +14,13 @@ from mbproj.integrate.events.leg import Leg
 from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.integrate.loop.carried import acted, jumped, seen_by
 from mbproj.integrate.loop.interruption import look
-from mbproj.integrate.loop.looks import Looks, Standing
+from mbproj.integrate.loop.pauses import Pauses, Standing
 from mbproj.integrate.loop.step_end import accept
 from mbproj.integrate.loop.stop_watch import StopWatch
-from mbproj.integrate.outcome.failures import of_a_rope
-from mbproj.integrate.outcome.marks import START, Mark, Marks, restore_tally, saved_events, saved_tally
-from mbproj.integrate.outcome.tally import RowsKept, Tally
 from mbproj.integrate.point import Point
+from mbproj.integrate.reporting.failures import of_a_rope
+from mbproj.integrate.reporting.marks import START, Mark, Marks, restore_tally, saved_events, saved_tally
+from mbproj.integrate.reporting.tally import RowsKept, Tally
 from mbproj.integrate.steppers.implicit_runge_kutta import ImplicitRungeKutta
 from mbproj.integrate.steppers.methods import stepper_of
 from mbproj.integrate.steppers.runge_kutta import Step
@@ -36,7 +36,7 @@ class Run:
         leg: Leg,
         tally: Tally,
         marks: Marks,
-        looks: Looks | None = None,
+        pauses: Pauses | None = None,
         watch: StopWatch | None = None,
     ) -> None:
         self.leg, self.start, self.end, self.tally, self.watch = leg, leg.start, leg.end, tally, watch
@@ -49,7 +49,7 @@ class Run:
         self.shaped = False
         self.newest: Point | None = None
         #: A mark left by another method is not a mark of this run.
-        self._marks, self._mark, self._looks = marks, START if marks.resumed.get("anew") else marks.resumed, looks
+        self._marks, self._mark, self._pauses = marks, START if marks.resumed.get("anew") else marks.resumed, pauses
         marks.newest = self._newest
 
     def mark(self, point: Point, rest: Callable[[], Mark]) -> None:
@@ -67,8 +67,8 @@ class Run:
 
     def is_left(self, point: Point, rest: Callable[[], Mark]) -> bool:
         """Return whether the caller's look ends the run here, so that another method can continue."""
-        looks, tally = self._looks, self.tally
-        if looks is None or tally.steps + tally.rejected_steps < looks.due:
+        pauses, tally = self._pauses, self.tally
+        if pauses is None or tally.steps + tally.rejected_steps < pauses.due:
             return False
         standing = Standing(
             steps=tally.steps,
@@ -78,7 +78,7 @@ class Run:
             mark={**self._saved(point, rest), "met": saved_events(tally.met, point.t), "shaped": self.shaped},
             state=lambda: point.state(self.exact),
         )
-        return looks.look(standing)
+        return pauses.look(standing)
 
     def _newest(self) -> Mark:
         """Return the last mark, with the events up to it."""

@@ -16,8 +16,8 @@ from mbproj.integrate.events.law_switches import LawSwitches
 from mbproj.integrate.formulations.stage_equations import StageEquations
 from mbproj.integrate.loop.passes import Passes
 from mbproj.integrate.loop.run import Run
-from mbproj.integrate.outcome.failures import pushed_back
 from mbproj.integrate.point import Point
+from mbproj.integrate.reporting.failures import pushed_back
 from mbproj.integrate.steppers.implicit_runge_kutta import ImplicitRungeKutta
 from mbproj.integrate.steppers.runge_kutta import Step, cubic
 from mbproj.thresholds import THRESHOLDS

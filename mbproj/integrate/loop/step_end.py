@@ -14,9 +14,9 @@ from mbproj.dynamics.overlap import overlapping
 from mbproj.errors import SimulationError
 from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.integrate.loop.carried import attempted, point_after
-from mbproj.integrate.outcome.failures import left_open, not_finite, off_rope, overlap, unresolved
-from mbproj.integrate.outcome.tally import Tally
 from mbproj.integrate.point import Point, counted, untold
+from mbproj.integrate.reporting.failures import left_open, not_finite, off_rope, overlap, unresolved
+from mbproj.integrate.reporting.tally import Tally
 from mbproj.integrate.steppers.methods import Stepper
 from mbproj.integrate.steppers.runge_kutta import Step
 from mbproj.model.system import System

@@ -17,7 +17,7 @@ from mbproj.integrate.formulations.stage_equations import StageEquations
 from mbproj.integrate.loop.carried import attempted
 from mbproj.integrate.loop.step_end import first_point
 from mbproj.integrate.loop.step_size import error_norm
-from mbproj.integrate.outcome.tally import Tally
+from mbproj.integrate.reporting.tally import Tally
 from mbproj.integrate.steppers.methods import stepper_of
 from mbproj.integrate.stiff.modes_at_a_step import FastModes, against
 from mbproj.model.system import System

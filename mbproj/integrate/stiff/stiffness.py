@@ -18,8 +18,8 @@ from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.observe.samples import Samples, join
 from mbproj.errors import SimulationError
 from mbproj.integrate.formulations.choice import Choice
-from mbproj.integrate.outcome.failures import LostStep, TurnsUntold
-from mbproj.integrate.outcome.stiff_words import Stiffness, damps, grows, holds, too_stiff
+from mbproj.integrate.reporting.failures import LostStep, TurnsUntold
+from mbproj.integrate.reporting.stiff_words import Stiffness, damps, grows, holds, too_stiff
 from mbproj.integrate.steppers.implicit_tableau import ImplicitTableau
 from mbproj.integrate.steppers.methods import tableau_of
 from mbproj.model.system import System
@@ -40,7 +40,7 @@ March = Callable[[State, Settings], Iterator[Samples | None]]
 
 
 @dataclass(frozen=True, eq=False)
-class _Kept:
+class _KeptSample:
     """A sample: its state, its step in s, and the number of steps before it."""
 
     state: State
@@ -57,7 +57,7 @@ class StiffnessWatch:
         self._choice = choice
         self._integrator = WHERE_STIFF if settings.integrator == AUTOMATIC else settings.integrator
         self._tableau = tableau_of(self._integrator)
-        self._kept: list[_Kept] = []
+        self._kept: list[_KeptSample] = []
         can_be_fast = system.states.size > 0 or system.forces.size > 0
         can_be_fast = can_be_fast and not (choice.kinematic and system.states.size == 0)
         self._active = settings.projection.gains is not None or can_be_fast
@@ -77,7 +77,7 @@ class StiffnessWatch:
             state = samples.state(at)
             if np.all(np.isfinite(state.y)):
                 step = self._settings.step or float(samples.step_size[at])
-                self._kept.append(_Kept(state, step, int(samples.counters["steps"][at])))
+                self._kept.append(_KeptSample(state, step, int(samples.counters["steps"][at])))
         while len(self._kept) > KEPT:
             self._kept = self._kept[::2]
 
@@ -124,7 +124,7 @@ class StiffnessWatch:
         found = [self._against(kept, *mode) for kept in inner if (mode := self._slowest_vibration(kept)) is not None]
         return found[-1] if self._active and found and len(found) >= THRESHOLDS.named * len(inner) else None
 
-    def _slowest_vibration(self, kept: _Kept) -> tuple[str, complex] | None:
+    def _slowest_vibration(self, kept: _KeptSample) -> tuple[str, complex] | None:
         """Return the slowest vibration that a step of a sample does not resolve; None without one."""
         modes = [
             mode
@@ -169,7 +169,7 @@ class StiffnessWatch:
         tried = [near[at] for at in _spread(len(near), LOOKS)]
         return tried[-1][1] if all(self._is_smooth(kept) for kept, _ in tried) else None
 
-    def _is_smooth(self, kept: _Kept) -> bool:
+    def _is_smooth(self, kept: _KeptSample) -> bool:
         """Return whether the motion of the next `smooth_span` steps is a polynomial of the degree that one step
         resolves.
 
@@ -196,13 +196,13 @@ class StiffnessWatch:
         states = np.array([kept.state.y for kept in self._kept])[:, np.isfinite(self._system.layout.scale)]
         return np.asarray(np.ptp(states, axis=0))
 
-    def _at(self, kept: _Kept, *, gains: bool) -> Stiffness | None:
+    def _at(self, kept: _KeptSample, *, gains: bool) -> Stiffness | None:
         """Return the fastest mode at a sample, compared with the integrator's stability."""
         found = [self._modes.fastest(kept.state, kept.step), self._of_gains() if gains else None]
         fastest = sorted((each for each in found if each is not None), key=lambda each: -abs(each[1]))
         return self._against(kept, *fastest[0]) if fastest else None
 
-    def _against(self, kept: _Kept, where: str, eigenvalue: complex) -> Stiffness:
+    def _against(self, kept: _KeptSample, where: str, eigenvalue: complex) -> Stiffness:
         from mbproj.integrate.stiff.modes_at_a_step import against
 
         return against(self._integrator, kept.step, where, eigenvalue)

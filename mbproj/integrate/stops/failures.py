@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from mbproj.arrays import Integers
 from mbproj.errors import SimulationError
-from mbproj.integrate.outcome.failures import no_unique_sliding
+from mbproj.integrate.reporting.failures import no_unique_sliding
 from mbproj.model.system import System
 
 

@@ -20,7 +20,7 @@ from mbproj.integrate.events.leg import Leg
 from mbproj.integrate.events.time_events import SHARED, Event
 from mbproj.integrate.formulations.choice import Choice
 from mbproj.integrate.formulations.compiled import Compiled
-from mbproj.integrate.outcome.marks import Mark
+from mbproj.integrate.reporting.marks import Mark
 from mbproj.integrate.stops.rubbing import friction_sizes
 from mbproj.integrate.stops.variants import Variant, Variants
 from mbproj.integrate.stops.watching import Meaning

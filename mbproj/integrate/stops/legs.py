@@ -16,11 +16,11 @@ from mbproj.integrate.events.halts import Watched
 from mbproj.integrate.events.leg import Leg
 from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.integrate.loop.compiled_march import march as march_compiled
-from mbproj.integrate.loop.looks import Looks, Standing
 from mbproj.integrate.loop.march import march
+from mbproj.integrate.loop.pauses import Pauses, Standing
 from mbproj.integrate.loop.stop_watch import StopWatch
-from mbproj.integrate.outcome.marks import Marks
-from mbproj.integrate.outcome.tally import Tally
+from mbproj.integrate.reporting.marks import Marks
+from mbproj.integrate.reporting.tally import Tally
 from mbproj.integrate.stiff.modes_at_a_step import FastModes
 from mbproj.integrate.stops.inside import Inside
 from mbproj.integrate.stops.variants import Variant
@@ -38,18 +38,18 @@ def samples_of(
     tally: Tally,
     watched: Watched | None = None,
     marks: Marks | None = None,
-    looks: Looks | None = None,
+    pauses: Pauses | None = None,
     inside: Inside | None = None,
 ) -> Iterator[Samples | None]:
-    """The samples of a leg, as the variant has them, to where `looks` ends it. Raises Halted where it has met something
+    """The samples of a leg, as the variant has them, to where a pause ends it. Raises Halted where it has met something
     that is watched, and SimulationError."""
     choice = variant.choice
     if choice.compiled is not None:
-        yield from march_compiled(choice.compiled, state, settings, tally, marks, looks, leg, watched, inside)
+        yield from march_compiled(choice.compiled, state, settings, tally, marks, pauses, leg, watched, inside)
         return
     formulation = FullFormulation.of(variant.system, state, settings, choice.redundant)
     watch = None if watched is None else StopWatch(formulation, watched)
-    for sample in march(formulation, state, tally, marks, looks, leg, watch):
+    for sample in march(formulation, state, tally, marks, pauses, leg, watch):
         yield stack([sample])
 
 
@@ -69,11 +69,11 @@ def chosen(
     if automatic is None or (watched is None and inside is None):
         return samples_of(variant, state, settings, leg, tally, watched, marks, inside=inside)
 
-    def by(method: str, own: Marks, counted: Tally, looks: Looks | None) -> Iterator[Samples | None]:
-        is_trial = looks is not None and not looks.sampled
+    def by(method: str, own: Marks, counted: Tally, pauses: Pauses | None) -> Iterator[Samples | None]:
+        is_trial = pauses is not None and not pauses.sampled
         meets = replace(inside, halts=True) if inside is not None and is_trial else inside
         of_method = replace(settings, integrator=method)
-        return samples_of(variant, state, of_method, leg, counted, watched, own, looks, meets)
+        return samples_of(variant, state, of_method, leg, counted, watched, own, pauses, meets)
 
     def modes(standing: Standing) -> FastModes:
         there = variant if inside is None else inside.variant(standing.mark["contacts"], standing.state())

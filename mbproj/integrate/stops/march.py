@@ -22,10 +22,10 @@ from mbproj.integrate.automatic.march import Automatic
 from mbproj.integrate.events.halts import Halted, HaltedAt, Watched, resting, watched_gaps
 from mbproj.integrate.events.leg import Leg
 from mbproj.integrate.formulations.choice import Choice
-from mbproj.integrate.loop.looks import Looks
 from mbproj.integrate.loop.one_method import march_by_one_method
-from mbproj.integrate.outcome.marks import START, Mark, Marks, resuming, saved_events
-from mbproj.integrate.outcome.tally import Tally
+from mbproj.integrate.loop.pauses import Pauses
+from mbproj.integrate.reporting.marks import START, Mark, Marks, resuming, saved_events
+from mbproj.integrate.reporting.tally import Tally
 from mbproj.integrate.stiff.modes_at_a_step import FastModes
 from mbproj.integrate.stops.failures import never_ends
 from mbproj.integrate.stops.inside import Inside, inside_of, is_of_the_march, meets_inside
@@ -288,9 +288,9 @@ def march(
         yield from legs.samples()
         return
 
-    def by(method: str, own: Marks, counted: Tally, looks: Looks | None) -> Iterator[Samples | None]:
+    def by(method: str, own: Marks, counted: Tally, pauses: Pauses | None) -> Iterator[Samples | None]:
         with_method = replace(settings, integrator=method)
-        return march_by_one_method(choice, system, state, with_method, tally=counted, marks=own, looks=looks)
+        return march_by_one_method(choice, system, state, with_method, tally=counted, marks=own, pauses=pauses)
 
     if automatic is None:
         yield from by(settings.integrator, marks, tally, None)

@@ -8,8 +8,8 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dynamics.assembly.assemble import State
-from mbproj.integrate.outcome.marks import Mark, restore_tally, saved_tally
-from mbproj.integrate.outcome.tally import Tally
+from mbproj.integrate.reporting.marks import Mark, restore_tally, saved_tally
+from mbproj.integrate.reporting.tally import Tally
 from mbproj.integrate.stops.variants import Variants
 from mbproj.model.contacts import Contacts
 from mbproj.model.system import System

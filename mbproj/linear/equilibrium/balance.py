@@ -136,7 +136,7 @@ class Problem:
         return found if np.abs(left).max(initial=0.0) <= THRESHOLDS.assembled else None
 
 
-class Left(Protocol):
+class Unbalanced(Protocol):
     """Interface of the unbalanced part of forces."""
 
     @property
@@ -148,7 +148,7 @@ class Left(Protocol):
         """Whether nothing can move."""
 
 
-class AnyBalance(Left, Protocol):
+class AnyBalance(Unbalanced, Protocol):
     """Interface of the forces at a pose, for small and large mechanisms."""
 
     @property
@@ -269,7 +269,7 @@ def _in_global(N: Array, turn: Array) -> Array:
     return rows.reshape(N.shape)
 
 
-def way(first: MotionAtTime, last: MotionAtTime) -> Numbers:
+def displacement_between(first: MotionAtTime, last: MotionAtTime) -> Numbers:
     """Return the shift and the turn of each body between two poses, in the axes of the first, (6n,)."""
     here, there = first.pose, last.pose
     shift = there.position[:-1] - here.position[:-1]

@@ -111,7 +111,7 @@ def equilibrium(
         refuse_rolling(system, "a steady turn does not know")
     _refuse(system, t, steadily=turning is not None)
     here = held_at(settled(system), start, resting=True)
-    q, expected = _led_to(here.system, start, t)
+    q, expected = _moved_to_motions(here.system, start, t)
     problem = Problem.of(here.system, t, q, drive_at(system, t), held, start.x, turning or REST)
     return _possible(system, _with_masses(system, problem, _solved(problem, q, expected), here))
 
@@ -182,7 +182,7 @@ def others(
             other = _possible(system, _with_masses(system, problem, apart, here))
         except (NoEquilibrium, InputError):
             continue
-        if all(_apart(system, pose, other.reference.motion.q) for pose in seen):
+        if all(_are_different(system, pose, other.reference.motion.q) for pose in seen):
             seen.append(other.reference.motion.q)
             yield other
 
@@ -205,7 +205,7 @@ def _elsewhere(problem: Problem, motion: MotionAtTime, rng: np.random.Generator)
     return here.motion
 
 
-def _apart(system: System, first: Array, second: Array) -> bool:
+def _are_different(system: System, first: Array, second: Array) -> bool:
     """Return whether two poses differ. Turns by 360 degrees and neutral motions count only if bodies differ."""
     one, two = first.reshape(-1, 7), second.reshape(-1, 7)
     shift = np.abs(one[:, :3] - two[:, :3]).max() / system.length
@@ -218,7 +218,7 @@ def _refuse(system: System, t: float, *, steadily: bool) -> None:
         refuse_loads(system, "is not known in a steady turn")
     if steadily and system.frictions is not None:
         names = ", ".join(f"'{name}'" for name in system.names.frictions)
-        said = f"a steady turn does not know the dry friction of {names}"
+        said = f"a steady turn has no model of the dry friction of {names}"
         raise InputError(Wrong(said, system.frictions.places[0], "let it come to turn steadily in a run"))
     if steadily:
         return
@@ -235,7 +235,7 @@ def _refuse(system: System, t: float, *, steadily: bool) -> None:
         raise InputError(problems)
 
 
-def _led_to(system: System, start: State, t: float) -> tuple[Array, Array]:
+def _moved_to_motions(system: System, start: State, t: float) -> tuple[Array, Array]:
     """Return the start's pose, led in small steps to the motions' values at time t, and its coordinates with turns."""
     q = start.q
     expected = coordinate_values(system, pose_of(q)) + 2.0 * np.pi * start.turns

@@ -15,7 +15,7 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.derivatives.tangent_space import TangentSpace
 from mbproj.errors import ExitCode, MbprojError
-from mbproj.linear.equilibrium.balance import AnyBalance, Balance, Left, Problem, way
+from mbproj.linear.equilibrium.balance import AnyBalance, Balance, Problem, Unbalanced, displacement_between
 from mbproj.linear.equilibrium.direction_names import direction_words, lying_flat
 from mbproj.thresholds import THRESHOLDS
 
@@ -60,7 +60,7 @@ class Fall:
         return self.length >= THRESHOLDS.far_away
 
 
-class Steps(Left, Protocol):
+class Steps(Unbalanced, Protocol):
     """Interface of equations whose residual is minimised, by steps that begin with those of bodies."""
 
     @property
@@ -119,19 +119,19 @@ def downhill_of(here: Balance, K: Array, sizes: Array, radius: float) -> tuple[A
     return downhill(here.residual, K, sizes, radius, THRESHOLDS.balanced * here.largest)
 
 
-def is_balanced(balance: Left) -> bool:
+def is_balanced(balance: Unbalanced) -> bool:
     """Return whether forces balance to round-off."""
     return balance.is_held or balance.relative <= THRESHOLDS.nothing
 
 
-def is_nearly_balanced(balance: Left) -> bool:
+def is_nearly_balanced(balance: Unbalanced) -> bool:
     return balance.is_held or balance.relative <= THRESHOLDS.balanced
 
 
 def goes_down(here: AnyBalance, there: AnyBalance, gain: float) -> bool:
     """Return whether the forces do the expected work, by the trapezoidal rule. For a step whose work is round-off,
     return whether the residual has decreased."""
-    moved = way(here.motion, there.motion)
+    moved = displacement_between(here.motion, there.motion)
     work = 0.5 * float((here.force + there.force) @ moved)
     lost = THRESHOLDS.nothing * float(np.abs(here.force) @ (np.abs(moved) + here.lengths))
     if gain <= 10.0 * lost:

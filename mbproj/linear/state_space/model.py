@@ -185,7 +185,7 @@ def _rates_of_states(
     P, Q = states.by_displacement.matrix(), states.by_rate.matrix()
     if np.any(np.abs(Q @ at_once) > THRESHOLDS.rounding * (np.abs(Q) @ np.abs(at_once))):
         said = "a state of an element follows the rate of an input, as nothing between them has mass"
-        raise InputError(Problem(said, hint="give what moves some mass, or take other inputs"))
+        raise InputError(Problem(said, hint="give the moving bodies mass, or take other inputs"))
     left = np.eye(len(s)) - Q @ by_states
     by_x, by_u = P @ ξ + Q @ ξ_dot + states.by_states @ s, P @ at_once
     found = np.asarray(np.linalg.solve(left, np.hstack([by_x, by_u])), dtype=float)
@@ -205,7 +205,7 @@ def _without_mass(
         return N, N, B_w, np.zeros_like(push), np.zeros_like(force)
     if is_damped(here.reduced, light):
         said = "a motion moves no mass and is damped: it has a rate of its own, which this linear model does not know"
-        raise InputError(Problem(said, hint="give what moves some mass; `mbproj modes` needs none"))
+        raise InputError(Problem(said, hint="give the moving bodies mass; `mbproj modes` needs none"))
     held, moves = held_by(here.reduced, light), N @ light
     follows = [-moves @ np.linalg.solve(held, moves.T @ (K @ part)) for part in (N @ U, B_w)]
     by_states, at_once = (moves @ np.linalg.solve(held, moves.T @ part) for part in (push, force))

@@ -37,8 +37,8 @@ def rolling_states(here: Projected, force: Array) -> RollingStates:
     free, N = here.freedom, here.space.N
     M, D, K = reduced.M[:free, :free], reduced.D[:free, :free], reduced.K[:free]
     if heavy_and_light(here.reduced)[1].size:
-        said = "a motion of what rolls moves no mass: this linear model does not know it"
-        raise InputError(Problem(said, hint="give what moves some mass; `mbproj modes` needs none"))
+        said = "a rolling motion moves no mass, which this linear model does not cover"
+        raise InputError(Problem(said, hint="give the moving bodies mass; `mbproj modes` needs none"))
     rest = len(reduced.M) - free
     follows = np.asarray(-np.linalg.solve(reduced.D[free:, free:], reduced.K[free:]), dtype=float)  # b' by (a, b)
     pull = np.linalg.solve(M, np.hstack([K, D, (N @ back[:, :free]).T @ force]))

@@ -25,9 +25,7 @@ def compile_bushings(
     for bushing, (first, second) in zip(bushings, body.reshape(-1, 2), strict=True):
         if first == second:
             what = f"force '{bushing.name}' acts between two frames of one rigid body"
-            raise InputError(
-                Problem(what, scene.place("forces", bushing.name), "fixed joints have made its bodies one")
-            )
+            raise InputError(Problem(what, scene.place("forces", bushing.name), "fixed joints have merged its bodies"))
     return Bushings(
         body=body.reshape(-1, 2),
         origin=numbers([[origin for origin, _ in pair] for pair in frames]).reshape(-1, 2, 3),

@@ -49,11 +49,11 @@ def _coupling(where: str, coupled: Coupled, parts: Sequence[Binding]) -> Couplin
         measure = common_measure(turns)
         if measure is None:
             what = f"{where} couples several angles whose turns have no common measure"
-            raise InputError(Problem(what, hint="give weights that are as whole numbers to each other"))
+            raise InputError(Problem(what, hint="give weights whose ratios are those of whole numbers"))
         period = 2.0 * np.pi * measure
     if curve is not None and kinds[0] == "angle" and not curve.repeats(2.0 * np.pi, period):
         hint = "let it repeat with each turn, or change by as much in each"
-        raise InputError(Problem(f"the function of {where} is another one after a turn", hint=hint))
+        raise InputError(Problem(f"the function of {where} changes with a turn", hint=hint))
     return Coupling(kinds, weights, period, curve)
 
 
@@ -190,5 +190,5 @@ def _refuse(scene: Scene, gear: Joint, first: Joint, second: Joint) -> None:
         for force in scene.forces:
             dry = force.coulomb.values() if isinstance(force, JointForce) and force.joint == joint.name else ()
             if any(each.bearing is not None for each in dry):
-                what = f"friction '{force.name}' goes by what joint '{joint.name}' carries without the forces of teeth"
+                what = f"friction '{force.name}' depends on the load of joint '{joint.name}' without forces of teeth"
                 raise InputError(Problem(what, place, "give it a constant 'torque', or leave 'pressure_angle' out"))

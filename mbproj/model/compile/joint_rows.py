@@ -62,7 +62,9 @@ def rows_of(
     if joint.couples is not None:
         parts = [coordinates[name] for name in joint.couples.of]
         with placed_at(place):
-            yield bound(f"'{joint.name}'", joint.couples, _kept(joint.couples, parts, groups), parts, owner)
+            yield bound(
+                f"'{joint.name}'", joint.couples, _coupling_constant(joint.couples, parts, groups), parts, owner
+            )
         return
     for number, row in enumerate(JOINTS[joint.type].rows):
         primitive, slots = primitive_of(row, joint), tuple(slots_of(row, symbols))
@@ -112,12 +114,12 @@ def _offset(
         return given
     value = _value(primitive, slots, groups)
     if name is not None and value == 0.0:
-        what = f"joint '{joint.name}' keeps a distance, and its two points are one at the scene's pose"
+        what = f"joint '{joint.name}' keeps a distance, and its two points coincide at the scene's pose"
         raise InputError(Problem(what, place, f"give its '{name}', or other points"))
     return value
 
 
-def _kept(coupled: Coupled, parts: Sequence[Binding], groups: RigidGroups) -> float:
+def _coupling_constant(coupled: Coupled, parts: Sequence[Binding], groups: RigidGroups) -> float:
     """Return the constant of a coupling. Where none is given, weighted lengths keep the sum they have at the scene's
     pose."""
     if coupled.constant is not None:

@@ -28,7 +28,7 @@ from mbproj.thresholds import THRESHOLDS
 
 
 @dataclass(frozen=True, eq=False)
-class _Entry:
+class _LawEntry:
     """A law with its name and coordinate: `force` is its force, `shown` its name in results, `along` its primitive.
 
     `coordinate` is the number of the joint coordinate, -1 for none; a regularised dry `friction` replaces its
@@ -76,7 +76,7 @@ def compile_forces(
     The name is the force's, followed by the coordinate where the force acts on several. `coordinates` are those of
     joints by names such as "hinge.angle", `smooth` the regularised frictions by force and coordinate. `slips` are what
     these resist in joints without a coordinate for it. Raises InputError."""
-    entries: list[_Entry] = []
+    entries: list[_LawEntry] = []
     for force in scene.forces:
         if isinstance(force, PointForce | JointForce) and force.element:
             continue
@@ -102,7 +102,7 @@ def compile_forces(
     return forces, (*(entry.shown for entry in entries), *of_bushings)
 
 
-def _laws(entries: Sequence[_Entry], met: _Programs) -> Laws:
+def _laws(entries: Sequence[_LawEntry], met: _Programs) -> Laws:
     laws = [entry.law for entry in entries]
     return Laws(
         coordinates=bind([Binding(entry.along.primitive, at, entry.along.slots) for at, entry in enumerate(entries)]),
@@ -134,7 +134,7 @@ def _on_bodies(
     )
 
 
-def _between_points(scene: Scene, force: PointForce, seats: Mapping[str, Seat], poses: Mapping[str, Pose]) -> _Entry:
+def _between_points(scene: Scene, force: PointForce, seats: Mapping[str, Seat], poses: Mapping[str, Pose]) -> _LawEntry:
     """Return a law on the distance of two points. The default free length is the distance at the scene's pose."""
     slots, ends = [], []
     for side, (name, local) in enumerate(zip(force.bodies, local_ends(force, poses), strict=True), 1):
@@ -144,14 +144,14 @@ def _between_points(scene: Scene, force: PointForce, seats: Mapping[str, Seat], 
     length, place = np.linalg.norm(ends[1] - ends[0]).item(), scene.place("forces", force.name)
     if slots[0][0] == slots[1][0]:
         what = f"force '{force.name}' acts between two points of one rigid body"
-        raise InputError(Problem(what, place, "fixed joints have made its bodies one"))
+        raise InputError(Problem(what, place, "fixed joints have merged its bodies"))
     if length <= THRESHOLDS.nothing * (1.0 + np.abs(np.stack(ends)).max()):
-        what = f"force '{force.name}' has no direction: its two points are one at the scene's pose"
+        what = f"force '{force.name}' has no direction: its two points coincide at the scene's pose"
         raise InputError(Problem(what, place, "move one of its points"))
     law = force.law
     free = length if law.free is None else law.free
     bound = Binding(PRIMITIVES["distance"](), 0, tuple(slots))
-    return _Entry(replace(law, free=free), force.name, force.name, bound)
+    return _LawEntry(replace(law, free=free), force.name, force.name, bound)
 
 
 def local_ends(force: PointForce, poses: Mapping[str, Pose]) -> list[Array]:
@@ -206,7 +206,7 @@ def _on_joint(
     coordinates: Mapping[str, Binding],
     smooth: Mapping[tuple[str, str], SmoothFriction],
     slips: Mapping[str, Binding],
-) -> list[_Entry]:
+) -> list[_LawEntry]:
     """Return the laws on coordinates of a joint."""
     index = {name: number for number, name in enumerate(coordinates)}
     entries = []
@@ -215,7 +215,7 @@ def _on_joint(
         if coordinate in force.laws or friction is not None:
             law = force.laws.get(coordinate, Law())
             shown, along = force.called(coordinate), coordinates.get(whole) or slips[whole]
-            entries.append(_Entry(law, force.name, shown, along, index.get(whole, -1), friction))
+            entries.append(_LawEntry(law, force.name, shown, along, index.get(whole, -1), friction))
     return entries
 
 

@@ -116,7 +116,7 @@ def _rows(
     turning: Mapping[int, Binding],
     place: Place | None,
 ) -> Iterator[Binding]:
-    """One of each portion. A length that is given is that of all; the last portion has what the others leave."""
+    """The row of each portion. A given length is that of the whole rope; the last portion has the rest."""
     left = joint.parameters.get("length")
     for number, (portion, (first, last)) in enumerate(zip(portions, ends, strict=True)):
         assert isinstance(portion.primitive, Rope)
@@ -141,7 +141,7 @@ def _rows(
 
 
 def _length(path: Path, first: int, last: int) -> float:
-    """What a portion of the path is long at the scene's pose, without what is wound on its ends."""
+    """Return the length of a portion of the path at the scene's pose, without rope wound on its ends."""
     _, ropes = straight(path)
     for k in path.lifting:
         if first < k < last and (ropes[k] - ropes[k - 1]) * path.nodes[k].signed_radius < 0.0:

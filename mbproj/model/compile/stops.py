@@ -118,7 +118,7 @@ def _distance(scene: Scene, force: DistanceStop, seats: Mapping[str, Seat], pose
     _refuse_one_body(scene, force.name, "two points", seats[force.first.body], seats[force.second.body])
     size = max(np.abs(first).max(), np.abs(second).max())
     if np.linalg.norm(second - first) <= THRESHOLDS.nothing * (1.0 + size):
-        what = f"force '{force.name}' has no direction: its two points are one at the scene's pose"
+        what = f"force '{force.name}' has no direction: its two points coincide at the scene's pose"
         raise InputError(Problem(what, scene.place("forces", force.name), "move one of its points"))
     on_carriers = [seated(end, point, seats) for end, point in zip((force.first, force.second), points, strict=True)]
     slots = tuple((carrier, side, local) for side, (carrier, local) in enumerate(on_carriers, 1))
@@ -163,4 +163,4 @@ def seated(placed: OfBody, local: Array, seats: Mapping[str, Seat]) -> tuple[int
 def _refuse_one_body(scene: Scene, name: str, what: str, first: Seat, second: Seat) -> None:
     if first.carrier == second.carrier:
         said = f"force '{name}' acts between {what} of one rigid body"
-        raise InputError(Problem(said, scene.place("forces", name), "fixed joints have made its bodies one"))
+        raise InputError(Problem(said, scene.place("forces", name), "fixed joints have merged its bodies"))

@@ -57,7 +57,7 @@ def _friction_obstacle(system: System, plane: Plane) -> str | None:
         leaves = tilted | ((bearings.axial > 0.0) & ~bearings.is_of_rows) | np.isfinite(bearings.length)
         if leaves.any():
             joint = system.names.joints[int(bearings.joint[int(np.argmax(leaves))])]
-            return f"friction goes by what joint '{joint}' carries out of the plane"
+            return f"friction depends on the load of joint '{joint}' out of the plane"
     if frictions is None:
         return None
     bound, side = (

@@ -54,7 +54,7 @@ class PlanarSet:
 def planar_set(bound: PrimitiveSet, seen: Seen, inside: npt.NDArray[np.bool_], axes: Array) -> PlanarSet:
     """Return the primitives of `bound` whose rows are `inside` (m,); coincident ones along e1, e2 and n of `axes` (3,
     3)."""
-    kept = _kept_layout(bound.layout, inside.tobytes(), axes.tobytes())
+    kept = _planar_layout(bound.layout, inside.tobytes(), axes.tobytes())
     slots, source = kept.slots, kept.source
     whole, flat = bound.value(np.stack([seen.x, seen.x * [1.0, 1.0, 0.0]]))
     for each in bound.layout.members:
@@ -74,7 +74,7 @@ def planar_set(bound: PrimitiveSet, seen: Seen, inside: npt.NDArray[np.bool_], a
 
 
 @dataclass(frozen=True, eq=False)
-class _Kept:
+class _PlanarLayout:
     """The parts of a `PlanarSet` that do not depend on its numbers, with the attachments (S,) and rows (m,) of the
     spatial set."""
 
@@ -88,11 +88,11 @@ class _Kept:
 
 
 @lru_cache(LAYOUTS)
-def _kept_layout(layout: SetLayout, inside: bytes, axes: bytes) -> _Kept:
+def _planar_layout(layout: SetLayout, inside: bytes, axes: bytes) -> _PlanarLayout:
     """Return the layout of a planar set. All sets that have it share it: nobody may write to it."""
     acts = np.frombuffer(inside, dtype=bool).tolist()
     members = [(each, rows) for each in layout.members if (rows := [row for row in each.rows if acts[row]])]
-    kept = _Kept(
+    kept = _PlanarLayout(
         primitives=tuple(each.primitive for each, _ in members),
         first_slot=_starts([len(each.slots) for each, _ in members]),
         row=_starts([len(rows) for _, rows in members]),

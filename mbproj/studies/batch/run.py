@@ -13,7 +13,7 @@ from mbproj.dynamics import unique_components
 from mbproj.ending import ending
 from mbproj.errors import ExitCode, MbprojError, SimulationError
 from mbproj.integrate import simulate
-from mbproj.integrate.outcome.report import summary
+from mbproj.integrate.reporting.report import summary
 from mbproj.linear.equilibrium.started import start_state
 from mbproj.model import compile_system
 from mbproj.results import ResultsWriter, open_results

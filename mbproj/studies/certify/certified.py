@@ -14,7 +14,7 @@ from mbproj.errors import SimulationError
 from mbproj.integrate import Report, simulate
 from mbproj.integrate.events.time_events import Event
 from mbproj.integrate.formulations.choice import choose
-from mbproj.integrate.outcome.report import words_on_shares
+from mbproj.integrate.reporting.report import words_on_shares
 from mbproj.integrate.simulate import EventRecorder, Keep, Progress
 from mbproj.model.system import System
 from mbproj.results.trust import Trust

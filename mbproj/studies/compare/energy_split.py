@@ -24,8 +24,8 @@ from mbproj.integrate import simulate
 from mbproj.integrate.formulations.choice import Choice, choose
 from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.integrate.loop.march import march
-from mbproj.integrate.outcome.marks import START, Mark
-from mbproj.integrate.outcome.tally import Tally
+from mbproj.integrate.reporting.marks import START, Mark
+from mbproj.integrate.reporting.tally import Tally
 from mbproj.registry import PROJECTIONS
 from mbproj.scene.records import Settings
 from mbproj.scene.sampling import whole_steps

@@ -11,8 +11,8 @@ from mbproj.dataclass import dataclass
 from mbproj.dynamics.observe.recorded import Block
 from mbproj.errors import InputError, SimulationError
 from mbproj.integrate import Report, simulate
-from mbproj.integrate.outcome.report import EnergyAccount, Worst
-from mbproj.integrate.outcome.tally import RowsKept
+from mbproj.integrate.reporting.report import EnergyAccount, Worst
+from mbproj.integrate.reporting.tally import RowsKept
 from mbproj.scene.records import ProjectionSettings, Scene, Settings
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.setting import Setting

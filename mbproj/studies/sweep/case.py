@@ -19,7 +19,7 @@ from mbproj.ending import ending
 from mbproj.errors import ExitCode, InputError, MbprojError, SimulationError, warn_once
 from mbproj.integrate import simulate
 from mbproj.integrate.loop.interruption import TimeIsUp, time_limit
-from mbproj.integrate.outcome.report import Report, summary
+from mbproj.integrate.reporting.report import Report, summary
 from mbproj.integrate.simulate import Keep
 from mbproj.lanes import Parted
 from mbproj.results import OutputError, ResultsWriter

@@ -12,7 +12,7 @@ import pytest
 from mbproj.analysis import energy_drift
 from mbproj.cli.simulate.run import command
 from mbproj.errors import InputError
-from mbproj.integrate.outcome.report import EnergyWatch
+from mbproj.integrate.reporting.report import EnergyWatch
 from mbproj.studies.batch.result import Task
 from mbproj.studies.batch.run import run_task
 from tests.cli.commands import mbproj

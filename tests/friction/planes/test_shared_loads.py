@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from mbproj.dynamics.friction.balance import Balance, forces
-from mbproj.integrate.outcome.marks import START
+from mbproj.integrate.reporting.marks import START
 from tests.friction.planes.feet import CORNERS, IN_PLANE, box
 from tests.stops.runs import run, simulated
 

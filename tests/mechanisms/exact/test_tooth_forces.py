@@ -65,7 +65,7 @@ def test_bearings_carry_the_teeth(second, far, radius, load, gear):
         (
             "forces: {",
             "forces: {rubs: {type: friction, joint: A, coulomb: {coefficient: 0.1, radius: 5 mm}}, ",
-            "friction 'rubs' goes by what joint 'A' carries without the forces of teeth",
+            "friction 'rubs' depends on the load of joint 'A' without forces of teeth",
         ),
     ],
 )

@@ -180,5 +180,5 @@ def test_the_kernel_responds_as_the_full_equations():
 
 def test_frames_of_one_rigid_body():
     text = HEAD.replace("type: revolute", "type: fixed").replace(", axis: [1, 2, -1]", "") + BUSHINGS
-    with pytest.raises(InputError, match="'bu' acts between two frames of one rigid body; fixed joints have made"):
+    with pytest.raises(InputError, match="'bu' acts between two frames of one rigid body; fixed joints have merged"):
         compile_system(read_scene_text(text))

@@ -152,7 +152,7 @@ def test_a_constant_of_any_size_is_closed_at_the_next_turn(constant):
     ("row", "words"),
     [
         ('{type: coupler, of: {A: 0, B: 1}, function: "abs(s)"}', "the function of 'J' has edges"),
-        ('{type: coupler, of: {A: 0, B: 1}, function: "s**2"}', "the function of 'J' is another one after a turn"),
+        ('{type: coupler, of: {A: 0, B: 1}, function: "s**2"}', "the function of 'J' changes with a turn"),
         ("{type: coupler, of: {A: 1, B: pi}}", "'J' couples several angles whose turns have no common measure"),
     ],
 )

@@ -38,9 +38,9 @@ def with_elements(
         signal_units=tuple(signal.unit for signal in signals),
     )
     system = replace(system, names=names)
-    system = with_measured(system, elements, [*_read(system, elements, signals), *read_by(controllers)])
+    system = with_measured(system, elements, [*_names_read(system, elements, signals), *read_by(controllers)])
     others = measurable(system, elements)
-    channels = Named(system, {each.name: each.program for each in signals}, [*others], dict(_pushes(elements)))
+    channels = Named(system, {each.name: each.program for each in signals}, [*others], dict(_named_forces(elements)))
     named = {element.name: _Naming(element, channels, channels.of_element(element)) for element in elements}
     forces = replace(
         system.forces, programs=channels.resolved_set(system.forces.programs, system.forces.program_owners)
@@ -53,7 +53,7 @@ def with_elements(
     )
     energies = Energies(
         joined([system.energies.stored, flatten([named[each.name](each.stores) for each in elements if each.stores])]),
-        joined([system.energies.lost, flatten([*_lost(elements, named)])]),
+        joined([system.energies.lost, flatten([*_losses(elements, named)])]),
     )
     pushes = [[named[element.name](force.push) for force in element.forces] for element in elements]
     shown = flatten([channels.resolved(signal.program, f"signal '{signal.name}'") for signal in signals])
@@ -65,7 +65,7 @@ def with_elements(
         frictions=_frictions(system, channels),
         channels=channels.channels,
         energies=energies,
-        states=_after(system.states, own),
+        states=_states_after(system.states, own),
         signals=shown,
     )
     return with_inertias(with_rows(_with_forces(system, elements, pushes), elements), elements)
@@ -84,7 +84,7 @@ def _frictions(system: System, channels: Named) -> Frictions | None:
     return replace(own, varies={k: resolved(k, *pair) for k, pair in own.varies.items()})
 
 
-def _read(system: System, elements: Sequence[Element], signals: Sequence[Signal]) -> Iterator[str]:
+def _names_read(system: System, elements: Sequence[Element], signals: Sequence[Signal]) -> Iterator[str]:
     """The names that functions of a scene read; elements list those of their own functions themselves."""
     yield from (name for programs in system.forces.programs.reads for name in programs)
     for programs in () if system.frictions is None else system.frictions.varies.values():
@@ -94,7 +94,7 @@ def _read(system: System, elements: Sequence[Element], signals: Sequence[Signal]
         yield from program.reads if isinstance(program, Program) else ()
 
 
-def _pushes(elements: Sequence[Element]) -> Iterator[tuple[str, tuple[str, Callable[[Named], Program]]]]:
+def _named_forces(elements: Sequence[Element]) -> Iterator[tuple[str, tuple[str, Callable[[Named], Program]]]]:
     """The forces of elements that have names, as functions: the coordinate each acts along, and its program once the
     names that its element reads have channels."""
 
@@ -107,7 +107,7 @@ def _pushes(elements: Sequence[Element]) -> Iterator[tuple[str, tuple[str, Calla
                 yield force.name, (force.along, partial(push, element=element, force=force))
 
 
-def _lost(elements: Sequence[Element], named: Mapping[str, _Naming]) -> Iterator[Program]:
+def _losses(elements: Sequence[Element], named: Mapping[str, _Naming]) -> Iterator[Program]:
     """The energies lost by elements, beside those lost by their forces. Where all forces of an element lose energy, its
     stored energy is subtracted."""
     for element in elements:
@@ -118,7 +118,7 @@ def _lost(elements: Sequence[Element], named: Mapping[str, _Naming]) -> Iterator
             yield replace(kept, code=apply(Op.SUBTRACT, number(0.0), kept.code))
 
 
-def _after(before: ElementStates, own: ElementStates) -> ElementStates:
+def _states_after(before: ElementStates, own: ElementStates) -> ElementStates:
     """Return the states `own` after the states `before`."""
     parts = before, own
     start, scale, counts = (

@@ -77,7 +77,7 @@ def measurable(system: System, elements: Sequence[Element]) -> dict[str, Binding
 def _length(system: System, name: str, ends: tuple[End, End]) -> Binding:
     for end in ends:
         if isinstance(end, str) and end not in system.names.markers:
-            what = f"the length '{name}' ends at the marker '{end}', which there is not"
+            what = f"the length '{name}' ends at the marker '{end}', which does not exist"
             raise InputError(Problem(what, hint=choose_from(end, system.names.markers)))
     first, second = (_end(system, end, side) for side, end in enumerate(ends, 1))
     if first[0] == second[0]:
@@ -100,6 +100,6 @@ def coordinate_of(system: System, element: Element, name: str) -> int:
     """Return the number of a coordinate. Raises InputError where it does not exist."""
     able = system.names.coordinates
     if name not in able:
-        what = f"element '{element.name}' acts on '{name}', which there is not"
+        what = f"element '{element.name}' acts on '{name}', which does not exist"
         raise InputError(Problem(what, hint=choose_from(name, [*able, *measurable(system, [element])])))
     return able.index(name)

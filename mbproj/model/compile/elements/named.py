@@ -38,7 +38,7 @@ VARIABLES = {"t": TIME, "s": COORDINATE, "s_dot": RATE}
 #: The most instructions of a function once its signals are inserted.
 LONGEST = 100_000
 #: The hint for an algebraic loop.
-REMEDY = "let a state stand between, as {derivative: (wanted - it)/(1 ms)}"
+REMEDY = "insert a state between, as {derivative: (wanted - it)/(1 ms)}"
 
 
 def in_expressions(name: str) -> str:
@@ -106,7 +106,7 @@ class Named:
             s, rate = (self.code(each, reader) for each in (along, f"{along}_dot"))
             return replaced(push(self).code, {COORDINATE: s, RATE: rate})
         hint = choose_from(name, [*self._signals, *self._able, *self._laws, *self._pushes, *self._others])
-        raise InputError(Problem(f"{reader} reads '{name}', which there is not", hint=hint))
+        raise InputError(Problem(f"{reader} reads '{name}', which does not exist", hint=hint))
 
     def resolved(self, program: Program, reader: str) -> Program:
         """Return a function of the scene with channels in place of the names it reads."""
@@ -141,7 +141,7 @@ class Named:
         system = self._system
         own, name = system.forces.laws, system.names.forces[law]
         if own.bearing[law] >= 0 or own.partner[law] >= 0:
-            what = f"the force of '{name}' cannot be read: it goes by a load, which would depend on what reads it"
+            what = f"the force of '{name}' cannot be read: it depends on a load, which would depend on the reader"
             raise InputError(Problem(what, hint="read what the load comes from: a coordinate, a spring's force"))
         at = int(own.joint_coordinate[law])
         at = at if at >= 0 else system.names.coordinates.index(f"{name}.length")

@@ -12,7 +12,7 @@ from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.equations.round_off import EPSILON
 from mbproj.dynamics.observe.recorded import Block
 from mbproj.integrate.events.time_events import DECIDES, SHARED, Event
-from mbproj.integrate.outcome.tally import Halved, Passed, Peak, RowsKept
+from mbproj.integrate.reporting.tally import Halved, Passed, Peak, RowsKept
 from mbproj.model.system import System
 from mbproj.scene.records import Settings
 from mbproj.thresholds import THRESHOLDS

@@ -13,7 +13,7 @@ from mbproj.arrays import Array
 from mbproj.dynamics.assembly.assemble import nearest
 from mbproj.dynamics.equations.motions import Drive, drive_at
 from mbproj.errors import SimulationError
-from mbproj.integrate.outcome.failures import locked
+from mbproj.integrate.reporting.failures import locked
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 

@@ -14,7 +14,7 @@ import numpy as np
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem
 from mbproj.integrate.events.time_events import Event
-from mbproj.integrate.outcome.tally import Halved, Passed, Peak, RowsKept, Tally
+from mbproj.integrate.reporting.tally import Halved, Passed, Peak, RowsKept, Tally
 from mbproj.thresholds import THRESHOLDS
 
 #: A state between two steps, with all that the next step depends on, by name: the time "t", arrays (n,) of float64, and

@@ -198,7 +198,7 @@ def no_unique_sliding(t: float, where: str, hint: str = "") -> SimulationError:
     """Return the error of friction so strong, compared with the load of its joint, that sliding has no solution, or
     two."""
     cause = (
-        "nothing sticks here, and sliding has no solution or two: friction adds more to the load than it is a part of "
+        "nothing sticks here, and sliding has no solution or two: friction increases its own load too much "
         "(Painlevé's paradox)"
     )
     hint = hint or "use a smaller 'coefficient', a longer bearing, or push nearer to it"

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State
-from mbproj.integrate.outcome.marks import Mark
+from mbproj.integrate.reporting.marks import Mark
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +29,7 @@ class Standing:
 
 
 @dataclass
-class Looks:
+class Pauses:
     """Scratch of a run by one method. When `due` steps were tried since the start, `look` is called: it returns whether
     the run ends here, and sets `due` anew. It does not influence the steps. `sampled`: whether samples are made,
     too."""

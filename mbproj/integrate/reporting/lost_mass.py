@@ -36,7 +36,7 @@ def naming_lost_mass(system: System, start: Array, reached: Callable[[], tuple[f
         if found is None:
             raise
         cause = f"near here a motion moves no mass, so that its speed grows beyond all bounds: {found}"
-        hint = "give what moves mass and inertia"
+        hint = "give the bodies that move mass and inertia"
         raise SimulationError(error.time, cause, where=error.where, hint=hint) from error
 
 

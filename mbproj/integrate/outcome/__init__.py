@@ -1,1 +1,0 @@
-"""The end of a run: its counts, the cause where it cannot go on, and its report."""
