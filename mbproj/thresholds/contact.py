@@ -108,6 +108,20 @@ class Contact:
     on_grid: float = threshold(
         1e-6, "step", "both", "a time that is nearer to one of the steps' grid is that time", "round-off of many steps"
     )
+    met_soon: float = threshold(
+        1e-7,
+        "1 / fastest motion",
+        "both",
+        "a decision on contacts without an event, sooner after the last one, is at the same time as that",
+        "feet at the edge of what they bear decided anew each 1e-11 s",
+    )
+    slides_in: float = threshold(
+        0.5,
+        "1",
+        "kernel",
+        "a fixed step changes a velocity of sliding in a plane by no more than this part of it",
+        "a foot that came to rest within a step of RK4 slid on for 0.2 s",
+    )
     most_meetings: int = threshold(
         100, "-", "both", "so many things may happen to stops at one time", "more than stops of one mechanism"
     )

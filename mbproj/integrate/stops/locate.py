@@ -160,30 +160,41 @@ def _root(
     at: Callable[[float], Margins], low: float, high: float, guess: float, which: int, grain: float
 ) -> tuple[float, int]:
     """Where the margin that is least crosses zero, between sizes with it above and below: Newton's method where it has
-    a rate, else the Illinois rule; both ends stay around it."""
+    a rate, else a parabola through three of its values (Chandrupatla 1997). The ends stay around it, and no guess is
+    nearer to one than half a grain: so they meet soon after one of them is there."""
     above, below = at(low), at(high)
-    y_low, y_high, side = float(above.value[which]), float(below.value[which]), 0
-    for _ in range(MOST_TRIES):
-        if not low < guess < high:
-            guess = high - y_high * (high - low) / (y_high - y_low)
-        if not low < guess < high:
-            guess = 0.5 * (low + high)
-        if high - low <= grain or guess in (low, high):
+    y_low, y_high, wide = float(above.value[which]), float(below.value[which]), high - low
+    old, y_old = high, y_high
+    for tried in range(MOST_TRIES):
+        if high - low <= grain:
             break
+        if not low < guess < high:
+            guess = _between(low, y_low, high, y_high, old, y_old)
+        if tried % 6 == 5:
+            guess = guess if high - low <= 0.5 * wide else 0.5 * (low + high)
+            wide = high - low
+        guess = min(max(guess, low + 0.5 * grain), high - 0.5 * grain)
         there = at(guess)
         if there.worst != which and there.value[there.worst] < -there.slack[there.worst]:
-            which = there.worst
-            y_low = float(above.value[which])
+            which, old = there.worst, low
+            y_low = y_old = float(above.value[which])
         value = float(there.value[which])
         if abs(value) <= 1e-3 * there.slack[which]:
             return guess, which
         if value > 0.0:
-            low, y_low, above = guess, value, there
-            y_high *= 0.5 if side > 0 else 1.0
-            side = 1
+            old, y_old, low, y_low, above = low, y_low, guess, value, there
         else:
-            high, y_high = guess, value
-            y_low *= 0.5 if side < 0 else 1.0
-            side = -1
+            old, y_old, high, y_high = high, y_high, guess, value
         guess -= float(value / there.rate[which])
     return high, which
+
+
+def _between(low: float, y_low: float, high: float, y_high: float, old: float, y_old: float) -> float:
+    """Where the parabola x(y) through three points is at zero, if that is a good guess; else the line through the
+    ends."""
+    line = high - y_high * (high - low) / (y_high - y_low)
+    if old in (low, high) or y_old in (y_low, y_high):
+        return line
+    bend = (old - low) / (y_old - y_low) - (high - low) / (y_high - y_low)
+    guess = line + y_low * y_high * bend / (y_old - y_high)
+    return guess if low < guess < high else line

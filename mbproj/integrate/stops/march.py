@@ -66,8 +66,7 @@ class StopMarch:
         self.fastest = max(speed_of(system, start), THRESHOLDS.slow_motion / self.whole.interval)
         self.integrals = np.zeros(2 + len(system.names.frictions))  # work, dissipation, and that of each friction
         self.shaped = False  # whether a longer run may meet things in other bits
-        self.met_at, self.met_often = -np.inf, 0
-        self.recorded = -np.inf
+        self.met_at, self.recorded, self.met_often = -np.inf, -np.inf, 0
         self.shared: tuple[str, ...] = ()  # whose forces share a load at will
         self._inner, self._resumed, self._begin, self._met = Marks(), START, dict[str, Any](), 0
         self._last: tuple[Mark, dict[str, Any], int] | None = None
@@ -81,7 +80,7 @@ class StopMarch:
                 self.recorded = float(self.mark["t"])
                 self._resumed = {name: value for name, value in self.mark.items() if name != "stops"}
                 self.meets_inside = self.meets_inside and not is_of_the_march(self._resumed)
-        else:
+        elif not self.meets_inside:
             self._meet(self.state, Meaning())
         while self.state.t < self.whole.end:
             inside = inside_of(self)
@@ -95,10 +94,10 @@ class StopMarch:
                 else:
                     self.shaped, self.state = self.shaped or halted.standing.shaped, halted.standing.state
                     inside.tell(self)
-                    if inside.left_over is None:  # rows that are held have come to depend on each other
+                    if inside.left_over is not None or np.isinf(self.met_at):
+                        self._meet(self.state, inside.left_over or Meaning())
+                    else:  # rows that are held have come to depend on each other
                         self.meets_inside = False
-                    else:
-                        self._meet(self.state, inside.left_over)
 
     def _next_leg(self) -> Leg:
         """From where the run is to its end; of fixed steps that are cut, to the next of their grid."""
@@ -110,9 +109,7 @@ class StopMarch:
             return replace(whole, start=t, duration=duration, times=whole.times.part(t, t + duration))
         made = (t - whole.start) / whole.step
         k = round(made)
-        if (
-            abs(made - k) > THRESHOLDS.on_grid or k >= whole.count
-        ):  # within round-off of the end there is a step as well
+        if abs(made - k) > THRESHOLDS.on_grid or k >= whole.count:  # near the end there is a step as well
             k = int(np.ceil(made))
             h = (whole.end if k >= whole.count else whole.start + k * whole.step) - t
             return replace(whole, start=t, duration=h, step=h, count=1, every=1)
@@ -253,21 +250,23 @@ class StopMarch:
 
     def _meet(self, state: State, what: Meaning) -> None:
         """What happens at a state; from here on these contacts hold."""
-        near = 16.0 * np.finfo(float).eps * max(abs(state.t), self.whole.interval)
-        self.met_often = self.met_often + 1 if state.t - self.met_at <= near else 1
-        self.met_at = state.t
-        if self.met_often > THRESHOLDS.most_meetings:
-            raise never_ends(state.t, what.name(self.system))
+        since, before = state.t - self.met_at, self.met_often
+        self.met_often = before + 1 if since <= 16.0 * np.finfo(float).eps * max(state.t, self.whole.interval) else 1
         again = what.stop if self.met_often > 1 and not what.released else None
-        met = Met(what.stop if what.released else None, what.friction if what.rest else None, self.fastest, again)
+        met = Met(what.let_go, what.friction if what.rest else None, self.fastest, again)
         meeting: Meeting = meet(self.system, state, self.contacts, met, begins=what == Meaning())
         self.state, self.contacts, self.push = meeting.state, meeting.contacts, meeting.push
         self.integrals[:2] += (meeting.work, meeting.lost)
         if meeting.rubbed is not None:
             self.integrals[2 + meeting.rubbed[0]] += meeting.rubbed[1]
         shared = sharing(self.system, self.state, self.contacts, self.fastest)
-        self.tally.met += (*meeting.events, *changed(state.t, self.shared, shared))
-        self.shared = shared
+        events = (*meeting.events, *changed(state.t, self.shared, shared))
+        if not events and since * self.fastest <= THRESHOLDS.met_soon:
+            self.met_often = before + 1
+        if self.met_often > THRESHOLDS.most_meetings:
+            raise never_ends(state.t, what.name(self.system))
+        self.tally.met += events
+        self.met_at, self.shared = state.t, shared
 
 
 def march(

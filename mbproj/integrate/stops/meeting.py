@@ -53,6 +53,7 @@ def meet(system: System, state: State, contacts: Contacts, met: Met, *, begins: 
 
 
 def _at_stops(system: System, stops: Stops, state: State, contacts: Contacts, met: Met) -> Meeting:
+    before = state
     pushing, events = _compliant(system, stops, state, contacts, met)
     touch = Touch(system, stops, state, pushing)
     touched = _marked(stops.size, (*contacts.held, *contacts.shares))
@@ -74,8 +75,7 @@ def _at_stops(system: System, stops: Stops, state: State, contacts: Contacts, me
         touch, gained = _without_lifting(touch, np.flatnonzero(lifts))
         lost -= gained
     staying = rigid & (np.abs(touch.rate) <= touch.slow)
-    if met.released is not None:
-        staying[met.released] = False
+    staying[list(met.released)] = False
     if system.frictions is None:
         push = _pushes(touch, staying)
         which = np.flatnonzero(staying)
@@ -88,6 +88,10 @@ def _at_stops(system: System, stops: Stops, state: State, contacts: Contacts, me
         known = Contacts((), pushing) if struck.any() else replace(contacts, held=(), pushing=pushing)
         state, after, push = _with_friction(system, touch.state, known, met, staying, Contacts((), pushing))
         touch = touch.after(state.v)
+    fades = staying & (push > 0.0) & (push <= THRESHOLDS.contact_pulls * push.max(initial=0.0))
+    if met.released and fades.any():  # what pushes by no more than round-off goes with what is let go
+        gone = (*met.released, *np.flatnonzero(fades).tolist())
+        return _at_stops(system, stops, before, contacts, replace(met, released=gone))
     rough = () if system.frictions is None else system.frictions.stop  # friction goes by a push that is there
     if met.again is not None and staying[met.again] and met.again not in (*after.touching, *after.idle, *rough):
         after = replace(after, held=tuple(sorted((*after.held, met.again))))

@@ -31,6 +31,11 @@ class Meaning:
     released: bool = False
     rest: bool = False
 
+    @property
+    def let_go(self) -> tuple[int, ...]:
+        """The stop that is released, or none."""
+        return () if self.stop is None or not self.released else (self.stop,)
+
     def name(self, system: System) -> str:
         """For messages."""
         if self.friction is not None:
@@ -40,11 +45,11 @@ class Meaning:
 
 @dataclass(frozen=True)
 class Met:
-    """What a run has met: a stop that is `released`, a friction that comes to `rest`, or nothing of these; and the
+    """What a run has met: stops that are `released`, a friction that comes to `rest`, or nothing of these; and the
     `fastest` motion of the run so far, 1/s. `again`: a stop whose gap would close from here on, though nothing presses
     it yet: it does from here on."""
 
-    released: int | None = None
+    released: tuple[int, ...] = ()
     rest: int | None = None
     fastest: float = 0.0
     again: int | None = None

@@ -7,7 +7,7 @@ from tests.friction.known.mechanisms import STEPS
 IN_PLANE = "P: {type: planar, bodies: [ground, box], location: [0, 0, 0], axis: [0, 1, 0]}"
 SCENE = """
 mbproj: 1
-gravity: [0, 0, -10]
+gravity: {gravity}
 simulation: {{duration: {duration}, {steps}, formulation: {formulation}}}
 bodies:
   box: {{mass: 3, inertia: [0.1, 0.15, 0.12], position: [0, 0, 0.25], velocity: {velocity}, angular_velocity: {spin}}}
@@ -39,9 +39,13 @@ def box(
     joint="",
     formulation="auto",
     steps="dop853",
+    gravity=(0, 0, -10),
 ):
-    feet = (FOOT.format(name=name, x=x, y=y, friction=friction) for name, (x, y) in places.items())
+    """`friction` of all feet, or of each by its name."""
+    of = friction if isinstance(friction, dict) else dict.fromkeys(places, friction)
+    feet = (FOOT.format(name=name, x=x, y=y, friction=of[name]) for name, (x, y) in places.items())
     return SCENE.format(
+        gravity=list(map(float, gravity)),
         feet="".join(feet),
         velocity=list(map(float, velocity)),
         spin=list(map(float, spin)),

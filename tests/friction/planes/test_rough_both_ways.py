@@ -29,13 +29,13 @@ def scenes(steps):
         "a puck that turns downhill": puck("0.4", [0, 2, 0], gravity=INCLINE, steps=steps),
         "a puck that bounces": puck(STATIC, [1, 0.5, -1], height=0.2, e=0.5, duration=1.5, steps=steps),
         "a puck of Stribeck's": puck(STRIBECK, [1, 2, 0], steps=steps),
-        "two feet in the plane": box(TWO, STATIC, push=20, joint=IN_PLANE, formulation="planar", steps=steps),
+        "two feet in the plane": box(TWO, STATIC, push=19, joint=IN_PLANE, formulation="planar", steps=steps),
         "three feet in the plane": box(
             THREE, "0.25", velocity=(1.02, 0, 0), joint=IN_PLANE, formulation="planar", steps=steps
         ),
         "three feet": box({name: CORNERS[name] for name in "abc"}, STATIC, **thrown),
         "four feet": box(CORNERS, "0.25", **thrown),
-        "four feet that are pushed": box(CORNERS, STATIC, push=20, duration=0.9, steps=steps),
+        "four feet that are pushed": box(CORNERS, STATIC, push=19, duration=0.9, steps=steps),
         "two feet that are pushed to and fro": box(
             TWO, STATIC, force=FRO, height=0.05, joint=IN_PLANE, formulation="planar", steps=steps
         ),
@@ -68,7 +68,7 @@ def test_the_kernels_loop_does_what_the_march_does(name, steps, monkeypatch):
 
 
 def test_the_kernels_loop_meets_what_happens_at_one_foot_and_at_four(monkeypatch):
-    """Nothing is left to the march but the start, nor do its steps search for anything."""
+    """Nothing is left to the march, nor do its steps search for anything."""
     monkeypatch.delattr(march, "locate")
     met = []
     usual = march.meet
@@ -77,7 +77,7 @@ def test_the_kernels_loop_meets_what_happens_at_one_foot_and_at_four(monkeypatch
     _, box_recorded = run(box(CORNERS, STATIC, push=20, duration=0.9))
     assert len(puck_recorded.of("impact")) > 3
     assert len(box_recorded.of("slip")) == 4
-    assert len(met) == 2
+    assert met == []
 
 
 def test_the_least_share_within_the_cones_is_reported():

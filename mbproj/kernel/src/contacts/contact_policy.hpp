@@ -39,6 +39,8 @@ public:
         hold();
     }
     bool any() const { return !laws_.empty() || friction_.any(); }
+    // Whether nothing has happened yet, not even what does where a run begins.
+    bool begins() const { return !std::isfinite(state_.met_at); }
     const ContactState& state() const { return state_; }
     std::size_t stops() const { return laws_.size(); }
     std::vector<ContactEvent> take_events() { return std::exchange(events_, {}); }
@@ -94,8 +96,8 @@ public:
     bool meet(double t, Vector& y, const std::vector<long>& turns, int stop, bool released, double interval) {
         ContactState next = state_;
         std::vector<ContactEvent> events;
-        const bool done =
-            touches(t, y, turns, released ? -1 : stop, next, events) && settle(t, y, turns, stop, released, interval, next, events);
+        const bool done = touches(t, y, turns, released ? -1 : stop, next, events) &&
+                          settle(t, y, turns, stop, released, interval, next, events);
         if (done) {
             next.events += static_cast<long>(events.size());
             events_.insert(events_.end(), events.begin(), events.end());
@@ -124,7 +126,8 @@ private:
         friction_.acting.release();
         equations_.set_pose(t, y.data());
         equations_.set_velocities(y.data(), false);
-        if (!equations_.factor(Metric::mass) || !compliant_.meet(t, y, turns, met, speed(y), next, events)) return false;
+        if (!equations_.factor(Metric::mass) || !compliant_.meet(t, y, turns, met, speed(y), next, events))
+            return false;
         std::vector<int> found;
         for (int k = 0; k < static_cast<int>(laws_.size()); ++k) {
             if (!laws_[k].is_rigid()) continue;
@@ -139,7 +142,6 @@ private:
         const double near = 16.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(t), interval);
         next.met_often = t - next.met_at <= near ? next.met_often + 1 : 1;
         next.met_at = t;
-        if (next.met_often > thresholds_.most_meetings) return false;
         const std::vector<int>& touch = touching_.stops();
         const auto count = static_cast<Eigen::Index>(touch.size());
         const double own = speed(y);
@@ -160,11 +162,15 @@ private:
             staying[i] = std::abs(rate[i]) <= slow[i] && !(released && touch[i] == stop);
         Vector push = Vector::Zero(count);
         Flags opens(touch.size(), true);
-        const bool closed = any(staying);
         next.take_shares(nullptr, {});
-        if (friction_.any() ? !rub(t, turns, staying, released ? -1 : stop, any(struck), next, push, opens)
-                            : closed && !press(staying, push, opens, next))
-            return false;
+        const ContactState known = next;
+        do {
+            next = known;
+            if (friction_.any() ? !rub(t, turns, staying, released ? -1 : stop, any(struck), next, push, opens)
+                                : any(staying) && !press(staying, push, opens, next))
+                return false;
+        } while (released && let_go(push, staying));
+        const bool closed = any(staying);
         const double least =
             (friction_.any() ? friction_.round_off() : touching_.round_off()) / thresholds_.contact_pulls;
         next.push = closed ? std::max(push.maxCoeff(), least) : 0.0;
@@ -179,10 +185,24 @@ private:
         if (!next.shares.empty())
             for (const auto& [k, part] : next.shares.front().second) next.held.push_back(k);
         std::sort(next.held.begin(), next.held.end());
-        return see_shares(t, staying, next) && record(t, next, rests, events);
+        if (!see_shares(t, staying, next)) return false;
+        record(t, next, rests, events);
+        if (events.empty() && (t - state_.met_at) * next.fastest <= thresholds_.met_soon)
+            next.met_often = state_.met_often + 1;
+        return next.met_often <= thresholds_.most_meetings;
     }
 
     static bool any(const Flags& flags) { return std::find(flags.begin(), flags.end(), true) != flags.end(); }
+
+    // Whether some that stay push by no more than round-off, where another one lets go: they go with it.
+    bool let_go(const Vector& push, Flags& staying) const {
+        bool found = false;
+        for (Eigen::Index i = 0; i < push.size(); ++i) {
+            const bool goes = staying[i] && push[i] > 0.0 && push[i] <= thresholds_.contact_pulls * push.maxCoeff();
+            if (goes) staying[i] = false, found = true;
+        }
+        return found;
+    }
 
     // How hard stops without friction push that stay, and how they share.
     bool press(const Flags& staying, Vector& push, Flags& opens, ContactState& next) {
@@ -217,6 +237,7 @@ private:
         std::vector<int> closed;
         std::vector<Eigen::Index> which;
         take(staying, closed, which);
+        push.setZero(), opens.assign(opens.size(), true);
         const int rest = std::max(met - static_cast<int>(laws_.size()), -1);
         Vector pushes;
         Flags open;
@@ -227,7 +248,7 @@ private:
         return true;
     }
 
-    bool record(double t, const ContactState& next, const std::vector<ContactEvent>& rests,
+    void record(double t, const ContactState& next, const std::vector<ContactEvent>& rests,
                 std::vector<ContactEvent>& events) const {
         const auto tell = [&](int k, Happening what, int way) { events.push_back({t, k, what, way, 0.0, 0.0}); };
         events.insert(events.end(), rests.begin(), rests.end());
@@ -241,12 +262,11 @@ private:
             if (state_.touches(k) && !next.touches(k)) tell(k, Happening::release, 1);
         for (int k = 0; k < stops; ++k)
             if (next.decides && !state_.decides && next.parts_of(k) && next.touches(k)) tell(k, Happening::decides, 1);
-        friction_.record(t, state_, next, events);
+        if (!begins()) friction_.record(t, state_, next, events);
         for (const int k : state_.shared)
             if (!has(next.shared, k)) tell(k, Happening::shared, -1);
         for (const int k : next.shared)
             if (!has(state_.shared, k)) tell(k, Happening::shared, 1);
-        return true;
     }
 
     EquationsOfMotion<D>& equations_;

@@ -2,7 +2,8 @@
 // method. The rules are those of mbproj.integrate.stops.locate.
 #pragma once
 
-#include <limits>
+#include <algorithm>
+#include <utility>
 #include <vector>
 
 #include "contacts/look.hpp"
@@ -81,35 +82,37 @@ private:
     }
 
     // Where the margin that is least crosses zero, between sizes with it above and below: Newton's method where it has a rate,
-    // else the Illinois rule; both ends stay around it.
+    // else a parabola through three of its values (Chandrupatla 1997). The ends stay around it, and no guess is nearer to one than
+    // half a grain: so they meet soon after one of them is there.
     template <class At> Meeting root(const At& at, double low, Margins above, double high, const Margins& below,
                                      double guess, int which, double grain) {
-        double y_low = above[which].value, y_high = below[which].value;
-        int side = 0;
+        double y_low = above[which].value, y_high = below[which].value, old = high, y_old = y_high, wide = high - low;
         Margins there;
-        for (int tried = 0; tried < most_tries; ++tried) {
-            if (!(low < guess && guess < high)) guess = high - y_high * (high - low) / (y_high - y_low);
-            if (!(low < guess && guess < high)) guess = 0.5 * (low + high);
-            if (high - low <= grain || guess == low || guess == high) break;
+        for (int tried = 0; tried < most_tries && high - low > grain; ++tried) {
+            if (!(low < guess && guess < high)) guess = between(low, y_low, high, y_high, old, y_old);
+            if (tried % 6 == 5 && high - low > 0.5 * std::exchange(wide, high - low)) guess = 0.5 * (low + high);
+            guess = std::clamp(guess, low + 0.5 * grain, high - 0.5 * grain);
             if (!at(guess, there)) return failed();
             if (const int other = worst(there); other != which && there[other].value < -slack_[other]) {
                 which = other;
-                y_low = above[which].value;
+                y_low = y_old = above[which].value, old = low;
             }
             const double value = there[which].value;
             if (std::abs(value) <= 1e-3 * slack_[which]) return {guess, which};
-            if (value > 0.0) {
-                low = guess, y_low = value, above = there;
-                if (side > 0) y_high *= 0.5;
-                side = 1;
-            } else {
-                high = guess, y_high = value;
-                if (side < 0) y_low *= 0.5;
-                side = -1;
-            }
+            double &end = value > 0.0 ? low : high, &y_end = value > 0.0 ? y_low : y_high;
+            old = std::exchange(end, guess), y_old = std::exchange(y_end, value);
+            if (value > 0.0) above = there;
             guess -= value / there[which].rate;
         }
         return {high, which};
+    }
+
+    // Where the parabola x(y) through three points is at zero, if that is a good guess; else the line through the ends.
+    static double between(double low, double y_low, double high, double y_high, double old, double y_old) {
+        const double line = high - y_high * (high - low) / (y_high - y_low);
+        const double bend = (old - low) / (y_old - y_low) - (high - low) / (y_high - y_low);
+        const double guess = line + y_low * y_high * bend / (y_old - y_high);
+        return guess > low && guess < high ? guess : line;
     }
 
     const std::vector<double> slack_;

@@ -66,6 +66,28 @@ public:
     }
     bool any() const { return !gaps_.empty() || !rows_.empty(); }
 
+    // How long a step of size h at most may be from y with this slope, so that no sliding in a plane changes by more than a part of
+    // its speed: at rest its direction is at once another one, which a step must not pass unseen.
+    double longest(const Eigen::VectorXd& y, const Eigen::VectorXd& slope, double h) {
+        constexpr double ahead = 1e-3;
+        double found = h;
+        for (const WatchedGap& each : gaps_) {
+            if (each.other < 0 || !(each.idle < 0.0)) continue;  // where it is slow enough it keeps its direction
+            double rate[2][2];
+            for (int after : {0, 1}) {
+                inside_ = y + after * ahead * h * slope;
+                pose_.update(inside_.data());
+                motion_.update(inside_.data(), pose_);
+                rate[after][0] = along(each.stop, pose_, motion_).rate;
+                rate[after][1] = along(each.other, pose_, motion_).rate;
+            }
+            const double change = std::hypot(rate[1][0] - rate[0][0], rate[1][1] - rate[0][1]);
+            const double most = model_.thresholds.slides_in * std::hypot(rate[0][0], rate[0][1]);
+            if (most < change / ahead) found = std::min(found, most / change * ahead * h);
+        }
+        return found;
+    }
+
     // Where a run begins, with whole turns of the joints' coordinates.
     void begin(const Pose<D>& pose, const Motion<D>& motion, const std::vector<long>& turns) {
         look(pose, motion, turns, before_);

@@ -41,8 +41,9 @@ bool FrictionBalance::depend(const Thresholds& thresholds) const {
     return independent(B, held, thresholds.no_push).size() < held.size();
 }
 
-// What each contact can do; of what rests a little less, so that it holds for a while.
-std::vector<Cone> FrictionBalance::cones(const Thresholds& thresholds, const Flags& rest, const Vector& load) const {
+// What each contact can do; of what rests a little less, so that it holds for a while, and joints less by a margin.
+std::vector<Cone> FrictionBalance::cones(const Thresholds& thresholds, double margin, const Flags& rest,
+                                         const Vector& load) const {
     std::vector<Cone> found;
     for (int at = 0; at < static_cast<int>(stops); ++at) {
         if (!moves(at)) continue;
@@ -61,11 +62,35 @@ std::vector<Cone> FrictionBalance::cones(const Thresholds& thresholds, const Fla
     }
     for (Index k = 0; k < count(); ++k)
         if (stop[of(k)] < 0 && rest[of(k)])
-            found.push_back({-1, {static_cast<int>(stops + k)}, (1.0 - thresholds.slips) * fixed[k] * load[k], {}});
+            found.push_back({-1, {static_cast<int>(stops + k)}, (1.0 - margin) * fixed[k] * load[k], {}});
     return found;
 }
 
+// y with which all hold. Where nothing slides the motion does not go by the share: one with a margin within the cones is taken, since
+// one at their edge would be left at once. Where none has a margin they slip.
 bool FrictionBalance::all_hold(const Loads& loads, const Thresholds& thresholds, Vector& y) const {
+    if (!all_hold(loads, thresholds, thresholds.slips, Vector::Zero(b.size()), y)) return false;
+    if (!direction.isZero(0.0)) return true;
+    const double least = 2.0 * thresholds.slips, mean = y.head(stops).mean();
+    Vector inner = Vector::Zero(b.size()), within;
+    for (Index i = 0; i < stops; ++i)
+        if (y[i] > least * mean) inner[i] = mean;
+    Thresholds quick = thresholds;
+    quick.damped_to = 10.0 * thresholds.damped_from;  // a smaller margin does as well as one that is hard to find
+    const auto leaves = [&](double margin) {
+        return all_hold(loads, margin > least ? quick : thresholds, margin, margin * inner, within);
+    };
+    if (leaves(0.5)) return y = within, true;
+    if (!leaves(least)) return false;
+    y = within;
+    for (double margin = 0.1; margin > least; margin *= 0.1)
+        if (leaves(margin)) return y = within, true;
+    return true;
+}
+
+// The share that is nearest to `least` of those that are beyond it by forces within the cones; joints hold less by a margin.
+bool FrictionBalance::all_hold(const Loads& loads, const Thresholds& thresholds, double margin, const Vector& least,
+                               Vector& y) const {
     Flags rest;
     for (Index k = 0; k < count(); ++k) rest.push_back(rests(k) && moves(stops + k));
     y = Vector::Zero(b.size());
@@ -74,10 +99,11 @@ bool FrictionBalance::all_hold(const Loads& loads, const Thresholds& thresholds,
         before = load;
         loads(y, load);
         if (pass > 0 && largest(load - before) <= thresholds.slips * largest(load)) return true;
-        Vector given = Vector::Zero(b.size()), found;
+        Vector given = least, found;
         for (Index k = 0; k < count(); ++k)
             if (!rests(k) && stop[of(k)] < 0) given[stops + k] = -direction[k] * sliding[k] * load[k];
-        if (!contact_problem(B, b + B * given, cones(thresholds, rest, load), 0.0, thresholds, found)) return false;
+        const std::vector<Cone> own = cones(thresholds, margin, rest, load);
+        if (!contact_problem(B, b + B * given, own, 0.0, thresholds, found)) return false;
         y = found + given;
     }
     return false;
@@ -87,7 +113,7 @@ bool FrictionBalance::all_hold(const Loads& loads, const Thresholds& thresholds,
 // the pushes of the pass before (Haslinger 1983). False where joints have friction, too, or where passes do not settle.
 bool FrictionBalance::yields(const Loads& loads, const Thresholds& thresholds, Vector& y) const {
     if (std::any_of(stop.begin(), stop.end(), [](int at) { return at < 0; })) return false;
-    const std::vector<Cone> of_pushes = cones(thresholds, Flags(of(count())), Vector());
+    const std::vector<Cone> of_pushes = cones(thresholds, 0.0, Flags(of(count())), Vector());
     Vector load, found;
     y = Vector::Zero(b.size());
     for (int pass = 0; pass < thresholds.most_load_passes; ++pass) {
@@ -135,7 +161,15 @@ Eigen::VectorXd FrictionBalance::slips(const Thresholds& thresholds, const Vecto
     std::iota(order.begin(), order.end(), 0);
     std::stable_sort(order.begin(), order.end(), [&](Index i, Index j) { return used[i] < used[j]; });
     stuck.assign(of(count()), false);
-    for (const Index k : order) stuck[of(k)] = inside[of(k)] && span.takes(stops + k);
+    Flags seen(of(count()));
+    for (const Index k : order) {  // of two tangents first that which is less like the rows before, beyond round-off
+        const Index other = in_plane(k) ? partner[of(k)] : k;
+        const Index first = span.part_beyond(stops + other) > span.part_beyond(stops + k) ? other : k;
+        for (const Index each : {first, first == k ? other : k}) {
+            if (!seen[of(each)]) stuck[of(each)] = inside[of(each)] && span.takes(stops + each);
+            seen[of(each)] = true;
+        }
+    }
     Vector found = Vector::Zero(count());
     for (Index k = 0; k < count() && !holds; ++k) {
         if (!rests(k) || inside[of(k)]) continue;

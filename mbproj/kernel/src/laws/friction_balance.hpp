@@ -62,8 +62,10 @@ private:
     Flags beyond(const Loads& loads, const Vector& y) const;
     // Whether rows of stops depend on each other, or on those of frictions at rest; y where they do, and all can hold.
     bool depend(const Thresholds& thresholds) const;
-    std::vector<Cone> cones(const Thresholds& thresholds, const Flags& rest, const Vector& load) const;
+    std::vector<Cone> cones(const Thresholds& thresholds, double margin, const Flags& rest, const Vector& load) const;
     bool all_hold(const Loads& loads, const Thresholds& thresholds, Vector& y) const;
+    bool all_hold(const Loads& loads, const Thresholds& thresholds, double margin, const Vector& least,
+                  Vector& y) const;
     bool yields(const Loads& loads, const Thresholds& thresholds, Vector& y) const;
     Vector slips(const Thresholds& thresholds, const Vector& y, const Vector& load, bool holds, bool yields,
                  Flags& stuck) const;

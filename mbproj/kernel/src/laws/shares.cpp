@@ -24,9 +24,10 @@ double Span::beyond(Eigen::Index row, Eigen::VectorXd& along) const {
     return along[row];
 }
 
-bool Span::holds(Eigen::Index row) const {
+double Span::part_beyond(Eigen::Index row) const {
     Eigen::VectorXd along;
-    return !(beyond(row, along) > least_ * B_(row, row));
+    const double left = beyond(row, along);
+    return left > 0.0 ? left / B_(row, row) : 0.0;
 }
 
 bool Span::takes(Eigen::Index row) {

@@ -19,7 +19,9 @@ public:
     Span(const Eigen::MatrixXd& B, double least) : B_(B), least_(least) {}
     // Whether a row is outside; it is inside from now on.
     bool takes(Eigen::Index row);
-    bool holds(Eigen::Index row) const;
+    bool holds(Eigen::Index row) const { return !(part_beyond(row) > least_); }
+    // How much of a row is outside, as a part of its square.
+    double part_beyond(Eigen::Index row) const;
 
 private:
     double beyond(Eigen::Index row, Eigen::VectorXd& along) const;

@@ -29,7 +29,7 @@ struct Thresholds {
     // mbproj/thresholds/contact.py
     double settled_load, middle_unlike, no_push, touching, stop_rests, rest_acceleration, rest_steps, lowest_bounce,
         contact_pulls, creates_energy, on_grid, damped_from, damped_to, balanced_to, slips, springs_give, slips_beyond,
-        turned_speed, straight_speed, stop_slack, no_part;
+        turned_speed, straight_speed, stop_slack, no_part, met_soon, slides_in;
     int most_load_passes, most_halves, most_meetings;
     // mbproj/thresholds/ropes.py
     double off_sheave, rope_turned;
@@ -150,6 +150,8 @@ template <class Visit> void each_threshold(Visit&& visit) {
     visit("straight_speed", &Thresholds::straight_speed);
     visit("stop_slack", &Thresholds::stop_slack);
     visit("no_part", &Thresholds::no_part);
+    visit("met_soon", &Thresholds::met_soon);
+    visit("slides_in", &Thresholds::slides_in);
     visit("most_meetings", &Thresholds::most_meetings);
     visit("most_halves", &Thresholds::most_halves);
     visit("most_load_passes", &Thresholds::most_load_passes);

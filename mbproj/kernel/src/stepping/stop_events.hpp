@@ -97,6 +97,22 @@ public:
         return Found::ahead;
     }
 
+    // Whether it is not known yet what happens where the run begins; what does, at the pose in place from then on. False where that
+    // is left to who drives the loop.
+    bool begins() const { return inside() && policy_.begins(); }
+    bool start(const std::vector<long>& turns) {
+        if (!policy_.meet(now_.t, now_.y, turns, -1, false, steps_.interval())) return false;
+        policy_.watch(watch_, spacing_);
+        equations_.set_pose(now_.t, now_.y.data());
+        equations_.set_velocities(now_.y.data(), true);
+        return true;
+    }
+    // Of a fixed step that is to be made from here, with this slope, the part in which sliding in a plane does not come to rest.
+    void shorten(const Vector& slope) {
+        if (!inside() || policy_.state().sliding.empty()) return;
+        if (const double h = watch_.longest(now_.y, slope, now_.to.h); h < now_.to.h)
+            now_.to = schedule_.to(now_.t, now_.t + h);
+    }
     // Whether the step at hand ends where something is met.
     bool meeting() const { return meeting_; }
     void forget() { meeting_ = false; }

@@ -80,6 +80,7 @@ private:
         peaks.watch(equations_.constraint(), equations_.C_dot(), model_.constraints.rows, model_.driven.size(), now_.t);
         counted_ = turns_.start(counted_.turns, now_.t, now_.y);
         if (mark_) return go_on_from_mark();
+        if (stops_.begins() && !stops_.start(counted_.turns)) return stop({Status::halted, now_.t});
         if (stops_.watch().any()) stops_.look(now_.t, now_.y, counted_.turns);
         if (!equations_.start() || !evaluate(now_.y, true)) return stop_at(now_.t);
         stepper_.first() = slope_, begin_balance();
@@ -116,6 +117,7 @@ private:
         if (!steps_.fixed() && !schedule_.resolves(now_.t, now_.h))
             return stop(trial_.lost().stops() ? trial_.lost() : Outcome{Status::vanished, now_.t});
         now_.to = schedule_.target(now_.t, now_.h);
+        if (steps_.fixed()) stops_.shorten(stepper_.first());
         if (!steps_.fixed() || now_.to.shaped) take_mark();
         shaped_ = shaped_ || now_.to.shaped;
         phases_.begin(now_.counters.steps + 1);
@@ -172,8 +174,7 @@ private:
         return true;
     }
 
-    [[gnu::noinline, gnu::cold]] bool
-    meet_stop() {  // what happens there; velocities may jump, and with them branches of forces
+    [[gnu::noinline, gnu::cold]] bool meet_stop() {  // velocities may jump, and with them branches of forces
         bool met = true;
         if (!stepper_.before_jump(now_.t, now_.y)) return stop_at(now_.t), false;
         const bool goes_on = jump([&] { met = stops_.meet(counted_.turns); });
@@ -231,7 +232,6 @@ private:
         });
         if (goes_on) acted_ ? go_on(after_event()) : stop_at(now_.t);
     }
-
     // Something changes at once: arguments of switches that jump with it are on the branch that they have jumped to.
     template <class Change> bool jump(const Change& change) {
         if (trial_.locates()) events().before_jump(now_.t, now_.y, schedule_.window());
