@@ -19,7 +19,8 @@ KERNEL = ROOT / "mbproj" / "kernel" / "src"
 #: Constants of the kernel that are no thresholds, and what they are.
 NO_THRESHOLDS = {"not_a_number": "a name for NaN", "free_branch": "the same, of a switch that is not held"}
 NO_THRESHOLDS |= {"stalls": "what stays so in some rounds cannot settle in the most"}
-NO_THRESHOLDS |= {"aside": "a direction", "huge": "beyond any force", "tiny": "not 0"}
+NO_THRESHOLDS |= {"ahead": "a part of a step for a difference", "aside": "a direction"}
+NO_THRESHOLDS |= {"huge": "beyond any force", "tiny": "not 0"}
 NO_THRESHOLDS |= {"nodes[]": "those of Gauss and Legendre", "weights[]": "the same"}
 #: Folders and files whose numbers are thresholds where they are not coefficients, and how a constant begins there.
 NUMERICS = ("functions", "dynamics", "projection", "integrate", "model", "linear")
