@@ -155,6 +155,7 @@ KERNEL_FOLDERS = (
     "contacts",
     "stepping",
     "tangents",
+    "ensembles",
     "bindings",
 )
 

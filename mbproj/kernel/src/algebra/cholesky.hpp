@@ -27,7 +27,7 @@ private:
     // Of the first `count` numbers of two rows.
     Scalar inner(int r, int s, int count) const {
         Scalar sum = 0.0;
-        for (int c = 0; c < count; ++c) sum += L_(r, c) * L_(s, c);
+        for (int c = 0; c < count; ++c) sum = multiply_add(L_(r, c), L_(s, c), sum);
         return sum;
     }
     template <int... K> void forward(Column<N, Scalar>& x, std::integer_sequence<int, K...>) const {
@@ -44,8 +44,8 @@ private:
     }
     template <int From, class Line, int... I> [[gnu::always_inline]] static Scalar
     less(const Line& line, const Column<N, Scalar>& x, std::integer_sequence<int, I...>) {
-        const Scalar terms[] = {line[From + I] * x[From + I]...};
-        return sum_by_halves<sizeof...(I)>(terms);
+        const Scalar own[] = {line[From + I]...}, known[] = {x[From + I]...};
+        return sum_of_products<sizeof...(I)>(own, known);
     }
 
     Matrix<N, N, Scalar> L_;

@@ -34,6 +34,17 @@ template <int Count, class Scalar> [[gnu::always_inline]] inline Scalar sum_by_h
         return sum_by_halves<Count / 2>(p) + sum_by_halves<Count - Count / 2>(p + Count / 2);
 }
 
+// The same of products a0 b0 + a1 b1 + ...
+template <int Count, class Scalar> [[gnu::always_inline]] inline Scalar sum_of_products(const Scalar* a, const Scalar* b) {
+    constexpr int half = Count / 2;
+    if constexpr (Count == 1)
+        return a[0] * b[0];
+    else if constexpr (half == 1)
+        return multiply_add(a[0], b[0], sum_of_products<Count - 1>(a + 1, b + 1));
+    else
+        return sum_of_products<half>(a, b) + sum_of_products<Count - half>(a + half, b + half);
+}
+
 // Whether all of these numbers are: 0 x is NaN for the others. Eight at a time, so that the sums stay in registers.
 inline bool all_finite(const double* x, std::ptrdiff_t size) {
     constexpr std::ptrdiff_t width = 8;
@@ -102,7 +113,8 @@ public:
     }
     template <class Other, int S, int T> [[gnu::always_inline]] Value cross(const Dense<Other, 3, 1, S, T>& b) const {
         const Dense& a = *this;
-        return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+        return {multiply_add(a[1], b[2], -(a[2] * b[1])), multiply_add(a[2], b[0], -(a[0] * b[2])),
+                multiply_add(a[0], b[1], -(a[1] * b[0]))};
     }
     [[gnu::always_inline]] Scalar squaredNorm() const { return square(Indices()); }
     Scalar norm() const { return sqrt(squaredNorm()); }
@@ -140,13 +152,13 @@ private:
         return sum_by_halves<count>(terms);
     }
     template <int... I> [[gnu::always_inline]] Scalar square(std::integer_sequence<int, I...>) const {
-        const Scalar terms[] = {(*this)[I] * (*this)[I]...};
-        return sum_by_halves<count>(terms);
+        const Scalar own[] = {(*this)[I]...};
+        return sum_of_products<count>(own, own);
     }
     template <class Other, int... I>
     [[gnu::always_inline]] Scalar dot_with(const Other& other, std::integer_sequence<int, I...>) const {
-        const Scalar terms[] = {(*this)[I] * other[I]...};
-        return sum_by_halves<count>(terms);
+        const Scalar own[] = {(*this)[I]...}, others[] = {other[I]...};
+        return sum_of_products<count>(own, others);
     }
 };
 

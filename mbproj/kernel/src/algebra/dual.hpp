@@ -42,6 +42,7 @@ struct Dual {
     friend bool operator!=(const Dual& a, const Dual& b) { return a.value != b.value; }
 };
 
+inline Dual multiply_add(const Dual& a, const Dual& b, const Dual& c) { return a * b + c; }
 inline double value_of(const Dual& x) { return x.value; }
 
 // f(x) from its value and its slope at x.
@@ -51,8 +52,12 @@ inline Dual sqrt(const Dual& x) {
     const double root = std::sqrt(x.value);
     return chain(root, 0.5 / root, x);
 }
-inline Dual sin(const Dual& x) { return chain(std::sin(x.value), std::cos(x.value), x); }
-inline Dual cos(const Dual& x) { return chain(std::cos(x.value), -std::sin(x.value), x); }
+inline SineAndCosine<Dual> sine_and_cosine(const Dual& x) {
+    const auto [sine, cosine] = sine_and_cosine(x.value);
+    return {chain(sine, cosine, x), chain(cosine, -sine, x)};
+}
+inline Dual sin(const Dual& x) { return sine_and_cosine(x).sine; }
+inline Dual cos(const Dual& x) { return sine_and_cosine(x).cosine; }
 inline Dual tan(const Dual& x) {
     const double value = std::tan(x.value);
     return chain(value, 1.0 + value * value, x);
@@ -97,6 +102,9 @@ inline Dual floor(const Dual& x) { return std::floor(x.value); }
 inline Dual ceil(const Dual& x) { return std::ceil(x.value); }
 inline Dual nearbyint(const Dual& x) { return std::nearbyint(x.value); }
 inline Dual remainder(const Dual& x, double period) { return {std::remainder(x.value, period), x.tangent}; }
+inline Dual wrapped(const Dual& x, double most, double period) {
+    return {wrapped(x.value, most, period), x.tangent};
+}
 
 inline bool isnan(const Dual& x) { return std::isnan(x.value); }
 inline bool isfinite(const Dual& x) {

@@ -42,6 +42,11 @@ public:
     [[gnu::always_inline]] Derived& operator-=(const Dense<Other, Rows, Columns, S, T>& other) {
         return subtract(other, Indices());
     }
+    // Adds s times another: products and sums are rounded once, where the processor does that.
+    template <class Other, int S, int T>
+    [[gnu::always_inline]] Derived& add_multiple(const Scalar& s, const Dense<Other, Rows, Columns, S, T>& other) {
+        return add_multiple(s, other, Indices());
+    }
     [[gnu::always_inline]] Derived& operator+=(Scalar number) {
         return each([=](Scalar& own) { own += number; });
     }
@@ -81,6 +86,11 @@ private:
     template <class Other, int... I>
     [[gnu::always_inline]] Derived& subtract(const Other& other, std::integer_sequence<int, I...>) {
         (void((*this)[I] -= other[I]), ...);
+        return own();
+    }
+    template <class Other, int... I>
+    [[gnu::always_inline]] Derived& add_multiple(const Scalar& s, const Other& other, std::integer_sequence<int, I...>) {
+        (void((*this)[I] = multiply_add(s, other[I], static_cast<const Writable&>(*this)[I])), ...);
         return own();
     }
     template <class Change> [[gnu::always_inline]] Derived& each(const Change& change) {
@@ -170,8 +180,8 @@ template <int Rows, int Columns, class Number> auto matrix_by_rows(const Number*
 
 // A matrix without what goes with its numbers.
 template <int Rows, int Columns, class Scalar>
-Matrix<Rows, Columns> values_of(const Matrix<Rows, Columns, Scalar>& from) {
-    Matrix<Rows, Columns> found;
+Matrix<Rows, Columns, ValueOf<Scalar>> values_of(const Matrix<Rows, Columns, Scalar>& from) {
+    Matrix<Rows, Columns, ValueOf<Scalar>> found;
     for (int i = 0; i < Rows * Columns; ++i) found[i] = value_of(from[i]);
     return found;
 }

@@ -29,8 +29,8 @@ template <class A, class Result, int... I>
 }
 template <int R, int C, class A, class B, int... K> [[gnu::always_inline]] inline typename A::Scalar
 inner(const A& a, const B& b, int r, int c, std::integer_sequence<int, K...>) {
-    const typename A::Scalar terms[] = {a(r, K) * b(K, c)...};
-    return sum_by_halves<sizeof...(K)>(terms);
+    const typename A::Scalar row[] = {a(r, K)...}, column[] = {b(K, c)...};
+    return sum_of_products<sizeof...(K)>(row, column);
 }
 template <int Inner, class A, class B, class Result, int... I>
 [[gnu::always_inline]] inline void product(const A& a, const B& b, Result& to, std::integer_sequence<int, I...>) {

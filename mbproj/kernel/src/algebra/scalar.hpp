@@ -4,14 +4,34 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
+
+#include "algebra/sine.hpp"
 
 namespace mbproj {
 
-using std::abs, std::sqrt, std::cos, std::sin, std::tan, std::acos, std::asin, std::atan, std::atan2, std::hypot;
+using std::abs, std::sqrt, std::tan, std::acos, std::asin, std::atan, std::atan2, std::hypot;
 using std::cosh, std::sinh, std::tanh, std::exp, std::log, std::pow, std::floor, std::ceil, std::copysign;
 using std::isfinite, std::isnan, std::max, std::min, std::nearbyint, std::remainder;
 
-// What a number is without anything that goes with it.
+// What a number is without anything that goes with it; by that it is compared.
 inline double value_of(double x) { return x; }
+template <class S> using ValueOf = std::decay_t<decltype(value_of(std::declval<S>()))>;
+
+// a b + c, rounded once where the processor does that in one instruction. Elsewhere the compiler contracts nothing
+// (-ffp-contract=off), so that doubles and packs have the same bits.
+[[gnu::always_inline]] inline double multiply_add(double a, double b, double c) {
+#ifdef __FMA__
+    return __builtin_fma(a, b, c);
+#else
+    return a * b + c;
+#endif
+}
+
+// Whether a number is those of several cases.
+template <class S> constexpr bool is_pack = false;
+
+// A number less whole periods, where it is beyond `most`.
+inline double wrapped(double x, double most, double period) { return abs(x) <= most ? x : remainder(x, period); }
 
 }  // namespace mbproj

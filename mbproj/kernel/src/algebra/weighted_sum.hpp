@@ -7,9 +7,9 @@ namespace mbproj {
 
 // Four numbers that are computed at once, each by itself; one where the compiler has no vectors.
 #ifdef __GNUC__
-using Pack = double __attribute__((vector_size(32)));
+using FourAtOnce = double __attribute__((vector_size(32)));
 #else
-using Pack = double;
+using FourAtOnce = double;
 #endif
 
 // From place i on, as many numbers at once as a Number has, until fewer are left.
@@ -32,7 +32,7 @@ template <class Number> long add_weighted(const double* from, const double* cons
 // to = from + Σ factors[s] terms[s].
 inline void add_weighted(const double* from, const double* const* terms, const double* factors, int count, long size,
                          double* to) {
-    const long packed = add_weighted<Pack>(from, terms, factors, count, 0, size, to);
+    const long packed = add_weighted<FourAtOnce>(from, terms, factors, count, 0, size, to);
     add_weighted<double>(from, terms, factors, count, packed, size, to);
 }
 

@@ -1,4 +1,4 @@
-// The layout of y, from Python's record: its blocks fit the model, or are refused.
+// The layout of y, from Python's record: its blocks fit the model, or are refused; and what controllers do to states.
 #pragma once
 
 #include <nanobind/stl/string.h>
@@ -59,6 +59,23 @@ template <class D> void set_layout(Model<D>& model, const std::vector<BlockNumbe
     expect(layout.quadratures, model.loads || !model.driven.empty() ? 2 + apart : 0);
     expect(layout.followed, asked ? model.coordinates.instances.size() : 0);
     model.layout = layout;
+}
+
+// Pairs (state, program of this set) of each action.
+using ActionNumbers = std::vector<std::vector<std::pair<int, int>>>;
+
+template <class D> void set_actions(Model<D>& model, const ActionNumbers& given, const Programs& programs) {
+    require_variables(programs, law_variables + static_cast<int>(model.channels.size()), "programs of actions");
+    model.actions.clear();
+    for (const auto& pairs : given) {
+        Action action;
+        for (const auto& [state, program] : pairs) {
+            action.states.push_back(index_below(state, model.layout.states.size, "actions"));
+            action.programs.push_back(index_below(program, programs.size(), "actions"));
+        }
+        model.actions.push_back(std::move(action));
+    }
+    model.action_programs = programs;
 }
 
 }  // namespace mbproj

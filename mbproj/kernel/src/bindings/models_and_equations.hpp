@@ -7,7 +7,6 @@
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
-#include "bindings/actions_from_numpy.hpp"
 #include "bindings/curves_from_numpy.hpp"
 #include "bindings/layout_from_python.hpp"
 #include "bindings/loads_from_numpy.hpp"
@@ -91,7 +90,7 @@ template <class D> void add_model(nb::module_& m, const char* primitives, const 
         .def_prop_ro("bodies", &Model<D>::size)
         .def_prop_rw(
             "rows", [](const Model<D>& self) { return self.rows; },
-            [](Model<D>& self, const UsualRows& rows) {
+            [](Model<D>& self, const UsualRows<>& rows) {
                 rows_from(self, std::make_optional(rows.left_out));
                 self.rows = rows;
             });

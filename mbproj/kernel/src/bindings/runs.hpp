@@ -129,7 +129,9 @@ template <class D> void add_run(nb::module_& m, const char* name) {
              [](TimeLoop<D>& self, std::vector<double> ends) {
                  if (!self.schedule().follow(std::move(ends))) refuse("ends", "do not rise to that of the run");
              })
-        .def_rw("keeps_marks", &TimeLoop<D>::keeps_marks)
+        .def_prop_rw(
+            "keeps_marks", [](const TimeLoop<D>& self) { return self.keeps_marks; },
+            [](TimeLoop<D>& self, bool keeps) { self.keeps_marks = keeps; })
         .def("mark",
              [](TimeLoop<D>& self) {
                  const Mark<D>* mark = self.mark();

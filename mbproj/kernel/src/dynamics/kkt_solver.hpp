@@ -74,7 +74,7 @@ public:
     // Whether the last factor is that of all rows held, by the pivots of S.
     bool is_regular() const { return !near_singular() && !loops_.by_qr(); }
     // Of the last factor: its rows' distance from dependent, squared, about, as a part of what it is elsewhere.
-    double nearness() const { return near_singular() ? 0.0 : pivots_part(); }
+    Measure<D> nearness() const { return near_singular() ? Measure<D>(0.0) : pivots_part(); }
 
     // Whether no row is nearer to dependent than √near, where all bodies weigh the same.
     bool is_clear(const Pose<D>& pose, double near) {
@@ -104,7 +104,7 @@ public:
     }
     double even_nearness(const Pose<D>& pose) { return even_pivot(pose) / model_.rows.even; }
     // What the pivots of the rows held usually are: masses and lengths of different orders make some small at every pose.
-    void expect(const std::vector<double>& usual) { loops_.expect(usual); }
+    void expect(const std::vector<Measure<D>>& usual) { loops_.expect(usual); }
     // How often dependent rows were looked for, or a singular pose.
     long close_looks() const { return close_looks_; }
 
@@ -176,15 +176,19 @@ private:
     // leaving them out errs by their distance from the span of the others, dividing by that errs without bound. Where no
     // row is near to dependent, it is the masses that leave S few digits, or none.
     bool factor_near_singular(const Pose<D>& pose, double shift, int failed, double near) {
-        ++close_looks_;
-        near_ = near;
-        const int dependent = loops_.leave_out_dependent(pose, near * model_.rows.even);
-        if (dependent == 0 && failed >= 0) return loops_.factor_by_qr(pose);
-        return loops_.factor(pose, thresholds_.smallest_pivot, shift) < 0;
+        if constexpr (is_full<D>) {
+            ++close_looks_;
+            near_ = near;
+            const int dependent = loops_.leave_out_dependent(pose, near * model_.rows.even);
+            if (dependent == 0 && failed >= 0) return loops_.factor_by_qr(pose);
+            return loops_.factor(pose, thresholds_.smallest_pivot, shift) < 0;
+        }
+        return false;
     }
 
-    double pivots_part() const {
-        return metric_ == Metric::coordinates ? cholesky().smallest_pivot() / model_.rows.even : cholesky().nearness();
+    Measure<D> pivots_part() const {
+        if (metric_ == Metric::coordinates) return cholesky().smallest_pivot() / model_.rows.even;
+        return cholesky().nearness();
     }
 
     bool lends(int body, Metric metric) const { return model_.bodies[body].is_light && metric != Metric::coordinates; }

@@ -95,13 +95,13 @@ template <class D> struct HingeFactor {
             Scalar<D> along = frame.N_t.col(k).dot(g.template head<D::axes>());
             if constexpr (turns) along += *pushed++;
             *h = along * motion->reciprocal;
-            g -= *h * motion->U;
+            g.add_multiple(-*h, motion->U);
         }
         for (int k = 0; k < hinge.free_rotations(); ++k, ++motion, ++h) {
             Scalar<D> about = frame.N_r.col(k).dot(g.template tail<S::turns>());
             if constexpr (turns) about += *pushed++;
             *h = about * motion->reciprocal;
-            g -= *h * motion->U;
+            g.add_multiple(-*h, motion->U);
         }
     }
 
@@ -109,11 +109,11 @@ template <class D> struct HingeFactor {
     [[gnu::always_inline]] void downward(const Hinge<D>& hinge, const Scalar<D>* h, Column<F, Scalar<D>>& u) const {
         int last = hinge.free_translations() + hinge.free_rotations() - 1;
         for (int k = hinge.free_rotations() - 1; k >= 0; --k, --last)
-            u.template tail<S::turns>() +=
-                (h[last] - motions[last].reciprocal * motions[last].U.dot(u)) * frame.N_r.col(k);
+            u.template tail<S::turns>().add_multiple(
+                h[last] - motions[last].reciprocal * motions[last].U.dot(u), frame.N_r.col(k));
         for (int k = hinge.free_translations() - 1; k >= 0; --k, --last)
-            u.template head<D::axes>() +=
-                (h[last] - motions[last].reciprocal * motions[last].U.dot(u)) * frame.N_t.col(k);
+            u.template head<D::axes>().add_multiple(
+                h[last] - motions[last].reciprocal * motions[last].U.dot(u), frame.N_t.col(k));
     }
 
 private:
@@ -121,10 +121,10 @@ private:
         if (!(pivot > 0.0)) return false;
         motion.reciprocal = 1.0 / pivot;
         const Column<F, Scalar<D>> V = motion.reciprocal * motion.U;
-        for (int i = 0; i < D::axes; ++i) left.A.col(i) -= motion.U[i] * V.template head<D::axes>();
+        for (int i = 0; i < D::axes; ++i) left.A.col(i).add_multiple(-motion.U[i], V.template head<D::axes>());
         for (int i = 0; i < S::turns; ++i) {
-            left.B.col(i) -= motion.U[D::axes + i] * V.template head<D::axes>();
-            left.C.col(i) -= motion.U[D::axes + i] * V.template tail<S::turns>();
+            left.B.col(i).add_multiple(-motion.U[D::axes + i], V.template head<D::axes>());
+            left.C.col(i).add_multiple(-motion.U[D::axes + i], V.template tail<S::turns>());
         }
         return true;
     }

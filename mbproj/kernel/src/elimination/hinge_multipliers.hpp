@@ -15,10 +15,10 @@ particular(const Model<D>& model, const Hinge<D>& hinge, const HingeFrame<D>& fr
         p.template head<D::axes>() = matrix_at<D::axes>(c + instances[hinge.translations[0]].row);
     } else {
         for (int k = 0; k < hinge.translation_count; ++k)
-            p.template head<D::axes>() += frame.P_t.col(k) * c[instances[hinge.translations[k]].row];
+            p.template head<D::axes>().add_multiple(c[instances[hinge.translations[k]].row], frame.P_t.col(k));
     }
     for (int k = 0; k < hinge.rotation_count; ++k)
-        p.template tail<W>() += frame.P_r.col(k) * c[instances[hinge.rotations[k]].row];
+        p.template tail<W>().add_multiple(c[instances[hinge.rotations[k]].row], frame.P_r.col(k));
     return hinge.sign * p;
 }
 

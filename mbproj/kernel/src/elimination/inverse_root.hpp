@@ -36,7 +36,7 @@ public:
         width_ = hinge.freedoms();
         for (int k = 0; k < width_; ++k) {
             Column<F, Scalar<D>> z = hinge.motion(k);
-            for (int j = 0; j < k; ++j) z -= momenta_[j].dot(z) * motions_[j];
+            for (int j = 0; j < k; ++j) z.add_multiple(-momenta_[j].dot(z), motions_[j]);
             momenta_[k] = M * z;
             const Scalar<D> moved = z.dot(momenta_[k]);
             if (!(moved > 0.0)) return false;
@@ -71,22 +71,22 @@ public:
     }
     // Of a body that moves by a hinge: what its parent feels of a force that has Zᵀ f, and of the inertia W.
     void remove(const Column<F, Scalar<D>>& coordinates, Column<F, Scalar<D>>& force) const {
-        for (int k = 0; k < width_; ++k) force -= coordinates[k] * momenta_[k];
+        for (int k = 0; k < width_; ++k) force.add_multiple(-coordinates[k], momenta_[k]);
     }
     void remove(Inertia<D>& W) const {
         for (int k = 0; k < width_; ++k) {
             const Column<D::axes, Scalar<D>> linear = momenta_[k].template head<D::axes>();
             const Column<S::turns, Scalar<D>> angular = momenta_[k].template tail<S::turns>();
-            for (int i = 0; i < D::axes; ++i) W.A.col(i) -= linear[i] * linear;
+            for (int i = 0; i < D::axes; ++i) W.A.col(i).add_multiple(-linear[i], linear);
             for (int i = 0; i < S::turns; ++i) {
-                W.B.col(i) -= angular[i] * linear;
-                W.C.col(i) -= angular[i] * angular;
+                W.B.col(i).add_multiple(-angular[i], linear);
+                W.C.col(i).add_multiple(-angular[i], angular);
             }
         }
     }
     // Zᵀ of what it is not to move by, as it goes with its parent: x becomes x - Z Zᵀ W x.
     void hold(Column<F, Scalar<D>>& x) const {
-        for (int k = 0; k < width_; ++k) x -= momenta_[k].dot(x) * motions_[k];
+        for (int k = 0; k < width_; ++k) x.add_multiple(-momenta_[k].dot(x), motions_[k]);
     }
     // Zᵀ (x - W p).
     void forward(Column<F, Scalar<D>>& x, const Column<F, Scalar<D>>& p) const {
@@ -99,7 +99,7 @@ public:
         if (kind_ == Kind::hinged) {
             const Column<F, Scalar<D>> given = x;
             x.setZero();
-            for (int k = 0; k < width_; ++k) x += given[k] * motions_[k];
+            for (int k = 0; k < width_; ++k) x.add_multiple(given[k], motions_[k]);
         } else if (kind_ == Kind::bare) {
             x.template head<D::axes>() *= translation_;
             x.template tail<S::turns>() = rotation_.transpose() * x.template tail<S::turns>().eval();

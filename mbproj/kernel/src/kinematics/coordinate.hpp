@@ -71,10 +71,11 @@ template <class D> struct JointAngle {
 template <class D>
 JointAngle<D> joint_angle(const Model<D>& model, const Pose<D>& pose, const Motion<D>& motion, int coordinate) {
     const Instance<D>& p = model.coordinates.instances[coordinate];
-    if (p.kind == Kind::lap) {
-        const Coordinate<D> lap(model.coordinates, coordinate, pose);
-        return {cos(lap.value()), sin(lap.value()), lap.rate(motion)};
-    }
+    if constexpr (is_full<D>)
+        if (p.kind == Kind::lap) {
+            const Coordinate<D> lap(model.coordinates, coordinate, pose);
+            return {cos(lap.value()), sin(lap.value()), lap.rate(motion)};
+        }
     Point<D> x[3], x_dot[3];
     for (int s = 0; s < 3; ++s) {
         const Attachment<D>& a = model.coordinates.attachments[p.slots[s]];

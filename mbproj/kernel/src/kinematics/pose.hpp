@@ -55,16 +55,7 @@ public:
             const Attachment<D>& attachment = model_.constraints.attachments[a];
             spokes_[a] = bodies_[attachment.body].rotation * attachment.local;
         }
-        for (std::size_t c = 0; c < curves_.size(); ++c) {
-            if (model_.curves[c].of != Of::row) continue;
-            if (const Instance<D>& p = model_.constraints.instances[model_.curves[c].instance]; p.on_line()) {
-                if (!model_.curves[c].second)
-                    touches_[c] = on_curve::touch<D>(p, Places(*this, p).x, piece(p.follower), piece(p.other_follower));
-                continue;
-            }
-            const Series<Scalar<D>> variables[law_variables] = {{}, {curved(c), 1.0, 0.0}, {}};
-            curves_[c] = model_.programs.run(model_.curves[c].program, variables, held);
-        }
+        if constexpr (is_full<D>) update_curves();
     }
     // What a curve is a function of, of a row.
     Scalar<D> curved(std::size_t number) const {
@@ -122,6 +113,19 @@ private:
             for (int s = 0; s < p.slot_count; ++s) x[s] = pose.place(p.slots[s]);
         }
     };
+
+    void update_curves() {
+        for (std::size_t c = 0; c < curves_.size(); ++c) {
+            if (model_.curves[c].of != Of::row) continue;
+            if (const Instance<D>& p = model_.constraints.instances[model_.curves[c].instance]; p.on_line()) {
+                if (!model_.curves[c].second)
+                    touches_[c] = on_curve::touch<D>(p, Places(*this, p).x, piece(p.follower), piece(p.other_follower));
+                continue;
+            }
+            const Series<Scalar<D>> variables[law_variables] = {{}, {curved(c), 1.0, 0.0}, {}};
+            curves_[c] = model_.programs.run(model_.curves[c].program, variables, held);
+        }
+    }
 
     const Model<D>& model_;
     std::vector<Placement<D>> bodies_;

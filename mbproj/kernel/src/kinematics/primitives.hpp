@@ -30,6 +30,25 @@ template <class D> Touch<D> touched(const Instance<D>& p, const Point<D>* x, con
     return known ? *known : on_curve::touch<D>(p, x);
 }
 
+// Of curves, ropes and what rolls.
+namespace outline {
+
+template <class D> Scalar<D> value(const Instance<D>& p, const Point<D>* x, const Touch<D>* known) {
+    if (p.on_line()) return on_curve::value<D>(p, x, touched<D>(p, x, known));
+    return p.kind == Kind::rope ? on_rope::value<D>(p, x) : rolling::value<D>(p, x);
+}
+template <class D> void gradient(const Instance<D>& p, const Point<D>* x, Point<D>* g, const Touch<D>* known) {
+    if (p.on_line()) return on_curve::gradient<D>(p, x, touched<D>(p, x, known), g);
+    p.kind == Kind::rope ? on_rope::gradient<D>(p, x, g) : rolling::gradient<D>(p, x, g);
+}
+template <class D>
+Scalar<D> curvature(const Instance<D>& p, const Point<D>* x, const Point<D>* x_dot, const Touch<D>* known) {
+    if (p.on_line()) return on_curve::curvature<D>(p, x, x_dot, touched<D>(p, x, known));
+    return p.kind == Kind::rope ? on_rope::curvature<D>(p, x, x_dot) : rolling::curvature<D>(p, x, x_dot);
+}
+
+}  // namespace outline
+
 // The value of a primitive of one row, before its offset; `known`: where it touches its curve.
 template <class D> Scalar<D> value(const Instance<D>& p, const Point<D>* x, const Touch<D>* known = nullptr) {
     switch (p.kind) {
@@ -37,22 +56,10 @@ template <class D> Scalar<D> value(const Instance<D>& p, const Point<D>* x, cons
         case Kind::along: return along::value<D>(x);
         case Kind::distance: return (x[1] - x[0]).norm();
         case Kind::angle: return angle::value<D>(x);
-        case Kind::profile:
-        case Kind::arc:
-        case Kind::lap:
-        case Kind::face:
-        case Kind::face_place:
-        case Kind::face_slip:
-        case Kind::two_curves:
-        case Kind::place_on_first:
-        case Kind::place_on_second:
-        case Kind::slip_of_two:
-        case Kind::beside_first:
-        case Kind::beside_second:
-        case Kind::space_arc: return on_curve::value<D>(p, x, touched<D>(p, x, known));
-        case Kind::rope: return on_rope::value<D>(p, x);
         case Kind::coincident: return 0.0;
-        default: return rolling::value<D>(p, x);
+        default:
+            if constexpr (is_full<D>) return outline::value<D>(p, x, known);
+            return 0.0;
     }
 }
 
@@ -70,22 +77,9 @@ void gradient(const Instance<D>& p, const Point<D>* x, Point<D>* g, const Touch<
             g[0] = -g[1];
             break;
         case Kind::angle: angle::gradient<D>(x, g); break;
-        case Kind::profile:
-        case Kind::arc:
-        case Kind::lap:
-        case Kind::face:
-        case Kind::face_place:
-        case Kind::face_slip:
-        case Kind::two_curves:
-        case Kind::place_on_first:
-        case Kind::place_on_second:
-        case Kind::slip_of_two:
-        case Kind::beside_first:
-        case Kind::beside_second:
-        case Kind::space_arc: on_curve::gradient<D>(p, x, touched<D>(p, x, known), g); break;
-        case Kind::rope: on_rope::gradient<D>(p, x, g); break;
         case Kind::coincident: break;
-        default: rolling::gradient<D>(p, x, g);
+        default:
+            if constexpr (is_full<D>) outline::gradient<D>(p, x, g, known);
     }
 }
 
@@ -101,22 +95,10 @@ Scalar<D> curvature(const Instance<D>& p, const Point<D>* x, const Point<D>* x_d
             return (rate.squaredNorm() - stretch * stretch) / length;
         }
         case Kind::angle: return angle::curvature<D>(x, x_dot);
-        case Kind::profile:
-        case Kind::arc:
-        case Kind::lap:
-        case Kind::face:
-        case Kind::face_place:
-        case Kind::face_slip:
-        case Kind::two_curves:
-        case Kind::place_on_first:
-        case Kind::place_on_second:
-        case Kind::slip_of_two:
-        case Kind::beside_first:
-        case Kind::beside_second:
-        case Kind::space_arc: return on_curve::curvature<D>(p, x, x_dot, touched<D>(p, x, known));
-        case Kind::rope: return on_rope::curvature<D>(p, x, x_dot);
         case Kind::coincident: return 0.0;
-        default: return rolling::curvature<D>(p, x, x_dot);
+        default:
+            if constexpr (is_full<D>) return outline::curvature<D>(p, x, x_dot, known);
+            return 0.0;
     }
 }
 

@@ -14,6 +14,8 @@ namespace mbproj {
 
 template <class Scalar> class BlockCholesky final {
 public:
+    using Measure = ValueOf<Scalar>;
+
     BlockCholesky() = default;
     // The sizes of the blocks, and which pairs of them couple. So many blocks are eliminated `first`, and never left out.
     BlockCholesky(std::vector<int> sizes, const std::vector<std::pair<int, int>>& couplings, int first)
@@ -74,15 +76,15 @@ public:
     std::size_t stored() const { return values_.size(); }
     std::size_t filled() const { return fill_; }  // of these, numbers in blocks that the matrix does not have
     int row(int block) const { return begin_[block]; }
-    double smallest_pivot() const { return smallest_pivot_; }
-    double nearness() const { return nearness_; }    // the same where each is a part of what it usually is, or of 1
-    void expect(const std::vector<double>& usual) {  // none where they are of other rows, as a penalty has them
+    const Measure& smallest_pivot() const { return smallest_pivot_; }
+    const Measure& nearness() const { return nearness_; }  // the same where each is a part of what it usually is, or of 1
+    void expect(const std::vector<Measure>& usual) {       // none where they are of other rows, as a penalty has them
         const std::size_t n = per_usual_.size();
-        for (std::size_t r = 0; r < n; ++r) per_usual_[r] = usual.size() == n ? 1.0 / usual[r] : 1.0;
+        for (std::size_t r = 0; r < n; ++r) per_usual_[r] = usual.size() == n ? 1.0 / usual[r] : Measure(1.0);
     }
     // The pivots of all rows, parts of their diagonal entries; 0 of those that are left out.
-    std::vector<double> pivots() const {
-        std::vector<double> found(diagonal_.size(), 0.0);
+    std::vector<Measure> pivots() const {
+        std::vector<Measure> found(diagonal_.size(), 0.0);
         for (std::size_t r = 0; r < found.size(); ++r)
             if (reciprocal_[r] > 0.0) found[r] = value_of(1.0 / (reciprocal_[r] * reciprocal_[r] * diagonal_[r]));
         return found;
@@ -127,8 +129,9 @@ private:
     std::vector<Scalar> values_, diagonal_, hidden_, reciprocal_;  // `diagonal_`: the squares of the rows
     std::vector<char> left_out_;                                   // one for each row, or none
     std::vector<Scalar> transposed_, kept_;                        // of the blocks of a column; values
-    std::vector<double> per_usual_;                                // 1 / usual pivots
-    double smallest_pivot_ = 1.0, nearness_ = 1.0, largest_left_ = 0.0;
+    std::vector<Measure> per_usual_;                               // 1 / usual pivots
+    Measure smallest_pivot_ = 1.0, nearness_ = 1.0;
+    double largest_left_ = 0.0;
     std::size_t fill_ = 0;
 };
 
@@ -197,7 +200,7 @@ template <class Scalar> inline int BlockCholesky<Scalar>::factor_diagonal(const 
     for (int i = 0; i < size; ++i) {
         for (int j = 0; j < i; ++j) {
             Scalar sum = L[i * size + j];
-            for (int k = 0; k < j; ++k) sum -= L[i * size + k] * L[j * size + k];
+            for (int k = 0; k < j; ++k) sum = multiply_add(-L[i * size + k], L[j * size + k], sum);
             L[i * size + j] = sum * reciprocal_[row + j];
         }
         if (leaves_out() && left_out_[row + i]) {
@@ -205,7 +208,7 @@ template <class Scalar> inline int BlockCholesky<Scalar>::factor_diagonal(const 
             continue;
         }
         Scalar pivot = L[i * size + i];
-        for (int k = 0; k < i; ++k) pivot -= L[i * size + k] * L[i * size + k];
+        for (int k = 0; k < i; ++k) pivot = multiply_add(-L[i * size + k], L[i * size + k], pivot);
         const Scalar part = pivot / diagonal_[row + i];
         if (!(part > smallest)) return column.block;
         smallest_pivot_ = min(smallest_pivot_, value_of(part));
@@ -264,7 +267,7 @@ template <class Scalar> template <class Out> void BlockCholesky<Scalar>::forward
             const Scalar* L = values_.data() + column.diagonal;
             Scalar* part = x + row;
             for (int i = 0; i < R; ++i) {
-                for (int k = 0; k < i; ++k) part[i] -= L[i * R + k] * part[k];
+                for (int k = 0; k < i; ++k) part[i] = multiply_add(-L[i * R + k], part[k], part[i]);
                 if (!all && left_out_[row + i]) left_out(part[i]);
                 part[i] *= reciprocal_[row + i];
             }
@@ -272,7 +275,7 @@ template <class Scalar> template <class Out> void BlockCholesky<Scalar>::forward
                 const Scalar* X = values_.data() + entry.offset;
                 Scalar* below = x + begin_[entry.block];
                 for (int i = 0; i < sizes_[entry.block]; ++i, X += R)
-                    for (int k = 0; k < R; ++k) below[i] -= X[k] * part[k];
+                    for (int k = 0; k < R; ++k) below[i] = multiply_add(-X[k], part[k], below[i]);
             }
         });
 }
@@ -287,11 +290,11 @@ template <class Scalar> inline void BlockCholesky<Scalar>::solve(Scalar* x) cons
                 const Scalar* X = values_.data() + entry.offset;
                 const Scalar* below = x + begin_[entry.block];
                 for (int i = 0; i < sizes_[entry.block]; ++i, X += R)
-                    for (int k = 0; k < R; ++k) part[k] -= X[k] * below[i];
+                    for (int k = 0; k < R; ++k) part[k] = multiply_add(-X[k], below[i], part[k]);
             }
             const Scalar* L = values_.data() + column->diagonal;
             for (int i = R - 1; i >= 0; --i) {
-                for (int k = i + 1; k < R; ++k) part[i] -= L[k * R + i] * part[k];
+                for (int k = i + 1; k < R; ++k) part[i] = multiply_add(-L[k * R + i], part[k], part[i]);
                 part[i] *= reciprocal_[begin_[column->block] + i];
             }
         });

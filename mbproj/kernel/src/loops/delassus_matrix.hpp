@@ -83,7 +83,7 @@ public:
             const Column<F, Scalar<D>>& own = w[at.piece];
             Scalar<D>* to = x + at.row;
             if (at.has_one_entry)
-                for (int r = 0; r < at.count; ++r) to[r] += at.Y(0, r) * own[0];
+                for (int r = 0; r < at.count; ++r) to[r] = multiply_add(at.Y(0, r), own[0], to[r]);
             else
                 for (int r = 0; r < at.count; ++r) to[r] += at.Y.col(r).dot(own);
         }
@@ -93,9 +93,9 @@ public:
             const Scalar<D>* from = x + at.row;
             Column<F, Scalar<D>> own = w[at.piece];
             if (at.has_one_entry)
-                for (int r = 0; r < at.count; ++r) own[0] -= from[r] * at.Y(0, r);
+                for (int r = 0; r < at.count; ++r) own[0] = multiply_add(-from[r], at.Y(0, r), own[0]);
             else
-                for (int r = 0; r < at.count; ++r) own -= from[r] * at.Y.col(r);
+                for (int r = 0; r < at.count; ++r) own.add_multiple(-from[r], at.Y.col(r));
             w[at.piece] = own;
         }
     }
@@ -206,7 +206,7 @@ private:
             const int columns = product.a == product.b ? r + 1 : b.count;
             const Column<F, Scalar<D>> y = a.Y.col(r);
             if (a.has_one_entry)
-                for (int c = 0; c < columns; ++c) target[c] += y[0] * b.Y(0, c);
+                for (int c = 0; c < columns; ++c) target[c] = multiply_add(y[0], b.Y(0, c), target[c]);
             else
                 for (int c = 0; c < columns; ++c) target[c] += y.dot(b.Y.col(c));
         }
@@ -247,7 +247,7 @@ private:
             for (int k = 0; k < half.width(); ++k) {
                 const Scalar<D> y = root * half.entry(k, g);
                 at.Y(k, r) = y;
-                square += y * y;
+                square = multiply_add(y, y, square);
             }
             cholesky.hide(at.row + r, max(0.0, half.free_square(g) - square));
             if (hinge.parent() == model_.size()) continue;

@@ -8,6 +8,7 @@
 #include "algebra/decompositions.hpp"
 #include "elimination/light_body.hpp"
 #include "loops/hinged_bodies.hpp"
+#include "loops/refinement.hpp"
 
 namespace mbproj {
 
@@ -47,16 +48,19 @@ public:
 
     // The factor of Y in place of that of S; false where it would be too large.
     bool factor_by_qr(const Pose<D>& pose) {
-        if (!has_qr || rows_->count() > model_.thresholds.most_dense_rows) return false;
-        rows_->fill(pose);
-        const std::size_t bodies = F * rows_->layout().pieces();
-        Eigen::MatrixXd Y = Eigen::MatrixXd::Zero(bodies + rows_->flywheels().size(), rows_->count());
-        rows_->each_column([&](int body, int row, const auto& y) {
-            for (int i = 0; i < F; ++i) Y(F * body + i, row) = value_of(y[i]);
-        });
-        rows_->each_flywheel([&](std::size_t f, int row, const Scalar<D>& y) { Y(bodies + f, row) = value_of(y); });
-        qr_.factor(Y);
-        return by_qr_ = true;
+        if constexpr (has_qr) {
+            if (rows_->count() > model_.thresholds.most_dense_rows) return false;
+            rows_->fill(pose);
+            const std::size_t bodies = F * rows_->layout().pieces();
+            Eigen::MatrixXd Y = Eigen::MatrixXd::Zero(bodies + rows_->flywheels().size(), rows_->count());
+            rows_->each_column([&](int body, int row, const auto& y) {
+                for (int i = 0; i < F; ++i) Y(F * body + i, row) = y[i];
+            });
+            rows_->each_flywheel([&](std::size_t f, int row, double y) { Y(bodies + f, row) = y; });
+            qr_.factor(Y);
+            by_qr_ = true;
+        }
+        return has_qr;
     }
     bool by_qr() const { return by_qr_; }
     // Holds all rows of the loops' joints from here on but these of the model, ascending.
@@ -120,7 +124,7 @@ public:
         lambda_.assign(rhs_.size(), 0.0);
         step_.resize(rhs_.size());
         improve();
-        if (cholesky().smallest_pivot() < model_.thresholds.ill_conditioned && !shifted) refine();
+        if (!shifted) refine();
         const bool settled = light_.empty() || settle(shifted, max(driven, energy()));
         release(delta);
         return settled;
@@ -152,7 +156,7 @@ public:
 
     const BlockCholesky<Scalar<D>>& cholesky() const { return rows_->cholesky; }
     // What the pivots of the rows held usually are, or none: see BlockCholesky.
-    void expect(const std::vector<double>& usual) { rows_->cholesky.expect(usual); }
+    void expect(const std::vector<Measure<D>>& usual) { rows_->cholesky.expect(usual); }
 
 private:
     // The forces on the loops' bodies and pieces, with the half of each, less what their hinges take.
@@ -202,20 +206,13 @@ private:
         return *even_;
     }
 
-    // S squares the condition of Y. Where a pivot shows that to matter, further solutions on what is left, which is computed
-    // from Y itself, give the digits back (Björck 1996, sect. 6.6.5: corrected seminormal equations).
     void refine() {
-        Scalar<D> before = std::numeric_limits<double>::infinity();
-        for (int pass = 0; pass < model_.thresholds.most_refining; ++pass) {
-            improve();
-            Scalar<D> change = 0.0, size = 0.0;
-            for (std::size_t r = 0; r < lambda_.size(); ++r) {
-                change = max(change, abs(step_[r]));
-                size = max(size, abs(lambda_[r]));
-            }
-            if (!(change > model_.thresholds.refined_part * size && change < 0.5 * before)) return;
-            before = change;
-        }
+        const auto again = [this] { improve(); };
+        const auto is_ill = cholesky().smallest_pivot() < model_.thresholds.ill_conditioned;
+        if constexpr (!is_full<D>)
+            refine_lanes(is_ill, model_.thresholds, step_, lambda_, work_, again);
+        else if (is_ill)
+            mbproj::refine(model_.thresholds, step_, lambda_, again);
     }
 
     // λ += S⁻¹ (Yᵀ w - c), and w less Y times that, with -c in `rhs_`.

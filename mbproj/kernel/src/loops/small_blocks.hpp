@@ -1,7 +1,10 @@
 // Products and quotients of the blocks of a factor, row-major, of one to six rows and columns.
 #pragma once
 
+#include <cstring>
 #include <type_traits>
+
+#include "algebra/pack.hpp"
 
 namespace mbproj {
 
@@ -13,7 +16,7 @@ template <int R, class Scalar> void divide(Scalar* X, int rows, const Scalar* L,
         Scalar x[R];
         for (int c = 0; c < R; ++c) {
             Scalar sum = X[c];
-            for (int k = 0; k < c; ++k) sum -= x[k] * L[c * R + k];
+            for (int k = 0; k < c; ++k) sum = multiply_add(-x[k], L[c * R + k], sum);
             X[c] = x[c] = sum * reciprocal[c];
         }
     }
@@ -21,7 +24,11 @@ template <int R, class Scalar> void divide(Scalar* X, int rows, const Scalar* L,
 
 // Eight numbers, or as many of them as a row has: two vectors of the processor.
 constexpr int eight = 8;
-using Four = double __attribute__((vector_size(32), aligned(8), may_alias));
+inline Pack four_at(const double* numbers) {
+    Pack found;
+    std::memcpy(&found, numbers, sizeof found);
+    return found;
+}
 
 // Yᵀ, rows of eight numbers, of an R wide Y.
 template <int R, class Scalar> void transpose(const Scalar* Y, int columns, Scalar* transposed) {
@@ -33,20 +40,22 @@ template <int R, class Scalar> void transpose(const Scalar* Y, int columns, Scal
 template <int R, class Scalar>
 void subtract(Scalar* T, const Scalar* X, int rows, const Scalar* transposed, int columns) {
     for (int r = 0; r < rows; ++r, X += R, T += columns)
-        for (int c = 0; c < columns; ++c)
-            for (int k = 0; k < R; ++k) T[c] -= X[k] * transposed[eight * k + c];
+        for (int c = 0; c < columns; ++c) {
+            Scalar sum = 0.0;
+            for (int k = 0; k < R; ++k) sum = multiply_add(X[k], transposed[eight * k + c], sum);
+            T[c] -= sum;
+        }
 }
 template <int R> void subtract(double* T, const double* X, int rows, const double* transposed, int columns) {
     for (int r = 0; r < rows; ++r, X += R, T += columns) {
-        Four first = {}, second = {};
+        Pack first = 0.0, second = 0.0;
         for (int k = 0; k < R; ++k) {
-            const Four* y = reinterpret_cast<const Four*>(transposed + eight * k);
-            first += X[k] * y[0];
-            second += X[k] * y[1];
+            first = multiply_add(X[k], four_at(transposed + eight * k), first);
+            second = multiply_add(X[k], four_at(transposed + eight * k + 4), second);
         }
         double sums[eight];
-        reinterpret_cast<Four*>(sums)[0] = first;
-        reinterpret_cast<Four*>(sums)[1] = second;
+        std::memcpy(sums, &first, sizeof first);
+        std::memcpy(sums + 4, &second, sizeof second);
         for (int c = 0; c < columns; ++c) T[c] -= sums[c];
     }
 }

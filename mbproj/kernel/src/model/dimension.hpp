@@ -13,6 +13,10 @@ template <int Axes, class Number> struct Dimension {
 template <class Number> using Plane = Dimension<2, Number>;
 template <class Number> using Space = Dimension<3, Number>;
 template <class D> using Scalar = typename D::Scalar;
+// What measures such numbers: lengths of the mechanism, pivots.
+template <class D> using Measure = ValueOf<Scalar<D>>;
+// Whether curves and functions of a scene are computed with such numbers, and rows looked at more closely near singular poses.
+template <class D> constexpr bool is_full = !is_pack<Scalar<D>>;
 
 // Sizes: `turns` axes to turn about, `freedoms` of a body, `orientation` numbers (θ, or Euler parameters Λ), and the
 // state of a body: r, orientation, r' in global axes, ω in body axes.
@@ -73,7 +77,7 @@ template <class S> inline Matrix<3, 3, S> rotation(const Column<4, S>& p) {
     return A;
 }
 template <class S> inline Matrix<2, 2, S> rotation(const Column<1, S>& angle) {
-    const S c = cos(angle[0]), s = sin(angle[0]);
+    const auto [s, c] = sine_and_cosine(angle[0]);
     Matrix<2, 2, S> A;
     A << c, -s, s, c;
     return A;
@@ -126,7 +130,7 @@ template <class S> inline Column<4, S> turned(const Column<4, S>& p, const Colum
 }
 template <class S> inline Column<4, S> normalised(const Column<4, S>& p) { return p.normalized(); }
 template <class S> inline Column<1, S> normalised(const Column<1, S>& angle) {
-    return abs(angle[0]) <= 2.0 * M_PI ? angle : Column<1, S>(remainder(angle[0], 4.0 * M_PI));
+    return Column<1, S>(wrapped(angle[0], 2.0 * M_PI, 4.0 * M_PI));
 }
 template <class S> inline Column<1, S> turned(const Column<1, S>& angle, const Column<1, S>& by) {
     return normalised(Column<1, S>(angle + by));

@@ -156,14 +156,14 @@ template <class S> inline S near(const S& angle, const S& expected) {
 }
 
 // What is known of the constraint rows before a run: what it learned of the poses passed would be a history of its derivative.
-struct UsualRows {
+template <class Number = double> struct UsualRows {
     int redundant = 0;  // rows that follow from the others wherever the mechanism goes
     std::vector<int>
         left_out;  // rows of joints in loops that are left out at most poses, ascending; none: see RowPolicy
     // Of S with the others at most poses: the pivots, all 1 where there are none; and the smallest where all bodies weigh the
     // same.
-    std::vector<double> pivots;
-    double even = 1.0;
+    std::vector<Number> pivots;
+    Number even = 1.0;
 };
 
 template <class D> struct Loads;
@@ -174,10 +174,10 @@ template <class D> struct Model {
     PrimitiveSet<D> constraints;
     PrimitiveSet<D> coordinates;
     std::vector<Joint> joints;
-    std::vector<double> row_scale;   // what a row's violation is measured against; 1 where it holds a flywheel
+    std::vector<Measure<D>> row_scale;   // what a row's violation is measured against; 1 where it holds a flywheel
     std::vector<bool> counts_turns;  // per coordinate: an angle
-    double length;                   // the size of the mechanism
-    UsualRows rows;
+    Measure<D> length;               // the size of the mechanism
+    UsualRows<Measure<D>> rows;
     std::shared_ptr<const Loads<D>> loads;  // none, or the forces but gravity
     std::vector<DrivenRow<D>> driven;
     std::vector<Coupling> couplings;

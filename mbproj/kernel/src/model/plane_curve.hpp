@@ -120,7 +120,7 @@ struct PlaneCurve : PiecedCurve<PlanePiece, PlanePlace> {
             t[0] = f[1], t[1] = bent, t[2] = change, t[3] = f[2] + f[4] - bent;
         }
         OnPiece<S> found;
-        const S cosine = cos(s), sine = sin(s);
+        const auto [sine, cosine] = sine_and_cosine(s);
         for (int k = 0; k < 4; ++k) {
             found.x[k] = n[k] * cosine - t[k] * sine;
             found.y[k] = n[k] * sine + t[k] * cosine;
@@ -233,7 +233,8 @@ private:
         found[4] *= 24.0;
         const double a = c[terms], w = c[terms + 1];
         if (a == 0.0) return;
-        S sine = a * sin(w * u + c[terms + 2]), cosine = a * cos(w * u + c[terms + 2]);
+        const auto at = sine_and_cosine(w * u + c[terms + 2]);
+        S sine = a * at.sine, cosine = a * at.cosine;
         for (int order = 0; order < orders; ++order) {
             found[order] += sine;
             const S last = sine;

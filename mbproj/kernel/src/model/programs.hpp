@@ -212,8 +212,11 @@ private:
             case Op::table: return look_up(static_cast<int>(operand[at]), s);
             case Op::power: return power(s, operand[at]);
             case Op::negate: return {-s.x, -s.d, -s.dd};
-            case Op::sin: return chain(sin(x), cos(x), -sin(x), s);
-            case Op::cos: return chain(cos(x), -sin(x), -cos(x), s);
+            case Op::sin:
+            case Op::cos: {
+                const auto [sine, cosine] = sine_and_cosine(x);
+                return op[at] == Op::sin ? chain(sine, cosine, -sine, s) : chain(cosine, -sine, -cosine, s);
+            }
             case Op::tan: {
                 const S value = tan(x), rate = 1.0 + value * value;
                 return chain(value, rate, 2.0 * value * rate, s);

@@ -26,6 +26,25 @@ protected:
           stops_(steps_, now_, equations_, stepper_, step_end_, schedule_, trial_), instants_(model_, equations_) {}
     ~LoopParts() = default;
 
+    // What it begins with; nothing where it has begun, or where more is asked of it than its samples and its end.
+    std::optional<Case<D>> as_case() {
+        if (started_ || mark_ || keeps_marks || path || schedule_.keeps_ends || schedule_.follows() ||
+            step_end_.invariants() || stops_.inside() || stops_.watch().any())
+            return std::nullopt;
+        return Case<D>{model_, steps_, {now_.y.begin(), now_.y.end()}, counted_.turns};
+    }
+    // It was made elsewhere, to its end.
+    void take(const CaseRun& done) {
+        started_ = true;
+        now_.t = now_.to.t = done.t, now_.to.h = done.h, now_.counters = done.counters;
+        std::copy(done.y.begin(), done.y.end(), now_.y.begin());
+        counted_.turns = done.turns, peaks = done.peaks;
+        factorised_before_ = done.counters.factorisations - equations_.solver().factorisations();
+        stop({Status::finished, done.t});
+    }
+    const Tableau& tableau() const { return tableau_; }
+    const ProjectionSettings& projection() const { return projection_; }
+
     Schedule& schedule() { return schedule_; }
     StateEvents<D>& events() { return trial_.events(); }
     const StateEvents<D>& events() const { return trial_.events(); }
@@ -121,6 +140,9 @@ protected:
     typename TurnCounter<D>::Counted counted_, counted_before_;
     Peaks peaks;
     std::optional<StepPath> path;  // where somebody asks for it
+    std::optional<Mark<D>> mark_;
+    bool started_ = false;
+    bool keeps_marks = false;      // whether somebody asks for them
     long factorised_before_ = 0;   // by the run that this one goes on with
     bool shaped_ = false;          // by the run's end
     bool waits = false;            // at a break, for what is given from outside

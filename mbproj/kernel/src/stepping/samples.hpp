@@ -8,6 +8,7 @@
 
 #include "model/dimension.hpp"
 #include "model/rope_path.hpp"
+#include "model/settings.hpp"
 
 namespace mbproj {
 
@@ -108,6 +109,25 @@ struct SampleBlock {
         const auto counts = counted.list();
         counters.insert(counters.end(), counts.begin(), counts.end());
     }
+};
+
+// A run that has not begun: its mechanism and steps, y and the whole turns of its joints' coordinates.
+template <class D> struct Model;
+template <class D> struct Case {
+    const Model<D>& model;
+    const Steps& steps;
+    std::vector<double> y;
+    std::vector<long> turns;
+};
+
+// A run that has come to its end: the time and the last step, y and the whole turns there, counters, peaks and all samples.
+struct CaseRun {
+    double t, h;
+    std::vector<double> y;
+    std::vector<long> turns;
+    Counters counters;
+    Peaks peaks;
+    SampleBlock samples;
 };
 
 // The steps that were made: where they end, how long they are, and the states there, one after another.

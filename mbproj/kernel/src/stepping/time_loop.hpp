@@ -59,9 +59,9 @@ public:
     }
     SampleBlock block;
     using Parts::peaks, Parts::events, Parts::projector, Parts::waits, Parts::give, Parts::values;
-    using Parts::schedule, Parts::path;
-    bool keeps_marks = false;  // whether somebody asks for them
-    bool pauses = false;       // whether `advance` came back because so many steps were tried
+    using Parts::schedule, Parts::path, Parts::keeps_marks;
+    using Parts::as_case, Parts::take, Parts::tableau, Parts::projection;
+    bool pauses = false;  // whether `advance` came back because so many steps were tried
     const Model<D>& model() const { return model_; }
     bool carries_slope() const { return stepper_.carries_slope(); }
     const Phases& phases() const { return phases_; }
@@ -286,15 +286,15 @@ private:
     }
 
     using Parts::counted_, Parts::counted_before_, Parts::factorised_before_, Parts::shaped_, Parts::stops_;
-    using Parts::is_asked, Parts::acted_, Parts::stop, Parts::stop_at, Parts::make_again, Parts::begin_balance;
+    using Parts::mark_, Parts::started_, Parts::is_asked, Parts::acted_, Parts::stop, Parts::stop_at;
+    using Parts::make_again, Parts::begin_balance;
     using Parts::model_, Parts::steps_, Parts::phases_, Parts::equations_, Parts::stepper_, Parts::turns_;
     using Parts::step_end_, Parts::schedule_, Parts::now_, Parts::trial_;
     using Parts::write, Parts::count_factorisations, Parts::go_on, Parts::choose_step, Parts::after_event;
     Vector slope_;              // at the end of a step, until the step is taken over
     Vector copy_, copy_slope_;  // of a sample inside a step
     std::vector<double> lambda_, copy_lambda_;
-    std::optional<Mark<D>> mark_;
-    bool started_ = false, meets_ = false;  // whether the step at hand meets a stop
+    bool meets_ = false;  // whether the step at hand meets a stop
 };
 
 }  // namespace mbproj

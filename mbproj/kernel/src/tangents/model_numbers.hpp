@@ -1,4 +1,4 @@
-// The numbers of a model that a run may be differentiated by, in one order, and the model with dual numbers in their place.
+// The numbers of a model that a run may be differentiated by, in one order, and the model with others in the place of its doubles.
 #pragma once
 
 #include <memory>
@@ -9,7 +9,8 @@
 
 namespace mbproj {
 
-template <class D> using WithDuals = Dimension<D::axes, Dual>;
+template <class D, class Number> using With = Dimension<D::axes, Number>;
+template <class D> using WithDuals = With<D, Dual>;
 
 template <class Matrix, class Visit> void visit_each(Matrix& matrix, Visit& visit) {
     for (auto& number : matrix) visit(number);
@@ -87,19 +88,19 @@ template <class Model, class Loads, class Visit> void each_number(Model& model, 
     numbers_of_programs<std::decay_t<decltype(model.bodies.front().mass)>>(model.programs, visit);
 }
 
-template <int Rows, int Columns> Matrix<Rows, Columns, Dual> with_duals(const Matrix<Rows, Columns>& from) {
-    Matrix<Rows, Columns, Dual> to;
+template <class Number, int Rows, int Columns> Matrix<Rows, Columns, Number> with(const Matrix<Rows, Columns>& from) {
+    Matrix<Rows, Columns, Number> to;
     std::copy(from.begin(), from.end(), to.begin());
     return to;
 }
 
-template <class D> PrimitiveSet<WithDuals<D>> with_duals(const PrimitiveSet<D>& from) {
-    PrimitiveSet<WithDuals<D>> to;
+template <class Number, class D> PrimitiveSet<With<D, Number>> with(const PrimitiveSet<D>& from) {
+    PrimitiveSet<With<D, Number>> to;
     to.rows = from.rows;
     for (const Attachment<D>& a : from.attachments)
-        to.attachments.push_back({a.body, a.is_point, with_duals(a.local), a.size});
+        to.attachments.push_back({a.body, a.is_point, with<Number>(a.local), a.size});
     for (const Instance<D>& p : from.instances) {
-        Instance<WithDuals<D>> own{
+        Instance<With<D, Number>> own{
             p.kind,    {},      p.slot_count, {},      p.row,  p.rows, p.offset,   p.weight,
             p.coupled, p.curve, p.line,       p.other, p.wire, p.path, p.follower, p.other_follower};
         std::copy(std::begin(p.slots), std::end(p.slots), own.slots);
@@ -109,51 +110,56 @@ template <class D> PrimitiveSet<WithDuals<D>> with_duals(const PrimitiveSet<D>& 
     return to;
 }
 
-template <class D> Loads<WithDuals<D>> with_duals(const Loads<D>& from) {
-    Loads<WithDuals<D>> to{with_duals(from.coordinates), {}, {}, {}};
+template <class Number, class D> Loads<With<D, Number>> with(const Loads<D>& from) {
+    Loads<With<D, Number>> to{with<Number>(from.coordinates), {}, {}, {}};
     for (const Law<D>& law : from.laws)
         to.laws.push_back({law.coordinate, law.stiffness, law.damping, law.free, law.program, law.loses, law.bearing,
                            law.apart, law.partner, law.own, law.other});
     for (const BodyForce<D>& f : from.on_bodies)
         to.on_bodies.push_back({f.body,
-                                with_duals(f.point),
+                                with<Number>(f.point),
                                 f.is_torque,
                                 f.in_body,
-                                with_duals(f.force_map),
-                                with_duals(f.torque_map),
+                                with<Number>(f.force_map),
+                                with<Number>(f.torque_map),
                                 {f.programs[0], f.programs[1], f.programs[2]}});
     for (const Bushing<D>& b : from.bushings)
         to.bushings.push_back({{b.body[0], b.body[1]},
-                               {with_duals(b.origin[0]), with_duals(b.origin[1])},
-                               {with_duals(b.turn[0]), with_duals(b.turn[1])},
-                               with_duals(b.stiffness),
-                               with_duals(b.damping),
-                               with_duals(b.preload),
-                               with_duals(b.map),
+                               {with<Number>(b.origin[0]), with<Number>(b.origin[1])},
+                               {with<Number>(b.turn[0]), with<Number>(b.turn[1])},
+                               with<Number>(b.stiffness),
+                               with<Number>(b.damping),
+                               with<Number>(b.preload),
+                               with<Number>(b.map),
                                b.turns_freely,
                                b.sees_pose});
     return to;
 }
 
-// The model with dual numbers that do not change yet, for what `StateTangents` follows: without contacts and bearings.
-template <class D> Model<WithDuals<D>> with_duals(const Model<D>& from) {
-    Model<WithDuals<D>> to;
+// The model with such numbers, which are its own yet: without contacts and bearings.
+template <class Number, class D> Model<With<D, Number>> with(const Model<D>& from) {
+    Model<With<D, Number>> to;
     for (const Body<D>& body : from.bodies)
-        to.bodies.push_back({body.mass, with_duals(body.inertia), with_duals(body.inverse_root), body.is_light});
-    to.gravity = with_duals(from.gravity);
-    to.constraints = with_duals(from.constraints);
-    to.coordinates = with_duals(from.coordinates);
-    to.joints = from.joints, to.row_scale = from.row_scale, to.counts_turns = from.counts_turns;
-    to.length = from.length, to.rows = from.rows;
-    if (from.loads) to.loads = std::make_shared<const Loads<WithDuals<D>>>(with_duals(*from.loads));
+        to.bodies.push_back({body.mass, with<Number>(body.inertia), with<Number>(body.inverse_root), body.is_light});
+    to.gravity = with<Number>(from.gravity);
+    to.constraints = with<Number>(from.constraints);
+    to.coordinates = with<Number>(from.coordinates);
+    to.joints = from.joints, to.counts_turns = from.counts_turns;
+    to.row_scale.assign(from.row_scale.begin(), from.row_scale.end());
+    to.length = from.length;
+    const auto& pivots = from.rows.pivots;
+    to.rows = {from.rows.redundant, from.rows.left_out, {pivots.begin(), pivots.end()}, from.rows.even};
+    if (from.loads) to.loads = std::make_shared<const Loads<With<D, Number>>>(with<Number>(*from.loads));
     for (const DrivenRow<D>& row : from.driven)
         to.driven.push_back({row.row, row.is_angle, row.start, row.coordinate, row.program});
     to.couplings = from.couplings, to.curves = from.curves;
     to.programs = from.programs, to.first_rate = from.first_rate;
-    Programs& own = to.programs;
-    own.changing_operand.assign(own.operand.begin(), own.operand.end());
-    own.changing_origin.assign(own.origin.begin(), own.origin.end());
-    own.changing_piece.assign(own.piece.begin(), own.piece.end());
+    if constexpr (std::is_same_v<Number, Dual>) {
+        Programs& own = to.programs;
+        own.changing_operand.assign(own.operand.begin(), own.operand.end());
+        own.changing_origin.assign(own.origin.begin(), own.origin.end());
+        own.changing_piece.assign(own.piece.begin(), own.piece.end());
+    }
     to.channels = from.channels, to.switches = from.switches, to.layout = from.layout;
     to.flywheels.assign(from.flywheels.begin(), from.flywheels.end());
     to.thresholds = from.thresholds;

@@ -6,7 +6,7 @@ namespace mbproj {
 template <class D> StateTangents<D>::StateTangents(const Model<D>& model, const Tableau& tableau, Metric metric,
                                                    Answers& answers, const double* numbers, int count)
     : model_([&] {
-          auto own = with_duals(model);
+          auto own = with<Dual>(model);
           const auto loads = own.loads ? std::make_shared<Loads<Duals>>(*own.loads) : nullptr;
           std::size_t size = 0, at = 0;
           each_number(own, loads.get(), [&](const Dual&) { ++size; });
@@ -110,8 +110,8 @@ template <class D> bool StateTangents<D>::evaluate(double t, const TimeWindow& w
     for (int b = 0; b < model_.size(); ++b) {
         const Part<D> part(slope_.data(), b);
         const Rotation<D> A = values_of(pose_[b].rotation);
-        moved_[b].template head<D::axes>() = with_duals(Point<D>(part.velocity()));
-        moved_[b].template tail<S::turns>() = with_duals(to_global(A, Turn<D>(part.omega())));
+        moved_[b].template head<D::axes>() = with<Dual>(Point<D>(part.velocity()));
+        moved_[b].template tail<S::turns>() = with<Dual>(to_global(A, Turn<D>(part.omega())));
     }
     moving_rows<Duals>(model_, pose_, motion_, nullptr, rows_.data());
     for (std::size_t k = 0; k < drive_.size(); ++k) rows_[model_.driven[k].row] += drive_[k].dd;

@@ -1,0 +1,182 @@
+// Four doubles that are computed at once, each the number of another case of an ensemble: what is written for doubles computes
+// four cases with them, and each lane has the bits that
+// a double would have.
+//
+// The text branches for all lanes alike. Where lanes do not agree, those in the majority have their way, and the others leave:
+// what they compute from there on is worth nothing. `Lanes` says which are in.
+#pragma once
+
+#include "algebra/scalar.hpp"
+
+#ifdef __AVX__
+#include <immintrin.h>
+#endif
+
+namespace mbproj {
+
+constexpr int pack_width = 4;
+using LaneBits = long long __attribute__((vector_size(8 * pack_width)));
+
+// For each lane all ones, or none.
+struct Mask {
+    LaneBits lanes;
+
+    Mask() = default;
+    Mask(const LaneBits& bits) : lanes(bits) {}
+    Mask(bool all) : lanes(LaneBits{} - static_cast<long long>(all)) {}
+    bool operator[](int lane) const { return lanes[lane] != 0; }
+    void set(int lane, bool on) { lanes[lane] = -static_cast<long long>(on); }
+    int count() const { return static_cast<int>(-(lanes[0] + lanes[1] + lanes[2] + lanes[3])); }
+    bool any() const { return (lanes[0] | lanes[1] | lanes[2] | lanes[3]) != 0; }
+    bool none() const { return !any(); }
+    Mask operator~() const { return ~lanes; }
+    Mask& operator&=(const Mask& b) { return *this = lanes & b.lanes; }
+    Mask& operator|=(const Mask& b) { return *this = lanes | b.lanes; }
+    friend Mask operator&(const Mask& a, const Mask& b) { return a.lanes & b.lanes; }
+    friend Mask operator|(const Mask& a, const Mask& b) { return a.lanes | b.lanes; }
+
+    // What the lanes that are in say; those that say otherwise leave.
+    operator bool() const;
+    bool operator!() const { return !static_cast<bool>(*this); }
+};
+
+// The lanes that are in, of the thread at hand.
+class Lanes {
+public:
+    static Mask in() { return here(); }
+    static void set(const Mask& lanes) { here() = lanes.lanes; }
+    // Those of which this does not hold leave.
+    static void keep(const Mask& those) { here() &= those.lanes; }
+    static void leave(int lane) { here()[lane] = 0; }
+    static bool decide(const Mask& each) {
+        const Mask yes = each & in(), no = ~each & in();
+        if (no.none()) return yes.any();
+        if (yes.none()) return false;
+        const bool most = yes.count() >= no.count();
+        set(most ? yes : no);
+        return most;
+    }
+
+private:
+    static LaneBits& here() {
+        static thread_local LaneBits own __attribute__((tls_model("initial-exec")));
+        return own;
+    }
+};
+
+// While it is in scope, no other lanes are in than these; those that left meanwhile are out from then on.
+class OnlyLanes {
+public:
+    explicit OnlyLanes(const Mask& those) : before_(Lanes::in()), those_(those) { Lanes::keep(those); }
+    ~OnlyLanes() { Lanes::set(before_ & (Lanes::in() | ~those_)); }
+    OnlyLanes(const OnlyLanes&) = delete;
+    OnlyLanes& operator=(const OnlyLanes&) = delete;
+
+private:
+    const Mask before_, those_;
+};
+
+inline Mask::operator bool() const { return Lanes::decide(*this); }
+
+struct Pack {
+    using Numbers = double __attribute__((vector_size(8 * pack_width)));
+    Numbers lanes;
+
+    Pack() = default;
+    Pack(double all) : lanes{all, all, all, all} {}
+    Pack(const Numbers& numbers) : lanes(numbers) {}
+    double operator[](int lane) const { return lanes[lane]; }
+    void set(int lane, double number) { lanes[lane] = number; }
+
+    Pack& operator+=(const Pack& b) { return *this = lanes + b.lanes; }
+    Pack& operator-=(const Pack& b) { return *this = lanes - b.lanes; }
+    Pack& operator*=(const Pack& b) { return *this = lanes * b.lanes; }
+    Pack& operator/=(const Pack& b) { return *this = lanes / b.lanes; }
+
+    friend Pack operator-(const Pack& a) { return -a.lanes; }
+    friend Pack operator+(const Pack& a, const Pack& b) { return a.lanes + b.lanes; }
+    friend Pack operator-(const Pack& a, const Pack& b) { return a.lanes - b.lanes; }
+    friend Pack operator*(const Pack& a, const Pack& b) { return a.lanes * b.lanes; }
+    friend Pack operator/(const Pack& a, const Pack& b) { return a.lanes / b.lanes; }
+
+    friend Mask operator<(const Pack& a, const Pack& b) { return a.lanes < b.lanes; }
+    friend Mask operator>(const Pack& a, const Pack& b) { return a.lanes > b.lanes; }
+    friend Mask operator<=(const Pack& a, const Pack& b) { return a.lanes <= b.lanes; }
+    friend Mask operator>=(const Pack& a, const Pack& b) { return a.lanes >= b.lanes; }
+    friend Mask operator==(const Pack& a, const Pack& b) { return a.lanes == b.lanes; }
+    friend Mask operator!=(const Pack& a, const Pack& b) { return a.lanes != b.lanes; }
+};
+
+[[gnu::always_inline]] inline Pack multiply_add(const Pack& a, const Pack& b, const Pack& c) {
+#ifdef __FMA__
+    return static_cast<Pack::Numbers>(_mm256_fmadd_pd(a.lanes, b.lanes, c.lanes));
+#else
+    return a * b + c;
+#endif
+}
+
+// What decides for a pack is a number of each lane.
+inline const Pack& value_of(const Pack& x) { return x; }
+
+// a in the lanes of the mask, b in the others.
+inline Pack where(const Mask& mask, const Pack& a, const Pack& b) {
+    return reinterpret_cast<Pack::Numbers>((reinterpret_cast<LaneBits>(a.lanes) & mask.lanes) |
+                                           (reinterpret_cast<LaneBits>(b.lanes) & ~mask.lanes));
+}
+
+template <class Function> Pack lane_by_lane(const Pack& x, Function&& function) {
+    Pack found;
+    for (int k = 0; k < pack_width; ++k) found.lanes[k] = function(x.lanes[k]);
+    return found;
+}
+
+inline Pack sqrt(const Pack& x) {
+#ifdef __AVX__
+    return static_cast<Pack::Numbers>(_mm256_sqrt_pd(x.lanes));
+#else
+    return lane_by_lane(x, [](double number) { return std::sqrt(number); });
+#endif
+}
+inline Pack atan2(const Pack& y, const Pack& x) {
+    Pack found;
+    for (int k = 0; k < pack_width; ++k) found.lanes[k] = std::atan2(y.lanes[k], x.lanes[k]);
+    return found;
+}
+// As std::max and std::min have it: the first of numbers that do not compare.
+inline Pack max(const Pack& a, const Pack& b) { return where(a < b, b, a); }
+inline Pack min(const Pack& a, const Pack& b) { return where(b < a, b, a); }
+inline Pack abs(const Pack& x) {
+    return reinterpret_cast<Pack::Numbers>(reinterpret_cast<LaneBits>(x.lanes) &
+                                           ~reinterpret_cast<LaneBits>(Pack(-0.0).lanes));
+}
+// The larger of two; not a number where one of them is none.
+inline Pack larger(const Pack& most, const Pack& value) {
+    return where((most >= value) | (most != most), most, value);
+}
+inline Mask isnan(const Pack& x) { return x != x; }
+inline Mask isfinite(const Pack& x) { return 0.0 * x == 0.0; }
+
+template <> constexpr bool is_pack<Pack> = true;
+
+template <> struct BitsOf<Pack> { using Type = std::uint64_t __attribute__((vector_size(8 * pack_width))); };
+inline SineAndCosine<Pack> sine_and_cosine(const Pack& x) {
+    SineAndCosine<Pack> found = reduced_sine_and_cosine(x);
+    if (const Mask far = ~(abs(x) <= largest_reduced); far.any())
+        for (int k = 0; k < pack_width; ++k)
+            if (far[k]) {
+                const auto [sine, cosine] = far_sine_and_cosine(x[k]);
+                found.sine.set(k, sine), found.cosine.set(k, cosine);
+            }
+    return found;
+}
+
+inline Pack cos(const Pack& x) { return sine_and_cosine(x).cosine; }
+
+// A number less whole periods, where it is beyond `most`.
+inline Pack wrapped(const Pack& x, double most, double period) {
+    const Mask beyond = ~(abs(x) <= most);
+    if (beyond.none()) return x;
+    return where(beyond, lane_by_lane(x, [=](double number) { return std::remainder(number, period); }), x);
+}
+
+}  // namespace mbproj

@@ -1,0 +1,32 @@
+// Cases of one mechanism that differ in numbers, run side by side, four at once in packs.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "stepping/samples.hpp"
+
+namespace mbproj {
+
+class Ensemble {
+public:
+    virtual ~Ensemble() = default;
+    Ensemble(const Ensemble&) = delete;
+    Ensemble& operator=(const Ensemble&) = delete;
+
+    // Goes on for so many seconds; whether it has come to its end.
+    virtual bool advance(double seconds) = 0;
+    // The run of each case, with the bits of one by itself. Nothing of one that is to run by itself: packs do not compute its
+    // like, its numbers ask for another order of elimination than the first case's, or something rare happened on its way.
+    virtual std::vector<std::optional<CaseRun>> take() = 0;
+
+protected:
+    Ensemble() = default;
+};
+
+// Of these cases, which stay where they are; null where packs do not compute the first.
+template <class D> std::unique_ptr<Ensemble>
+ensemble_of(std::vector<Case<D>> cases, const Tableau& tableau, const ProjectionSettings& projection);
+
+}  // namespace mbproj

@@ -1,0 +1,58 @@
+// What the lanes of an ensemble have each by itself: a case on its way, and its largest values.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "algebra/pack.hpp"
+#include "stepping/samples.hpp"
+#include "stepping/schedule.hpp"
+
+namespace mbproj {
+
+// A case by its number; where it stands, its next step, and what it has done.
+struct Lane {
+    std::size_t number = 0;
+    std::optional<Schedule> schedule;
+    std::optional<StepSizeControl> control;
+    double t = 0.0, h = 0.0;
+    Target to{};
+    Counters counters{};
+    SampleBlock samples;
+};
+
+// The largest value so far of each lane, its row, and when.
+struct PackedPeak {
+    Pack value = 0.0, row = 0.0, time = 0.0;
+    void watch(const Pack* rows, int count, const Pack& t) {
+        const Mask in = Lanes::in();
+        for (int r = 0; r < count; ++r) {
+            const Pack size = abs(rows[r]);
+            const Mask higher = in & (size > value);
+            value = where(higher, size, value);
+            row = where(higher, static_cast<double>(r), row);
+            time = where(higher, t, time);
+        }
+    }
+    void clear(int lane) { value.set(lane, 0.0), row.set(lane, 0.0), time.set(lane, 0.0); }
+    Peak of(int lane) const { return {value[lane], static_cast<long>(row[lane]), time[lane]}; }
+};
+
+// The numbers of one lane.
+inline std::vector<double> numbers_of(const std::vector<Pack>& packs, int lane) {
+    std::vector<double> found;
+    for (const Pack& number : packs) found.push_back(number[lane]);
+    return found;
+}
+inline Eigen::VectorXd vector_of(const std::vector<Pack>& packs, int lane) {
+    Eigen::VectorXd found(packs.size());
+    for (std::size_t i = 0; i < packs.size(); ++i) found[i] = packs[i][lane];
+    return found;
+}
+// In the lanes that are in, one becomes the other.
+inline void take_over(std::vector<Pack>& to, const std::vector<Pack>& from) {
+    const Mask in = Lanes::in();
+    for (std::size_t i = 0; i < to.size(); ++i) to[i] = where(in, from[i], to[i]);
+}
+
+}  // namespace mbproj

@@ -1,0 +1,139 @@
+// The equations of motion of four cases at once, and their joints' rows: what `EquationsOfMotion` is for one case, where bodies
+// feel gravity alone. A lane for which anything else would have to be done leaves.
+#pragma once
+
+#include "dynamics/body_forces.hpp"
+#include "dynamics/row_values.hpp"
+#include "ensembles/packed_model.hpp"
+
+namespace mbproj {
+
+// A count of each lane.
+struct LaneCounts {
+    long of[pack_width] = {};
+    void add(const Mask& lanes) {
+        for (int k = 0; k < pack_width; ++k) of[k] += lanes[k];
+    }
+};
+
+template <class P> class PackedEquations final {
+public:
+    using S = Size<P>;
+
+    explicit PackedEquations(const Model<P>& model)
+        : model_(model), pose_(model), motion_(model), solver_(model, std::nullopt), applied_(model),
+          gamma_(model.all_rows()), C_(model.all_rows()), C_dot_(model.all_rows()) {
+        solver_.leave_out(model.rows.left_out);
+    }
+
+    // A lane is another case.
+    void renew(int lane) {
+        solver_.expect(model_.rows.pivots);
+        factorisations.of[lane] = 0;
+    }
+
+    // y' at a state. `see` is told how near its pose is to a singular one.
+    template <class See> void derivative(const Pack* y, Pack* slope, See&& see) {
+        set_pose(y);
+        factor(Metric::mass);
+        const Pack nearness = solver_.nearness();
+        Lanes::keep(is_clear(y, nearness));
+        see(nearness);
+        set_velocities(y, false);
+        slope_at(y, slope);
+    }
+
+    void set_pose(const Pack* y) {
+        pose_.update(y);
+        factored_ = false;
+        known_ = false;
+    }
+    void set_velocities(const Pack* y, bool with_C_dot) {
+        motion_.update(y, pose_);
+        moving_rows(model_, pose_, motion_, with_C_dot ? C_dot_.data() : nullptr, gamma_.data());
+    }
+    // y' where the pose is in place and factored with the masses, and its velocities are; multipliers on request.
+    void slope_at(const Pack* y, Pack* slope, Pack* lambda = nullptr) {
+        mbproj::set_forces(model_, pose_, y, applied_, solver_);
+        if (!solver_.solve(gamma_.data(), lambda)) return leave();
+        for (int b = 0; b < model_.size(); ++b) {
+            const Part<P> part(y, b);
+            WritablePart<P> out(slope, b);
+            out.position() = part.velocity();
+            out.orientation() = orientation_rate(Orientation<P>(part.orientation()), Turn<P>(part.omega()));
+            out.velocity() = solver_.shift(b);
+            out.omega() = to_body(pose_[b].rotation, solver_.turn(b));
+        }
+    }
+
+    // The pose in place, unless it is factored.
+    void factor(Metric metric) {
+        const Mask missing = metric == metric_ ? Lanes::in() & ~factored_ : Lanes::in();
+        if (missing.none()) return;
+        factorisations.add(missing);
+        metric_ = metric;
+        held_ = solver_.factor(pose_, metric);
+        if (!held_) leave();
+        factored_ = Lanes::in();
+    }
+    // A step begins at the pose in place. Lanes in which other rows would serve leave.
+    Pack start() {
+        factor(Metric::mass);
+        const Pack nearness = solver_.nearness();
+        if (model_.rows.redundant > 0) Lanes::keep(nearness >= model_.thresholds.decline);
+        return nearness;
+    }
+    // Whether there is a factor in this metric, be it of an earlier pose.
+    bool holds(Metric metric) const { return held_ && metric == metric_; }
+
+    const Pack* constraint() {
+        if (!std::exchange(known_, true)) mbproj::constraint(model_, pose_, C_.data());
+        return C_.data();
+    }
+    const Pack* constraint_velocity(const Pack* y) {
+        motion_.update(y, pose_);
+        moving_rows(model_, pose_, motion_, C_dot_.data(), static_cast<Pack*>(nullptr));
+        return C_dot_.data();
+    }
+    const Pack* C_dot() const { return C_dot_.data(); }
+    const Model<P>& model() const { return model_; }
+    const Pose<P>& pose() const { return pose_; }
+    JointAngle<P> angle(int coordinate) const { return joint_angle(model_, pose_, motion_, coordinate); }
+    KktSolver<P>& solver() { return solver_; }
+    LaneCounts factorisations;
+
+private:
+    void leave() { Lanes::set(false); }
+
+    // Where no row is so near to dependent on the others that it would have to be left out: see EquationsOfMotion::look_near.
+    Mask is_clear(const Pack* y, const Pack& nearness) {
+        const Mask clear = nearness >= model_.thresholds.near_branch;
+        if ((Lanes::in() & ~clear).none()) return clear;
+        constraint(), constraint_velocity(y);
+        const Pack off = largest(model_, C_) + largest(model_, C_dot_) * time_scale(y);
+        return clear |
+               (nearness > lane_by_lane(off, [this](double c) { return held_above(model_.thresholds, c); }));
+    }
+    // As mbproj::time_scale, whose list of packs would be compared for all lanes alike.
+    Pack time_scale(const Pack* y) const {
+        const double rest = model_.thresholds.rest_rate;
+        Pack speed = 0.0;
+        for (int b = 0; b < model_.size(); ++b) {
+            const Part<P> part(y, b);
+            speed = max(max(speed, part.velocity().norm() / model_.length), part.omega().norm());
+        }
+        return speed / (speed * speed + rest * rest);
+    }
+
+    const Model<P>& model_;
+    Pose<P> pose_;
+    Motion<P> motion_;
+    KktSolver<P> solver_;
+    const Applied<P> applied_;  // nothing
+    std::vector<Pack> gamma_, C_, C_dot_;
+    Mask factored_ = false;
+    bool held_ = false, known_ = false;
+    Metric metric_ = Metric::mass;
+};
+
+}  // namespace mbproj
