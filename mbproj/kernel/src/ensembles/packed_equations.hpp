@@ -24,11 +24,14 @@ public:
         : model_(model), pose_(model), motion_(model), solver_(model, std::nullopt), applied_(model),
           gamma_(model.all_rows()), C_(model.all_rows()), C_dot_(model.all_rows()) {
         solver_.leave_out(model.rows.left_out);
+        usual_.assign(solver_.cholesky().pivots().size(), 1.0);
     }
 
-    // A lane is another case.
-    void renew(int lane) {
-        solver_.expect(model_.rows.pivots);
+    // A lane is another case, of which the pivots usually are so; 1 where nothing is known of them.
+    void renew(int lane, const std::vector<double>& pivots) {
+        const bool known = pivots.size() == usual_.size();
+        for (std::size_t r = 0; r < usual_.size(); ++r) usual_[r].set(lane, known ? pivots[r] : 1.0);
+        solver_.expect(usual_);
         factorisations.of[lane] = 0;
     }
 
@@ -130,7 +133,7 @@ private:
     Motion<P> motion_;
     KktSolver<P> solver_;
     const Applied<P> applied_;  // nothing
-    std::vector<Pack> gamma_, C_, C_dot_;
+    std::vector<Pack> gamma_, C_, C_dot_, usual_;  // `usual_`: pivots
     Mask factored_ = false;
     bool held_ = false, known_ = false;
     Metric metric_ = Metric::mass;

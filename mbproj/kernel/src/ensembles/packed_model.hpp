@@ -25,7 +25,6 @@ template <class Model, class Visit> void each_derived_number(Model& model, Visit
         for (auto& attachment : set->attachments) visit(attachment.size);
     visit_each(model.row_scale, visit);
     visit(model.length);
-    visit_each(model.rows.pivots, visit);
     visit(model.rows.even);
 }
 
@@ -42,7 +41,7 @@ template <class D> std::vector<double> decisions_of(const Model<D>& model) {
     for (const Leaf<D>& leaf : order.leaves) found.add(leaf.joint), add(leaf.hinge);
     found.add_all(order.loop_bodies), found.add_all(order.loop_joints);
     for (const LoopHinge<D>& hinge : order.loop_hinges) found.add(hinge.joint(), hinge.child(), hinge.parent());
-    found.add(model.rows.redundant, model.rows.pivots.size());
+    found.add(model.rows.redundant);
     found.add_all(model.rows.left_out);
     return found.take();
 }

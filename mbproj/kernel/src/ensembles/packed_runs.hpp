@@ -82,7 +82,7 @@ private:
         lane.number = number;
         const Case<D>& own = case_of(lane);
         model_.load(k, own.model);
-        equations_.renew(k);
+        equations_.renew(k, own.model.rows.pivots);
         for (std::size_t i = 0; i < y_.size(); ++i) y_[i].set(k, own.y[i]);
         lane.schedule.emplace(own.steps);
         lane.control.emplace(stages_.error_order(), own.model.thresholds);
