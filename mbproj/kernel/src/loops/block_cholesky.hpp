@@ -14,8 +14,6 @@ namespace mbproj {
 
 template <class Scalar> class BlockCholesky final {
 public:
-    using Measure = ValueOf<Scalar>;
-
     BlockCholesky() = default;
     // The sizes of the blocks, and which pairs of them couple. So many blocks are eliminated `first`, and never left out.
     BlockCholesky(std::vector<int> sizes, const std::vector<std::pair<int, int>>& couplings, int first)
@@ -66,7 +64,7 @@ public:
     Scalar contradiction(Scalar* x) const;
 
     std::vector<std::vector<int>> independent_rows(double smallest, double tied, int most);
-    double largest_left() const { return largest_left_; }  // of the pivots that it has left out
+    ValueOf<Scalar> largest_left() const { return largest_left_; }  // of the pivots that it has left out
     void keep() { kept_ = values_; }                       // and `restore`s them
     void restore() { values_ = kept_; }
 
@@ -76,15 +74,15 @@ public:
     std::size_t stored() const { return values_.size(); }
     std::size_t filled() const { return fill_; }  // of these, numbers in blocks that the matrix does not have
     int row(int block) const { return begin_[block]; }
-    const Measure& smallest_pivot() const { return smallest_pivot_; }
-    const Measure& nearness() const { return nearness_; }  // the same where each is a part of what it usually is, or of 1
-    void expect(const std::vector<Measure>& usual) {       // none where they are of other rows, as a penalty has them
+    const ValueOf<Scalar>& smallest_pivot() const { return smallest_pivot_; }
+    const ValueOf<Scalar>& nearness() const { return nearness_; }  // where each is a part of what it usually is, or of 1
+    void expect(const std::vector<ValueOf<Scalar>>& usual) {  // none where they are of other rows: a penalty
         const std::size_t n = per_usual_.size();
-        for (std::size_t r = 0; r < n; ++r) per_usual_[r] = usual.size() == n ? 1.0 / usual[r] : Measure(1.0);
+        for (std::size_t r = 0; r < n; ++r) per_usual_[r] = usual.size() == n ? 1.0 / usual[r] : ValueOf<Scalar>(1.0);
     }
     // The pivots of all rows, parts of their diagonal entries; 0 of those that are left out.
-    std::vector<Measure> pivots() const {
-        std::vector<Measure> found(diagonal_.size(), 0.0);
+    std::vector<ValueOf<Scalar>> pivots() const {
+        std::vector<ValueOf<Scalar>> found(diagonal_.size(), 0.0);
         for (std::size_t r = 0; r < found.size(); ++r)
             if (reciprocal_[r] > 0.0) found[r] = value_of(1.0 / (reciprocal_[r] * reciprocal_[r] * diagonal_[r]));
         return found;
@@ -129,9 +127,8 @@ private:
     std::vector<Scalar> values_, diagonal_, hidden_, reciprocal_;  // `diagonal_`: the squares of the rows
     std::vector<char> left_out_;                                   // one for each row, or none
     std::vector<Scalar> transposed_, kept_;                        // of the blocks of a column; values
-    std::vector<Measure> per_usual_;                               // 1 / usual pivots
-    Measure smallest_pivot_ = 1.0, nearness_ = 1.0;
-    double largest_left_ = 0.0;
+    std::vector<ValueOf<Scalar>> per_usual_;                               // 1 / usual pivots
+    ValueOf<Scalar> smallest_pivot_ = 1.0, nearness_ = 1.0, largest_left_ = 0.0;
     std::size_t fill_ = 0;
 };
 
