@@ -61,7 +61,8 @@ public:
 
     // At y, of which the pose is in place and factored and the velocities are, with whole turns, where neither rigid stops nor frictions
     // act: which begin to push, and which end, from here on. One that is `met` begins, though neither its rate nor its acceleration
-    // tells. What is slower than `own`, in lengths of the mechanism and rad per s, does not move.
+    // tells. What is slower than `own`, in lengths of the mechanism and rad per s, does not move. One that leaves, but comes back
+    // before its gap is seen to open, pushes.
     // False where the equations have no unique solution.
     bool meet(double t, const Vector& y, const std::vector<long>& turns, int met, double own, ContactState& next,
               std::vector<ContactEvent>& events) {
@@ -82,8 +83,9 @@ public:
             if (!border_.factor(equations_.pose(), equations_.solver())) return false;
             const double speed = rate(k, stop), slow = thresholds_.stop_rests * stop.size * own;
             double fall = 0.0;
-            if (speed <= slow && !accelerates(y, fall)) return false;
-            if (!(open < -near || (speed <= slow && (fall < 0.0 || k == met)) || speed < -slow)) continue;
+            if (speed >= -slow && !accelerates(y, fall)) return false;
+            const bool stays = speed <= slow ? fall < 0.0 || k == met : speed * speed < -2.0 * fall * stop.slack;
+            if (!(open < -near || stays || speed < -slow)) continue;
             const double by = stop.gives_by > 0.0 ? stop.gives_by * border_.operator_of_rows()(0, 0) : stop.damping;
             next.pushing.emplace_back(k, by);
             events.push_back({t, k, Happening::contact, -1, 0.0, 0.0});

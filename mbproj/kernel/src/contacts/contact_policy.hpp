@@ -157,7 +157,7 @@ private:
         after_ = y;
         std::vector<ContactEvent> rests;
         if (any(struck) && !touching_.strike(t, y, struck, slow, e, rate, after_, next, events, rests)) return false;
-        if (friction_.any() && !touching_.keep_down(after_, slow, rate, next)) return false;
+        if (!touching_.keep_down(after_, slow, rate, next)) return false;
         for (Eigen::Index i = 0; i < count; ++i)
             staying[i] = std::abs(rate[i]) <= slow[i] && !(released && touch[i] == stop);
         Vector push = Vector::Zero(count);

@@ -102,7 +102,7 @@ public:
         y_after = after_;
         return true;
     }
-    // What ends sliding may lift what rocks by less than gaps are known to: it stays, in the motion y, and `rate` is what it is then.
+    // What leaves may come back before its gap is seen to open, as where sliding ends and something rocks: it stays, in the motion y, and `rate` is what it is then.
     bool keep_down(Vector& y, const Vector& slow, Vector& rate, ContactState& next) {
         Flags lifts(stop_.size());
         bool any = false;

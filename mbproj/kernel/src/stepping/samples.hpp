@@ -31,7 +31,7 @@ enum class Status : int {
     overlap
 };
 
-// In the order of the fields of mbproj.integrate.outcome.tally.Tally.
+// In the order of the fields of mbproj.integrate.reporting.tally.Tally.
 struct Counters {
     long steps = 0, rejected_steps = 0, evaluations = 0, projections = 0, projection_iterations = 0,
          velocity_iterations = 0, projection_failures = 0, projection_fallbacks = 0, factorisations = 0;
