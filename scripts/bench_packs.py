@@ -49,14 +49,15 @@ def measure(name: str, method: str, keys: dict[str, Any], count: int, repeats: i
     """Prints a row."""
     scenes = alike(read_scene(MECHANISMS[name].scene), count)
     least = [np.inf, np.inf]
-    packed = 0
+    packed, kernel = 0, core()
+    assert kernel is not None, "packs need the kernel"
     for _ in range(repeats):
         alone, together = ([run_of(scene, keys) for scene in scenes] for _ in range(2))
         begin = time.process_time()
         for run in alone:
             run.advance(MOST, FOREVER)
         middle = time.process_time()
-        made = core().together(together, FOREVER, lambda: None)
+        made = kernel.together(together, FOREVER, lambda: None)
         packed = sum(each is not None for each in made)
         for run, samples in zip(together, made, strict=True):
             if samples is None:
