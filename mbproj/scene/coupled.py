@@ -8,6 +8,9 @@ from dataclasses import field
 from mbproj.dataclass import dataclass
 from mbproj.functions.program import Program
 
+#: What the unit of the function is kept by, beside those of the coordinates.
+FUNCTION = "f(s)"
+
 
 @dataclass(frozen=True)
 class Coupled:
@@ -17,7 +20,7 @@ class Coupled:
     SI units and radians; the row is in m where a coordinate is a length, else in rad. Without a constant the sum keeps
     its value at the scene's pose, or is 0 where there is a function. Whole turns of the angles may change the sum by
     multiples of `period`; None: it follows from the weights and the function. `units` are those in which the scene
-    gives the weights, by coordinate, and the constant, by ""; "" for none."""
+    gives the weights, by coordinate, the constant, by "", and the function, by `FUNCTION`; "" for none."""
 
     of: Mapping[str, float]
     function: Program | None = None

@@ -28,7 +28,7 @@ from mbproj.scene.blocks.parameters import NAME, NAME_RULE, Parameters
 from mbproj.scene.blocks.ropes.block import rope_record
 from mbproj.scene.blocks.ropes.fit import ROPE_CHECK
 from mbproj.scene.blocks.simulation import SIMULATION
-from mbproj.scene.coupled import Coupled
+from mbproj.scene.coupled import FUNCTION, Coupled
 from mbproj.scene.fields.alternatives import Alternatives, Variants
 from mbproj.scene.fields.checks import (
     Placed,
@@ -77,16 +77,18 @@ JOINT_TYPE = Choice("joint type", lambda: JOINTS)
 #: The keys of a coupler in place of the names of joints.
 COUPLER: Mapping[str, Field[Any]] = {
     "of": Weights(),
-    "function": Alternatives(
-        (
-            Function(None, ("s",), (COORDINATE,)),
-            Converted(
-                table(None, None, ("natural", "clamped", "periodic")),
-                lambda found: Program(tabulated(found, variable(COORDINATE))),
-            ),
+    "function": WithUnit(
+        Alternatives(
+            (
+                Function(None, ("s",), (COORDINATE,)),
+                Converted(
+                    table(None, None, ("natural", "clamped", "periodic")),
+                    lambda found: Program(tabulated(found, variable(COORDINATE))),
+                ),
+            )
         )
     ),
-    "constant": WithUnit(),
+    "constant": WithUnit(Number(None)),
     "pressure_angle": parameter(Parameter("rad", "pressure")),
 }
 
@@ -220,7 +222,7 @@ def _coupler(
     name: str,
     type: str,
     of: Mapping[str, tuple[float, str]],
-    function: Program | None = None,
+    function: tuple[Program, str] | None = None,
     constant: tuple[float, str] | None = None,
     pressure_angle: float | None = None,
 ) -> Joint:
@@ -231,7 +233,8 @@ def _coupler(
     if pressure_angle is not None:
         teeth = {"teeth": tuple(weights.values()), "pressure_angle": pressure_angle}
     value, units[""] = (None, "") if constant is None else constant
-    coupled = Coupled(weights, function, value, units=units)
+    program, units[FUNCTION] = (None, "") if function is None else function
+    coupled = Coupled(weights, program, value, units=units)
     return Joint(name, type, ("", ""), NOWHERE, parameters=teeth, couples=coupled)
 
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import ClassVar
+from typing import ClassVar, TypeVar
 
 from mbproj.dataclass import dataclass
 from mbproj.joints import COORDINATE_UNITS, JOINTS
 from mbproj.scene.blocks.coordinates import WORDS, coordinates_in
-from mbproj.scene.coupled import Coupled
+from mbproj.scene.coupled import FUNCTION, Coupled
 from mbproj.scene.fields.containers import Complaint
 from mbproj.scene.fields.fields import Field, Schema
 from mbproj.scene.fields.quantities import Number
@@ -18,21 +18,25 @@ from mbproj.scene.records import Joint, KeyPath
 from mbproj.scene.text.nodes import MappingNode, Node
 from mbproj.scene.text.suggestions import choose_from
 
+Value = TypeVar("Value")
+
 
 @dataclass(frozen=True)
-class WithUnit(Field[tuple[float, str]]):
-    """A number in any unit, with the unit that it is written with."""
+class WithUnit(Field[tuple[Value, str]]):
+    """A value in any unit, with the unit that it is written with."""
+
+    value: Field[Value]
 
     @property
     def expects(self) -> str:
-        return Number(None).expects
+        return self.value.expects
 
-    def read(self, node: Node, path: KeyPath, reading: Reading) -> tuple[float, str] | None:
-        value = Number(None).read(node, path, reading)
-        return None if value is None else (value, reading.units.get(path, ""))
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> tuple[Value, str] | None:
+        found = self.value.read(node, path, reading)
+        return None if found is None else (found, reading.units.get(path, ""))
 
     def schema(self) -> Schema:
-        return Number(None).schema()
+        return self.value.schema()
 
 
 @dataclass(frozen=True)
@@ -56,7 +60,7 @@ class Weights(Field[dict[str, tuple[float, str]]]):
         for name, item in node.values.items():
             at = (*path, name)
             reading.places[at] = node.keys[name]
-            weight = WithUnit().read(item, at, reading)
+            weight = WithUnit(Number(None)).read(item, at, reading)
             if weight is not None:
                 weights[name] = weight
         return weights if len(weights) == len(node.values) else None
@@ -191,6 +195,10 @@ def _weight_faults(joint: Joint, coupled: Coupled, joints: Mapping[str, Joint]) 
     if constant not in ("", row):
         message = f"the constant has the unit {row}, or none, this is in {constant}"
         yield Complaint(("joints", joint.name, "constant"), message, f"the sum is in {row}")
+    written = coupled.units.get(FUNCTION, "")
+    if written not in ("", row):
+        message = f"the function has the unit {row}, or none, this is in {written}"
+        yield Complaint(("joints", joint.name, "function"), message, f"the sum is in {row}")
     for name in coupled.of:
         written = coupled.units.get(name, "")
         able = ("", "m", "m/rad") if (row, units[name]) == ("m", "rad") else ("", "1")

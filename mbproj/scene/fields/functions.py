@@ -18,7 +18,7 @@ from mbproj.scene.fields.alternatives import Alternatives
 from mbproj.scene.fields.choices import Choice
 from mbproj.scene.fields.containers import Record
 from mbproj.scene.fields.fields import Converted, Field, List, Schema
-from mbproj.scene.fields.quantities import Number, dimension_of, note_degrees, unit_hint
+from mbproj.scene.fields.quantities import Number, dimension_of, note_degrees, unit_hint, unit_text
 from mbproj.scene.fields.reading import Reading, Unfit, label
 from mbproj.scene.records import KeyPath
 from mbproj.scene.text.nodes import Node, ScalarNode, SequenceNode
@@ -61,6 +61,7 @@ class Function(Field[Program]):
             return None
         if self.unit == "rad":
             note_degrees(node, path, reading)
+        reading.units[path] = unit_text(self.unit, dimension)
         return program
 
     def schema(self) -> Schema:
