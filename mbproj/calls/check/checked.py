@@ -171,6 +171,9 @@ def checked(what: Scene, system: System, state: State) -> SceneCheck:
         rubs = {} if problems else frictions_at_start(system, state)
     except SimulationError as error:
         problems = [Problem(f"{error.where}: {error.cause}" if error.where else error.cause, hint=error.hint or "")]
+    # A dense decomposition of a loop of hundreds of bodies would take minutes.
+    ranks = None if diagnosis.redundancy.left_out else mobility(system, pose_of(state.q))
+    own = [*notes_on(what), *adjustment_notes(what, system), *jammed_wheels(system, pose_of(state.q))]
     return SceneCheck(
         scene=what,
         system=system,
@@ -178,12 +181,21 @@ def checked(what: Scene, system: System, state: State) -> SceneCheck:
         choice=choice,
         diagnosis=diagnosis,
         problems=problems,
-        notes=[*notes_on(what), *adjustment_notes(what, system), *jammed_wheels(system, pose_of(state.q))],
+        notes=[*own, *_locked(what, ranks)],
         frictions=rubs,
         fast=[] if choice is None else fastest_at(choice, system, state),
-        # A dense decomposition of a loop of hundreds of bodies would take minutes.
-        mobility=None if diagnosis.redundancy.left_out else mobility(system, pose_of(state.q)),
+        mobility=ranks,
     )
+
+
+def _locked(what: Scene, ranks: Mobility | None) -> list[Problem]:
+    """Return a note where couplings leave no degree of freedom, and no motion is there to take it."""
+    couplings = [joint.name for joint in what.joints if joint.couples is not None]
+    if not couplings or what.motions or ranks is None or ranks.degrees_of_freedom:
+        return []
+    names = ", ".join(f"'{name}'" for name in couplings)
+    said = f"nothing can move: with {names} the joints leave no degree of freedom, and there is no motion"
+    return [Problem(said, what.place("joints", couplings[-1]), "take a coupling out, or let it couple others")]
 
 
 def _problem(problem: Problem) -> dict[str, Any]:

@@ -116,6 +116,14 @@ def test_motions_of_two_wheels_in_mesh_that_agree_are_none(tmp_path):
     assert "    1 in G, one, two, of the rows about y\n" in done.stdout
 
 
+def test_couplers_that_lock_each_other_are_told(tmp_path):
+    second = "  H: {type: coupler, of: {A: 1, B: 3}}\n"
+    loose = GEARS[: GEARS.index("motions:")]
+    assert "nothing can move" not in check(tmp_path, loose).stderr
+    told = check(tmp_path, loose + second).stderr
+    assert "scene.yaml:10:3: note: nothing can move: with 'G', 'H' the joints leave no degree of freedom" in told
+
+
 def test_a_frame_is_a_structure(tmp_path):
     text = REVOLUTES.replace(", speed: 2", "").replace("bodies: [top, right]", "bodies: [top, ground]")
     lines = [line for line in text.splitlines(keepends=True) if "right" not in line]
