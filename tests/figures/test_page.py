@@ -23,6 +23,7 @@ MANY = {
     "coordinates": [*(f"{LONG}J{i}.angle" for i in range(41)), *(f"{LONG}R{i}.length" for i in range(3))],
     "coordinate_units": ["rad"] * 41 + ["m"] * 3,
     "tensions": [f"{LONG}R{i}.tension_{portion}" for i in range(3) for portion in (1, 2)],
+    "touching": [f"{LONG}C{i}" for i in range(4)],
     "forces": [f"{LONG}F{i}" for i in range(9)],
     "force_units": ["rad"] * 9,
     "motions": [f"{LONG}M{i}" for i in range(3)],

@@ -70,7 +70,7 @@ def block(time: npt.NDArray[np.float64], names: Mapping[str, Sequence[str]] = NA
     count = np.arange(len(time)) if len(time) == 0 else np.round(time / 0.01).astype(np.int64)
     kinds = ("bodies", "markers", "joints", "coordinates", "forces", "motions")
     n, k, nj, nc, nf, nm = (len(names[kind]) for kind in kinds)
-    ns, nr, nt = (len(names.get(kind, ())) for kind in ("stops", "frictions", "tensions"))
+    ns, nr, nt, nv = (len(names.get(kind, ())) for kind in ("stops", "frictions", "tensions", "touching"))
     force = -pull[:, None] * tip / LENGTH
 
     def each(values: npt.NDArray[Any], columns: int) -> npt.NDArray[Any]:
@@ -123,6 +123,7 @@ def block(time: npt.NDArray[np.float64], names: Mapping[str, Sequence[str]] = NA
         "diagnostics/acceleration_violation": 9 * violation,
         "diagnostics/kinetic_energy": kinetic,
         **({"ropes/tension": each(pull, nt)} if nt else {}),
+        **({"curves/contact": each(tip, nv)} if nv else {}),
         "diagnostics/potential_energy": potential,
         "diagnostics/total_energy": kinetic + potential,
         "diagnostics/energy_balance": drift * time,
