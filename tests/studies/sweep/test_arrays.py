@@ -10,6 +10,7 @@ from mbproj.studies.sweep import case
 from mbproj.studies.sweep.case import FEWEST, Task, Work, run_case, run_cases
 from mbproj.studies.sweep.row import Status
 from mbproj.studies.sweep.spec import read_spec
+from mbproj.studies.together import block
 from tests.studies.sweep.specs import swept, write
 
 COUNT = FEWEST + 1
@@ -53,8 +54,11 @@ def by_arrays_and_alone(path):
     return run_cases(work, tasks), [run_case(work, task) for task in tasks]
 
 
+@pytest.mark.parametrize("packs", [True, False])
 @pytest.mark.parametrize("name", SWEEPS)
-def test_a_case_has_the_bits_that_it_has_alone(tmp_path, name):
+def test_a_case_has_the_bits_that_it_has_alone(tmp_path, monkeypatch, name, packs):
+    """With steps in packs, whether they are faster here or not, and one by one."""
+    monkeypatch.setattr(block, "has_wide_vectors", lambda: packs)
     vary, measure = SWEEPS[name]
     path = tmp_path / "spec.yaml"
     path.write_text(
