@@ -159,7 +159,7 @@ def _measured_together(work: Work, tasks: Sequence[Task]) -> tuple[str, list[tup
     """The formulation of cases of a group, and what is measured of each."""
     values = values_of([task.values for task in tasks])
     scene = scene_of(work, Task("", tuple(values)))
-    signature = signature_of(scene, sparse(settings_to_run(scene), work.measures))
+    signature = signature_of(scene, sparse(settings_to_run(scene), work.measures, counts=False))
     return signature.choice.name, run_block(signature, work.measures, len(tasks), work.timeout)
 
 
@@ -187,13 +187,13 @@ def _taken_apart(text: str, name: str) -> SceneText:
     return SceneText(text, name, Path(name))
 
 
-def sparse(settings: Settings, measures: Sequence[Expectation]) -> Settings:
-    """Without samples before the end where only that is measured. Of an error-controlled run they stay: what it
-    evaluates depends on them."""
+def sparse(settings: Settings, measures: Sequence[Expectation], *, counts: bool = True) -> Settings:
+    """Return the settings without samples before the end where only that is measured. In an error-controlled run that
+    `counts` its evaluations they stay: the count depends on them, the motion does not."""
     late = all(each.at == "end" and each.quantity != "energy_drift_relative" for each in measures)
-    if not late or settings.step is None:
-        return settings
-    return replace(settings, output_step=whole_steps(settings) * settings.step)
+    if late and settings.step is not None:
+        return replace(settings, output_step=whole_steps(settings) * settings.step)
+    return settings if counts or not late else replace(settings, output_step=settings.duration)
 
 
 def _measured(
