@@ -74,14 +74,6 @@ def _zeros_like(like: Any, dtype: Any = None, **options: Any) -> Any:
     return Lanes(np.zeros_like(like.values))
 
 
-def _ascontiguousarray(values: Any, dtype: Any = None, *, like: Any = None) -> Any:
-    return Lanes(np.ascontiguousarray(values.values, dtype=dtype))
-
-
-def _asarray(values: Any, dtype: Any = None, **options: Any) -> Any:
-    return values
-
-
 def _norm(values: Any, ord: Any = None, axis: Any = None, keepdims: bool = False) -> Any:
     """Lengths of short vectors, as NumPy has them: by the root of the sum of squares."""
     if ord is not None or not isinstance(axis, int):

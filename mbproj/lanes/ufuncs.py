@@ -59,13 +59,7 @@ def applied(ufunc: np.ufunc, method: str, inputs: Sequence[Any], options: Mappin
             return laned(ufunc(*aligned(inputs)))
         if ufunc is np.matmul:
             return product(*inputs)
-        if (
-            ufunc is np.power
-            and isinstance(inputs[0], Lanes)
-            and inputs[0].ndim
-            and type(inputs[1]) in (int, float)
-            and inputs[1] == 2
-        ):
+        if ufunc is np.power and _is_square(*inputs):
             return inputs[0] * inputs[0]
     return each_call(getattr(ufunc, method), inputs, options)
 

@@ -30,7 +30,7 @@ from mbproj.studies.synthesis.wish import Wanted
 
 #: A topology is as good as the best one where it is off by so many times as much at most, or is exact.
 AS_GOOD = 1.5
-OTHER, TRY = "choose another folder with -o", "raise 'starts', or thin out what is wanted"
+OTHER = "choose another folder with -o"
 #: How the files begin.
 MARK = "# Found by mbproj"
 #: The topologies with two loops.
