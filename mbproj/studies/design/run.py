@@ -264,7 +264,8 @@ def _notes(spec: Spec, best: Search, u: Array, trial: Trial, known: Knowledge | 
         scatter, off = float(np.linalg.norm(trial.residuals)), float(np.linalg.norm(error))
         grain = ROUND_OFF * sum(np.linalg.norm(each.values) / each.deviation for each in spec.targets)
         if off > 0.1 * scatter and off > grain:
-            notes.append(f"the runs' own error is {off / max(scatter, 1e-300):.2g} of the residuals: take a finer step")
+            size = "larger than" if off > scatter else f"{off / scatter:.2g} of"
+            notes.append(f"the runs' own error is {size} the residuals: take a finer step")
         if not known.is_white and scatter > max(10.0 * off, grain):
             notes.append("the residuals are no noise: neighbours are alike, the model lacks something")
     return notes

@@ -100,6 +100,18 @@ def test_what_nothing_in_the_data_fixes_is_said(tmp_path):
     assert np.isnan(design.knowledge.deviation).all()
 
 
+def test_measurements_that_the_run_itself_has_made_leave_less_than_its_own_error(tmp_path):
+    """The residuals are zero, so that no part of them can be said."""
+    scene = SPRING.replace("output_step: 0.01 s", "output_step: 0.1 s, integrator: rk4").replace("0.01 s", "0.1 s")
+    with mbproj.run(scene) as results:
+        table(tmp_path / "x.csv", time__s=results.time, displacement__m=results.coordinate("rail.displacement").value)
+    spec = "vary: {parameters.stiffness: [20 N/m, 90 N/m]}\nstarts: 1\n"
+    match = "match: {motion: {joint: rail, quantity: displacement, through: x.csv}}\n"
+    design, numbers = found(written(tmp_path, scene, spec + match))
+    assert numbers["stiffness"] == pytest.approx(50.0, rel=1e-9)
+    assert "the runs' own error is larger than the residuals: take a finer step" in design.notes
+
+
 #: Parameters that cannot be told apart: changes of a scene, the numbers that vary, and what is said of them.
 UNSEEN = {
     "all of an oscillator's": (
