@@ -24,11 +24,11 @@ _looked_for: set[str] = set()
 
 @final
 class Registry(Mapping[str, Entry], Generic[Entry]):
-    """Entries by name: those of mbproj, `own`, then those of plug-ins in the order of their registration. `kind` names
-    an entry in messages, such as "projection method"."""
+    """Entries by name: those of mbproj, `builtin`, then those of plug-ins in the order of their registration. `kind`
+    names an entry in messages, such as "projection method"."""
 
-    def __init__(self, kind: str, own: Mapping[str, Entry]) -> None:
-        self.kind, self.own, self._added = kind, own, dict[str, Entry]()
+    def __init__(self, kind: str, builtin: Mapping[str, Entry]) -> None:
+        self.kind, self.builtin, self._added = kind, builtin, dict[str, Entry]()
 
     def add(
         self, name: str, entry: Entry, made_of: Callable[..., object] | str, taken: Container[str] = frozenset()
@@ -40,7 +40,7 @@ class Registry(Mapping[str, Entry], Generic[Entry]):
         if not name.replace("-", "_").isidentifier() or name != name.lower():
             hint = "take small letters, digits and hyphens"
             raise InputError(Problem(f"'{name}' cannot be the name of {article} {self.kind}", hint=hint))
-        if name in self.own or name in taken:
+        if name in self.builtin or name in taken:
             raise InputError(Problem(f"mbproj has {article} {self.kind} '{name}' itself", hint="choose another name"))
         self._added[name] = entry
         _origins[self.kind, name] = (_caller() if isinstance(made_of, str) else made_of.__module__, _checksum(made_of))
@@ -52,18 +52,18 @@ class Registry(Mapping[str, Entry], Generic[Entry]):
         return self._added
 
     def __getitem__(self, name: str) -> Entry:
-        if name in self.own:
-            return self.own[name]
+        if name in self.builtin:
+            return self.builtin[name]
         load_installed()
         return self._added[name]
 
     def __iter__(self) -> Iterator[str]:
         load_installed()
-        yield from (*self.own, *self._added)
+        yield from (*self.builtin, *self._added)
 
     def __len__(self) -> int:
         load_installed()
-        return len(self.own) + len(self._added)
+        return len(self.builtin) + len(self._added)
 
 
 def load_installed() -> None:

@@ -24,7 +24,7 @@ import numpy as np
 from mbproj import State, System, assemble, compile_system, initial_guess, read_scene_text, settings_to_run, simulate
 from mbproj.dynamics.observe.recorded import Block
 from mbproj.functions.curves.laws import Rise
-from mbproj.functions.curves.shapes import Followed, of_law
+from mbproj.functions.curves.shapes import CamFollower, of_law
 
 #: Time between samples; a long and a short run, s.
 OUTPUT, LONG, SHORT = 5e-3, 0.5, 0.1
@@ -123,7 +123,7 @@ def by_mujoco(step: float, corners: int) -> Timed:
 def _mjcf(step: float, corners: int) -> str:
     rise, dwell = np.radians(75.0), (np.radians(120.0), np.radians(90.0))
     rises = [Rise(dwell[0], 0.0, "dwell"), Rise(rise, 5e-3, "cycloidal"), Rise(rise, 0.0, "cycloidal")]
-    line = of_law(18e-3, [*rises, Rise(dwell[1], 0.0, "dwell")], Followed("roller", 10e-3), clockwise=True)
+    line = of_law(18e-3, [*rises, Rise(dwell[1], 0.0, "dwell")], CamFollower("roller", 10e-3), clockwise=True)
     s = np.linspace(line.start, line.end, corners, endpoint=False)
     (x, y), (x1, y1), *_ = line.derivatives(s, line.at(s))
     speed = np.hypot(x1, y1)

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from mbproj.parts.classes import CLASSES
-from mbproj.parts.part import Part
+from mbproj.parts.part import ScenePart
 
 STUB = Path(__file__).parent.parent / "mbproj" / "parts" / "__init__.pyi"
 HEAD = '''"""Written by scripts/write_parts.py from the tables that read a scene."""
@@ -20,7 +20,7 @@ from typing import Any, SupportsFloat, TypeAlias
 
 import numpy.typing as npt
 
-from mbproj.parts.part import Part
+from mbproj.parts.part import ScenePart
 
 #: A number in SI units, or text with a unit or an expression.
 Quantity: TypeAlias = SupportsFloat | str
@@ -34,9 +34,9 @@ def text() -> str:
     return f"{HEAD}{classes}"
 
 
-def _class(made: type[Part]) -> Iterator[str]:
+def _class(made: type[ScenePart]) -> Iterator[str]:
     first, *lines = (made.__doc__ or "").splitlines()
-    yield f"class {made.__name__}(Part):"
+    yield f"class {made.__name__}(ScenePart):"
     yield f'    """{first}'
     yield from (f"    {line}".rstrip() for line in lines)
     yield '    """'

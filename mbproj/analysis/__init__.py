@@ -4,13 +4,13 @@ from mbproj.analysis.comparison import Difference, common_samples, trajectory_di
 from mbproj.analysis.energy import EnergyDrift, energy_drift
 from mbproj.analysis.expectations import Outcome, outcomes
 from mbproj.analysis.summary import summary
-from mbproj.analysis.violations import Peak, peak, worst
+from mbproj.analysis.violations import SeriesPeak, peak, worst
 
 __all__ = [
     "Difference",
     "EnergyDrift",
     "Outcome",
-    "Peak",
+    "SeriesPeak",
     "common_samples",
     "energy_drift",
     "outcomes",

@@ -6,7 +6,7 @@ from dataclasses import asdict
 from typing import Any
 
 from mbproj.analysis.energy import energy_drift
-from mbproj.analysis.violations import Peak, peak, worst
+from mbproj.analysis.violations import SeriesPeak, peak, worst
 from mbproj.results import Results
 from mbproj.results.layout import COUNTERS
 
@@ -57,5 +57,5 @@ def _of_samples(results: Results) -> dict[str, Any]:
     }
 
 
-def _plain(value: Peak | None) -> dict[str, Any] | None:
+def _plain(value: SeriesPeak | None) -> dict[str, Any] | None:
     return None if value is None else asdict(value)

@@ -11,7 +11,7 @@ from mbproj.dataclass import dataclass
 
 
 @dataclass(frozen=True)
-class Peak:
+class SeriesPeak:
     """The largest value of a series, the time (s) when it is first reached, and the name of its column."""
 
     value: float
@@ -19,15 +19,15 @@ class Peak:
     name: str
 
 
-def peak(time: Array, values: Array, name: str) -> Peak:
+def peak(time: Array, values: Array, name: str) -> SeriesPeak:
     """The largest of `values` (T), T >= 1. NaN counts as larger than any number."""
     row = int(np.argmax(values))
-    return Peak(float(values[row]), float(time[row]), name)
+    return SeriesPeak(float(values[row]), float(time[row]), name)
 
 
-def worst(time: Array, values: Array, names: Sequence[str]) -> Peak | None:
+def worst(time: Array, values: Array, names: Sequence[str]) -> SeriesPeak | None:
     """The largest of `values` (T, columns), T >= 1, with the name of its column; None without columns."""
     if not names:
         return None
     row, column = np.unravel_index(int(np.argmax(values)), values.shape)
-    return Peak(float(values[row, column]), float(time[row]), names[int(column)])
+    return SeriesPeak(float(values[row, column]), float(time[row]), names[int(column)])

@@ -15,7 +15,7 @@ from mbproj.linear.equilibrium.find import Equilibrium
 from mbproj.linear.equilibrium.started import assembled_start
 from mbproj.linear.equilibrium.steady import refuse_unsteady
 from mbproj.linear.modes import Modes
-from mbproj.linear.root_loci import Trace, trace
+from mbproj.linear.root_loci import RootLocus, trace
 from mbproj.linear.state_space.model import LinearModel, linear_model
 from mbproj.model import compile_system
 from mbproj.registry import SCENE_START
@@ -90,7 +90,7 @@ def traces(
     count: int | None = None,
     steady: str | None = None,
     parameters: Mapping[str, object] = _NOTHING,
-) -> Trace:
+) -> RootLocus:
     """The modes over `values` of the parameter `name`, as `modes --vary` traces them. The other arguments are as in
     `modes`."""
     with by_arguments():

@@ -10,11 +10,11 @@ from typing import Any
 from mbproj.calls.given import Given, Quantity, by_arguments, scene_of
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place, Problem
-from mbproj.formats import Wishes, read_model
+from mbproj.formats import ImportOptions, read_model
 from mbproj.formats.couplers import without_refused
 from mbproj.formats.export.mjcf import as_mjcf
 from mbproj.formats.export.urdf import as_urdf
-from mbproj.formats.mechanism import Mechanism, Said, Same
+from mbproj.formats.mechanism import ImportedMechanism, Said, Same
 from mbproj.formats.signals import read_pose, signals_of
 from mbproj.results.views.table import Table, Tabled
 from mbproj.scene.read import read_scene_text
@@ -35,7 +35,7 @@ class Imported(Tabled):
     """The `text` of a scene made from a model, with notes on each element of the model that has no counterpart."""
 
     text: str
-    mechanism: Mechanism
+    mechanism: ImportedMechanism
 
     @property
     def scene(self) -> Scene:
@@ -92,12 +92,12 @@ def import_model(
         acting = signals_of(controls, "controls") if controls is not None else {} if hold else None
         driven = signals_of(motions, "motions") if motions is not None else {}
         home = None if folder is None else Path(folder)
-        return imported(Path(model), Wishes(at, pose or {}, acting, driven, contacts, beside, meet, home))
+        return imported(Path(model), ImportOptions(at, pose or {}, acting, driven, contacts, beside, meet, home))
 
 
-def imported(model: Path, wishes: Wishes) -> Imported:
+def imported(model: Path, options: ImportOptions) -> Imported:
     """Import a model as `import_model` does. Problems of the scene itself are rows of the table."""
-    mechanism = read_model(model, wishes)
+    mechanism = read_model(model, options)
     text, refused = without_refused(mechanism, __version__)
     for problem in refused:
         at = problem.place.line if problem.place else None

@@ -8,7 +8,7 @@ from typing import SupportsFloat
 from mbproj.dynamics import State
 from mbproj.dynamics.rank.nearby import NO_CONDITIONS
 from mbproj.errors import InputError, Place, Problem, placed_at
-from mbproj.linear.equilibrium.balance import Turning
+from mbproj.linear.equilibrium.balance import SteadyTurn
 from mbproj.linear.equilibrium.find import equilibrium
 from mbproj.linear.equilibrium.started import assembled_start, start_state
 from mbproj.linear.equilibrium.steady import refuse_unsteady, steady_turn
@@ -54,7 +54,7 @@ def _balanced(scene: Scene, system: System, steady: str | None) -> LinearReferen
     return found.reference
 
 
-def steady_of(system: System, start: State, text: str | None) -> tuple[Turning | None, Conditions]:
+def steady_of(system: System, start: State, text: str | None) -> tuple[SteadyTurn | None, Conditions]:
     """The steady turn that NAME=RATE names, and the coordinates held in it; None without a text. Raises InputError at
     the option."""
     if text is None:

@@ -18,12 +18,12 @@ from mbproj.constraints.primitive import Primitive, SlotKind
 from mbproj.dataclass import dataclass
 
 
-class Function(Protocol):
+class CoordinateFunction(Protocol):
     """Interface of a function of a coordinate (...), which may be complex, with its first and second derivative."""
 
     def __call__(self, s: Numbers) -> tuple[Numbers, Numbers, Numbers]: ...
 
-    def on_branches(self, held: tuple[float, ...]) -> Function:
+    def on_branches(self, held: tuple[float, ...]) -> CoordinateFunction:
         """Return the function with its switches on these branches."""
 
 
@@ -45,7 +45,7 @@ class Coupling(Primitive):
     coordinates: tuple[str, ...]
     weights: tuple[float, ...]
     period: float
-    function: Function | None = None
+    function: CoordinateFunction | None = None
     other: Primitive | None = None
 
     rows = 1

@@ -30,7 +30,7 @@ from mbproj.thresholds import THRESHOLDS
 
 
 @dataclass(frozen=True, eq=False)
-class Slopes:
+class ForceSlopes:
     """-∂F/∂s and -∂F/∂s' along each of the F coordinates of forces, (F,), in N/m or N m/rad, and N s/m or N m s/rad.
 
     Slopes of laws come first, and then the diagonals of `bushings`, whose damping is the one at this pose."""
@@ -79,12 +79,12 @@ class Mode:
         return bool(np.abs(self.force).max(initial=0.0) > 0.0)
 
 
-def slopes(system: System, state: State) -> Slopes:
+def slopes(system: System, state: State) -> ForceSlopes:
     """Return the forces' slopes at a state; 0 where a function has no finite slope (at the root of its √, say)."""
     return slopes_at(state.instant(system))
 
 
-def slopes_at(instant: Instant) -> Slopes:
+def slopes_at(instant: Instant) -> ForceSlopes:
     """Return the forces' slopes at an instant; 0 where a function has no finite slope."""
     laws, bushings = law_state(instant), instant.system.forces.bushings
     if laws.bent is not None:
@@ -93,10 +93,10 @@ def slopes_at(instant: Instant) -> Slopes:
         np.concatenate([np.nan_to_num(-slope, nan=0.0, posinf=0.0, neginf=0.0), bushings.on_diagonal(matrices)])
         for slope, matrices in zip(law_slopes(instant, laws), (bushings.stiffness, bushings.damping), strict=True)
     )
-    return Slopes(stiffness, damping, bushings)
+    return ForceSlopes(stiffness, damping, bushings)
 
 
-def speeds_of_free_bodies(system: System, pose: Pose, slopes: Slopes) -> Array:
+def speeds_of_free_bodies(system: System, pose: Pose, slopes: ForceSlopes) -> Array:
     """Return, for each coordinate, a bound of its part in |λ|, (F,), 1/s.
 
     It is √(k w) + c w on bodies that nothing else holds, each with its mass divided among the forces on it (Irons &
@@ -188,7 +188,7 @@ def leading(names: Sequence[str], parts: Array) -> tuple[str, ...]:
     )
 
 
-def fast_modes(W: Array, laws: Integers, slopes: Slopes, f_x: Array) -> list[Mode]:
+def fast_modes(W: Array, laws: Integers, slopes: ForceSlopes, f_x: Array) -> list[Mode]:
     """Return the modes, the fastest first, one of each conjugate pair. Modes that grow by more than `growing` of their
     |λ| are left out. `f_x` (K, K): the matrix of the states of elements."""
     count, (k, c) = len(laws), slopes.matrices(laws)
@@ -212,7 +212,7 @@ def _participation(vectors: Numbers) -> Array:
     return np.asarray(found / found.sum(axis=0))
 
 
-def _mode(value: complex, vector: Numbers, part: Array, laws: Integers, slopes: Slopes) -> Mode:
+def _mode(value: complex, vector: Numbers, part: Array, laws: Integers, slopes: ForceSlopes) -> Mode:
     """Return the mode of an eigenvector (2e + K,): displacements and rates along the chosen coordinates, and states,
     with participations `part` (K,)."""
     count, (k, c) = len(laws), slopes.matrices(laws)

@@ -1,7 +1,7 @@
 """Models in other formats, MJCF, URDF and SDF, as scenes.
 
-A reader makes a `Mechanism` of a file. Its table `said` lists what a scene cannot express. `scene_text` writes the
-scene."""
+A reader makes an `ImportedMechanism` of a file. Its table `said` lists what a scene cannot express. `scene_text` writes
+the scene."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from mbproj.formats.as_scene import scene_text
-    from mbproj.formats.mechanism import Wishes
+    from mbproj.formats.mechanism import ImportOptions
     from mbproj.formats.read import read_model
 
-_HOME_OF = {"Wishes": "mechanism", "read_model": "read", "scene_text": "as_scene"}
+_HOME_OF = {"ImportOptions": "mechanism", "read_model": "read", "scene_text": "as_scene"}
 
-__all__ = ["Wishes", "read_model", "scene_text"]
+__all__ = ["ImportOptions", "read_model", "scene_text"]
 
 
 def __getattr__(name: str) -> Any:

@@ -10,7 +10,7 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.errors import Place
-from mbproj.formats.mechanism import Bare, Connection, ImportedBody, Mechanism, Quantity
+from mbproj.formats.mechanism import Bare, Connection, ImportedBody, ImportedMechanism, Quantity
 from mbproj.formats.placed import quaternion
 from mbproj.formats.yaml_text import WIDTH, flow, lines
 
@@ -22,7 +22,7 @@ OFTEN = 4
 SHARED = ("mass", "stiffness", "damping", "coefficient", "reflected_inertia", "torque", "force")
 
 
-def scene_text(mechanism: Mechanism, version: str) -> str:
+def scene_text(mechanism: ImportedMechanism, version: str) -> str:
     """The text of the scene; its lines have at most 100 characters, unless names are longer."""
     names = _parameters(mechanism)
     text = list(_head(mechanism, version))
@@ -66,7 +66,7 @@ def scene_text(mechanism: Mechanism, version: str) -> str:
     return "\n".join(text) + "\n"
 
 
-def _head(mechanism: Mechanism, version: str) -> Iterator[str]:
+def _head(mechanism: ImportedMechanism, version: str) -> Iterator[str]:
     origin = f"# Imported by mbproj {version} from {mechanism.kind},"
     file = flow(mechanism.file)
     yield from [f"{origin} {file}"] if len(origin) + len(file) < WIDTH else [origin, f"#   {file}"]
@@ -107,7 +107,7 @@ def _inertia(inertia: Array) -> Array:
     return np.concatenate([np.diag(inertia), mixed])
 
 
-def _joint(mechanism: Mechanism, joint: Connection) -> dict[str, Any]:
+def _joint(mechanism: ImportedMechanism, joint: Connection) -> dict[str, Any]:
     """The entry of a joint in the scene: with one global point and axis where both bodies agree, else in each body's
     axes."""
     entry: dict[str, Any] = {"type": joint.type}
@@ -154,7 +154,7 @@ def _by_body(joint: Connection, key: str) -> dict[str, Any]:
     return entry
 
 
-def _parameters(mechanism: Mechanism) -> dict[Quantity, str]:
+def _parameters(mechanism: ImportedMechanism) -> dict[Quantity, str]:
     """The numbers that occur often, each with the name of its parameter."""
     count: Counter[tuple[str, Quantity]] = Counter()
     for entry in [*(_body(part) for part in mechanism.parts.values()), *mechanism.forces.values()]:

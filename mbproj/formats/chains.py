@@ -15,7 +15,7 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.errors import Place
-from mbproj.formats.mechanism import Connection, ImportedBody, ImportedNames, Mechanism, Quantity, Same
+from mbproj.formats.mechanism import Connection, ImportedBody, ImportedMechanism, ImportedNames, Quantity, Same
 
 #: How exactly axes must be parallel or normal to each other, in rad, and lines must meet, in m.
 EXACT = 1e-9
@@ -85,7 +85,7 @@ Coordinates = dict[str, tuple[str, str]]
 
 
 def connect(
-    mechanism: Mechanism,
+    mechanism: ImportedMechanism,
     bodies: tuple[str, str],
     singles: Sequence[Single],
     own: Callable[[str], str],
@@ -173,7 +173,7 @@ def _planar(singles: Sequence[Single]) -> _Recognised | None:
 
 
 def add_one(
-    mechanism: Mechanism,
+    mechanism: ImportedMechanism,
     name: str,
     kind: str,
     bodies: tuple[str, str],
@@ -204,7 +204,7 @@ def add_one(
         _forces(mechanism, name, single, {} if alone else {"coordinate": coordinate})
 
 
-def span(mechanism: Mechanism, joint: str, place: Place | None, low: float, high: float) -> Span | None:
+def span(mechanism: ImportedMechanism, joint: str, place: Place | None, low: float, high: float) -> Span | None:
     """The range of a coordinate, counted from the pose; None where there is no limit. None also where the pose is
     beyond the range, which gets a row of the table."""
     if low <= 0.0 <= high and low < high:
@@ -218,7 +218,7 @@ def _limit(value: float | None, turns: bool) -> Quantity | None:
     return None if value is None else Quantity(value, "rad" if turns else "m")
 
 
-def _forces(mechanism: Mechanism, joint: str, single: Single, which: dict[str, str]) -> None:
+def _forces(mechanism: ImportedMechanism, joint: str, single: Single, which: dict[str, str]) -> None:
     """Add the spring, the damper and the dry friction of a coordinate."""
     unit = "N*m/rad" if single.turns else "N/m"
     if single.stiffness or single.damping:
@@ -240,13 +240,18 @@ def _forces(mechanism: Mechanism, joint: str, single: Single, which: dict[str, s
         mechanism.forces[free_name(mechanism, f"{single.name}_friction")] = entry
 
 
-def free_name(mechanism: Mechanism, wanted: str) -> str:
+def free_name(mechanism: ImportedMechanism, wanted: str) -> str:
     """A name for a force that no other force has, as near to the wanted one as can be."""
-    return ImportedNames(frozenset(mechanism.forces)).own(wanted)
+    return ImportedNames(frozenset(mechanism.forces)).unused(wanted)
 
 
 def follow(
-    mechanism: Mechanism, names: ImportedNames, ends: tuple[str, str], ratio: float, constant: float, place: Place
+    mechanism: ImportedMechanism,
+    names: ImportedNames,
+    ends: tuple[str, str],
+    ratio: float,
+    constant: float,
+    place: Place,
 ) -> None:
     """Add a coupler of two joint coordinates: s = ratio s' + constant, both counted from the pose. `ends` are the names
     of s and s' in the scene, "joint.coordinate"."""
@@ -254,5 +259,5 @@ def follow(
     keys: dict[str, Any] = {"of": {own: 1.0} | ({other: -ratio} if ratio else {})}
     if constant:
         keys["constant"] = constant
-    name = names.own(f"{own.partition('.')[0]}_mimic")
+    name = names.unused(f"{own.partition('.')[0]}_mimic")
     mechanism.joints[name] = Connection(name, "coupler", keys=keys, place=place)

@@ -8,13 +8,13 @@ import numpy as np
 
 from mbproj.errors import InputError, Problem
 from mbproj.formats.as_scene import scene_text
-from mbproj.formats.mechanism import Connection, Mechanism, Quantity, Same
+from mbproj.formats.mechanism import Connection, ImportedMechanism, Quantity, Same
 
 #: Gaps of loops up to this, in m or rad, come from rounded numbers of the model: 0.1 mm.
 ROUNDED = 1e-4
 
 
-def without_refused(mechanism: Mechanism, version: str) -> tuple[str, list[Problem]]:
+def without_refused(mechanism: ImportedMechanism, version: str) -> tuple[str, list[Problem]]:
     """The text of the scene without the couplers that its compilation refuses, and the other problems of compiling
     it."""
     from mbproj.dynamics.assembly.adjust import needed, rounded_up
@@ -52,7 +52,7 @@ def without_refused(mechanism: Mechanism, version: str) -> tuple[str, list[Probl
             return text, []
 
 
-def _drop_follower(mechanism: Mechanism, coupler: str) -> None:
+def _drop_follower(mechanism: ImportedMechanism, coupler: str) -> None:
     """Remove the massless body that only this coupler moves, its joint, and the forces on that."""
     body, joint = mechanism.followers.pop(coupler, ("", ""))
     if body:
@@ -60,7 +60,7 @@ def _drop_follower(mechanism: Mechanism, coupler: str) -> None:
         mechanism.forces = {name: force for name, force in mechanism.forces.items() if force.get("joint") != joint}
 
 
-def _join_limits(mechanism: Mechanism) -> None:
+def _join_limits(mechanism: ImportedMechanism) -> None:
     """Give one of two coupled coordinates the limits of both. Two rigid stops that are met at one time would share a
     load in an undetermined way."""
     for coupler in [joint for joint in mechanism.joints.values() if joint.type == "coupler"]:
@@ -86,7 +86,7 @@ def _join_limits(mechanism: Mechanism) -> None:
 _Range = list[Quantity | None]
 
 
-def _limit_of(mechanism: Mechanism, name: str) -> _Range | None:
+def _limit_of(mechanism: ImportedMechanism, name: str) -> _Range | None:
     joint, _, coordinate = name.partition(".")
     found = mechanism.joints[joint].keys.get("limits", {}).get(coordinate)
     return None if found is None else found["range"]
@@ -96,7 +96,7 @@ def _ends(limit: _Range) -> list[float]:
     return [sign * np.inf if end is None else end.value for sign, end in zip((-1.0, 1.0), limit, strict=True)]
 
 
-def _set_limit(mechanism: Mechanism, name: str, limit: _Range | None) -> None:
+def _set_limit(mechanism: ImportedMechanism, name: str, limit: _Range | None) -> None:
     joint, _, coordinate = name.partition(".")
     keys = dict(mechanism.joints[joint].keys)
     limits = {key: value for key, value in keys.pop("limits").items() if key != coordinate or limit is not None}
@@ -106,7 +106,7 @@ def _set_limit(mechanism: Mechanism, name: str, limit: _Range | None) -> None:
     mechanism.joints[joint] = replace(mechanism.joints[joint], keys=keys)
 
 
-def _say_open(mechanism: Mechanism) -> None:
+def _say_open(mechanism: ImportedMechanism) -> None:
     """Add a row on the loops that are open where the model begins: the assembly of a run closes them."""
     loops = [
         joint for joint in mechanism.joints.values() if joint.name not in mechanism.tree and joint.type != "distance"
@@ -120,7 +120,7 @@ def _say_open(mechanism: Mechanism) -> None:
         mechanism.say(f"{len(opened)} of {len(gaps)} loops, open where the model begins", None, what, Same.YES)
 
 
-def _gap(mechanism: Mechanism, joint: Connection) -> tuple[float, float]:
+def _gap(mechanism: ImportedMechanism, joint: Connection) -> tuple[float, float]:
     """The distance of the two ends of a joint in m, and the angle between them in rad."""
     assert joint.points is not None
     first, second = (mechanism.part(body) for body in joint.bodies)

@@ -12,22 +12,22 @@ from mbproj.scene.fields.rotations import from_axis_angle, from_euler, to_matrix
 
 
 @dataclass(frozen=True, eq=False)
-class Pose:
+class Frame:
     """A frame: its origin (3,) and the matrix (3, 3) of its axes, both in another frame."""
 
     position: Array
     rotation: Array
 
-    def then(self, inner: Pose) -> Pose:
+    def then(self, inner: Frame) -> Frame:
         """The pose `inner`, which is given in this frame, in the frame that this one is given in."""
-        return Pose(self.position + self.rotation @ inner.position, self.rotation @ inner.rotation)
+        return Frame(self.position + self.rotation @ inner.position, self.rotation @ inner.rotation)
 
-    def inverse(self) -> Pose:
+    def inverse(self) -> Frame:
         """The pose of the other frame in this one."""
-        return Pose(-self.rotation.T @ self.position, self.rotation.T)
+        return Frame(-self.rotation.T @ self.position, self.rotation.T)
 
 
-IDENTITY = Pose(np.zeros(3), np.eye(3))
+IDENTITY = Frame(np.zeros(3), np.eye(3))
 
 
 def from_rpy(roll: float, pitch: float, yaw: float) -> Array:

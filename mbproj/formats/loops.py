@@ -9,8 +9,8 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.errors import Place
-from mbproj.formats.geometry import Pose
-from mbproj.formats.mechanism import Connection, ImportedNames, Mechanism, Same
+from mbproj.formats.geometry import Frame
+from mbproj.formats.mechanism import Connection, ImportedMechanism, ImportedNames, Same
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,13 +20,17 @@ class Loop:
     name: str
     type: str
     links: tuple[str, str]
-    frames: tuple[Pose, Pose]
+    frames: tuple[Frame, Frame]
     axis: Array
     place: Place
 
 
 def add_loops(
-    mechanism: Mechanism, loops: list[Loop], frames: Mapping[str, Pose], called: Mapping[str, str], names: ImportedNames
+    mechanism: ImportedMechanism,
+    loops: list[Loop],
+    frames: Mapping[str, Frame],
+    called: Mapping[str, str],
+    names: ImportedNames,
 ) -> None:
     """Add the joints of loops, with a point and an axis in each body. `frames` are the global poses of the links."""
     for loop in loops:
@@ -39,7 +43,7 @@ def add_loops(
             held, part = frames[link].then(own), mechanism.part(bodies[side])
             points[side], turns[side] = part.local(held.position), part.rotation.T @ held.rotation
             axes[side] = turns[side] @ loop.axis
-        name = names.own(loop.name)
+        name = names.unused(loop.name)
         with_axis = axes if loop.type not in ("spherical", "fixed") else None
         with_turns = turns if loop.type == "fixed" else None
         mechanism.joints[name] = Connection(name, loop.type, bodies, points, with_axis, with_turns, {}, loop.place)

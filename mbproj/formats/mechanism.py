@@ -46,7 +46,7 @@ Signals = Mapping[str, GivenSignal]
 
 
 @dataclass(frozen=True)
-class Wishes:
+class ImportOptions:
     """The options of an import. `key` is the keyframe to start at, or `pose` the joint coordinates by name (rad, m).
     `controls` are signals of actuators by name, which then act, `motions` those of driven joints. `contacts` makes
     stops where spheres may meet planes. `loops` is the file of loops. With `meet` the two frames that a joint of an SDF
@@ -124,7 +124,7 @@ class Connection:
 
 
 @dataclass(eq=False)
-class Mechanism:
+class ImportedMechanism:
     """A model in the form of a scene. `parts` are its bodies in order from the ground. `tree` has the names of the
     joints in its tree, and of those that only measure; other joints close loops. `between` are massless bodies that the
     model does not have. `followers` has, by coupler, the massless body that it moves and the joint of that. `adjust` is
@@ -153,7 +153,7 @@ class Mechanism:
 
     def mark(self, wanted: str, body: str, point: Array) -> None:
         """Add a marker at a global point (3,) of a body."""
-        name = ImportedNames(frozenset(self.markers)).own(wanted)
+        name = ImportedNames(frozenset(self.markers)).unused(wanted)
         self.markers[name] = (body, self.part(body).local(point))
 
     def insert(self, part: ImportedBody, before: str) -> None:
@@ -201,7 +201,7 @@ class ImportedNames:
         self._taken = set(reserved)
         self.renamed: dict[str, str] = {}
 
-    def own(self, wanted: str) -> str:
+    def unused(self, wanted: str) -> str:
         """A name that is not taken, as near to the wanted one as can be."""
         plain = re.sub(r"[^A-Za-z0-9_-]+", "_", wanted)[:LONGEST_NAME] or "unnamed"
         if not re.match(r"[A-Za-z_]", plain):
@@ -221,7 +221,7 @@ class ImportedNames:
         return "".join(letters[0] for letters in alike).rstrip("_-.")
 
 
-def said_of(mechanism: Mechanism, kind: str, names: ImportedNames) -> Iterator[Said]:
+def said_of(mechanism: ImportedMechanism, kind: str, names: ImportedNames) -> Iterator[Said]:
     """Yield the rows of the table on names that were changed."""
     changed = [f"'{_cut(old)}' is '{new}'" for old, new in names.renamed.items() if old]
     if changed:

@@ -16,7 +16,7 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.formats.chains import EXACT, Single, before_coordinates, crossing
 from mbproj.formats.geometry import unit
-from mbproj.formats.mechanism import Connection, ImportedBody, ImportedNames, Mechanism, Same
+from mbproj.formats.mechanism import Connection, ImportedBody, ImportedMechanism, ImportedNames, Same
 
 #: The largest difference of the distance of two points in one body and in the other, and the least distance, in m.
 ALIKE, APART = 1e-12, 1e-6
@@ -24,7 +24,7 @@ ALIKE, APART = 1e-12, 1e-6
 KINDS = {2: "universal", 3: "spherical"}
 
 
-def without_rings(mechanism: Mechanism) -> None:
+def without_rings(mechanism: ImportedMechanism) -> None:
     """Put one joint in the place of two or three turns in a row, with a row of the table. No other joint may hold, and
     nothing may name, the massless links between."""
     used = _names_in_use(mechanism)
@@ -36,7 +36,7 @@ def without_rings(mechanism: Mechanism) -> None:
                 _replace(mechanism, chain, point)
 
 
-def _names_in_use(mechanism: Mechanism) -> set[str]:
+def _names_in_use(mechanism: ImportedMechanism) -> set[str]:
     """The joints and bodies that forces, motions, couplers and markers name."""
     names = {body for body, _ in mechanism.markers.values()}
     couplers = [joint.keys for joint in mechanism.joints.values()]
@@ -51,7 +51,7 @@ def _names_in(entry: Mapping[str, Any]) -> list[str]:
     return [*of, *alone, *entry.get("bodies", [])]
 
 
-def _chain(mechanism: Mechanism, first: Connection, count: int, used: set[str]) -> list[Connection]:
+def _chain(mechanism: ImportedMechanism, first: Connection, count: int, used: set[str]) -> list[Connection]:
     """The `count` turns in a row from `first` on, with massless links between that have no other joint; [] where there
     are fewer."""
     chain = [first]
@@ -66,7 +66,7 @@ def _chain(mechanism: Mechanism, first: Connection, count: int, used: set[str]) 
     return []
 
 
-def _is_free_turn(mechanism: Mechanism, joint: Connection, used: set[str]) -> bool:
+def _is_free_turn(mechanism: ImportedMechanism, joint: Connection, used: set[str]) -> bool:
     return joint.type == "revolute" and joint.name in mechanism.tree and not joint.keys and joint.name not in used
 
 
@@ -74,7 +74,7 @@ def _massless(part: ImportedBody) -> bool:
     return not part.mass and not part.inertia.any()
 
 
-def _meeting(mechanism: Mechanism, chain: Sequence[Connection]) -> Array | None:
+def _meeting(mechanism: ImportedMechanism, chain: Sequence[Connection]) -> Array | None:
     """The global point (3,) at which the axes meet, each at a right angle to the next; None where they do not."""
     singles = [_single(mechanism, joint) for joint in chain]
     first, *others = (crossing(one, other) for one, other in pairwise(singles))
@@ -83,18 +83,18 @@ def _meeting(mechanism: Mechanism, chain: Sequence[Connection]) -> Array | None:
     return first
 
 
-def _single(mechanism: Mechanism, joint: Connection) -> Single:
+def _single(mechanism: ImportedMechanism, joint: Connection) -> Single:
     assert joint.points is not None and joint.axes is not None
     part = mechanism.part(joint.bodies[0])
     point = part.position + part.rotation @ joint.points[0]
     return Single(joint.name, True, point, part.rotation @ joint.axes[0])
 
 
-def _replace(mechanism: Mechanism, chain: Sequence[Connection], point: Array) -> None:
+def _replace(mechanism: ImportedMechanism, chain: Sequence[Connection], point: Array) -> None:
     """Put one joint in the place of the first of the chain, and remove the others and the links between."""
     kind, names = KINDS[len(chain)], [joint.name for joint in chain]
     axes = np.array([_single(mechanism, joint).axis for joint in chain]) if len(chain) == 2 else None
-    own = ImportedNames(frozenset(mechanism.joints)).own(
+    own = ImportedNames(frozenset(mechanism.joints)).unused(
         before_coordinates(names, ("angle_1", "angle_2", "angle_3")[: len(names)])
         or ImportedNames.beginning(names)
         or names[0]
@@ -113,7 +113,7 @@ def _replace(mechanism: Mechanism, chain: Sequence[Connection], point: Array) ->
     mechanism.say(f"joints {', '.join(names)}", chain[0].place, what, Same.YES)
 
 
-def with_hinges(mechanism: Mechanism) -> None:
+def with_hinges(mechanism: ImportedMechanism) -> None:
     """Put a revolute joint in the place of two spherical ones that close loops between the same bodies, with a row of
     the table.
 
@@ -127,7 +127,7 @@ def with_hinges(mechanism: Mechanism) -> None:
         if axes is None:
             continue
         own = ImportedNames.beginning([first.name, second.name]) or first.name
-        name = own if own in (first.name, second.name) else ImportedNames(frozenset(mechanism.joints)).own(own)
+        name = own if own in (first.name, second.name) else ImportedNames(frozenset(mechanism.joints)).unused(own)
         hinge = Connection(name, "revolute", first.bodies, first.points, axes, place=first.place)
         held = {second.name: None, first.name: hinge}
         before = dict(mechanism.joints)

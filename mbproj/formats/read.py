@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from mbproj.errors import InputError, Place, Problem
-from mbproj.formats.mechanism import Mechanism, Wishes
+from mbproj.formats.mechanism import ImportedMechanism, ImportOptions
 from mbproj.formats.mjcf.read import read_mjcf
 from mbproj.formats.sdf.read import read_sdf
 from mbproj.formats.urdf.read import read_urdf
@@ -17,13 +17,13 @@ READERS = {"mujoco": read_mjcf, "robot": read_urdf, "sdf": read_sdf}
 NAMES = {"mujoco": "MJCF", "robot": "URDF", "sdf": "SDF"}
 
 
-def read_model(path: Path, wishes: Wishes | None = None) -> Mechanism:
+def read_model(path: Path, import_options: ImportOptions | None = None) -> ImportedMechanism:
     """The model in the file. Raises InputError, with the file's line, where it is wrong, and where nothing can move."""
     shown = str(path)
     root = parse(read_text(path, shown), shown)
     _refuse_others(root)
-    _refuse_wishes(root, wishes or Wishes())
-    mechanism = READERS[root.tag](root, path, wishes or Wishes())
+    _refuse_options(root, import_options or ImportOptions())
+    mechanism = READERS[root.tag](root, path, import_options or ImportOptions())
     if not mechanism.parts:
         raise InputError(Problem("no body of the model can move", Place(shown), "a scene needs one: add a joint"))
     return mechanism
@@ -39,12 +39,16 @@ def _refuse_others(root: XmlElement) -> None:
         raise InputError(Problem(what, root.place, "a model is MJCF (<mujoco>), URDF (<robot>) or SDF (<sdf>)"))
 
 
-def _refuse_wishes(root: XmlElement, wishes: Wishes) -> None:
+def _refuse_options(root: XmlElement, import_options: ImportOptions) -> None:
     """Raises InputError for options that the format does not have."""
     asked: dict[str, dict[str, object]] = {
-        "mujoco": {"keyframes": wishes.key, "actuators": wishes.controls, "contacts": wishes.contacts or None},
-        "robot": {"loops in another file": wishes.loops},
-        "sdf": {"frames of joints that may meet": wishes.meet or None},
+        "mujoco": {
+            "keyframes": import_options.key,
+            "actuators": import_options.controls,
+            "contacts": import_options.contacts or None,
+        },
+        "robot": {"loops in another file": import_options.loops},
+        "sdf": {"frames of joints that may meet": import_options.meet or None},
     }
     for tag, kinds in asked.items():
         for what, value in kinds.items():

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from mbproj.errors import InputError, Place, Problem
 from mbproj.formats.chains import Coordinates
-from mbproj.formats.mechanism import Bare, GivenSignal, Mechanism, Signals
+from mbproj.formats.mechanism import Bare, GivenSignal, ImportedMechanism, Signals
 from mbproj.formats.yaml_text import number
 from mbproj.scene.expressions.compiled import compiled
 from mbproj.scene.expressions.syntax_tree import parse
@@ -77,7 +77,9 @@ def refuse_unknown(signals: Signals, able: list[str], what: str) -> None:
             raise InputError(Problem(f"'{name}' is no {what}", signal.place, choose_from(name, able)))
 
 
-def add_motions(mechanism: Mechanism, coordinates: Coordinates, motions: Signals, start: Mapping[str, float]) -> None:
+def add_motions(
+    mechanism: ImportedMechanism, coordinates: Coordinates, motions: Signals, start: Mapping[str, float]
+) -> None:
     """Add motions that drive joint coordinates as functions of time; `start` are their values at the pose."""
     refuse_unknown(motions, list(coordinates), "joint of the model with a coordinate")
     for name, signal in motions.items():

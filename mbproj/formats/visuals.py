@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from mbproj.dataclass import dataclass
-from mbproj.formats.geometry import Pose
-from mbproj.formats.mechanism import Mechanism, Same
+from mbproj.formats.geometry import Frame
+from mbproj.formats.mechanism import ImportedMechanism, Same
 from mbproj.formats.placed import placed
 from mbproj.scene.appearance import MESH_FORMATS
 
@@ -29,7 +29,7 @@ class Visual:
     neither where a scene has no such shape; then `word` names it in the table."""
 
     body: str
-    pose: Pose
+    pose: Frame
     shapes: Shapes = ()
     mesh: Path | None = None
     scale: float = 1.0
@@ -76,7 +76,7 @@ def mesh_file(name: str, folder: Path) -> Path | None:
     return None
 
 
-def add_visuals(mechanism: Mechanism, visuals: Iterable[Visual], folder: Path) -> None:
+def add_visuals(mechanism: ImportedMechanism, visuals: Iterable[Visual], folder: Path) -> None:
     """Give bodies an appearance for a scene in this folder: shapes, or else one mesh. Visuals that are not drawn get
     rows of the table."""
     shapes: dict[str, list[dict[str, Any]]] = {}
@@ -87,7 +87,7 @@ def add_visuals(mechanism: Mechanism, visuals: Iterable[Visual], folder: Path) -
         part = mechanism.parts.get(visual.body)
         if part is None:
             continue
-        at = Pose(part.local(visual.pose.position), part.rotation.T @ visual.pose.rotation)
+        at = Frame(part.local(visual.pose.position), part.rotation.T @ visual.pose.rotation)
         file = _from(folder, visual.mesh)
         drawn = [(shape, shift) for shape, shift in visual.shapes if _has_size(shape)]
         for shape, shift in drawn:

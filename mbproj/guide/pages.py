@@ -23,7 +23,7 @@ KINDS: Mapping[str, str] = MappingProxyType(
 
 
 @dataclass(frozen=True)
-class Page:
+class GuidePage:
     """A page: the topic by which it is asked for, its kind, its file."""
 
     topic: str
@@ -45,20 +45,20 @@ class Page:
 class Hit:
     """A section of a page with words that were looked for: how many of them, and its first line with one."""
 
-    page: Page
+    page: GuidePage
     section: str
     line: str
     words: int
 
 
 @cache
-def pages() -> Mapping[str, Page]:
+def pages() -> Mapping[str, GuidePage]:
     """Every page by its topic: tutorials first, each kind in alphabetical order."""
-    found = [Page(path.stem, kind, path) for kind in KINDS for path in sorted((ROOT / kind).glob("*.md"))]
+    found = [GuidePage(path.stem, kind, path) for kind in KINDS for path in sorted((ROOT / kind).glob("*.md"))]
     return MappingProxyType({page.topic: page for page in found})
 
 
-def page_of(words: Sequence[str]) -> Page | None:
+def page_of(words: Sequence[str]) -> GuidePage | None:
     """The page that the words are the topic of: "getting started", "joints", "reference/joints", "joints/reference"."""
     parts = "_".join(words).replace("-", "_").removesuffix(".md").split("/")
     topics = [part for part in parts if part not in KINDS]

@@ -12,7 +12,7 @@ from rich.console import Console, ConsoleOptions, RenderResult
 from rich.markdown import Markdown, TableElement
 from rich.table import Table
 
-from mbproj.guide.pages import Page
+from mbproj.guide.pages import GuidePage
 
 #: Wider lines are hard to read.
 WIDTH = 80
@@ -36,7 +36,7 @@ class TerminalPage(Markdown):
     elements = Markdown.elements | {"table_open": WholeTable}
 
 
-def rendered(page: Page, width: int = WIDTH, *, colours: bool = False) -> str:
+def rendered(page: GuidePage, width: int = WIDTH, *, colours: bool = False) -> str:
     """The page as text; with escape sequences for `colours`."""
     file = StringIO()
     console = Console(

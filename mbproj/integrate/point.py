@@ -11,7 +11,7 @@ from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State, coordinates
 from mbproj.dynamics.equations.motions import drive_at
-from mbproj.dynamics.equations.turning import Slip, Turning, turns_of
+from mbproj.dynamics.equations.turning import Turning, UncertainTurn, turns_of
 from mbproj.dynamics.observe.samples import Sample
 from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.integrate.formulations.terms import Accelerations
@@ -103,6 +103,6 @@ def _by_stages(formulation: FullFormulation, stepper: Stepper, before: Point, st
     return change
 
 
-def untold(formulation: FullFormulation, before: Point, t: float, slip: Slip) -> TurnsUntold:
+def untold(formulation: FullFormulation, before: Point, t: float, slip: UncertainTurn) -> TurnsUntold:
     name, teeth = formulation.system.names.coordinates[slip.coordinate], formulation.system.couplings.size > 0
     return TurnsUntold(t, name, slip.turned, slip.off, (t - before.t) * slip.shorter, teeth=teeth)

@@ -20,7 +20,7 @@ TINY = 1e-150
 
 
 @dataclass(frozen=True, eq=False)
-class Reduced:
+class ReducedEquations:
     """M, D and K on the tangent space, (f, f).
 
     `D_size`, `K_size`: the sums of the terms' absolute values, by which remainders are compared with round-off.
@@ -38,8 +38,8 @@ class Reduced:
 
 @dataclass(frozen=True, eq=False)
 class Eigen:
-    """Eigenvalues (k,) in 1/s, one of each conjugate pair, and their vectors (f, k) in the coordinates of `Reduced`.
-    Those of neutral directions are 0, one for each direction."""
+    """Eigenvalues (k,) in 1/s, one of each conjugate pair, and their vectors (f, k) on the tangent space. Those of
+    neutral directions are 0, one for each direction."""
 
     values: Numbers
     vectors: Numbers
@@ -56,7 +56,7 @@ class Eigen:
         return Eigen(self.values[kept], self.vectors[:, kept])
 
 
-def eigen(reduced: Reduced) -> Eigen:
+def eigen(reduced: ReducedEquations) -> Eigen:
     """Return all finite eigenvalues, the slowest first. Raises InputError where no force holds a motion without mass,
     or round-off hides the mass of one."""
     reduced, back = _condensed(reduced)
@@ -67,7 +67,7 @@ def eigen(reduced: Reduced) -> Eigen:
     return Eigen(found.values[order], back @ found.vectors[:, order])
 
 
-def shares_of_states(reduced: Reduced, found: Eigen, count: int) -> Array:
+def shares_of_states(reduced: ReducedEquations, found: Eigen, count: int) -> Array:
     """Return the participation of each of the last `count` coordinates, which are first-order states, in each mode, (k,
     count).
 
@@ -84,14 +84,14 @@ def shares_of_states(reduced: Reduced, found: Eigen, count: int) -> Array:
     return np.asarray((parts / np.maximum(parts.sum(axis=1, keepdims=True), TINY))[:, parts.shape[1] - count :])
 
 
-def is_symmetric(reduced: Reduced) -> bool:
+def is_symmetric(reduced: ReducedEquations) -> bool:
     """Return whether there is neither damping nor gyroscopic force, and K is symmetric, up to round-off."""
     limit = THRESHOLDS.rounding
     still = np.all(np.abs(reduced.D) <= limit * reduced.D_size)
     return bool(still and np.abs(reduced.K - reduced.K.T).max() <= limit * max(reduced.K_size.max(), TINY))
 
 
-def _condensed(reduced: Reduced) -> tuple[Reduced, Array]:
+def _condensed(reduced: ReducedEquations) -> tuple[ReducedEquations, Array]:
     """Return the equations without motions that have no mass and lose no energy, which follow the others by K. Return
     also the matrix by which all coordinates follow from the remaining ones."""
     U, light = heavy_and_light(reduced)
@@ -103,7 +103,7 @@ def _condensed(reduced: Reduced) -> tuple[Reduced, Array]:
     left = U.T - (U.T @ reduced.K @ light) @ np.linalg.solve(held, light.T)
     size = np.abs(left), np.abs(back)
     return (
-        Reduced(
+        ReducedEquations(
             left @ reduced.M @ back,
             left @ reduced.D @ back,
             left @ reduced.K @ back,
@@ -116,21 +116,21 @@ def _condensed(reduced: Reduced) -> tuple[Reduced, Array]:
     )
 
 
-def heavy_and_light(reduced: Reduced) -> tuple[Array, Array]:
+def heavy_and_light(reduced: ReducedEquations) -> tuple[Array, Array]:
     """Return orthonormal coordinates of the motions that move mass, (f, h), and of those that move none, (f, l)."""
     _, σ, V = np.linalg.svd(np.linalg.qr(reduced.weighs, mode="r"), full_matrices=True)
     rank = int(np.count_nonzero(σ > THRESHOLDS.dependent))
     return V[:rank].T, V[rank:].T
 
 
-def is_damped(reduced: Reduced, light: Array) -> bool:
+def is_damped(reduced: ReducedEquations, light: Array) -> bool:
     """Return whether motions without mass lose energy, or exert forces in proportion to their rates."""
     limit = THRESHOLDS.rounding * max(float(reduced.D_size.max(initial=0.0)), TINY)
     sizes = (np.abs(part).max(initial=0.0) for part in (reduced.D @ light, light.T @ reduced.D))
     return bool(max(sizes) > limit)
 
 
-def held_by(reduced: Reduced, light: Array) -> Array:
+def held_by(reduced: ReducedEquations, light: Array) -> Array:
     """Return the stiffness of motions without mass, (l, l). Raises InputError where it does not hold one of them."""
     held: Array = light.T @ reduced.K @ light
     sizes = np.abs(light).T @ reduced.K_size @ np.abs(light)
@@ -151,7 +151,7 @@ def massless_and_free() -> InputError:
     )
 
 
-def _symmetric(reduced: Reduced) -> Eigen:
+def _symmetric(reduced: ReducedEquations) -> Eigen:
     """Return λ with λ² = -κ of K x = κ M x: one of a pair of imaginary eigenvalues, or two real ones. Raises InputError
     where M is not definite in double precision."""
     from scipy.linalg import eigh
@@ -173,7 +173,7 @@ def _symmetric(reduced: Reduced) -> Eigen:
     return Eigen(values.astype(complex), np.concatenate([vectors, vectors[:, grows]], axis=1).astype(complex))
 
 
-def _by_qz(reduced: Reduced) -> Eigen:
+def _by_qz(reduced: ReducedEquations) -> Eigen:
     """Return the eigenvalues by QZ. With x = Z a + Y y, Z the neutral directions, the unknowns are y, y' and a'.
     Conjugates are left out."""
     from scipy.linalg import eig
@@ -218,7 +218,7 @@ def _chained(A: Array, E: Array) -> int:
     return len(σ) - int(np.count_nonzero(σ > len(σ) * np.finfo(float).eps * σ.max(initial=0.0)))
 
 
-def _neutral(reduced: Reduced) -> tuple[Array, Array, int]:
+def _neutral(reduced: ReducedEquations) -> tuple[Array, Array, int]:
     """Return the directions Z with K Z = 0, those normal to them, and the number of conserved momenta along uᵀK = 0. No
     motion along Z changes these momenta: each has a second eigenvalue 0, a drift at constant speed."""
     U, σ, V = np.linalg.svd(reduced.K)

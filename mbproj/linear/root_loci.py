@@ -12,7 +12,7 @@ from mbproj.linear.modes import Modes
 
 
 @dataclass(frozen=True, eq=False)
-class Trace:
+class RootLocus:
     """Eigenvalues (p, j) at the p `values` of the parameter `name`, one column a mode; NaN where the mode does not
     exist."""
 
@@ -21,7 +21,7 @@ class Trace:
     eigenvalues: Numbers
 
 
-def trace(name: str, values: Sequence[float], at: Callable[[float], Modes]) -> tuple[Trace, Modes]:
+def trace(name: str, values: Sequence[float], at: Callable[[float], Modes]) -> tuple[RootLocus, Modes]:
     """Return the trace of the modes at each value, computed by `at`, and the modes at the last value."""
     columns: list[list[complex]] = []
     place: list[int] = []
@@ -36,7 +36,7 @@ def trace(name: str, values: Sequence[float], at: Callable[[float], Modes]) -> t
         before = here
     assert before is not None
     eigenvalues = np.array(columns, dtype=complex).reshape(len(columns), len(values)).T
-    return Trace(name, np.array(values, dtype=float), eigenvalues), before
+    return RootLocus(name, np.array(values, dtype=float), eigenvalues), before
 
 
 def _places(before: Modes | None, here: Modes, place: list[int], columns: int) -> list[int]:

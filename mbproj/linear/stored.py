@@ -8,12 +8,12 @@ from mbproj.arrays import Array, Numbers
 from mbproj.dynamics.equations.kinematics import attached
 from mbproj.linear.mode_notes import notes_on
 from mbproj.linear.modes import Modes
-from mbproj.linear.root_loci import Trace
+from mbproj.linear.root_loci import RootLocus
 from mbproj.model.euler_parameters import product
 from mbproj.results.linear.modes_file import StoredModes
 
 
-def stored(modes: Modes, title: str, trace: Trace | None = None) -> StoredModes:
+def stored(modes: Modes, title: str, trace: RootLocus | None = None) -> StoredModes:
     """Return the content of `modes.h5`."""
     system, motion, names = modes.reference.system, modes.reference.motion, modes.reference.system.names
     pose = motion.pose

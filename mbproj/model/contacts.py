@@ -103,14 +103,14 @@ def in_contact(system: System, contacts: Contacts) -> System:
     Laws follow those of the scene: one for each pushing stop, then one for each friction that slides or bears a force.
     Each of these laws of frictions has an integral of the energy it loses."""
     stops, frictions, found = system.stops, system.frictions, system
-    rows, laws = list[_Row](), list[AddedLaw]()
+    rows, laws = list[_HeldRow](), list[AddedLaw]()
     if stops is not None:
         held = ((k, float(stops.bound[k])) for k in contacts.held)
-        rows += [_Row(stops.coordinates, k, at, stops.owners[k], stops.places[k]) for k, at in held]
+        rows += [_HeldRow(stops.coordinates, k, at, stops.owners[k], stops.places[k]) for k, at in held]
         laws += _pushes(stops, contacts.pushing)
     if frictions is not None:
         stuck = contacts.stuck.items()
-        rows += [_Row(frictions.coordinates, k, at, frictions.owners[k], frictions.places[k]) for k, at in stuck]
+        rows += [_HeldRow(frictions.coordinates, k, at, frictions.owners[k], frictions.places[k]) for k, at in stuck]
         numbers = bearing_numbers(found, frictions, contacts)
         laws += _frictions(frictions, numbers, contacts, len(laws))
     if stops is not None:
@@ -149,7 +149,7 @@ def standing_on_stops(system: System, pushing: Mapping[int, float]) -> System:
 
 
 @dataclass(frozen=True, eq=False)
-class _Row:
+class _HeldRow:
     """Row k of some coordinates, to be held at the value `at`."""
 
     coordinates: PrimitiveSet
@@ -170,7 +170,7 @@ class _Row:
         return replace(found, owner=owner, slots=(*turned, last))
 
 
-def _holding(system: System, held: list[_Row]) -> System:
+def _holding(system: System, held: list[_HeldRow]) -> System:
     joints = len(system.names.joints)
     rows = [row.bound(joints + at) for at, row in enumerate(held)]
     seats = [next(slot for slot in row.slots if slot[1] == 2) for row in rows]

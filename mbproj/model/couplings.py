@@ -14,8 +14,8 @@ import numpy.typing as npt
 from mbproj.arrays import Array, Integers, Numbers
 from mbproj.constraints.coupling import Coupling
 from mbproj.constraints.curves.face import Face
-from mbproj.constraints.curves.in_space import BesideCurve, BesideFirst, BesideSecond, SpaceCurve
-from mbproj.constraints.curves.profile import FREE, Lap, PlaneCurve, Profile
+from mbproj.constraints.curves.in_space import BesideCurve, BesideFirst, BesideSecond, SpaceCurveShape
+from mbproj.constraints.curves.profile import FREE, Lap, PlaneCurveShape, Profile
 from mbproj.constraints.curves.two_curves import Gap
 from mbproj.constraints.primitive import Primitive
 from mbproj.constraints.rope import Rope
@@ -110,7 +110,7 @@ class Followers:
     """k distances from curves. `of`: their places among the rows of the joints, the laws and the stops. `programs`:
     functions of the foot's parameter, whose switches are the knots of the curves."""
 
-    of: tuple[Followed, ...]
+    of: tuple[FollowedCurve, ...]
     programs: ProgramSet
 
     @property
@@ -130,7 +130,7 @@ class FollowedKind(IntEnum):
     COORDINATE = 3
 
 
-class Followed(NamedTuple):
+class FollowedCurve(NamedTuple):
     """A curve that a distance follows: the list (`kind`) and the number of the distance; of two curves that touch, the
     first (0) or the `second` (1)."""
 
@@ -159,23 +159,23 @@ def compile_followers(
 ) -> Followers:
     """Return the distances from curves among the joints' rows, the laws and the stops, and the coordinates whose sign
     is a switch."""
-    places, knots = list[Followed](), list[Program]()
+    places, knots = list[FollowedCurve](), list[Program]()
     for kind, bound in ((FollowedKind.ROW, joints), (FollowedKind.LAW, laws), (FollowedKind.STOP, stops)):
         if bound is None or not any(isinstance(group.primitive, DISTANCES) for group in bound.groups):
             continue
         for member in bound.layout.members:
             if isinstance(member.primitive, DISTANCES):
                 for second, curve in enumerate(_curves(member.primitive)):
-                    places.append(Followed(kind, member.rows[0], second))
+                    places.append(FollowedCurve(kind, member.rows[0], second))
                     knots.append(curve.knots)  # type: ignore[arg-type]  # what curves of scenes have
     for member in coordinates.layout.members:
         if isinstance(member.primitive, Rope) and member.primitive.watched:
-            places.append(Followed(FollowedKind.COORDINATE, member.rows[0]))
+            places.append(FollowedCurve(FollowedKind.COORDINATE, member.rows[0]))
             knots.append(Program(apply(Op.ABS, variable(COORDINATE))))
     return Followers(tuple(places), flatten(knots)) if places else NO_FOLLOWERS
 
 
-def _curves(distance: Profile | Face | Gap | BesideFirst) -> tuple[PlaneCurve | SpaceCurve, ...]:
+def _curves(distance: Profile | Face | Gap | BesideFirst) -> tuple[PlaneCurveShape | SpaceCurveShape, ...]:
     return (distance.curve, distance.other) if isinstance(distance, Gap) else (distance.curve,)
 
 

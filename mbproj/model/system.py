@@ -26,7 +26,7 @@ from mbproj.model.channels import (
     Energies,
     Motions,
 )
-from mbproj.model.couplings import Couplings, Followed, Followers, Touching, compile_couplings, compile_followers
+from mbproj.model.couplings import Couplings, FollowedCurve, Followers, Touching, compile_couplings, compile_followers
 from mbproj.model.forces import NO_FORCES, Forces
 from mbproj.model.frictions import Frictions
 from mbproj.model.layout import Block, Layout, uncontrolled
@@ -181,7 +181,7 @@ class System:
         return compile_followers(self.joints, self.forces.laws.coordinates, stops, self.coordinates)
 
     @cached_property
-    def following(self) -> dict[int, Followed]:
+    def following(self) -> dict[int, FollowedCurve]:
         """The place of each distance from a curve, by the number of its program in `programs`."""
         return dict(enumerate(self.followers.of, self.first_coupled + self.couplings.programs.size))
 

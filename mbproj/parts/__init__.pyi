@@ -5,13 +5,13 @@ from typing import Any, SupportsFloat, TypeAlias
 
 import numpy.typing as npt
 
-from mbproj.parts.part import Part
+from mbproj.parts.part import ScenePart
 
 #: A number in SI units, or text with a unit or an expression.
 Quantity: TypeAlias = SupportsFloat | str
 Vector: TypeAlias = Sequence[Quantity] | npt.NDArray[Any]
 
-class Body(Part):
+class Body(ScenePart):
     """A body of a scene. Arguments are its keys:
 
     mass: a number in kg, optional
@@ -51,7 +51,7 @@ class Body(Part):
         appearance: Mapping[str, Any] | None = ...,
     ) -> None: ...
 
-class Marker(Part):
+class Marker(ScenePart):
     """A marker of a scene. Arguments are its keys:
 
     body: the name of a body
@@ -65,7 +65,7 @@ class Marker(Part):
         location: Vector | Mapping[str, Any],
     ) -> None: ...
 
-class Curve(Part):
+class Curve(ScenePart):
     """A curve of a scene. Arguments are its keys:
 
     points: a list of points, optional
@@ -103,7 +103,7 @@ class Curve(Part):
         clockwise: bool | None = ...,
     ) -> None: ...
 
-class Motion(Part):
+class Motion(ScenePart):
     """A motion of a scene. Arguments are its keys:
 
     joint: the name of a joint
@@ -138,7 +138,7 @@ class Motion(Part):
         lap: Quantity | Mapping[str, Any] | None = ...,
     ) -> None: ...
 
-class Expectation(Part):
+class Expectation(ScenePart):
     """An expectation of a scene. Arguments are its keys:
 
     marker: the name of a marker, optional
@@ -194,7 +194,7 @@ class Expectation(Part):
         above: Quantity | None = ...,
     ) -> None: ...
 
-class Simulation(Part):
+class Simulation(ScenePart):
     """A simulation of a scene. Arguments are its keys:
 
     duration: a number in s, optional
@@ -231,7 +231,7 @@ class Simulation(Part):
         projection: str | Mapping[str, Any] | None = ...,
     ) -> None: ...
 
-class Revolute(Part):
+class Revolute(ScenePart):
     """A revolute joint of a scene. Arguments are its keys:
 
     bodies: 2 names of bodies
@@ -255,7 +255,7 @@ class Revolute(Part):
         angle: Quantity | None = ...,
     ) -> None: ...
 
-class Spherical(Part):
+class Spherical(ScenePart):
     """A spherical joint of a scene. Arguments are its keys:
 
     bodies: 2 names of bodies
@@ -269,7 +269,7 @@ class Spherical(Part):
         location: Vector | Mapping[str, Any],
     ) -> None: ...
 
-class Universal(Part):
+class Universal(ScenePart):
     """A universal joint of a scene. Arguments are its keys:
 
     bodies: 2 names of bodies
@@ -295,7 +295,7 @@ class Universal(Part):
         angle_2: Quantity | None = ...,
     ) -> None: ...
 
-class Prismatic(Part):
+class Prismatic(ScenePart):
     """A prismatic joint of a scene. Arguments are its keys:
 
     bodies: 2 names of bodies
@@ -319,7 +319,7 @@ class Prismatic(Part):
         displacement: Quantity | None = ...,
     ) -> None: ...
 
-class Cylindrical(Part):
+class Cylindrical(ScenePart):
     """A cylindrical joint of a scene. Arguments are its keys:
 
     bodies: 2 names of bodies
@@ -345,7 +345,7 @@ class Cylindrical(Part):
         displacement: Quantity | None = ...,
     ) -> None: ...
 
-class Planar(Part):
+class Planar(ScenePart):
     """A planar joint of a scene. Arguments are its keys:
 
     bodies: 2 names of bodies
@@ -375,7 +375,7 @@ class Planar(Part):
         angle: Quantity | None = ...,
     ) -> None: ...
 
-class Fixed(Part):
+class Fixed(ScenePart):
     """A fixed joint of a scene. Arguments are its keys:
 
     bodies: 2 names of bodies
@@ -393,7 +393,7 @@ class Fixed(Part):
         axes: Mapping[str, Any] | None = ...,
     ) -> None: ...
 
-class Distance(Part):
+class Distance(ScenePart):
     """A distance joint of a scene. Arguments are its keys:
 
     bodies: 2 names of bodies
@@ -409,7 +409,7 @@ class Distance(Part):
         length: Quantity | None = ...,
     ) -> None: ...
 
-class Telescope(Part):
+class Telescope(ScenePart):
     """A telescope joint of a scene. Arguments are its keys:
 
     bodies: 2 names of bodies
@@ -431,7 +431,7 @@ class Telescope(Part):
         length: Quantity | None = ...,
     ) -> None: ...
 
-class RevoluteSpherical(Part):
+class RevoluteSpherical(ScenePart):
     """A revolute_spherical joint of a scene. Arguments are its keys:
 
     bodies: 2 names of bodies
@@ -449,7 +449,7 @@ class RevoluteSpherical(Part):
         length: Quantity | None = ...,
     ) -> None: ...
 
-class PointInPlane(Part):
+class PointInPlane(ScenePart):
     """A point_in_plane joint of a scene. Arguments are its keys:
 
     bodies: 2 names of bodies
@@ -477,7 +477,7 @@ class PointInPlane(Part):
         displacement_y: Quantity | None = ...,
     ) -> None: ...
 
-class PointOnLine(Part):
+class PointOnLine(ScenePart):
     """A point_on_line joint of a scene. Arguments are its keys:
 
     bodies: 2 names of bodies
@@ -501,7 +501,7 @@ class PointOnLine(Part):
         displacement: Quantity | None = ...,
     ) -> None: ...
 
-class Cam(Part):
+class Cam(ScenePart):
     """A cam joint of a scene. Arguments are its keys:
 
     bodies: 2 names of bodies
@@ -533,7 +533,7 @@ class Cam(Part):
         displacement: Quantity | None = ...,
     ) -> None: ...
 
-class CamContact(Part):
+class CamContact(ScenePart):
     """A cam_contact joint of a scene. Arguments are its keys:
 
     bodies: 2 names of bodies
@@ -565,7 +565,7 @@ class CamContact(Part):
         gap: Quantity | None = ...,
     ) -> None: ...
 
-class FlatFollower(Part):
+class FlatFollower(ScenePart):
     """A flat_follower joint of a scene. Arguments are its keys:
 
     bodies: 2 names of bodies
@@ -595,7 +595,7 @@ class FlatFollower(Part):
         displacement: Quantity | None = ...,
     ) -> None: ...
 
-class FlatContact(Part):
+class FlatContact(ScenePart):
     """A flat_contact joint of a scene. Arguments are its keys:
 
     bodies: 2 names of bodies
@@ -625,7 +625,7 @@ class FlatContact(Part):
         gap: Quantity | None = ...,
     ) -> None: ...
 
-class SpaceSlot(Part):
+class SpaceSlot(ScenePart):
     """A space_slot joint of a scene. Arguments are its keys:
 
     bodies: 2 names of bodies
@@ -653,7 +653,7 @@ class SpaceSlot(Part):
         displacement: Quantity | None = ...,
     ) -> None: ...
 
-class CurveOnCurve(Part):
+class CurveOnCurve(ScenePart):
     """A curve_on_curve joint of a scene. Arguments are its keys:
 
     bodies: 2 names of bodies
@@ -685,7 +685,7 @@ class CurveOnCurve(Part):
         displacement_2: Quantity | None = ...,
     ) -> None: ...
 
-class CurveContact(Part):
+class CurveContact(ScenePart):
     """A curve_contact joint of a scene. Arguments are its keys:
 
     bodies: 2 names of bodies
@@ -715,7 +715,7 @@ class CurveContact(Part):
         gap: Quantity | None = ...,
     ) -> None: ...
 
-class Slot(Part):
+class Slot(ScenePart):
     """A slot joint of a scene. Arguments are its keys:
 
     bodies: 2 names of bodies
@@ -743,7 +743,7 @@ class Slot(Part):
         displacement: Quantity | None = ...,
     ) -> None: ...
 
-class Screw(Part):
+class Screw(ScenePart):
     """A screw joint of a scene. Arguments are its keys:
 
     bodies: 2 names of bodies
@@ -771,7 +771,7 @@ class Screw(Part):
         displacement: Quantity | None = ...,
     ) -> None: ...
 
-class RollingWheel(Part):
+class RollingWheel(ScenePart):
     """A rolling_wheel joint of a scene. Arguments are its keys:
 
     bodies: 2 names of bodies
@@ -801,7 +801,7 @@ class RollingWheel(Part):
         displacement_y: Quantity | None = ...,
     ) -> None: ...
 
-class RollingBall(Part):
+class RollingBall(ScenePart):
     """A rolling_ball joint of a scene. Arguments are its keys:
 
     bodies: 2 names of bodies
@@ -829,7 +829,7 @@ class RollingBall(Part):
         displacement_y: Quantity | None = ...,
     ) -> None: ...
 
-class RollingEllipsoid(Part):
+class RollingEllipsoid(ScenePart):
     """A rolling_ellipsoid joint of a scene. Arguments are its keys:
 
     bodies: 2 names of bodies
@@ -861,7 +861,7 @@ class RollingEllipsoid(Part):
         displacement_y: Quantity | None = ...,
     ) -> None: ...
 
-class RollingOnLine(Part):
+class RollingOnLine(ScenePart):
     """A rolling_on_line joint of a scene. Arguments are its keys:
 
     bodies: 2 names of bodies
@@ -891,7 +891,7 @@ class RollingOnLine(Part):
         angle: Quantity | None = ...,
     ) -> None: ...
 
-class RollingOnCurve(Part):
+class RollingOnCurve(ScenePart):
     """A rolling_on_curve joint of a scene. Arguments are its keys:
 
     bodies: 2 names of bodies
@@ -927,7 +927,7 @@ class RollingOnCurve(Part):
         angle: Quantity | None = ...,
     ) -> None: ...
 
-class KnifeEdge(Part):
+class KnifeEdge(ScenePart):
     """A knife_edge joint of a scene. Arguments are its keys:
 
     bodies: 2 names of bodies
@@ -943,7 +943,7 @@ class KnifeEdge(Part):
         axis: Vector | str | Mapping[str, Any],
     ) -> None: ...
 
-class Rope(Part):
+class Rope(ScenePart):
     """A rope joint of a scene. Arguments are its keys:
 
     speed: a number in m/s, optional
@@ -985,7 +985,7 @@ class Rope(Part):
         damping: Quantity | None = ...,
     ) -> None: ...
 
-class Gear(Part):
+class Gear(ScenePart):
     """A gear joint of a scene. Arguments are its keys:
 
     joints: 2 names of joints
@@ -1001,7 +1001,7 @@ class Gear(Part):
         pressure_angle: Quantity | None = ...,
     ) -> None: ...
 
-class Rack(Part):
+class Rack(ScenePart):
     """A rack joint of a scene. Arguments are its keys:
 
     joints: 2 names of joints
@@ -1015,7 +1015,7 @@ class Rack(Part):
         radius: Quantity,
     ) -> None: ...
 
-class Belt(Part):
+class Belt(ScenePart):
     """A belt joint of a scene. Arguments are its keys:
 
     joints: 2 names of joints
@@ -1029,7 +1029,7 @@ class Belt(Part):
         radii: Vector,
     ) -> None: ...
 
-class Geneva(Part):
+class Geneva(ScenePart):
     """A geneva joint of a scene. Arguments are its keys:
 
     joints: 2 names of joints
@@ -1043,7 +1043,7 @@ class Geneva(Part):
         slots: Quantity,
     ) -> None: ...
 
-class Differential(Part):
+class Differential(ScenePart):
     """A differential joint of a scene. Arguments are its keys:
 
     joints: 3 names of joints
@@ -1055,7 +1055,7 @@ class Differential(Part):
         joints: Sequence[str],
     ) -> None: ...
 
-class Coupler(Part):
+class Coupler(ScenePart):
     """A coupler joint of a scene. Arguments are its keys:
 
     of: weights of coordinates, as in {A.angle: 2, B: -1}
@@ -1073,7 +1073,7 @@ class Coupler(Part):
         pressure_angle: Quantity | None = ...,
     ) -> None: ...
 
-class SpringDamper(Part):
+class SpringDamper(ScenePart):
     """A spring_damper of a scene. Arguments are its keys:
 
     points: a mapping {name: 3 numbers}, optional
@@ -1105,7 +1105,7 @@ class SpringDamper(Part):
         table: Sequence[Sequence[Any]] | Mapping[str, Any] | None = ...,
     ) -> None: ...
 
-class TorsionSpringDamper(Part):
+class TorsionSpringDamper(ScenePart):
     """A torsion_spring_damper of a scene. Arguments are its keys:
 
     joint: the name of a joint
@@ -1133,7 +1133,7 @@ class TorsionSpringDamper(Part):
         table: Sequence[Sequence[Any]] | Mapping[str, Any] | None = ...,
     ) -> None: ...
 
-class LinearSpringDamper(Part):
+class LinearSpringDamper(ScenePart):
     """A linear_spring_damper of a scene. Arguments are its keys:
 
     joint: the name of a joint
@@ -1161,7 +1161,7 @@ class LinearSpringDamper(Part):
         table: Sequence[Sequence[Any]] | Mapping[str, Any] | None = ...,
     ) -> None: ...
 
-class Bushing(Part):
+class Bushing(ScenePart):
     """A bushing of a scene. Arguments are its keys:
 
     bodies: 2 names of bodies
@@ -1183,7 +1183,7 @@ class Bushing(Part):
         preload: Mapping[str, Any] | None = ...,
     ) -> None: ...
 
-class Stop(Part):
+class Stop(ScenePart):
     """A stop of a scene. Arguments are its keys:
 
     points: a mapping {name: 3 numbers}, optional
@@ -1241,7 +1241,7 @@ class Stop(Part):
         damping: Quantity | None = ...,
     ) -> None: ...
 
-class Force(Part):
+class Force(ScenePart):
     """A force of a scene. Arguments are its keys:
 
     body: the name of a body
@@ -1259,7 +1259,7 @@ class Force(Part):
         axes: str | None = ...,
     ) -> None: ...
 
-class Torque(Part):
+class Torque(ScenePart):
     """A torque of a scene. Arguments are its keys:
 
     body: the name of a body
@@ -1275,7 +1275,7 @@ class Torque(Part):
         axes: str | None = ...,
     ) -> None: ...
 
-class Friction(Part):
+class Friction(ScenePart):
     """A friction of a scene. Arguments are its keys:
 
     joint: the name of a joint
@@ -1291,7 +1291,7 @@ class Friction(Part):
         coulomb: Mapping[str, Any] | None = ...,
     ) -> None: ...
 
-class DcMotor(Part):
+class DcMotor(ScenePart):
     """A dc_motor of a scene. Arguments are its keys:
 
     joint: the name of a joint
@@ -1317,7 +1317,7 @@ class DcMotor(Part):
         friction: Quantity | None = ...,
     ) -> None: ...
 
-class HydraulicCylinder(Part):
+class HydraulicCylinder(ScenePart):
     """A hydraulic_cylinder of a scene. Arguments are its keys:
 
     joint: the name of a joint, optional
@@ -1368,7 +1368,7 @@ class HydraulicCylinder(Part):
         pressure_2: Quantity | None = ...,
     ) -> None: ...
 
-class Maxwell(Part):
+class Maxwell(ScenePart):
     """A maxwell of a scene. Arguments are its keys:
 
     joint: the name of a joint, optional
@@ -1395,7 +1395,7 @@ class Maxwell(Part):
         locations: Sequence[Vector] | Mapping[str, Any] | None = ...,
     ) -> None: ...
 
-class TorsionMaxwell(Part):
+class TorsionMaxwell(ScenePart):
     """A torsion_maxwell of a scene. Arguments are its keys:
 
     joint: the name of a joint
@@ -1413,7 +1413,7 @@ class TorsionMaxwell(Part):
         coordinate: str | None = ...,
     ) -> None: ...
 
-class PneumaticSpring(Part):
+class PneumaticSpring(ScenePart):
     """A pneumatic_spring of a scene. Arguments are its keys:
 
     joint: the name of a joint, optional
@@ -1450,7 +1450,7 @@ class PneumaticSpring(Part):
         damping: Quantity | None = ...,
     ) -> None: ...
 
-class Servo(Part):
+class Servo(ScenePart):
     """A servo of a scene. Arguments are its keys:
 
     joint: the name of a joint
@@ -1480,7 +1480,7 @@ class Servo(Part):
         motor_constant: Quantity | None = ...,
     ) -> None: ...
 
-class LinearServo(Part):
+class LinearServo(ScenePart):
     """A linear_servo of a scene. Arguments are its keys:
 
     joint: the name of a joint, optional
@@ -1519,7 +1519,7 @@ class LinearServo(Part):
         motor_constant: Quantity | None = ...,
     ) -> None: ...
 
-class SpeedTorque(Part):
+class SpeedTorque(ScenePart):
     """A speed_torque of a scene. Arguments are its keys:
 
     joint: the name of a joint

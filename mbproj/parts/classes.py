@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any
 
-from mbproj.parts.part import Part, signature_of
+from mbproj.parts.part import ScenePart, signature_of
 from mbproj.scene.blocks.body import BODY
 from mbproj.scene.blocks.curves.block import CURVE
 from mbproj.scene.blocks.elements import ELEMENTS
@@ -15,7 +15,7 @@ from mbproj.scene.blocks.forces.force_types import FORCE_RECORDS, OWN_RECORDS
 from mbproj.scene.blocks.motions import MOTION
 from mbproj.scene.blocks.simulation import SIMULATION
 from mbproj.scene.fields.alternatives import Alternatives
-from mbproj.scene.fields.choices import Choice
+from mbproj.scene.fields.choices import NameChoice
 from mbproj.scene.fields.containers import Record
 from mbproj.scene.fields.fields import Converted, Field, Flag, List, Text
 from mbproj.scene.grammar import JOINT, MARKER
@@ -32,7 +32,7 @@ def annotation_of(field: Field[Any]) -> str:
         return "bool"
     if isinstance(field, Text):
         return "str"
-    if isinstance(field, Choice):
+    if isinstance(field, NameChoice):
         return "str"
     if isinstance(field, List):
         return _several(annotation_of(field.item))
@@ -61,7 +61,7 @@ def _by_schema(schema: Mapping[str, Any]) -> str:
     return NUMBER if "number" in kinds else "str"
 
 
-def _made(name: str, record: Record[Any], type_name: str = "") -> type[Part]:
+def _made(name: str, record: Record[Any], type_name: str = "") -> type[ScenePart]:
     """A class for what a record reads."""
     fields = {key: field for key, field in record.keys.items() if key != "type"}
     required = tuple(key for key in record.required if key != "type")
@@ -83,7 +83,7 @@ def _made(name: str, record: Record[Any], type_name: str = "") -> type[Part]:
         "keys_of_scene": tuple(fields),
         "required": required,
     }
-    return type(name, (Part,), body)
+    return type(name, (ScenePart,), body)
 
 
 def _named(type_name: str) -> str:
@@ -91,7 +91,7 @@ def _named(type_name: str) -> str:
     return "".join(word.capitalize() for word in type_name.split("_"))
 
 
-def class_of_plugin(name: str) -> type[Part] | None:
+def class_of_plugin(name: str) -> type[ScenePart] | None:
     """The class of a type of force that a plug-in has registered; None where there is none."""
     types = {_named(type_name): type_name for type_name in ELEMENTS.added}
     return _made(name, FORCE_RECORDS[types[name]], types[name]) if name in types else None
@@ -105,7 +105,7 @@ def _record(field: Field[Any]) -> Record[Any]:
     return field
 
 
-def _classes() -> dict[str, type[Part]]:
+def _classes() -> dict[str, type[ScenePart]]:
     alone: Mapping[str, Field[Any]] = {
         "Body": BODY,
         "Marker": MARKER,
@@ -119,4 +119,4 @@ def _classes() -> dict[str, type[Part]]:
     return found | {_named(name): _made(_named(name), record, name) for name, record in typed.items()}
 
 
-CLASSES: Mapping[str, type[Part]] = MappingProxyType(_classes())
+CLASSES: Mapping[str, type[ScenePart]] = MappingProxyType(_classes())

@@ -1,4 +1,4 @@
-"""`Part`: keys and values of one item of a scene, as a mapping; its classes know which keys there are."""
+"""`ScenePart`: keys and values of one item of a scene, as a mapping; its classes know which keys there are."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 from mbproj.scene.text.suggestions import choose_from
 
 
-class Part(Mapping[str, Any]):
+class ScenePart(Mapping[str, Any]):
     """A mapping of the keys that were given. Raises TypeError for a key that it does not have, or lacks."""
 
     #: What its type is called in a scene; "" where it needs no type.

@@ -20,7 +20,7 @@ class ShownPart:
 
 
 @dataclass(frozen=True)
-class Body:
+class BodyResults:
     """The motion of a body: arrays (T, 3), orientation (T, 4); units and frames as in the layout."""
 
     position: Array
@@ -32,7 +32,7 @@ class Body:
 
 
 @dataclass(frozen=True)
-class Marker:
+class MarkerResults:
     """The motion of a marker: arrays (T, 3) in global axes, in m, m/s, m/s²."""
 
     position: Array
@@ -41,7 +41,7 @@ class Marker:
 
 
 @dataclass(frozen=True)
-class Joint:
+class JointResults:
     """A joint: its violations (T), of all rows in m or rad, of rows in m, of rows in rad. Its reactions act on body 2,
     (T, 3) in N and N m, in global axes."""
 
@@ -53,7 +53,7 @@ class Joint:
 
 
 @dataclass(frozen=True)
-class Force:
+class ForceResults:
     """A force: the coordinate (T) in m or rad along which it acts, its rate, and the force in N or torque in N m."""
 
     coordinate: Array
@@ -62,7 +62,7 @@ class Force:
 
 
 @dataclass(frozen=True)
-class Motion:
+class MotionResults:
     """A motion: the joint coordinate as prescribed (T) in m or rad, its rate, and the driving force in N or torque in
     N m."""
 

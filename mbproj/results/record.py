@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from mbproj.arrays import Array, Integers
 from mbproj.results import events as happening
+from mbproj.results import members
 from mbproj.results import trust as trusting
 from mbproj.results import verification as verifying
 from mbproj.results.crash_safety import checkpoint as restarting
@@ -25,7 +26,6 @@ from mbproj.results.file.kept_arrays import KeptArrays
 from mbproj.results.layout import ALL_NAMES, CONSTANTS, DATASETS, LATER, Dataset, datasets_for, trailing
 from mbproj.results.loads import stored
 from mbproj.results.loads.largest import Load
-from mbproj.results.members import ACTING, Body, Coordinate, Force, Friction, Joint, Marker, Motion, ShownPart, Stop
 from mbproj.results.stored_settings import UnfitSettings, settings_from
 from mbproj.results.trust import Poses, Trust
 from mbproj.results.verification import Verification
@@ -56,7 +56,7 @@ class Results(Shown):
         contents: Contents,
         attributes: Mapping[str, Any],
         names: Mapping[str, tuple[str, ...]],
-        view: ShownPart,
+        view: members.ShownPart,
     ) -> None:
         self.contents, self._view, self._all_names = contents, view, names
         self._arrays = KeptArrays()
@@ -135,39 +135,39 @@ class Results(Shown):
         names = self._all_names[kind]
         return names if columns is None else tuple(names[column] for column in columns)
 
-    def body(self, name: str) -> Body:
+    def body(self, name: str) -> members.BodyResults:
         """The motion of a body. Raises InputError with the nearest name where there is none, as the next methods do."""
-        return Body(*self._columns("n", self._find("bodies", name)))
+        return members.BodyResults(*self._columns("n", self._find("bodies", name)))
 
-    def marker(self, name: str) -> Marker:
+    def marker(self, name: str) -> members.MarkerResults:
         """The path of a marker."""
-        return Marker(*self._columns("k", self._find("markers", name)))
+        return members.MarkerResults(*self._columns("k", self._find("markers", name)))
 
-    def joint(self, name: str) -> Joint:
+    def joint(self, name: str) -> members.JointResults:
         """A joint's violations and reactions."""
-        return Joint(*self._columns("nj", self._find("joints", name)))
+        return members.JointResults(*self._columns("nj", self._find("joints", name)))
 
-    def force(self, name: str) -> Force:
+    def force(self, name: str) -> members.ForceResults:
         """The coordinate along which a force acts, and its size."""
-        return Force(*self._columns("nf", self._find("forces", name)))
+        return members.ForceResults(*self._columns("nf", self._find("forces", name)))
 
-    def motion(self, name: str) -> Motion:
+    def motion(self, name: str) -> members.MotionResults:
         """The coordinate that a motion prescribes, and its driving force."""
-        return Motion(*self._columns("nm", self._find("motions", name)))
+        return members.MotionResults(*self._columns("nm", self._find("motions", name)))
 
-    def stop(self, name: str) -> Stop:
+    def stop(self, name: str) -> members.Stop:
         """The distance of the mechanism from a stop, and the push of the stop."""
-        return Stop(*self._columns("ns", self._find("stops", name)))
+        return members.Stop(*self._columns("ns", self._find("stops", name)))
 
-    def friction(self, name: str) -> Friction:
+    def friction(self, name: str) -> members.Friction:
         """The sliding, the force and the losses of a dry friction, by the name of its force, or force.coordinate."""
-        return Friction(*self._columns("nr", self._find("frictions", name)))
+        return members.Friction(*self._columns("nr", self._find("frictions", name)))
 
-    def coordinate(self, name: str) -> Coordinate:
+    def coordinate(self, name: str) -> members.Coordinate:
         """A joint coordinate by its whole name, e.g. "A.angle"."""
         column = self._find("coordinates", name)
         value, speed = self._columns("nc", column)
-        return Coordinate(value, speed, self.names("coordinate_units")[column])
+        return members.Coordinate(value, speed, self.names("coordinate_units")[column])
 
     def meshes(self) -> dict[str, TriangleMesh]:
         """The meshes by which bodies are drawn, by body."""
@@ -201,7 +201,7 @@ class Results(Shown):
         columns = dict(self._view.columns)
         if markers is not None:
             columns["k"] = self._positions("k", [self._find("markers", name) for name in markers])
-        for kind in ACTING if acting is not None else ():
+        for kind in members.ACTING if acting is not None else ():
             at = [i for i, name in enumerate(self.names(kind)) if {name, name.partition(".")[0]} & {*(acting or ())}]
             columns[ALL_NAMES[kind].symbol] = self._positions(ALL_NAMES[kind].symbol, at)
         if joints is not None:
@@ -211,7 +211,7 @@ class Results(Shown):
         first, time = self._view.samples.start, self.time
         slack = SAME_TIME * float(np.max(np.abs(time), initial=0.0))
         low, high = np.searchsorted(time, start - slack, "left"), np.searchsorted(time, stop + slack, "right")
-        view = ShownPart(slice(first + int(low), first + max(int(low), int(high))), columns)
+        view = members.ShownPart(slice(first + int(low), first + max(int(low), int(high))), columns)
         return Results(self.contents, self.attributes, self._all_names, view)
 
     def _positions(self, symbol: str, chosen: Sequence[int]) -> Integers:

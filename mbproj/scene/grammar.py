@@ -38,8 +38,8 @@ from mbproj.scene.fields.checks import (
     pair_of,
     same_kind,
 )
-from mbproj.scene.fields.choices import Choice, NameReference
-from mbproj.scene.fields.containers import Check, Named, Record
+from mbproj.scene.fields.choices import NameChoice, NameReference
+from mbproj.scene.fields.containers import Named, Record, Rule
 from mbproj.scene.fields.fields import Converted, Field, Flag, List, Text
 from mbproj.scene.fields.functions import Function, table
 from mbproj.scene.fields.placing import (
@@ -73,7 +73,7 @@ FRAME_KEYS: Mapping[str, Mapping[str, Field[Placed]]] = {
 
 
 NOWHERE = Pair((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-JOINT_TYPE = Choice("joint type", lambda: JOINTS)
+JOINT_TYPE = NameChoice("joint type", lambda: JOINTS)
 #: The keys of a coupler in place of the names of joints.
 COUPLER: Mapping[str, Field[Any]] = {
     "of": Weights(),
@@ -117,15 +117,15 @@ def _joint_variant(type_name: str, kind: JointType) -> Record[Joint]:
         keys |= {"reaction": Flag(), "axes": FRAMES}
     keys |= _of_coordinates(type_name, units)
     (point,) = place
-    checks = [Check(("bodies", point), of_these_bodies(point))]
-    checks += [Check(("bodies", key), of_these_bodies(key, alone=kind.frame in ("normal", "face"))) for key in frame]
-    checks += [Check((point, key), same_kind(point, key)) for key in frame]
-    checks += [Check(("axis", "x_axis"), not_along("x_axis"))] if kind.x_axis != "none" else []
+    checks = [Rule(("bodies", point), of_these_bodies(point))]
+    checks += [Rule(("bodies", key), of_these_bodies(key, alone=kind.frame in ("normal", "face"))) for key in frame]
+    checks += [Rule((point, key), same_kind(point, key)) for key in frame]
+    checks += [Rule(("axis", "x_axis"), not_along("x_axis"))] if kind.x_axis != "none" else []
     if kind.frame == "face":
         keys["normal"] = BODY_DIRECTION
-        checks += [Check(("bodies", "normal"), of_side("normal", 1)), Check(("axis", "normal"), face_normal)]
+        checks += [Rule(("bodies", "normal"), of_side("normal", 1)), Rule(("axis", "normal"), face_normal)]
     if kind.merges:
-        checks += [Check(("bodies", "axes"), of_these_bodies("axes")), Check((point, "axes"), same_kind(point, "axes"))]
+        checks += [Rule(("bodies", "axes"), of_these_bodies("axes")), Rule((point, "axes"), same_kind(point, "axes"))]
     wanted = [key for key in frame if key != "x_axis" or kind.x_axis == "required"]
     wanted += ["normal"] if kind.frame == "face" else []
     needed = ("type", "bodies", point, *wanted, *kind.required_parameters)
@@ -143,8 +143,8 @@ def _on_plane(type_name: str, kind: JointType, units: Mapping[str, str]) -> Reco
     own |= {name: parameter(each) for name, each in kind.parameters.items()}
     keys = {"type": JOINT_TYPE, "bodies": TWO_BODIES, **own, **_of_coordinates(type_name, units)}
     sides = {"plane": 0, "centre": 1, "axis": 1, "x_axis": 1}
-    checks = [Check(("bodies", key), of_side(key, side)) for key, side in sides.items() if key in own]
-    checks += [Check(("axis", "x_axis"), not_along("x_axis"))] if "x_axis" in own else []
+    checks = [Rule(("bodies", key), of_side(key, side)) for key, side in sides.items() if key in own]
+    checks += [Rule(("axis", "x_axis"), not_along("x_axis"))] if "x_axis" in own else []
     return Record(f"a {type_name} joint", keys, _joint, ("type", "bodies", *own), tuple(checks), named=True)
 
 
@@ -254,7 +254,7 @@ MARKER: Record[Marker] = Record(
         Marker(name, body, location) if isinstance(location, tuple) else Marker(name, body, location[body], local=True)
     ),
     required=("body", "location"),
-    checks=(Check(("body", "location"), of_these_bodies("location")),),
+    checks=(Rule(("body", "location"), of_these_bodies("location")),),
     named=True,
 )
 
@@ -263,7 +263,7 @@ SCENE: Record[dict[str, Any]] = Record(
     "a scene",
     {
         "parameters": Parameters(),
-        "mbproj": Choice("format version", lambda: ("1",)),
+        "mbproj": NameChoice("format version", lambda: ("1",)),
         "title": Text(),
         "gravity": vector("m/s^2"),
         "simulation": SIMULATION,
@@ -281,13 +281,13 @@ SCENE: Record[dict[str, Any]] = Record(
     dict,
     required=("mbproj", "gravity", "bodies"),
     checks=(
-        Check(("joints",), couple_coordinates),
+        Rule(("joints",), couple_coordinates),
         CURVE_CHECK,
         ROPE_CHECK,
-        Check(("bodies", "forces"), on_bodies),
-        Check(("joints", "forces"), act_on_coordinates),
-        Check(("joints", "forces"), slides_in_joints),
-        Check(("joints", "motions"), drive_coordinates),
+        Rule(("bodies", "forces"), on_bodies),
+        Rule(("joints", "forces"), act_on_coordinates),
+        Rule(("joints", "forces"), slides_in_joints),
+        Rule(("joints", "motions"), drive_coordinates),
         *CHECKS,
     ),
 )

@@ -10,7 +10,7 @@ from mbproj.constraints.curves.profile import Arc, Lap, Profile
 from mbproj.constraints.curves.two_curves import Gap, PlaceOnFirst, PlaceOnSecond, SlipOfTwo
 from mbproj.constraints.primitive import Primitive
 from mbproj.functions.curves.laws import Rise
-from mbproj.functions.curves.shapes import Followed, ellipse, of_law, polar, polyline, through
+from mbproj.functions.curves.shapes import CamFollower, ellipse, of_law, polar, polyline, through
 from mbproj.functions.curves.space_curve import through_space
 
 CORNERS = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.5, 0.6), (0.0, 1.0)]
@@ -37,9 +37,9 @@ LINES = {
     "polyline": polyline(CORNERS, 0.1, closed=True),
     "open polyline": polyline(CORNERS[:3], 0.1, closed=False),
     "table": polar(TABLE),
-    "roller": of_law(0.6, RISES, Followed("roller", 0.1), clockwise=False),
-    "clockwise": of_law(0.6, RISES, Followed("point"), clockwise=True),
-    "flat": of_law(0.9, RISES, Followed("flat"), clockwise=False),
+    "roller": of_law(0.6, RISES, CamFollower("roller", 0.1), clockwise=False),
+    "clockwise": of_law(0.6, RISES, CamFollower("point"), clockwise=True),
+    "flat": of_law(0.9, RISES, CamFollower("flat"), clockwise=False),
     "flat, clockwise": through([(1.0, 0.0), (0.1, -0.9), (-0.8, 0.1), (0.0, 0.8)], closed=True),
 }
 WIRES = {

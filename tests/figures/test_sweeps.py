@@ -11,7 +11,7 @@ from mbproj.errors import InputError
 from mbproj.figures.save import save
 from mbproj.figures.sweeps import PICTURES, draw, why_not
 from mbproj.figures.sweeps.chosen import choose
-from mbproj.results.sweep.table import Column, SweepTable
+from mbproj.results.sweep.table import Column, SweepCases
 from mbproj.studies.sweep.samples import saltelli
 from tests.figures.drawn import legend, lines, ylabels
 
@@ -24,7 +24,7 @@ def table(combine, varied, measured, shape=None, samples=0):
     status = np.array(["done"] * count, dtype=object)
     status[np.isnan(measured["y"][1])] = "failed"
     of = [tuple(Column(name, unit, values) for name, (unit, values) in each.items()) for each in (varied, measured)]
-    return SweepTable("some-sweep", "Sweep of some.yaml", combine, samples or count, shape or (count,), *of, status)
+    return SweepCases("some-sweep", "Sweep of some.yaml", combine, samples or count, shape or (count,), *of, status)
 
 
 def grid():

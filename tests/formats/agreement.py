@@ -12,8 +12,8 @@ from mbproj.dynamics.derivatives.linear_equations import MotionAtTime, tangent_f
 from mbproj.dynamics.derivatives.row_derivatives import row_motion
 from mbproj.dynamics.equations.equations_of_motion import tangent_mass_matrix
 from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.formats import Wishes, read_model, scene_text
-from mbproj.formats.mechanism import Connection, Mechanism
+from mbproj.formats import ImportOptions, read_model, scene_text
+from mbproj.formats.mechanism import Connection, ImportedMechanism
 from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.model import compile_system
 from mbproj.model.euler_parameters import matrix_L
@@ -30,7 +30,7 @@ class Agreement(NamedTuple):
     accelerations: float
 
 
-def tree_of(mechanism: Mechanism) -> str:
+def tree_of(mechanism: ImportedMechanism) -> str:
     """The scene of the tree alone, without what MuJoCo counts among the constraints."""
     joints = {}
     followers = [name for pair in mechanism.followers.values() for name in pair]
@@ -45,7 +45,7 @@ def tree_of(mechanism: Mechanism) -> str:
             name, joint.type, joint.bodies, joint.points, joint.axes, joint.turns, keys, joint.place
         )
     forces = {name: force for name, force in mechanism.forces.items() if force["type"] not in ("friction", "stop")}
-    alone = Mechanism(mechanism.title, mechanism.kind, mechanism.file, mechanism.gravity)
+    alone = ImportedMechanism(mechanism.title, mechanism.kind, mechanism.file, mechanism.gravity)
     parts = {name: part for name, part in mechanism.parts.items() if name not in followers}
     alone.parts, alone.joints, alone.forces, alone.tree = parts, joints, forces, set(joints)
     alone.signals, alone.states = mechanism.signals, mechanism.states
@@ -53,15 +53,15 @@ def tree_of(mechanism: Mechanism) -> str:
 
 
 def agreement(
-    path: Path, states: int = 10, seed: int = 0, model=None, wishes=None, ctrl=(), act=(), spread=1.0
+    path: Path, states: int = 10, seed: int = 0, model=None, options=None, ctrl=(), act=(), spread=1.0
 ) -> Agreement:
     """Of the scene that is made of the file with MuJoCo's model of it, or with another one; with these control signals
-    and activations where `wishes` let actuators act."""
+    and activations where `options` let actuators act."""
     import mujoco
 
     if model is None:
         model = urdf_in_mujoco(path) if path.suffix == ".urdf" else mjcf_in_mujoco(path)
-    mechanism = read_model(path, wishes)
+    mechanism = read_model(path, options)
     scene = read_scene_text(tree_of(mechanism))
     system = compile_system(scene)
     model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
@@ -92,7 +92,7 @@ def mjcf_in_mujoco(path: Path):
     from mbproj.formats.mjcf.source import source_of
     from mbproj.formats.xml import parse
 
-    return compile_mjcf(source_of(parse(path.read_bytes(), str(path)), path), Wishes()).model
+    return compile_mjcf(source_of(parse(path.read_bytes(), str(path)), path), ImportOptions()).model
 
 
 def urdf_in_mujoco(path: Path):
@@ -107,8 +107,8 @@ def urdf_in_mujoco(path: Path):
             link.remove(shape)
     for unknown in [each for each in root if each.tag not in ("link", "joint")]:
         root.remove(unknown)
-    options = ElementTree.SubElement(ElementTree.SubElement(root, "mujoco"), "compiler")
-    options.attrib |= {"fusestatic": "false", "balanceinertia": "false"}
+    compiler = ElementTree.SubElement(ElementTree.SubElement(root, "mujoco"), "compiler")
+    compiler.attrib |= {"fusestatic": "false", "balanceinertia": "false"}
     model = mujoco.MjModel.from_xml_string(ElementTree.tostring(root, encoding="unicode"))
     model.opt.gravity[:] = [0.0, 0.0, -9.81]
     return model
@@ -241,7 +241,7 @@ def _motion(q, u, change):
 def _own(name):
     from mbproj.formats.mechanism import ImportedNames
 
-    return ImportedNames().own(name)
+    return ImportedNames().unused(name)
 
 
 def _matrix(quaternion):

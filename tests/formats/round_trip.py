@@ -8,7 +8,7 @@ import numpy as np
 
 from mbproj.dynamics import mobility
 from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.formats import Wishes, read_model, scene_text
+from mbproj.formats import ImportOptions, read_model, scene_text
 from mbproj.formats.export.written import Written
 from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.linear.equilibrium.started import start_state
@@ -25,7 +25,7 @@ def again(written: Written, folder: Path, ending: str) -> Scene:
     if written.loops:
         (folder / "model.yaml").write_text(written.loops, encoding="utf-8")
     key = "start" if "<keyframe>" in written.text else None
-    return read_scene_text(scene_text(read_model(path, Wishes(key=key)), "test"))
+    return read_scene_text(scene_text(read_model(path, ImportOptions(key=key)), "test"))
 
 
 def accelerations(scene: Scene) -> dict[str, np.ndarray]:

@@ -8,7 +8,7 @@ import pytest
 from mbproj import run
 from mbproj.calls.models import import_model
 from mbproj.dynamics.equations.constraint_equations import constraint_at
-from mbproj.formats import Wishes, read_model, scene_text
+from mbproj.formats import ImportOptions, read_model, scene_text
 from mbproj.formats.mechanism import Same
 from mbproj.linear.equilibrium.started import start_state
 from mbproj.model import compile_system
@@ -50,11 +50,11 @@ BALLS = """
 @pytest.mark.parametrize(("key", "before"), [(None, TWIST), (None, ""), ("bent", "")])
 def test_balls_with_springs_and_dampers_move_as_mujocos(tmp_path, key, before):
     """At poses turned by up to 1.7 rad; a keyframe begins elsewhere than where springs rest, so frames lean there."""
-    path, wishes = tmp_path / "balls.xml", Wishes(key=key)
+    path, options = tmp_path / "balls.xml", ImportOptions(key=key)
     text = BALLS.replace("BEFORE", before)
     path.write_text(text if before else text.replace("0.4 0.7 0.5", "0.4 0.5"), encoding="utf-8")
-    assert max(agreement(path, wishes=wishes)) < 1e-12
-    mechanism = read_model(path, wishes)
+    assert max(agreement(path, options=options)) < 1e-12
+    mechanism = read_model(path, options)
     assert not [row for row in mechanism.said if row.same is Same.NO]
     assert {"shoulder_spring", "elbow_damper"} <= set(mechanism.forces)
 
@@ -121,7 +121,7 @@ def test_spheres_and_ends_of_capsules_above_a_plane_are_stops_on_request(tmp_pat
     text = f'<mujoco><worldbody><geom name="floor" type="plane" size="1 1 1"/>{ball}{pill}</worldbody></mujoco>'
     path.write_text(text, encoding="utf-8")
     assert not read_model(path).forces
-    mechanism = read_model(path, Wishes(contacts=True))
+    mechanism = read_model(path, ImportOptions(contacts=True))
     assert list(mechanism.forces) == ["g_on_plane", "c_on_plane", "c_on_plane_2"]
     scene = read_scene_text(scene_text(mechanism, "1"))
     heights = [stop.point.vector for stop in scene.forces]

@@ -11,7 +11,7 @@ from mbproj.dynamics import mobility
 from mbproj.dynamics.equations.constraint_equations import constraint_at
 from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.errors import InputError
-from mbproj.formats import Wishes, read_model, scene_text
+from mbproj.formats import ImportOptions, read_model, scene_text
 from mbproj.linear.equilibrium.started import start_state
 from mbproj.model import compile_system
 from mbproj.scene import read_scene_text
@@ -53,12 +53,12 @@ def test_a_loop_is_what_the_graph_of_joints_is():
 
 
 def test_a_pose_moves_the_tree_and_leaves_its_loop_to_the_start():
-    mechanism = read_model(DATA / "four_bar.sdf", Wishes(pose={"drive": 0.1}))
+    mechanism = read_model(DATA / "four_bar.sdf", ImportOptions(pose={"drive": 0.1}))
     np.testing.assert_allclose(mechanism.parts["crank"].position, [0.1 * math.sin(0.1), 0, 0.1 * math.cos(0.1)])
     _, system, state = started(mechanism)
     assert np.abs(constraint_at(system, state.q)).max() < 1e-13
     with pytest.raises(InputError, match="joint 'elbow' closes a loop"):
-        read_model(DATA / "four_bar.sdf", Wishes(pose={"elbow": 0.1}))
+        read_model(DATA / "four_bar.sdf", ImportOptions(pose={"elbow": 0.1}))
 
 
 def test_couplings_turn_as_their_ratios_say():
@@ -94,7 +94,7 @@ def test_frames_of_a_joint_meet_on_request(tmp_path):
     assert row.place.line == 5
     assert "2 m away: --meet joins both" in row.what
     np.testing.assert_allclose(mechanism.parts["bar"].position, 0.0)
-    met = read_model(tmp_path / "apart.sdf", Wishes(meet=True))
+    met = read_model(tmp_path / "apart.sdf", ImportOptions(meet=True))
     np.testing.assert_allclose(met.parts["bar"].position, [0.0, 2.0, 0.0])
     assert not met.said
 

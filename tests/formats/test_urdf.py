@@ -9,7 +9,7 @@ from mbproj.dynamics import mobility
 from mbproj.dynamics.equations.constraint_equations import constraint_at
 from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.errors import InputError
-from mbproj.formats import Wishes, read_model, scene_text
+from mbproj.formats import ImportOptions, read_model, scene_text
 from mbproj.linear.equilibrium.started import start_state
 from mbproj.model import compile_system
 from mbproj.scene import read_scene_text
@@ -44,13 +44,13 @@ def test_a_loop_of_each_dialect_closes_and_leaves_one_freedom(name):
 def test_the_same_loop_in_another_file_is_read_on_request(tmp_path):
     other = tmp_path / "loops.yaml"
     other.write_text("closed_loop: [[end_a, end_b]]\ntype: [6d]\n", encoding="utf-8")
-    mechanism = read_model(DATA / "closed_loop.urdf", Wishes(loops=other))
+    mechanism = read_model(DATA / "closed_loop.urdf", ImportOptions(loops=other))
     (loop,) = [joint for joint in mechanism.joints.values() if joint.name not in mechanism.tree]
     assert loop.type == "fixed"
 
 
 def test_a_mimic_is_a_coupler_and_limits_count_from_the_pose():
-    mechanism = read_model(DATA / "chain.urdf", Wishes(pose={"shoulder": 0.4, "extend": 0.1}))
+    mechanism = read_model(DATA / "chain.urdf", ImportOptions(pose={"shoulder": 0.4, "extend": 0.1}))
     coupler = mechanism.joints["grip_mimic"]
     assert coupler.keys["of"] == {"grip.angle": 1.0, "shoulder.angle": -0.5}
     assert coupler.keys["constant"] == pytest.approx(0.1 + 0.5 * 0.4)
@@ -125,7 +125,7 @@ def test_springs_of_dynamics_are_read_and_its_other_words_said(tmp_path):
     more = '<dynamics damping="0.3" spring_stiffness="4" spring_reference="0.5" hysteresis="2" stiction="0"/>'
     safe = '<safety_controller k_velocity="1"/>'
     (tmp_path / "m.urdf").write_text(text.replace('<dynamics damping="0.3"/>', more + safe), encoding="utf-8")
-    mechanism = read_model(tmp_path / "m.urdf", Wishes(pose={"shoulder": 0.2}))
+    mechanism = read_model(tmp_path / "m.urdf", ImportOptions(pose={"shoulder": 0.2}))
     spring = mechanism.forces["shoulder_spring"]
     assert (spring["stiffness"].value, spring["free_angle"].value) == (4.0, pytest.approx(0.3))
     said = {row.element: row.same.value for row in mechanism.said}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.formats import Wishes, read_model, scene_text
+from mbproj.formats import ImportOptions, read_model, scene_text
 from mbproj.scene import read_scene
 from mbproj.scene.fields.rotations import to_matrix
 from mbproj.scene.meshes import meshes_of
@@ -92,12 +92,12 @@ def test_a_mesh_is_named_from_the_scenes_folder(name, tmp_path):
         file.write_text(TETRAHEDRON, encoding="utf-8")
     visual = f'<visual><geometry><mesh filename="{name}" scale="0.001 0.001 0.001"/></geometry></visual>'
     (folder / "m.urdf").write_text(URDF.format(visual), encoding="utf-8")
-    above, beside = read_model(folder / "m.urdf", Wishes(folder=tmp_path)), read_model(folder / "m.urdf")
+    above, beside = read_model(folder / "m.urdf", ImportOptions(folder=tmp_path)), read_model(folder / "m.urdf")
     file = above.parts["arm"].look["mesh"]["file"]
     assert file == f"model/{beside.parts['arm'].look['mesh']['file']}"
     assert (tmp_path / file).is_file()
     np.testing.assert_allclose(above.parts["arm"].look["mesh"]["position"], [-0.1, -0.2, -0.3], atol=1e-9)
-    elsewhere = read_model(folder / "m.urdf", Wishes(folder=tmp_path / "other"))
+    elsewhere = read_model(folder / "m.urdf", ImportOptions(folder=tmp_path / "other"))
     assert not elsewhere.parts["arm"].look
     assert [row.element for row in elsewhere.said] == ["1 meshes"]
 
@@ -113,6 +113,6 @@ def test_what_cannot_be_drawn_is_said(name, tmp_path):
     mesh, flat = f'<mesh filename="{name}"/>', '<box size="0 1 1"/>'
     visual = "".join(f"<visual><geometry>{each}</geometry></visual>" for each in (mesh, flat))
     (folder / "m.urdf").write_text(URDF.format(visual), encoding="utf-8")
-    mechanism = read_model(folder / "m.urdf", Wishes(folder=tmp_path))
+    mechanism = read_model(folder / "m.urdf", ImportOptions(folder=tmp_path))
     assert not mechanism.parts["arm"].look
     assert {row.element: row.same.value for row in mechanism.said} == {"1 meshes": "yes", "1 other shapes": "yes"}

@@ -25,7 +25,7 @@ from pathlib import Path
 
 import yaml
 
-from mbproj.guide.pages import Page
+from mbproj.guide.pages import GuidePage
 from mbproj.scene import read_scene
 from mbproj.studies.design import spec as designs
 from mbproj.studies.sweep import spec as sweeps
@@ -55,7 +55,7 @@ class Fence:
     line: int
 
 
-def fences(page: Page) -> Iterator[Fence]:
+def fences(page: GuidePage) -> Iterator[Fence]:
     """All blocks of a page."""
     for match in re.finditer(r"^```([^\n]*)\n(.*?)^```$", page.text, re.MULTILINE | re.DOTALL):
         language, *words = match[1].split() or ["text"]
@@ -69,7 +69,7 @@ READERS = {
 }
 
 
-def run_page(page: Page, folder: Path, *, slow: bool = False) -> None:
+def run_page(page: GuidePage, folder: Path, *, slow: bool = False) -> None:
     """Runs every block in a folder of its own; raises AssertionError with the place of the first that does not hold."""
     scene = PENDULUM
     (folder / "mechanisms").symlink_to(ROOT / "mechanisms")

@@ -9,7 +9,7 @@ import pytest
 from scipy.special import jn_zeros
 
 from mbproj.errors import InputError
-from mbproj.linear.eigenvalues import Reduced, eigen
+from mbproj.linear.eigenvalues import ReducedEquations, eigen
 from tests.linear.closed_forms import HEAD, LAVAL, TOP, chain, chain_frequencies, g, modes_of
 
 BAR = (
@@ -41,7 +41,7 @@ def test_a_mass_that_round_off_of_others_hides_has_no_frequency():
     """Of a motion whose inertia is 1e-20 of another's, in coordinates that mix both."""
     M, K, none = np.array([[1.0, 1.0], [1.0, 1.0 - 1e-16]]), np.eye(2), np.zeros((2, 2))
     with pytest.raises(InputError, match="round-off of other bodies' inertia hides that of a motion"):
-        eigen(Reduced(M, none, K, none, np.abs(K), np.eye(2)))
+        eigen(ReducedEquations(M, none, K, none, np.abs(K), np.eye(2)))
 
 
 @pytest.mark.parametrize("links", [1, 2, 5, 30])

@@ -14,7 +14,7 @@ from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.model.euler_parameters import matrix_E
 from mbproj.model.planar import Plane
 from mbproj.model.planar.rows import TILTED, see, sides
-from mbproj.model.planar.tilt import Split, split
+from mbproj.model.planar.tilt import PlaneSplit, split
 from mbproj.scene import read_scene
 from tests.model.planar_equations import planar_constraint, planar_gamma, planar_jacobian, planar_value
 from tests.model.planar_scenes import CLOSED_ONLY, SCENES, Drawing, chain, planar
@@ -170,7 +170,7 @@ def test_rows_across_the_plane_combine_to_rows_outside():
     side = sides(system.joints, seen)
     assert np.count_nonzero(side == TILTED) == 10
     parts = split(system.joints, seen, side)
-    assert isinstance(parts, Split)
+    assert isinstance(parts, PlaneSplit)
     assert (parts.inside.sum(), parts.outside.size) == (4, 6)
     in_plane = jacobian(system, pose_of(q))[system.bodies :] @ columns(plane, plane.reduce(q, q)[0])
     assert np.abs(parts.outside.rows(in_plane.T)).max() < 1e-14

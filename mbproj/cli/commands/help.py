@@ -11,7 +11,7 @@ import click
 from mbproj.cli.completion import FolderPath, one_of
 from mbproj.cli.explained import Part, explained, option
 from mbproj.errors import InputError
-from mbproj.guide.pages import KINDS, Page, page_of, pages, search
+from mbproj.guide.pages import KINDS, GuidePage, page_of, pages, search
 
 #: The most sections that a search shows.
 MOST_HITS = 12
@@ -59,7 +59,7 @@ def contents() -> str:
     return "\n".join([*lines, "Show a page with `mbproj help TOPIC`; search all pages with `mbproj help WORDS`."])
 
 
-def show(page: Page) -> None:
+def show(page: GuidePage) -> None:
     """Show a page, in a pager where there is a terminal."""
     from mbproj.guide.terminal import rendered
 

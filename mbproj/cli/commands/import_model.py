@@ -82,15 +82,15 @@ def command(
     """
     from mbproj.calls.models import imported
     from mbproj.cli.conversion_table import table_json, table_lines
-    from mbproj.formats import Wishes
+    from mbproj.formats import ImportOptions
     from mbproj.formats.signals import read_pose, read_signals
     from mbproj.outputs import SCENE, write_text
 
     acting = read_signals(controls) if controls else {} if hold else None
     driven = read_signals(motions) if motions else {}
     folder = output.parent if output else Path()
-    wishes = Wishes(key, read_pose(pose) if pose else {}, acting, driven, contacts, loops, meet, folder)
-    found = imported(model, wishes)
+    options = ImportOptions(key, read_pose(pose) if pose else {}, acting, driven, contacts, loops, meet, folder)
+    found = imported(model, options)
     mechanism, text = found.mechanism, found.text
     if output is None:
         click.echo(text, nl=False)

@@ -18,7 +18,7 @@ from mbproj.errors import InputError, Place, Problem, placed_at
 
 if TYPE_CHECKING:
     from mbproj.linear.modes import Modes
-    from mbproj.linear.root_loci import Trace
+    from mbproj.linear.root_loci import RootLocus
     from mbproj.scene import Scene
 
 #: The most joint coordinates of a mode in the table, and the most modes.
@@ -78,7 +78,7 @@ def command(
         check_replaceable(output, hdf5(LAYOUT.format), force=force)
     check_table(table_file, ("mode", "frequency (Hz)"), force=force)
     changed = parameters(settings)
-    trace: Trace | None = None
+    trace: RootLocus | None = None
     if vary is None:
         what, found = _modes(scene, changed, (where, results, steady), count)
     else:
@@ -109,7 +109,7 @@ def _modes(
 
 def _traced(
     scene: str, changed: dict[str, str], place: tuple[str, str | None, str | None], count: int | None, vary: str
-) -> tuple[Scene, Modes, Trace]:
+) -> tuple[Scene, Modes, RootLocus]:
     """The modes at each value of a parameter, with the scene and the modes of the last value for the file and the
     table."""
     from mbproj.linear.root_loci import trace
@@ -130,7 +130,7 @@ def _traced(
     return scenes[-1], last, traced
 
 
-def numbers(found: Modes, scene: str, output: str, trace: Trace | None) -> dict[str, Any]:
+def numbers(found: Modes, scene: str, output: str, trace: RootLocus | None) -> dict[str, Any]:
     """The modes as a dictionary for JSON, with stable keys."""
     from mbproj.linear.mode_notes import is_balanced, notes_on
 
@@ -170,7 +170,7 @@ def numbers(found: Modes, scene: str, output: str, trace: Trace | None) -> dict[
     }
 
 
-def _trace_numbers(trace: Trace) -> dict[str, Any]:
+def _trace_numbers(trace: RootLocus) -> dict[str, Any]:
     return {
         "parameter": trace.name,
         "values": trace.values.tolist(),
@@ -179,7 +179,7 @@ def _trace_numbers(trace: Trace) -> dict[str, Any]:
     }
 
 
-def report(found: Modes, title: str, trace: Trace | None) -> str:
+def report(found: Modes, title: str, trace: RootLocus | None) -> str:
     """The table of the modes, with notes."""
     from mbproj.cli.report.table import columns
     from mbproj.linear.mode_notes import notes_on

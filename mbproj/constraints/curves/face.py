@@ -8,7 +8,7 @@ from typing import ClassVar, final
 import numpy as np
 
 from mbproj.arrays import Integers, Numbers, dot
-from mbproj.constraints.curves.profile import Contact, OnCurve
+from mbproj.constraints.curves.profile import FootGeometry, OnCurve
 from mbproj.dataclass import dataclass
 
 
@@ -38,7 +38,7 @@ class OnFace(OnCurve):
         a, b = np.moveaxis(self._place(x), -1, 0)
         return np.sqrt(a * a + b * b)
 
-    def _turning(self, x: Numbers, x_dot: Numbers, at: Contact) -> tuple[Numbers, Numbers]:
+    def _turning(self, x: Numbers, x_dot: Numbers, at: FootGeometry) -> tuple[Numbers, Numbers]:
         """Return ω, and the part of ω' without second derivatives of x."""
         r, rates = self._size(x), []
         for k in (0, 1):
@@ -101,7 +101,7 @@ class AlongFace(OnFace):
             return -np.asarray(found)[..., None]
         return np.asarray(found + ω_bias / at.κ - ω**2 * at.κ_σ / at.κ**3)[..., None]
 
-    def _apart(self, x: Numbers, at: Contact) -> tuple[Numbers, Numbers]:
+    def _apart(self, x: Numbers, at: FootGeometry) -> tuple[Numbers, Numbers]:
         """Return c - d."""
         line = self._line(x)
         return at.c[0] - dot(x[..., 0, :], line), at.c[1] - dot(x[..., 1, :], line)

@@ -14,7 +14,7 @@ from mbproj.constraints.primitive import Primitive
 from mbproj.dataclass import dataclass
 
 
-class SpaceCurve(Protocol):
+class SpaceCurveShape(Protocol):
     """Interface of a curve of pieces, each of which continues beyond its ends."""
 
     @property
@@ -63,7 +63,7 @@ class InSpace(Primitive):
     """A primitive that depends on the foot of d = (x·ℓ, y·ℓ, z·ℓ), ℓ = p2 - p1, on a curve whose axes are x, y and z.
     `piece`: the one that is held, or FREE."""
 
-    curve: SpaceCurve
+    curve: SpaceCurveShape
     piece: int = FREE
 
     slots = ("vector", "vector", "vector", "point", "point")

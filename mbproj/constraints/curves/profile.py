@@ -21,7 +21,7 @@ FREE = -1
 MOST_KEPT = 32
 
 
-class PlaneCurve(Protocol):
+class PlaneCurveShape(Protocol):
     """Interface of a curve of pieces, each of which continues beyond its ends."""
 
     @property
@@ -57,7 +57,7 @@ class PlaneCurve(Protocol):
         """Return the turn of the tangent from the beginning."""
 
 
-class Contact(NamedTuple):
+class FootGeometry(NamedTuple):
     """The geometry at the foot s of d: the curve's point c, the unit tangent t, the distance φ of d to the left along
     n, the curvature κ and its derivative κ_σ by the arc length σ."""
 
@@ -85,7 +85,7 @@ class OnCurve(Primitive):
     `piece`: the one that is held, or FREE. The foot is the nearest place, so that the row depends on the pose alone,
     not on the past."""
 
-    curve: PlaneCurve
+    curve: PlaneCurveShape
     piece: int = FREE
 
     slots = ("vector", "vector", "point", "point")
@@ -106,7 +106,7 @@ class OnCurve(Primitive):
         line = x[..., 3, :] - x[..., 2, :]
         return np.stack([dot(x[..., 0, :], line), dot(x[..., 1, :], line)], axis=-1)
 
-    def contact(self, x: Numbers) -> Contact:
+    def contact(self, x: Numbers) -> FootGeometry:
         """Return the contact. The last ones are kept, because the row, its gradient and its curvature at one pose use
         them."""
         d = self._place(x)
@@ -122,7 +122,7 @@ class OnCurve(Primitive):
     def _foot(self, d: Numbers) -> tuple[Numbers, Integers]:
         return self.curve.foot(d, self.piece)
 
-    def _contact(self, d: Numbers) -> Contact:
+    def _contact(self, d: Numbers) -> FootGeometry:
         s, piece = self._foot(d)
         (c0, c1), (x1, y1), (x2, y2), (x3, y3) = self.curve.derivatives(s, piece)
         speed = np.sqrt(x1 * x1 + y1 * y1)
@@ -130,7 +130,7 @@ class OnCurve(Primitive):
         turn, turn_s = x1 * y2 - y1 * x2, x1 * y3 - y1 * x3
         κ_s = (turn_s - 3.0 * turn * (x1 * x2 + y1 * y2) / speed**2) / speed**3
         φ = t[0] * (d[..., 1] - c1) - t[1] * (d[..., 0] - c0)
-        return Contact(s, piece, (c0, c1), t, φ, turn / speed**3, κ_s / speed)
+        return FootGeometry(s, piece, (c0, c1), t, φ, turn / speed**3, κ_s / speed)
 
     @staticmethod
     def _along(x: Numbers, e: tuple[Numbers, Numbers], factor: Numbers | float) -> Numbers:

@@ -11,7 +11,7 @@ import numpy as np
 
 from mbproj.arrays import Integers, Numbers, dot
 from mbproj.constraints.angle import Angle
-from mbproj.constraints.curves.profile import FREE, MOST_KEPT, PlaneCurve
+from mbproj.constraints.curves.profile import FREE, MOST_KEPT, PlaneCurveShape
 from mbproj.constraints.primitive import Primitive
 from mbproj.dataclass import dataclass
 
@@ -57,8 +57,8 @@ class TwoCurves(Primitive):
     σ2' = -t1·(d' + ω z × q), κ1 σ1' - κ2 σ2' = ω.
     """
 
-    curve: PlaneCurve
-    other: PlaneCurve
+    curve: PlaneCurveShape
+    other: PlaneCurveShape
     piece: int = FREE
     other_piece: int = FREE
     side: float = 1.0

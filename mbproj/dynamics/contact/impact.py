@@ -15,7 +15,7 @@ from mbproj.dataclass import dataclass
 from mbproj.dynamics.contact.complementarity import one_sided
 from mbproj.dynamics.contact.freedom import Freedom
 from mbproj.dynamics.contact.impulse_path import followed
-from mbproj.dynamics.friction.balance import Balance, forces
+from mbproj.dynamics.friction.balance import FrictionBalance, forces
 from mbproj.dynamics.friction.problem import Cone, contact_problem, independent
 from mbproj.thresholds import THRESHOLDS
 
@@ -85,7 +85,7 @@ class Struck:
         if not len(self.rubbing.rate):
             return one_sided(self.N, b)
         rubbing, before = self.rubbing, np.zeros(len(self.rate)) + given
-        problem = Balance(
+        problem = FrictionBalance(
             A=self.A,
             b=b,
             static=rubbing.coefficient,

@@ -20,14 +20,14 @@ MOST_PIECES, DIRECTIONS = 8, 360
 
 
 @dataclass(frozen=True, eq=False)
-class Followed:
+class ImpulseResult:
     """The result of the path: the impulses along normal and tangents (1 + k,), and the work of each, J (1 + k,)."""
 
     impulse: Array
     work: Array
 
 
-def followed(B: Array, u: Array, coefficient: float, restitution: float) -> Followed | None:
+def followed(B: Array, u: Array, coefficient: float, restitution: float) -> ImpulseResult | None:
     """Return the impact at rates u (1 + k,) before it, of k tangents, with B (1 + k, 1 + k); None where the gap never
     stops closing."""
     speed, mobility = float(np.linalg.norm(u)), float(B[0, 0])
@@ -38,7 +38,7 @@ def followed(B: Array, u: Array, coefficient: float, restitution: float) -> Foll
         y = path.until(lambda y: float(y[path.work][0]) - given_back, y)
     if y is None:
         return None
-    return Followed(y[path.impulse] * speed / mobility, y[path.work] * speed**2 / mobility)
+    return ImpulseResult(y[path.impulse] * speed / mobility, y[path.work] * speed**2 / mobility)
 
 
 class _Path:

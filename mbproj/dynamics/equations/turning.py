@@ -22,9 +22,9 @@ HALF_TURN = np.pi
 
 
 @dataclass(frozen=True)
-class Slip:
-    """A step that is too long to count turns: the `coordinate`, its turn in the step, and the error of the prediction,
-    in rad."""
+class UncertainTurn:
+    """A step that is too long to count turns: the `coordinate`, by what it `turned` in the step, and how far the
+    prediction is `off`, both in rad."""
 
     coordinate: int
     turned: float
@@ -52,8 +52,10 @@ class Turning:
         rule."""
         return 0.5 * (t - self.t) * (self.speed + speed)
 
-    def count(self, system: System, coordinate: Array, change: Array, drive: Drive) -> tuple[Array, Slip | None]:
-        """Return the joints' coordinates (nc,) with turns after a step, and the worst `Slip` where turns are uncertain.
+    def count(
+        self, system: System, coordinate: Array, change: Array, drive: Drive
+    ) -> tuple[Array, UncertainTurn | None]:
+        """Return the joints' coordinates (nc,) with turns after a step, and the worst turn that is uncertain, if any.
 
         The prediction is `change` (nc,); driven coordinates follow their motions."""
         change = driven_to(system, change, drive.value - self.prescribed)
@@ -63,7 +65,7 @@ class Turning:
         if off.max(initial=0.0) <= THRESHOLDS.turns_told:
             return counted, None
         worst = int(np.argmax(off))
-        return counted, Slip(worst, float(abs(change[worst])), float(off[worst]))
+        return counted, UncertainTurn(worst, float(abs(change[worst])), float(off[worst]))
 
     def between(self, system: System, after: Turning, t: float, drive: Drive) -> Array:
         """Return the coordinates (nc,) at a time between two states, on the cubics through both; driven ones at the
@@ -75,13 +77,13 @@ class Turning:
         last = s**2 * ((1.0 + 2.0 * rest) * after.coordinate - rest * h * after.speed)
         return driven_to(system, first + last, drive.value)
 
-    def far(self, system: System, t: float) -> Slip | None:
+    def far(self, system: System, t: float) -> UncertainTurn | None:
         """Return the joint coordinate that turns most until t, where that is more than half a turn; else None."""
         turned = np.where(system.coordinates.is_length, 0.0, np.abs((t - self.t) * self.speed))
         if turned.max(initial=0.0) <= HALF_TURN:
             return None
         worst = int(np.argmax(turned))
-        return Slip(worst, float(turned[worst]), 0.0)
+        return UncertainTurn(worst, float(turned[worst]), 0.0)
 
 
 def driven_to(system: System, coordinate: Array, value: Array) -> Array:

@@ -22,7 +22,7 @@ from mbproj.thresholds import THRESHOLDS
 
 
 @dataclass(frozen=True, eq=False)
-class Balance:
+class FrictionBalance:
     """S stops that touch and K frictions: rows A (S+K, f) and accelerations b (S+K,) without them. Arrays (K,) of the
     frictions: `static` and `sliding` force, to be multiplied by `loads(y)`; the `direction` in which each slides, 0 at
     rest; the `partner` with which it acts in a plane; the number of the `stop` whose push is its load; -1 for none. One
@@ -83,7 +83,7 @@ class Balanced:
     shares: Shares | None = None
 
 
-class Unbalanced(Exception):
+class NoFrictionBalance(Exception):
     """No forces were found that fulfil all conditions: the numbers of frictions at rest that are part of it."""
 
     def __init__(self, frictions: Integers) -> None:
@@ -91,17 +91,17 @@ class Unbalanced(Exception):
         self.frictions = frictions
 
 
-def balanced(problem: Balance) -> Balanced:
-    """What holds, and what slides from now on: as much sticks as can. Raises Unbalanced."""
+def balanced(problem: FrictionBalance) -> Balanced:
+    """What holds, and what slides from now on: as much sticks as can. Raises NoFrictionBalance."""
     y, direction, *more = problem.of_kernel().decide(thresholds())
     if y is None:
         across = np.where(problem.partner >= 0, direction[problem.partner], 0.0)
-        raise Unbalanced(np.flatnonzero(np.hypot(direction, across) == 0.0))
+        raise NoFrictionBalance(np.flatnonzero(np.hypot(direction, across) == 0.0))
     stuck, part, shares = more
     return Balanced(y, np.array(stuck, dtype=bool), direction, part, shares_from(shares))
 
 
-def forces(problem: Balance) -> Array | None:
+def forces(problem: FrictionBalance) -> Array | None:
     """y where frictions at rest hold if they can all, and else up to their static force; None where there is none."""
     found: Array | None = problem.of_kernel().forces(thresholds())
     return found

@@ -42,7 +42,7 @@ from mbproj.dynamics.observe.reactions import applied_seen, reactions
 from mbproj.dynamics.observe.samples import Samples, join, keep_freed_memory
 from mbproj.dynamics.observe.tensions import on_paths
 from mbproj.dynamics.observe.tooth_forces import on_bearings
-from mbproj.dynamics.observe.total_energy import AtStart, account, potential
+from mbproj.dynamics.observe.total_energy import EnergyAtStart, account, potential
 from mbproj.lanes import contiguous, first_axis_innermost
 from mbproj.model.euler_parameters import product, rotation_matrix
 from mbproj.model.system import System
@@ -60,7 +60,7 @@ class Observer:
 
     def __init__(self, system: System, start: State) -> None:
         keep_freed_memory()
-        self.system, self.start = system, AtStart(system, start)
+        self.system, self.start = system, EnergyAtStart(system, start)
 
     def at(self, samples: Samples) -> Observation:
         """Return all recorded quantities at some samples."""

@@ -19,7 +19,7 @@ from mbproj.model.system import System
 
 
 @final
-class AtStart:
+class EnergyAtStart:
     """The values at the start from which a run counts, each computed on first use."""
 
     def __init__(self, system: System, state: State) -> None:

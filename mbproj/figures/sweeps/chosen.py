@@ -12,7 +12,7 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem
 from mbproj.figures.sweeps.scales import Scale, scale_of
-from mbproj.results.sweep.table import GRID, Column, SweepTable
+from mbproj.results.sweep.table import GRID, Column, SweepCases
 from mbproj.scene.text.suggestions import choose_from
 
 #: Marks of cases (N,).
@@ -26,7 +26,7 @@ SALTELLI = "saltelli"
 class Chosen:
     """A table of a sweep, the measures to draw, and the quantities that have more than one value."""
 
-    table: SweepTable
+    table: SweepCases
     measures: tuple[Column, ...]
     over: tuple[Column, ...]
     left_out: str
@@ -54,7 +54,7 @@ class Chosen:
         return scale, scale.factor * column.values
 
 
-def choose(table: SweepTable, of: Sequence[str], over: Sequence[str]) -> Chosen:
+def choose(table: SweepCases, of: Sequence[str], over: Sequence[str]) -> Chosen:
     """Choose the measures `of` and the quantities `over` to draw; all of them where none are named. Raises InputError
     for a name that the table does not have."""
     telling = [column for column in table.measured if column.varies] or table.measured
@@ -68,7 +68,7 @@ def choose(table: SweepTable, of: Sequence[str], over: Sequence[str]) -> Chosen:
     return Chosen(table, measures, first + others, left_out)
 
 
-def _left_out(table: SweepTable, measures: Sequence[Column]) -> str:
+def _left_out(table: SweepCases, measures: Sequence[Column]) -> str:
     others = [column.name for column in table.measured if column not in measures]
     return f"not drawn: {', '.join(others)}; choose with --of" if others else ""
 

@@ -48,7 +48,7 @@ class _Mjcf:
         self._couplings()
         self.tendons.forces()
         for marker in self.scene.markers:
-            at = self.start.own(OfBody(marker.body, marker.location, marker.local))
+            at = self.start.in_body_axes(OfBody(marker.body, marker.location, marker.local))
             self.tendons.site(marker.name, marker.body, at)
         world = root.add("worldbody")
         world.children += self.tendons.marks(GROUND)

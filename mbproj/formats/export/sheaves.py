@@ -45,11 +45,11 @@ def run_of(joint: Joint, start: Start, tree: Tree) -> RopeRun | str:
     wrong = _why_no_tendon(path.nodes)
     if wrong:
         return wrong
-    points = [(node.body, start.own(node.at)) for node in path.nodes]
+    points = [(node.body, start.in_body_axes(node.at)) for node in path.nodes]
     normal = start.poses[path.frame].rotation @ start.given[path.frame].rotation.T @ np.array(path.normal)
     normal /= np.linalg.norm(normal)
     here = path.changed(
-        lambda at: OfBody(at.body, _vector(start.point(at.body, start.own(at)))), lambda _: _vector(normal)
+        lambda at: OfBody(at.body, _vector(start.point(at.body, start.in_body_axes(at)))), lambda _: _vector(normal)
     )
     circles = [number for number, node in enumerate(path.nodes) if node.radius]
     for number in circles:

@@ -11,7 +11,7 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import coordinates
 from mbproj.dynamics.equations.kinematics import attached, attached_velocity, body_rates, pose_of, twist_of
-from mbproj.formats.geometry import IDENTITY, Pose, from_quaternion
+from mbproj.formats.geometry import IDENTITY, Frame, from_quaternion
 from mbproj.linear.equilibrium.started import start_state
 from mbproj.model import compile_system
 from mbproj.model.compile.frames import SYMBOLS, local_frames, poses_of
@@ -27,12 +27,12 @@ class Start:
     `given` are the poses in the scene's file. `frames` are the points and axes of each joint by symbol, in the axes of
     its bodies."""
 
-    poses: Mapping[str, Pose]
+    poses: Mapping[str, Frame]
     velocities: Mapping[str, Array]
     turning: Mapping[str, Array]
     values: Mapping[str, float]
     rates: Mapping[str, float]
-    given: Mapping[str, Pose]
+    given: Mapping[str, Frame]
     frames: Mapping[str, Mapping[str, Array]]
 
     def point(self, body: str, local: Array) -> Array:
@@ -48,9 +48,9 @@ class Start:
     def ends(self, bodies: tuple[str, str], points: Pair) -> list[Array]:
         """The points of two bodies, each from its body's centre of mass, in that body's axes."""
         both = zip(bodies, (points.first, points.second), strict=True)
-        return [self.own(OfBody(body, point, points.local)) for body, point in both]
+        return [self.in_body_axes(OfBody(body, point, points.local)) for body, point in both]
 
-    def own(self, point: OfBody) -> Array:
+    def in_body_axes(self, point: OfBody) -> Array:
         """The point from its body's centre of mass, in that body's axes."""
         if point.local:
             return np.array(point.vector)
@@ -76,7 +76,7 @@ def start_of(scene: Scene) -> Start:
     turned = product(pose.orientation[carrier], system.body_turn)
     names = [body.name for body in scene.bodies]
     poses = {
-        name: Pose(np.array(at), from_quaternion(np.array(turn)))
+        name: Frame(np.array(at), from_quaternion(np.array(turn)))
         for name, at, turn in zip(names, position, turned, strict=True)
     }
     values, rates = coordinates(system, state.q, state.v)
@@ -89,6 +89,6 @@ def start_of(scene: Scene) -> Start:
         dict(zip(names, np.asarray(omega), strict=True)) | {GROUND: np.zeros(3)},
         dict(zip(system.names.coordinates, values.tolist(), strict=False)),
         dict(zip(system.names.coordinates, rates.tolist(), strict=False)),
-        {name: Pose(*each) for name, each in given.items()},
+        {name: Frame(*each) for name, each in given.items()},
         {name: dict(zip(SYMBOLS, each, strict=True)) for name, each in framed.items()},
     )

@@ -54,7 +54,7 @@ class TendonWriter:
 
     def fixed(self, name: str, weights: Mapping[str, float]) -> str:
         """Add a fixed tendon, a weighted sum of joint coordinates, and return its name."""
-        own = self.section.add("fixed", name=self.names.own(name))
+        own = self.section.add("fixed", name=self.names.unused(name))
         for joint, weight in weights.items():
             own.add("joint", joint=joint, coef=weight)
         return str(own.attributes["name"])
@@ -95,7 +95,7 @@ class TendonWriter:
                 self._spring(force)
             elif isinstance(force, DistanceStop):
                 bodies = (force.first.body, force.second.body)
-                ends = [self.start.own(force.first), self.start.own(force.second)]
+                ends = [self.start.in_body_axes(force.first), self.start.in_body_axes(force.second)]
                 self.line(force.name, bodies, ends, range=_range(force.limit))
                 self.say(f"stop '{force.name}'", "a soft limit in MuJoCo", Same.UNTIL)
 
@@ -163,7 +163,7 @@ class TendonWriter:
         return self._path(joint.name, path, attributes)
 
     def _path(self, name: str, over: list[tuple[str, dict[str, str]]], attributes: Mapping[str, object]) -> str:
-        path = tag("spatial", name=self.names.own(name), **attributes)
+        path = tag("spatial", name=self.names.unused(name), **attributes)
         for kind, words in over:
             path.add(kind, **words)
         self.section.children.append(path)

@@ -72,7 +72,7 @@ class _Urdf:
         carrier = self._called(branch.carrier)
         for at, freedom in enumerate(own):
             last = at == len(own) - 1
-            link = branch.body if last else self.links.own(f"{branch.body}_after_{freedom.name}")
+            link = branch.body if last else self.links.unused(f"{branch.body}_after_{freedom.name}")
             self._joint(freedom, carrier, link)
             self.places[link] = freedom.point
             if last:
@@ -97,7 +97,7 @@ class _Urdf:
         kind = {"free": "floating", "fixed": "fixed", "slide": "prismatic"}.get(freedom.kind, "continuous")
         if kind == "continuous" and acting.limit is not None:
             kind = "revolute"
-        joint = self.root.add("joint", name=self.joints.own(freedom.name), type=kind)
+        joint = self.root.add("joint", name=self.joints.unused(freedom.name), type=kind)
         joint.add("parent", link=carrier)
         joint.add("child", link=link)
         joint.add("origin", xyz=freedom.point - self._place(carrier))
@@ -126,9 +126,9 @@ class _Urdf:
 
     def _frame(self, name: str, body: str, point: Array) -> str:
         """Add a massless link at a point of a body, and return its name."""
-        link, carrier = self.links.own(name), self._called(body)
+        link, carrier = self.links.unused(name), self._called(body)
         self.root.add("link", name=link)
-        joint = self.root.add("joint", name=self.joints.own(f"{name}_joint"), type="fixed")
+        joint = self.root.add("joint", name=self.joints.unused(f"{name}_joint"), type="fixed")
         joint.add("parent", link=carrier)
         joint.add("child", link=link)
         joint.add("origin", xyz=point - self._place(carrier))

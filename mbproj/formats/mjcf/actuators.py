@@ -8,7 +8,7 @@ import numpy as np
 
 from mbproj.errors import Place
 from mbproj.formats.chains import free_name
-from mbproj.formats.mechanism import Bare, Mechanism, Quantity, Same, Wishes
+from mbproj.formats.mechanism import Bare, ImportedMechanism, ImportOptions, Quantity, Same
 from mbproj.formats.mjcf.compiled import CompiledMjcf
 from mbproj.formats.mjcf.drives import ActuatorDrive, add_states, drive_of, free_symbol, inputs_of
 from mbproj.formats.mjcf.joints import FREE
@@ -21,24 +21,24 @@ from mbproj.formats.yaml_text import number as shown
 from mbproj.scene.records import GROUND
 
 
-def add_actuators(tendons: ModelTendons, wishes: Wishes) -> None:
+def add_actuators(tendons: ModelTendons, options: ImportOptions) -> None:
     """Add the actuators that the user asks for, each with its signal, and a row of the table on every one. Raises
     InputError at unknown names."""
     compiled, mechanism = tendons.compiled, tendons.mechanism
     count = len(compiled.model.actuator_trntype)
     names = [compiled.name("actuator", number) or f"actuator_{number}" for number in range(count)]
     able = [each for number, name in enumerate(names) for each in inputs_of(compiled, number, name)]
-    refuse_unknown(wishes.controls or {}, able, "actuator of the model")
+    refuse_unknown(options.controls or {}, able, "actuator of the model")
     for number, name in enumerate(names):
         place, shown_name = compiled.place_in("actuator", name), f"actuator '{name}'"
         _say_unused(compiled, mechanism, number, shown_name, place)
         law = law_of(compiled, number)
         drive: ActuatorDrive | str = ""
         if not isinstance(law, str):
-            drive = drive_of(compiled, mechanism, number, name, law, wishes.controls or {})
+            drive = drive_of(compiled, mechanism, number, name, law, options.controls or {})
         if compiled.disables("ACTUATION"):
             mechanism.say(shown_name, place, "left out: the model turns actuators off", Same.YES)
-        elif wishes.controls is None:
+        elif options.controls is None:
             still = (
                 isinstance(law, ActuatorLaw)
                 and not law.pushes
@@ -58,7 +58,9 @@ def add_actuators(tendons: ModelTendons, wishes: Wishes) -> None:
             mechanism.say(shown_name, place, what, Same.NO if wrong else Same.YES)
 
 
-def _say_unused(compiled: CompiledMjcf, mechanism: Mechanism, number: int, name: str, place: Place | None) -> None:
+def _say_unused(
+    compiled: CompiledMjcf, mechanism: ImportedMechanism, number: int, name: str, place: Place | None
+) -> None:
     for word in ("armature", "damping", "dampingpoly", "delay"):
         values = getattr(compiled.model, f"actuator_{word}", None)
         if values is not None and np.any(values[number]):
@@ -89,7 +91,11 @@ def _act(tendons: ModelTendons, number: int, name: str, law: ActuatorLaw | Muscl
 
 
 def _act_by_signal(
-    mechanism: Mechanism, name: str, along: list[ActuatedCoordinate], law: ActuatorLaw | Muscle, drive: ActuatorDrive
+    mechanism: ImportedMechanism,
+    name: str,
+    along: list[ActuatedCoordinate],
+    law: ActuatorLaw | Muscle,
+    drive: ActuatorDrive,
 ) -> None:
     """Add a force that depends on a sum of coordinates and its rate: a signal, and forces by it along each
     coordinate."""
@@ -137,7 +143,7 @@ def _forces(along: ActuatedCoordinate, law: ActuatorLaw, drive: ActuatorDrive) -
 
 
 def _on_body(
-    compiled: CompiledMjcf, mechanism: Mechanism, called: Called, number: int
+    compiled: CompiledMjcf, mechanism: ImportedMechanism, called: Called, number: int
 ) -> list[tuple[str, dict[str, Any], Any]] | None:
     """The force and the torque of an actuator on a site or a free joint, each as kind, place and axes, components; None
     for other actuators."""

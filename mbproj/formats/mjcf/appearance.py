@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.formats.geometry import Pose, from_quaternion
-from mbproj.formats.mechanism import Mechanism, Same
+from mbproj.formats.geometry import Frame, from_quaternion
+from mbproj.formats.mechanism import ImportedMechanism, Same
 from mbproj.formats.mjcf.compiled import CompiledMjcf
 from mbproj.formats.mjcf.parts import Called
 from mbproj.formats.visuals import Shapes, Visual, box, capsule, colour, cylinder, sphere
@@ -22,7 +22,7 @@ def visuals(compiled: CompiledMjcf, called: Called) -> Iterator[Visual]:
     model, data = compiled.model, compiled.data
     for geom in range(model.ngeom):
         kind, material = int(model.geom_type[geom]), int(model.geom_matid[geom])
-        pose = Pose(data.geom_xpos[geom], data.geom_xmat[geom].reshape(3, 3))
+        pose = Frame(data.geom_xpos[geom], data.geom_xmat[geom].reshape(3, 3))
         look = colour(model.mat_rgba[material] if material >= 0 else model.geom_rgba[geom])
         body, mesh, scale = called[int(model.geom_bodyid[geom])], None, 1.0
         if kind == MESH:
@@ -31,7 +31,7 @@ def visuals(compiled: CompiledMjcf, called: Called) -> Iterator[Visual]:
             scales = np.array(model.mesh_scale[number])
             scale, mesh = float(scales[0]), mesh if (scales == scales[0]).all() else None
             # MuJoCo's frame of a mesh has the mesh's centre of mass and principal axes.
-            moved = Pose(np.array(model.mesh_pos[number]), from_quaternion(model.mesh_quat[number]))
+            moved = Frame(np.array(model.mesh_pos[number]), from_quaternion(model.mesh_quat[number]))
             pose = pose.then(moved.inverse())
         yield Visual(
             body, pose, _shapes(kind, model.geom_size[geom]), mesh, scale, look, WORDS.get(kind, "other shapes")
@@ -48,7 +48,7 @@ def _shapes(kind: int, size: Array) -> Shapes:
     return ()
 
 
-def add_markers(compiled: CompiledMjcf, mechanism: Mechanism, called: Called) -> None:
+def add_markers(compiled: CompiledMjcf, mechanism: ImportedMechanism, called: Called) -> None:
     """Add a marker for each site of a body that moves."""
     model, still = compiled.model, 0
     for site in range(model.nsite):

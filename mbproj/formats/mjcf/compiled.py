@@ -9,7 +9,7 @@ from typing import Any
 
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place, Problem, warn_once
-from mbproj.formats.mechanism import Wishes
+from mbproj.formats.mechanism import ImportOptions
 from mbproj.formats.mjcf.source import MjcfSource
 from mbproj.formats.xml import XmlElement
 from mbproj.scene.text.suggestions import choose_from
@@ -65,7 +65,7 @@ class CompiledMjcf:
         return next((element.place for element in elements if element.get("name") == name), None)
 
 
-def compile_mjcf(source: MjcfSource, wishes: Wishes) -> CompiledMjcf:
+def compile_mjcf(source: MjcfSource, options: ImportOptions) -> CompiledMjcf:
     """Compile the source, and set the pose of the start. Raises InputError where MuJoCo is not installed or refuses the
     model, or a missing mesh would give a body its mass."""
     if find_spec("mujoco") is None:
@@ -74,7 +74,7 @@ def compile_mjcf(source: MjcfSource, wishes: Wishes) -> CompiledMjcf:
     if source.stand_ins:
         _refuse_mass_of_missing(source)
     model = _model(source)
-    data = _posed(model, source, wishes)
+    data = _posed(model, source, options)
     return CompiledMjcf(model, data, source, _places(model, source.root))
 
 
@@ -129,19 +129,19 @@ def _refuse_mass_of_missing(source: MjcfSource) -> None:
         raise InputError([Problem(message, element.place, hint), Problem(f"the {what}: {why}", place, "put it there")])
 
 
-def _posed(model: Any, source: MjcfSource, wishes: Wishes) -> Any:
+def _posed(model: Any, source: MjcfSource, options: ImportOptions) -> Any:
     """MuJoCo's data at the keyframe or the pose that the user asks for, else at the model's reference pose."""
     import mujoco
 
     data = mujoco.MjData(model)
-    if wishes.key is not None:
+    if options.key is not None:
         keys = [model.key(number).name or str(number) for number in range(model.nkey)]
-        if wishes.key not in keys:
-            hint = choose_from(wishes.key, keys) if keys else "the model has none"
-            raise InputError(Problem(f"there is no keyframe '{wishes.key}'", Place(source.root.place.file), hint))
-        mujoco.mj_resetDataKeyframe(model, data, keys.index(wishes.key))
+        if options.key not in keys:
+            hint = choose_from(options.key, keys) if keys else "the model has none"
+            raise InputError(Problem(f"there is no keyframe '{options.key}'", Place(source.root.place.file), hint))
+        mujoco.mj_resetDataKeyframe(model, data, keys.index(options.key))
     joints = {model.jnt(number).name: number for number in range(model.njnt)}
-    for name, value in wishes.pose.items():
+    for name, value in options.pose.items():
         if name not in joints or model.jnt_type[joints[name]] < 2:
             able = [each for each, number in joints.items() if each and model.jnt_type[number] >= 2]
             problem = f"the pose names '{name}', which is no hinge and no slide of the model"

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from mbproj.dataclass import dataclass
-from mbproj.formats.mechanism import Bare, GivenSignal, ImportedNames, Mechanism, Signals
+from mbproj.formats.mechanism import Bare, GivenSignal, ImportedMechanism, ImportedNames, Signals
 from mbproj.formats.mjcf.compiled import CompiledMjcf
 from mbproj.formats.mjcf.laws import ActuatorLaw, Muscle, summed, within
 from mbproj.formats.yaml_text import number as shown
@@ -42,10 +42,10 @@ class ActuatorDrive:
     states: tuple[StateOf, ...] = ()
 
 
-def free_symbol(mechanism: Mechanism, wanted: str) -> str:
+def free_symbol(mechanism: ImportedMechanism, wanted: str) -> str:
     """A free name for a signal or a state, which expressions can use, as near to the wanted one as can be."""
     taken = frozenset([*mechanism.forces, *mechanism.signals, *mechanism.states])
-    return ImportedNames(taken).own(re.sub(r"\W", "_", wanted))
+    return ImportedNames(taken).unused(re.sub(r"\W", "_", wanted))
 
 
 def inputs_of(compiled: CompiledMjcf, number: int, name: str) -> tuple[str, ...]:
@@ -59,7 +59,12 @@ def inputs_of(compiled: CompiledMjcf, number: int, name: str) -> tuple[str, ...]
 
 
 def drive_of(
-    compiled: CompiledMjcf, mechanism: Mechanism, number: int, name: str, law: ActuatorLaw | Muscle, signals: Signals
+    compiled: CompiledMjcf,
+    mechanism: ImportedMechanism,
+    number: int,
+    name: str,
+    law: ActuatorLaw | Muscle,
+    signals: Signals,
 ) -> ActuatorDrive | str:
     """The drive of an actuator, or the reason why a scene has none like it. Its control signals are in `signals` by
     name; others keep their value `ctrl` of the start."""
@@ -93,7 +98,7 @@ def _command(compiled: CompiledMjcf, number: int, name: str, signals: Signals, w
 
 
 def _activation(
-    compiled: CompiledMjcf, mechanism: Mechanism, number: int, name: str, command: ActuatorDrive
+    compiled: CompiledMjcf, mechanism: ImportedMechanism, number: int, name: str, command: ActuatorDrive
 ) -> ActuatorDrive | str:
     """The drive of an actuator whose input is its activation: an integrator, a filter or a muscle's. It has a closed
     form where the signal is constant. Else the reason why there is none."""
@@ -118,7 +123,7 @@ def _activation(
 
 
 def _state(
-    compiled: CompiledMjcf, mechanism: Mechanism, number: int, name: str, command: ActuatorDrive, first: float
+    compiled: CompiledMjcf, mechanism: ImportedMechanism, number: int, name: str, command: ActuatorDrive, first: float
 ) -> StateOf:
     """The state of an actuator's activation, which follows the command."""
     import mujoco
@@ -144,7 +149,7 @@ def _state(
 
 
 def _pid(
-    compiled: CompiledMjcf, mechanism: Mechanism, number: int, name: str, law: ActuatorLaw, signals: Signals
+    compiled: CompiledMjcf, mechanism: ImportedMechanism, number: int, name: str, law: ActuatorLaw, signals: Signals
 ) -> ActuatorDrive | str:
     """The drive of a PID actuator: kp u_pos + kv u_vel + ki ∫ (u_pos - length) + u_ff. The law itself has the terms
     -kp length - kv velocity."""
@@ -171,7 +176,12 @@ def _pid(
 
 
 def _plugin(
-    compiled: CompiledMjcf, mechanism: Mechanism, number: int, name: str, command: ActuatorDrive, activated: bool
+    compiled: CompiledMjcf,
+    mechanism: ImportedMechanism,
+    number: int,
+    name: str,
+    command: ActuatorDrive,
+    activated: bool,
 ) -> ActuatorDrive | str:
     """The drive of an actuator of the plugin `mujoco.pid`, with one input, which an activation may follow. The force of
     its integral is limited."""
@@ -216,7 +226,12 @@ def _sum_of(terms: Sequence[tuple[float, ActuatorDrive]], states: Sequence[State
 
 
 def _slewed(
-    compiled: CompiledMjcf, mechanism: Mechanism, name: str, command: ActuatorDrive, fastest: float, first: float
+    compiled: CompiledMjcf,
+    mechanism: ImportedMechanism,
+    name: str,
+    command: ActuatorDrive,
+    fastest: float,
+    first: float,
 ) -> ActuatorDrive:
     """The drive of a setpoint that begins at `first` and follows the command at most at the rate `fastest`."""
     if command.constant is not None:
@@ -229,7 +244,7 @@ def _slewed(
 
 
 def _integral(
-    compiled: CompiledMjcf, mechanism: Mechanism, name: str, position: str, most: float, first: float
+    compiled: CompiledMjcf, mechanism: ImportedMechanism, name: str, position: str, most: float, first: float
 ) -> StateOf | str:
     """The state ∫ (position - length) dt, within ±most where that is not 0; or the reason why there is none."""
     if most and abs(first) > most:
@@ -257,7 +272,7 @@ def _limited(compiled: CompiledMjcf, rate: str, x: str, limits: tuple[float, flo
     return f"min(max({rate}, {low}), {high})"
 
 
-def add_states(mechanism: Mechanism, drive: ActuatorDrive, length: str) -> None:
+def add_states(mechanism: ImportedMechanism, drive: ActuatorDrive, length: str) -> None:
     """Add the states of a drive to the mechanism; `length` is the expression of the actuator's length."""
     for state in drive.states:
         entry: dict[str, object] = {"derivative": Bare(state.derivative.replace(LENGTH, f"({length})"))}

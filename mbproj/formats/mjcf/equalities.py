@@ -9,8 +9,8 @@ from numpy.polynomial import Polynomial
 
 from mbproj.arrays import Array
 from mbproj.errors import Place
-from mbproj.formats.geometry import IDENTITY, Pose, from_quaternion
-from mbproj.formats.mechanism import Bare, Connection, ImportedNames, Mechanism, Quantity, Same
+from mbproj.formats.geometry import IDENTITY, Frame, from_quaternion
+from mbproj.formats.mechanism import Bare, Connection, ImportedMechanism, ImportedNames, Quantity, Same
 from mbproj.formats.mjcf.compiled import CompiledMjcf
 from mbproj.formats.mjcf.parts import Called
 from mbproj.formats.mjcf.tendons.measured import ModelTendons, TendonSum
@@ -45,7 +45,7 @@ def add_equalities(tendons: ModelTendons) -> None:
 
 def _held(
     compiled: CompiledMjcf,
-    mechanism: Mechanism,
+    mechanism: ImportedMechanism,
     called: Called,
     names: ImportedNames,
     at: int,
@@ -60,13 +60,13 @@ def _held(
     values = model.eq_data[at]
     weld = int(model.eq_type[at]) == WELD
     if int(model.eq_objtype[at]) == int(mujoco.mjtObj.mjOBJ_SITE):
-        frames = [Pose(data.site_xpos[each], data.site_xmat[each].reshape(3, 3)) for each in numbers]
+        frames = [Frame(data.site_xpos[each], data.site_xmat[each].reshape(3, 3)) for each in numbers]
         numbers = [int(model.site_bodyid[each]) for each in numbers]
         if weld:
             values = np.zeros(11)
             values[6] = 1.0
     else:
-        frames = [Pose(data.xpos[each], data.xmat[each].reshape(3, 3)) for each in numbers]
+        frames = [Frame(data.xpos[each], data.xmat[each].reshape(3, 3)) for each in numbers]
     bodies = (called[numbers[0]], called[numbers[1]])
     if bodies[0] == bodies[1]:
         mechanism.say(shown, place, f"left out: both its ends are on '{bodies[0]}'", Same.YES)
@@ -78,14 +78,14 @@ def _held(
         points[side], turns[side] = part.local(held.position), part.rotation.T @ held.rotation
     free_turn = weld and float(model.eq_data[at][10]) == 0.0
     kind = "fixed" if weld and not free_turn else "spherical"
-    name = names.own(compiled.name("eq", at) or f"loop_{at + 1}")
+    name = names.unused(compiled.name("eq", at) or f"loop_{at + 1}")
     joint = Connection(name, kind, bodies, points, None, turns if kind == "fixed" else None, {}, place)
     mechanism.joints[name] = joint
     _say_soft(compiled, mechanism, at, shown, place, f"{kind} joint")
 
 
 def _say_soft(
-    compiled: CompiledMjcf, mechanism: Mechanism, at: int, shown: str, place: Place | None, becomes: str
+    compiled: CompiledMjcf, mechanism: ImportedMechanism, at: int, shown: str, place: Place | None, becomes: str
 ) -> None:
     """Add the row on an equality, which is soft in MuJoCo and rigid in the scene. The motion counts as the same, unless
     the model makes the equality softer than MuJoCo's default."""
@@ -97,13 +97,13 @@ def _say_soft(
         mechanism.say(shown, place, what, Same.NO)
 
 
-def _frames_held(values: Array, weld: bool) -> tuple[Pose, Pose]:
+def _frames_held(values: Array, weld: bool) -> tuple[Frame, Frame]:
     """The frames in each body that an equality holds together. A weld gives the pose of body 2 in body 1, `relpose`,
     and an anchor in body 2."""
     if not weld:
-        return Pose(values[0:3], np.eye(3)), Pose(values[3:6], np.eye(3))
-    anchor = Pose(values[0:3], np.eye(3))
-    relative = Pose(values[3:6], from_quaternion(values[6:10])) if values[6:10].any() else IDENTITY
+        return Frame(values[0:3], np.eye(3)), Frame(values[3:6], np.eye(3))
+    anchor = Frame(values[0:3], np.eye(3))
+    relative = Frame(values[3:6], from_quaternion(values[6:10])) if values[6:10].any() else IDENTITY
     return relative.then(anchor), anchor
 
 
@@ -126,7 +126,7 @@ def _coupled(tendons: ModelTendons, at: int, place: Place | None, shown: str) ->
         return
     scale = next(iter(x.weights.values()), 1.0) if len(x.weights) == 1 else 1.0
     line = curve(Polynomial([x.constant, scale])) - y.constant
-    name = tendons.names.own(compiled.name("eq", at) or f"coupler_{at + 1}")
+    name = tendons.names.unused(compiled.name("eq", at) or f"coupler_{at + 1}")
     mechanism.joints[name] = Connection(name, "coupler", keys=_row(y.weights, x.weights, line), place=place)
     _say_soft(compiled, mechanism, at, shown, place, "coupler")
 
@@ -164,7 +164,7 @@ def _fix_length(tendons: ModelTendons, at: int, number: int, place: Place | None
         mechanism.tree.discard(tendons.rope(number, 0))
         _say_soft(compiled, mechanism, at, shown, place, "rope")
         return True
-    name = tendons.names.own(compiled.name("eq", at) or f"loop_{at + 1}")
+    name = tendons.names.unused(compiled.name("eq", at) or f"loop_{at + 1}")
     mechanism.joints[name] = Connection(name, "distance", line[0], line[1], keys={"length": length}, place=place)
     tendons.acting.add(number)
     _say_soft(compiled, mechanism, at, shown, place, "distance joint")

@@ -7,7 +7,7 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.errors import Place
 from mbproj.formats.chains import BodyTwist, Coordinates, Single, connect, span
-from mbproj.formats.mechanism import ImportedBody, ImportedNames, Mechanism, Same
+from mbproj.formats.mechanism import ImportedBody, ImportedMechanism, ImportedNames, Same
 from mbproj.formats.mjcf.compiled import CompiledMjcf
 from mbproj.formats.mjcf.parts import Called
 from mbproj.formats.placed import quaternion
@@ -17,7 +17,7 @@ FREE, BALL, SLIDE, HINGE = range(4)
 
 
 def add_joints(
-    compiled: CompiledMjcf, mechanism: Mechanism, called: Called, names: ImportedNames, coordinates: Coordinates
+    compiled: CompiledMjcf, mechanism: ImportedMechanism, called: Called, names: ImportedNames, coordinates: Coordinates
 ) -> None:
     """Connect each body that moves with its parent. `coordinates` gets those of hinges and slides, by name."""
     model = compiled.model
@@ -31,7 +31,7 @@ def add_joints(
         if not count:
             place = compiled.place("body", number)
             mechanism.join(
-                names.own(f"{child}_weld"), "fixed", (parent, child), compiled.data.xpos[number], place=place
+                names.unused(f"{child}_weld"), "fixed", (parent, child), compiled.data.xpos[number], place=place
             )
         elif kinds[0] == FREE:
             _say_free(compiled, mechanism, first, child)
@@ -39,10 +39,10 @@ def add_joints(
             _ball(compiled, mechanism, kinds, number, (parent, child), names, coordinates)
         else:
             singles = [single(compiled, mechanism, first + at, child) for at in range(count)]
-            connect(mechanism, (parent, child), singles, names.own, coordinates)
+            connect(mechanism, (parent, child), singles, names.unused, coordinates)
 
 
-def single(compiled: CompiledMjcf, mechanism: Mechanism, number: int, child: str) -> Single:
+def single(compiled: CompiledMjcf, mechanism: ImportedMechanism, number: int, child: str) -> Single:
     """A hinge or a slide with all that acts on its coordinate, which counts from the pose of the start."""
     model, data = compiled.model, compiled.data
     dof, at = int(model.jnt_dofadr[number]), float(data.qpos[model.jnt_qposadr[number]])
@@ -99,7 +99,7 @@ def start_of(compiled: CompiledMjcf, called: Called) -> dict[str, float]:
     return found
 
 
-def _say_free(compiled: CompiledMjcf, mechanism: Mechanism, number: int, child: str) -> None:
+def _say_free(compiled: CompiledMjcf, mechanism: ImportedMechanism, number: int, child: str) -> None:
     """Add rows on a free joint, which a scene does not need. Springs and other effects on its coordinates are left
     out."""
     model, dof = compiled.model, int(compiled.model.jnt_dofadr[number])
@@ -115,7 +115,7 @@ def _say_free(compiled: CompiledMjcf, mechanism: Mechanism, number: int, child: 
 
 def _ball(
     compiled: CompiledMjcf,
-    mechanism: Mechanism,
+    mechanism: ImportedMechanism,
     kinds: list[int],
     number: int,
     bodies: tuple[str, str],
@@ -141,16 +141,21 @@ def _ball(
             twist = twist.then(each, sign)
         mechanism.insert(twist.on(massless), bodies[1])
         ends = (parent, between) if of == "before" else (between, child)
-        connect(mechanism, ends, chain, names.own, coordinates)
+        connect(mechanism, ends, chain, names.unused, coordinates)
         parent, child = (between, child) if of == "before" else (parent, between)
-    name = names.own(joint_name(compiled, ball, bodies[1]))
+    name = names.unused(joint_name(compiled, ball, bodies[1]))
     place = compiled.place("jnt", ball) or compiled.place("body", number)
     mechanism.join(name, "spherical", (parent, child), data.xanchor[ball], place=place)
     _on_ball(compiled, mechanism, ball, name, place, (parent, child))
 
 
 def _on_ball(
-    compiled: CompiledMjcf, mechanism: Mechanism, ball: int, name: str, place: Place | None, ends: tuple[str, str]
+    compiled: CompiledMjcf,
+    mechanism: ImportedMechanism,
+    ball: int,
+    name: str,
+    place: Place | None,
+    ends: tuple[str, str],
 ) -> None:
     """Add a bushing for the spring and the damping of a ball, which act on the rotation vector and the angular
     velocity."""

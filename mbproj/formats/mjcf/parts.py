@@ -6,7 +6,7 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.formats.geometry import from_quaternion
-from mbproj.formats.mechanism import ImportedBody, ImportedNames, Mechanism, Same
+from mbproj.formats.mechanism import ImportedBody, ImportedMechanism, ImportedNames, Same
 from mbproj.formats.mjcf.compiled import CompiledMjcf
 from mbproj.scene.records import GROUND
 
@@ -14,7 +14,7 @@ from mbproj.scene.records import GROUND
 Called = dict[int, str]
 
 
-def add_parts(compiled: CompiledMjcf, mechanism: Mechanism, names: ImportedNames) -> Called:
+def add_parts(compiled: CompiledMjcf, mechanism: ImportedMechanism, names: ImportedNames) -> Called:
     """Add the bodies at the pose of the start, in the order of the model, which begins at the ground; return their
     names."""
     import mujoco
@@ -31,7 +31,7 @@ def add_parts(compiled: CompiledMjcf, mechanism: Mechanism, names: ImportedNames
             called[number] = called[int(model.body_parentid[number])]
             mechanism.mark(compiled.name("body", number) or f"body_{number}", called[number], data.xpos[number])
             continue
-        called[number] = names.own(compiled.name("body", number) or f"body_{number}")
+        called[number] = names.unused(compiled.name("body", number) or f"body_{number}")
         rotation = data.xmat[number].reshape(3, 3)
         inner = from_quaternion(model.body_iquat[number])
         inertia = inner @ np.diag(model.body_inertia[number]) @ inner.T
@@ -59,7 +59,7 @@ def _at_centre(velocity: Array, arm: Array) -> Array:
     return np.asarray(velocity[3:] + np.cross(velocity[:3], arm))
 
 
-def _say_compensated(compiled: CompiledMjcf, mechanism: Mechanism, number: int, name: str) -> None:
+def _say_compensated(compiled: CompiledMjcf, mechanism: ImportedMechanism, number: int, name: str) -> None:
     """Add a constant force at the centre of mass for compensated gravity, with a row of the table."""
     part = float(compiled.model.body_gravcomp[number])
     if part:

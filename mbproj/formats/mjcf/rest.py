@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from mbproj.formats.chains import free_name
-from mbproj.formats.mechanism import Mechanism, Quantity, Same, Wishes
+from mbproj.formats.mechanism import ImportedMechanism, ImportOptions, Quantity, Same
 from mbproj.formats.mjcf.actuators import add_actuators
 from mbproj.formats.mjcf.appearance import CAPSULE, PLANE, SPHERE
 from mbproj.formats.mjcf.compiled import CompiledMjcf
@@ -17,17 +17,17 @@ from mbproj.formats.mjcf.tendons.measured import ModelTendons
 from mbproj.scene.records import GROUND
 
 
-def say_rest(tendons: ModelTendons, wishes: Wishes) -> None:
+def say_rest(tendons: ModelTendons, options: ImportOptions) -> None:
     """Add rows on all parts of the model that are no body, no joint and no loop."""
     compiled, mechanism = tendons.compiled, tendons.mechanism
-    add_actuators(tendons, wishes)
-    _contacts(compiled, mechanism, tendons.called, wishes)
+    add_actuators(tendons, options)
+    _contacts(compiled, mechanism, tendons.called, options)
     add_tendons(tendons)
-    _keyframes(compiled, mechanism, wishes)
+    _keyframes(compiled, mechanism, options)
     _surroundings(compiled, mechanism)
 
 
-def _contacts(compiled: CompiledMjcf, mechanism: Mechanism, called: Called, wishes: Wishes) -> None:
+def _contacts(compiled: CompiledMjcf, mechanism: ImportedMechanism, called: Called, options: ImportOptions) -> None:
     """Add a row on shapes that may touch. On request, add a stop for each sphere, and each end of a capsule, above a
     plane of the ground."""
     model = compiled.model
@@ -37,10 +37,10 @@ def _contacts(compiled: CompiledMjcf, mechanism: Mechanism, called: Called, wish
         return
     stops = 0
     planes = [geom for geom in touching if int(model.geom_type[geom]) == PLANE and geom not in moving]
-    for plane in planes if wishes.contacts else []:
+    for plane in planes if options.contacts else []:
         stops += sum(_stops(compiled, mechanism, called, int(geom), int(plane)) for geom in moving)
     what = "left out: shapes pass through each other"
-    if planes and not wishes.contacts:
+    if planes and not options.contacts:
         what += "; --contacts makes stops of spheres and capsules above planes"
     elif stops:
         what = (
@@ -49,7 +49,7 @@ def _contacts(compiled: CompiledMjcf, mechanism: Mechanism, called: Called, wish
     mechanism.say(f"contacts of {len(moving)} shapes", None, what, Same.UNTIL)
 
 
-def _stops(compiled: CompiledMjcf, mechanism: Mechanism, called: Called, geom: int, plane: int) -> int:
+def _stops(compiled: CompiledMjcf, mechanism: ImportedMechanism, called: Called, geom: int, plane: int) -> int:
     model, data = compiled.model, compiled.data
     kind, size = int(model.geom_type[geom]), model.geom_size[geom]
     matrix = data.geom_xmat[geom].reshape(3, 3)
@@ -69,16 +69,16 @@ def _stops(compiled: CompiledMjcf, mechanism: Mechanism, called: Called, geom: i
     return len(shifts)
 
 
-def _keyframes(compiled: CompiledMjcf, mechanism: Mechanism, wishes: Wishes) -> None:
+def _keyframes(compiled: CompiledMjcf, mechanism: ImportedMechanism, options: ImportOptions) -> None:
     model = compiled.model
     names = [model.key(number).name or str(number) for number in range(model.nkey)]
     if names:
-        begins = f"begins at '{wishes.key}'" if wishes.key else "begins at the model's reference pose"
+        begins = f"begins at '{options.key}'" if options.key else "begins at the model's reference pose"
         what = f"the scene {begins}; --at takes one of {', '.join(names[:8])}"
         mechanism.say(f"{len(names)} keyframes", None, what, Same.YES)
 
 
-def _surroundings(compiled: CompiledMjcf, mechanism: Mechanism) -> None:
+def _surroundings(compiled: CompiledMjcf, mechanism: ImportedMechanism) -> None:
     """Add rows on a medium around the bodies, and on parts that are only drawn or measured."""
     model = compiled.model
     option = next((e for e in compiled.source.root.all("option")), None)

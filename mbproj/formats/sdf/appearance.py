@@ -7,14 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
-from mbproj.formats.geometry import Pose
+from mbproj.formats.geometry import Frame
 from mbproj.formats.sdf.scopes import number, text, vector
 from mbproj.formats.visuals import Shapes, Visual, box, capsule, colour, cylinder, mesh_file, sphere
 from mbproj.formats.xml import XmlElement
 
 
 def visuals(
-    link: XmlElement, body: str, frame: Pose, place: Callable[[XmlElement], Pose], folder: Path
+    link: XmlElement, body: str, frame: Frame, place: Callable[[XmlElement], Frame], folder: Path
 ) -> Iterator[Visual]:
     """Yield the visuals of a link whose global pose is `frame`; `place` gives the pose of a shape in the link. Raises
     InputError at a text that is no number."""

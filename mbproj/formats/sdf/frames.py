@@ -10,7 +10,7 @@ from dataclasses import field
 
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place, Problem
-from mbproj.formats.geometry import IDENTITY, Pose
+from mbproj.formats.geometry import IDENTITY, Frame
 from mbproj.formats.sdf.scopes import Scope, pose_in, text, unknown
 from mbproj.formats.xml import XmlElement
 
@@ -24,11 +24,11 @@ MODEL, ROOTS = "__model__", ("world", "__root__")
 class SdfFrames:
     """Finds the pose of each frame in the model of its scope, and the full name of its link, each once."""
 
-    _poses: dict[tuple[int, str], Pose] = field(default_factory=dict)
+    _poses: dict[tuple[int, str], Frame] = field(default_factory=dict)
     _links: dict[tuple[int, str], str] = field(default_factory=dict)
     _open: set[tuple[int, str, str]] = field(default_factory=set)
 
-    def world(self, scope: Scope) -> Pose:
+    def world(self, scope: Scope) -> Frame:
         """The pose of a model in the world."""
         if scope.above is None and scope.element.tag == "world":
             return IDENTITY
@@ -39,7 +39,7 @@ class SdfFrames:
                 self._poses[key] = outer.then(self._placed(scope))
         return self._poses[key]
 
-    def _placed(self, scope: Scope) -> Pose:
+    def _placed(self, scope: Scope) -> Frame:
         """The pose of a model in the scope around it."""
         given, named = pose_in(scope.element), scope.element.first("pose")
         relative = _relative(named)
@@ -50,7 +50,7 @@ class SdfFrames:
             given = given.then(self.within(scope, placement, scope.element.place).inverse())
         return given
 
-    def within(self, scope: Scope, name: str, place: Place) -> Pose:
+    def within(self, scope: Scope, name: str, place: Place) -> Frame:
         """The pose of a frame in the model of the scope. Raises InputError where nothing has the name."""
         if name in ("", MODEL):
             return IDENTITY
@@ -70,14 +70,14 @@ class SdfFrames:
                 self._poses[key] = self.within(scope, base, element.place).then(pose_in(element))
         return self._poses[key]
 
-    def _placed_once(self, model: Scope) -> Pose:
+    def _placed_once(self, model: Scope) -> Frame:
         key = (id(model), "__placed__")
         if key not in self._poses:
             with _Once(self._open, (*key, "pose"), model.name, model.element.place):
                 self._poses[key] = self._placed(model)
         return self._poses[key]
 
-    def pose(self, scope: Scope, name: str, place: Place) -> Pose:
+    def pose(self, scope: Scope, name: str, place: Place) -> Frame:
         """The pose of a frame in the world."""
         return IDENTITY if name in ROOTS else self.world(scope).then(self.within(scope, name, place))
 
@@ -144,7 +144,7 @@ class _Once:
         self._waiting.discard(self._key)
 
 
-def in_link(frames: SdfFrames, scope: Scope, at: Pose, shape: XmlElement) -> Pose:
+def in_link(frames: SdfFrames, scope: Scope, at: Frame, shape: XmlElement) -> Frame:
     """The pose of a shape in its link's frame; `at` is the link's pose in the world."""
     given = shape.first("pose")
     named = "" if given is None else given.get("relative_to") or given.get("frame")

@@ -10,7 +10,7 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem
-from mbproj.formats.geometry import Pose, check_inertia
+from mbproj.formats.geometry import Frame, check_inertia
 from mbproj.formats.sdf.scopes import number, pose_in, vector
 from mbproj.formats.xml import XmlElement
 
@@ -27,7 +27,7 @@ class Inertia:
     inertia: Array
 
 
-def inertia_of(link: XmlElement, shape_pose: Callable[[XmlElement], Pose]) -> Inertia:
+def inertia_of(link: XmlElement, shape_pose: Callable[[XmlElement], Frame]) -> Inertia:
     """The inertia of a link; `shape_pose` gives the pose of a collision in it. Raises InputError where no body can have
     it."""
     inertial = link.first("inertial")
@@ -47,7 +47,7 @@ def inertia_of(link: XmlElement, shape_pose: Callable[[XmlElement], Pose]) -> In
     return Inertia(mass, pose.position, 0.5 * (turned + turned.T))
 
 
-def _of_shapes(link: XmlElement, density: float, shape_pose: Callable[[XmlElement], Pose]) -> Inertia:
+def _of_shapes(link: XmlElement, density: float, shape_pose: Callable[[XmlElement], Frame]) -> Inertia:
     """The inertia of all shapes about their common centre of mass, by Steiner's theorem."""
     parts: list[Inertia] = []
     for collision in link.all("collision"):

@@ -13,9 +13,9 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place, Problem
 from mbproj.formats.chains import Coordinates, Single, add_one, connect, follow, span
-from mbproj.formats.geometry import Pose, turn, unit
+from mbproj.formats.geometry import Frame, turn, unit
 from mbproj.formats.loops import Loop
-from mbproj.formats.mechanism import Connection, ImportedNames, Mechanism, Quantity, Same
+from mbproj.formats.mechanism import Connection, ImportedMechanism, ImportedNames, Quantity, Same
 from mbproj.formats.sdf.frames import SdfFrames
 from mbproj.formats.sdf.scopes import Scope, number, text, vector
 from mbproj.formats.xml import XmlElement
@@ -42,7 +42,7 @@ class SdfJoint:
     name: str
     type: str
     links: tuple[str, str]
-    frames: tuple[Pose, Pose]
+    frames: tuple[Frame, Frame]
     axes: tuple[Array, ...]
     scope: Scope
     element: XmlElement
@@ -56,16 +56,16 @@ class SdfJoint:
         """The name of its coordinate about an axis."""
         return self.name if axis == "axis" else f"{self.name}_{axis}"
 
-    def moved(self, value: float) -> Pose:
+    def moved(self, value: float) -> Frame:
         """The pose of its frame in the child, in its frame in the parent, at a value of the coordinate in rad or m."""
         if self.type == "prismatic":
-            return Pose(value * self.axes[0], np.eye(3))
+            return Frame(value * self.axes[0], np.eye(3))
         along = value / (2 * pi) * pitch_of(self.element) if self.type == "screw" else 0.0
-        return Pose(along * self.axes[0], turn(self.axes[0], value))
+        return Frame(along * self.axes[0], turn(self.axes[0], value))
 
 
 def read_joint(
-    scope: Scope, frames: SdfFrames, element: XmlElement, name: str, meet: bool, links: Mapping[str, Pose]
+    scope: Scope, frames: SdfFrames, element: XmlElement, name: str, meet: bool, links: Mapping[str, Frame]
 ) -> SdfJoint:
     """Read a joint. Its frame is at the child, where the file puts it, or with `meet` where the named frames of both
     links coincide. `links` are poses in the world. Raises InputError where something is missing."""
@@ -92,7 +92,7 @@ def read_joint(
     return SdfJoint(name, kind, (parent, child), (in_parent, in_child), axes, scope, element, elements)
 
 
-def _axis(scope: Scope, frames: SdfFrames, element: XmlElement, stands: Pose) -> Array:
+def _axis(scope: Scope, frames: SdfFrames, element: XmlElement, stands: Frame) -> Array:
     """The unit axis in the joint's frame; the file may give it in another frame that it names."""
     xyz = element.first("xyz")
     axis = vector(element, "xyz", "0 0 1")
@@ -115,9 +115,9 @@ def pitch_of(element: XmlElement) -> float:
 
 
 def add_joint(
-    mechanism: Mechanism,
+    mechanism: ImportedMechanism,
     joint: SdfJoint,
-    links: Mapping[str, Pose],
+    links: Mapping[str, Frame],
     called: Mapping[str, str],
     names: ImportedNames,
     coordinates: Coordinates,
@@ -128,7 +128,7 @@ def add_joint(
     stands = links[joint.links[1]].then(joint.frames[1])
     kind = TYPES[joint.type]
     if kind in ("fixed", "spherical"):
-        mechanism.join(names.own(joint.name), kind, bodies, stands.position, place=joint.place)
+        mechanism.join(names.unused(joint.name), kind, bodies, stands.position, place=joint.place)
         return
     first = links[joint.links[0]].then(joint.frames[0])  # the joint does not turn its first axis in the parent
     singles = []
@@ -139,15 +139,15 @@ def add_joint(
         alone = Single(name, turns, stands.position, frame.rotation @ axis, place=joint.place)
         singles.append(acted_on(mechanism, joint, element, alone, pose.get(name, 0.0)))
     if kind == "screw":
-        name, (single,) = names.own(joint.name), singles[:1]
+        name, (single,) = names.unused(joint.name), singles[:1]
         pitch = {"pitch": Quantity(pitch_of(joint.element), "m")}
         add_one(mechanism, name, kind, bodies, single.point, single.axis, [(single, "angle")], pitch)
         coordinates[single.name] = (name, "angle")
     else:
-        connect(mechanism, bodies, singles if not kind else singles[:1], names.own, coordinates)
+        connect(mechanism, bodies, singles if not kind else singles[:1], names.unused, coordinates)
 
 
-def acted_on(mechanism: Mechanism, joint: SdfJoint, element: XmlElement, single: Single, at: float) -> Single:
+def acted_on(mechanism: ImportedMechanism, joint: SdfJoint, element: XmlElement, single: Single, at: float) -> Single:
     """The turn or slide with its limits, losses, spring and rotor; `at` is the value of its coordinate at the pose."""
     limit, dynamics = element.first("limit"), element.first("dynamics")
     found = single
@@ -177,7 +177,7 @@ def acted_on(mechanism: Mechanism, joint: SdfJoint, element: XmlElement, single:
     return found
 
 
-def open_loop(mechanism: Mechanism, joint: SdfJoint) -> Loop | None:
+def open_loop(mechanism: ImportedMechanism, joint: SdfJoint) -> Loop | None:
     """The loop of a joint whose frames are apart at the pose; None where its type cannot be closed from a distance. All
     that acts on its coordinate is left out, since its zero is not known."""
     kind = TYPES[joint.type]
@@ -193,7 +193,7 @@ def open_loop(mechanism: Mechanism, joint: SdfJoint) -> Loop | None:
 
 
 def add_mimics(
-    mechanism: Mechanism,
+    mechanism: ImportedMechanism,
     joints: Mapping[tuple[int, str], SdfJoint],
     names: ImportedNames,
     coordinates: Coordinates,
@@ -230,9 +230,9 @@ def _leader(joints: Mapping[tuple[int, str], SdfJoint], joint: SdfJoint, mimic: 
 
 
 def add_gearboxes(
-    mechanism: Mechanism,
+    mechanism: ImportedMechanism,
     joints: Mapping[tuple[int, str], SdfJoint],
-    links: Mapping[str, Pose],
+    links: Mapping[str, Frame],
     link_of: Callable[[Scope, str, Place], str],
     names: ImportedNames,
     coordinates: Coordinates,
@@ -252,7 +252,7 @@ def add_gearboxes(
             continue
         (first, sign_1), (second, sign_2) = found  # type: ignore[misc]
         of: dict[str, Any] = {second: sign_2, first: ratio * sign_1}
-        name = names.own(joint.name)
+        name = names.unused(joint.name)
         mechanism.joints[name] = Connection(name, "coupler", keys={"of": of}, place=joint.place)
 
 
@@ -261,7 +261,7 @@ def _turn_of(
     side: int,
     reference: str,
     joints: Mapping[tuple[int, str], SdfJoint],
-    links: Mapping[str, Pose],
+    links: Mapping[str, Frame],
     coordinates: Coordinates,
 ) -> tuple[str, float] | None:
     """The coordinate that is the angle of a link of a gearbox against its reference body, and its sign; None where no

@@ -12,9 +12,9 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.errors import InputError, Problem
 from mbproj.formats.chains import Coordinates
-from mbproj.formats.geometry import IDENTITY, Pose
+from mbproj.formats.geometry import IDENTITY, Frame
 from mbproj.formats.loops import add_loops
-from mbproj.formats.mechanism import ImportedBody, ImportedNames, Mechanism, Same, Wishes, said_of
+from mbproj.formats.mechanism import ImportedBody, ImportedMechanism, ImportedNames, ImportOptions, Same, said_of
 from mbproj.formats.merged import without_rings
 from mbproj.formats.sdf.appearance import visuals
 from mbproj.formats.sdf.frames import WORLD, SdfFrames, full_name, in_link
@@ -34,21 +34,21 @@ GRAVITY = "0 0 -9.8"
 EXACT = 1e-9
 
 
-def read_sdf(root: XmlElement, path: Path, wishes: Wishes) -> Mechanism:
+def read_sdf(root: XmlElement, path: Path, options: ImportOptions) -> ImportedMechanism:
     """The mechanism of the first world, or of the first model outside a world, in a file with this root element."""
     scope, others = scopes_of(root, path)
     frames = SdfFrames()
     links = _links(scope, frames)
-    joints = _joints(scope, frames, {name: pose for name, (pose, _, _) in links.items()} | {WORLD: IDENTITY}, wishes)
+    joints = _joints(scope, frames, {name: pose for name, (pose, _, _) in links.items()} | {WORLD: IDENTITY}, options)
     still = _grounded(links, joints.values())
     tree = _tree(joints.values(), links, still)
-    poses = _placed(links, joints, tree, still, wishes)
+    poses = _placed(links, joints, tree, still, options)
     title = scope.name or path.stem
-    mechanism = Mechanism(title, "SDF", str(path), vector(scope.element, "gravity", GRAVITY))
+    mechanism = ImportedMechanism(title, "SDF", str(path), vector(scope.element, "gravity", GRAVITY))
     bodies, names, coordinates = ImportedNames(frozenset({GROUND})), ImportedNames(), Coordinates()
     called = dict.fromkeys(still, GROUND)
     for name in _order(links, joints, tree, still):
-        called[name] = bodies.own(_short(name, links))
+        called[name] = bodies.unused(_short(name, links))
         _add_part(mechanism, frames, links[name], called[name], poses[name])
     apart = []
     for joint in joints.values():
@@ -60,15 +60,15 @@ def read_sdf(root: XmlElement, path: Path, wishes: Wishes) -> Mechanism:
             continue
         elif joint.name in tree or _meets(joint, poses):
             before = set(mechanism.tree)
-            add_joint(mechanism, joint, poses, called, names, coordinates, wishes.pose)
+            add_joint(mechanism, joint, poses, called, names, coordinates, options.pose)
             if joint.name not in tree:
                 mechanism.tree &= before
         else:
             apart.append(open_loop(mechanism, joint))
     add_loops(mechanism, [loop for loop in apart if loop is not None], poses, called, names)
     add_gearboxes(mechanism, joints, poses, frames.link, names, coordinates)
-    add_mimics(mechanism, joints, names, coordinates, wishes.pose)
-    add_motions(mechanism, coordinates, wishes.motions, wishes.pose)
+    add_mimics(mechanism, joints, names, coordinates, options.pose)
+    add_motions(mechanism, coordinates, options.motions, options.pose)
     without_rings(mechanism)
     folder = path.resolve().parent
     shown = (
@@ -76,14 +76,14 @@ def read_sdf(root: XmlElement, path: Path, wishes: Wishes) -> Mechanism:
         for name, (at, model, link) in links.items()
         for visual in visuals(link, called[name], poses[name], partial(in_link, frames, model, at), folder)
     )
-    add_visuals(mechanism, shown, wishes.folder or folder)
-    say_rest(mechanism, scope, others, frames, joints.values(), wishes.meet)
+    add_visuals(mechanism, shown, options.folder or folder)
+    say_rest(mechanism, scope, others, frames, joints.values(), options.meet)
     for kind, changed in (("bodies", bodies), ("joints", names)):
         mechanism.said += said_of(mechanism, kind, changed)
     return mechanism
 
 
-_Links = dict[str, tuple[Pose, Scope, XmlElement]]
+_Links = dict[str, tuple[Frame, Scope, XmlElement]]
 
 
 def _links(scope: Scope, frames: SdfFrames) -> _Links:
@@ -105,7 +105,7 @@ def _short(name: str, names: Iterable[str]) -> str:
 
 
 def _joints(
-    scope: Scope, frames: SdfFrames, links: Mapping[str, Pose], wishes: Wishes
+    scope: Scope, frames: SdfFrames, links: Mapping[str, Frame], options: ImportOptions
 ) -> dict[tuple[int, str], SdfJoint]:
     """Joints by their scope and name. Raises InputError, all problems at once."""
     every = [full_name(model, name) for model in scope.walk() for name, _ in model.all("joint")]
@@ -115,14 +115,14 @@ def _joints(
         for name, element in model.all("joint"):
             short = _short(full_name(model, name), every)
             try:
-                joint = read_joint(model, frames, element, short, wishes.meet, links)
+                joint = read_joint(model, frames, element, short, options.meet, links)
                 found[id(model), name] = joint
             except InputError as error:
                 problems += error.problems
     if problems:
         raise InputError(problems)
     able = [joint.name for joint in found.values() if joint.type in ("revolute", "continuous", "prismatic", "screw")]
-    for name in wishes.pose:
+    for name in options.pose:
         if name not in able:
             what = f"the pose names '{name}', which is no joint of the model with one coordinate"
             raise InputError(Problem(what, scope.element.place, choose_from(name, able)))
@@ -182,14 +182,14 @@ def _placed(
     joints: Mapping[tuple[int, str], SdfJoint],
     tree: Mapping[str, SdfJoint],
     still: set[str],
-    wishes: Wishes,
-) -> dict[str, Pose]:
+    options: ImportOptions,
+) -> dict[str, Frame]:
     """The poses of the links in the world: those of the file, unless the user asks that frames of joints meet, or for
     other coordinates."""
     poses = {name: pose for name, (pose, _, _) in links.items()} | {WORLD: IDENTITY}
-    if not wishes.meet and not wishes.pose:
+    if not options.meet and not options.pose:
         return poses
-    lost = [name for name in wishes.pose if name not in tree]
+    lost = [name for name in options.pose if name not in tree]
     if lost:
         place = next(joint.place for joint in joints.values() if joint.name == lost[0])
         raise InputError(Problem(f"joint '{lost[0]}' closes a loop", place, "give the pose of joints before it"))
@@ -200,7 +200,7 @@ def _placed(
             if link not in joint.links:
                 continue
             (parent, child), (held, own) = joint.links, joint.frames
-            across = held.then(joint.moved(wishes.pose.get(joint.name, 0.0))).then(own.inverse())
+            across = held.then(joint.moved(options.pose.get(joint.name, 0.0))).then(own.inverse())
             if link == child and parent in done:
                 poses[child] = poses[parent].then(across)
                 break
@@ -210,7 +210,7 @@ def _placed(
     return poses
 
 
-def _meets(joint: SdfJoint, poses: Mapping[str, Pose]) -> bool:
+def _meets(joint: SdfJoint, poses: Mapping[str, Frame]) -> bool:
     """Whether a joint's frames in its two links agree."""
     first, second = (poses[link].then(own) for link, own in zip(joint.links, joint.frames, strict=True))
     apart = np.abs(first.position - second.position).max()
@@ -218,7 +218,7 @@ def _meets(joint: SdfJoint, poses: Mapping[str, Pose]) -> bool:
 
 
 def _add_part(
-    mechanism: Mechanism, frames: SdfFrames, link: tuple[Pose, Scope, XmlElement], name: str, pose: Pose
+    mechanism: ImportedMechanism, frames: SdfFrames, link: tuple[Frame, Scope, XmlElement], name: str, pose: Frame
 ) -> None:
     at, scope, element = link
     found = inertia_of(element, partial(in_link, frames, scope, at))

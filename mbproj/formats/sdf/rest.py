@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from mbproj.formats.mechanism import Mechanism, Same
+from mbproj.formats.mechanism import ImportedMechanism, Same
 from mbproj.formats.sdf.frames import SdfFrames
 from mbproj.formats.sdf.joints import SdfJoint
 from mbproj.formats.sdf.scopes import FRAMES, Scope, text
@@ -32,7 +32,7 @@ HARMLESS = (
 
 
 def say_rest(
-    mechanism: Mechanism,
+    mechanism: ImportedMechanism,
     scope: Scope,
     others: list[XmlElement],
     frames: SdfFrames,
@@ -58,7 +58,7 @@ def say_rest(
             _say_apart(mechanism, frames, joint)
 
 
-def _say_elements(mechanism: Mechanism, elements: Iterable[XmlElement]) -> None:
+def _say_elements(mechanism: ImportedMechanism, elements: Iterable[XmlElement]) -> None:
     for element in elements:
         if element.tag in READ or element.tag in (*FRAMES, *ONLY_SHOWN) or element.tag == "model":
             continue
@@ -78,7 +78,7 @@ def text_of(element: XmlElement) -> str:
     return element.text.strip().lower()
 
 
-def _say_apart(mechanism: Mechanism, frames: SdfFrames, joint: SdfJoint) -> None:
+def _say_apart(mechanism: ImportedMechanism, frames: SdfFrames, joint: SdfJoint) -> None:
     """Add a row on a joint whose named frame of the parent is elsewhere: SDF puts the joint at its child."""
     named = text(joint.element, "parent")
     if named in ("world", "__root__") or joint.scope.frames.get(named) is None:

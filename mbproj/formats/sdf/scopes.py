@@ -11,7 +11,7 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place, Problem
-from mbproj.formats.geometry import IDENTITY, Pose, from_quaternion, from_rpy, numbers
+from mbproj.formats.geometry import IDENTITY, Frame, from_quaternion, from_rpy, numbers
 from mbproj.formats.included import include, inside
 from mbproj.formats.xml import XmlElement
 from mbproj.scene.text.suggestions import choose_from
@@ -77,7 +77,7 @@ def vector(element: XmlElement, tag: str, default: str) -> Array:
     return numbers(text(element, tag, default), 3, (child or element).place, f"<{tag}>")
 
 
-def pose_in(element: XmlElement) -> Pose:
+def pose_in(element: XmlElement) -> Frame:
     """The <pose> of an element: a place, with roll, pitch and yaw in rad or degrees, or a quaternion x y z w."""
     pose = element.first("pose")
     if pose is None or not pose.text:
@@ -87,9 +87,9 @@ def pose_in(element: XmlElement) -> Pose:
     if quaternion:
         if not given[3:].any():
             raise InputError(Problem("the quaternion is zero", pose.place, "none is 0 0 0 1"))
-        return Pose(given[:3], from_quaternion(given[[6, 3, 4, 5]]))
+        return Frame(given[:3], from_quaternion(given[[6, 3, 4, 5]]))
     turns = np.radians(given[3:]) if pose.get("degrees") in ("true", "1") else given[3:]
-    return Pose(given[:3], from_rpy(*turns))
+    return Frame(given[:3], from_rpy(*turns))
 
 
 def scopes_of(root: XmlElement, path: Path) -> tuple[Scope, list[XmlElement]]:

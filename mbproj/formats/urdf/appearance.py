@@ -7,14 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
-from mbproj.formats.geometry import Pose, numbers
+from mbproj.formats.geometry import Frame, numbers
 from mbproj.formats.urdf.model import Urdf, number, origin_of
 from mbproj.formats.visuals import Shapes, Visual, box, capsule, colour, cylinder, mesh_file, sphere
 from mbproj.formats.xml import XmlElement
 
 
 def visuals(
-    root: XmlElement, model: Urdf, frames: Mapping[str, Pose], called: Mapping[str, str], folder: Path
+    root: XmlElement, model: Urdf, frames: Mapping[str, Frame], called: Mapping[str, str], folder: Path
 ) -> Iterator[Visual]:
     """Yield the visuals of all links. Raises InputError at numbers that are wrong."""
     materials = {each.get("name"): _colour(each) for each in root.walk() if each.tag == "material" and each.children}

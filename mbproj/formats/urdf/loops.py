@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from mbproj.errors import InputError, Place, Problem
-from mbproj.formats.geometry import IDENTITY, Pose, numbers
+from mbproj.formats.geometry import IDENTITY, Frame, numbers
 from mbproj.formats.loops import Loop
 from mbproj.formats.urdf.model import Urdf, axis_of, origin_of
 from mbproj.formats.xml import XmlElement
@@ -142,7 +142,7 @@ def _balls(listed: SequenceNode, values: Mapping[str, Node], model: Urdf) -> Ite
             links.append(_link_of(_text(name), model, name.place))
             shown = " ".join(_text(each) for each in xyz.items) if isinstance(xyz, SequenceNode) else "0 0 0"
             point = numbers(shown, 3, (xyz or entry).place, f"'{side}_xyz'")
-            frames.append(Pose(point, np.eye(3)))
+            frames.append(Frame(point, np.eye(3)))
         called = _text(own["name"]) if "name" in own else f"ball_loop_{at + 1}"
         axis = np.array([0.0, 0.0, 1.0])
         yield Loop(called, "spherical", (links[0], links[1]), (frames[0], frames[1]), axis, entry.place)

@@ -10,7 +10,7 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place, Problem
-from mbproj.formats.geometry import IDENTITY, Pose, check_inertia, from_rpy, numbers, unit
+from mbproj.formats.geometry import IDENTITY, Frame, check_inertia, from_rpy, numbers, unit
 from mbproj.formats.xml import XmlElement
 from mbproj.scene.text.suggestions import choose_from
 
@@ -47,7 +47,7 @@ class UrdfJoint:
     type: str
     parent: str
     child: str
-    origin: Pose
+    origin: Frame
     axis: Array
     element: XmlElement
 
@@ -64,7 +64,7 @@ class Urdf:
     root: str
     links: dict[str, UrdfLink]
     joints: dict[str, UrdfJoint]
-    frames: dict[str, Pose] = field(default_factory=dict)
+    frames: dict[str, Frame] = field(default_factory=dict)
 
     def down(self) -> Iterator[UrdfJoint]:
         """Yield the joints from the root on."""
@@ -78,13 +78,13 @@ class Urdf:
                 waiting.append(joint.child)
 
 
-def origin_of(element: XmlElement | None) -> Pose:
+def origin_of(element: XmlElement | None) -> Frame:
     """The pose in an <origin>, or in an element with the same attributes."""
     if element is None:
         return IDENTITY
     xyz = numbers(element.get("xyz", "0 0 0"), 3, element.place, "'xyz'")
     rpy = numbers(element.get("rpy", "0 0 0"), 3, element.place, "'rpy'")
-    return Pose(xyz, from_rpy(*rpy))
+    return Frame(xyz, from_rpy(*rpy))
 
 
 def number(element: XmlElement, name: str, default: str | None = None) -> float:

@@ -10,9 +10,9 @@ import numpy as np
 
 from mbproj.errors import InputError, Problem
 from mbproj.formats.chains import Coordinates, Single, connect, follow, span
-from mbproj.formats.geometry import Pose, turn
+from mbproj.formats.geometry import Frame, turn
 from mbproj.formats.loops import add_loops
-from mbproj.formats.mechanism import ImportedBody, ImportedNames, Mechanism, Same, Wishes, said_of
+from mbproj.formats.mechanism import ImportedBody, ImportedMechanism, ImportedNames, ImportOptions, Same, said_of
 from mbproj.formats.merged import with_hinges, without_rings
 from mbproj.formats.signals import add_motions
 from mbproj.formats.urdf.appearance import visuals
@@ -33,12 +33,12 @@ MOVING = (
 )
 
 
-def read_urdf(root: XmlElement, path: Path, wishes: Wishes) -> Mechanism:
+def read_urdf(root: XmlElement, path: Path, options: ImportOptions) -> ImportedMechanism:
     """The mechanism of the model in the file at `path`, whose root element is `root`; its root link is the ground."""
     model = read_urdf_model(root)
-    loops = [*loops_in(root, model), *loops_beside(path, wishes.loops, model)]
-    frames = _frames(model, wishes.pose, root)
-    mechanism = Mechanism(root.get("name") or path.stem, "URDF", str(path), GRAVITY)
+    loops = [*loops_in(root, model), *loops_beside(path, options.loops, model)]
+    frames = _frames(model, options.pose, root)
+    mechanism = ImportedMechanism(root.get("name") or path.stem, "URDF", str(path), GRAVITY)
     bodies, joints, coordinates = ImportedNames(frozenset({GROUND})), ImportedNames(), Coordinates()
     called = {model.root: GROUND}
     for joint in model.down():
@@ -47,24 +47,24 @@ def read_urdf(root: XmlElement, path: Path, wishes: Wishes) -> Mechanism:
             called[joint.child] = called[joint.parent]
             mechanism.mark(joint.child, called[joint.parent], frames[joint.child].position)
             continue
-        called[joint.child] = GROUND if still else bodies.own(joint.child)
+        called[joint.child] = GROUND if still else bodies.unused(joint.child)
         if not still:
             _add_part(mechanism, model, called[joint.child], joint.child, frames[joint.child])
-            _add_joint(mechanism, joint, frames, called, joints, coordinates, wishes.pose)
-    _add_mimics(mechanism, model, joints, coordinates, wishes.pose)
+            _add_joint(mechanism, joint, frames, called, joints, coordinates, options.pose)
+    _add_mimics(mechanism, model, joints, coordinates, options.pose)
     add_loops(mechanism, loops, frames, called, joints)
     with_hinges(mechanism)
-    add_motions(mechanism, coordinates, wishes.motions, wishes.pose)
+    add_motions(mechanism, coordinates, options.motions, options.pose)
     without_rings(mechanism)
     folder = path.resolve().parent
-    add_visuals(mechanism, visuals(root, model, frames, called, folder), wishes.folder or folder)
+    add_visuals(mechanism, visuals(root, model, frames, called, folder), options.folder or folder)
     _say_rest(mechanism, root, model)
     for kind, names in (("bodies", bodies), ("joints", joints)):
         mechanism.said += said_of(mechanism, kind, names)
     return mechanism
 
 
-def _frames(model: Urdf, pose: Mapping[str, float], root: XmlElement) -> dict[str, Pose]:
+def _frames(model: Urdf, pose: Mapping[str, float], root: XmlElement) -> dict[str, Frame]:
     """The global frames of the links at these joint coordinates; others are zero."""
     able = [name for name, joint in model.joints.items() if joint.type in ("revolute", "continuous", "prismatic")]
     for name in pose:
@@ -75,15 +75,15 @@ def _frames(model: Urdf, pose: Mapping[str, float], root: XmlElement) -> dict[st
     for joint in model.down():
         value = pose.get(joint.name, 0.0)
         moved = (
-            Pose(value * joint.axis, np.eye(3))
+            Frame(value * joint.axis, np.eye(3))
             if joint.type == "prismatic"
-            else Pose(np.zeros(3), turn(joint.axis, value) if value else np.eye(3))
+            else Frame(np.zeros(3), turn(joint.axis, value) if value else np.eye(3))
         )
         frames[joint.child] = frames[joint.parent].then(joint.origin).then(moved)
     return frames
 
 
-def _add_part(mechanism: Mechanism, model: Urdf, name: str, link: str, frame: Pose) -> None:
+def _add_part(mechanism: ImportedMechanism, model: Urdf, name: str, link: str, frame: Frame) -> None:
     given = model.links[link]
     centre = frame.position + frame.rotation @ given.centre
     mechanism.parts[name] = ImportedBody(name, given.mass, given.inertia, centre, frame.rotation, given.place)
@@ -92,9 +92,9 @@ def _add_part(mechanism: Mechanism, model: Urdf, name: str, link: str, frame: Po
 
 
 def _add_joint(
-    mechanism: Mechanism,
+    mechanism: ImportedMechanism,
     joint: UrdfJoint,
-    frames: Mapping[str, Pose],
+    frames: Mapping[str, Frame],
     called: Mapping[str, str],
     names: ImportedNames,
     coordinates: Coordinates,
@@ -103,15 +103,15 @@ def _add_joint(
     ends, frame = (called[joint.parent], called[joint.child]), frames[joint.child]
     axis = frame.rotation @ joint.axis
     if joint.type == "fixed":
-        mechanism.join(names.own(joint.name), "fixed", ends, frame.position, place=joint.place)
+        mechanism.join(names.unused(joint.name), "fixed", ends, frame.position, place=joint.place)
     elif joint.type == "planar":
-        mechanism.join(names.own(joint.name), "planar", ends, frame.position, axis, place=joint.place)
+        mechanism.join(names.unused(joint.name), "planar", ends, frame.position, axis, place=joint.place)
     elif joint.type != "floating":
         single = Single(joint.name, joint.type != "prismatic", frame.position, axis, place=joint.place)
-        connect(mechanism, ends, [_acted_on(mechanism, joint, single, pose)], names.own, coordinates)
+        connect(mechanism, ends, [_acted_on(mechanism, joint, single, pose)], names.unused, coordinates)
 
 
-def _acted_on(mechanism: Mechanism, joint: UrdfJoint, single: Single, pose: Mapping[str, float]) -> Single:
+def _acted_on(mechanism: ImportedMechanism, joint: UrdfJoint, single: Single, pose: Mapping[str, float]) -> Single:
     """The turn or slide with the limits and losses of its joint."""
     at, shown = pose.get(joint.name, 0.0), f"joint '{joint.name}'"
     limit, dynamics = joint.element.first("limit"), joint.element.first("dynamics")
@@ -138,7 +138,7 @@ def _acted_on(mechanism: Mechanism, joint: UrdfJoint, single: Single, pose: Mapp
     return found
 
 
-def _say_unread(mechanism: Mechanism, shown: str, dynamics: XmlElement) -> None:
+def _say_unread(mechanism: ImportedMechanism, shown: str, dynamics: XmlElement) -> None:
     """Add a row on attributes of <dynamics> that are not read and not zero."""
     for name, text in dynamics.attributes.items():
         if name in ("damping", "friction", "spring_stiffness", "spring_reference"):
@@ -153,7 +153,7 @@ def _say_unread(mechanism: Mechanism, shown: str, dynamics: XmlElement) -> None:
 
 
 def _add_mimics(
-    mechanism: Mechanism, model: Urdf, names: ImportedNames, coordinates: Coordinates, pose: Mapping[str, float]
+    mechanism: ImportedMechanism, model: Urdf, names: ImportedNames, coordinates: Coordinates, pose: Mapping[str, float]
 ) -> None:
     """Add a coupler for each mimic: s = multiplier s' + offset, with both coordinates counted from the pose."""
     for joint in model.joints.values():
@@ -173,7 +173,7 @@ def _add_mimics(
         follow(mechanism, names, ends, multiplier, constant, mimic.place)
 
 
-def _say_rest(mechanism: Mechanism, root: XmlElement, model: Urdf) -> None:
+def _say_rest(mechanism: ImportedMechanism, root: XmlElement, model: Urdf) -> None:
     """Add rows on parts without effect on the motion, or without a counterpart in a scene."""
     touching = sum(len(link.element.all("collision")) for link in model.links.values())
     if touching:

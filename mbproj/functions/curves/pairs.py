@@ -25,7 +25,7 @@ FULL_TURN = 2.0 * np.pi
 TwoNumbers: TypeAlias = "tuple[int, int]"
 
 
-class Run(NamedTuple):
+class TurningRun(NamedTuple):
     """Places from first to last along which the tangent turns one way, to the left or not."""
 
     first: int
@@ -33,16 +33,16 @@ class Run(NamedTuple):
     left: bool
 
 
-class Pose(NamedTuple):
+class RelativePose(NamedTuple):
     """How the second curve lies: d (2, ...), its angle (...), and whether the tangents are opposite."""
 
     d: Numbers
     angle: Numbers
     opposite: bool
 
-    def only(self, some: Integers) -> Pose:
+    def only(self, some: Integers) -> RelativePose:
         """Of several, these."""
-        return Pose(self.d[:, some], self.angle[some], self.opposite)
+        return RelativePose(self.d[:, some], self.angle[some], self.opposite)
 
     def turned(self, vector: Numbers) -> Numbers:
         """A vector (2, ...) of the second curve as the first one has it."""
@@ -50,18 +50,18 @@ class Pose(NamedTuple):
         return np.stack([cosine * vector[0] - sine * vector[1], sine * vector[0] + cosine * vector[1]])
 
 
-def runs_of(angle: Array) -> tuple[Run, ...]:
+def runs_of(angle: Array) -> tuple[TurningRun, ...]:
     """All places, by the angles of their tangents (m,)."""
     turn = np.diff(angle)
-    found, first, way = list[Run](), 0, 0.0
+    found, first, way = list[TurningRun](), 0, 0.0
     for at, step in enumerate(turn.tolist()):
         if abs(step) <= THRESHOLDS.straight_turn:
             continue
         if way * step < 0.0:
-            found.append(Run(first, at, way > 0.0))
+            found.append(TurningRun(first, at, way > 0.0))
             first = at
         way = step
-    return (*found, Run(first, len(turn), way >= 0.0))
+    return (*found, TurningRun(first, len(turn), way >= 0.0))
 
 
 def touching(
@@ -70,8 +70,10 @@ def touching(
     """The parameters of the two feet (..., 2), at points d (..., 2) and angles (...), both of which may be complex,
     and their pieces."""
     flat, turn = d.reshape(-1, 2), angle.reshape(-1)
-    real = Pose(flat.real.T, turn.real, opposite)
-    at = np.array([_nearest(curves, Pose(flat[k].real, turn[k].real, opposite), held) for k in range(len(flat))])
+    real = RelativePose(flat.real.T, turn.real, opposite)
+    at = np.array(
+        [_nearest(curves, RelativePose(flat[k].real, turn[k].real, opposite), held) for k in range(len(flat))]
+    )
     s = np.stack([curve.places.s[own] for curve, own in zip(curves, at.T, strict=True)])
     piece = np.stack([curve.places.piece[own] for curve, own in zip(curves, at.T, strict=True)])
     reach, settled = np.array([[[curve.reach], [curve.settled]] for curve in curves]).swapaxes(0, 1)
@@ -86,11 +88,11 @@ def touching(
     found: Numbers = s
     if np.iscomplexobj(d) or np.iscomplexobj(angle):
         for _ in range(2):  # the first brings the derivative, the second what the first has rounded
-            found = found + _newton(curves, Pose(flat.T, turn, opposite), found, piece)
+            found = found + _newton(curves, RelativePose(flat.T, turn, opposite), found, piece)
     return found.T.reshape(*angle.shape, 2), piece.T.reshape(*angle.shape, 2)
 
 
-def _newton(curves: tuple[PlaneCurve, PlaneCurve], pose: Pose, s: Numbers, piece: Integers) -> Numbers:
+def _newton(curves: tuple[PlaneCurve, PlaneCurve], pose: RelativePose, s: Numbers, piece: Integers) -> Numbers:
     """The steps (2, k) to c1'·Δ = 0 and c1' × c2' = 0, with the line Δ from the first foot to the second."""
     (c, c1, c2, _), second = (curve.derivatives(s[k], piece[k]) for k, curve in enumerate(curves))
     e, e1, e2, _ = (pose.turned(each) for each in second)
@@ -113,7 +115,7 @@ def _across(one: Numbers, other: Numbers) -> Numbers:
     return np.asarray(one[0] * other[1] - one[1] * other[0])
 
 
-def _nearest(curves: tuple[PlaneCurve, PlaneCurve], pose: Pose, held: TwoNumbers) -> TwoNumbers:
+def _nearest(curves: tuple[PlaneCurve, PlaneCurve], pose: RelativePose, held: TwoNumbers) -> TwoNumbers:
     """The numbers of the places next to the two feet."""
     best, least = None, np.inf
     for i, j, forward, apart in _walks(curves, pose, held):
@@ -127,7 +129,7 @@ def _nearest(curves: tuple[PlaneCurve, PlaneCurve], pose: Pose, held: TwoNumbers
     return best or _closest(curves, pose, held)
 
 
-def _closest(curves: tuple[PlaneCurve, PlaneCurve], pose: Pose, held: TwoNumbers) -> TwoNumbers:
+def _closest(curves: tuple[PlaneCurve, PlaneCurve], pose: RelativePose, held: TwoNumbers) -> TwoNumbers:
     """Where nothing like that is found, the two places that are nearest to each other."""
     first, second = (
         np.arange(len(curve.places.s)) if own < 0 else np.flatnonzero(curve.places.piece == own)
@@ -140,7 +142,7 @@ def _closest(curves: tuple[PlaneCurve, PlaneCurve], pose: Pose, held: TwoNumbers
 
 
 def _walks(
-    curves: tuple[PlaneCurve, PlaneCurve], pose: Pose, held: TwoNumbers
+    curves: tuple[PlaneCurve, PlaneCurve], pose: RelativePose, held: TwoNumbers
 ) -> Iterator[tuple[Integers, Integers, Array, Array]]:
     """Places of both curves side by side, each (k,), and the line between them: how far it leads along the tangent of
     the first curve, and how far across it."""

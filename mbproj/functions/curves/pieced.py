@@ -22,7 +22,7 @@ SETTLED = 1e-9
 FREE = -1
 
 
-class Along(Protocol):
+class CurvePlaces(Protocol):
     """Points along a curve: their parameters, pieces, and arc lengths from its beginning, (m,)."""
 
     @property
@@ -55,7 +55,7 @@ class PiecedCurve(ABC):
 
     @property
     @abstractmethod
-    def places(self) -> Along:
+    def places(self) -> CurvePlaces:
         """Points so near to each other that the one nearest to a point is next to that one's foot."""
 
     @abstractmethod

@@ -12,7 +12,7 @@ import numpy as np
 from mbproj.arrays import Array, Integers, Numbers
 from mbproj.dataclass import dataclass
 from mbproj.functions.curves.evaluated import Pieces
-from mbproj.functions.curves.pairs import Run, runs_of, touching
+from mbproj.functions.curves.pairs import TurningRun, runs_of, touching
 from mbproj.functions.curves.piece import Piece, scaled
 from mbproj.functions.curves.pieced import FREE, PiecedCurve
 from mbproj.thresholds import THRESHOLDS
@@ -116,7 +116,7 @@ class PlaneCurve(PiecedCurve):
         return touching((self, other), d, angle, opposite, held)
 
     @cached_property
-    def runs(self) -> tuple[Run, ...]:
+    def runs(self) -> tuple[TurningRun, ...]:
         """Of places along which the tangent turns one way."""
         return runs_of(self.places.angle)
 

@@ -19,7 +19,7 @@ Point = tuple[float, float]
 ROUND_OFF = 64.0 * float_info.epsilon
 
 
-class Followed(NamedTuple):
+class CamFollower(NamedTuple):
     """What touches a cam: a point or, of `radius` in m, a roller; or a flat face."""
 
     kind: Literal["point", "roller", "flat"] = "point"
@@ -117,7 +117,7 @@ def polar(rows: Sequence[Point]) -> PlaneCurve:
     return PlaneCurve(tuple(pieces), table.knots[0] + FULL_TURN, True)
 
 
-def of_law(base: float, rises: Sequence[Rise], followed: Followed, clockwise: bool) -> PlaneCurve:
+def of_law(base: float, rises: Sequence[Rise], followed: CamFollower, clockwise: bool) -> PlaneCurve:
     """What a cam guides on a base circle of radius `base`: the way of a point, or of a roller's centre, or, for a flat
     face, the profile itself. The law goes by the angle about the axis, counterclockwise from x or clockwise; the
     follower moves on a line through the axis."""

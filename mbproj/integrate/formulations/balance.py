@@ -18,7 +18,7 @@ from mbproj.dynamics.equations.kinematics import body_rates, pose_of, twist_of
 from mbproj.dynamics.equations.round_off import EPSILON
 from mbproj.dynamics.symmetries import rigid_fields
 from mbproj.model.system import System
-from mbproj.projection import Method, Projected, Projection
+from mbproj.projection import Method, ProjectedState, Projection
 from mbproj.projection.solve.invariants import BalanceScratch, corrected
 from mbproj.scene.records import ProjectionSettings
 from mbproj.thresholds import THRESHOLDS
@@ -64,8 +64,8 @@ class Balance:
         self.kept.momenta = self.fields @ rigid_fields(q) @ mass_matrix(self.system, pose_of(q)) @ v
 
     def after_step(
-        self, formulation: FullFormulation, t: float, before: Array, y: Array, projected: Projected
-    ) -> Projected:
+        self, formulation: FullFormulation, t: float, before: Array, y: Array, projected: ProjectedState
+    ) -> ProjectedState:
         """Return the state after a step from `before` to y at t, which the joints' rows moved to `projected`."""
         self.before, self.refused = before, False
         if not projected.velocity_iterations or projected.failures:
@@ -91,7 +91,7 @@ class Balance:
         kept.largest = max(kept.largest, part)
         return np.asarray(v + change)
 
-    def inside_step(self, formulation: FullFormulation, t: float, y: Array, projected: Projected) -> Array:
+    def inside_step(self, formulation: FullFormulation, t: float, y: Array, projected: ProjectedState) -> Array:
         """Return a closed state y inside the step with corrected velocities, although its extension has a larger error.
         Nothing is counted."""
         if self.refused or self.before is None or not projected.velocity_iterations or projected.failures:

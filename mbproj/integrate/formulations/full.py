@@ -45,7 +45,7 @@ from mbproj.model.forces import Forces
 from mbproj.model.layout import Layout
 from mbproj.model.reflected import NO_REFLECTED
 from mbproj.model.system import System
-from mbproj.projection import Method, Projected, Projection, make_method, project_after
+from mbproj.projection import Method, ProjectedState, Projection, make_method, project_after
 from mbproj.scene.records import ProjectionSettings, Settings
 from mbproj.thresholds import THRESHOLDS
 
@@ -217,22 +217,22 @@ class FullFormulation:
             terms, Q=terms.Q + carried @ pulls, power=np.array([loads.power, loads.dissipation, *loads.apart])
         )
 
-    def project(self, step: int, t: float, before: Array, y: Array) -> Projected:
+    def project(self, step: int, t: float, before: Array, y: Array) -> ProjectedState:
         """Return the state after step number `step` from `before`, projected according to the settings."""
         projected = self._projected(step, self.settings.projection, t, y)
         self.policy.see(projected.nearest)
         return projected if self.balance is None else self.balance.after_step(self, t, before, y, projected)
 
-    def project_copy(self, t: float, y: Array) -> tuple[Array, Projected]:
+    def project_copy(self, t: float, y: Array) -> tuple[Array, ProjectedState]:
         """Return a state between two steps, projected on the levels that the settings switch on; and the projection."""
         projected = self._projected(1, replace(self.settings.projection, every=1, threshold=None), t, y)
         closed = self.layout.changed(y, {"positions": projected.q, "velocities": projected.v})
         return closed if self.balance is None else self.balance.inside_step(self, t, closed, projected), projected
 
-    def _projected(self, step: int, settings: ProjectionSettings, t: float, y: Array) -> Projected:
+    def _projected(self, step: int, settings: ProjectionSettings, t: float, y: Array) -> ProjectedState:
         q, v, expected = self.parts(y)
         if not isinstance(self.method, Projection):
-            return Projected(q, v)
+            return ProjectedState(q, v)
         try:
             drive, rows = self.drive(t, expected), self.policy.rows
             return project_after(step, self.system, self.method, settings, q, v, drive, rows)
@@ -252,7 +252,7 @@ class FullFormulation:
         twist = twist_of(pose, v)
         return np.abs(constraint(system, pose, drive)), np.abs(constraint_velocity(system, pose, twist, drive))
 
-    def check_branch(self, t: float, h: float, y: Array, projected: Projected) -> None:
+    def check_branch(self, t: float, h: float, y: Array, projected: ProjectedState) -> None:
         """Raise SimulationError where the step has lost the motion. Near a pose at which C_q loses its rank, branches
         of the motion may cross at an angle. The projection may then change the velocities of y by more than a step of
         size h can err, or leave rows without a gradient open: both count as lost."""

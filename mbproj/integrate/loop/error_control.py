@@ -24,7 +24,7 @@ from mbproj.integrate.loop.carried import attempted, point_within
 from mbproj.integrate.loop.run import Run
 from mbproj.integrate.loop.state_events import StateEvents
 from mbproj.integrate.loop.step_end import is_closed, left_open_at
-from mbproj.integrate.loop.step_size import Controller, error_norm, first_step
+from mbproj.integrate.loop.step_size import StepSizeController, error_norm, first_step
 from mbproj.integrate.point import Point
 from mbproj.integrate.reporting.failures import TurnsUntold, not_finite, step_vanished
 from mbproj.integrate.reporting.marks import Mark, resuming
@@ -67,10 +67,12 @@ class ErrorControl:
             point, h = self.run.resume(mark), float(mark["h"])
             if self.events is not None:
                 self.events.restore(mark["events"])
-            control = Controller(self.run.stepper.error_order, float(mark["previous_error"]), bool(mark["rejected"]))
+            control = StepSizeController(
+                self.run.stepper.error_order, float(mark["previous_error"]), bool(mark["rejected"])
+            )
         yield from self.steps(point, h, control)
 
-    def steps(self, point: Point, h: float, control: Controller) -> Iterator[Sample]:
+    def steps(self, point: Point, h: float, control: StepSizeController) -> Iterator[Sample]:
         """Yield the samples after a point, from which the next step has the size h."""
         run, times, lost = self.run, self.run.leg.times, None
         assert times is not None
@@ -120,15 +122,15 @@ class ErrorControl:
             return max(THRESHOLDS.fewest_grains * self.run.grain(t), THRESHOLDS.turning_step * self.run.interval)
         return THRESHOLDS.fewest_grains * self.run.grain(t)
 
-    def _before_step(self, h: float, control: Controller) -> Mark:
+    def _before_step(self, h: float, control: StepSizeController) -> Mark:
         """Return what a step of size h depends on beside the point, for its mark."""
         events = {} if self.events is None else {"events": self.events.save()}
         return {"h": h, "previous_error": control.previous_error, "rejected": control.rejected, **events}
 
     @property
-    def forgetful(self) -> Controller:
+    def forgetful(self) -> StepSizeController:
         """A controller without memory, for a first step."""
-        return Controller(self.run.stepper.error_order)
+        return StepSizeController(self.run.stepper.error_order)
 
     def go_on(self, point: Point, crossing: Crossing | None, h: float) -> tuple[Point, float]:
         """Return the point as it is evaluated after an event, which ended a step of size h, and a new step size."""

@@ -20,7 +20,7 @@ from mbproj.integrate.reporting.tally import Tally
 from mbproj.integrate.steppers.methods import Stepper
 from mbproj.integrate.steppers.runge_kutta import Step
 from mbproj.model.system import System
-from mbproj.projection import Projected
+from mbproj.projection import ProjectedState
 from mbproj.thresholds import THRESHOLDS
 
 
@@ -82,7 +82,7 @@ def _closed(
 
 
 def _open(
-    formulation: FullFormulation, before: Point, t: float, position: Array, projected: Projected
+    formulation: FullFormulation, before: Point, t: float, position: Array, projected: ProjectedState
 ) -> SimulationError:
     """Return the error for a step to t that has left |C| at `position`."""
     return _too_far(formulation, before, t) or left_open_at(formulation, t, position, projected)
@@ -94,13 +94,13 @@ def _too_far(formulation: FullFormulation, before: Point, t: float) -> Simulatio
     return None if far is None else untold(formulation, before, t, far)
 
 
-def is_closed(formulation: FullFormulation, position: Array, projected: Projected) -> bool:
+def is_closed(formulation: FullFormulation, position: Array, projected: ProjectedState) -> bool:
     """Return whether |C| at `position`, as a projection has left it, counts as closed; NaN does not."""
     limit = THRESHOLDS.open_limit if projected.failures else THRESHOLDS.lost_limit
     return bool(np.all(position <= limit * formulation.system.row_scale))
 
 
-def left_open_at(formulation: FullFormulation, t: float, position: Array, projected: Projected) -> SimulationError:
+def left_open_at(formulation: FullFormulation, t: float, position: Array, projected: ProjectedState) -> SimulationError:
     """Return the error for the joint that a projection has left open most."""
     system, row = formulation.system, int(np.argmax(position / formulation.system.row_scale))
     if not np.isfinite(position[row]):

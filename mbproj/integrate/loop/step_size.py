@@ -27,7 +27,7 @@ def error_norm(estimates: Array, y: Array, y_new: Array, tolerance: float, scale
 
 
 @dataclass(frozen=True)
-class Controller:
+class StepSizeController:
     """PI controller: h_new = 0.9 h err^(-a) err_old^b with b = 0.2/k, a = 1/k - 0.75 b, k the estimate's order + 1.
 
     For k = 5 these are the constants of DOPRI5.
@@ -42,7 +42,7 @@ class Controller:
         """Whether the current step is a repetition of a rejected one, and not the first of its kind."""
         return self.rejected and self.previous_error > THRESHOLDS.least_error_before
 
-    def after_accepted(self, error: float, h: float) -> tuple[float, Controller]:
+    def after_accepted(self, error: float, h: float) -> tuple[float, StepSizeController]:
         """Return the size of the next step, and the controller for it."""
         k = self.error_order + 1
         integral = 0.2 / k
@@ -50,14 +50,14 @@ class Controller:
         factor = THRESHOLDS.safety * reached ** (0.75 * integral - 1.0 / k) * self.previous_error**integral
         largest = 1.0 if self.rejected else THRESHOLDS.largest_change
         factor = min(max(factor, THRESHOLDS.smallest_change), largest)
-        return h * factor, Controller(self.error_order, max(error, THRESHOLDS.least_error_before))
+        return h * factor, StepSizeController(self.error_order, max(error, THRESHOLDS.least_error_before))
 
-    def after_rejected(self, error: float, h: float) -> tuple[float, Controller]:
+    def after_rejected(self, error: float, h: float) -> tuple[float, StepSizeController]:
         """Return the size to try again with, and the controller for it. An error that is not finite shrinks the step
         most."""
         k = self.error_order + 1
         factor = THRESHOLDS.safety * error ** (0.15 / k - 1.0 / k) if np.isfinite(error) else 0.0
-        return h * max(factor, THRESHOLDS.smallest_change), Controller(
+        return h * max(factor, THRESHOLDS.smallest_change), StepSizeController(
             self.error_order, self.previous_error, rejected=True
         )
 

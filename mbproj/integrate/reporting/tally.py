@@ -14,7 +14,7 @@ from mbproj.dataclass import dataclass
 from mbproj.integrate.events.time_events import Event
 
 if TYPE_CHECKING:
-    from mbproj.projection import Projected
+    from mbproj.projection import ProjectedState
 
 
 @dataclass(frozen=True)
@@ -164,7 +164,7 @@ class Tally:
         self.evaluations += number
         self.factorisations += number
 
-    def count_projection(self, projected: Projected) -> None:
+    def count_projection(self, projected: ProjectedState) -> None:
         """Count the work of one projection."""
         self.projections += projected.projections
         self.projection_iterations += projected.position_iterations

@@ -14,7 +14,7 @@ from mbproj.dynamics.contact.impact import Rubbing
 from mbproj.dynamics.equations.constraint_equations import set_velocity
 from mbproj.dynamics.equations.gaps import counted_values
 from mbproj.dynamics.equations.kinematics import pose_of, twist_of
-from mbproj.dynamics.friction.balance import Balance, Balanced, Unbalanced, balanced
+from mbproj.dynamics.friction.balance import Balanced, FrictionBalance, NoFrictionBalance, balanced
 from mbproj.dynamics.friction.changing import frictions_at, sliding_forces
 from mbproj.dynamics.friction.loads import grows_bounded
 from mbproj.dynamics.friction.shares import held_by
@@ -145,7 +145,7 @@ def _problem(
     rate: Array,
     speed: Array,
     fastest: float,
-) -> Balance:
+) -> FrictionBalance:
     """What stops that touch and frictions that count have to fulfil, where these slide with a rate, (K,), and the
     `fastest` motion so far was that, 1/s."""
     stops, frictions = freedom.system.stops, frictions_at(freedom.system, state)
@@ -156,7 +156,7 @@ def _problem(
         A = np.vstack([freedom.rows(stops)[touches], A])
         gradients = np.vstack([freedom.gap_gradients(stops)[touches], gradients])
         b = np.concatenate([freedom.gap_accelerations(stops, free)[touches], b])
-    return Balance(
+    return FrictionBalance(
         A=A,
         b=b,
         static=frictions.static[rubs],
@@ -169,13 +169,13 @@ def _problem(
     )
 
 
-def _balance(problem: Balance, t: float, system: System, rubs: Integers) -> Balanced:
+def _balance(problem: FrictionBalance, t: float, system: System, rubs: Integers) -> Balanced:
     """Its solution. Raises SimulationError that names the frictions where there is none, or not one alone."""
     if (names := _jams(problem)) is not None:
         raise finds_no_balance(t, system, rubs[names])
     try:
         return balanced(problem)
-    except Unbalanced as error:
+    except NoFrictionBalance as error:
         raise finds_no_balance(t, system, rubs[error.frictions] if len(error.frictions) else rubs) from error
 
 
@@ -187,7 +187,7 @@ def _stops_soon(frictions: Frictions, rate: Array, acceleration: Array, rubs: In
     return np.asarray(change < 0.0)
 
 
-def _jams(problem: Balance) -> Integers | None:
+def _jams(problem: FrictionBalance) -> Integers | None:
     """The frictions whose sliding has no unique solution, where all slide and no stop touches; None where it has."""
     loads = problem.loads
     if problem.stops or problem.rests.any() or not isinstance(loads, _Loads):

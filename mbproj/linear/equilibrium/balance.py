@@ -37,7 +37,7 @@ AT_REST = np.zeros(3)
 
 
 @dataclass(frozen=True, eq=False)
-class Turning:
+class SteadyTurn:
     """A steady turn: Ω (3,) in rad/s about an axis through `point` (3,) in m. Every body turns with it."""
 
     rate: Array
@@ -52,11 +52,11 @@ class Turning:
         return MotionAtTime(t, q, np.concatenate([velocity, spin], axis=1).ravel(), change.ravel(), expected, x)
 
 
-REST = Turning(AT_REST, AT_REST)
+REST = SteadyTurn(AT_REST, AT_REST)
 
 
 @dataclass(frozen=True, eq=False)
-class Problem:
+class EquilibriumProblem:
     """A problem of equilibrium: a system at time `t`, whose motions are held at `drive`.
 
     Joint coordinates that are `held` are additional rows. `x` (K,) are the states of elements, `turning` the steady
@@ -69,7 +69,7 @@ class Problem:
     held: Conditions
     x: Array
     reach: float
-    turning: Turning = REST
+    turning: SteadyTurn = REST
 
     @classmethod
     def of(
@@ -80,8 +80,8 @@ class Problem:
         drive: Drive,
         held: Conditions,
         x: Array,
-        turning: Turning = REST,
-    ) -> Problem:
+        turning: SteadyTurn = REST,
+    ) -> EquilibriumProblem:
         """Return the problem with the extent of the mechanism at a pose."""
         reach = max(system.length, float(np.ptp(pose_of(q).position[:-1], axis=0).max()))
         return cls(system, t, drive, held, x, reach, turning)
@@ -91,7 +91,7 @@ class Problem:
         """The units of tangent coordinates, (6n,)."""
         return np.tile([self.reach] * 3 + [1.0] * 3, self.system.bodies)
 
-    def at(self, q: Array, expected: Array) -> Balance:
+    def at(self, q: Array, expected: Array) -> EquilibriumBalance:
         """Return the forces at a closed pose. `expected` (nc,): the joints' coordinates near there, with turns."""
         system, pose = self.system, pose_of(q)
         counted = np.asarray(near(system, coordinate_values(system, pose), expected), dtype=float)
@@ -99,7 +99,7 @@ class Problem:
         force = tangent_force(system, motion)
         held = row_motion(system.coordinates, motion.carried()).G.chosen(self.held.index)
         space = tangent_space_of(system, pose, *self._scaled(constraint_rows(system, motion), held), self.lengths)
-        return Balance(self, motion, force, space, space.pseudoinverse.T @ force)
+        return EquilibriumBalance(self, motion, force, space, space.pseudoinverse.T @ force)
 
     def moved(self, q: Array, ξ: Array) -> Array:
         """Return the pose after a displacement (6n,) that the rows allow at q.
@@ -152,7 +152,7 @@ class AnyBalance(Unbalanced, Protocol):
     """Interface of the forces at a pose, for small and large mechanisms."""
 
     @property
-    def problem(self) -> Problem:
+    def problem(self) -> EquilibriumProblem:
         """The problem of equilibrium."""
 
     @property
@@ -187,11 +187,11 @@ def largest_acting(at: AnyBalance) -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class Balance:
+class EquilibriumBalance:
     """The forces (6n,) at a pose and the tangent space there. `multipliers` balance the forces as far as they can:
     first those of the rows of joints and motions, then those of held coordinates."""
 
-    problem: Problem
+    problem: EquilibriumProblem
     motion: MotionAtTime
     force: Array
     space: TangentSpace
@@ -248,7 +248,7 @@ class Balance:
         turn = motion.pose.rotation[:-1]
         return in_axes(equations, motion, problem.turning.rate), _in_global(self.space.N, turn)
 
-    def after(self, step: Array, x: Array | None = None) -> Balance | None:
+    def after(self, step: Array, x: Array | None = None) -> EquilibriumBalance | None:
         """Return the forces after a step (f,) along the tangent space and back to the constraints, with states x of
         elements if given. Return None where the constraints do not close, or a function has no value."""
         problem = self.problem if x is None else replace(self.problem, x=x)

@@ -20,10 +20,9 @@ from mbproj.dynamics.equations.teeth import near
 from mbproj.dynamics.equations.turning import turns_of
 from mbproj.dynamics.rank.mobility import mobility
 from mbproj.dynamics.rank.nearby import NO_CONDITIONS
-from mbproj.errors import InputError
-from mbproj.errors import Problem as Wrong
+from mbproj.errors import InputError, Problem
 from mbproj.integrate.stops.resting import RubsAtStart
-from mbproj.linear.equilibrium.balance import REST, Problem, Turning
+from mbproj.linear.equilibrium.balance import REST, EquilibriumProblem, SteadyTurn
 from mbproj.linear.equilibrium.direction_names import direction_words
 from mbproj.linear.equilibrium.holding import holding
 from mbproj.linear.equilibrium.sampled import settled
@@ -100,7 +99,7 @@ class Equilibrium(Tabled):
 
 
 def equilibrium(
-    system: System, start: State, t: float = 0.0, turning: Turning | None = None, held: Conditions = NO_CONDITIONS
+    system: System, start: State, t: float = 0.0, turning: SteadyTurn | None = None, held: Conditions = NO_CONDITIONS
 ) -> Equilibrium:
     """Return the equilibrium from an assembled start, with motions held at time t, or a steady turn. Dry friction holds
     its coordinates at their initial values. Raises NoEquilibrium where nothing balances the forces. Raises InputError
@@ -112,11 +111,11 @@ def equilibrium(
     _refuse(system, t, steadily=turning is not None)
     here = held_at(settled(system), start, resting=True)
     q, expected = _moved_to_motions(here.system, start, t)
-    problem = Problem.of(here.system, t, q, drive_at(system, t), held, start.x, turning or REST)
+    problem = EquilibriumProblem.of(here.system, t, q, drive_at(system, t), held, start.x, turning or REST)
     return _possible(system, _with_masses(system, problem, _solved(problem, q, expected), here))
 
 
-def _with_masses(system: System, problem: Problem, solved: Solved, here: RestingContacts) -> Equilibrium:
+def _with_masses(system: System, problem: EquilibriumProblem, solved: Solved, here: RestingContacts) -> Equilibrium:
     """Return the description, with the masses that compliant stops meet at the equilibrium, not at the start."""
     found = described(problem, solved, here)
     if system.stops is None or not system.stops.resistance.any():
@@ -144,7 +143,7 @@ def _inside_stops(found: Equilibrium) -> Equilibrium:
     k = int(beyond[np.argmin(gap[beyond])])
     said = f"forces balance {-gap[k]:.6g} {system.names.stop_units[k]} beyond the rigid stop '{system.names.stops[k]}'"
     hint = "run it with dampers until it rests on the stop, or make the stop compliant with 'stiffness'"
-    raise InputError(Wrong(said, system.stops.places[k], hint))
+    raise InputError(Problem(said, system.stops.places[k], hint))
 
 
 def is_large(system: System) -> bool:
@@ -152,7 +151,7 @@ def is_large(system: System) -> bool:
     return system.bodies > THRESHOLDS.dense_modes
 
 
-def _solved(problem: Problem, q: Array, expected: Array, *, dense: bool = False) -> Solved:
+def _solved(problem: EquilibriumProblem, q: Array, expected: Array, *, dense: bool = False) -> Solved:
     if problem.system.states.size:
         from mbproj.linear.equilibrium.states import solve_with_states
 
@@ -166,14 +165,14 @@ def _solved(problem: Problem, q: Array, expected: Array, *, dense: bool = False)
 
 
 def others(
-    system: System, found: Equilibrium, count: int, turning: Turning | None = None, held: Conditions = NO_CONDITIONS
+    system: System, found: Equilibrium, count: int, turning: SteadyTurn | None = None, held: Conditions = NO_CONDITIONS
 ) -> Iterator[Equilibrium]:
     """Yield other equilibria, found from `count` other poses that the joints reach; each is yielded once."""
     if not count:
         return
     motion, here = found.reference.motion, RestingContacts(found.reference.system, found.whole, found.reference.held)
     drive = drive_at(system, motion.t)
-    problem = Problem.of(here.system, motion.t, motion.q, drive, held, motion.x, turning or REST)
+    problem = EquilibriumProblem.of(here.system, motion.t, motion.q, drive, held, motion.x, turning or REST)
     seen, rng = [motion.q], np.random.default_rng(SEED)
     for _ in range(count):
         there = _elsewhere(problem, motion, rng)
@@ -187,7 +186,7 @@ def others(
             yield other
 
 
-def _elsewhere(problem: Problem, motion: MotionAtTime, rng: np.random.Generator) -> MotionAtTime:
+def _elsewhere(problem: EquilibriumProblem, motion: MotionAtTime, rng: np.random.Generator) -> MotionAtTime:
     """Return a pose that the joints reach in a random direction."""
     far = rng.uniform(-THRESHOLDS.other_starts, THRESHOLDS.other_starts)
     if is_large(problem.system):
@@ -219,11 +218,11 @@ def _refuse(system: System, t: float, *, steadily: bool) -> None:
     if steadily and system.frictions is not None:
         names = ", ".join(f"'{name}'" for name in system.names.frictions)
         said = f"a steady turn has no model of the dry friction of {names}"
-        raise InputError(Wrong(said, system.frictions.places[0], "let it come to turn steadily in a run"))
+        raise InputError(Problem(said, system.frictions.places[0], "let it come to turn steadily in a run"))
     if steadily:
         return
     problems = [
-        Wrong(
+        Problem(
             f"motion '{name}' is not constant at t = {t:.6g} s: its rate is {rate:.6g} per s",
             place,
             "give a time at which it stands still with --at, or a steady turn with --steady",
@@ -245,16 +244,16 @@ def _moved_to_motions(system: System, start: State, t: float) -> tuple[Array, Ar
     for step in range(1, count + 1):
         value = first.value + (last.value - first.value) * step / count
         drive = Drive(value, np.zeros_like(value), np.zeros_like(value))
-        closed = Problem.of(system, t, q, drive, NO_CONDITIONS, start.x).closed(q)
+        closed = EquilibriumProblem.of(system, t, q, drive, NO_CONDITIONS, start.x).closed(q)
         if closed is None:
             said = f"the mechanism cannot reach where its motions are at t = {t:.6g} s"
-            raise InputError(Wrong(said, hint="give an earlier time with --at"))
+            raise InputError(Problem(said, hint="give an earlier time with --at"))
         q = closed
         expected = np.asarray(near(system, coordinate_values(system, pose_of(q)), expected), dtype=float)
     return q, expected
 
 
-def described(problem: Problem, solved: Solved, here: RestingContacts) -> Equilibrium:
+def described(problem: EquilibriumProblem, solved: Solved, here: RestingContacts) -> Equilibrium:
     """Return an equilibrium with its description, without the forces of frictions."""
     balance, system = solved.balance, problem.system
     rows, motion = system.constraints - system.bodies, balance.motion

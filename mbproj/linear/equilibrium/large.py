@@ -21,7 +21,7 @@ from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.equations.teeth import near
 from mbproj.errors import SimulationError
 from mbproj.linear.bordered import Proximal, is_definite
-from mbproj.linear.equilibrium.balance import Problem, largest_acting
+from mbproj.linear.equilibrium.balance import EquilibriumProblem, largest_acting
 from mbproj.linear.equilibrium.solve import (
     Fall,
     Solved,
@@ -43,7 +43,7 @@ class LargeBalance:
     """The forces (6n,) at a pose of a large mechanism at rest, and the multipliers that balance them as far as they
     can. `unbalanced` (6n,): the displacement along which they are unbalanced, with the size of the rest."""
 
-    problem: Problem
+    problem: EquilibriumProblem
     motion: MotionAtTime
     force: Array
     metric: Proximal
@@ -51,7 +51,7 @@ class LargeBalance:
     unbalanced: Array
 
     @classmethod
-    def at(cls, problem: Problem, q: Array, expected: Array) -> LargeBalance:
+    def at(cls, problem: EquilibriumProblem, q: Array, expected: Array) -> LargeBalance:
         """Return the forces at a closed pose."""
         system = problem.system
         counted = np.asarray(near(system, coordinate_values(system, pose_of(q)), expected), dtype=float)
@@ -117,7 +117,7 @@ class LargeBalance:
         return q if size <= THRESHOLDS.assembled else None
 
 
-def solve_large(problem: Problem, q: Array, expected: Array) -> Solved:
+def solve_large(problem: EquilibriumProblem, q: Array, expected: Array) -> Solved:
     """Return the equilibrium downhill from a closed pose. Raises NoEquilibrium, in words, where there is none."""
     here = start = LargeBalance.at(problem, q, expected)
     radius, σ, steps, fall = THRESHOLDS.long_way, 0.0, 0, Fall()
@@ -172,7 +172,7 @@ def _downhill(here: LargeBalance, K: csr_matrix, σ: float, radius: float) -> tu
         σ *= grow
 
 
-def _metric(problem: Problem) -> csr_matrix:
+def _metric(problem: EquilibriumProblem) -> csr_matrix:
     from scipy.sparse import diags
 
     return diags(problem.lengths**-2.0, format="csr")

@@ -15,7 +15,13 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.derivatives.tangent_space import TangentSpace
 from mbproj.errors import ExitCode, MbprojError
-from mbproj.linear.equilibrium.balance import AnyBalance, Balance, Problem, Unbalanced, displacement_between
+from mbproj.linear.equilibrium.balance import (
+    AnyBalance,
+    EquilibriumBalance,
+    EquilibriumProblem,
+    Unbalanced,
+    displacement_between,
+)
 from mbproj.linear.equilibrium.direction_names import direction_words, lying_flat
 from mbproj.thresholds import THRESHOLDS
 
@@ -60,7 +66,7 @@ class Fall:
         return self.length >= THRESHOLDS.far_away
 
 
-class Steps(Unbalanced, Protocol):
+class ResidualEquations(Unbalanced, Protocol):
     """Interface of equations whose residual is minimised, by steps that begin with those of bodies."""
 
     @property
@@ -79,10 +85,10 @@ class Steps(Unbalanced, Protocol):
         """Return the equations after a step."""
 
 
-AnySteps = TypeVar("AnySteps", bound=Steps)
+AnySteps = TypeVar("AnySteps", bound=ResidualEquations)
 
 
-def solve(problem: Problem, q: Array, expected: Array) -> Solved:
+def solve(problem: EquilibriumProblem, q: Array, expected: Array) -> Solved:
     """Return the equilibrium downhill from a closed pose. Raises NoEquilibrium, in words, where there is none."""
     here = start = problem.at(q, expected)
     radius, steps, fall = THRESHOLDS.long_way, 0, Fall()
@@ -112,7 +118,7 @@ def solve(problem: Problem, q: Array, expected: Array) -> Solved:
     return Solved(here, steps)
 
 
-def downhill_of(here: Balance, K: Array, sizes: Array, radius: float) -> tuple[Array, float]:
+def downhill_of(here: EquilibriumBalance, K: Array, sizes: Array, radius: float) -> tuple[Array, float]:
     """Return the step and the work that is expected of it."""
     from mbproj.linear.equilibrium.trust_region import downhill
 
@@ -174,7 +180,7 @@ def by_residual(here: AnySteps) -> tuple[AnySteps, int]:
     return here, steps
 
 
-def _size(here: Steps) -> float:
+def _size(here: ResidualEquations) -> float:
     """Return the size of the residual."""
     return float(np.linalg.norm(here.residual))
 

@@ -19,7 +19,7 @@ from mbproj.dynamics.derivatives.tangent_space import TangentSpace
 from mbproj.dynamics.equations.forces import state_rates
 from mbproj.dynamics.equations.instant import Instant
 from mbproj.errors import SimulationError
-from mbproj.linear.equilibrium.balance import Balance, Problem
+from mbproj.linear.equilibrium.balance import EquilibriumBalance, EquilibriumProblem
 from mbproj.linear.equilibrium.solve import (
     NoEquilibrium,
     Solved,
@@ -36,12 +36,12 @@ class BalanceWithStates:
     """Forces `at` a pose, and the rates of states there. Residuals are relative to `torque` and `speed` (K,), the rate
     of each state for a change of states by their scales."""
 
-    at: Balance
+    at: EquilibriumBalance
     torque: float
     speed: Array
 
     @classmethod
-    def of(cls, at: Balance) -> BalanceWithStates:
+    def of(cls, at: EquilibriumBalance) -> BalanceWithStates:
         """Return the forces and rates with the scales at this pose."""
         first = cls(at, at.largest or _pushed(at) or 1.0, np.ones(len(at.problem.x)))
         speed = np.linalg.norm(first.stiffness[0][at.space.freedom :], axis=1)
@@ -111,13 +111,13 @@ class BalanceWithStates:
         return None if there is None else replace(self, at=there)
 
 
-def _pushed(at: Balance) -> float:
+def _pushed(at: EquilibriumBalance) -> float:
     """Return the largest push of states by their scales, where all forces are 0."""
     equations, N = at.linear
     return float(np.abs(equations.states.push.times(N).T * at.problem.system.states.scale).max(initial=0.0))
 
 
-def solve_with_states(problem: Problem, q: Array, expected: Array) -> Solved:
+def solve_with_states(problem: EquilibriumProblem, q: Array, expected: Array) -> Solved:
     """Return the equilibrium from a closed pose and the states of the problem. Raises NoEquilibrium, in words, where
     there is none."""
     problem = replace(problem, x=at_rest(problem, q, expected))
@@ -137,7 +137,7 @@ def solve_with_states(problem: Problem, q: Array, expected: Array) -> Solved:
     return Solved(found.at, steps + more)
 
 
-def _at_once(at: Balance) -> Solved | None:
+def _at_once(at: EquilibriumBalance) -> Solved | None:
     """Return the equilibrium by steps that move all, if it is nearby and the bodies are stable while states follow
     them. Return None where it is not, or no state that pushes depends on the pose."""
     states, start = at.linear[0].states, BalanceWithStates.of(at)
@@ -163,7 +163,7 @@ def _followed(found: BalanceWithStates) -> Array | None:
     return np.asarray(K[:f, :f] - K[:f, rests] @ np.linalg.solve(own, K[rests, :f]))
 
 
-def at_rest(problem: Problem, q: Array, expected: Array) -> Array:
+def at_rest(problem: EquilibriumProblem, q: Array, expected: Array) -> Array:
     """Return the states (K,) at rest, reached from those of the problem while the bodies stay; those of the problem
     where they do not come to rest. Implicit steps lead there, and grow as the rates fall (Kelley and Keyes 1998)."""
     scale, x, damping = problem.system.states.scale, problem.x, np.inf

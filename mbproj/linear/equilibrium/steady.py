@@ -11,8 +11,7 @@ from mbproj.dynamics.equations.kinematics import attached, pose_of, slots_of
 from mbproj.dynamics.equations.motions import NO_DRIVE, drive_at
 from mbproj.dynamics.rank.nearby import NO_CONDITIONS
 from mbproj.errors import InputError, Problem
-from mbproj.linear.equilibrium.balance import Problem as Balancing
-from mbproj.linear.equilibrium.balance import Turning
+from mbproj.linear.equilibrium.balance import EquilibriumProblem, SteadyTurn
 from mbproj.linear.equilibrium.find import Equilibrium
 from mbproj.model.euler_parameters import product, rotation_matrix
 from mbproj.model.system import Conditions, System
@@ -20,7 +19,7 @@ from mbproj.scene.text.suggestions import choose_from
 from mbproj.thresholds import THRESHOLDS
 
 
-def steady_turn(system: System, start: State, name: str, rate: float) -> tuple[Turning, Conditions]:
+def steady_turn(system: System, start: State, name: str, rate: float) -> tuple[SteadyTurn, Conditions]:
     """Return the turn in which the coordinate `name` grows at `rate` in rad/s, and the held coordinate: this one,
     unless a motion drives it. Raises InputError where it is no angle of a joint to the ground, or joints keep the
     mechanism from turning as one."""
@@ -41,7 +40,7 @@ def steady_turn(system: System, start: State, name: str, rate: float) -> tuple[T
     axis = cross(x[first], x[second])
     sign = 1.0 if on_ground[0] else -1.0
     point = pose.position[body] + pose.rotation[body] @ system.reaction_local[joint]
-    turning = Turning(sign * rate * axis / np.linalg.norm(axis), point)
+    turning = SteadyTurn(sign * rate * axis / np.linalg.norm(axis), point)
     _refuse_what_does_not_turn(system, start, turning)
     driven = index in system.motions.joint_coordinate
     value = coordinate_values(system, pose)[index : index + 1]
@@ -56,7 +55,7 @@ def _slots(system: System, index: int) -> Array:
     return found
 
 
-def _refuse_what_does_not_turn(system: System, start: State, turning: Turning) -> None:
+def _refuse_what_does_not_turn(system: System, start: State, turning: SteadyTurn) -> None:
     motion = turning.motion(start.t, start.q, np.zeros(0), start.x)
     rates = constraint_rows(system, motion).times(motion.u)
     rates[system.joints.size :] -= drive_at(system, start.t).rate
@@ -68,7 +67,7 @@ def _refuse_what_does_not_turn(system: System, start: State, turning: Turning) -
         raise InputError(Problem(said, hint="turn about the axis on which it stands, at the speed of its motions"))
 
 
-def refuse_unsteady(found: Equilibrium, turning: Turning, held: Conditions) -> None:
+def refuse_unsteady(found: Equilibrium, turning: SteadyTurn, held: Conditions) -> None:
     """Raise InputError where some forces do not turn with the mechanism, as weight across the axis."""
     motion, system = found.reference.motion, found.reference.system
     half = 0.5 * turning.rate / np.linalg.norm(turning.rate)
@@ -78,7 +77,7 @@ def refuse_unsteady(found: Equilibrium, turning: Turning, held: Conditions) -> N
     position = turning.point + (rows[:, :3] - turning.point) @ A.T
     q = np.concatenate([position, product(np.tile(turn, (len(rows), 1)), rows[:, 3:])], axis=1).ravel()
     before, after = (
-        Balancing.of(system, motion.t, motion.q, NO_DRIVE, held, motion.x, turning).at(x, motion.expected)
+        EquilibriumProblem.of(system, motion.t, motion.q, NO_DRIVE, held, motion.x, turning).at(x, motion.expected)
         for x in (motion.q, q)
     )
     turned = before.force.reshape(-1, 6).copy()

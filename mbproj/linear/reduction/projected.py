@@ -22,9 +22,9 @@ from mbproj.dynamics.equations.kinematics import Pose
 from mbproj.dynamics.equations.reflected import tangent_gradients
 from mbproj.errors import InputError, Problem
 from mbproj.linear.bordered import tangent_space_of
-from mbproj.linear.eigenvalues import Reduced
+from mbproj.linear.eigenvalues import ReducedEquations
 from mbproj.linear.reduction.frames import in_axes
-from mbproj.linear.reduction.slip import Slip, without_slip
+from mbproj.linear.reduction.slip import SlipEquations, without_slip
 from mbproj.linear.reference import LinearReference
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
@@ -42,21 +42,21 @@ class Projected:
     equations: LinearEquations
     space: TangentSpace
     N_dot: Array
-    reduced: Reduced
-    slip: Slip | None = None
+    reduced: ReducedEquations
+    slip: SlipEquations | None = None
 
     @property
     def freedom(self) -> int:
         """The degrees of freedom of velocities."""
         return self.space.freedom - (0 if self.slip is None else self.slip.rank)
 
-    def solvable(self, scale: Array) -> tuple[Reduced, Array]:
+    def solvable(self, scale: Array) -> tuple[ReducedEquations, Array]:
         """Return the equations whose eigenvalues are those of the mechanism, and (η, states / scale) by their
         coordinates."""
         own = self.with_states(scale)
         return (own, np.eye(len(own.M))) if self.slip is None else without_slip(own, self.slip, len(scale))
 
-    def with_states(self, scale: Array) -> Reduced:
+    def with_states(self, scale: Array) -> ReducedEquations:
         """Return the equations with the states of elements after η, each in its `scale` (K,); slip is still allowed."""
         count, own, N = len(scale), self.reduced, self.space.N
         if not count:
@@ -78,7 +78,7 @@ class Projected:
             for part, sign in ((own.K, np.positive), (own.K_size, np.abs))
         )
         weighs = np.block([[own.weighs, np.zeros((len(own.weighs), count))], [none.T, np.eye(count)]])
-        return Reduced(M, D, K, D_size, K_size, weighs)
+        return ReducedEquations(M, D, K, D_size, K_size, weighs)
 
 
 def projected(reference: LinearReference) -> Projected:
@@ -100,7 +100,7 @@ def projected(reference: LinearReference) -> Projected:
     D_size, K_size = (_sizes(part) for part in (equations.D, equations.K))
     acts = (np.abs(tangent_force(system, motion)) / tangent_lengths(system))[:, None]
     size, M_size = np.abs(N), np.abs(M)
-    reduced = Reduced(
+    reduced = ReducedEquations(
         N.T @ (M @ N),
         N.T @ (D @ N + 2.0 * M @ N_dot),
         N.T @ (K @ N + D @ N_dot + M @ N_ddot),
@@ -112,7 +112,7 @@ def projected(reference: LinearReference) -> Projected:
     return Projected(equations, space, N_dot, reduced, slip)
 
 
-def _slip(system: System, equations: LinearEquations, N: Array, N_dot: Array, N_ddot: Array) -> Slip:
+def _slip(system: System, equations: LinearEquations, N: Array, N_dot: Array, N_ddot: Array) -> SlipEquations:
     """Return the rows at velocity level on the tangent space, and their derivatives along the motion."""
     own = equations.slip
     assert own is not None
@@ -121,7 +121,7 @@ def _slip(system: System, equations: LinearEquations, N: Array, N_dot: Array, N_
         part.dense() / scale
         for part in (equations.rows.G.chosen(own.rows), equations.rows.G_dot.chosen(own.rows), own.H, own.H_dot)
     )
-    return Slip(
+    return SlipEquations(
         A @ N,
         A_dot @ N + A @ N_dot,
         A @ N_dot + H @ N,

@@ -16,12 +16,12 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.linear.eigenvalues import Reduced
+from mbproj.linear.eigenvalues import ReducedEquations
 from mbproj.thresholds import THRESHOLDS
 
 
 @dataclass(frozen=True, eq=False)
-class Slip:
+class SlipEquations:
     """A, A', H and H' on the tangent space of the rows at position level, (k, f) each."""
 
     A: Array
@@ -35,13 +35,13 @@ class Slip:
         σ = np.linalg.svd(self.A, compute_uv=False)
         return int(np.count_nonzero(σ > THRESHOLDS.dependent * σ.max(initial=0.0)))
 
-    def beside(self, states: int) -> Slip:
+    def beside(self, states: int) -> SlipEquations:
         """Return the rows with zeros for so many coordinates of states after them."""
         parts = (np.pad(part, ((0, 0), (0, states))) for part in (self.A, self.A_dot, self.H, self.H_dot))
-        return Slip(*parts)
+        return SlipEquations(*parts)
 
 
-def without_slip(reduced: Reduced, slip: Slip, states: int) -> tuple[Reduced, Array]:
+def without_slip(reduced: ReducedEquations, slip: SlipEquations, states: int) -> tuple[ReducedEquations, Array]:
     """Return the equations in coordinates (a, b), then the `states` of elements, which come last in both; and (η, s) by
     these, (f + K, f + K)."""
     of = slip.beside(states)
@@ -70,7 +70,7 @@ def without_slip(reduced: Reduced, slip: Slip, states: int) -> tuple[Reduced, Ar
     moved = reduced.weighs @ _except(back, free, rank)
     follows = np.zeros((rank, len(back)))
     follows[:, free : free + rank] = np.eye(rank)
-    found = Reduced(
+    found = ReducedEquations(
         arranged(M, none),
         arranged(D @ _except(back, free, rank), one),
         arranged(K @ back, mass * E @ back),

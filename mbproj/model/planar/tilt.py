@@ -39,7 +39,7 @@ class Refusal:
 
 
 @dataclass(frozen=True, eq=False)
-class Split:
+class PlaneSplit:
     """`inside` (m,) marks the rows that act in the plane; `outside` makes the rows that hold the bodies in it. Rows of
     coincident points are along e1, e2 and n here."""
 
@@ -58,7 +58,7 @@ class _Block:
     in_plane: slice
 
 
-def split(bound: PrimitiveSet, seen: Seen, side: Integers) -> Split | Refusal:
+def split(bound: PrimitiveSet, seen: Seen, side: Integers) -> PlaneSplit | Refusal:
     """Return the rows inside and outside, from the side of each on its own; or the first joint that does not split."""
     strange = np.flatnonzero(side == STRANGE)
     if len(strange):
@@ -74,7 +74,7 @@ def split(bound: PrimitiveSet, seen: Seen, side: Integers) -> Split | Refusal:
         for place, row in enumerate(block.rows.tolist()):
             if place not in pivots and side[row] != OUTSIDE:
                 combinations.append(([row, *block.rows[pivots].tolist()], [1.0, *(-coefficients[place]).tolist()]))
-    return Split(inside, _row_map(combinations))
+    return PlaneSplit(inside, _row_map(combinations))
 
 
 def _row_map(combinations: list[tuple[list[int], list[float]]]) -> RowMap:

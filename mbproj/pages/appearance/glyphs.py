@@ -15,7 +15,7 @@ from mbproj.pages.appearance.plates import Outline, Wire, track, wire
 
 
 @dataclass(frozen=True, eq=False)
-class Frame:
+class GlyphFrame:
     """The points (3,) and axes z, x (3,) of a joint in the axes of its bodies 1 and 2, and the sizes that its glyph
     needs.
 
@@ -41,10 +41,10 @@ class Frame:
 
 
 #: A function that yields the parts of a glyph, each with the side of the joint that carries it: 1 or 2.
-Glyph = Callable[[Frame], Iterator[tuple[int, Solid]]]
+Glyph = Callable[[GlyphFrame], Iterator[tuple[int, Solid]]]
 
 
-def _pin(frame: Frame) -> Iterator[tuple[int, Solid]]:
+def _pin(frame: GlyphFrame) -> Iterator[tuple[int, Solid]]:
     """A pin along the axis, with a head at both ends."""
     yield 1, cylinder(0.95 * frame.r, 2.0 * frame.reach, frame.points[0], frame.z[0])
     for end in (-1.0, 1.0):
@@ -52,22 +52,22 @@ def _pin(frame: Frame) -> Iterator[tuple[int, Solid]]:
         yield 1, cylinder(1.35 * frame.r, 0.4 * frame.r, at, frame.z[0])
 
 
-def _ball(frame: Frame) -> Iterator[tuple[int, Solid]]:
+def _ball(frame: GlyphFrame) -> Iterator[tuple[int, Solid]]:
     yield 2, sphere(1.6 * frame.r, frame.points[1])
 
 
-def _cross(frame: Frame) -> Iterator[tuple[int, Solid]]:
+def _cross(frame: GlyphFrame) -> Iterator[tuple[int, Solid]]:
     """The cross of a universal joint: a pin in each body."""
     for side in (1, 2):
         yield side, cylinder(0.75 * frame.r, 6.0 * frame.r, frame.points[side - 1], frame.z[side - 1])
     yield 1, sphere(1.3 * frame.r, frame.points[0])
 
 
-def _weld(frame: Frame) -> Iterator[tuple[int, Solid]]:
+def _weld(frame: GlyphFrame) -> Iterator[tuple[int, Solid]]:
     yield 1, box([2.6 * frame.r] * 3, frame.points[0], frame.triad(1))
 
 
-def _rail(frame: Frame) -> tuple[int, Solid, int]:
+def _rail(frame: GlyphFrame) -> tuple[int, Solid, int]:
     """The side that carries the rail of a sliding joint, the rail, and the side of the slider. The ground, where it is
     one of the bodies, carries the rail."""
     side = 2 if frame.ground == 2 else 1
@@ -77,7 +77,7 @@ def _rail(frame: Frame) -> tuple[int, Solid, int]:
     return side, cylinder(0.55 * frame.r, high - low, middle, frame.z[side - 1]), 3 - side
 
 
-def _slider(frame: Frame) -> Iterator[tuple[int, Solid]]:
+def _slider(frame: GlyphFrame) -> Iterator[tuple[int, Solid]]:
     """A square block on a rail, or a square collar between two bodies that move."""
     side, rail, other = _rail(frame)
     if frame.ground:
@@ -86,7 +86,7 @@ def _slider(frame: Frame) -> Iterator[tuple[int, Solid]]:
     yield other, box([3.4 * r, 3.4 * r, 5.0 * r], frame.points[other - 1], frame.triad(other))
 
 
-def _sleeve(frame: Frame) -> Iterator[tuple[int, Solid]]:
+def _sleeve(frame: GlyphFrame) -> Iterator[tuple[int, Solid]]:
     """A round sleeve on a rail, because it can turn too."""
     side, rail, other = _rail(frame)
     yield side, rail
@@ -94,7 +94,7 @@ def _sleeve(frame: Frame) -> Iterator[tuple[int, Solid]]:
     yield other, Solid("tube", (1.9 * frame.r, 0.6 * frame.r, 5.0 * frame.r), frame.points[other - 1], turn)
 
 
-def _screw(frame: Frame) -> Iterator[tuple[int, Solid]]:
+def _screw(frame: GlyphFrame) -> Iterator[tuple[int, Solid]]:
     """A nut on a rail whose rings are its thread."""
     side, rail, other = _rail(frame)
     yield side, rail
@@ -107,7 +107,7 @@ def _screw(frame: Frame) -> Iterator[tuple[int, Solid]]:
     )
 
 
-def _on_line(frame: Frame) -> Iterator[tuple[int, Solid]]:
+def _on_line(frame: GlyphFrame) -> Iterator[tuple[int, Solid]]:
     """A ball on the line of body 1."""
     low, high = frame.travel[0] - 4.0 * frame.r, frame.travel[1] + 4.0 * frame.r
     middle = frame.points[0] + 0.5 * (low + high) * frame.z[0]
@@ -115,24 +115,24 @@ def _on_line(frame: Frame) -> Iterator[tuple[int, Solid]]:
     yield from _ball(frame)
 
 
-def _sheet(frame: Frame) -> Iterator[tuple[int, Solid]]:
+def _sheet(frame: GlyphFrame) -> Iterator[tuple[int, Solid]]:
     """A piece of the plane of body 1."""
     half = 8.0 * frame.r
     yield 1, box([2.0 * half, 2.0 * half, 0.2 * frame.r], frame.points[0], frame.triad(1))
 
 
-def _puck(frame: Frame) -> Iterator[tuple[int, Solid]]:
+def _puck(frame: GlyphFrame) -> Iterator[tuple[int, Solid]]:
     """A disc that slides and turns on a plane."""
     yield from _sheet(frame)
     yield 2, cylinder(2.4 * frame.r, 0.9 * frame.r, frame.points[1], frame.z[1])
 
 
-def _on_plane(frame: Frame) -> Iterator[tuple[int, Solid]]:
+def _on_plane(frame: GlyphFrame) -> Iterator[tuple[int, Solid]]:
     yield from _sheet(frame)
     yield from _ball(frame)
 
 
-def _wheel(frame: Frame) -> Iterator[tuple[int, Solid]]:
+def _wheel(frame: GlyphFrame) -> Iterator[tuple[int, Solid]]:
     """A rim with two spokes, which show its rotation."""
     width = 0.9 * frame.r
     wall = min(0.5 * frame.r, 0.15 * frame.radius)
@@ -145,44 +145,44 @@ def _wheel(frame: Frame) -> Iterator[tuple[int, Solid]]:
         yield 2, box([*size, 0.5 * width], frame.points[1], frame.triad(2))
 
 
-def _rolling_ball(frame: Frame) -> Iterator[tuple[int, Solid]]:
+def _rolling_ball(frame: GlyphFrame) -> Iterator[tuple[int, Solid]]:
     """A ball with a band, which shows its rotation."""
     yield 2, sphere(frame.radius, frame.points[1])
     yield 2, cylinder(1.01 * frame.radius, 0.2 * frame.radius, frame.points[1], frame.x[1])
 
 
-def _ellipsoid(frame: Frame) -> Iterator[tuple[int, Solid]]:
+def _ellipsoid(frame: GlyphFrame) -> Iterator[tuple[int, Solid]]:
     """An ellipsoid with a small ball at one end, which shows its rotation."""
     yield 2, ellipsoid(frame.semi_axes, frame.points[1], frame.triad(2))
     yield 2, sphere(0.12 * min(frame.semi_axes), frame.points[1] + frame.semi_axes[0] * frame.x[1])
 
 
-def _blade(frame: Frame) -> Iterator[tuple[int, Solid]]:
+def _blade(frame: GlyphFrame) -> Iterator[tuple[int, Solid]]:
     """A blade along its edge."""
     yield 2, box([7.0 * frame.r, 2.0 * frame.r, 0.3 * frame.r], frame.points[1], frame.triad(2))
 
 
-def _pin_and_ball(frame: Frame) -> Iterator[tuple[int, Solid]]:
+def _pin_and_ball(frame: GlyphFrame) -> Iterator[tuple[int, Solid]]:
     """The ends of a rod: a pin in body 1 and a ball in body 2."""
     yield 1, cylinder(0.95 * frame.r, 4.0 * frame.r, frame.points[0], frame.z[0])
     yield from _ball(frame)
 
 
-def _track(frame: Frame) -> Iterator[tuple[int, Solid]]:
+def _track(frame: GlyphFrame) -> Iterator[tuple[int, Solid]]:
     """The curve of body 1, and on it the pin or roller of body 2."""
     (outline,) = frame.outlines
     yield 1, track(outline, frame.points[0], frame.triad(1), frame.r)
     yield 2, cylinder(outline.roller or 0.8 * frame.r, 2.4 * frame.r, frame.points[1], frame.z[1])
 
 
-def _wire(frame: Frame) -> Iterator[tuple[int, Solid]]:
+def _wire(frame: GlyphFrame) -> Iterator[tuple[int, Solid]]:
     """The space curve of body 1, and on it the ball of body 2."""
     assert frame.wire is not None
     yield 1, wire(frame.wire, frame.points[0], frame.triad(1), frame.r)
     yield from _ball(frame)
 
 
-def _tappet(frame: Frame) -> Iterator[tuple[int, Solid]]:
+def _tappet(frame: GlyphFrame) -> Iterator[tuple[int, Solid]]:
     """The disc of body 1, and the flat face of body 2, as wide as the disc needs, with a stem."""
     (outline,) = frame.outlines
     yield 1, track(outline, frame.points[0], frame.triad(1), frame.r)
@@ -191,13 +191,13 @@ def _tappet(frame: Frame) -> Iterator[tuple[int, Solid]]:
     yield 2, cylinder(0.8 * frame.r, 4.0 * frame.r, frame.points[1] + 2.4 * frame.r * frame.z[1], frame.z[1])
 
 
-def _tracks(frame: Frame) -> Iterator[tuple[int, Solid]]:
+def _tracks(frame: GlyphFrame) -> Iterator[tuple[int, Solid]]:
     """The curve of each body."""
     for side, outline in enumerate(frame.outlines, 1):
         yield side, track(outline, frame.points[side - 1], frame.triad(side), frame.r)
 
 
-def _two_balls(frame: Frame) -> Iterator[tuple[int, Solid]]:
+def _two_balls(frame: GlyphFrame) -> Iterator[tuple[int, Solid]]:
     yield 1, sphere(1.4 * frame.r, frame.points[0])
     yield 2, sphere(1.4 * frame.r, frame.points[1])
 

@@ -10,7 +10,7 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.model.compile.frames import poses_of
 from mbproj.pages.appearance.gears import pin, radii, slotted, wheel
-from mbproj.pages.appearance.glyphs import GLYPHS, STANDING, Frame, pedestal, sketch_of
+from mbproj.pages.appearance.glyphs import GLYPHS, STANDING, GlyphFrame, pedestal, sketch_of
 from mbproj.pages.appearance.layout import PartNumbers
 from mbproj.pages.appearance.motion import PoseHistory
 from mbproj.pages.appearance.parts import Solid, cylinder
@@ -57,7 +57,7 @@ def joint_parts(
                 yield DrawnPart(part, -1, "ground", item)
 
 
-def _frame(joint: Joint, layout: PartNumbers, motion: PoseHistory, bodies: Sequence[Sequence[Solid]]) -> Frame:
+def _frame(joint: Joint, layout: PartNumbers, motion: PoseHistory, bodies: Sequence[Sequence[Solid]]) -> GlyphFrame:
     symbols, pair, r = layout.frames[joint.name], layout.bodies[joint.name], layout.thickness
     ends = [motion.point(body, symbols[f"p{side}"]) for side, body in enumerate(pair, 1)]
     slid = np.einsum("ti,ti->t", ends[1] - ends[0], motion.vector(pair[0], symbols["z1"]))[motion.finite]
@@ -68,7 +68,7 @@ def _frame(joint: Joint, layout: PartNumbers, motion: PoseHistory, bodies: Seque
         for part in bodies[body]
         if _box_holds(part, symbols[f"p{side}"], r)
     ]
-    return Frame(
+    return GlyphFrame(
         points=(symbols["p1"], symbols["p2"]),
         z=(symbols["z1"], symbols["z2"]),
         x=(symbols["x1"], symbols["x2"]),
@@ -102,7 +102,7 @@ def _box_holds(part: Solid, point: Array, r: float) -> bool:
     return bool(((local >= corners.min(axis=0) - r) & (local <= corners.max(axis=0) + r)).all())
 
 
-def _pedestal_front(frame: Frame, up: Array) -> Array:
+def _pedestal_front(frame: GlyphFrame, up: Array) -> Array:
     """The horizontal direction that a pedestal's front faces: the joint's axis, where it is not upright."""
     for axis in (frame.z[frame.ground - 1], np.eye(3)[1], np.eye(3)[0]):
         level = axis - (axis @ up) * up

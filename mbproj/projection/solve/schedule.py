@@ -19,7 +19,7 @@ from mbproj.thresholds import THRESHOLDS
 
 
 @dataclass(frozen=True, eq=False)
-class Projected:
+class ProjectedState:
     """The state after a projection, the passes it took, whether the position met its test, and whether the fallback was
     needed.
 
@@ -46,7 +46,7 @@ def project_after(
     v: Array,
     drive: Drive = NO_DRIVE,
     rows: RowSet | None = None,
-) -> Projected:
+) -> ProjectedState:
     """Return the state (q, v) after step number `step` (from 1), projected if it is due. It is due at every k-th step;
     with a threshold only for levels whose violation exceeds it, and for velocities always after a moved position.
 
@@ -54,7 +54,7 @@ def project_after(
     held; all of them without it."""
     rows = rows or RowSet.regular(system)
     if step % settings.every:
-        return Projected(q, v)
+        return ProjectedState(q, v)
     position, velocity = settings.position, settings.velocity
     if settings.threshold is not None:
         pose = pose_of(q)
@@ -62,13 +62,13 @@ def project_after(
         excess = float(np.abs(jacobian(system, pose) @ v + time_derivative(system, drive)).max()) > settings.threshold
         velocity = velocity and (position or excess)
     if not (position or velocity):
-        return Projected(q, v)
+        return ProjectedState(q, v)
     found = correct_position(system, method, settings, rows, q, drive) if position else Position(q, 0, met=True)
     passes, nearest = 0, found.nearest
     if velocity:
         v, passes, nearness = correct_velocity(system, method, settings, rows, pose_of(found.q), v, drive)
         nearest = min(nearest, nearness)
-    return Projected(
+    return ProjectedState(
         found.q, v, 1, found.passes, passes, int(not found.met), int(found.fell_back), found.left_open, nearest
     )
 

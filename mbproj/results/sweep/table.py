@@ -44,7 +44,7 @@ class Column:
 
 
 @dataclass(frozen=True, eq=False)
-class SweepTable:
+class SweepCases:
     """N cases: the columns that vary, those measured (NaN where a case has no value), and the ending of each in a word.
     `shape` has the lengths of a grid, the last axis fastest, and is (N,) for other designs. `samples` is the number of
     samples that were asked for."""
@@ -65,7 +65,7 @@ class SweepTable:
         return found
 
 
-def read_table(path: Path) -> SweepTable:
+def read_table(path: Path) -> SweepCases:
     """Read the summary in a sweep's folder, or the file at `path`. Raises InputError where there is none, or it is
     damaged."""
     file = path / NAME if path.is_dir() else path
@@ -87,7 +87,7 @@ def version_of_table(path: Path) -> object:
         return contents.attributes().get("schema_version")
 
 
-def _read(contents: Contents, name: str) -> SweepTable:
+def _read(contents: Contents, name: str) -> SweepCases:
     about = contents.attributes()
     if about.get("format") != FORMAT:
         raise InputError(Problem(f"'{contents.path}' is not the summary of a sweep", hint=WANTED))
@@ -106,7 +106,7 @@ def _read(contents: Contents, name: str) -> SweepTable:
     if combine == GRID and coordinates:
         indices = np.indices(shape).reshape(len(shape), -1)
         coordinates = [values[index] for values, index in zip(coordinates, indices, strict=True)]
-    return SweepTable(
+    return SweepCases(
         name=name,
         title=str(about.get("title", "")),
         combine=combine,

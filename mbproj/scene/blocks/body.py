@@ -19,7 +19,7 @@ from mbproj.scene.appearance import PlacedShape
 from mbproj.scene.fields import inertia, rotations
 from mbproj.scene.fields.alternatives import Alternatives
 from mbproj.scene.fields.checks import inertia_of
-from mbproj.scene.fields.containers import Check, Complaint, OneOf, Record
+from mbproj.scene.fields.containers import Complaint, OneOf, Record, Rule
 from mbproj.scene.fields.fields import Converted, Field, List
 from mbproj.scene.fields.orientation import ORIENTATION
 from mbproj.scene.fields.quantities import Number
@@ -69,7 +69,7 @@ PART: Field[SolidPart] = Converted(
             "orientation": ORIENTATION,
         },
         dict,
-        checks=tuple(Check((kind, "density"), has_volume) for kind in SHAPE_FIELDS),
+        checks=tuple(Rule((kind, "density"), has_volume) for kind in SHAPE_FIELDS),
         choices=(A_SHAPE, OneOf(("mass", "density"), needed=True)),
     ),
     _part,
@@ -139,7 +139,7 @@ BODY: Field[Body] = Converted(
             "appearance": APPEARANCE,
         },
         dict,
-        checks=(Check(("shape", "density"), has_volume),),
+        checks=(Rule(("shape", "density"), has_volume),),
         choices=(
             OneOf(("mass", "density", "shapes"), needed=True, hint="keep one of them ('shapes' have their own)"),
             OneOf(("inertia", "shape", "shapes"), needed=True),

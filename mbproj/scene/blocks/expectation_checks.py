@@ -23,7 +23,7 @@ from mbproj.scene.blocks.passages import (
     ratio_unit,
 )
 from mbproj.scene.blocks.ropes.path import MOST_WHEELS
-from mbproj.scene.fields.containers import Check, Complaint
+from mbproj.scene.fields.containers import Complaint, Rule
 from mbproj.scene.fields.reading import either
 from mbproj.scene.records import BodyForce, Bushing, Expectation, Force, Joint, JointForce, Motion, PointForce, Settings
 from mbproj.scene.sampling import nearest_samples
@@ -244,14 +244,14 @@ def _choices(quantity: str, able: Mapping[str, Observable]) -> str:
 
 
 CHECKS = (
-    Check(("expect",), of_markers_and_bodies),
-    Check(("joints", "expect"), of_joints),
-    Check(("forces", "expect"), of_forces),
-    Check(("joints", "forces", "expect"), of_joint_forces),
-    Check(("motions", "expect"), of_motions),
-    Check(("joints", "expect"), of_coordinates),
-    Check(("expect",), of_corners, besides=("markers",)),
-    Check(("expect",), of_stops, besides=("joints", "forces")),
-    Check(("expect",), of_frictions, besides=("joints", "forces")),
-    Check(("expect",), of_states, besides=CONTROLLED),
+    Rule(("expect",), of_markers_and_bodies),
+    Rule(("joints", "expect"), of_joints),
+    Rule(("forces", "expect"), of_forces),
+    Rule(("joints", "forces", "expect"), of_joint_forces),
+    Rule(("motions", "expect"), of_motions),
+    Rule(("joints", "expect"), of_coordinates),
+    Rule(("expect",), of_corners, besides=("markers",)),
+    Rule(("expect",), of_stops, besides=("joints", "forces")),
+    Rule(("expect",), of_frictions, besides=("joints", "forces")),
+    Rule(("expect",), of_states, besides=CONTROLLED),
 )

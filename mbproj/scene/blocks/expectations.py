@@ -10,7 +10,7 @@ from mbproj.scene.blocks.observables import COMPONENTS, MOMENTS, OBSERVABLES, OF
 from mbproj.scene.blocks.passages import GivenPassage, passage_of
 from mbproj.scene.expressions.evaluate import Value
 from mbproj.scene.fields.alternatives import Alternatives
-from mbproj.scene.fields.choices import Choice, NameReference
+from mbproj.scene.fields.choices import NameChoice, NameReference
 from mbproj.scene.fields.containers import NAME, OneOf, Record
 from mbproj.scene.fields.fields import Converted, Field, List, Schema, Text
 from mbproj.scene.fields.quantities import Number
@@ -119,9 +119,9 @@ EXPECTATION: Record[Given] = Record(
     {
         **{of: NameReference(of, block) for of, block in SUBJECTS.items() if block},
         **{of: Text() for of in ("stop", "friction", "state", "signal")},
-        "diagnostic": Choice("diagnostic", lambda: OBSERVABLES["diagnostic"]),
-        "quantity": Choice("quantity", lambda: QUANTITIES),
-        "component": Choice("component", lambda: COMPONENTS),
+        "diagnostic": NameChoice("diagnostic", lambda: OBSERVABLES["diagnostic"]),
+        "quantity": NameChoice("quantity", lambda: QUANTITIES),
+        "component": NameChoice("component", lambda: COMPONENTS),
         "over": Text(),
         "between": List(Text(), 2, "markers"),
         "at": Moment(),

@@ -8,7 +8,7 @@ from typing import Any
 
 from mbproj.joints import Parameter
 from mbproj.scene.fields.checks import nonzero, slot_count, tooth_count
-from mbproj.scene.fields.choices import Choice, NameReference
+from mbproj.scene.fields.choices import NameChoice, NameReference
 from mbproj.scene.fields.fields import Converted, Field, List
 from mbproj.scene.fields.quantities import Number
 from mbproj.scene.fields.reading import Unfit
@@ -40,7 +40,7 @@ def parameter(given: Parameter) -> Field[Any]:
     if given.may_be in ("curve", "space_curve", "convex"):
         return _several(given, NameReference("curve", "curves"))
     if given.may_be == "side":
-        return _several(given, Choice("side", lambda: SIDES))
+        return _several(given, NameChoice("side", lambda: SIDES))
     number: Field[float] = Number(given.unit, above=0.0 if given.may_be == "positive" else None)
     if given.may_be in RULES:
         number = Converted(number, RULES[given.may_be])

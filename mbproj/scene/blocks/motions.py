@@ -14,7 +14,7 @@ from mbproj.scene.fields.choices import NameReference
 from mbproj.scene.fields.containers import OneOf, Record
 from mbproj.scene.fields.fields import Converted, Field, Schema
 from mbproj.scene.fields.functions import Function, table
-from mbproj.scene.fields.quantities import Angle, Number, position_in
+from mbproj.scene.fields.quantities import Number, PositionAngle, position_in
 from mbproj.scene.fields.reading import Reading
 from mbproj.scene.records import KeyPath, Motion
 from mbproj.scene.text.nodes import Node, SequenceNode
@@ -56,7 +56,7 @@ class _Coefficients(Field[tuple[float, ...]]):
 def _kinds(unit: str) -> dict[str, Field[Driver]]:
     """The fields of the kinds of motion of a coordinate in m or rad, by key."""
     number = position_in(unit)
-    wave = {"amplitude": number, "frequency": Number("rad/s"), "phase": Angle(), "offset": number}
+    wave = {"amplitude": number, "frequency": Number("rad/s"), "phase": PositionAngle(), "offset": number}
     step = {"from": number, "to": number, "start": Number("s"), "duration": Number("s", above=0.0)}
     return {
         "constant_speed": Converted(Number(f"{unit}/s"), lambda speed: (Program(uniform(speed)), True)),

@@ -8,13 +8,13 @@ from typing import Any
 
 from mbproj import registry
 from mbproj.scene.fields.alternatives import Alternatives
-from mbproj.scene.fields.choices import Choice
+from mbproj.scene.fields.choices import NameChoice
 from mbproj.scene.fields.containers import OneOf, Record
 from mbproj.scene.fields.fields import Converted, Field, Flag, List
 from mbproj.scene.fields.quantities import Integer, Number
 from mbproj.scene.records import KeyPath
 
-METHOD = Choice("projection method", lambda: registry.PROJECTIONS)
+METHOD = NameChoice("projection method", lambda: registry.PROJECTIONS)
 GAIN: Field[Any] = Number("1/s", above=0.0)
 
 PROJECTION: Field[dict[str, Any]] = Alternatives(
@@ -25,13 +25,13 @@ PROJECTION: Field[dict[str, Any]] = Alternatives(
             {
                 "method": METHOD,
                 "tolerance": Number(above=0.0),
-                "test": Choice("test", lambda: registry.STOP_TESTS),
+                "test": NameChoice("test", lambda: registry.STOP_TESTS),
                 "every": Integer(minimum=1),
                 "threshold": Number(above=0.0),
                 "position": Flag(),
                 "velocity": Flag(),
                 "max_iterations": Integer(minimum=1),
-                "fallback": Choice("fallback", lambda: registry.FALLBACKS),
+                "fallback": NameChoice("fallback", lambda: registry.FALLBACKS),
                 "energy": Flag(),
                 "momentum": Flag(),
                 "alpha": Number(above=0.0),
@@ -48,14 +48,14 @@ SIMULATION: Record[dict[str, Any]] = Record(
         "duration": Number("s", above=0.0),
         "step": Number("s", above=0.0),
         "tolerance": Number(above=0.0, maximum=0.1),
-        "integrator": Choice("integrator", registry.integrator_choices),
-        "formulation": Choice("formulation", lambda: registry.FORMULATIONS),
+        "integrator": NameChoice("integrator", registry.integrator_choices),
+        "formulation": NameChoice("formulation", lambda: registry.FORMULATIONS),
         "kinematic": Flag(),
-        "acceleration": Choice("acceleration", lambda: registry.ACCELERATIONS),
-        "impact_law": Choice("impact law", lambda: registry.IMPACT_LAWS),
+        "acceleration": NameChoice("acceleration", lambda: registry.ACCELERATIONS),
+        "impact_law": NameChoice("impact law", lambda: registry.IMPACT_LAWS),
         "output_step": Number("s", above=0.0),
         "break_times": List(Number("s"), None, "times"),
-        "start": Choice("start", lambda: registry.STARTS),
+        "start": NameChoice("start", lambda: registry.STARTS),
         "adjust_joints": Number("m", above=0.0),
         "projection": PROJECTION,
     },

@@ -19,7 +19,17 @@ from mbproj.scene.expressions.evaluate import (
     not_here,
     quantity_dimension,
 )
-from mbproj.scene.expressions.syntax_tree import Binary, Call, Expression, Name, Negative, Number, Quantity, names, walk
+from mbproj.scene.expressions.syntax_tree import (
+    Binary,
+    Call,
+    Expression,
+    NameNode,
+    Negative,
+    NumberNode,
+    QuantityNode,
+    names,
+    walk,
+)
 from mbproj.scene.expressions.tokens import ExpressionError
 from mbproj.scene.expressions.unit_text import similar_unit
 from mbproj.scene.expressions.units import SYMBOLS, Dimension
@@ -48,7 +58,7 @@ def compiled(
         value = evaluate(tree, parameters)
         return number(value.number), value.dimension
     match tree:
-        case Name():
+        case NameNode():
             if tree.name in parameters:
                 clash = f"'{tree.name}' is a parameter, and a variable here"
                 raise ExpressionError(clash, tree.at, "give the parameter another name")
@@ -56,9 +66,9 @@ def compiled(
         case Negative():
             code, dimension = compiled(tree.operand, parameters, variables, known)
             return apply(Op.NEGATE, code), dimension
-        case Quantity():
+        case QuantityNode():
             code, dimension = compiled(tree.operand, parameters, variables, known)
-            one = evaluate(replace(tree, operand=Number(1.0, tree.at)), {})
+            one = evaluate(replace(tree, operand=NumberNode(1.0, tree.at)), {})
             return apply(Op.MULTIPLY, code, number(one.number)), quantity_dimension(tree, dimension)
         case Binary():
             return _binary(tree, parameters, variables, known)
@@ -70,9 +80,9 @@ def compiled(
 def _refuse_unknown(tree: Expression, parameters: Parameters, variables: Variables) -> None:
     """Raises ExpressionError for an unknown name; the hint suggests parameters and variables."""
     for node, _ in walk(tree):
-        if isinstance(node, Name) and "." in node.name:
+        if isinstance(node, NameNode) and "." in node.name:
             raise not_here(node)
-        if isinstance(node, Name) and node.name not in {*parameters, *CONSTANTS, *SYMBOLS, "inf", "nan"}:
+        if isinstance(node, NameNode) and node.name not in {*parameters, *CONSTANTS, *SYMBOLS, "inf", "nan"}:
             similar = did_you_mean(node.name, [*variables, *parameters, *CONSTANTS]) or similar_unit(node.name)
             hint = similar or f"variables here are {', '.join(variables)}"
             raise ExpressionError(f"unknown name '{node.name}'", node.at, hint)

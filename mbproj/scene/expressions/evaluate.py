@@ -10,7 +10,7 @@ from itertools import pairwise
 from types import MappingProxyType
 
 from mbproj.dataclass import dataclass
-from mbproj.scene.expressions.syntax_tree import Binary, Call, Expression, Name, Negative, Number, Quantity
+from mbproj.scene.expressions.syntax_tree import Binary, Call, Expression, NameNode, Negative, NumberNode, QuantityNode
 from mbproj.scene.expressions.tokens import ExpressionError
 from mbproj.scene.expressions.unit_text import similar_unit, unit_of
 from mbproj.scene.expressions.units import ANGLE, BARE, SYMBOLS, Dimension, describe
@@ -31,7 +31,7 @@ class Unavailable(Exception):
 
 
 @dataclass(frozen=True)
-class Function:
+class ExpressionFunction:
     """A function of expressions: how to compute it, and how many arguments it takes.
 
     `paired`: the arguments after the first are pairs (x, y) of numbers, x increasing, and the value is a y. `same`: all
@@ -68,23 +68,23 @@ def _table(x: float, *rows: float) -> float:
     return y0 + (x - x0) * (y1 - y0) / (x1 - x0)
 
 
-FUNCTIONS: Mapping[str, Function] = MappingProxyType(
+FUNCTIONS: Mapping[str, ExpressionFunction] = MappingProxyType(
     {
         **{
-            name: Function(getattr(math, name))
+            name: ExpressionFunction(getattr(math, name))
             for name in ("sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "log", "log10", "floor", "ceil")
         },
-        **{name: Function(getattr(math, name), result=ANGLE) for name in ("asin", "acos", "atan")},
-        "atan2": Function(math.atan2, 2, 2, ANGLE, same=True),
-        "sign": Function(_sign, same=True),
-        "sqrt": Function(math.sqrt, result=None, same=True, power=0.5),
-        "abs": Function(abs, result=None, same=True),
-        "min": Function(lambda *numbers: min(numbers), 1, None, None, same=True),
-        "max": Function(lambda *numbers: max(numbers), 1, None, None, same=True),
-        "hypot": Function(math.hypot, 1, None, None, same=True),
-        "clip": Function(_clip, 3, 3, None, same=True),
-        "deadband": Function(lambda x, half: x - _clip(x, -half, half), 2, 2, None, same=True),
-        "table": Function(_table, 5, None, None, paired=True),
+        **{name: ExpressionFunction(getattr(math, name), result=ANGLE) for name in ("asin", "acos", "atan")},
+        "atan2": ExpressionFunction(math.atan2, 2, 2, ANGLE, same=True),
+        "sign": ExpressionFunction(_sign, same=True),
+        "sqrt": ExpressionFunction(math.sqrt, result=None, same=True, power=0.5),
+        "abs": ExpressionFunction(abs, result=None, same=True),
+        "min": ExpressionFunction(lambda *numbers: min(numbers), 1, None, None, same=True),
+        "max": ExpressionFunction(lambda *numbers: max(numbers), 1, None, None, same=True),
+        "hypot": ExpressionFunction(math.hypot, 1, None, None, same=True),
+        "clip": ExpressionFunction(_clip, 3, 3, None, same=True),
+        "deadband": ExpressionFunction(lambda x, half: x - _clip(x, -half, half), 2, 2, None, same=True),
+        "table": ExpressionFunction(_table, 5, None, None, paired=True),
     }
 )
 CONSTANTS: Mapping[str, Value] = MappingProxyType({"pi": Value(math.pi)})
@@ -108,14 +108,14 @@ def evaluate(tree: Expression, names: Mapping[str, Value | None]) -> Value:
     Unavailable where a name stands for None.
     """
     match tree:
-        case Number():
+        case NumberNode():
             return Value(_finite(tree.at, float, tree.value))
-        case Name():
+        case NameNode():
             return _lookup(tree, names)
         case Negative():
             operand = evaluate(tree.operand, names)
             return Value(-operand.number, operand.dimension)
-        case Quantity():
+        case QuantityNode():
             return _with_unit(tree, evaluate(tree.operand, names))
         case Binary():
             return _binary(tree, evaluate(tree.left, names), evaluate(tree.right, names))
@@ -123,7 +123,7 @@ def evaluate(tree: Expression, names: Mapping[str, Value | None]) -> Value:
             return _call(tree, [evaluate(argument, names) for argument in tree.arguments], names)
 
 
-def _lookup(tree: Name, names: Mapping[str, Value | None]) -> Value:
+def _lookup(tree: NameNode, names: Mapping[str, Value | None]) -> Value:
     if tree.name in CONSTANTS:
         return CONSTANTS[tree.name]
     if tree.name in names:
@@ -141,19 +141,19 @@ def _lookup(tree: Name, names: Mapping[str, Value | None]) -> Value:
     raise ExpressionError(f"unknown name '{tree.name}'", tree.at, hint or "parameters are defined under 'parameters'")
 
 
-def not_here(tree: Name) -> ExpressionError:
+def not_here(tree: NameNode) -> ExpressionError:
     """The error of a name of something that moves or is computed, where an expression must be constant."""
     called = tree.name.replace(".", "_")
     hint = f"signals, states and forces may name it; elements call it {called}; motions are functions of t alone"
     return ExpressionError(f"'{tree.name}' cannot be used here", tree.at, hint)
 
 
-def _with_unit(tree: Quantity, operand: Value) -> Value:
+def _with_unit(tree: QuantityNode, operand: Value) -> Value:
     dimension, unit = quantity_dimension(tree, operand.dimension), unit_of(tree.unit)
     return Value(_finite(tree.at, lambda x: x * unit.multiply / unit.divide, operand.number), dimension)
 
 
-def quantity_dimension(tree: Quantity, operand: Dimension | None) -> Dimension:
+def quantity_dimension(tree: QuantityNode, operand: Dimension | None) -> Dimension:
     """The dimension of an operand with a unit behind it. Raises ExpressionError where it has a unit already."""
     if operand not in (None, BARE):
         raise ExpressionError(f"'{tree.unit}' stands after what has a unit already", tree.at)
@@ -191,7 +191,7 @@ def _call(tree: Call, arguments: list[Value], names: Mapping[str, Value | None])
     return Value(_finite(tree.at, function.compute, *(argument.number for argument in arguments)), dimension)
 
 
-def function_of(tree: Call, names: Iterable[str]) -> Function:
+def function_of(tree: Call, names: Iterable[str]) -> ExpressionFunction:
     """The function that is called. Raises ExpressionError where it is unknown or has another number of arguments;
     `names` are parameters, which may have been meant as a factor."""
     function = FUNCTIONS.get(tree.function)
@@ -215,7 +215,7 @@ def increasing(tree: Call, numbers: Sequence[float]) -> None:
             raise ExpressionError(f"'{tree.function}' has x = {after:g} after {before:g}", tree.at, "x must increase")
 
 
-def call_dimension(tree: Call, function: Function, arguments: list[Dimension | None]) -> Dimension | None:
+def call_dimension(tree: Call, function: ExpressionFunction, arguments: list[Dimension | None]) -> Dimension | None:
     """The dimension of a function's value."""
     if function.paired:
         _common(tree.at, [arguments[0], *arguments[1::2]])

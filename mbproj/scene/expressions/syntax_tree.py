@@ -18,19 +18,19 @@ MAX_DEPTH = 100
 
 
 @dataclass(frozen=True)
-class Number:
+class NumberNode:
     value: float
     at: int
 
 
 @dataclass(frozen=True)
-class Name:
+class NameNode:
     name: str
     at: int
 
 
 @dataclass(frozen=True)
-class Quantity:
+class QuantityNode:
     """`operand` in `unit`; `at` is where the unit stands."""
 
     operand: Expression
@@ -59,7 +59,7 @@ class Call:
     at: int
 
 
-Expression: TypeAlias = "Number | Name | Quantity | Negative | Binary | Call"
+Expression: TypeAlias = "NumberNode | NameNode | QuantityNode | Negative | Binary | Call"
 
 
 @lru_cache(maxsize=4096)
@@ -83,7 +83,7 @@ def parse(text: str, parameters: Set[str] = frozenset()) -> Expression:
 def parts(tree: Expression) -> tuple[Expression, ...]:
     """The nodes right below this one."""
     match tree:
-        case Quantity() | Negative():
+        case QuantityNode() | Negative():
             return (tree.operand,)
         case Binary():
             return (tree.left, tree.right)
@@ -109,7 +109,7 @@ def depth(tree: Expression) -> int:
 
 def names(tree: Expression) -> frozenset[str]:
     """The names that the tree uses, functions excepted."""
-    return frozenset(node.name for node, _ in walk(tree) if isinstance(node, Name))
+    return frozenset(node.name for node, _ in walk(tree) if isinstance(node, NameNode))
 
 
 def _too_deep(at: int) -> ExpressionError:
@@ -164,15 +164,15 @@ class _ExpressionParser:
                 self._next.at,
                 "write 2 m^2 for square metres, (2 m)**2, or 2**2 m",
             )
-        return Quantity(operand, unit.text, unit.at)
+        return QuantityNode(operand, unit.text, unit.at)
 
     def _operand(self, level: int) -> Expression:
         token = self._next
         if token.kind == "number":
-            return Number(float(self._advance().text), token.at)
+            return NumberNode(float(self._advance().text), token.at)
         if token.kind == "name":
             self._advance()
-            return self._call(token, level) if self._next.kind == "(" else Name(token.text, token.at)
+            return self._call(token, level) if self._next.kind == "(" else NameNode(token.text, token.at)
         if token.kind == "(":
             self._advance()
             inner = self.expression(0, level + 1)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any, ClassVar, Generic
 
 from mbproj.dataclass import dataclass
-from mbproj.scene.fields.choices import Choice
+from mbproj.scene.fields.choices import NameChoice
 from mbproj.scene.fields.containers import Record, read_keys, report_unknown_key
 from mbproj.scene.fields.fields import Field, Schema, T_co
 from mbproj.scene.fields.reading import Reading, either, label
@@ -56,7 +56,7 @@ class Variants(Field[T_co], Generic[T_co]):
     their problems that have one meaning in all variants."""
 
     key: str
-    tag: Choice
+    tag: NameChoice
     variants: Mapping[str, Record[T_co]]
     node_type: ClassVar[type] = MappingNode
 

@@ -14,7 +14,7 @@ from mbproj.scene.text.suggestions import choose_from
 
 
 @dataclass(frozen=True)
-class Choice(Field[str]):
+class NameChoice(Field[str]):
     """One of the names that `names()` returns, called when needed, since some stand on disk. `what` says in messages
     what they name, as "integrator"."""
 
@@ -55,7 +55,7 @@ class NameReference(Field[str]):
 
 
 def _pick(
-    field: Choice | NameReference, node: Node, path: KeyPath, reading: Reading, *names: Collection[str]
+    field: NameChoice | NameReference, node: Node, path: KeyPath, reading: Reading, *names: Collection[str]
 ) -> str | None:
     """The node's text where it is among `names`; None where it is not, which is reported. The collections of names are
     joined for a message only, since there may be many."""

@@ -27,7 +27,7 @@ class Complaint(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Check:
+class Rule:
     """A rule on several values of a record. `find` gets the values of `keys` by position, where all are given and
     right, then those of `besides`. Of the latter, each that is not given is an empty mapping."""
 
@@ -73,7 +73,7 @@ class Record(Field[T_co], Generic[T_co]):
     keys: Mapping[str, Field[Any]]
     make: Callable[..., T_co]
     required: tuple[str, ...] = ()
-    checks: tuple[Check, ...] = ()
+    checks: tuple[Rule, ...] = ()
     choices: tuple[OneOf, ...] = ()
     named: bool = False
     elsewhere: frozenset[str] = frozenset()

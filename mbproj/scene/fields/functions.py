@@ -12,10 +12,10 @@ from mbproj.dataclass import dataclass
 from mbproj.functions.program import CHANNELS, COORDINATE, RATE, TIME, Program
 from mbproj.functions.table import CubicTable, periodic, polygon, spline
 from mbproj.scene.expressions.evaluate import CONSTANTS
-from mbproj.scene.expressions.syntax_tree import Expression, Name, names, walk
+from mbproj.scene.expressions.syntax_tree import Expression, NameNode, names, walk
 from mbproj.scene.expressions.units import SYMBOLS, describe
 from mbproj.scene.fields.alternatives import Alternatives
-from mbproj.scene.fields.choices import Choice
+from mbproj.scene.fields.choices import NameChoice
 from mbproj.scene.fields.containers import Record
 from mbproj.scene.fields.fields import Converted, Field, List, Schema
 from mbproj.scene.fields.quantities import Number, dimension_of, note_degrees, unit_hint, unit_text
@@ -98,7 +98,7 @@ class Varying(Field[float | Program]):
 
 def channels_in(tree: Expression, variables: Mapping[str, int], reading: Reading) -> tuple[str, ...]:
     """The names of channels in an expression, in their order."""
-    own = [node for node, _ in walk(tree) if isinstance(node, Name) and node.name not in variables]
+    own = [node for node, _ in walk(tree) if isinstance(node, NameNode) and node.name not in variables]
     return tuple(
         dict.fromkeys(
             node.name
@@ -117,7 +117,7 @@ def is_misspelt(tree: Expression, known: Set[str], node: ScalarNode, reading: Re
     """Whether an unknown name in the expression is similar to that of a signal or a state, which is reported."""
     able = [name for block in _blocks(reading) for name in block]
     for each, _ in walk(tree):
-        if isinstance(each, Name) and not {each.name} & {*known, *reading.names, *CONSTANTS, *SYMBOLS}:
+        if isinstance(each, NameNode) and not {each.name} & {*known, *reading.names, *CONSTANTS, *SYMBOLS}:
             hint = did_you_mean(each.name, able)
             if hint is not None:
                 reading.report(f"unknown name '{each.name}'", node.place_at(each.at), hint)
@@ -190,7 +190,7 @@ def table(unit: str | None, value_unit: str | None, ways: tuple[str, ...]) -> Fi
             Converted(rows, BETWEEN["natural"]),
             Record(
                 "a table",
-                {"rows": rows, "between": Choice("way between rows", lambda: ways)},
+                {"rows": rows, "between": NameChoice("way between rows", lambda: ways)},
                 lambda rows, between="natural": BETWEEN[between](rows),
                 required=("rows",),
             ),

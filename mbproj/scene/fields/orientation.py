@@ -5,10 +5,10 @@ from __future__ import annotations
 from mbproj.scene.fields import rotations
 from mbproj.scene.fields.alternatives import Alternatives
 from mbproj.scene.fields.checks import orientation_of, unit_quaternion
-from mbproj.scene.fields.choices import Choice
+from mbproj.scene.fields.choices import NameChoice
 from mbproj.scene.fields.containers import Record
 from mbproj.scene.fields.fields import Converted, Field, List
-from mbproj.scene.fields.quantities import Angle, Number
+from mbproj.scene.fields.quantities import Number, PositionAngle
 from mbproj.scene.fields.vectors import DIRECTION, rows
 from mbproj.scene.records import Quaternion
 
@@ -17,12 +17,20 @@ QUATERNION: Field[Quaternion] = Converted(List(Number(), 4), unit_quaternion)
 ORIENTATION: Field[Quaternion] = Converted(
     Alternatives(
         (
-            Record("a rotation", {"axis": DIRECTION, "angle": Angle()}, rotations.from_axis_angle, ("axis", "angle")),
+            Record(
+                "a rotation",
+                {"axis": DIRECTION, "angle": PositionAngle()},
+                rotations.from_axis_angle,
+                ("axis", "angle"),
+            ),
             Record("a rotation", {"quaternion": QUATERNION}, lambda quaternion: quaternion, ("quaternion",)),
             Record("a rotation", {"matrix": Converted(rows(""), orientation_of)}, lambda matrix: matrix, ("matrix",)),
             Record(
                 "a rotation",
-                {"euler": List(Angle(), 3), "sequence": Choice("sequence of axes", lambda: rotations.SEQUENCES)},
+                {
+                    "euler": List(PositionAngle(), 3),
+                    "sequence": NameChoice("sequence of axes", lambda: rotations.SEQUENCES),
+                },
                 lambda euler, sequence: rotations.from_euler(euler, sequence),
                 ("euler", "sequence"),
             ),

@@ -9,7 +9,7 @@ import re
 from mbproj.dataclass import dataclass
 from mbproj.errors import Problem
 from mbproj.scene.expressions.evaluate import Value
-from mbproj.scene.expressions.syntax_tree import Binary, Expression, Quantity
+from mbproj.scene.expressions.syntax_tree import Binary, Expression, QuantityNode
 from mbproj.scene.expressions.unit_text import unit_of
 from mbproj.scene.expressions.units import BARE, Dimension, describe, symbol_of
 from mbproj.scene.fields.fields import Field, Schema
@@ -98,7 +98,7 @@ class Number(Field[float]):
 
 
 @dataclass(frozen=True)
-class Angle(Number):
+class PositionAngle(Number):
     """An angle in rad that gives a position: a number that looks like degrees is noted."""
 
     unit: str | None = "rad"
@@ -111,7 +111,7 @@ class Angle(Number):
 
 def position_in(unit: str) -> Number:
     """The field of a coordinate in m or rad."""
-    return Angle() if unit == "rad" else Number(unit)
+    return PositionAngle() if unit == "rad" else Number(unit)
 
 
 #: A whole or half number without unit looks like degrees where, taken as radians, it is more than this many turns.
@@ -152,7 +152,7 @@ def unit_text(unit: str | None, found: Dimension | None) -> str:
 def unit_hint(text: str, tree: Expression | None) -> str | None:
     """A hint for a quotient that ends in a unit, which belongs to the divisor alone, as in 360/7 deg; else None."""
     text = text.rstrip()
-    if not isinstance(tree, Binary) or tree.operator != "/" or not isinstance(tree.right, Quantity):
+    if not isinstance(tree, Binary) or tree.operator != "/" or not isinstance(tree.right, QuantityNode):
         return None
     unit = tree.right
     return f"write ({text[: unit.at].strip()}) {unit.unit}" if unit.at + len(unit.unit) == len(text) else None

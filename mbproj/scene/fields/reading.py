@@ -11,7 +11,7 @@ from mbproj.errors import Place, Problem
 from mbproj.functions.program import Program
 from mbproj.scene.expressions.compiled import compiled
 from mbproj.scene.expressions.evaluate import Unavailable, Value, evaluate
-from mbproj.scene.expressions.syntax_tree import Expression, Number, names, parse
+from mbproj.scene.expressions.syntax_tree import Expression, NumberNode, names, parse
 from mbproj.scene.expressions.tokens import ExpressionError
 from mbproj.scene.expressions.units import SYMBOLS, Dimension
 from mbproj.scene.records import KeyPath
@@ -68,7 +68,7 @@ class Reading:
     def parse(self, node: ScalarNode) -> Expression | None:
         """The tree of an expression; None where it is wrong, which is reported at the character."""
         if isinstance(node, CasesNode):
-            return Number(node.numbers, 0)
+            return NumberNode(node.numbers, 0)
         try:
             return parse(node.text, self._no_units())
         except ExpressionError as error:

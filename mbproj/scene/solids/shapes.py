@@ -22,8 +22,8 @@ from types import MappingProxyType
 from typing import Any
 
 from mbproj.dataclass import dataclass
-from mbproj.scene.fields.choices import Choice
-from mbproj.scene.fields.containers import Check, Complaint, OneOf, Record
+from mbproj.scene.fields.choices import NameChoice
+from mbproj.scene.fields.containers import Complaint, OneOf, Record, Rule
 from mbproj.scene.fields.fields import Converted, Field, List
 from mbproj.scene.fields.quantities import Number
 from mbproj.scene.records import Vector
@@ -33,7 +33,7 @@ _ALONG: Mapping[str, Callable[[Vector], Vector]] = MappingProxyType(
     {"x": lambda s: (s[2], s[0], s[1]), "y": lambda s: (s[1], s[2], s[0]), "z": lambda s: s}
 )
 LENGTH = Number("m", above=0.0)
-AXIS = Choice("axis", lambda: _ALONG)
+AXIS = NameChoice("axis", lambda: _ALONG)
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ def thick(outer: float, inner: float) -> Iterator[Complaint]:
 
 
 RADII: Mapping[str, Field[Any]] = MappingProxyType({"outer_radius": LENGTH, "inner_radius": LENGTH})
-_THICK = (Check(("outer_radius", "inner_radius"), thick),)
+_THICK = (Rule(("outer_radius", "inner_radius"), thick),)
 _EDGES: Field[Any] = Converted(List(LENGTH, 3), lambda edges: dict(zip("abc", edges, strict=True)))
 _RODLIKE: Mapping[str, Field[Any]] = MappingProxyType({"length": LENGTH, "axis": AXIS})
 _ROD: Record[dict[str, Any]] = Record("a rod", _RODLIKE, dict, ("length",))

@@ -7,7 +7,7 @@ from typing import Any
 
 from mbproj.scene.blocks.expectations import EXPECTATION, MEASURE, SUBJECTS, Given, Measure
 from mbproj.scene.blocks.measures import MEASURE as RECORD_OF_MEASURE
-from mbproj.scene.fields.choices import Choice
+from mbproj.scene.fields.choices import NameChoice
 from mbproj.scene.fields.containers import Named, OneOf, Record
 from mbproj.scene.fields.fields import Field, Text
 from mbproj.scene.fields.quantities import Integer, Number
@@ -101,7 +101,7 @@ LIMIT: Record[Given] = Record(
 DESIGN: Record[dict[str, Any]] = Record(
     "a design",
     {
-        "design": Choice("format version", lambda: (FORMAT,)),
+        "design": NameChoice("format version", lambda: (FORMAT,)),
         "scene": Text(),
         "vary": Bounded(),
         "match": Named("match", MATCH),

@@ -10,7 +10,7 @@ from typing import Any
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place
 from mbproj.scene.blocks.measures import MEASURES, complaints, items_of, measures_of
-from mbproj.scene.fields.choices import Choice
+from mbproj.scene.fields.choices import NameChoice
 from mbproj.scene.fields.containers import Record
 from mbproj.scene.fields.fields import Field, Text
 from mbproj.scene.fields.quantities import Integer
@@ -62,14 +62,14 @@ class Varied(Field[Mapping[str, Range]]):
 SPEC: Record[dict[str, Any]] = Record(
     "a sweep",
     {
-        "sweep": Choice("format version", lambda: (FORMAT,)),
+        "sweep": NameChoice("format version", lambda: (FORMAT,)),
         "scene": Text(),
         "vary": Varied(),
-        "combine": Choice("combination", lambda: COMBINATIONS),
+        "combine": NameChoice("combination", lambda: COMBINATIONS),
         "samples": Integer(1),
         "seed": Integer(0),
         "measure": MEASURES,
-        "keep": Choice("word for what to keep", lambda: KEEP),
+        "keep": NameChoice("word for what to keep", lambda: KEEP),
     },
     dict,
     required=("sweep", "scene", "vary", "measure"),

@@ -11,7 +11,7 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place, Problem
-from mbproj.scene.fields.choices import Choice
+from mbproj.scene.fields.choices import NameChoice
 from mbproj.scene.fields.containers import OneOf, Record
 from mbproj.scene.fields.fields import Text
 from mbproj.scene.fields.quantities import Integer
@@ -34,14 +34,14 @@ CLOSED = 2.0
 FEWEST, MOST_POSITIONS = {PATH: 3, FUNCTION: 3, POSITIONS: 3}, 5
 _WANTED: Record[dict[str, Any]] = Record(
     "what is wanted",
-    {PATH: Text(), FUNCTION: Text(), POSITIONS: Text(), "timing": Choice("timing", lambda: (GIVEN, FREE))},
+    {PATH: Text(), FUNCTION: Text(), POSITIONS: Text(), "timing": NameChoice("timing", lambda: (GIVEN, FREE))},
     dict,
     choices=(OneOf((PATH, FUNCTION, POSITIONS), needed=True, hint="one at a time; write another file for the other"),),
 )
 SYNTHESIS: Record[dict[str, Any]] = Record(
     "a synthesis",
     {
-        "design": Choice("format version", lambda: ("1",)),
+        "design": NameChoice("format version", lambda: ("1",)),
         "synthesis": _WANTED,
         "starts": Integer(1),
         "seed": Integer(0),

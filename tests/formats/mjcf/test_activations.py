@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import mbproj
-from mbproj.formats import Wishes, read_model
+from mbproj.formats import ImportOptions, read_model
 from mbproj.formats.signals import signals_of
 from tests.formats.agreement import agreement
 
@@ -81,11 +81,11 @@ def written(folder, name, ctrl=0.4, step=1e-3):
 def test_forces_are_mujocos(name, signal, tmp_path):
     """With a short step, by which MuJoCo's integrals and setpoints are ahead."""
     path, act = written(tmp_path, name, step=1e-12)
-    wishes = Wishes("home", controls=signals_of({"u": signal}, "controls"))
-    (row,) = [each for each in read_model(path, wishes).said if each.element == "actuator 'u'"]
+    options = ImportOptions("home", controls=signals_of({"u": signal}, "controls"))
+    (row,) = [each for each in read_model(path, options).said if each.element == "actuator 'u'"]
     assert row.same.value == "yes"
-    assert max(agreement(path, wishes=wishes, ctrl=[0.4], act=act)) < 1e-12
-    assert max(agreement(path, wishes=wishes, ctrl=[0.4], act=[each + 0.1 for each in act])) > 1e-6
+    assert max(agreement(path, options=options, ctrl=[0.4], act=act)) < 1e-12
+    assert max(agreement(path, options=options, ctrl=[0.4], act=[each + 0.1 for each in act])) > 1e-6
 
 
 @pytest.mark.parametrize("name", ["integrated velocity", "plugin with limits", "muscle", *list(ACTING)[15:]])
@@ -128,7 +128,7 @@ def test_springs_and_dampers_of_tendons_are_mujocos(name, path, tmp_path):
     text = MODEL.format(plugin="", actuator="", key="", step=1e-3)
     own = f'<tendon><{path} name="own" {SPRINGS[name]}>{PATHS[path]}</{path}></tendon></mujoco>'
     (tmp_path / "model.xml").write_text(text.replace("</mujoco>", own), encoding="utf-8")
-    mechanism = read_model(tmp_path / "model.xml", Wishes())
+    mechanism = read_model(tmp_path / "model.xml", ImportOptions())
     assert mechanism.forces
     assert "tendon 'own'" not in {row.element for row in mechanism.said}
     assert max(agreement(tmp_path / "model.xml")) < 1e-12

@@ -7,7 +7,7 @@ import pytest
 
 import mbproj
 from mbproj.errors import InputError
-from mbproj.formats import Wishes, read_model, scene_text
+from mbproj.formats import ImportOptions, read_model, scene_text
 from mbproj.formats.signals import signals_of
 from mbproj.scene import read_scene_text
 from tests.cli.commands import mbproj as command
@@ -62,19 +62,19 @@ def written(folder, actuator, ctrl="0.4"):
 @pytest.mark.parametrize("signal", ["0.4", "0.4 * cos(3*t)"])
 def test_forces_are_mujocos(name, signal, tmp_path):
     path = written(tmp_path, ACTING[name])
-    wishes = Wishes(controls=signals_of({"u": signal}, "controls"))
-    (row,) = [each for each in read_model(path, wishes).said if each.element == "actuator 'u'"]
+    options = ImportOptions(controls=signals_of({"u": signal}, "controls"))
+    (row,) = [each for each in read_model(path, options).said if each.element == "actuator 'u'"]
     assert row.same.value == "yes"
-    assert max(agreement(path, wishes=wishes, ctrl=[0.4])) < 1e-12
-    other = Wishes(controls=signals_of({"u": "-0.35"}, "controls"))
-    assert max(agreement(path, wishes=other, ctrl=[0.4])) > 1e-6
+    assert max(agreement(path, options=options, ctrl=[0.4])) < 1e-12
+    other = ImportOptions(controls=signals_of({"u": "-0.35"}, "controls"))
+    assert max(agreement(path, options=other, ctrl=[0.4])) > 1e-6
 
 
 @pytest.mark.skipif(not hasattr(mujoco.mjtGain, "mjGAIN_DCMOTOR"), reason="this MuJoCo has no DC motors")
 def test_a_dc_motor_is_its_constant_over_its_resistance(tmp_path):
     path = written(tmp_path, '<dcmotor name="u" joint="turn" motorconst="0.5" resistance="2" gear="3"/>')
-    wishes = Wishes(controls=signals_of({"u": 24}, "controls"))
-    assert max(agreement(path, wishes=wishes, ctrl=[24.0])) < 1e-12
+    options = ImportOptions(controls=signals_of({"u": 24}, "controls"))
+    assert max(agreement(path, options=options, ctrl=[24.0])) < 1e-12
 
 
 @pytest.mark.parametrize(
@@ -103,16 +103,19 @@ def test_a_constant_signal_goes_through_a_filter_in_closed_form(own, expected, t
 def test_without_a_request_what_acts_is_left_out_and_said(tmp_path):
     """A servo moves the model, and so does a signal of the keyframe; a motor without one does not."""
     path = written(tmp_path, ACTING["motor"] + ACTING["position"].replace('"u"', '"p"'), "0.4 0")
-    said = {key: {row.element: row.same.value for row in read_model(path, Wishes(key)).said} for key in (None, "home")}
+    said = {
+        key: {row.element: row.same.value for row in read_model(path, ImportOptions(key)).said}
+        for key in (None, "home")
+    }
     assert [said[key]["actuator 'u'"] for key in (None, "home")] == ["until then", "no"]
     assert [said[key]["actuator 'p'"] for key in (None, "home")] == ["no", "no"]
-    assert not read_model(path, Wishes("home")).forces
+    assert not read_model(path, ImportOptions("home")).forces
 
 
 def test_a_servo_that_holds_is_a_spring_to_its_control_signal(tmp_path):
     """kp (ctrl - q) - kv q' with ctrl = 0.4 at q = 0.3: free 0.1 rad ahead of the start."""
     path = written(tmp_path, '<position name="p" joint="turn" kp="3" kv="0.5"/>')
-    forces = read_model(path, Wishes("home", controls={})).forces
+    forces = read_model(path, ImportOptions("home", controls={})).forces
     assert list(forces) == ["p"]
     assert (forces["p"]["stiffness"].value, forces["p"]["damping"].value) == (3.0, 0.5)
     assert forces["p"]["free_angle"].value == pytest.approx(0.1)
@@ -127,7 +130,7 @@ def test_a_servo_that_holds_is_a_spring_to_its_control_signal(tmp_path):
 )
 def test_what_has_no_counterpart_is_said_at_its_line(actuator, tmp_path):
     path = written(tmp_path, f"\n{actuator}")
-    mechanism = read_model(path, Wishes(controls={}))
+    mechanism = read_model(path, ImportOptions(controls={}))
     (row,) = [each for each in mechanism.said if each.element == "actuator 'u'"]
     assert (row.same.value, row.place.line) == ("no", 15)
     assert row.what.startswith("left out: ")
@@ -163,26 +166,26 @@ def test_a_wrong_signal_is_said_at_its_line(option, text, said, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("name", "wishes", "said"),
+    ("name", "options", "said"),
     [
-        ("m.urdf", Wishes("home"), "a model in URDF has no keyframes"),
-        ("m.urdf", Wishes(controls={}), "a model in URDF has no actuators"),
-        ("m.sdf", Wishes(contacts=True), "a model in SDF has no contacts"),
-        ("m.urdf", Wishes(meet=True), "a model in URDF has no frames of joints that may meet"),
+        ("m.urdf", ImportOptions("home"), "a model in URDF has no keyframes"),
+        ("m.urdf", ImportOptions(controls={}), "a model in URDF has no actuators"),
+        ("m.sdf", ImportOptions(contacts=True), "a model in SDF has no contacts"),
+        ("m.urdf", ImportOptions(meet=True), "a model in URDF has no frames of joints that may meet"),
     ],
 )
-def test_an_option_of_another_format_is_refused(name, wishes, said, tmp_path):
+def test_an_option_of_another_format_is_refused(name, options, said, tmp_path):
     root = {"urdf": "robot", "sdf": "sdf"}[name.partition(".")[2]]
     (tmp_path / name).write_text(f"<{root}/>", encoding="utf-8")
     with pytest.raises(InputError, match=said):
-        read_model(tmp_path / name, wishes)
+        read_model(tmp_path / name, options)
 
 
 def test_the_scene_with_signals_reads_as_written(tmp_path):
     folder = tmp_path / "a_folder_with_a_long_name"
     folder.mkdir()
     path = written(folder, ACTING["limited force"])
-    text = scene_text(read_model(path, Wishes(controls=signals_of({"u": "sin(t)"}, "controls"))), "1")
+    text = scene_text(read_model(path, ImportOptions(controls=signals_of({"u": "sin(t)"}, "controls"))), "1")
     assert [line for line in text.splitlines() if len(line) > 100 and str(tmp_path) not in line] == []
     assert text.splitlines()[:2] == ["# Imported by mbproj 1 from MJCF,", f"#   {path}"]
     assert [force.name for force in read_scene_text(text).forces] == ["u"]

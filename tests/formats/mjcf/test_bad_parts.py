@@ -6,7 +6,7 @@ import pytest
 
 import mbproj
 from mbproj.errors import InputError
-from mbproj.formats import Wishes, read_model
+from mbproj.formats import ImportOptions, read_model
 from mbproj.formats.signals import read_signals
 
 mujoco = pytest.importorskip("mujoco")
@@ -42,7 +42,7 @@ WRONG = {
 def test_a_part_that_is_wrong_is_said_at_its_line(part, tmp_path):
     (tmp_path / "model.xml").write_text(MODEL.format(part), encoding="utf-8")
     with pytest.raises(InputError) as raised:
-        read_model(tmp_path / "model.xml", Wishes())
+        read_model(tmp_path / "model.xml", ImportOptions())
     message = str(raised.value)
     assert "model.xml:4: error: " in message
     assert WRONG[part] in message

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import mbproj
-from mbproj.formats import Wishes, read_model
+from mbproj.formats import ImportOptions, read_model
 from mbproj.formats.signals import signals_of
 from mbproj.model import compile_system, initial_guess
 from mbproj.model.planar import NotPlanar, planar_reduction
@@ -66,11 +66,13 @@ def test_forces_along_tendons_are_mujocos(name, path, tmp_path):
     act = [0.3] if name == "muscle" else []
     home = '<keyframe><key name="home" act="0.3"/></keyframe>' if act else ""
     file = written(tmp_path, path, own, actuator, home)
-    wishes = Wishes("home" if act else None, controls=signals_of({"u": 0.4}, "controls")) if ctrl else Wishes()
-    said = {row.element: row.same.value for row in read_model(file, wishes).said}
+    options = (
+        ImportOptions("home" if act else None, controls=signals_of({"u": 0.4}, "controls")) if ctrl else ImportOptions()
+    )
+    said = {row.element: row.same.value for row in read_model(file, options).said}
     assert said.get("actuator 'u'", "yes") == "yes"
     assert said.get("tendon 't'", "yes") == ("until then" if "geom" in PATHS[path] else "yes")
-    assert max(agreement(file, states=5, wishes=wishes, ctrl=ctrl, act=act, spread=0.2)) < 1e-11
+    assert max(agreement(file, states=5, options=options, ctrl=ctrl, act=act, spread=0.2)) < 1e-11
 
 
 NAMES = ("turn.angle", "bend.angle", "slide.displacement")
@@ -206,7 +208,7 @@ def test_what_no_rope_says_is_said_at_its_line(why, tmp_path):
     out = '<body pos="0.9 0.1 0.4"><joint axis="0 0 1"/><geom size="0.1" contype="0" pos="0 0.1 0"/>'
     text = file.read_text().replace("</worldbody>", f'{out}<site name="out"/></body></worldbody>')
     file.write_text(text, encoding="utf-8")
-    said = {row.element: row for row in read_model(file, Wishes(controls={})).said}
+    said = {row.element: row for row in read_model(file, ImportOptions(controls={})).said}
     assert said["actuator 'u'"].what == f"left out: {why}"
     assert (said["tendon 't'"].what, said["tendon 't'"].same.value) == (f"left out with its spring: {why}", "no")
     assert said["tendon 't'"].place.line == 14

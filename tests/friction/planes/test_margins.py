@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.dynamics.friction.balance import Balance, balanced
+from mbproj.dynamics.friction.balance import FrictionBalance, balanced
 from tests.friction.planes.feet import box
 from tests.kernel.scenes import needs_kernel
 from tests.stops.runs import run
@@ -25,7 +25,7 @@ def two_feet(first, second, force):
 
     x, y, z = np.eye(3)
     A = np.array([*(row(place, z) for place in places), *(row(place, along) for place in places for along in (x, y))])
-    return Balance(
+    return FrictionBalance(
         A=A,
         b=A @ (np.array([*force, -10.0 * MASS, 0.0, 0.0, 0.0]) * inverse),
         static=np.full(4, STATIC),

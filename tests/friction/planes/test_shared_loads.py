@@ -8,7 +8,7 @@ import itertools
 import numpy as np
 import pytest
 
-from mbproj.dynamics.friction.balance import Balance, forces
+from mbproj.dynamics.friction.balance import FrictionBalance, forces
 from mbproj.integrate.reporting.marks import START
 from tests.friction.planes.feet import CORNERS, IN_PLANE, box
 from tests.stops.runs import run, simulated
@@ -130,7 +130,7 @@ def test_feet_that_want_what_no_forces_give_are_soon_found_out():
         rounds.append(1)
         return np.full(2, y[0])
 
-    problem = Balance(
+    problem = FrictionBalance(
         A=np.array([[0.0, 1.0], row, row]),
         b=np.array([-1e-15, 1e-16, -3e-16]),
         static=np.full(2, 0.4),

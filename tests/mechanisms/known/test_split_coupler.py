@@ -11,7 +11,7 @@ from mbproj.dynamics.assembly.assemble import coordinate_values
 from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.equations.motions import NO_DRIVE
 from mbproj.dynamics.rank.nearby import NO_CONDITIONS
-from mbproj.linear.equilibrium.balance import Problem
+from mbproj.linear.equilibrium.balance import EquilibriumProblem
 from mbproj.linear.equilibrium.find import equilibrium
 from mbproj.linear.equilibrium.started import assembled_start
 from mbproj.linear.modes import modes
@@ -114,7 +114,7 @@ def test_steps_to_where_the_rubber_has_no_direction_are_not_taken():
     """Its frames would stand half a turn apart: other equilibria are sought from elsewhere."""
     system = compile_system(SCENE)
     start = assembled_start(SCENE, system)
-    problem = Problem.of(system, 0.0, start.q, NO_DRIVE, NO_CONDITIONS, start.x)
+    problem = EquilibriumProblem.of(system, 0.0, start.q, NO_DRIVE, NO_CONDITIONS, start.x)
     here = problem.at(start.q, coordinate_values(system, pose_of(start.q)))
     turns = here.space.N.reshape(system.bodies, 6, -1)[:, 4]
     far = np.linalg.lstsq(turns, np.array([0.0, 3.13, 0.0, 0.0]), rcond=None)[0]

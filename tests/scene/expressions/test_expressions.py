@@ -9,7 +9,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mbproj.scene.expressions.evaluate import FUNCTIONS, Unavailable, Value, evaluate
-from mbproj.scene.expressions.syntax_tree import Binary, Call, Name, Negative, Number, Quantity, depth, names, parse
+from mbproj.scene.expressions.syntax_tree import (
+    Binary,
+    Call,
+    NameNode,
+    Negative,
+    NumberNode,
+    QuantityNode,
+    depth,
+    names,
+    parse,
+)
 from mbproj.scene.expressions.tokens import ExpressionError
 
 PYTHON = {name: function.compute for name, function in FUNCTIONS.items()} | {"pi": math.pi, "a": 1.25, "b": -3.0}
@@ -26,8 +36,10 @@ def python(text: str) -> float | None:
 
 
 def test_the_tree_of_an_expression() -> None:
-    assert parse("-(a + 2 mm)") == Negative(Binary("+", Name("a", 2), Quantity(Number(2.0, 6), "mm", 8), 4), 0)
-    assert parse("2*sin(pi)") == Binary("*", Number(2.0, 0), Call("sin", (Name("pi", 6),), 2), 1)
+    assert parse("-(a + 2 mm)") == Negative(
+        Binary("+", NameNode("a", 2), QuantityNode(NumberNode(2.0, 6), "mm", 8), 4), 0
+    )
+    assert parse("2*sin(pi)") == Binary("*", NumberNode(2.0, 0), Call("sin", (NameNode("pi", 6),), 2), 1)
 
 
 def test_names_and_depth_of_a_tree() -> None:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from mbproj.dataclass import dataclass
-from mbproj.formats.mechanism import Bare, ImportedNames, Mechanism
+from mbproj.formats.mechanism import Bare, ImportedMechanism, ImportedNames
 from mbproj.formats.mjcf.drives import free_symbol
 from mbproj.formats.mjcf.joints import HINGE, SLIDE
 from mbproj.formats.mjcf.laws import summed
@@ -107,15 +107,17 @@ def _weighed(along: list[ActuatedCoordinate], seen: list[str], ending: str) -> l
     return [(each.factor, name + ending) for each, name in zip(along, seen, strict=True)]
 
 
-def names_along(mechanism: Mechanism, name: str, along: list[ActuatedCoordinate]) -> list[str]:
+def names_along(mechanism: ImportedMechanism, name: str, along: list[ActuatedCoordinate]) -> list[str]:
     """Free names for the forces along the coordinates."""
     names: list[str] = []
     for _ in along:
-        names.append(ImportedNames(frozenset([*mechanism.forces, *names])).own(name))
+        names.append(ImportedNames(frozenset([*mechanism.forces, *names])).unused(name))
     return names
 
 
-def act_along(mechanism: Mechanism, name: str, along: list[ActuatedCoordinate], names: list[str], force: str) -> None:
+def act_along(
+    mechanism: ImportedMechanism, name: str, along: list[ActuatedCoordinate], names: list[str], force: str
+) -> None:
     """Add a signal with the expression `force`, and forces along each coordinate that are factor times the signal."""
     signal = free_symbol(mechanism, f"{name}_force")
     mechanism.signals[signal] = Bare(force)

@@ -15,7 +15,7 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.errors import Place
 from mbproj.formats.chains import EXACT, Coordinates
-from mbproj.formats.mechanism import Connection, ImportedBody, ImportedNames, Mechanism, Quantity
+from mbproj.formats.mechanism import Connection, ImportedBody, ImportedMechanism, ImportedNames, Quantity
 from mbproj.formats.mjcf.compiled import CompiledMjcf
 from mbproj.formats.mjcf.joints import HINGE, joint_name
 from mbproj.formats.mjcf.parts import Called
@@ -49,7 +49,7 @@ class ModelTendons:
     tendons. `acting` are the numbers of the tendons that have a counterpart in the scene."""
 
     compiled: CompiledMjcf
-    mechanism: Mechanism
+    mechanism: ImportedMechanism
     called: Called
     coordinates: Coordinates
     names: ImportedNames
@@ -213,9 +213,9 @@ class ModelTendons:
         if isinstance(coupled, str):
             return coupled
         name = self.name(number)
-        joint, row = self.names.own(f"{name}_slider"), self.names.own(f"{name}_sum")
+        joint, row = self.names.unused(f"{name}_slider"), self.names.unused(f"{name}_sum")
         self.made["slider", number, 0] = joint
-        body = ImportedNames(frozenset([*self.mechanism.parts, GROUND])).own(joint)
+        body = ImportedNames(frozenset([*self.mechanism.parts, GROUND])).unused(joint)
         zero = np.zeros(3)
         self.mechanism.insert(ImportedBody(body, 0.0, np.zeros((3, 3)), zero, np.eye(3), self.place(number)), "")
         place = self.place(number)
@@ -276,7 +276,7 @@ class ModelTendons:
         name = self.name(number)
         if len(self.branches(number)) > 1:
             name = f"{name}_{at + 1}"
-        return self.names.own(name if what == "rope" else f"{name}_{what}")
+        return self.names.unused(name if what == "rope" else f"{name}_{what}")
 
 
 def _across(branch: TendonBranch, turns: Sequence[Array]) -> Array:

@@ -17,7 +17,7 @@ from mbproj.model.added_laws import AddedLaw, with_laws
 from mbproj.model.channels import ElementStates, Energies
 from mbproj.model.compile.elements.controllers import actions_of, read_by
 from mbproj.model.compile.elements.measured import coordinate_of, measurable, with_measured
-from mbproj.model.compile.elements.named import VARIABLES, Named, expression_of, named_within
+from mbproj.model.compile.elements.named import VARIABLES, NamesOfSystem, expression_of, named_within
 from mbproj.model.compile.elements.rows import with_inertias, with_rows
 from mbproj.model.frictions import Frictions
 from mbproj.model.primitive_set import bindings
@@ -40,7 +40,9 @@ def with_elements(
     system = replace(system, names=names)
     system = with_measured(system, elements, [*_names_read(system, elements, signals), *read_by(controllers)])
     others = measurable(system, elements)
-    channels = Named(system, {each.name: each.program for each in signals}, [*others], dict(_named_forces(elements)))
+    channels = NamesOfSystem(
+        system, {each.name: each.program for each in signals}, [*others], dict(_named_forces(elements))
+    )
     named = {element.name: _Naming(element, channels, channels.of_element(element)) for element in elements}
     forces = replace(
         system.forces, programs=channels.resolved_set(system.forces.programs, system.forces.program_owners)
@@ -71,7 +73,7 @@ def with_elements(
     return with_inertias(with_rows(_with_forces(system, elements, pushes), elements), elements)
 
 
-def _frictions(system: System, channels: Named) -> Frictions | None:
+def _frictions(system: System, channels: NamesOfSystem) -> Frictions | None:
     """Return the dry frictions of a system, with channels in place of names in their functions."""
     own = system.frictions
     if own is None or not own.varies:
@@ -94,11 +96,11 @@ def _names_read(system: System, elements: Sequence[Element], signals: Sequence[S
         yield from program.reads if isinstance(program, Program) else ()
 
 
-def _named_forces(elements: Sequence[Element]) -> Iterator[tuple[str, tuple[str, Callable[[Named], Program]]]]:
+def _named_forces(elements: Sequence[Element]) -> Iterator[tuple[str, tuple[str, Callable[[NamesOfSystem], Program]]]]:
     """The forces of elements that have names, as functions: the coordinate each acts along, and its program once the
     names that its element reads have channels."""
 
-    def push(channels: Named, element: Element, force: Force) -> Program:
+    def push(channels: NamesOfSystem, element: Element, force: Force) -> Program:
         return _Naming(element, channels, channels.of_element(element))(force.push)
 
     for element in elements:
@@ -132,7 +134,7 @@ class _Naming:
     """Resolves the names in the programs of an element: `codes` are the codes of the names that the element reads."""
 
     element: Element
-    channels: Named
+    channels: NamesOfSystem
     codes: tuple[Code, ...]
 
     def __call__(self, program: Program | str, of: str = "") -> Program:

@@ -11,7 +11,7 @@ from mbproj.elements.controlled import Controller, Held
 from mbproj.functions.program import CHANNELS, Program, number, variable
 from mbproj.functions.program_set import flatten
 from mbproj.model.channels import NO_ACTIONS, Actions
-from mbproj.model.compile.elements.named import Named
+from mbproj.model.compile.elements.named import NamesOfSystem
 
 #: The name of the state that holds an output computed but delayed.
 COMPUTED = "{}.computed"
@@ -36,7 +36,7 @@ def read_by(controllers: Sequence[Controller]) -> Iterator[str]:
         yield from (name for each in (*controller.hold, *controller.states) for name in each.program.reads)
 
 
-def actions_of(controllers: Sequence[Controller], channels: Named, states: Sequence[str]) -> Actions:
+def actions_of(controllers: Sequence[Controller], channels: NamesOfSystem, states: Sequence[str]) -> Actions:
     """Return the actions of controllers, in their order. With a delay the computed outputs take effect first, and then
     the next ones are computed."""
     if not controllers:

@@ -46,7 +46,7 @@ def in_expressions(name: str) -> str:
     return name.replace("-", "_")
 
 
-class Named:
+class NamesOfSystem:
     """Resolver of the names of a system that has its states and measured coordinates already.
 
     `signals` are their programs by name. `others` are names that exist but have no channel yet, for hints in messages.
@@ -58,7 +58,7 @@ class Named:
         system: System,
         signals: Mapping[str, Program],
         others: Sequence[str] = (),
-        pushes: Mapping[str, tuple[str, Callable[[Named], Program]]] = MappingProxyType({}),
+        pushes: Mapping[str, tuple[str, Callable[[NamesOfSystem], Program]]] = MappingProxyType({}),
     ) -> None:
         names, known = system.names, system.channels
         self._system, self._signals, self._others = system, signals, others

@@ -6,7 +6,7 @@ from mbproj.dataclass import dataclass
 from mbproj.functions.program import Program
 from mbproj.scene.blocks.coordinates import COORDINATES
 from mbproj.scene.expressions.evaluate import FUNCTIONS, RESERVED
-from mbproj.scene.expressions.syntax_tree import Binary, Call, Expression, Name, Negative, Quantity
+from mbproj.scene.expressions.syntax_tree import Binary, Call, Expression, NameNode, Negative, QuantityNode
 from mbproj.scene.expressions.unit_text import unit_of
 from mbproj.scene.expressions.units import BARE, Dimension, called
 from mbproj.scene.fields.fields import Field, Schema
@@ -44,7 +44,7 @@ def _dimension_of(tree: Expression) -> Dimension | None:
     """The dimension of an expression, from the first term of a sum, or argument of a function, that tells it: a number
     with a unit, or a coordinate. None where none does."""
     match tree:
-        case Quantity():
+        case QuantityNode():
             return unit_of(tree.unit).dimension
         case Negative():
             return _dimension_of(tree.operand)
@@ -52,7 +52,7 @@ def _dimension_of(tree: Expression) -> Dimension | None:
             return _dimension_of(tree.left) or _dimension_of(tree.right)
         case Call() if tree.function in FUNCTIONS and FUNCTIONS[tree.function].keeps_dimension:
             return next((found for each in tree.arguments if (found := _dimension_of(each))), None)
-        case Name() if "." in tree.name:
+        case NameNode() if "." in tree.name:
             return _of_coordinate(tree.name)
         case _:
             return None

@@ -14,7 +14,7 @@ from typing import Any
 from mbproj.dataclass import dataclass
 from mbproj.elements.controlled import ScalarState, Signal
 from mbproj.functions.program import Program
-from mbproj.scene.blocks.control.blocks import BLOCKS, Block, Expanded
+from mbproj.scene.blocks.control.blocks import BLOCKS, ControlBlock, Expanded
 from mbproj.scene.blocks.control.expression import VALUE, unit_name
 from mbproj.scene.blocks.expectations import MEASURE, Measure
 from mbproj.scene.expressions.evaluate import Value
@@ -39,7 +39,7 @@ def _unit(text: str) -> str:
 
 
 def _signal(
-    name: str, value: tuple[Program, Dimension | None] | None = None, unit: str | None = None, **block: Block
+    name: str, value: tuple[Program, Dimension | None] | None = None, unit: str | None = None, **block: ControlBlock
 ) -> Signal | Expanded:
     """The signal of an expression `value`, or the items that replace the one given block."""
     if value is None:

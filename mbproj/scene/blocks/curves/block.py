@@ -19,10 +19,10 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from mbproj.dataclass import dataclass
 from mbproj.functions.curves.laws import FULL_TURN, LAWS, Rise
-from mbproj.scene.fields.choices import Choice
+from mbproj.scene.fields.choices import NameChoice
 from mbproj.scene.fields.containers import OneOf, Record
 from mbproj.scene.fields.fields import Converted, Field, Flag, List, Schema
-from mbproj.scene.fields.quantities import Angle, Number
+from mbproj.scene.fields.quantities import Number, PositionAngle
 from mbproj.scene.fields.reading import Reading, Unfit
 from mbproj.scene.records import KeyPath
 from mbproj.scene.text.nodes import Node, SequenceNode
@@ -60,7 +60,7 @@ class RowField(Field[tuple[Any, ...]]):
         return {"description": self.expects, "type": "array", **own}
 
 
-LAW = Choice("lift law", lambda: LAWS)
+LAW = NameChoice("lift law", lambda: LAWS)
 POINT: RowField = RowField((Number("m"), Number("m")))
 POINTS: Field[Any] = List(POINT, None, "points")
 
@@ -77,7 +77,7 @@ def _whole_turn(rises: tuple[tuple[float, float, str], ...]) -> tuple[Rise, ...]
     return found
 
 
-RISES: Field[Any] = Converted(List(RowField((Angle(above=0.0), Number("m"), LAW)), None, "rises"), _whole_turn)
+RISES: Field[Any] = Converted(List(RowField((PositionAngle(above=0.0), Number("m"), LAW)), None, "rises"), _whole_turn)
 LIFT: Record[dict[str, Any]] = Record("a lift law", {"base": LENGTH, "rises": RISES}, dict, ("base", "rises"))
 
 
@@ -89,7 +89,7 @@ def _unrolled(**given: float) -> dict[str, float]:
 
 
 INVOLUTE: Record[dict[str, float]] = Record(
-    "an involute", {"base": LENGTH, "from": Angle(), "to": Angle()}, _unrolled, ("base", "from", "to")
+    "an involute", {"base": LENGTH, "from": PositionAngle(), "to": PositionAngle()}, _unrolled, ("base", "from", "to")
 )
 
 
@@ -114,7 +114,7 @@ KEYS: Mapping[str, Field[Any]] = {
     "circle": LENGTH,
     "ellipse": List(LENGTH, 2, "half axes"),
     "involute": INVOLUTE,
-    "table": Converted(List(RowField((Angle(), Number("m"))), None, "rows"), _round),
+    "table": Converted(List(RowField((PositionAngle(), Number("m"))), None, "rows"), _round),
     "lift": LIFT,
     "closed": Flag(),
     "fillet": LENGTH,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from mbproj.joints import JOINTS
 from mbproj.scene.blocks.curves.fit_two import fit_two
-from mbproj.scene.fields.containers import Check, Complaint
+from mbproj.scene.fields.containers import Complaint, Rule
 from mbproj.scene.records import Joint, KeyPath
 
 if TYPE_CHECKING:
@@ -199,4 +199,4 @@ def _is_dry_friction(item: Any) -> bool:
     return bool(getattr(item, "coulomb", ())) and not getattr(item, "laws", ())
 
 
-CURVE_CHECK = Check(("curves", "joints"), fit_curves, besides=("forces", "motions"))
+CURVE_CHECK = Rule(("curves", "joints"), fit_curves, besides=("forces", "motions"))

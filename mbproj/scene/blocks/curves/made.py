@@ -8,7 +8,7 @@ from itertools import pairwise
 from typing import Any
 
 from mbproj.functions.curves.plane_curve import PlaneCurve
-from mbproj.functions.curves.shapes import Followed, ellipse, involute, of_law, polar, polyline, through
+from mbproj.functions.curves.shapes import CamFollower, ellipse, involute, of_law, polar, polyline, through
 from mbproj.functions.curves.soundness import At, corner, crossing, undercut
 from mbproj.functions.curves.space_curve import through_space
 from mbproj.functions.curves.track import SpaceTrack, Track
@@ -34,14 +34,14 @@ def track_of(name: str, **given: Any) -> Track | SpaceTrack:
         _refuse_few(given["space_points"], 3 if closed else 2)
         return SpaceTrack(name, through_space(given["space_points"], closed))
     radius = given.get("roller", 0.0)
-    followed = Followed("flat") if given.get("flat") else Followed("roller" if radius else "point", radius)
+    followed = CamFollower("flat") if given.get("flat") else CamFollower("roller" if radius else "point", radius)
     line = _line(given, followed)
     _refuse(line, radius, followed)
     rows = given.get("points", given.get("table", ()))
     return Track(name, line, radius, tuple(rows), followed.kind == "flat")
 
 
-def _line(given: Mapping[str, Any], followed: Followed) -> PlaneCurve:
+def _line(given: Mapping[str, Any], followed: CamFollower) -> PlaneCurve:
     closed = given.get("closed", False)
     if "points" in given:
         _refuse_few(given["points"], 3 if closed else 2)
@@ -78,7 +78,7 @@ def _refuse_few(points: Sequence[tuple[float, ...]], least: int) -> None:
         raise Unfit("is closed and ends with its first point", "leave the last one out")
 
 
-def _refuse(line: PlaneCurve, roller: float, followed: Followed) -> None:
+def _refuse(line: PlaneCurve, roller: float, followed: CamFollower) -> None:
     """Raises Unfit where the curve has a cusp or a corner, crosses itself, or is undercut by its follower."""
     if followed.kind == "flat":
         radius = line.arrays.radius_of_curvature(line.places.s, line.places.piece)

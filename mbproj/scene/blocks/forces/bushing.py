@@ -17,8 +17,8 @@ from typing import Any
 from mbproj.scene.fields import inertia
 from mbproj.scene.fields.alternatives import Alternatives
 from mbproj.scene.fields.checks import of_these_bodies, pair_of
-from mbproj.scene.fields.choices import Choice
-from mbproj.scene.fields.containers import Check, Record
+from mbproj.scene.fields.choices import NameChoice
+from mbproj.scene.fields.containers import Record, Rule
 from mbproj.scene.fields.fields import Converted, Field, List
 from mbproj.scene.fields.orientation import ORIENTATION
 from mbproj.scene.fields.placing import FRAMES, JOINT_POINT, TWO_BODIES
@@ -69,7 +69,7 @@ def _bushing(
     return Bushing(name, bodies, pair_of(location, bodies), axes, **given)
 
 
-def bushing_record(force_type: Choice) -> Record[Force]:
+def bushing_record(force_type: NameChoice) -> Record[Force]:
     """The record that reads a bushing."""
     preload = {"translation": vector("N"), "rotation": vector("N*m")}
     return Record(
@@ -86,8 +86,8 @@ def bushing_record(force_type: Choice) -> Record[Force]:
         _bushing,
         ("type", "bodies", "location"),
         (
-            Check(("bodies", "location"), of_these_bodies("location")),
-            Check(("bodies", "axes"), of_these_bodies("axes")),
+            Rule(("bodies", "location"), of_these_bodies("location")),
+            Rule(("bodies", "axes"), of_these_bodies("axes")),
         ),
         named=True,
     )

@@ -17,7 +17,7 @@ from typing import Any, ClassVar
 from mbproj.dataclass import dataclass
 from mbproj.functions.program import Program
 from mbproj.scene.blocks.coordinates import COORDINATES
-from mbproj.scene.fields.containers import Check, Complaint, OneOf, Record
+from mbproj.scene.fields.containers import Complaint, OneOf, Record, Rule
 from mbproj.scene.fields.fields import Field, Schema, T_co
 from mbproj.scene.fields.functions import Varying
 from mbproj.scene.fields.quantities import Number
@@ -107,9 +107,9 @@ def _needs_radius(key: str) -> Callable[..., Iterator[Complaint]]:
     return find
 
 
-CHECKS = tuple(Check((key,), not_less(key), ("static", *SPEEDS)) for key in SLIDING)
-OF_ANGLES = tuple(Check((key,), _needs_radius(key), ("coefficient", "radius")) for key in ("bearing_length", "preload"))
-ARM = Check(("coefficient",), _has_arm, ("torque", *ARMS))
+CHECKS = tuple(Rule((key,), not_less(key), ("static", *SPEEDS)) for key in SLIDING)
+OF_ANGLES = tuple(Rule((key,), _needs_radius(key), ("coefficient", "radius")) for key in ("bearing_length", "preload"))
+ARM = Rule(("coefficient",), _has_arm, ("torque", *ARMS))
 
 
 class DryRecord(Record[T_co]):

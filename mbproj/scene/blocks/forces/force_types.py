@@ -16,8 +16,8 @@ from mbproj.scene.blocks.forces.friction import friction_record
 from mbproj.scene.blocks.forces.stops import stop_record
 from mbproj.scene.fields.alternatives import Variants
 from mbproj.scene.fields.checks import of_these_bodies
-from mbproj.scene.fields.choices import Choice, NameReference
-from mbproj.scene.fields.containers import Check, OneOf, Record
+from mbproj.scene.fields.choices import NameChoice, NameReference
+from mbproj.scene.fields.containers import OneOf, Record, Rule
 from mbproj.scene.fields.fields import Field, List
 from mbproj.scene.fields.functions import Function, Varying, table
 from mbproj.scene.fields.placing import BODY_POINT, POINTS_OF, TWO_BODIES, TWO_POINTS, two_ends
@@ -97,14 +97,14 @@ def _body_force(
     )
 
 
-FORCE_TYPE = Choice("force type", lambda: FORCE_RECORDS)
+FORCE_TYPE = NameChoice("force type", lambda: FORCE_RECORDS)
 JOINT = NameReference("joint", "joints")
-AXES = Choice("axes", lambda: ("global", "body"))
+AXES = NameChoice("axes", lambda: ("global", "body"))
 
 
 def _on_joint(what: str, force: str, coordinate: str, unit: str, free: str) -> Record[Force]:
     """The record that reads a spring, a damper or a law on a coordinate of a joint."""
-    able = Choice("coordinate", lambda: [name for name, its in COORDINATES.items() if its == unit])
+    able = NameChoice("coordinate", lambda: [name for name, its in COORDINATES.items() if its == unit])
     keys = {"type": FORCE_TYPE, "joint": JOINT, "coordinate": able, **_law_keys(force, coordinate, unit, free)}
     choices = _law_choices(force, free)
     return Record(what, keys, _joint_spring(force, free, unit), ("type", "joint"), choices=choices, named=True)
@@ -115,15 +115,15 @@ def _on_body(what: str, key: str, unit: str, place: Mapping[str, Field[Any]]) ->
     body = {"type": FORCE_TYPE, "body": NameReference("body", "bodies")}
     components = List(Function(unit, names_channels=True), 3, "components")
     keys: dict[str, Field[Any]] = {**body, **place, key: components, "axes": AXES}
-    checks = (Check(("body", "location"), of_these_bodies("location")),) if place else ()
+    checks = (Rule(("body", "location"), of_these_bodies("location")),) if place else ()
     return Record(what, keys, _body_force, ("type", "body", key), checks, named=True)
 
 
 def _of_element(type_name: str, kind: ElementType) -> Record[Force]:
     """The record that reads a force that is an element, on a coordinate of a joint or between two points."""
-    able = Choice("coordinate", lambda: [name for name, its in COORDINATES.items() if its == kind.along])
+    able = NameChoice("coordinate", lambda: [name for name, its in COORDINATES.items() if its == kind.along])
     keys: dict[str, Field[Any]] = {"type": FORCE_TYPE, "joint": JOINT, "coordinate": able}
-    required, choices, checks = ("type", "joint", *kind.required), kind.choices, tuple[Check, ...]()
+    required, choices, checks = ("type", "joint", *kind.required), kind.choices, tuple[Rule, ...]()
     if kind.along == "m":
         keys |= TWO_ENDS
         required, checks = ("type", *kind.required), END_CHECKS
@@ -153,7 +153,7 @@ def _of_element(type_name: str, kind: ElementType) -> Record[Force]:
 
 
 TWO_ENDS: Mapping[str, Field[Any]] = {"points": POINTS_OF, "bodies": TWO_BODIES, "locations": TWO_POINTS}
-END_CHECKS = (Check(("bodies", "locations"), of_these_bodies("locations")),)
+END_CHECKS = (Rule(("bodies", "locations"), of_these_bodies("locations")),)
 END_CHOICES = (OneOf(("points", "locations"), hint="'points' are in global axes, 'locations' go with 'bodies'"),)
 
 OWN_RECORDS: Mapping[str, Record[Force]] = MappingProxyType(
@@ -178,7 +178,7 @@ OWN_RECORDS: Mapping[str, Record[Force]] = MappingProxyType(
         "force": _on_body("a force", "force", "N", {"location": BODY_POINT}),
         "torque": _on_body("a torque", "torque", "N*m", {}),
         "friction": friction_record(FORCE_TYPE),
-        **{name: _of_element(name, kind) for name, kind in ELEMENTS.own.items()},
+        **{name: _of_element(name, kind) for name, kind in ELEMENTS.builtin.items()},
     }
 )
 

@@ -14,7 +14,7 @@ from typing import Any
 from mbproj.scene.blocks.coordinates import COORDINATES
 from mbproj.scene.blocks.forces.coulomb import COULOMB
 from mbproj.scene.fields.alternatives import Alternatives
-from mbproj.scene.fields.choices import Choice, NameReference
+from mbproj.scene.fields.choices import NameChoice, NameReference
 from mbproj.scene.fields.containers import Record
 from mbproj.scene.fields.fields import Converted, Field
 from mbproj.scene.fields.quantities import Number
@@ -40,7 +40,7 @@ def _friction(
     return JointForce(name, joint, viscous, coulomb=coulomb or {})
 
 
-def friction_record(force_type: Choice) -> Record[Force]:
+def friction_record(force_type: NameChoice) -> Record[Force]:
     """The record that reads friction on a joint."""
     return Record(
         "a friction",

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from mbproj.scene.blocks.forces.coulomb import SPEED, STATIC, not_less
 from mbproj.scene.fields.alternatives import Alternatives
-from mbproj.scene.fields.containers import Check, OneOf, Record
+from mbproj.scene.fields.containers import OneOf, Record, Rule
 from mbproj.scene.fields.fields import Converted, Field
 from mbproj.scene.stops import PlaneFriction
 
@@ -27,7 +27,7 @@ PLANE_FRICTION: Field[PlaneFriction] = Alternatives(
             {"coefficient": COEFFICIENT, "static": COEFFICIENT, "stribeck_speed": SPEED["m"]},
             _friction,
             ("coefficient",),
-            (Check(("coefficient",), not_less("coefficient"), ("static", "stribeck_speed", "regularised")),),
+            (Rule(("coefficient",), not_less("coefficient"), ("static", "stribeck_speed", "regularised")),),
         ),
     )
 )

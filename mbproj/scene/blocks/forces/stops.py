@@ -16,8 +16,8 @@ from mbproj.dataclass import dataclass
 from mbproj.joints import COORDINATE_UNITS, JOINTS
 from mbproj.scene.blocks.forces.plane_friction import FRICTIONLESS, PLANE_FRICTION
 from mbproj.scene.fields.checks import of_these_bodies
-from mbproj.scene.fields.choices import Choice, NameReference
-from mbproj.scene.fields.containers import Check, Complaint, OneOf, Record
+from mbproj.scene.fields.choices import NameChoice, NameReference
+from mbproj.scene.fields.containers import Complaint, OneOf, Record, Rule
 from mbproj.scene.fields.fields import Field, Flag, Schema, T_co
 from mbproj.scene.fields.placing import BODY_DIRECTION, BODY_POINT, POINTS_OF, TWO_BODIES, TWO_POINTS, two_ends
 from mbproj.scene.fields.quantities import Number, position_in
@@ -118,7 +118,7 @@ def _is_not_plastic(stiffness: float, restitution: float) -> Iterator[Complaint]
         yield Complaint(("restitution",), "the 'restitution' of a stop with 'stiffness' must be greater than 0", hint)
 
 
-LAW_CHECKS = (Check(("stiffness", "restitution"), _is_not_plastic),)
+LAW_CHECKS = (Rule(("stiffness", "restitution"), _is_not_plastic),)
 
 
 def _law(given: Mapping[str, Any]) -> StopLaw:
@@ -197,7 +197,7 @@ def _between(shortest: float, longest: float) -> Iterator[Complaint]:
 def _record(what: str, make: Callable[..., Any], vectors: Mapping[str, Field[Any]]) -> Record[Any]:
     """The record that reads points or directions of one body."""
     keys: dict[str, Field[Any]] = {"body": NameReference("body", "bodies", (GROUND,)), **vectors}
-    checks = tuple(Check(("body", key), of_these_bodies(key)) for key in vectors)
+    checks = tuple(Rule(("body", key), of_these_bodies(key)) for key in vectors)
     return Record(what, keys, make, tuple(keys), checks)
 
 
@@ -215,7 +215,7 @@ _SHAPES = (
 )
 
 
-def stop_record(force_type: Choice) -> Record[Force]:
+def stop_record(force_type: NameChoice) -> Record[Force]:
     """The record that reads the force `stop`."""
     return StopRecord(
         "a stop",
@@ -236,8 +236,8 @@ def stop_record(force_type: Choice) -> Record[Force]:
         _stop,
         ("type",),
         (
-            Check(("bodies", "locations"), of_these_bodies("locations")),
-            Check(("shortest", "longest"), _between),
+            Rule(("bodies", "locations"), of_these_bodies("locations")),
+            Rule(("shortest", "longest"), _between),
             *LAW_CHECKS,
         ),
         (*_SHAPES, *LAW_CHOICES, *FRICTIONLESS),

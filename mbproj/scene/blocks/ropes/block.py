@@ -17,7 +17,7 @@ from dataclasses import replace
 from typing import Any
 
 from mbproj.scene.blocks.ropes.path import KINDS, Node, Path, along
-from mbproj.scene.fields.choices import Choice, NameReference
+from mbproj.scene.fields.choices import NameChoice, NameReference
 from mbproj.scene.fields.containers import OneOf, Record
 from mbproj.scene.fields.fields import Converted, Field, Flag, List
 from mbproj.scene.fields.placing import BODY_POINT
@@ -77,7 +77,7 @@ NODE: Record[Node] = Record(
         **{kind: NameReference("body", "bodies", (GROUND,)) for kind in KINDS},
         "at": BODY_POINT,
         "radius": LENGTH,
-        "bends": Choice("side", lambda: ("left", "right")),
+        "bends": NameChoice("side", lambda: ("left", "right")),
         "turns": Converted(Number(), _turns),
         "friction": Number(minimum=0.0),
         "lifts": Flag(),

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 from mbproj.scene.blocks.ropes.block import connected
 from mbproj.scene.blocks.ropes.path import MOST_WHEELS, Path, along, axes
-from mbproj.scene.fields.containers import Check, Complaint
+from mbproj.scene.fields.containers import Complaint, Rule
 from mbproj.scene.records import GROUND, Body, Joint, KeyPath, Motion
 from mbproj.thresholds import THRESHOLDS
 
@@ -142,4 +142,4 @@ def _long_enough(joint: Joint, radii: Sequence[float], seen: Sequence[Sequence[f
         yield Complaint(("joints", joint.name, "length"), said, "give a longer rope, or move its places")
 
 
-ROPE_CHECK = Check(("joints", "bodies"), run_over_places, besides=("motions",))
+ROPE_CHECK = Rule(("joints", "bodies"), run_over_places, besides=("motions",))

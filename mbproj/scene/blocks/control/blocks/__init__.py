@@ -10,15 +10,15 @@ from collections.abc import Iterator
 from importlib import import_module
 from pkgutil import iter_modules
 
-from mbproj.scene.blocks.control.blocks.block import Block, Expanded
+from mbproj.scene.blocks.control.blocks.block import ControlBlock, Expanded
 from mbproj.scene.fields.containers import Record
 
-__all__ = ["BLOCKS", "Block", "Expanded"]
+__all__ = ["BLOCKS", "ControlBlock", "Expanded"]
 
 
-def _found() -> Iterator[tuple[str, Record[Block]]]:
+def _found() -> Iterator[tuple[str, Record[ControlBlock]]]:
     for module in sorted(iter_modules(__path__), key=lambda module: module.name):
         yield from getattr(import_module(f"{__name__}.{module.name}"), "TYPES", {}).items()
 
 
-BLOCKS: dict[str, Record[Block]] = dict(_found())
+BLOCKS: dict[str, Record[ControlBlock]] = dict(_found())

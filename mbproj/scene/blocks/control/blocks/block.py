@@ -26,7 +26,7 @@ class Expanded:
     controllers: tuple[Controller, ...] = ()
 
 
-class Block(ABC):
+class ControlBlock(ABC):
     """A signal with states of its own."""
 
     @abstractmethod

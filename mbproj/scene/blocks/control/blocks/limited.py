@@ -9,7 +9,7 @@ from __future__ import annotations
 from mbproj.dataclass import dataclass
 from mbproj.elements.controlled import Controller, Held, ScalarState, Signal
 from mbproj.functions.sums import reading, weighted, within
-from mbproj.scene.blocks.control.blocks.block import Block, Expanded, Given, number_of, unit_like
+from mbproj.scene.blocks.control.blocks.block import ControlBlock, Expanded, Given, number_of, unit_like
 from mbproj.scene.blocks.control.expression import VALUE
 from mbproj.scene.blocks.expectations import MEASURE
 from mbproj.scene.expressions.evaluate import Value
@@ -24,7 +24,7 @@ ROUND_OFF = 1e-9
 
 
 @dataclass(frozen=True)
-class RateLimit(Block):
+class RateLimit(ControlBlock):
     """The limited rate y' = (of - y)/time: at most `rate` upwards, and at most `falling` downwards."""
 
     of: Given
@@ -44,7 +44,7 @@ class RateLimit(Block):
 
 
 @dataclass(frozen=True)
-class Delay(Block):
+class Delay(ControlBlock):
     """The value that `of` had `count` periods ago, sampled at instants and held in between; `initial` before that."""
 
     of: Given
@@ -77,7 +77,7 @@ def _delay(of: Given, time: float, period: float, initial: Value | None = None) 
     return Delay(of, count, period, initial)
 
 
-TYPES: dict[str, Record[Block]] = {
+TYPES: dict[str, Record[ControlBlock]] = {
     "rate_limit": Record(
         "a limited rate",
         {

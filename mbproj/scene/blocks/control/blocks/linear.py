@@ -14,7 +14,7 @@ from typing import Any, TypeAlias
 from mbproj.dataclass import dataclass
 from mbproj.elements.controlled import ScalarState, Signal
 from mbproj.functions.sums import reading, weighted
-from mbproj.scene.blocks.control.blocks.block import Block, Expanded, Given, number_of, unit_like
+from mbproj.scene.blocks.control.blocks.block import ControlBlock, Expanded, Given, number_of, unit_like
 from mbproj.scene.blocks.control.expression import VALUE
 from mbproj.scene.blocks.expectations import MEASURE
 from mbproj.scene.expressions.evaluate import Value
@@ -31,7 +31,7 @@ HIGHEST_DEGREE = 10
 
 
 @dataclass(frozen=True)
-class StateSpace(Block):
+class StateSpace(ControlBlock):
     """A state space: x' = A x + B u, y = C x + D u from x = `initial`, with the inputs u = `of`. Several outputs have
     the names `outputs`."""
 
@@ -191,7 +191,7 @@ INPUTS: Field[Any] = Alternatives((Converted(VALUE, lambda value: (value,)), Lis
 OUTPUTS: Field[Any] = List(Converted(Text(), _name), None, "names")
 SCALE = Number(None, above=0.0)
 
-TYPES: dict[str, Record[Block]] = {
+TYPES: dict[str, Record[ControlBlock]] = {
     "transfer_function": Record(
         "a transfer function",
         {"of": VALUE, "num": ROW, "den": ROW, "initial": ROW, "scale": SCALE},
