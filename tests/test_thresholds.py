@@ -38,6 +38,7 @@ COEFFICIENTS = {
     "DIFFERENCE": "a step of differences of order 6, whose two errors are alike there",
     "TINY": "not 0",
     "FULL_TURN": "2π",
+    "GOLDEN": "the golden ratio",
     "_EIGHTH": "a part of a rise",
     "ROUGHLY": "of places, which are looked at one by one",
     "SETTLED": "Newton's method squares it",

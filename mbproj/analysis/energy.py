@@ -33,7 +33,7 @@ def energy_drift(balance: Array, kinetic: Array, potential: Array) -> EnergyDrif
 def relative_drift(drift: Array, kinetic: Array, potential: Array) -> Array:
     """Drifts in J, >= 0, relative to the energy that their run exchanged; special cases are as in `energy_drift`."""
     size, largest = exchanged(kinetic, potential), float(np.max(drift))
-    if max(size, largest) <= THRESHOLDS.rests * EPSILON * float(np.max(np.abs(potential))):
+    if max(size, largest) <= THRESHOLDS.rounding * float(np.max(np.abs(potential))):
         return np.zeros_like(drift)
     return np.where(drift == 0.0, 0.0, drift / size if size else np.inf)
 

@@ -66,10 +66,10 @@ class Curve:
         change, size = np.array(on_branches(ends)), np.abs(on_branches(ends)).max()
         change = change[:, 1] - change[:, 0]
         change[0] -= by * np.round(change[0] / by) if by else 0.0
-        if np.abs(change).max() > THRESHOLDS.smooth_to * size:
+        if np.abs(change).max() > THRESHOLDS.same_written * size:
             return False
         first, last = (arguments(end) for end in ends)
-        return bool(np.allclose(first, last, atol=THRESHOLDS.smooth_to))
+        return bool(np.allclose(first, last, atol=THRESHOLDS.same_written))
 
     @cached_property
     def _set(self) -> ProgramSet:

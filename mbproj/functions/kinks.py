@@ -75,7 +75,7 @@ class _SampledFunction:
     def __init__(self, programs: ProgramSet, index: int, times: Array) -> None:
         self.programs, self.index, self.times = programs, index, times
         self.grain = float(np.spacing(max(abs(times[0]), abs(times[-1]))))
-        self.aside = THRESHOLDS.kink_aside * self.grain
+        self.aside = THRESHOLDS.closed_grains * self.grain
         self.values = self.value(times)
         sizes = [float(np.abs(each[np.isfinite(each)]).max(initial=0.0)) for each in self.values]
         self.round_off = ROUND_OFF * sizes

@@ -13,12 +13,16 @@ from mbproj.functions.program_set import ProgramSet
 from mbproj.functions.series import time_series, walk
 from mbproj.thresholds import THRESHOLDS
 
+#: The golden ratio: the first window is this part of an output step, so that windows end where functions rarely have a
+#: feature.
+GOLDEN = 0.5 * (5.0**0.5 - 1.0)
+
 
 def look_windows(start: float, end: float, output_step: float) -> Iterator[tuple[float, float]]:
     """Yield the windows in which functions are sampled, one after another, until one reaches `end`, in s. They double,
     and do not depend on the end: a longer run has the same windows at first. `output_step` is the time between two
     samples, in s."""
-    low, length = start, THRESHOLDS.look_window * output_step
+    low, length = start, GOLDEN * output_step
     while low < end:
         high = start + length
         if high > low:

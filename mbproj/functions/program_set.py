@@ -16,7 +16,7 @@ from mbproj.lanes import numbers
 from mbproj.thresholds import THRESHOLDS
 
 #: Changes of a function's value, slope and second derivative up to this part of the largest are round-off.
-ROUND_OFF = np.array([THRESHOLDS.rounding, THRESHOLDS.smooth_to, THRESHOLDS.smooth_to])
+ROUND_OFF = np.array([THRESHOLDS.rounding, THRESHOLDS.same_written, THRESHOLDS.same_written])
 #: The number of derivatives, with the value, whose jumps are kinks: for functions in accelerations, and for functions
 #: in rows, which are differentiated twice.
 OF_FORCES, OF_ROWS = 2, 3
@@ -118,7 +118,7 @@ class ProgramSet:
         before = _derivatives(piece[:count], ends - origin[:count])
         behind = _derivatives(piece[after], np.where(after, ends, ends - period) - origin[after])
         largest = np.maximum(np.abs(before), np.abs(behind)).max(axis=0, initial=0.0)
-        return np.asarray(np.abs(behind - before) > [*ROUND_OFF, THRESHOLDS.smooth_to] * largest)
+        return np.asarray(np.abs(behind - before) > [*ROUND_OFF, THRESHOLDS.same_written] * largest)
 
 
 def _derivatives(piece: Array, u: Array) -> Array:

@@ -272,7 +272,7 @@ def _line(curve: PlaneCurve) -> Any:
         closed=curve.closed,
         passes=THRESHOLDS.foot_passes,
         settled=curve.settled,
-        straight=THRESHOLDS.straight_turn,
-        beyond=THRESHOLDS.beyond_end,
+        straight=THRESHOLDS.rounding,
+        beyond=THRESHOLDS.place_turn,
         reach=curve.reach,
     )

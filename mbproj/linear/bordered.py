@@ -87,7 +87,7 @@ class Proximal:
         top = (scaled.lengths * force.T).T / scaled.size
         bottom = np.zeros_like(μ) if rows is None else (scaled.rows * rows.T).T
         before = np.full(force.shape[1:], np.inf)
-        for _ in range(THRESHOLDS.most_assembling):
+        for _ in range(THRESHOLDS.most_passes):
             left = np.concatenate([top - scaled.A @ x - scaled.G.T @ μ, bottom - scaled.G @ x])
             change = self._factor.solve(left)
             size = np.abs(change).max(axis=0, initial=0.0)

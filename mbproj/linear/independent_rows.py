@@ -54,7 +54,7 @@ def _independent(rows: csr_matrix) -> Array:
     count, grain = rows.shape[0], float(np.finfo(float).eps)
     products = (rows @ rows.T + grain * identity(count)).tocsc()
     factor = splu(products, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
-    free = np.asarray(factor.U.diagonal()[factor.perm_c] > THRESHOLDS.clear_distance**2)
+    free = np.asarray(factor.U.diagonal()[factor.perm_c] > THRESHOLDS.rounded**2)
     if not free.all():
         free[~free] = _beyond(rows[np.flatnonzero(free)], rows[np.flatnonzero(~free)])
     return free

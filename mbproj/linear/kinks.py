@@ -111,7 +111,7 @@ def _jump(programs: ProgramSet, program: int, at: list[float], variable: int, un
     far, near = (_sides(programs, program, at, variable, step) for step in (aside, 0.1 * aside))
     slopes, values = far.T
     jump = np.abs(near[1] - near[0]) > 0.5 * np.abs(far[1] - far[0])
-    if jump[0] and abs(slopes[1] - slopes[0]) > THRESHOLDS.jumping_slope * np.abs(slopes).max():
+    if jump[0] and abs(slopes[1] - slopes[0]) > THRESHOLDS.rounded * np.abs(slopes).max():
         return f"has a kink, the slope {slopes[0]:.6g} before and {slopes[1]:.6g} after it,"
     if jump[1] and abs(values[1] - values[0]) > THRESHOLDS.half_digits * np.abs(values).max():
         return f"jumps from {values[0]:.6g} to {values[1]:.6g}"

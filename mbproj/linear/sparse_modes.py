@@ -70,7 +70,7 @@ class _Pencil:
         """Return a shift that is small beside the slowest mode, by inverse iteration from one that is small beside
         all."""
         fastest = np.sqrt(np.abs(diagonal(self.K)).max(initial=0.0) / max(diagonal(self.M).max(), 1e-300))
-        σ = THRESHOLDS.first_shift * max(float(fastest), THRESHOLDS.slowest_sought)
+        σ = max(THRESHOLDS.first_shift * float(fastest), THRESHOLDS.half_digits)
         bordered, x = self.factor(σ), self.start
         for _ in range(3):
             x = bordered.solve(self.M @ x)[0]

@@ -24,16 +24,10 @@ class Curves:
         0.1,
         "rad",
         "numpy",
-        "a curve turns by less from one place to the next",
+        "a curve turns by less from one place to the next, and by so much beyond the end of a piece that is held",
         "8 nodes of Gauss: 1e-16",
     )
     places: int = threshold(128, "-", "numpy", "so many places a curve has at least", "chosen")
-    straight_turn: float = threshold(
-        1e-12, "rad", "numpy", "from place to place a tangent that turns by less is straight", "round-off of angles"
-    )
-    beyond_end: float = threshold(
-        0.1, "rad", "numpy", "so far a piece of two curves may turn beyond its end while it is held", "place_turn"
-    )
     overlap: float = threshold(
         1e-6,
         "1",

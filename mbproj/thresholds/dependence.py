@@ -20,13 +20,6 @@ class Dependence:
     singular: float = threshold(
         1e-11, "1", "numpy", "the start is refused at a smaller distance: few digits would be left", "chosen"
     )
-    no_share: float = threshold(
-        1e-7,
-        "1",
-        "numpy",
-        "a smaller coefficient of a dependent row, beside the largest, is round-off",
-        "ε / dependent",
-    )
     smallest_pivot: float = threshold(
         1e-13, "1", "kernel", "a smaller pivot of S, as a part of its diagonal entry, has no digits left", "450 ε"
     )
@@ -93,12 +86,6 @@ class Dependence:
     no_part: float = threshold(
         1e-8, "1", "both", "a smaller part of a reaction that depends on the choice of rows is none", "√ε"
     )
-    no_motion: float = threshold(
-        1e-7, "1", "numpy", "a smaller part of a motion without mass is round-off", "ε / dependent"
-    )
     conditioning_near: float = threshold(
         1e-2, "1", "numpy", "`check` calls a start at a smaller distance near a singular pose", "chosen, words only"
-    )
-    told_as_zero: float = threshold(
-        5e-4, "1", "numpy", "a smaller component is told as 0", "three digits are told, words only"
     )

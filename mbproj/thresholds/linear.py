@@ -24,13 +24,9 @@ class Linear:
     first_shift: float = threshold(
         1e-5, "1", "numpy", "which is looked for from so much of the fastest on", "chosen: keeps half of the digits"
     )
-    jumping_slope: float = threshold(
-        1e-3, "1", "numpy", "its slope jumps there where it changes by so much", "chosen: round-off leaves 1e-8"
-    )
     closed_at_rest: float = threshold(
         1e-15, "length, rad", "numpy", "poses on the way to an equilibrium are closed to this", "round-off"
     )
-    most_balancing: int = threshold(300, "-", "numpy", "steps on the way to an equilibrium", "chosen")
     largest_radius: float = threshold(1.0, "length, rad", "numpy", "nor is any longer than this", "chosen")
     good_step: float = threshold(
         0.1, "1", "numpy", "a step is taken where the forces do so much of the work that was expected", "usual: 0.1"
@@ -45,9 +41,6 @@ class Linear:
     other_starts: float = threshold(
         2.0, "length, rad", "numpy", "other equilibria are sought from poses within this", "chosen"
     )
-    told_coordinate: float = threshold(
-        0.3, "1", "numpy", "a motion is named by coordinates that change by so much of the largest", "words only"
-    )
     balanced: float = threshold(
         1e-9,
         "1",
@@ -56,30 +49,20 @@ class Linear:
         "√ε, with room",
     )
     proximal: float = threshold(
-        1e-10, "1", "numpy", "rows of large mechanisms give way by so much, which is taken out again", "√ε, with room"
+        1e-10,
+        "1",
+        "numpy",
+        "rows of large mechanisms give way by so much, which is taken out again; their stiffness is raised by so much",
+        "√ε, with room",
     )
     penalty: float = threshold(
         1e7, "1", "numpy", "rows are made so stiff to ask what is definite without them", "1 / √ε, with room"
-    )
-    no_shift: float = threshold(
-        1e-11,
-        "1",
-        "numpy",
-        "the stiffness of large mechanisms is raised by so much of the largest",
-        "for what is neutral",
-    )
-    clear_distance: float = threshold(
-        1e-3,
-        "1",
-        "numpy",
-        "rows of long loops that are farther from each other are independent",
-        "⁵√ε: in half of the digits",
     )
     same_pose: float = threshold(
         1e-5,
         "length, rad",
         "numpy",
-        "assemblies or equilibria whose bodies are nearer are one",
+        "assemblies or equilibria whose bodies are nearer are one; a pose that is open by more is locked",
         "far above what balancing leaves",
     )
     stalled_steps: int = threshold(10, "-", "numpy", "so many steps that gain less lead to no better balance", "chosen")
@@ -92,8 +75,9 @@ class Linear:
     )
     most_of_round: int = threshold(20_000, "-", "numpy", "a round of controllers has no more instants", "seconds")
     largest_ratio: int = threshold(
-        1000, "-", "numpy", "periods are no more than so many parts of the shortest one", "chosen"
-    )
-    slowest_sought: float = threshold(
-        1e-3, "rad/s", "numpy", "the first shift is chosen as if a mode had at least this speed", "chosen"
+        10_000,
+        "-",
+        "numpy",
+        "ratios of periods of controllers, and of weights of angles, are fractions of numbers up to so many",
+        "wheels of 100 teeth in two stages",
     )

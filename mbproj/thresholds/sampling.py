@@ -10,13 +10,6 @@ from mbproj.thresholds.entry import threshold
 class Looks:
     """Changes are parts of what a function ranges over in one window."""
 
-    look_window: float = threshold(
-        0.5 * (5.0**0.5 - 1.0),
-        "output step",
-        "numpy",
-        "the first window is so long; the next ones double",
-        "the golden ratio, so that windows end where functions rarely have a feature",
-    )
     look_intervals: int = threshold(
         4096, "-", "numpy", "a window is looked at so many times; what is narrower can be missed", "milliseconds"
     )
@@ -31,21 +24,8 @@ class Looks:
         "a slow sine changes by 2.5e-4; tests/functions/test_narrow.py",
     )
     quiet_stretch: int = threshold(8, "intervals", "numpy", "fewer quiet ones part no two features", "chosen")
-    smooth_to: float = threshold(
-        1e-9, "1", "numpy", "the same for jumps of its derivatives", "round-off of a value over a small time"
-    )
     edges_from: float = threshold(
         1e-3, "m", "numpy", "functions of lengths are looked at for edges up to here, then by powers of ten", "chosen"
     )
     edges_powers: int = threshold(6, "-", "numpy", "by so many of them; functions of angles over a turn", "up to 1 km")
-    most_teeth: int = threshold(
-        10_000, "-", "numpy", "weights of angles that are coupled are multiples of one number, up to so many", "chosen"
-    )
     most_kinks: int = threshold(1000, "-", "numpy", "so many kinks of one function count at most", "seconds of a run")
-    kink_aside: float = threshold(
-        4.0,
-        "ulp of time",
-        "numpy",
-        "the sides of a kink are looked at so far from it",
-        "the branch is certain there",
-    )

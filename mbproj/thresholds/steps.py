@@ -24,9 +24,6 @@ class Steps:
     part_after_break: float = threshold(
         0.5, "1", "both", "the first step after an event takes this part of the way to the next at most", "chosen"
     )
-    one_break: float = threshold(
-        64.0, "grains of time", "numpy", "events, samples and grid times that are nearer are one", "32 ε of bisection"
-    )
     split_parts: int = threshold(
         16,
         "1",
@@ -34,25 +31,8 @@ class Steps:
         "a short move or pulse that fewer fixed steps do not resolve is made in so many parts, or more",
         "a smooth step of 0.1 ms by RK4: 25 % off in one part, 4e-6 in 16",
     )
-    most_parts: int = threshold(
-        1024, "1", "numpy", "and in so many at most; a note says where they are not enough", "heun2 needs 512 at times"
-    )
-    most_in_part: float = threshold(
-        1.0,
-        "rad or m",
-        "numpy",
-        "a motion moves its coordinate by no more in a part of a short move",
-        "16 turns in 2 ms: parts of 6.6 rad do not close in full",
-    )
     split_to: float = threshold(
         1e-4, "1", "numpy", "to be resolved, its integral may be so much off", "by RK4 it is 20 times less"
-    )
-    work: float = threshold(
-        1e-8,
-        "of what the bodies exchange",
-        "numpy",
-        "what a quadrature of order 6 may err by in a step of a kinematic run; that of order 10 is recorded",
-        "measured: the works of a four-bar are off by 1e-13",
     )
     located: float = threshold(
         0.01, "tolerances × steps", "both", "events in the state are located to this part of a step", "below the error"
@@ -88,13 +68,6 @@ class Steps:
     most_turned: float = threshold(
         3.0, "rad", "both", "a bushing may turn so far: half a turn has no rotation vector", "no step skips the rest"
     )
-    rests: float = threshold(
-        1e4,
-        "ε",
-        "numpy",
-        "energies that change by less, beside the largest, are those of a mechanism at rest",
-        "joints are closed no better",
-    )
     suspicious_drift: float = threshold(
         1e-4, "energy exchanged", "numpy", "where the energy drifts by more, the motion may be wrong", "chosen"
     )
@@ -111,16 +84,19 @@ class Steps:
     near_limit: float = threshold(
         0.6, "1", "numpy", "stability holds the step at this part of its limit", "measured: error control ends there"
     )
-    named: float = threshold(0.5, "1", "numpy", "what has this part of the largest share is named", "words only")
+    named: float = threshold(
+        0.5,
+        "1",
+        "numpy",
+        "what has this part of the largest share is named; so are coordinates that change by so much",
+        "words only",
+    )
     no_mode: float = threshold(
         1e-6,
         "1",
         "numpy",
         "a mode so slow beside the fastest is none, and one that grows so slowly does not grow",
         "a double zero comes out as √ε",
-    )
-    slow_mode: float = threshold(
-        0.25, "1/h", "numpy", "slower bodies, if nothing else held them, are not looked at", "far from any limit"
     )
     smooth_span: float = threshold(10.0, "steps", "numpy", "motion is looked at for smoothness over so many", "chosen")
     below_tolerances: float = threshold(
@@ -133,7 +109,8 @@ class Steps:
         0.1,
         "1",
         "numpy",
-        "a force enters Newton's matrix of an implicit step from this h|λ| on",
+        "a force enters Newton's matrix of an implicit step from this h|λ| on, and is looked at by the study of "
+        "stiffness",
         "slower ones contract",
     )
     newton_part: float = threshold(
@@ -188,16 +165,21 @@ class Steps:
         "ten minutes a run",
     )
     most_halvings: int = threshold(
-        10, "-", "both", "a fixed step that is not solved is halved so often at most", "chosen: 1,024 parts"
+        10,
+        "-",
+        "both",
+        "a fixed step that is not solved, or that does not resolve a short move, is halved so often at most",
+        "chosen: 1,024 parts",
     )
     branch_halvings: int = threshold(
         4, "-", "kernel", "a fixed step that passes a singular pose is halved so often", "errors fall by 16³"
     )
     unresolved_vibration: float = threshold(
-        1.0, "ω h", "numpy", "an implicit step damps what is faster", "ESDIRK4 and Radau IIA keep 0.9998 of it"
-    )
-    resolved_vibration: float = threshold(
-        0.5, "ω h", "numpy", "a step that follows a vibration, which a note proposes", "12 steps a period"
+        1.0,
+        "ω h",
+        "numpy",
+        "an implicit step damps what is faster; steps of half of it, which a note proposes, follow the vibration",
+        "ESDIRK4 and Radau IIA keep 0.9998 of it",
     )
     hardly_damped: float = threshold(
         0.2, "1", "numpy", "a vibration with less than this damping ratio is one that a user may want", "chosen"

@@ -23,6 +23,7 @@ from mbproj.constraints.coupling import Coupling
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.gauss_newton import moved, set_rows
 from mbproj.dynamics.equations.kinematics import pose_of
+from mbproj.dynamics.equations.round_off import EPSILON
 from mbproj.errors import InputError, Problem
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.model.system import Adjustment, System
@@ -161,7 +162,7 @@ class _Adjusting:
         found = np.zeros((bound.size, len(delta), 6))
         own = np.array([not isinstance(bound.layout.members[at].primitive, Coupling) for at in bound.layout.member])
         rows = np.flatnonzero(own)
-        h = THRESHOLDS.frame_step
+        h = EPSILON ** (1.0 / 3.0)  # where the two errors of a central difference are alike
         for part in range(6):
             for side in (0, 1):
                 step = np.zeros_like(delta)
@@ -175,15 +176,15 @@ class _Adjusting:
         helps."""
         delta = self._zero()
         _, s, _ = self.factor(q, delta)
-        rank = int(np.count_nonzero(s > THRESHOLDS.almost_dependent * s[0]))
+        rank = int(np.count_nonzero(s > THRESHOLDS.rounded * s[0]))
         if rank == len(q) // 7 * 6 or not np.any(s[rank:] > THRESHOLDS.rounding * s[0]):
             return None
         rng = np.random.default_rng(0)
         start = self._closed(q, delta, rank)
         poses = [start, *(self._away(start, delta, rank, rng) for _ in range(POSES - 1))]
-        if max(float(np.abs(self.rows(pose, delta)).max()) for pose in poses) > THRESHOLDS.almost_dependent:
+        if max(float(np.abs(self.rows(pose, delta)).max()) for pose in poses) > THRESHOLDS.rounded:
             return None  # rows that almost depend on each other here do not elsewhere: the pose is singular
-        for _ in range(THRESHOLDS.most_assembling):
+        for _ in range(THRESHOLDS.most_passes):
             delta, poses, step = self._step(poses, delta, rank)
             if step < THRESHOLDS.rounding:
                 break
@@ -209,7 +210,7 @@ class _Adjusting:
 
     def _closed(self, q: Array, delta: Array, rank: int) -> Array:
         """Return the pose nearest to q that closes the part of C within the range of C_q, which has this rank."""
-        for _ in range(THRESHOLDS.most_assembling):
+        for _ in range(THRESHOLDS.most_passes):
             U, s, V = self.factor(q, delta)
             step = V[:rank].T @ (U[:, :rank].T @ self.rows(q, delta) / s[:rank])
             q = moved(self.system, q, -step)

@@ -26,7 +26,7 @@ def gauss_newton(
     round-off. Where the shortest step does not reduce the residual, Levenberg's damping shortens it."""
     pose = pose_of(q)
     left, damping = residual(pose), 0.0
-    for _ in range(THRESHOLDS.most_assembling):
+    for _ in range(THRESHOLDS.most_passes):
         open_by = np.abs(left).max(initial=0.0)
         if not close_enough < open_by < np.inf or damping > 1e6:  # where no pose closes, the residual may be NaN
             break
@@ -88,7 +88,7 @@ def _shortest_by_sparse_factor(rows: Rows, wanted: Array, damping: float) -> Arr
     factor = splu(shifted, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     x = np.asarray(factor.solve(R.T @ wanted), dtype=float)
     before = np.inf
-    for _ in range(THRESHOLDS.most_assembling if damping == 0.0 else 0):
+    for _ in range(THRESHOLDS.most_passes if damping == 0.0 else 0):
         change = factor.solve(R.T @ (wanted - R @ x))
         size = float(np.abs(change).max(initial=0.0))
         if not size < 0.5 * before or size <= THRESHOLDS.refined_part * np.abs(x).max(initial=0.0):

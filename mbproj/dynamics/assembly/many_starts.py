@@ -20,9 +20,9 @@ def close_all(system: System, q: Array, held: Conditions, drive: Drive) -> tuple
     q = q.copy()
     damping, going = np.full(len(q), THRESHOLDS.half_digits), np.ones(len(q), dtype=bool)
     left = scaled_residual(system, pose_of(q), held, drive)
-    for _ in range(THRESHOLDS.most_assembling):
+    for _ in range(THRESHOLDS.most_passes):
         open_by = np.abs(left).max(axis=1, initial=0.0)
-        going &= (open_by > THRESHOLDS.closed_to) & (damping < THRESHOLDS.lost_damping)
+        going &= (open_by > THRESHOLDS.closed_to) & (damping < 1.0 / THRESHOLDS.half_digits)
         at = np.flatnonzero(going)
         if not len(at):
             break

@@ -58,7 +58,7 @@ def _bent(system: System, pose: Pose, stresses: Array, motion: Array) -> Array:
 def _root(forms: Array, trial: Array) -> Array | None:
     """Return a unit vector near `trial` at which all forms vanish, by Gauss-Newton; None where it leads to none."""
     z = trial / np.linalg.norm(trial)
-    for _ in range(THRESHOLDS.most_assembling):
+    for _ in range(THRESHOLDS.most_passes):
         slope = forms @ z
         values = slope @ z
         if np.abs(values).max(initial=0.0) < THRESHOLDS.rounding:

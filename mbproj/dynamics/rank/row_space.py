@@ -9,6 +9,7 @@ import numpy as np
 from mbproj.arrays import Array, Integers
 from mbproj.dynamics.equations.constraint_equations import jacobian
 from mbproj.dynamics.equations.kinematics import Pose
+from mbproj.dynamics.equations.round_off import EPSILON
 from mbproj.dynamics.rank.components import component_rows, loops_of
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
@@ -75,7 +76,7 @@ def shares(rows: Array, basis: Integers, dependent: Integers) -> Array:
     """
     found = np.linalg.lstsq(rows[basis].T, rows[dependent].T, rcond=None)[0].T
     largest = np.maximum(np.abs(found).max(axis=1, initial=0.0, keepdims=True), 1.0)
-    return np.asarray(np.where(np.abs(found) > THRESHOLDS.no_share * largest, found, 0.0), dtype=float)
+    return np.asarray(np.where(np.abs(found) > EPSILON / THRESHOLDS.dependent * largest, found, 0.0), dtype=float)
 
 
 def self_stresses(system: System, pose: Pose) -> Array:

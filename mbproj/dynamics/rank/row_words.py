@@ -49,10 +49,10 @@ def direction(vector: Array) -> str:
     """Return a direction in words: x, y or z where it is one of these, else its components, regardless of sign."""
     unit = vector / np.linalg.norm(vector)
     for axis, name in enumerate("xyz"):
-        if abs(unit[axis]) > 1.0 - THRESHOLDS.one_direction:
+        if abs(unit[axis]) > 1.0 - THRESHOLDS.same_written:
             return name
     unit = unit * np.sign(unit[np.flatnonzero(np.abs(unit) > THRESHOLDS.alike_in_words)[0]])
-    return "[" + ", ".join(f"{0.0 if abs(part) < THRESHOLDS.told_as_zero else part:.3g}" for part in unit) + "]"
+    return "[" + ", ".join(f"{round(part, 3) + 0.0:g}" for part in unit.tolist()) + "]"
 
 
 def _held(bound: PrimitiveSet, pose: Pose) -> list[str]:

@@ -55,7 +55,7 @@ def runs_of(angle: Array) -> tuple[TurningRun, ...]:
     turn = np.diff(angle)
     found, first, way = list[TurningRun](), 0, 0.0
     for at, step in enumerate(turn.tolist()):
-        if abs(step) <= THRESHOLDS.straight_turn:
+        if abs(step) <= THRESHOLDS.rounding:
             continue
         if way * step < 0.0:
             found.append(TurningRun(first, at, way > 0.0))
@@ -101,7 +101,7 @@ def _newton(curves: tuple[PlaneCurve, PlaneCurve], pose: RelativePose, s: Number
     turn, bend = _across(c2, e1), _across(c1, e2)
     forward, apart = _dot(c1, line), _across(c1, e1)
     determinant = a * bend - b * turn
-    straight = abs(determinant) <= THRESHOLDS.straight_turn * (abs(a * bend) + abs(b * turn))
+    straight = abs(determinant) <= THRESHOLDS.rounding * (abs(a * bend) + abs(b * turn))
     own = np.where(straight, 1.0, determinant)
     first = np.where(straight, forward / speed2, (b * apart - bend * forward) / own)
     return np.stack([first, np.where(straight, 0.0, (turn * forward - a * apart) / own)])
@@ -154,7 +154,7 @@ def _walks(
     for one in _runs(curves[0], held[0]):
         for other in _runs(curves[1], held[1]):
             a, b = first.angle[one], second.angle[other] + turn
-            more = THRESHOLDS.beyond_end
+            more = THRESHOLDS.place_turn
             low, high = np.ceil((a[0] - b[-1] - more) / FULL_TURN), np.floor((a[-1] - b[0] + more) / FULL_TURN)
             for turns in np.arange(low, high + 1.0).tolist():
                 i, j = (own[at] for own, at in zip((one, other), _merged(a, b + FULL_TURN * turns), strict=True))

@@ -53,20 +53,20 @@ def breaks_of(system: System, start: float, settings: Settings, asks: float | No
     interval, end = output_interval(settings), start + settings.duration
     times = {event.time for event in events_of(system, start, settings)}
     inner = {t for split in splits_of(system, start, settings) for t in split.times if start < t < end}
-    slack = THRESHOLDS.one_break * float(np.spacing(max(abs(start), interval)))
+    slack = THRESHOLDS.round_off_grains * float(np.spacing(max(abs(start), interval)))
     acts = system.actions.instants(start, end, slack) if system.actions.size else {}
     waits = set((start + np.arange(int((end - start) / asks * (1.0 + 1e-12)) + 1) * asks).tolist()) if asks else set()
     for time in sorted(times | inner | acts.keys() | waits):
         grain = float(np.spacing(max(abs(start), abs(time), interval)))
         actions, waiting = acts.get(time, ()), time in waits
         grid = _grid(settings, start) if grid is None else grid
-        left, right = time - THRESHOLDS.kink_aside * grain, time + THRESHOLDS.kink_aside * grain
-        if found and time - found[-1].time <= THRESHOLDS.one_break * grain:
+        left, right = time - THRESHOLDS.closed_grains * grain, time + THRESHOLDS.closed_grains * grain
+        if found and time - found[-1].time <= THRESHOLDS.round_off_grains * grain:
             together = tuple(sorted({*found[-1].actions, *actions}))
             right, waiting = max(right, found[-1].right), waiting or found[-1].asks
             found[-1] = found[-1]._replace(right=right, actions=together, asks=waiting)
         else:
-            at = _snapped(time, grid, settings, THRESHOLDS.one_break * grain)
+            at = _snapped(time, grid, settings, THRESHOLDS.round_off_grains * grain)
             found.append(Break(at, left, right, actions, waiting))
     return tuple(found)
 

@@ -62,10 +62,10 @@ def _of_system(
     found, method = [], tableau_of(integrator)
     for stretch in stretches(system, start, end, interval, THRESHOLDS.split_parts * step):
         grain = float(np.spacing(max(abs(stretch.low), abs(stretch.high))))
-        most = int((stretch.high - stretch.low) / (2.0 * THRESHOLDS.one_break * grain))
+        most = int((stretch.high - stretch.low) / (2.0 * THRESHOLDS.round_off_grains * grain))
         if most < 1:  # the two are one event
             continue
-        needed, resolved = _parts_needed(stretch, step, method, THRESHOLDS.kink_aside * grain)
+        needed, resolved = _parts_needed(stretch, step, method, THRESHOLDS.closed_grains * grain)
         if needed > 1:
             parts = min(needed, most)
             found.append(Split(stretch.owner, stretch.low, stretch.high, parts, resolved and parts == needed))
@@ -83,9 +83,9 @@ def _parts_needed(stretch: Stretch, step: float, method: Method, aside: float) -
     at_hand, fewest = max(int((stretch.high - stretch.low) / step), 1), THRESHOLDS.split_parts
     if _resolve(at_hand, -(-fewest // at_hand), stretch, method, aside):
         return 1, True
-    count = max(fewest, min(_parts_by_motion(stretch, aside), THRESHOLDS.most_parts))
+    count = max(fewest, min(_parts_by_motion(stretch, aside), 2**THRESHOLDS.most_halvings))
     while not _resolve(count, 2, stretch, method, aside):
-        if count >= THRESHOLDS.most_parts:
+        if count >= 2**THRESHOLDS.most_halvings:
             return count, False
         count *= 2
     return count, True
@@ -99,7 +99,7 @@ def _parts_by_motion(stretch: Stretch, aside: float) -> int:
     ends = time_series(np.array([stretch.low + aside, stretch.high - aside]))
     with np.errstate(all="ignore"):
         moved = sum(float(np.abs(np.diff(run(part, 0, [ends])[0])).sum()) for part in stretch.parts)
-    return int(np.ceil(moved / THRESHOLDS.most_in_part)) if np.isfinite(moved) else 0
+    return int(np.ceil(moved / THRESHOLDS.widest_turn)) if np.isfinite(moved) else 0
 
 
 def _resolve(count: int, finer: int, stretch: Stretch, method: Method, aside: float) -> bool:
@@ -110,7 +110,7 @@ def _resolve(count: int, finer: int, stretch: Stretch, method: Method, aside: fl
             coarse, _ = _moments(part, stretch, count, method, aside)
             fine, size = _moments(part, stretch, count * finer, method, aside)
             off = np.abs(coarse - fine.reshape(*coarse.shape, finer).sum(axis=-1)).sum(axis=-1).max(axis=0)
-            round_off = THRESHOLDS.smooth_to * size[0] / (stretch.high - stretch.low) ** np.arange(len(size))
+            round_off = THRESHOLDS.same_written * size[0] / (stretch.high - stretch.low) ** np.arange(len(size))
             if np.any(off > THRESHOLDS.split_to * size + round_off):
                 return False
     return True

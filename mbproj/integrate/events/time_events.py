@@ -128,7 +128,7 @@ def _of_function(
     """The times and kinds of events, also beyond the end. The kind is "" at the end of a feature that a kink begins."""
     counted = 0
     for low, high in look_windows(start, end + longest, interval):
-        beside = THRESHOLDS.one_break * float(np.spacing(max(abs(low), abs(high))))
+        beside = THRESHOLDS.round_off_grains * float(np.spacing(max(abs(low), abs(high))))
         found = [kink for kink in kinks(part, 0, low, high) if _goes_on(part, kink.t, beside, start, end)]
         for feature in features(part, 0, low, high, found, orders):
             if feature.after_kink:

@@ -36,7 +36,7 @@ def settings_along(system: System, settings: Settings) -> Settings:
     closed = replace(settings, projection=ProjectionSettings(), kinematic=True)
     if not system.states.size:
         interval = output_interval(settings)
-        return replace(closed, integrator=QUADRATURE, step=None, tolerance=THRESHOLDS.work, output_step=interval)
+        return replace(closed, integrator=QUADRATURE, step=None, tolerance=THRESHOLDS.half_digits, output_step=interval)
     if settings.step is None and settings.tolerance is None:
         message = "states of elements are integrated along the motion: that needs a step or a tolerance"
         raise InputError(Problem(message, key=("simulation",), hint="add 'tolerance' to 'simulation'"))

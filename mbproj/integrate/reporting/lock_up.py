@@ -48,7 +48,7 @@ def _lock_up(system: System, t: float, q: Array, stop: float) -> SimulationError
             if np.abs((at.value - before.value) / _units(system)).max() > 4.0 * THRESHOLDS.short_way:
                 return None
             q, residual = nearest(system, q, NO_CONDITIONS, at, THRESHOLDS.rounding)
-            if np.abs(residual).max(initial=0.0) > THRESHOLDS.locked_open:
+            if np.abs(residual).max(initial=0.0) > THRESHOLDS.same_pose:
                 return _locked(system, stop, drive, residual[system.joints.size :])
             drive = at if time > stop else drive
     except (SimulationError, np.linalg.LinAlgError):  # a motion may have no value there
@@ -60,7 +60,7 @@ def _way(system: System, t: float, stop: float, drive: Drive) -> list[float]:
     """Return times from t to `stop` and beyond; none where it is too far, or the motions stand still."""
     fastest = float(np.abs(drive.rate / _units(system)).max())
     steps = np.ceil(fastest * (stop - t) / THRESHOLDS.short_way)
-    if not fastest > 0.0 or not steps <= THRESHOLDS.locked_steps:
+    if not fastest > 0.0 or not steps <= THRESHOLDS.most_passes:
         return []
     return [*np.linspace(t, stop, int(steps) + 1).tolist(), *(stop + part / fastest for part in FURTHER)]
 

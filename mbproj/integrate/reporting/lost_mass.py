@@ -46,7 +46,7 @@ def _lost(system: System, start: Array, t: float, q: Array) -> str | None:
     drive, own = drive_at(system, t), least_inertia(system, pose_of(start))
     if own is None:
         return None
-    ways = (_followed(system, drive, q, way, THRESHOLDS.lost_mass * own.inertia) for way in (1.0, -1.0))
+    ways = (_followed(system, drive, q, way, THRESHOLDS.rounded * own.inertia) for way in (1.0, -1.0))
     return next((found for found in ways if found is not None), None)
 
 
@@ -57,7 +57,7 @@ def _followed(system: System, drive: Drive, q: Array, way: float, enough: float)
 
     shortest, longest = THRESHOLDS.short_way / 5.0, 10.0 * THRESHOLDS.short_way
     before, last, step = None, 0.0, shortest
-    for _ in range(THRESHOLDS.lost_mass_steps):
+    for _ in range(THRESHOLDS.most_passes):
         found = least_inertia(system, pose_of(q))
         if found is None or found.inertia < enough:
             return None if found is None else str(found)
@@ -67,6 +67,6 @@ def _followed(system: System, drive: Drive, q: Array, way: float, enough: float)
         motion = found.motion if before is None or found.motion @ before > 0.0 else -found.motion
         before, last = motion, size
         q, left = nearest(system, moved(system, q, way * step * motion), NO_CONDITIONS, drive, THRESHOLDS.rounding)
-        if np.abs(left).max(initial=0.0) > THRESHOLDS.locked_open:
+        if np.abs(left).max(initial=0.0) > THRESHOLDS.same_pose:
             return None
     return None

@@ -9,7 +9,6 @@ import numpy as np
 
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State
-from mbproj.dynamics.equations.round_off import EPSILON
 from mbproj.dynamics.observe.recorded import Block
 from mbproj.integrate.events.time_events import DECIDES, SHARED, Event
 from mbproj.integrate.reporting.tally import Halved, Passed, Peak, RowsKept
@@ -110,7 +109,7 @@ class Report:
     @property
     def rests(self) -> bool:
         """Whether nothing moves: no speed changes a position by more than round-off in a second, nor in the run."""
-        return self.fastest * max(self.settings.duration or 0.0, 1.0) <= THRESHOLDS.rests * EPSILON
+        return self.fastest * max(self.settings.duration or 0.0, 1.0) <= THRESHOLDS.rounding
 
     @property
     def drift_of_exchanged(self) -> float:
@@ -288,6 +287,6 @@ class EnergyWatch:
     def relative(self) -> float:
         """The drift over the largest kinetic energy + |ΔV| of the run; 0 where nothing but round-off moved."""
         size = self.exchanged
-        nothing = THRESHOLDS.rests * EPSILON * max(self._scale, abs(self.lowest), abs(self.highest))
+        nothing = THRESHOLDS.rounding * max(self._scale, abs(self.lowest), abs(self.highest))
         rests = max(size, self.drift) <= nothing or size == 0.0
         return 0.0 if rests or not self._moves else self.drift / size

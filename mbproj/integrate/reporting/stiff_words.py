@@ -105,7 +105,7 @@ def holds(found: Stiffness) -> str:
 def damps(found: Stiffness) -> str:
     """Return the note on an implicit run that has damped a vibration which the mechanism itself hardly damps."""
     frequency, lost = found.omega_h / found.step / (2.0 * pi), 100.0 * (1.0 - min(found.growth, 1.0))
-    follows = THRESHOLDS.resolved_vibration * found.step / found.omega_h
+    follows = 0.5 * THRESHOLDS.unresolved_vibration * found.step / found.omega_h
     on = " on the masses that it moves" if found.is_of_forces else ""
     where = ". The energy that it loses so is in the energy drift, not in the dissipation" if found.is_of_forces else ""
     return (

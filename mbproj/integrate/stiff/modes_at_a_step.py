@@ -32,7 +32,7 @@ def modes_at(choice: Choice, system: System, state: State, step: float = np.inf)
     fastest = max(bound.max(initial=0.0), np.abs(np.linalg.eigvals(of_states)).max(initial=0.0))
     laws = np.sort(np.argsort(-bound)[:LAWS])
     laws = laws[bound[laws] > 0.0]
-    if fastest == 0.0 or step * fastest < THRESHOLDS.slow_mode:
+    if fastest == 0.0 or step * fastest < THRESHOLDS.stiff_for_step:
         return laws, []
     W = choice.responses(system, state, laws) if len(laws) else np.zeros((0, 0))
     if W is None:

@@ -24,13 +24,9 @@ def direction_words(system: System, motion: MotionAtTime, ξ: Array) -> str:
     change = row_motion(system.coordinates, motion.carried()).G.times(ξ)
     scaled = np.abs(change) / np.where(system.coordinates.is_length, system.length, 1.0)
     scale = float(np.abs(ξ / tangent_lengths(system)).max(initial=0.0))
-    if len(scaled) and scaled.max() > THRESHOLDS.told_coordinate * scale:
+    if len(scaled) and scaled.max() > THRESHOLDS.named * scale:
         order = [int(index) for index in np.argsort(-scaled, kind="stable")[:MOST]]
-        names = [
-            system.names.coordinates[index]
-            for index in order
-            if scaled[index] > THRESHOLDS.told_coordinate * scaled.max()
-        ]
+        names = [system.names.coordinates[index] for index in order if scaled[index] > THRESHOLDS.named * scaled.max()]
         return f"of {', '.join(names)}"
     rows = ξ.reshape(-1, 6) / ([system.length] * 3 + [1.0] * 3)
     body = int(np.argmax(np.linalg.norm(rows, axis=1)))
@@ -48,6 +44,6 @@ def lying_flat(system: System, motion: MotionAtTime) -> str | None:
         if kind_of(group.primitive) == "wheel_height":
             own = x[group.slots]
             upright = np.linalg.norm(cross(own[:, 1], own[:, 3]), axis=1)
-            if upright.min() < THRESHOLDS.no_normal:
+            if upright.min() < THRESHOLDS.rounded:
                 return system.names.joints[system.joints.owner[group.rows[int(np.argmin(upright)), 0]]]
     return None

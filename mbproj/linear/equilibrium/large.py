@@ -102,7 +102,7 @@ class LargeBalance:
         problem, system = self.problem, self.problem.system
         metric, scale = self.metric, system.row_scale[system.bodies :]
         before = np.inf
-        for step in range(THRESHOLDS.most_assembling):
+        for step in range(THRESHOLDS.most_passes):
             open_by = constraint(system, pose_of(q), problem.drive)[system.bodies :]
             size = float(np.abs(open_by / scale).max(initial=0.0))
             if size <= THRESHOLDS.closed_at_rest or (size <= 1e3 * THRESHOLDS.closed_at_rest and size > 0.5 * before):
@@ -121,7 +121,7 @@ def solve_large(problem: EquilibriumProblem, q: Array, expected: Array) -> Solve
     """Return the equilibrium downhill from a closed pose. Raises NoEquilibrium, in words, where there is none."""
     here = start = LargeBalance.at(problem, q, expected)
     radius, σ, steps, fall = THRESHOLDS.long_way, 0.0, 0, Fall()
-    while steps < THRESHOLDS.most_balancing and not is_balanced(here):
+    while steps < THRESHOLDS.most_passes and not is_balanced(here):
         steps += 1
         K = here.stiffness()
         step, σ = _downhill(here, K, 0.1 * σ, radius)
@@ -153,7 +153,7 @@ def _is_lowest(here: LargeBalance) -> bool:
 def _least(here: LargeBalance, K: csr_matrix) -> float:
     """Return the least σ, which is the round-off of K."""
     largest = float(np.abs(K.diagonal() * here.lengths**2).max(initial=0.0))
-    return THRESHOLDS.no_shift * max(largest, here.largest)
+    return THRESHOLDS.proximal * max(largest, here.largest)
 
 
 def _downhill(here: LargeBalance, K: csr_matrix, σ: float, radius: float) -> tuple[Array, float]:

@@ -92,7 +92,7 @@ def solve(problem: EquilibriumProblem, q: Array, expected: Array) -> Solved:
     """Return the equilibrium downhill from a closed pose. Raises NoEquilibrium, in words, where there is none."""
     here = start = problem.at(q, expected)
     radius, steps, fall = THRESHOLDS.long_way, 0, Fall()
-    while steps < THRESHOLDS.most_balancing and not is_balanced(here):
+    while steps < THRESHOLDS.most_passes and not is_balanced(here):
         steps += 1
         K, sizes = here.stiffness
         step, gain = downhill_of(here, K, sizes, radius)
@@ -159,7 +159,7 @@ def by_residual(here: AnySteps) -> tuple[AnySteps, int]:
     from mbproj.linear.equilibrium.trust_region import towards_balance
 
     damping, steps, begun, left = 0.0, 0, 0, _size(here)
-    while steps < THRESHOLDS.most_balancing and not is_balanced(here) and damping < THRESHOLDS.lost_damping:
+    while steps < THRESHOLDS.most_passes and not is_balanced(here) and damping < 1.0 / THRESHOLDS.half_digits:
         if steps >= begun + THRESHOLDS.stalled_steps:
             break
         steps += 1

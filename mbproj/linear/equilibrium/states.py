@@ -172,7 +172,7 @@ def at_rest(problem: EquilibriumProblem, q: Array, expected: Array) -> Array:
         return problem.turning.motion(problem.t, q, expected, x).instant(problem.system)
 
     rates = scaled_rates(there())
-    for _ in range(THRESHOLDS.most_balancing):
+    for _ in range(THRESHOLDS.most_passes):
         size, J = float(np.linalg.norm(rates)), state_slopes(there()) * scale / scale[:, None]
         J = J * problem.system.states.rests[:, None]
         fastest, growth = float(np.linalg.norm(J)), float(np.linalg.eigvals(J).real.max())

@@ -43,7 +43,7 @@ def _coupling(where: str, coupled: Coupled, parts: Sequence[Binding]) -> Couplin
     if curve is not None and kinds[0] == "angle":
         ends = curve(np.array([-np.pi, np.pi]))[0].real
         grows = abs(float(ends[1] - ends[0])) / (2.0 * np.pi)
-        turns += [grows] if grows > THRESHOLDS.smooth_to * np.abs(ends).max() else []
+        turns += [grows] if grows > THRESHOLDS.same_written * np.abs(ends).max() else []
     period = coupled.period
     if period is None:
         measure = common_measure(turns)
@@ -88,7 +88,7 @@ def common_measure(sizes: Sequence[float]) -> float | None:
     from fractions import Fraction  # with decimal it takes 3 ms, which a run without couplings does not need
 
     largest = max(sizes)
-    parts = [Fraction(size / largest).limit_denominator(THRESHOLDS.most_teeth) for size in sizes]
+    parts = [Fraction(size / largest).limit_denominator(THRESHOLDS.largest_ratio) for size in sizes]
     if any(abs(float(part) - size / largest) > THRESHOLDS.rounding for part, size in zip(parts, sizes, strict=True)):
         return None
     whole = math.lcm(*(part.denominator for part in parts))

@@ -90,7 +90,7 @@ def _normal_part(vector: Array, axis: Array) -> Array:
     """Unit vectors of the parts of vectors (..., 3) normal to axes; any normal where there is no such part."""
     part = vector - np.sum(vector * axis, axis=-1, keepdims=True) * axis
     length = _length(part)
-    found = length > THRESHOLDS.one_direction
+    found = length > THRESHOLDS.same_written
     return np.where(found, part / np.where(found, length, 1.0), _any_normal(axis))
 
 

@@ -86,7 +86,7 @@ def _most_along(vectors: Array) -> int | None:
     for vector in vectors.tolist():
         largest = max(range(3), key=lambda k: abs(vector[k]))
         size, off = abs(vector[largest]), math.hypot(vector[largest - 1], vector[largest - 2])
-        if 0.5 * THRESHOLDS.rounding * size < off <= 2.0 * THRESHOLDS.one_direction * size:
+        if 0.5 * THRESHOLDS.rounding * size < off <= 2.0 * THRESHOLDS.same_written * size:
             return None  # nearly along it: another candidate
         found[largest] += off <= 0.5 * THRESHOLDS.rounding * size > 0.0
     return int(np.argmax(found)) if found.any() else None

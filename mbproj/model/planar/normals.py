@@ -28,8 +28,8 @@ def candidate_normals(joints: PrimitiveSet, rotation: Array) -> Array:
     found = _distinct((rotation[joints.body[vectors]] @ joints.local[vectors, :, None])[..., 0], DIRECTIONS)
     first, second = np.triu_indices(len(found), k=1)
     across = cross(found[first], found[second])
-    across = across[_lengths(across) > THRESHOLDS.no_normal]  # normals of nearly parallel vectors are not accurate
-    apart = _lengths(cross(across[:, None], found)) > THRESHOLDS.one_direction
+    across = across[_lengths(across) > THRESHOLDS.rounded]  # normals of nearly parallel vectors are not accurate
+    apart = _lengths(cross(across[:, None], found)) > THRESHOLDS.same_written
     others = _distinct(across[apart.all(axis=1)], DIRECTIONS**2 - len(found))
     return np.concatenate([found, others])
 
@@ -56,7 +56,7 @@ def _distinct(vectors: Array, most: int) -> Array:
     found: list[Array] = []
     while len(left) and len(found) < most:
         found.append(left[0])
-        left = left[_lengths(cross(left, left[0])) > THRESHOLDS.one_direction]
+        left = left[_lengths(cross(left, left[0])) > THRESHOLDS.same_written]
     return numbers(found).reshape(-1, 3)
 
 
