@@ -127,15 +127,23 @@ force = option(Part.OUTPUT, "--force", is_flag=True, help="Replace files that mb
 as_json = option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of the report.")
 
 
-def outputs(command: Command) -> Command:
-    """Decorate a command with the options for a study's files and output, which `StudyFiles` takes. These are -o,
-    --format, the look of the figure, --force, --write-table and --json."""
-    command = look(force(write_table(as_json(command))))
+def study(command: Command) -> Command:
+    """Decorate a command with the options that all studies have, which `Study` takes. They are those of `workplace`,
+    -o, --format, the look of the figure, --force, --write-table, --json and --fresh."""
+    command = look(force(write_table(as_json(fresh(command)))))
     formats = click.Choice(["png", "svg", "pdf"])
     command = option(Part.OUTPUT, "--format", "ending", default="png", type=formats, help="Format [default: png].")(
         command
     )
     folder = FolderPath(path_type=Path)
-    return option(
-        Part.OUTPUT, "-o", "--output", default=".", type=folder, metavar="DIR", help="Output directory [default: .]."
-    )(command)
+    return workplace(
+        option(
+            Part.OUTPUT,
+            "-o",
+            "--output",
+            default=".",
+            type=folder,
+            metavar="DIR",
+            help="Output directory [default: .].",
+        )(command)
+    )

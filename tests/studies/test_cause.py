@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 
 from mbproj.scene import read_scene_text
-from mbproj.studies.measure.cause import why_not
+from mbproj.studies.measure.certain import not_smooth, uneven, why_not
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.reference import Reference
 from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.solve import solve
-from mbproj.studies.measure.uneven import not_smooth, uneven
 from mbproj.studies.recommend.recommendation import recommend
 
 PENDULUM = """

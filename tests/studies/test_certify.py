@@ -11,7 +11,7 @@ from mbproj.mechanisms_folder import mechanism
 from mbproj.studies.certify.certified import simulate_certified
 from mbproj.studies.certify.horizon import certify, ladder
 from mbproj.studies.measure.mechanism import Mechanism
-from mbproj.studies.measure.perturbed import perturbed
+from mbproj.studies.measure.nearby import perturbed
 from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.solve import sample_times, solve
 from tests.friction.planes.feet import CORNERS, box

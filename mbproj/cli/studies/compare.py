@@ -70,37 +70,24 @@ EXAMPLES = (
 @study_options.until
 @study_options.changes
 @study_options.repeat
-@study_options.workplace
-@study_options.outputs
-@study_options.fresh
+@study_options.study
 def command(scene: str, changes: tuple[str, ...], **options: Any) -> None:
     """Compares projection methods, integrators and steps on SCENE.
 
     Prints a table: violations, the error against a reference by another method, the energy drift of integrator and
     projection, CPU time with its spread, counters. Writes CSV and a page of figures.
     """
-    from mbproj.cli.report.progress import telling
     from mbproj.cli.scene_options import parameters
-    from mbproj.cli.studies.many_runs import StudyFiles
+    from mbproj.cli.studies.many_runs import Study
     from mbproj.scene import read_scene
-    from mbproj.studies.compare.comparison import PROJECTIONS_COMPARED, compare
+    from mbproj.studies.compare.comparison import compare
 
     what = read_scene(scene, parameters(changes))
-    files = StudyFiles(options, f"{Path(scene).stem}-compare", ("label", "setting"))
-    where = study_options.where_of(options)
-    with telling(hidden=False) as tell:
-        found = compare(
-            what,
-            projections=options.pop("projections") or PROJECTIONS_COMPARED,
-            energy_rows=_truth_values(options.pop("energy_rows")),
-            repetitions=options.pop("repeat"),
-            processes=where,
-            tell=tell,
-            **options,
-        )
+    study = Study(options, f"{Path(scene).stem}-compare", ("label", "setting"))
+    found = study.result(compare, what, energy_rows=_truth_values(options.pop("energy_rows")), **options)
     rows = [{"label": entry.label, **entry.numbers} for entry in found.entries]
     numbers = {"until": float(found.reference.times[-1]), "entries": rows}
-    files.hand_over(found, _page(found, what.title), lambda: _table(found, rows), lambda: numbers, found.notes)
+    study.hand_over(found, _page(found, what.title), lambda: _table(found, rows), lambda: numbers, found.notes)
 
 
 def _truth_values(names: Sequence[str] | None) -> tuple[bool, ...] | None:

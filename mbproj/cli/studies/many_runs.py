@@ -1,15 +1,17 @@
-"""The common part of commands that run many simulations: cells of tables, files, the report."""
+"""The common part of commands that run many simulations: cells of tables, the run, files, the report."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 from mbproj import outputs
 from mbproj.cli.report.json_text import json_text
+from mbproj.cli.report.progress import telling
+from mbproj.cli.study_options import where_of
 from mbproj.outputs import check_replaceable, make_folder
 from mbproj.outputs.written_table import check_table, write_table
 
@@ -18,6 +20,7 @@ if TYPE_CHECKING:
 
     from mbproj.results.views.table import Tabled
 
+Found = TypeVar("Found")
 OTHER_FOLDER = "choose another folder with -o"
 
 
@@ -32,12 +35,16 @@ def milliseconds(seconds: float) -> str:
     return "-" if not seconds < float("inf") else f"{value:.3g}" if value < 1000.0 else f"{value:.0f}"
 
 
-class StudyFiles:
-    """The files of a study: the table DIR/<stem>.csv, the figure DIR/<stem>.<ending>, and the table for a paper.
-    `options` are a command's options, of which those of `study_options.outputs` are removed. `first` are the first
-    columns of the table. Raises InputError before the work begins where a file cannot be written."""
+class Study:
+    """A study with its files: the table DIR/<stem>.csv, the figure DIR/<stem>.<ending>, and the table for a paper.
+    `options` are a command's options, of which those of `study_options.study` are removed. `first` are the first
+    columns of the table. Raises InputError before the work begins where a file cannot be written, or the place of the
+    work is not there."""
 
     def __init__(self, options: dict[str, Any], stem: str, first: tuple[str, str]) -> None:
+        self._effort = {"processes": where_of(options), "fresh": options.pop("fresh")}
+        if "repeat" in options:
+            self._effort["repetitions"] = options.pop("repeat")
         self.stem = make_folder(options.pop("output"), OTHER_FOLDER) / stem
         self.force: bool = options.pop("force")
         ending = options.pop("ending")
@@ -47,6 +54,12 @@ class StudyFiles:
         check_replaceable(self._table, outputs.csv(first), force=self.force, hint=OTHER_FOLDER)
         check_replaceable(self._figure, outputs.picture(ending), force=self.force, hint=OTHER_FOLDER)
         check_table(self._for_paper, first, force=self.force)
+
+    def result(self, function: Callable[..., Found], *what: Any, **given: Any) -> Found:
+        """What `function` finds of `what`. It has its own defaults for options that are None; progress is shown."""
+        chosen = {name: value for name, value in given.items() if value is not None}
+        with telling(hidden=False) as tell:
+            return function(*what, **chosen, **self._effort, tell=tell)
 
     def hand_over(
         self,

@@ -71,9 +71,7 @@ EXAMPLES = (
     metavar="NUMBER",
     help="Largest relative energy error of a run that holds [default: 0.01].",
 )
-@study_options.workplace
-@study_options.outputs
-@study_options.fresh
+@study_options.study
 def command(
     scene: str,
     settings: tuple[str, ...],
@@ -85,7 +83,6 @@ def command(
     points: int,
     closed: float | None,
     energy: float | None,
-    fresh: bool,
     **options: Any,
 ) -> None:
     """Varies one quantity of SCENE and finds where each method fails.
@@ -95,8 +92,7 @@ def command(
     points as CSV. Other options change the setting that is studied, as for `mbproj run`. An interrupted study resumes
     where it stopped.
     """
-    from mbproj.cli.report.progress import telling
-    from mbproj.cli.studies.many_runs import StudyFiles
+    from mbproj.cli.studies.many_runs import Study
     from mbproj.scene import read_scene
     from mbproj.studies.stability import stability
     from mbproj.studies.stability.quantities import quantity_named
@@ -107,11 +103,11 @@ def command(
         quantity_named(vary)
     if single is not None and projections is not None:
         raise InputError(Problem("--projection and --projections say the same", hint="give --projections alone"))
-    files = StudyFiles(options, f"{Path(scene).stem}-stability-{vary}", ("projection", vary))
-    where = study_options.where_of(options)
+    study = Study(options, f"{Path(scene).stem}-stability-{vary}", ("projection", vary))
     given = {name: value for name, value in (("closed", closed), ("energy", energy)) if value is not None}
-    with telling(hidden=False) as tell, placed_at(Place("--vary")):
-        found = stability(
+    with placed_at(Place("--vary")):
+        found = study.result(
+            stability,
             what,
             vary,
             projections=projections if single is None else (single,),
@@ -119,11 +115,8 @@ def command(
             high=high,
             points=points,
             limits=Limits(**given),
-            processes=where,
-            fresh=fresh,
-            tell=tell,
         )
-    files.hand_over(found, _page(found), lambda: _report(found), lambda: _numbers(found))
+    study.hand_over(found, _page(found), lambda: _report(found), lambda: _numbers(found))
 
 
 def _numbers(found: StabilityMap) -> dict[str, Any]:

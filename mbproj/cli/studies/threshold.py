@@ -32,16 +32,12 @@ EXAMPLES = (
 )
 @study_options.at
 @study_options.repeat
-@study_options.workplace
-@study_options.outputs
-@study_options.fresh
+@study_options.study
 def command(
     scene: str,
     settings: tuple[str, ...],
     thresholds: tuple[float, ...] | None,
     at: tuple[str, ...] | None,
-    repeat: int,
-    fresh: bool,
     **options: Any,
 ) -> None:
     """Varies the projection threshold on SCENE and recommends one.
@@ -50,22 +46,17 @@ def command(
     at most 10 %, compared with a projection after every step. Other options change the setting that is studied, as for
     `mbproj run`. An interrupted study resumes where it stopped.
     """
-    from mbproj.cli.report.progress import telling
-    from mbproj.cli.studies.many_runs import StudyFiles
+    from mbproj.cli.studies.many_runs import Study
     from mbproj.scene import read_scene
     from mbproj.studies.threshold.violation import threshold_study
 
-    where = study_options.where_of(options)
     chosen = overrides(options)
     chosen.pop("threshold", None)
     what = read_scene(scene, parameters(settings), chosen)
-    files = StudyFiles(options, f"{Path(scene).stem}-threshold", ("threshold", "projection"))
-    with telling(hidden=False) as tell:
-        found = threshold_study(
-            what, thresholds=thresholds, at=at or (), repetitions=repeat, processes=where, fresh=fresh, tell=tell
-        )
+    study = Study(options, f"{Path(scene).stem}-threshold", ("threshold", "projection"))
+    found = study.result(threshold_study, what, thresholds=thresholds, at=at)
     numbers = {"recommended": found.recommended, "until": float(found.reference.times[-1]), "trials": found.rows}
-    files.hand_over(found, _page(found), lambda: _report(found), lambda: numbers, found.notes)
+    study.hand_over(found, _page(found), lambda: _report(found), lambda: numbers, found.notes)
 
 
 def _report(found: ThresholdStudy) -> str:

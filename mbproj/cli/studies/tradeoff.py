@@ -51,45 +51,28 @@ EXAMPLES = (
     help="End a sweep with the first run that takes longer.",
 )
 @study_options.repeat
-@study_options.workplace
-@study_options.outputs
-@study_options.fresh
-def command(scene: str, changes: tuple[str, ...], fresh: bool, **options: Any) -> None:
+@study_options.study
+def command(scene: str, changes: tuple[str, ...], **options: Any) -> None:
     """Measures accuracy against cost on SCENE over a grid of settings.
 
     The grid has projections, integrators, steps, tolerances and schedules. Prints the cheapest setting for each
     error; writes all settings as CSV and HDF5, and work-precision diagrams. An interrupted study resumes where it
     stopped.
     """
-    from mbproj.cli.report.progress import telling
     from mbproj.cli.scene_options import parameters
-    from mbproj.cli.studies.many_runs import OTHER_FOLDER, StudyFiles
+    from mbproj.cli.studies.many_runs import OTHER_FOLDER, Study
     from mbproj.outputs import check_replaceable
     from mbproj.scene import read_scene
-    from mbproj.studies.tradeoff.front import PROJECTIONS_TRIED, tradeoff
+    from mbproj.studies.tradeoff.front import tradeoff
     from mbproj.studies.tradeoff.table import KIND, write_hdf5
 
     what = read_scene(scene, parameters(changes))
-    files = StudyFiles(options, f"{Path(scene).stem}-tradeoff", ("setting", "projection"))
-    where = study_options.where_of(options)
-    whole = Path(f"{files.stem}.h5")
-    check_replaceable(whole, KIND, force=files.force, hint=OTHER_FOLDER)
-    with telling(hidden=False) as tell:
-        found = tradeoff(
-            what,
-            projections=options["projections"] or PROJECTIONS_TRIED,
-            integrators=options["integrators"],
-            formulation=options["formulation"],
-            at=options["at"] or (),
-            until=options["until"],
-            longest=options["longest"],
-            repetitions=options["repeat"],
-            processes=where,
-            fresh=fresh,
-            tell=tell,
-        )
-    beside = [write_hdf5(whole, found, force=files.force)]
-    files.hand_over(
+    study = Study(options, f"{Path(scene).stem}-tradeoff", ("setting", "projection"))
+    whole = Path(f"{study.stem}.h5")
+    check_replaceable(whole, KIND, force=study.force, hint=OTHER_FOLDER)
+    found = study.result(tradeoff, what, **options)
+    beside = [write_hdf5(whole, found, force=study.force)]
+    study.hand_over(
         found, _page(found), lambda: "\n".join(_report(found)), lambda: _numbers(found), found.notes, beside
     )
 
@@ -112,7 +95,7 @@ def _report(found: Tradeoff) -> Iterator[str]:
     import numpy as np
 
     from mbproj.cli.report.table import columns
-    from mbproj.studies.tradeoff.near_front import CLOSED
+    from mbproj.studies.tradeoff.fronts import CLOSED
 
     yield found.line
     yield f"errors of {', '.join(found.points)}; the reference is uncertain by {found.floor:.1e} m"
@@ -196,7 +179,7 @@ def _page(found: Tradeoff) -> Figure:
     import numpy as np
 
     from mbproj.figures.pages.work_precision import Cloud, Diagram, work_precision
-    from mbproj.studies.tradeoff.curves import by_integrator, by_projection, studied
+    from mbproj.studies.tradeoff.fronts import by_integrator, by_projection, studied
 
     def cloud(indices: list[int]) -> Cloud:
         return Cloud(

@@ -1,14 +1,16 @@
-"""Running one scene of a batch and checking its expectations."""
+"""Running the scenes of a batch in parallel processes, with their expectations checked. A process that hangs or dies is
+replaced, and its scene counts as failed."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter
 
 from mbproj.analysis import Outcome, outcomes
+from mbproj.dataclass import dataclass
 from mbproj.dynamics import unique_components
 from mbproj.ending import ending
 from mbproj.errors import ExitCode, MbprojError, SimulationError
@@ -17,14 +19,88 @@ from mbproj.integrate.reporting.report import summary
 from mbproj.linear.equilibrium.started import start_state
 from mbproj.model import compile_system
 from mbproj.results import ResultsWriter, open_results
+from mbproj.results.files import part_path
 from mbproj.scene import settings_to_run
 from mbproj.scene.problem_places import placed_in
 from mbproj.scene.read import SceneText
 from mbproj.scene.text.source import read_text
-from mbproj.studies.batch.result import SceneResult, Task
+from mbproj.studies.parallel.hand_out import Where, in_parallel
 
 #: The current folder.
 HERE = Path()
+#: The exit code of a scene in one or two words.
+WORDS = {
+    ExitCode.DONE: "holds",
+    ExitCode.CHECK_FAILED: "falls short",
+    ExitCode.FAILED: "failed",
+    ExitCode.BAD_INPUT: "wrong input",
+    ExitCode.INTERNAL: "fault of mbproj",
+    ExitCode.INTERRUPTED: "interrupted",
+}
+
+
+@dataclass(frozen=True)
+class Task:
+    """A scene, the file of its results, and whether that file is kept."""
+
+    scene: Path
+    output: Path
+    keep: bool
+
+
+@dataclass(frozen=True)
+class SceneResult:
+    """The result of a scene in a batch. `code` is the exit code that it would have alone, `message` the whole error
+    message. `outcomes` are those of its expectations, in their order. `seconds` is the time by the clock. `output` is
+    the file with its results, `formulation` that of the run; None where there is none."""
+
+    scene: Path
+    code: ExitCode
+    message: str
+    outcomes: tuple[Outcome, ...]
+    seconds: float
+    output: Path | None = None
+    formulation: str | None = None
+
+    @property
+    def word(self) -> str:
+        """The result in one or two words. A scene without expectations has only "ran"."""
+        return WORDS[self.code] if self.code != ExitCode.DONE or self.outcomes else "ran"
+
+    @property
+    def worst(self) -> Outcome | None:
+        """The outcome that is closest to its limit or farthest beyond it."""
+        return max(self.outcomes, key=lambda outcome: outcome.share, default=None)
+
+
+def exit_code(results: Iterable[SceneResult]) -> ExitCode:
+    """The exit code of the batch. An internal error of mbproj goes first. Then comes FAILED where a scene could not be
+    run, wrong input included. Then comes CHECK_FAILED where an expectation is not met."""
+    codes = {ExitCode.FAILED if result.code == ExitCode.BAD_INPUT else result.code for result in results}
+    return min(codes - {ExitCode.DONE}, default=ExitCode.DONE)
+
+
+def run_batch(tasks: Sequence[Task], where: Where, timeout: float, done: Callable[[int, SceneResult], None]) -> None:
+    """Runs all tasks, and calls `done` with the number and the result of each as it ends.
+
+    A scene that takes longer than `timeout` (s) is stopped. Raises KeyboardInterrupt after SIGINT or SIGTERM. No
+    process is left behind.
+    """
+    for number, result in in_parallel(_in_folder, Path.cwd(), tasks, where, _lost, timeout):
+        done(number, result)
+
+
+def _in_folder(folder: Path, task: Task) -> SceneResult:
+    return run_task(task, folder)
+
+
+def _lost(task: Task, why: str, seconds: float) -> SceneResult:
+    """The result of a task whose process died or was stopped. Its recorded part can be read."""
+    part = part_path(task.output)
+    kept = part if task.keep and part.exists() else None
+    if kept is not None:
+        why += f"; what it has recorded is in '{kept}'"
+    return SceneResult(task.scene, ExitCode.FAILED, why, (), seconds, kept)
 
 
 def run_task(task: Task, folder: Path = HERE) -> SceneResult:

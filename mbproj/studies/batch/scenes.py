@@ -9,7 +9,7 @@ from pathlib import Path
 
 from mbproj.errors import InputError, Problem
 from mbproj.outputs import make_folder
-from mbproj.studies.batch.result import Task
+from mbproj.studies.batch.run import Task
 
 
 def scene_paths(paths: Iterable[Path]) -> list[Path]:

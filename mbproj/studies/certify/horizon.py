@@ -17,11 +17,11 @@ from mbproj.analysis.trust import horizons, settled
 from mbproj.arrays import Array
 from mbproj.results.trust import Poses, Trust
 from mbproj.scene.records import Settings
+from mbproj.studies.measure.certain import not_smooth, uneven
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.nearby import TIGHTEST, largest_distance, round_off_bound
 from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.solve import OFF_AXIS, Solution, solve, unseen
-from mbproj.studies.measure.uneven import not_smooth, uneven
 from mbproj.studies.parallel.progress import Tell, silent
 
 #: The error limits in m for which horizons are given.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, replace
+from dataclasses import replace
 from itertools import product
 from math import nan
 from typing import Any
@@ -21,12 +21,13 @@ from mbproj.studies.measure.measurement import Measurement, measured
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.reference import Reference, error, reference
 from mbproj.studies.measure.setting import Setting, only_full
-from mbproj.studies.measure.solve import SOLUTION_RECORDS, Solution, sample_times, solve
+from mbproj.studies.measure.solve import SOLUTION_RECORDS, Solution, solve
 from mbproj.studies.measure.spans import common_times, span
-from mbproj.studies.measure.timing import REPETITIONS, Timing, time_settings
-from mbproj.studies.parallel.hand_out import Where, in_parallel
+from mbproj.studies.measure.timing import REPETITIONS, Timing, kept_timings, timing_columns
+from mbproj.studies.parallel.hand_out import Where
 from mbproj.studies.parallel.progress import Tell, silent
-from mbproj.studies.store import cached
+from mbproj.studies.parallel.resumable import resumable
+from mbproj.studies.store import ValueCache
 
 #: The projections that are compared by default: one of each kind that every formulation has.
 PROJECTIONS_COMPARED = ("none", "baumgarte", "gopm", "gpopm")
@@ -53,9 +54,8 @@ class SettingResult:
     def numbers(self) -> dict[str, Any]:
         """The numbers of a row: the largest violations and error (m), the energy drift at the end (J) and its two
         parts, CPU seconds (median, smallest, largest), counters. A number that does not exist is NaN."""
-        found, timing = self.measurement, self.timing
+        found = self.measurement
         parts = (nan, nan) if self.split is None else (self.split.integrator[-1], self.split.projection[-1])
-        low, high = timing.spread if timing else (nan, nan)
         return {
             "setting": found.setting.command_line(),
             "formulation": found.formulation,
@@ -67,9 +67,7 @@ class SettingResult:
             "energy_drift_integrator": float(parts[0]),
             "energy_drift_projection": float(parts[1]),
             **self._energy_row_numbers(),
-            "cpu_seconds": timing.median if timing else nan,
-            "cpu_seconds_lowest": low,
-            "cpu_seconds_highest": high,
+            **timing_columns(self.timing),
             **{name: found.counters.get(name, nan) for name in COUNTERS},
             "failure": found.failure or "",
         }
@@ -139,40 +137,25 @@ def compare(
     times = common_times(span(scene, until), {each.step for each in settings if each.step is not None})
     tell("reference", 0, 1)
     truth = reference(mechanism, times, {each.integrator for each in settings})
-    found: dict[int, tuple[Solution, EnergySplit | None]] = {}
-    tell("runs", 0, len(settings))
-    for number, result in in_parallel(_run, (scene, times, fresh), settings, processes):
-        found[number] = result
-        tell("runs", len(found), len(settings))
-    taken = {s.report.formulation for s, _ in found.values() if s.report is not None}
-    alive = [number for number in sorted(found) if found[number][0].report is not None] if len(taken) == 1 else []
-
-    ends = sample_times(float(times[-1]), 1)
-    taken_times = time_settings(mechanism, [settings[n] for n in alive], ends, repetitions, tell)
+    kept = ValueCache(["compare", mechanism.identity, times.tolist()], fresh, (EnergySplit, *SOLUTION_RECORDS))
+    items = {setting.command_line(): setting for setting in settings}
+    solved = resumable(_solved, (scene, times), items, kept, processes, "runs", tell)
+    found = [solved[setting.command_line()] for setting in settings]
+    taken = {solution.report.formulation for solution, _ in found if solution.report is not None}
+    alive = [solution.setting for solution, _ in found if solution.report is not None and len(taken) == 1]
+    taken_times = kept_timings(kept, mechanism, alive, float(times[-1]), repetitions, tell)
     timings = dict(zip(alive, taken_times, strict=True))
-    labels = labels_of(settings)
-    entries = tuple(_entry(labels[n], *found[n], truth, timings.get(n)) for n in range(len(settings)))
+    entries = tuple(
+        SettingResult(label, measured(one, truth), one, error(one, truth), split, timings.get(one.setting))
+        for label, (one, split) in zip(labels_of(settings), found, strict=True)
+    )
     return Comparison(entries, truth, len(taken) <= 1, (*notes, *_notes(entries, truth, taken)))
 
 
-def _entry(
-    label: str, solution: Solution, split: EnergySplit | None, truth: Reference, timing: Timing | None
-) -> SettingResult:
-    return SettingResult(label, measured(solution, truth), solution, error(solution, truth), split, timing)
-
-
-def _run(shared: tuple[Scene, Array, bool], setting: Setting) -> tuple[Solution, EnergySplit | None]:
-    """The solution and energy split of one setting, from the store where they are there. This runs in a worker
-    process."""
-    scene, times, fresh = shared
-    mechanism = Mechanism.to_choose_for(scene)
-    what = ["compare", mechanism.identity, times.tolist(), asdict(setting)]
-    return cached(what, lambda: _solved(mechanism, setting, times), (EnergySplit, *SOLUTION_RECORDS), fresh)
-
-
-def _solved(mechanism: Mechanism, setting: Setting, times: Array) -> tuple[Solution, EnergySplit | None]:
+def _solved(shared: tuple[Scene, Array], setting: Setting) -> tuple[Solution, EnergySplit | None]:
     """Solve with a setting and split the energy drift. There is no split for `auto`, whose steps use several methods,
-    and with contacts."""
+    and with contacts. This runs in a worker process."""
+    mechanism, times = Mechanism.to_choose_for(shared[0]), shared[1]
     solution = solve(mechanism, setting, times)
     try:
         # impacts, sticking and sliding are neither the integrator's nor the projection's work

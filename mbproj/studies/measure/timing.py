@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import nan
 from statistics import median
 
 from mbproj.arrays import Array
@@ -36,6 +37,13 @@ class Timing:
     def spread(self) -> tuple[float, float]:
         """The shortest and the longest repetition, s."""
         return min(self.samples), max(self.samples)
+
+
+def timing_columns(timing: Timing | None) -> dict[str, float]:
+    """The columns of a table for the median, the shortest and the longest repetition, s; NaN where nothing was
+    timed."""
+    seconds = (nan, nan, nan) if timing is None else (timing.median, *timing.spread)
+    return dict(zip(("cpu_seconds", "cpu_seconds_lowest", "cpu_seconds_highest"), seconds, strict=True))
 
 
 def run_seconds(mechanism: Mechanism, setting: Setting, times: Array) -> float:
@@ -73,7 +81,7 @@ def kept_timings(
 ) -> list[Timing]:
     """The timings of runs to `until` (s) that record only their end. They come from the store, or are taken together,
     because settings are timed in turn."""
-    key = " ".join(["timings", *(setting.command_line() for setting in settings)])
+    key = " ".join([f"{repetitions} timings", *(setting.command_line() for setting in settings)])
     if key not in kept:
         taken = time_settings(mechanism, settings, sample_times(until, 1), repetitions, tell)
         kept.add(key, [timing.samples for timing in taken])

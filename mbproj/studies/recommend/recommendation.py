@@ -18,7 +18,7 @@ from mbproj.errors import ExitCode, MbprojError
 from mbproj.integrate.stiff.fast_forces import steps_for_stability
 from mbproj.results.views.table import Table, Tabled
 from mbproj.scene.records import Scene, Settings
-from mbproj.studies.measure.cause import why_not
+from mbproj.studies.measure.certain import why_not
 from mbproj.studies.measure.measurement import Measurement
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.reference import reference

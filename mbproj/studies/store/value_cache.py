@@ -6,6 +6,7 @@ import hashlib
 import json
 import platform
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
@@ -19,16 +20,14 @@ from mbproj.studies.store.encoding import decoded, encoded
 Value = TypeVar("Value")
 
 
-def cached(what: Any, compute: Callable[[], Value], records: Sequence[type], fresh: bool = False) -> Value:
-    """The value that `compute` gives for `what` (anything JSON can hold), from the store where it is there, unless
-    `fresh`. `records`: the classes of the records that it consists of."""
+def cached(what: Any, compute: Callable[[], Value], records: Sequence[type]) -> Value:
+    """The value that `compute` gives for `what` (anything JSON can hold), from the store where it is there. `records`:
+    the classes of the records that it consists of."""
     study = _study(what)
-    for data in () if fresh else database.read(study).values():
-        try:
+    for data in database.read(study).values():
+        with suppress(ValueError):  # written by a version with other fields, or damaged
             kept: Value = decoded(data, records)
-        except ValueError:  # written by a version with other fields, or damaged
-            continue
-        return kept
+            return kept
     value = compute()
     database.write(study, "", encoded(value))
     return value
@@ -38,22 +37,18 @@ class ValueCache:
     """What a study has done, by name, so that it resumes where it was interrupted: numbers, text, lists and mappings.
 
     A study is known by `what` it is about (anything JSON can hold) and by the machine, because times are among its
-    numbers. Without `what` all is in memory alone; with `fresh` nothing of before counts."""
+    numbers. Without `what` all is in memory alone; with `fresh` nothing of before counts. `records` are the classes of
+    the records among its values."""
 
-    def __init__(self, what: Any = None, fresh: bool = False) -> None:
+    def __init__(self, what: Any = None, fresh: bool = False, records: Sequence[type] = ()) -> None:
         self._study = None if what is None else _study([platform.node(), what])
         self._records: dict[str, Any] = {}
         if self._study is not None and fresh:
             database.forget(self._study)
         elif self._study is not None:
-            self._take(database.read(self._study))
-
-    def _take(self, found: dict[str, bytes]) -> None:
-        for name, data in found.items():
-            try:
-                self._records[name] = decoded(data)
-            except ValueError:
-                continue
+            for name, data in database.read(self._study).items():
+                with suppress(ValueError):
+                    self._records[name] = decoded(data, records)
 
     def __contains__(self, name: str) -> bool:
         return name in self._records

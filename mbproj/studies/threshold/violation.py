@@ -24,7 +24,7 @@ from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.reference import Reference
 from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.spans import span
-from mbproj.studies.measure.timing import REPETITIONS, Timing, kept_timings
+from mbproj.studies.measure.timing import REPETITIONS, Timing, kept_timings, timing_columns
 from mbproj.studies.parallel.hand_out import Where
 from mbproj.studies.parallel.progress import Tell, silent
 from mbproj.studies.store import ValueCache
@@ -80,8 +80,7 @@ class ThresholdStudy(Tabled):
     __repr__ = Tabled.__repr__
 
     def _row(self, index: int) -> dict[str, Any]:
-        trial, timing = self.trials[index], self.timings[index]
-        low, high = timing.spread if timing else (nan, nan)
+        trial = self.trials[index]
         return {
             "threshold": trial.setting.threshold,
             "projection": trial.setting.projection,
@@ -92,9 +91,7 @@ class ThresholdStudy(Tabled):
             "steps": trial.counters.get("steps", nan),
             "projections": trial.counters.get("projections", nan),
             "projections_saved": self.saved(index),
-            "cpu_seconds": timing.median if timing else nan,
-            "cpu_seconds_lowest": low,
-            "cpu_seconds_highest": high,
+            **timing_columns(self.timings[index]),
             "recommended": index == self.recommended,
             "failure": trial.failure or "",
         }

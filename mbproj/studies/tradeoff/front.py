@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from functools import cached_property
 from itertools import product
-from math import inf, nan
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -28,14 +28,19 @@ from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.reference import Reference
 from mbproj.studies.measure.setting import Setting, only_full
 from mbproj.studies.measure.spans import span
-from mbproj.studies.measure.timing import REPETITIONS, Timing, kept_timings
+from mbproj.studies.measure.timing import REPETITIONS, Timing, kept_timings, timing_columns
 from mbproj.studies.parallel.hand_out import Where
 from mbproj.studies.parallel.progress import Tell, silent
 from mbproj.studies.store import ValueCache
-from mbproj.studies.tradeoff.grid import Ladder, integrator_ladders, projection_ladders, schedule_ladders
-from mbproj.studies.tradeoff.near_front import CLOSED, projections_at_one_size, promising, to_time
-from mbproj.studies.tradeoff.pareto import cheapest, front
-from mbproj.studies.tradeoff.sweep import SweepSetup, sweeps
+from mbproj.studies.tradeoff.fronts import CLOSED, cheapest, front, projections_at_one_size, promising, to_time
+from mbproj.studies.tradeoff.ladders import (
+    Ladder,
+    SweepSetup,
+    integrator_ladders,
+    projection_ladders,
+    schedule_ladders,
+    sweeps,
+)
 
 #: Projections of the grid by default: one of each kind that every formulation has.
 PROJECTIONS_TRIED = ("gpopm", "gopm", "none", "baumgarte")
@@ -133,8 +138,7 @@ class Tradeoff(Tabled):
     __repr__ = Tabled.__repr__
 
     def _row(self, index: int) -> dict[str, Any]:
-        trial, timing = self.trials[index], self.timings.get(index)
-        low, high = timing.spread if timing else (nan, nan)
+        trial = self.trials[index]
         return {
             "setting": trial.setting.command_line(),
             **{name: getattr(trial.setting, name) for name in SETTING},
@@ -146,9 +150,7 @@ class Tradeoff(Tabled):
             "energy_drift": trial.energy_drift,
             "warned": trial.doubt > 1.0,
             **{name: trial.counters.get(name, 0) for name in COUNTERS},
-            "cpu_seconds": timing.median if timing else nan,
-            "cpu_seconds_lowest": low,
-            "cpu_seconds_highest": high,
+            **timing_columns(self.timings.get(index)),
             "first_cpu_seconds": trial.seconds,
             "on_front": index in self.front,
             "on_violation_front": index in self.violation_front,
@@ -177,18 +179,30 @@ def tradeoff(
     the scene has none). A sweep ends with a run that takes more than `longest` s. An interrupted study resumes, and a
     finished one gives the same tables again, unless `fresh`. Raises InputError for what cannot be run at all.
     """
-    mechanism = Mechanism.to_choose_for(scene)
+    mechanism, own = Mechanism.to_choose_for(scene), Setting.of(scene.settings)
     points = tuple(mechanism.points[k] for k in mechanism.columns(at))
-    own, names = _own(scene, formulation), tuple(integrators or registry.explicit_integrators())
+    names = tuple(integrators or registry.explicit_integrators())
     for projection, name in product(projections, names):
         free = name == registry.AUTOMATIC  # raises InputError for an unknown name
         Setting(projection, name, None if free else 1.0, 1e-3 if free else None).settings(1.0, 1.0)
-    base = replace(own, step=None, tolerance=None, formulation=formulation or _common_formulation(own, projections))
+    # all runs are in one formulation: the seconds of several do not compare
+    own = replace(own, formulation=formulation or ("full" if only_full(projections) else own.formulation))
+    base = replace(own, step=None, tolerance=None)
     truth, notes = certain_reference(mechanism, span(scene, until), own, names, tell)
     goal = max(ABOVE_FLOOR * float(truth.uncertainty[-1].max()), FINEST * mechanism.system.length)
     track = SweepSetup(Yardstick(scene, truth), goal, longest)
-    kept = ValueCache(_store_key(mechanism, truth, base, projections, names, longest, repetitions), fresh)
-    mine = replace(own, formulation=base.formulation) if own.step or own.tolerance else None
+    what = {
+        "study": "tradeoff",
+        **mechanism.identity,
+        "base": asdict(base),
+        "until": float(truth.times[-1]),
+        "projections": list(projections),
+        "integrators": list(names),
+        "longest": longest,
+        "repetitions": repetitions,
+    }
+    kept = ValueCache(what, fresh)
+    mine = own if own.step or own.tolerance else None
     trials = _accuracy(track, base, mine, projections, names, kept, processes, tell)
     numbers = {trial.setting: index for index, trial in enumerate(trials)}
     if mine is not None and mine not in numbers:
@@ -212,38 +226,6 @@ def tradeoff(
         reference=truth,
         notes=tuple(notes),
     )
-
-
-def _own(scene: Scene, formulation: str | None) -> Setting:
-    own = Setting.of(scene.settings)
-    return own if formulation is None else replace(own, formulation=formulation)
-
-
-def _common_formulation(own: Setting, projections: Sequence[str]) -> str:
-    """The formulation of all runs: one, because the seconds of several formulations do not compare."""
-    return "full" if only_full(projections) else own.formulation
-
-
-def _store_key(
-    mechanism: Mechanism,
-    truth: Reference,
-    base: Setting,
-    projections: Sequence[str],
-    names: Sequence[str],
-    longest: float,
-    repetitions: int,
-) -> dict[str, Any]:
-    """The key of the study in the store."""
-    return {
-        "study": "tradeoff",
-        **mechanism.identity,
-        "base": asdict(base),
-        "until": float(truth.times[-1]),
-        "projections": list(projections),
-        "integrators": list(names),
-        "longest": longest,
-        "repetitions": repetitions,
-    }
 
 
 def _accuracy(

@@ -1,15 +1,23 @@
-"""The designed grid: ladders of settings that differ only in the size of their steps, from coarse to fine."""
+"""The designed grid: ladders of settings that differ only in the size of their steps, from coarse to fine. A ladder is
+swept until a finer setting brings nothing more."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.registry import AUTOMATIC, is_embedded
+from mbproj.studies.measure.accuracy import Yardstick
+from mbproj.studies.measure.measurement import Measurement
 from mbproj.studies.measure.setting import Setting, shortest
 from mbproj.studies.measure.spans import divisors
+from mbproj.studies.parallel.hand_out import Where
+from mbproj.studies.parallel.progress import Tell
+from mbproj.studies.parallel.resumable import resumable
+from mbproj.studies.store import ValueCache
 
 #: The fewest and the most steps over the whole span, and the least ratio between neighbouring numbers.
 FEWEST, MOST, RATIO = 20, 400_000, 1.4
@@ -18,6 +26,8 @@ TOLERANCES = range(2, 14)
 #: Schedules of the projection: every k-th step, or above thresholds that are parts of the mechanism's size.
 EVERY = (2, 5, 20)
 THRESHOLDS = (1e-3, 1e-6, 1e-9)
+#: A sweep ends when this many settings in a row have not brought the error below this part of the best error.
+PATIENCE, FALLING = 3, 0.7
 
 
 @dataclass(frozen=True)
@@ -96,3 +106,42 @@ def schedule_ladders(ladder: Ladder, size: float) -> list[Ladder]:
 
 def _sizeless(setting: Setting, **changes: str) -> Setting:
     return replace(setting, step=None, tolerance=None, **changes)  # type: ignore[arg-type]
+
+
+@dataclass(frozen=True)
+class SweepSetup:
+    """The common data of all sweeps: the yardstick, the error (m) at which a sweep may end, and the seconds of a run
+    from which on no finer one is tried."""
+
+    yardstick: Yardstick
+    goal: float
+    longest: float
+
+
+def sweep(track: SweepSetup, ladder: Ladder) -> list[Measurement]:
+    """Run a ladder's settings from coarse to fine and return their measurements."""
+    trials: list[Measurement] = []
+    best, stuck = float("inf"), 0
+    for setting in ladder.sizes(track.yardstick.reference.times):
+        trials.append(track.yardstick.measure(setting))
+        reached = trials[-1].at()
+        if reached < float("inf"):
+            stuck = 0 if reached < FALLING * best else stuck + 1
+            best = min(best, reached)
+            if best <= track.goal or trials[-1].seconds > track.longest or stuck >= PATIENCE:
+                break
+    return trials
+
+
+def _sweep(track: SweepSetup, ladder: Ladder) -> list[dict[str, Any]]:
+    return [trial.as_json() for trial in sweep(track, ladder)]
+
+
+def sweeps(
+    track: SweepSetup, ladders: Sequence[Ladder], kept: ValueCache, processes: Where, phase: str, tell: Tell
+) -> list[list[Measurement]]:
+    """Run the sweeps of all ladders in parallel; return them in the order of `ladders`. Sweeps in the store `kept` are
+    not run again."""
+    keys = [f"sweep {ladder.base.command_line()}{' by tolerance' * ladder.by_tolerance}" for ladder in ladders]
+    found = resumable(_sweep, track, dict(zip(keys, ladders, strict=True)), kept, processes, phase, tell)
+    return [[Measurement.from_json(record) for record in found[key]] for key in keys]

@@ -1,18 +1,18 @@
-"""The settings of a grid that deserve more work: ladders to try with all projections, settings to time."""
+"""What a grid of settings shows: Pareto fronts, the settings near them that deserve more work, and the families of
+settings that are the lines of the diagrams."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from math import inf
 from typing import Any
 
 import numpy as np
 
-from mbproj.arrays import Array
+from mbproj.arrays import Array, Integers
 from mbproj.studies.measure.measurement import Measurement
 from mbproj.studies.measure.setting import Setting
-from mbproj.studies.tradeoff.grid import Ladder
-from mbproj.studies.tradeoff.pareto import excess
+from mbproj.studies.tradeoff.ladders import Ladder, schedule_label
 
 #: A ladder is promising where its evaluations are within this factor of the fewest for some error limit. At most
 #: `PROMISING` ladders are chosen. The limits are a decade apart.
@@ -24,6 +24,36 @@ NEAR_IN_TIME, MOST_TIMED = 1.5, 40
 NONE = 1e-300
 #: Joints count as closed where |C| is at most this part of the mechanism's size, or of 1 m.
 CLOSED = 1e-11
+
+
+def front(cost: Sequence[float] | Array, error: Sequence[float] | Array) -> Integers:
+    """Indices of the Pareto front, by increasing cost. A setting is on it where no other has at most its cost and its
+    error, and less of one. Of equal settings the first counts; infinite values never do."""
+    costs, errors = np.asarray(cost, dtype=float), np.asarray(error, dtype=float)
+    order = np.lexsort((np.arange(len(costs)), errors, costs))
+    found, best = [], np.inf
+    for index in order:
+        if np.isfinite(costs[index]) and errors[index] < best:
+            found.append(index)
+            best = errors[index]
+    return np.array(found, dtype=np.intp)
+
+
+def excess(cost: Sequence[float] | Array, error: Sequence[float] | Array) -> Array:
+    """The cost of each setting over the least cost with at most its error, (N,) >= 1. It is infinite where the cost or
+    the error is not finite."""
+    costs, errors = np.asarray(cost, dtype=float), np.asarray(error, dtype=float)
+    ratios = np.full(len(costs), np.inf)
+    for index in np.flatnonzero(np.isfinite(costs) & np.isfinite(errors)):
+        ratios[index] = costs[index] / costs[errors <= errors[index]].min()
+    return ratios
+
+
+def cheapest(cost: Sequence[float] | Array, error: Sequence[float] | Array, limit: float) -> int | None:
+    """The index of the cheapest setting with an error of at most `limit`; None where there is none."""
+    costs = np.where(np.asarray(error, dtype=float) <= limit, np.asarray(cost, dtype=float), np.inf)
+    index = int(np.argmin(costs)) if len(costs) else 0
+    return index if len(costs) and np.isfinite(costs[index]) else None
 
 
 def promising(ladders: Sequence[Ladder], swept: Sequence[Sequence[Measurement]]) -> list[Ladder]:
@@ -74,3 +104,41 @@ def to_time(trials: Sequence[Measurement], errors: Array, closed: float, always:
     near = [index for index in np.argsort(nearness, kind="stable") if nearness[index] <= NEAR_IN_TIME][:MOST_TIMED]
     alive = [index for index in always if trials[index].failure is None]
     return sorted({int(index) for index in (*near, *alive)})
+
+
+def kind(setting: Setting) -> str:
+    """The integrator of a setting and how its step is chosen: fixed steps or a tolerance."""
+    return f"{setting.integrator}, {'fixed steps' if setting.tolerance is None else 'tolerance'}"
+
+
+def by_integrator(trials: Sequence[Measurement]) -> dict[str, list[int]]:
+    """Indices of the trials that have the projection and schedule of the first trial, by integrator and kind of
+    step."""
+    plain = schedule_label(trials[0].setting)
+    return _grouped(trials, lambda setting: kind(setting) if schedule_label(setting) == plain else None)
+
+
+def studied(trials: Sequence[Measurement], front: Sequence[int]) -> str:
+    """The integrator and kind of step with most settings on the front, among those that were tried with several
+    projections."""
+    tried = {
+        name: len({schedule_label(trials[index].setting) for index in indices})
+        for name, indices in _grouped(trials, kind).items()
+    }
+    wins = {name: sum(kind(trials[index].setting) == name for index in front) for name in tried}
+    return max(tried, key=lambda name: (tried[name] > 1, wins[name]))
+
+
+def by_projection(trials: Sequence[Measurement], name: str) -> dict[str, list[int]]:
+    """Indices of the trials of one integrator and kind of step, by projection and schedule."""
+    return _grouped(trials, lambda setting: schedule_label(setting) if kind(setting) == name else None)
+
+
+def _grouped(trials: Sequence[Measurement], key: Callable[[Setting], str | None]) -> dict[str, list[int]]:
+    """Indices of the trials, grouped by `key` of their settings; trials whose key is None are left out."""
+    groups: dict[str, list[int]] = {}
+    for index, trial in enumerate(trials):
+        name = key(trial.setting)
+        if name is not None:
+            groups.setdefault(name, []).append(index)
+    return groups
