@@ -49,6 +49,14 @@ def test_the_share_that_holds_has_a_margin(part):
     assert used.max() < 1.0 - 0.05 * (1.0 - part)
 
 
+@pytest.mark.parametrize("part", [0.0, 0.1, 0.2])
+def test_the_least_share_is_kept_where_it_has_a_margin(part):
+    """Of all shares that carry the load it is the one of least norm, which the pseudoinverse gives."""
+    problem = two_feet((0.2, 0.0), (-0.4, 0.0), (part * STATIC * 30.0, 0.0))
+    least = -np.linalg.pinv(problem.A @ problem.A.T, rcond=1e-12, hermitian=True) @ problem.b
+    assert balanced(problem).y == pytest.approx(least, abs=1e-9)
+
+
 @pytest.mark.parametrize("angle", [0.3, 1e-2, 2e-3, 1e-4, 1e-6, 0.0])
 def test_two_feet_that_stick_hold_five_rows_of_six(angle):
     """Along the line between them one row is too many, however near to a tangent that line is."""

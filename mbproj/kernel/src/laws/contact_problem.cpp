@@ -100,6 +100,25 @@ Rows held_by(const std::vector<Cone>& cones) {
 
 double largest(const Numbers& x) { return x.size() ? x.cwiseAbs().maxCoeff() : 0.0; }
 
+// The most that forces within the cones, none of a push larger than `most`, can do along u.
+double most_along(const Numbers& u, const std::vector<Cone>& cones, double most) {
+    Projection beyond(cones, u.size());
+    beyond.of(u);
+    double sum = 0.0;
+    for (const Cone& cone : cones) {
+        double along = 0.0, squares = 0.0, sliding = cone.push < 0 ? 0.0 : u[cone.push];
+        for (const int k : cone.tangents) along += u[k] * beyond.y[k], squares += u[k] * u[k];
+        for (std::size_t i = 0; i < cone.slides.size(); ++i) sliding += cone.slides[i] * u[cone.tangents[i]];
+        if (cone.push < 0)
+            sum += cone.most * std::sqrt(squares);
+        else if (cone.slides.empty())
+            sum += most * std::sqrt(along + u[cone.push] * beyond.y[cone.push]);
+        else
+            sum += most * std::max(sliding, 0.0);
+    }
+    return sum;
+}
+
 }  // namespace
 
 bool contact_problem(const DenseMatrix& B, const Numbers& b, const std::vector<Cone>& cones, double give,
@@ -127,6 +146,7 @@ bool contact_problem(const DenseMatrix& B, const Numbers& b, const std::vector<C
 
     Numbers w = solved(rows * spread + more, -b_wanted);  // as if all were within
     Projection at(cones, b.size()), trial(cones, b.size());
+    const double largest_push = 1e2 * largest(spread * w);
     at.of(spread * w);
     Numbers off = left_over(at.y, w);
     double damping = 0.0;
@@ -136,6 +156,9 @@ bool contact_problem(const DenseMatrix& B, const Numbers& b, const std::vector<C
             y = at.y;
             return give != 0.0 || largest((b + B * y)(held)) <= std::sqrt(thresholds.no_push) * scale;
         }
+        // What is left over is the gradient of a convex function. Where that has no least value the gradient comes to be a direction
+        // along which forces would have to do more than they can (Farkas).
+        if (give == 0.0 && b_wanted.dot(off) > most_along(-spread * off, cones, largest_push)) return false;
         const DenseMatrix left = rows * at.slope * spread + more;
         Numbers w_trial, off_trial;
         while (true) {

@@ -66,11 +66,11 @@ std::vector<Cone> FrictionBalance::cones(const Thresholds& thresholds, double ma
     return found;
 }
 
-// y with which all hold. Where nothing slides the motion does not go by the share: one with a margin within the cones is taken, since
-// one at their edge would be left at once. Where none has a margin they slip.
+// y with which all hold. Where nothing slides the motion does not go by the share. The least one is at the edge of a cone at times,
+// and would be left at once: then one with a margin is taken. Where none has a margin they slip.
 bool FrictionBalance::all_hold(const Loads& loads, const Thresholds& thresholds, Vector& y) const {
     if (!all_hold(loads, thresholds, thresholds.slips, Vector::Zero(b.size()), y)) return false;
-    if (!direction.isZero(0.0)) return true;
+    if (!direction.isZero(0.0) || has_margin(y, 0.1)) return true;
     const double least = 2.0 * thresholds.slips, mean = y.head(stops).mean();
     Vector inner = Vector::Zero(b.size()), within;
     for (Index i = 0; i < stops; ++i)
@@ -88,11 +88,23 @@ bool FrictionBalance::all_hold(const Loads& loads, const Thresholds& thresholds,
     return true;
 }
 
+// Whether friction at each stop that pushes leaves this part of the mean push.
+bool FrictionBalance::has_margin(const Vector& y, double margin) const {
+    const double mean = y.head(stops).mean();
+    for (Index k = 0; k < count(); ++k) {
+        if (!rests(k) || !moves(stops + k)) continue;
+        const double push = stop[of(k)] < 0 ? 0.0 : y[stop[of(k)]];
+        if (stop[of(k)] < 0 || !(with_partner(y.tail(count()), k) <= fixed[k] * (push - margin * mean))) return false;
+    }
+    return true;
+}
+
 // The share that is nearest to `least` of those that are beyond it by forces within the cones; joints hold less by a margin.
 bool FrictionBalance::all_hold(const Loads& loads, const Thresholds& thresholds, double margin, const Vector& least,
                                Vector& y) const {
     Flags rest;
     for (Index k = 0; k < count(); ++k) rest.push_back(rests(k) && moves(stops + k));
+    const bool by_loads = std::any_of(stop.begin(), stop.end(), [](int at) { return at < 0; });  // of frictions at joints
     y = Vector::Zero(b.size());
     Vector load, before;
     for (int pass = 0; pass < thresholds.most_load_passes; ++pass) {
@@ -105,6 +117,7 @@ bool FrictionBalance::all_hold(const Loads& loads, const Thresholds& thresholds,
         const std::vector<Cone> own = cones(thresholds, margin, rest, load);
         if (!contact_problem(B, b + B * given, own, 0.0, thresholds, found)) return false;
         y = found + given;
+        if (!by_loads) return true;
     }
     return false;
 }

@@ -66,6 +66,7 @@ private:
     bool all_hold(const Loads& loads, const Thresholds& thresholds, Vector& y) const;
     bool all_hold(const Loads& loads, const Thresholds& thresholds, double margin, const Vector& least,
                   Vector& y) const;
+    bool has_margin(const Vector& y, double margin) const;
     bool yields(const Loads& loads, const Thresholds& thresholds, Vector& y) const;
     Vector slips(const Thresholds& thresholds, const Vector& y, const Vector& load, bool holds, bool yields,
                  Flags& stuck) const;
