@@ -1,4 +1,4 @@
-"""One BLAS thread a worker, and the order of the tests."""
+"""One BLAS thread a worker, the order of the tests, and sweeps without other processes."""
 
 from __future__ import annotations
 
@@ -15,3 +15,11 @@ for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Tests that take long go first: at the end, the other processes would wait for them."""
     items.sort(key=lambda item: item.get_closest_marker("long") is None)
+
+
+@pytest.fixture
+def sweeps_here(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Sweeps run their cases in the test's own process: the start of another takes longer than most sweeps of tests."""
+    from tests.cli.fork_server import in_this_process  # not before the variables are set
+
+    monkeypatch.setattr("mbproj.studies.parallel.bundles.in_parallel", in_this_process)

@@ -11,6 +11,8 @@ import pytest
 import mbproj
 from tests.studies.sweep.specs import write
 
+pytestmark = pytest.mark.usefixtures("sweeps_here")
+
 MEASURES = "  drop: {marker: end, quantity: position, component: z, at: end}\n"
 
 

@@ -14,10 +14,11 @@ import os
 import pkgutil
 import sys
 import traceback
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 import mbproj
-from mbproj.studies.parallel import hand_out
+from mbproj.studies.parallel import bundles, hand_out
 
 #: What commands import when they need it, beside mbproj's own modules.
 OTHERS = ("matplotlib.backends.backend_agg", "scipy.integrate", "scipy.optimize", "scipy.sparse.linalg", "scipy.stats")
@@ -48,6 +49,14 @@ def become(request: dict[str, Any]) -> None:
     sys.stdin, sys.stdout, sys.stderr = open(0), open(1, "w"), open(2, "w", buffering=1)  # noqa: SIM115
     sys.argv = ["mbproj", *request["arguments"]]
     hand_out.processors = lambda: 1  # the tests take all, and starting a worker takes longer than most studies here
+    bundles.in_parallel = in_this_process
+
+
+def in_this_process(
+    function: Callable[[Any, Any], Any], shared: Any, items: Iterable[Any], *_: object
+) -> Iterator[tuple[int, Any]]:
+    """`in_parallel` without another process, also where an item may be lost."""
+    return hand_out.in_parallel(function, shared, items, 1)
 
 
 def preload() -> None:

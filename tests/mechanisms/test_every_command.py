@@ -70,9 +70,9 @@ def _not_drawn(figure: Figure, file: Path, **_: object) -> None:
 
 
 @pytest.fixture(autouse=True)
-def folder(tmp_path, monkeypatch):
-    """Where commands write; their pictures are empty, each timing is of one run, and files of our own are not read in a
-    child process first."""
+def folder(tmp_path, monkeypatch, sweeps_here):
+    """Where commands write; their pictures are empty, each timing is of one run, and no other process is started: files
+    of our own are not read in a child first."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("MBPROJ_CACHE", str(tmp_path / "cache"))
     monkeypatch.setattr("matplotlib.figure.Figure.savefig", _not_drawn)

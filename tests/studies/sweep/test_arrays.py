@@ -13,6 +13,8 @@ from mbproj.studies.sweep.spec import read_spec
 from mbproj.studies.together import block
 from tests.studies.sweep.specs import swept, write
 
+pytestmark = pytest.mark.usefixtures("sweeps_here")
+
 COUNT = FEWEST + 1
 END = "  simulation.duration: 0.2 s\n"
 ADAPTIVE = f"{END}  simulation.tolerance: 1e-7\n  simulation.integrator: dop853\n"

@@ -15,6 +15,8 @@ from mbproj.studies.sweep.spec import read_spec
 from tests.cli.commands import mbproj
 from tests.studies.sweep.specs import MEASURE, swept, write
 
+pytestmark = pytest.mark.usefixtures("sweeps_here")
+
 #: Measures at the end, over all samples, of several kinds.
 MEASURES = """\
   drop: {marker: end, quantity: position, component: z, at: end}

@@ -14,6 +14,8 @@ from mbproj.studies.sweep.run import run_sweep
 from mbproj.studies.sweep.spec import read_spec
 from tests.studies.sweep.specs import write
 
+pytestmark = pytest.mark.usefixtures("sweeps_here")
+
 
 def summarised(tmp_path, vary, more=""):
     spec = read_spec(write(tmp_path, vary, more=more))
