@@ -49,6 +49,11 @@ class ProgramSet:
         """P."""
         return len(self.start) - 1
 
+    @cached_property
+    def operations(self) -> tuple[Op, ...]:
+        """The operations of all instructions, (N,)."""
+        return tuple(map(Op, self.op.tolist()))
+
     def program(self, index: int) -> Program:
         """Return program `index`, as `flatten` took it."""
         own = slice(*self.start[index : index + 2].tolist())

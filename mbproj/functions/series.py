@@ -18,6 +18,9 @@ from mbproj.functions.switches import FREE, lifted, pieces
 from mbproj.functions.taylor import FUNCTIONS, OPERATIONS, Series, chain, power
 from mbproj.lanes import Lanes, filled_like
 
+#: The operations with an operand. To look up a member of an enumeration takes as long as a sum.
+CONSTANT, VARIABLE, TABLE, POWER = Op.CONSTANT, Op.VARIABLE, Op.TABLE, Op.POWER
+
 
 def time_series(t: Numbers) -> Series:
     """Return the series of the time: (t, 1, 0)."""
@@ -96,7 +99,7 @@ def failure(programs: ProgramSet, index: int, variables: Sequence[Series]) -> st
     with np.errstate(all="ignore"):
         stack: list[Series] = []
         for at in range(programs.start[index], programs.start[index + 1]):
-            op = Op(int(programs.op[at]))
+            op = programs.operations[at]
             given = ", ".join(f"{float(x[0]):.6g}" for x in stack[len(stack) - ARGUMENTS[op] :])
             _step(programs, at, stack, variables)
             if not np.all(np.isfinite(np.array(stack[-1]))):
@@ -109,17 +112,17 @@ def _step(
     programs: ProgramSet, at: int, stack: list[Series], variables: Sequence[Series], held: Array | None = None
 ) -> None:
     """Execute instruction number `at`, on the branch that is held."""
-    op, operand = Op(int(programs.op[at])), programs.operand[at].item()
+    op, operand = programs.operations[at], programs.operand[at].item()
     if held is not None and not np.isnan(held[at]):
         stack.append(_on_branch(programs, at, stack, float(held[at])))
-    elif op is Op.CONSTANT:
+    elif op is CONSTANT:
         stack.append(constant_series(filled_like(variables[0][0], operand)))
-    elif op is Op.VARIABLE:
+    elif op is VARIABLE:
         stack.append(variables[int(operand)])
-    elif op is Op.TABLE:
+    elif op is TABLE:
         x = stack.pop()
         stack.append(chain(_table(programs, int(operand), x[0]), x))
-    elif op is Op.POWER:
+    elif op is POWER:
         stack.append(chain(power(stack[-1][0], operand), stack.pop()))
     elif op in FUNCTIONS:
         stack.append(chain(FUNCTIONS[op](stack[-1][0]), stack.pop()))
@@ -130,7 +133,7 @@ def _step(
 
 def _on_branch(programs: ProgramSet, at: int, stack: list[Series], branch: float) -> Series:
     """Return the value of a switch on one of its branches; its arguments are taken from the stack."""
-    op, x = Op(int(programs.op[at])), stack.pop()
+    op, x = programs.operations[at], stack.pop()
     if op in (Op.MIN, Op.MAX):
         first = stack.pop()
         return first if (branch > 0.0) == (op is Op.MAX) else x

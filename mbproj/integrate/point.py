@@ -36,7 +36,7 @@ class Point:
 
     def slope(self, formulation: FullFormulation) -> Array:
         """Return y'."""
-        return formulation.slope(self.t, self.y, self.found, self.turning.speed)
+        return formulation.slope(self.t, self.y, self.found)
 
     def turns(self, formulation: FullFormulation) -> Integers:
         """Return the whole turns of the joints' coordinates, (nc,)."""

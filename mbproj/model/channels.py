@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from enum import IntEnum
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -47,10 +48,15 @@ class Channels:
         """c."""
         return len(self.kind)
 
-    @property
+    @cached_property
     def is_state(self) -> npt.NDArray[np.bool_]:
         """Whether each channel is a state of an element, (c,); the others belong to joint coordinates."""
         return np.asarray(self.kind == ChannelKind.STATE)
+
+    @cached_property
+    def places(self) -> Mapping[ChannelKind, tuple[Integers, Integers]]:
+        """The numbers of the channels of each kind, and their indices."""
+        return {kind: (here := np.flatnonzero(self.kind == kind), self.index[here]) for kind in ChannelKind}
 
 
 #: The channels of a system whose functions name none.

@@ -56,21 +56,26 @@ class Instant:
         channels, bound = self.system.channels, self.system.coordinates
         like = one_of((self.pose.position, bound.local, self.x))
         found = np.empty((*self.pose.position.shape[:-2], channels.size), like=like)
+        given = {ChannelKind.STATE: self.x}
         if not channels.is_state.all():
             value = bound.value(self.pose.places(bound))
             value = near(self.system, value, self.expected) if self.expected.shape[-1] else value
-            for kind, values in (
-                (ChannelKind.COORDINATE, value),
-                (ChannelKind.RATE, set_velocity(bound, self.pose, self.twist)),
-            ):
-                found[..., channels.kind == kind] = values[..., channels.index[channels.kind == kind]]
-        found[..., channels.is_state] = self.x[..., channels.index[channels.is_state]]
+            given |= {ChannelKind.COORDINATE: value, ChannelKind.RATE: self.speed}
+        for kind, values in given.items():
+            here, index = channels.places[kind]
+            found[..., here] = values[..., index]
         return found
+
+    @cached_property
+    def speed(self) -> Numbers:
+        """The rates of the joints' coordinates, (..., nc)."""
+        return set_velocity(self.system.coordinates, self.pose, self.twist)
 
     def values(self, s: Numbers | float = 0.0, rate: Numbers | float = 0.0) -> list[Numbers]:
         """Return the variables of a program that acts along a coordinate s with this rate, (...) each."""
-        given = (each if isinstance(each, Lanes) else np.asarray(each, dtype=float) for each in (self.t, s, rate))
-        own = (np.broadcast_to(each, self.channels.shape[:-1]) for each in given)
+        given = [each if isinstance(each, Lanes) else np.asarray(each, dtype=float) for each in (self.t, s, rate)]
+        shape = self.channels.shape[:-1]
+        own = (each if each.shape == shape else np.broadcast_to(each, shape) for each in given)
         return [*own, *self._each]
 
     @cached_property

@@ -12,7 +12,7 @@ import numpy as np
 
 from mbproj.arrays import Array, Integers, may_overflow
 from mbproj.dataclass import dataclass
-from mbproj.dynamics.assembly.assemble import State, coordinates
+from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.equations.constraint_equations import constraint, constraint_velocity, gamma, jacobian
 from mbproj.dynamics.equations.equations_of_motion import SOLVERS, Solver, generalised_force, mass_matrix
 from mbproj.dynamics.equations.forces import applied, generalised, law_state, state_rates, unit_pull
@@ -26,7 +26,7 @@ from mbproj.dynamics.friction.loads import Jammed, settled_loads
 from mbproj.dynamics.observe.bearings import supports
 from mbproj.dynamics.rank.mobility import row_distances, scaled_jacobian
 from mbproj.dynamics.rank.row_policy import RowPolicy
-from mbproj.dynamics.rank.row_set import RowSet, in_lengths
+from mbproj.dynamics.rank.row_set import in_lengths
 from mbproj.errors import InputError, SimulationError
 from mbproj.integrate.events.breaks import TimeWindow
 from mbproj.integrate.events.law_switches import LawSwitches, on_branches
@@ -125,19 +125,19 @@ class FullFormulation:
         return slope
 
     def _derivative(self, t: float, y: Array) -> tuple[Array, float]:
-        found = self.accelerations(t, y)
-        return self.slope(t, y, found), found.nearness
+        instant = self.instant(t, y)
+        found = self.accelerations(t, y, instant=instant)
+        return self.slope(t, y, found, instant), found.nearness
 
-    def slope(self, t: float, y: Array, found: Accelerations, speed: Array | None = None) -> Array:
-        """Return y' at y with these accelerations. `speed` (nc,): the rates of the joints' coordinates, if known."""
-        q, v, expected = self.parts(y)
-        speed = coordinates(self.system, q, v)[1] if speed is None and len(expected) else speed
+    def slope(self, t: float, y: Array, found: Accelerations, instant: Instant | None = None) -> Array:
+        """Return y' at y with these accelerations."""
+        instant, (_, v, expected) = instant or self.instant(t, y), self.parts(y)
         rates = {
             "positions": v,
             "velocities": found.acceleration,
-            "states": state_rates(self.instant(t, y), self.held) if self.system.states.size else np.zeros(0),
+            "states": state_rates(instant, self.held) if self.system.states.size else np.zeros(0),
             "quadratures": found.power,
-            "followed": expected if speed is None else speed[: len(expected)],
+            "followed": instant.speed if len(expected) else expected,
         }
         return self.layout.joined(rates)
 
@@ -149,12 +149,12 @@ class FullFormulation:
         return Instant(system, pose, twist_of(pose, v), self.window.seen(t), near, y[self.layout["states"]])
 
     def accelerations(
-        self, t: float, y: Array, expected: Array | None = None, rows: RowSet | None = None
+        self, t: float, y: Array, expected: Array | None = None, instant: Instant | None = None
     ) -> Accelerations:
-        """Return the accelerations with these `rows`; without, with those of the current step. Equal input gives equal
-        bits. `expected` (nc,): the joints' coordinates, each angle to less than half a turn, in place of those that are
-        followed. Raises SimulationError where the equations have no unique solution, or an expression no value."""
-        terms = self.terms(t, y, expected, rows)
+        """Return the accelerations with the rows of the current step. Equal input gives equal bits. `expected` (nc,):
+        the joints' coordinates, each angle to less than half a turn, in place of those that are followed. Raises
+        SimulationError where the equations have no unique solution, or an expression no value."""
+        terms = self.terms(t, y, instant or self.instant(t, y, expected))
         try:
             return terms.solved(*self.solve(terms.M, terms.C_q, terms.Q, terms.gamma))
         except np.linalg.LinAlgError as error:
@@ -165,10 +165,10 @@ class FullFormulation:
         """The solver of Eq. 14."""
         return SOLVERS[self.settings.acceleration]
 
-    def terms(self, t: float, y: Array, expected: Array | None = None, rows: RowSet | None = None) -> Terms:
+    def terms(self, t: float, y: Array, instant: Instant | None = None) -> Terms:
         """Return the terms of Eq. 14 at a state, in the rows that are held. Raises as `accelerations` does."""
-        instant, system = self.instant(t, y, expected), self.on_branches or self.system
-        rows = replace(rows or self.policy.rows, system=system)
+        instant = instant or self.instant(t, y)
+        system, rows = instant.system, replace(self.policy.rows, system=instant.system)
         (q, v, _), pose, twist, drive = self.parts(y), instant.pose, instant.twist, self.drive(t, instant.expected)
         rhs = gamma(system, pose, twist, drive)
         if self.method.stabilises:
