@@ -23,7 +23,7 @@ from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.verify.case import Case
 from mbproj.studies.verify.checks import CHECKS, _check
 from tests.elements.kinds import cam, pi_controller, rack
-from tests.elements.wheel_and_slide import FORMULATIONS, at, run, scene_of
+from tests.elements.wheel_and_slide import FORMULATIONS, at, brief, run, scene_of
 from tests.kernel.scenes import needs_kernel
 
 
@@ -36,7 +36,7 @@ def test_a_controller_drives_a_coordinate_as_its_linear_equations_say(formulatio
     """A slide of 3 kg on level rails with gains P, I and D and a filter: four first-order equations."""
     gains, lag, target = (40.0, 30.0, 12.0), 0.02, 0.25
     law = pi_controller("drive", "rail.displacement", Program(number(target)), gains, lag)
-    system, found, _ = run([law], formulation=formulation)
+    system, found, _ = run([law], **brief(formulation))
     A = np.array(
         [[0, 1, 0, 0], [-gains[0] / 3, 0, gains[1] / 3, -gains[2] / 3], [-1, 0, 0, 0], [0, 1 / lag, 0, -1 / lag]]
     )

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from tests.elements.kinds import motor, spring
-from tests.elements.wheel_and_slide import FORMULATIONS, at, run
+from tests.elements.wheel_and_slide import FORMULATIONS, at, brief, run
 
 
 @pytest.mark.parametrize("formulation", FORMULATIONS)
 def test_a_spring_that_is_an_element_does_no_work(formulation):
     """A slide of 3 kg that swings with 2 m/s at the start: T + V is 6 J all the time."""
-    system, found, report = run([spring("coil", "rail.displacement", 48.0)], slide=2.0, formulation=formulation)
+    system, found, report = run([spring("coil", "rail.displacement", 48.0)], slide=2.0, **brief(formulation))
     t, s = found["time"], at(found, "rail.displacement", system.names.coordinates)
     np.testing.assert_allclose(s, 0.5 * np.sin(4.0 * t), atol=1e-9)
     weight = 3 * 9.81 * 0.3
@@ -27,7 +27,7 @@ def test_a_spring_that_is_an_element_does_no_work(formulation):
 def test_the_account_of_a_motor_is_electric(formulation):
     """J ω = k ∫i, so that W = ∫U i = U J ω/k; of it the winding keeps ½ L i² and loses ∫R i²."""
     U, R, L, k, J = 12.0, 0.8, 0.05, 0.3, 0.1
-    system, found, report = run([motor("motor", "pin.angle", U, (R, L), k)], formulation=formulation)
+    system, found, report = run([motor("motor", "pin.angle", U, (R, L), k)], **brief(formulation))
     rate = found["joints/speed"][:, system.names.coordinates.index("pin.angle")]
     current, heat = found["states/value"].T
     exact = np.array([[0.0, k / J], [-k / L, -R / L]])

@@ -29,6 +29,11 @@ FIXED = {"integrator": "rk4", "step": "0.005"}
 BY_ERROR = {"integrator": "dopri5", "tolerance": "1e-9"}
 
 
+def brief(formulation):
+    """How long runs take, s: the full formulation takes milliseconds a step."""
+    return 0.4 if formulation == "full" else 1.0
+
+
 def exact(t):
     """x and z of the lags in closed form, from 0 and 0.5."""
     gain = 1.0 / (1.0 + 1j * DRIVEN * T1)
@@ -53,7 +58,7 @@ def test_lags_are_those_of_the_closed_form(formulation, integrator):
 def test_fixed_steps_keep_their_order(formulation):
     errors = []
     for step in ("0.01", "0.005"):
-        _, found, _ = run({"formulation": formulation, "integrator": "rk4", "step": step})
+        _, found, _ = run({"formulation": formulation, "integrator": "rk4", "step": step}, until=brief(formulation))
         errors.append(np.abs(found["states/value"] - exact(found["time"])).max())
     assert 3.7 < np.log2(errors[0] / errors[1]) < 4.3
 
@@ -65,7 +70,7 @@ def test_errors_of_states_are_controlled_by_their_scale(formulation):
     for scale in (1.0, 1e6):
         quick = ("300*cos(300*t)", "0*x")
         options = {"formulation": formulation, "integrator": "dopri5", "tolerance": "1e-6"}
-        report, found, _ = run(options, texts=quick, start=(0.0, 0.0), scale=(scale, 1.0))
+        report, found, _ = run(options, brief(formulation), texts=quick, start=(0.0, 0.0), scale=(scale, 1.0))
         steps.append(report.counters["steps"])
         error = np.abs(found["states/value"][:, 0] - np.sin(300.0 * found["time"])).max()
         assert (error < 1e-4) == (scale == 1.0)
@@ -75,7 +80,7 @@ def test_errors_of_states_are_controlled_by_their_scale(formulation):
 @pytest.mark.parametrize("options", [FIXED, BY_ERROR, BY_ERROR | {"integrator": "radau5", "tolerance": "1e-5"}])
 @pytest.mark.parametrize("formulation", FORMULATIONS)
 def test_they_go_on_with_the_bits_of_one_long_run(formulation, options):
-    assert_goes_on(options | {"formulation": formulation})
+    assert_goes_on(options | {"formulation": formulation}, brief(formulation))
 
 
 @pytest.mark.parametrize("integrator", ["dopri5", "auto"])
@@ -85,9 +90,9 @@ def test_they_go_on_across_events_and_methods(text, integrator):
     assert_goes_on(BY_ERROR | {"integrator": integrator}, text=text)
 
 
-def assert_goes_on(options, **own):
-    (_, whole, _), (_, _, marks) = run(options, **own), run(options, until=0.5, **own)
-    _, rest, _ = run(options, resumed=marks[-1], **own)
+def assert_goes_on(options, until=1.0, **own):
+    (_, whole, _), (_, _, marks) = run(options, until, **own), run(options, 0.5 * until, **own)
+    _, rest, _ = run(options, until, resumed=marks[-1], **own)
     np.testing.assert_allclose(whole["states/value"], exact(whole["time"]), atol=1e-3)
     first = int(np.searchsorted(whole["time"], marks[-1]["t"], side="right"))
     assert 0 < first < len(whole["time"])

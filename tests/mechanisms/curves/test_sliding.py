@@ -46,7 +46,7 @@ forces: {rubs: {type: friction, joint: T, coulomb: {coefficient: 0.2}}}
 def test_a_tappet_brakes_its_disc_until_it_sticks(formulation):
     """By μ m g R, and then both are at rest."""
     slower = 0.2 * 2.0 * G * 0.1 / 0.01
-    _, found = run(scene(TAPPET, formulation, 0.6 if formulation != "full" else 0.1, "10 ms"))
+    _, found = run(scene(TAPPET, formulation, 0.6 if formulation != "full" else 0.05, "10 ms"))
     expected = np.maximum(20.0 - slower * found["time"], 0.0)
     np.testing.assert_allclose(np.abs(found["joints/speed"][:, 0]), expected, atol=1e-9)
     np.testing.assert_allclose(np.abs(found["friction/rate"][:, 0]), 0.1 * expected, atol=1e-10)
@@ -61,7 +61,7 @@ def test_one_disc_drives_another_until_they_roll(formulation):
     """P = μ m g t along the rims: they roll once R ω is the same of both, and go on so, round after round."""
     force, (Ra, Rb), (Ja, Jb) = 0.2 * 2.0 * G, (0.1, 0.2), (0.01, 0.08)
     rolls = 20.0 * Ra / (force * (Ra**2 / Ja + Rb**2 / Jb))
-    _, found = run(scene(WHEELS, formulation, 0.1 if formulation == "full" else 4.0, "50 ms"))
+    _, found = run(scene(WHEELS, formulation, 0.05 if formulation == "full" else 4.0, "50 ms"))
     pushed = force * np.minimum(found["time"], rolls)
     a, b = found["bodies/angular_velocity"][:, :, 1].T
     np.testing.assert_allclose(a, -20.0 + pushed * Ra / Ja, atol=1e-8)

@@ -41,8 +41,9 @@ joints:
 TORQUE = "forces:\n  drive: {type: torsion_spring_damper, joint: A, torque: 4}\n"
 
 
-def scene(body, formulation="planar", duration=2, integrator="dop853"):
-    duration = min(duration, 0.5) if formulation == "full" and integrator != "dop853" else duration  # in NumPy: minutes
+def scene(body, formulation="planar", duration=None, integrator="dop853"):
+    if duration is None:
+        duration = 0.5 if formulation == "full" else 2  # in NumPy: seconds, or minutes
     return HEAD.format(formulation=formulation, duration=duration, integrator=integrator) + body
 
 
