@@ -29,8 +29,7 @@ from mbproj.studies.parallel.hand_out import processors
 from mbproj.studies.sweep.arrays import write_arrays
 from mbproj.studies.sweep.case import FEWEST, Task, Work, run_case, run_cases
 from mbproj.studies.sweep.folder import Folder
-from mbproj.studies.sweep.keys import Keys
-from mbproj.studies.sweep.row import CaseRow, Status
+from mbproj.studies.sweep.row import CaseRow, Keys, Status
 from mbproj.studies.sweep.run import run_sweep
 from mbproj.studies.sweep.spec import read_spec
 from mbproj.studies.sweep.summary import write_table

@@ -31,8 +31,8 @@ from mbproj.studies.recommend import recommendation
 from mbproj.studies.recommend.recommendation import Recommendation
 from mbproj.studies.stability import bisection
 from mbproj.studies.stability.bisection import POINTS, StabilityMap
+from mbproj.studies.stability.judge import Limits
 from mbproj.studies.stability.quantities import quantity_named
-from mbproj.studies.stability.subject import Limits
 from mbproj.studies.threshold.violation import ThresholdStudy, threshold_study
 from mbproj.studies.tradeoff import front
 from mbproj.studies.tradeoff.front import PROJECTIONS_TRIED, Tradeoff

@@ -17,8 +17,7 @@ from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.solve import sample_times, solve
 from mbproj.studies.measure.spans import sampled
 from mbproj.studies.recommend.recommendation import recommend
-from mbproj.studies.stability.judge import judged
-from mbproj.studies.stability.subject import Limits, Subject
+from mbproj.studies.stability.judge import Limits, Subject, judged
 from mbproj.studies.tradeoff.front import tradeoff
 from mbproj.studies.verify import verify
 from tests.support import ROOT

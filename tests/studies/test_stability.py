@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -15,8 +16,8 @@ from mbproj.studies.measure.setting import Setting
 from mbproj.studies.stability import stability
 from mbproj.studies.stability.bisection import StateChange, values
 from mbproj.studies.stability.gains import growth
+from mbproj.studies.stability.judge import Limits, Subject, judged, judged_in_blocks
 from mbproj.studies.stability.quantities import QUANTITIES, ValueSpan
-from mbproj.studies.stability.subject import Limits, Subject
 from mbproj.studies.variants.livelier import with_speed
 from mbproj.studies.variants.ratios import joints_from_ground, with_inertia_ratio, with_mass_ratio
 from mbproj.studies.variants.rescaled import rescaled
@@ -198,3 +199,22 @@ def test_what_a_scene_does_not_have(vary, options, said, hint):
 def test_runs_that_would_not_end_are_refused(vary, low, high):
     with pytest.raises(InputError, match=r"a run of .* would take .*e\+\d\d steps, and at most 1e\+08 are made"):
         stability(SLIDER_CRANK, vary, low=low, high=high, points=2, processes=1)
+
+
+@pytest.mark.parametrize(
+    ("name", "vary", "least"),
+    [("five_bar", "mass-ratio", 12), ("five_bar", "length-scale", 8), ("spatial_slider_crank", "speed", 8)],
+)
+def test_values_of_a_block_have_the_points_that_each_has_alone(name, vary, least):
+    """A run that does not come to its end goes alone; so does each with a setting of its own."""
+    scene = read_scene(ROOT / "mechanisms" / f"{name}.yaml", {}, {"duration": "1"})
+    subject, quantity = Subject(scene, Setting.of(scene.settings), 1.0, Limits()), QUANTITIES[vary]
+    span = quantity.span(subject)
+    grid = values(span, 12)
+    found = judged_in_blocks(partial(quantity.changed, subject), grid)
+    assert len(found) >= least
+    for number, point in found.items():
+        alone = judged(quantity.changed(subject, grid[number]), grid[number])
+        assert repr(point) == repr(alone)
+    step = QUANTITIES["step"]
+    assert judged_in_blocks(partial(step.changed, subject), values(step.span(subject), 12)) == {}

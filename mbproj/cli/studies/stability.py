@@ -95,8 +95,8 @@ def command(
     from mbproj.cli.studies.many_runs import Study
     from mbproj.scene import read_scene
     from mbproj.studies.stability import stability
+    from mbproj.studies.stability.judge import Limits
     from mbproj.studies.stability.quantities import quantity_named
-    from mbproj.studies.stability.subject import Limits
 
     what = read_scene(scene, parameters(settings), overrides(options))
     with placed_at(Place("--vary")):
@@ -134,7 +134,7 @@ def _numbers(found: StabilityMap) -> dict[str, Any]:
                     {"value": change.value, "below": change.below.state, "above": change.above.state}
                     for change in track.changes
                 ],
-                "points": [point.as_json() for point in track.points],
+                "points": [vars(point) for point in track.points],
             }
             for track in found.tracks
         },

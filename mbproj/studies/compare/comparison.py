@@ -137,7 +137,7 @@ def compare(
     times = common_times(span(scene, until), {each.step for each in settings if each.step is not None})
     tell("reference", 0, 1)
     truth = reference(mechanism, times, {each.integrator for each in settings})
-    kept = ValueCache(["compare", mechanism.identity, times.tolist()], fresh, (EnergySplit, *SOLUTION_RECORDS))
+    kept = ValueCache(["compare", mechanism.identity, times.tolist()], fresh, (EnergySplit, Timing, *SOLUTION_RECORDS))
     items = {setting.command_line(): setting for setting in settings}
     solved = resumable(_solved, (scene, times), items, kept, processes, "runs", tell)
     found = [solved[setting.command_line()] for setting in settings]

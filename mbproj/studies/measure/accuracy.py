@@ -6,7 +6,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import Any
 
 from mbproj.dataclass import dataclass
 from mbproj.scene.records import Scene
@@ -50,10 +49,6 @@ class Yardstick:
         return replace(found, counters=report.counters, seconds=report.integration_cpu_seconds)
 
 
-def _measured(yardstick: Yardstick, setting: Setting) -> dict[str, Any]:
-    return yardstick.measure(setting).as_json()
-
-
 def attempt(
     mechanism: Mechanism,
     settings: Sequence[Setting],
@@ -66,5 +61,4 @@ def attempt(
     store `kept` are not run again."""
     keys = [f"measurement {setting.command_line()}" for setting in settings]
     items, yardstick = dict(zip(keys, settings, strict=True)), Yardstick(mechanism.scene, reference)
-    found = resumable(_measured, yardstick, items, kept or ValueCache(), processes, "runs", tell)
-    return [Measurement.from_json(found[key]) for key in keys]
+    return [*resumable(Yardstick.measure, yardstick, items, kept or ValueCache(), processes, "runs", tell).values()]

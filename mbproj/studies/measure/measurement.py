@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, field, replace
+from dataclasses import field, replace
 from math import inf
-from typing import Any
 
 import numpy as np
 
@@ -39,17 +38,6 @@ class Measurement:
     failure: str | None = None
     doubt: float = 0.0
 
-    def as_json(self) -> dict[str, Any]:
-        """The values by name."""
-        return asdict(self)
-
-    @classmethod
-    def from_json(cls, values: Mapping[str, Any]) -> Measurement:
-        """Build the measurement from the values that `as_json` gave."""
-        setting = dict(values["setting"])
-        setting["gains"] = None if setting["gains"] is None else tuple(setting["gains"])
-        return cls(**{**values, "setting": Setting(**setting)})
-
     def at(self, points: tuple[str, ...] | None = None) -> float:
         """The largest error (m) of the given points, or of all points."""
         return self.error[self.worst(points)]
@@ -71,6 +59,10 @@ class Measurement:
     def timed(self, seconds: float) -> Measurement:
         """Return this measurement with other `seconds`."""
         return replace(self, seconds=seconds)
+
+
+#: The classes of a measurement and its parts, which the store has to know.
+MEASUREMENT_RECORDS = (Measurement, Setting)
 
 
 def measured(solution: Solution, reference: Reference) -> Measurement:

@@ -83,6 +83,6 @@ def kept_timings(
     because settings are timed in turn."""
     key = " ".join([f"{repetitions} timings", *(setting.command_line() for setting in settings)])
     if key not in kept:
-        taken = time_settings(mechanism, settings, sample_times(until, 1), repetitions, tell)
-        kept.add(key, [timing.samples for timing in taken])
-    return [Timing(tuple(samples)) for samples in kept[key]]
+        kept.add(key, time_settings(mechanism, settings, sample_times(until, 1), repetitions, tell))
+    found: list[Timing] = kept[key]
+    return found

@@ -59,8 +59,9 @@ class Bench:
         """Measure a setting at these points, unless its measurement is stored."""
         key = f"{setting.command_line()} --duration {self.until!r}"
         if key not in self.kept:
-            self.kept.add(key, self.fresh(setting, self.mechanism).as_json())
-        return Measurement.from_json(self.kept[key])
+            self.kept.add(key, self.fresh(setting, self.mechanism))
+        found: Measurement = self.kept[key]
+        return found
 
     def fresh(self, setting: Setting, mechanism: Mechanism) -> Measurement:
         """Measure a setting at these points with `mechanism`, of the same scene, whether or not a measurement is

@@ -19,7 +19,7 @@ from mbproj.integrate.stiff.fast_forces import steps_for_stability
 from mbproj.results.views.table import Table, Tabled
 from mbproj.scene.records import Scene, Settings
 from mbproj.studies.measure.certain import why_not
-from mbproj.studies.measure.measurement import Measurement
+from mbproj.studies.measure.measurement import MEASUREMENT_RECORDS, Measurement
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.reference import reference
 from mbproj.studies.measure.setting import Setting
@@ -135,7 +135,7 @@ def recommend(
     times = sampled(scene, until)
     tell("reference", 0, 1)
     truth = reference(mechanism, times)
-    kept = ValueCache(["recommend", mechanism.identity, times.tolist(), error, columns], fresh)
+    kept = ValueCache(["recommend", mechanism.identity, times.tolist(), error, columns], fresh, MEASUREMENT_RECORDS)
     bench = Bench(mechanism, truth, error, columns, kept)
     base = with_closed_joints(Setting.of(scene.settings))
     own = Setting.of(scene.settings) if scene.settings.step or scene.settings.tolerance else None

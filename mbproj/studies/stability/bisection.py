@@ -6,9 +6,9 @@ from __future__ import annotations
 from bisect import insort
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 from math import exp, log
-from typing import Any
 
 import numpy as np
 
@@ -28,10 +28,19 @@ from mbproj.studies.measure.spans import span as until_of
 from mbproj.studies.parallel.hand_out import Where
 from mbproj.studies.parallel.progress import Tell, silent
 from mbproj.studies.parallel.resumable import resumable
+from mbproj.studies.stability.judge import (
+    FAILS,
+    NAME,
+    Limits,
+    StabilityPoint,
+    Subject,
+    cause_of,
+    judged,
+    judged_in_blocks,
+    small_motions,
+)
+from mbproj.studies.stability.judge import PRECISION as PRECISE
 from mbproj.studies.stability.quantities import PARAMETER, ValueSpan, VariedQuantity, quantity_named
-from mbproj.studies.stability.small_motions import NAME, small_motions
-from mbproj.studies.stability.small_motions import PRECISION as PRECISE
-from mbproj.studies.stability.subject import FAILS, Limits, StabilityPoint, Subject, cause_of
 from mbproj.studies.store import ValueCache
 from mbproj.thresholds import THRESHOLDS
 
@@ -58,12 +67,15 @@ class StateChange:
 
 @dataclass(frozen=True)
 class MethodTrack:
-    """The result of one method: its points by increasing value, from the grid and from bisection, and the changes of
-    state."""
+    """The result of one method: its points by increasing value, from the grid and from bisection."""
 
     method: str
     points: tuple[StabilityPoint, ...]
-    changes: tuple[StateChange, ...]
+
+    @property
+    def changes(self) -> tuple[StateChange, ...]:
+        """The changes of state between neighbours."""
+        return tuple(StateChange(*pair) for pair in _changes(self.points))
 
     @property
     def digits(self) -> int:
@@ -148,7 +160,7 @@ def stability(
         "span": vars(whole),
         "points": points,
     }
-    kept = ValueCache(what, fresh)
+    kept = ValueCache(what, fresh, (StabilityPoint,))
     grid = values(whole, points)
     subjects = {name: _with_method(subject, name) for name in names}
     if quantity.of_forces and not integrators()[subject.setting.integrator].implicit:
@@ -156,7 +168,6 @@ def stability(
     if quantity.of_motion:
         subjects = {NAME: replace(subject, is_linear=True), **subjects}
     walked = resumable(_points_of, (vary, grid), subjects, kept, processes, "methods", tell)
-    tracks = [_track(name, [StabilityPoint.from_json(each) for each in points]) for name, points in walked.items()]
     analytic = real_axis_limit(tableau_of(subject.setting.integrator)) if quantity.option == "gains" else np.inf
     step = subject.setting.step or 1.0
     return StabilityMap(
@@ -164,7 +175,7 @@ def stability(
         vary=vary,
         unit=quantity.unit or _unit_of(scene, vary),
         span=whole,
-        tracks=tuple(tracks),
+        tracks=tuple(MethodTrack(*each) for each in walked.items()),
         setting=subject.setting,
         until=subject.until,
         limits=subject.limits,
@@ -238,8 +249,8 @@ def _implicit(subjects: Mapping[str, Subject]) -> dict[str, Subject]:
     }
 
 
-def _points_of(shared: tuple[str, list[float]], subject: Subject) -> list[dict[str, Any]]:
-    """The points of a method, as JSON: the grid, and then bisections between neighbours with different states."""
+def _points_of(shared: tuple[str, list[float]], subject: Subject) -> tuple[StabilityPoint, ...]:
+    """The points of a method: the grid, and then bisections between neighbours with different states."""
     vary, grid = shared
     quantity, precision = quantity_named(vary), PRECISE if subject.is_linear else PRECISION
     judge = small_motions if subject.is_linear else quantity.run
@@ -251,7 +262,8 @@ def _points_of(shared: tuple[str, list[float]], subject: Subject) -> list[dict[s
             return StabilityPoint(value, FAILS, np.nan, np.nan, 0.0, None, cause_of(error), ended=False)
         return judge(changed, value)
 
-    found = [at(value) for value in grid]
+    known = judged_in_blocks(partial(quantity.changed, subject), grid) if judge is judged else {}
+    found = [known.get(number) or at(value) for number, value in enumerate(grid)]
     for _ in range(CHANGES):
         wide = [pair for pair in _changes(found) if _gap(*pair) > precision]
         if not wide:
@@ -261,7 +273,7 @@ def _points_of(shared: tuple[str, list[float]], subject: Subject) -> list[dict[s
             middle = at(exp(0.5 * (log(below.value) + log(above.value))))
             insort(found, middle, key=lambda point: point.value)
             below, above = (middle, above) if middle.state == below.state else (below, middle)
-    return [point.as_json() for point in found]
+    return tuple(found)
 
 
 def _gap(below: StabilityPoint, above: StabilityPoint) -> float:
@@ -272,7 +284,3 @@ def _gap(below: StabilityPoint, above: StabilityPoint) -> float:
 def _changes(points: Sequence[StabilityPoint]) -> list[tuple[StabilityPoint, StabilityPoint]]:
     """The pairs of neighbours with different states."""
     return [(one, two) for one, two in pairwise(points) if one.state != two.state]
-
-
-def _track(name: str, points: Sequence[StabilityPoint]) -> MethodTrack:
-    return MethodTrack(name, tuple(points), tuple(StateChange(*pair) for pair in _changes(points)))

@@ -22,7 +22,7 @@ from mbproj.integrate.formulations.planar import InPlane
 from mbproj.model import System
 from mbproj.model.euler_parameters import product, rotation_matrix
 from mbproj.studies.measure.mechanism import Mechanism
-from mbproj.studies.stability.subject import FAILS, HOLDS, StabilityPoint, Subject, cause_of
+from mbproj.studies.stability.judge import FAILS, HOLDS, StabilityPoint, Subject, cause_of
 
 #: Steps over which |C| is watched, and the initial offset in units of the mechanism's length.
 STEPS, OFFSET = 300, 1e-8
@@ -44,13 +44,8 @@ def growth(subject: Subject, value: float) -> StabilityPoint:
         return StabilityPoint(value, HOLDS, last, np.nan)
     said = f"an offset has grown from {first:.1e} to {last:.1e}"
     return StabilityPoint(
-        value, FAILS, last, np.nan, STEPS * _step(subject), _worst(mechanism.system, opened - own), said
+        value, FAILS, last, np.nan, STEPS * subject.step, _worst(mechanism.system, opened - own), said
     )
-
-
-def _step(subject: Subject) -> float:
-    assert subject.setting.step is not None
-    return subject.setting.step
 
 
 def _shifted(subject: Subject, mechanism: Mechanism) -> Mechanism:
@@ -59,7 +54,7 @@ def _shifted(subject: Subject, mechanism: Mechanism) -> Mechanism:
     state, random = mechanism.state, np.random.default_rng(0)
     shift = np.zeros((mechanism.system.bodies, 7))
     shift[:, :3] = OFFSET * mechanism.system.length * random.choice([-1.0, 1.0], (mechanism.system.bodies, 3))
-    run = choose(mechanism.system, state, subject.setting.settings(STEPS * _step(subject), _step(subject))).compiled
+    run = choose(mechanism.system, state, subject.setting.settings(STEPS * subject.step, subject.step)).compiled
     if isinstance(run, InPlane):
         normal = run.plane.axes[:, 2]
         shift[:, :3] -= np.outer(shift[:, :3] @ normal, normal)
@@ -69,7 +64,7 @@ def _shifted(subject: Subject, mechanism: Mechanism) -> Mechanism:
 def _violations(subject: Subject, mechanism: Mechanism) -> Array:
     """The violation C of joints and motions at the start and after the last step, (2, m), in the mechanism's length or
     rad."""
-    span, kept, system = STEPS * _step(subject), list[Block](), mechanism.system
+    span, kept, system = STEPS * subject.step, list[Block](), mechanism.system
 
     class Kept:
         def write(self, block: Block) -> None:

@@ -6,14 +6,14 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from types import MappingProxyType
+from typing import Any
 
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem
 from mbproj.scene.records import Scene
 from mbproj.scene.text.suggestions import choose_from
 from mbproj.studies.stability.gains import growth
-from mbproj.studies.stability.judge import judged
-from mbproj.studies.stability.subject import StabilityPoint, Subject
+from mbproj.studies.stability.judge import StabilityPoint, Subject, judged
 from mbproj.studies.variants.livelier import with_damping, with_speed, with_stiffness
 from mbproj.studies.variants.ratios import with_inertia_ratio, with_mass_ratio
 from mbproj.studies.variants.rescaled import rescaled
@@ -65,51 +65,24 @@ def _ratio(
 
 
 def _steps(subject: Subject) -> ValueSpan:
-    step = _step(subject)
-    return ValueSpan(step / 8.0, step, min(64.0 * step, subject.until))
+    return ValueSpan(subject.step / 8.0, subject.step, min(64.0 * subject.step, subject.until))
 
 
-def _step(subject: Subject) -> float:
-    assert subject.setting.step is not None
-    return subject.setting.step
-
-
-def _step_of(subject: Subject, value: float) -> Subject:
-    return replace(subject, setting=replace(subject.setting, step=value))
+def _of_setting(changes: Callable[[float], dict[str, Any]]) -> Callable[[Subject, float], Subject]:
+    return lambda subject, value: replace(subject, setting=replace(subject.setting, **changes(value)))
 
 
 def _gains(subject: Subject) -> ValueSpan:
     if not (subject.scene.joints or subject.scene.motions):
         said = "the scene has no joints for Baumgarte's terms to close"
         raise InputError(Problem(said, hint="vary something else, 'step' for example"))
-    step = _step(subject)
-    return ValueSpan(0.05 / step, 1.0 / step, 20.0 / step)
-
-
-def _gain_of(subject: Subject, value: float) -> Subject:
-    return replace(subject, setting=replace(subject.setting, gains=(value, value)))
-
-
-def _penalties(subject: Subject) -> ValueSpan:
-    return ValueSpan(1.0, subject.setting.alpha or 1e7, 1e16)
-
-
-def _penalty_of(subject: Subject, value: float) -> Subject:
-    return replace(subject, setting=replace(subject.setting, alpha=value))
-
-
-def _durations(subject: Subject) -> ValueSpan:
-    return ValueSpan(subject.until / 10.0, subject.until, 100.0 * subject.until)
-
-
-def _duration_of(subject: Subject, value: float) -> Subject:
-    return replace(subject, until=value)
+    return ValueSpan(0.05 / subject.step, 1.0 / subject.step, 20.0 / subject.step)
 
 
 #: Every quantity by name. A new one is an entry here, and the function in `mbproj.studies.variants` that applies it.
 QUANTITIES: Mapping[str, VariedQuantity] = MappingProxyType(
     {
-        "step": VariedQuantity("s", "the integrator's fixed step", _steps, _step_of),
+        "step": VariedQuantity("s", "the integrator's fixed step", _steps, _of_setting(lambda h: {"step": h})),
         "mass-ratio": VariedQuantity(
             "",
             "every second body, counted from the ground along the joints, √r times as heavy, the others 1/√r times",
@@ -152,12 +125,23 @@ QUANTITIES: Mapping[str, VariedQuantity] = MappingProxyType(
             "1/s",
             "Baumgarte's gains α = β: whether |C| grows over 300 steps from an offset of 1e-8",
             _gains,
-            _gain_of,
+            _of_setting(lambda gain: {"gains": (gain, gain)}),
             "gains",
             growth,
         ),
-        "penalty": VariedQuantity("", "the penalty α of mass-orthogonal and mmopm", _penalties, _penalty_of, "alpha"),
-        "duration": VariedQuantity("s", "how long the run is", _durations, _duration_of),
+        "penalty": VariedQuantity(
+            "",
+            "the penalty α of mass-orthogonal and mmopm",
+            lambda subject: ValueSpan(1.0, subject.setting.alpha or 1e7, 1e16),
+            _of_setting(lambda alpha: {"alpha": alpha}),
+            "alpha",
+        ),
+        "duration": VariedQuantity(
+            "s",
+            "how long the run is",
+            lambda subject: ValueSpan(subject.until / 10.0, subject.until, 100.0 * subject.until),
+            lambda subject, until: replace(subject, until=until),
+        ),
     }
 )
 

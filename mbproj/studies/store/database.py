@@ -6,15 +6,18 @@ one begun; where none can be had, nothing is kept. Each of these is said once, a
 
 from __future__ import annotations
 
+import os
 import sqlite3
+import stat
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from time import time
 from typing import TypeVar
 
+from platformdirs import user_cache_path
+
 from mbproj.errors import warn_once
-from mbproj.studies.store.place import private_folder
 
 Result = TypeVar("Result")
 
@@ -67,7 +70,7 @@ def forget(study: str) -> None:
 def _done(work: Callable[[sqlite3.Connection], Result], otherwise: Result) -> Result:
     """What `work` gives, in a transaction of its own; `otherwise` where there is no store to be had."""
     try:
-        path = private_folder() / "store.sqlite3"
+        path = _private_folder() / "store.sqlite3"
         before = _identity(path)
         try:
             return _in_transaction(path, work)
@@ -138,3 +141,27 @@ def _set_aside(path: Path, why: str) -> None:
     journal.unlink(missing_ok=True)
     path.replace(aside)
     warn_once(f"'{path}' is not what mbproj has kept there ({why}): it is now '{aside.name}', and studies begin anew")
+
+
+def _folder() -> Path:
+    """MBPROJ_CACHE, or `mbproj` in the user's folder for caches."""
+    given = os.environ.get("MBPROJ_CACHE")
+    return Path(given) if given else user_cache_path("mbproj", appauthor=False)
+
+
+def _private_folder() -> Path:
+    """The folder `studies` in there, made where it is missing, that nobody else can read or write. Raises OSError where
+    it cannot be made, or belongs to somebody else."""
+    try:
+        parent = _folder().expanduser()
+    except RuntimeError as error:
+        raise FileNotFoundError(f"'{_folder()}': the user has no home") from error
+    parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+    private = parent / "studies"
+    private.mkdir(mode=0o700, exist_ok=True)
+    found = private.stat()
+    if hasattr(os, "getuid") and found.st_uid != os.getuid():
+        raise PermissionError(f"'{private}' belongs to another user")
+    if stat.S_IMODE(found.st_mode) != 0o700 and os.name == "posix":
+        private.chmod(0o700)
+    return private

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 from time import perf_counter
-from typing import Any
 from uuid import uuid4
 
 import numpy as np
@@ -16,12 +15,11 @@ from mbproj.analysis.expectations import measured
 from mbproj.dataclass import dataclass
 from mbproj.dynamics import unique_components
 from mbproj.ending import ending
-from mbproj.errors import ExitCode, InputError, MbprojError, SimulationError, warn_once
+from mbproj.errors import ExitCode, InputError, MbprojError, SimulationError
 from mbproj.integrate import simulate
 from mbproj.integrate.loop.interruption import TimeIsUp, time_limit
 from mbproj.integrate.reporting.report import Report, summary
 from mbproj.integrate.simulate import Keep
-from mbproj.lanes import Parted
 from mbproj.results import OutputError, ResultsWriter
 from mbproj.results.files import part_path
 from mbproj.scene.read import SceneText
@@ -33,10 +31,11 @@ from mbproj.studies.measure.measured_samples import MeasuredSamples
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.sweep.row import CaseRow, Status
 from mbproj.studies.together.block import run_block
+from mbproj.studies.together.groups import FEWEST, by_arrays
 from mbproj.studies.together.signature import signature_of, values_of
 
-#: Cases at least that are worth a block, and blocks of which none went by arrays until no further one is tried.
-FEWEST, TRIALS = 8, 3
+#: Blocks of which none went by arrays until no further one is tried.
+TRIALS = 3
 #: Scenes that a process keeps taken apart.
 SCENES = 4
 
@@ -107,46 +106,12 @@ def _tried(text: str, paths: tuple[str, ...], measures: tuple[Expectation, ...])
 
 
 def _by_arrays(work: Work, tasks: Sequence[Task]) -> dict[int, CaseRow]:
-    """The rows of those cases that come to their end so, by their numbers. The first of each group runs alone, too."""
-    found: dict[int, CaseRow] = {}
-    for rows in _in_groups(work, tasks):
-        first = next(iter(rows))
-        if np.array_equal(run_case(work, tasks[first]).values, rows[first].values, equal_nan=True):
-            found |= rows
-        else:
-            warn_once("arrays have other bits than single cases have, which is a fault of mbproj: not used")
-    return found
+    """The rows of those cases that come to their end by arrays, by their numbers."""
 
+    def agree(one: CaseRow, other: CaseRow) -> bool:
+        return np.array_equal(one.values, other.values, equal_nan=True)
 
-def _in_groups(work: Work, tasks: Sequence[Task]) -> Iterator[dict[int, CaseRow]]:
-    """The rows of cases by their numbers, in groups of those that go one way."""
-    apart: dict[tuple[float | str, ...], list[int]] = {}
-    for at, task in enumerate(tasks):
-        apart.setdefault(_of_a_group(work, task), []).append(at)
-    waiting = [*apart.values()]
-    while waiting:
-        own = waiting.pop()
-        if len(own) < FEWEST:
-            continue
-        begun = perf_counter()
-        try:
-            name, values = _measured_together(work, [tasks[at] for at in own])
-        except Parted as parted:
-            parts: dict[Any, list[int]] = {}
-            for at, key in zip(own, parted.keys, strict=True):
-                parts.setdefault(key, []).append(at)
-            waiting += parts.values() if len(parts) > 1 else ()
-            continue
-        except Exception:  # whatever is wrong, a case alone says it in words
-            continue
-        seconds = (perf_counter() - begun) / len(own)
-        rows = {
-            at: CaseRow(Status.DONE, each, formulation=name, seconds=seconds, by_arrays=True)
-            for at, each in zip(own, values, strict=True)
-            if each is not None
-        }
-        if rows:
-            yield rows
+    return by_arrays(tasks, partial(_run_together, work), partial(run_case, work), agree, partial(_of_a_group, work))
 
 
 def _of_a_group(work: Work, task: Task) -> tuple[float | str, ...]:
@@ -155,12 +120,18 @@ def _of_a_group(work: Work, task: Task) -> tuple[float | str, ...]:
     return tuple(each for path, each in pairs if isinstance(each, str) or path.startswith(f"{SIMULATION}."))
 
 
-def _measured_together(work: Work, tasks: Sequence[Task]) -> tuple[str, list[tuple[float, ...] | None]]:
-    """The formulation of cases of a group, and what is measured of each."""
+def _run_together(work: Work, tasks: Sequence[Task]) -> list[CaseRow | None]:
+    """The rows of cases of a group; None of those that have to go alone."""
+    begun = perf_counter()
     values = values_of([task.values for task in tasks])
     scene = scene_of(work, Task("", tuple(values)))
     signature = signature_of(scene, sparse(settings_to_run(scene), work.measures, counts=False))
-    return signature.choice.name, run_block(signature, work.measures, len(tasks), work.timeout)
+    found, name = run_block(signature, work.measures, len(tasks), work.timeout), signature.choice.name
+    seconds = (perf_counter() - begun) / len(tasks)
+    return [
+        None if each is None else CaseRow(Status.DONE, each, formulation=name, seconds=seconds, by_arrays=True)
+        for each in found
+    ]
 
 
 def _run(work: Work, task: Task) -> CaseRow:

@@ -1,11 +1,12 @@
-"""The cases of a sweep: every combination of the values, one after another, or samples."""
+"""The cases of a sweep: every combination of the values, one after another, or samples of the unit cube."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cached_property
 from math import prod
+from types import MappingProxyType
 from typing import TypeAlias
 
 import numpy as np
@@ -14,10 +15,51 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.scene.fields.reading import Reading
 from mbproj.scene.ranges import Item, Points, Range
-from mbproj.studies.sweep.samples import POWERS_OF_TWO, SALTELLI, SAMPLERS
 
+#: (dimensions d, samples n, seed) -> (n, d), or more rows.
+Sampler: TypeAlias = "Callable[[int, int, int], Array]"
+MONTECARLO, LHS, SOBOL, SALTELLI = "montecarlo", "lhs", "sobol", "saltelli"
+#: Designs that are balanced only where there are 2, 4, 8, .. samples.
+POWERS_OF_TWO = frozenset({SOBOL, SALTELLI})
 #: The values of a case, in the order of the design's paths.
 Case: TypeAlias = tuple[Item, ...]
+
+
+def montecarlo(dimensions: int, samples: int, seed: int) -> Array:
+    """Independent samples; more of them begin with the same ones."""
+    return np.random.default_rng(seed).random((samples, dimensions))
+
+
+def latin_hypercube(dimensions: int, samples: int, seed: int) -> Array:
+    """One sample in each of n slices of every dimension."""
+    from scipy.stats import qmc
+
+    found: Array = qmc.LatinHypercube(dimensions, seed=np.random.default_rng(seed)).random(samples)
+    return found
+
+
+def sobol(dimensions: int, samples: int, seed: int) -> Array:
+    """Sobol's sequence, scrambled; more of them begin with the same ones."""
+    from scipy.stats import qmc
+
+    found: Array = qmc.Sobol(dimensions, seed=np.random.default_rng(seed)).random(samples)
+    return found
+
+
+def saltelli(dimensions: int, samples: int, seed: int) -> Array:
+    """Saltelli's design for Sobol' indices, (n (d + 2), d): samples A, other ones B, and A with one column of B each
+    (Saltelli et al. 2010, Computer Physics Communications 181, 259-270)."""
+    both = sobol(2 * dimensions, samples, seed)
+    A, B = both[:, :dimensions], both[:, dimensions:]
+    mixed = np.repeat(A[None], dimensions, axis=0)
+    for column in range(dimensions):
+        mixed[column, :, column] = B[:, column]
+    return np.concatenate([A, B, mixed.reshape(-1, dimensions)])
+
+
+SAMPLERS: Mapping[str, Sampler] = MappingProxyType(
+    {LHS: latin_hypercube, SOBOL: sobol, SALTELLI: saltelli, MONTECARLO: montecarlo}
+)
 
 
 @dataclass(frozen=True)

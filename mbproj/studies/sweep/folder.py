@@ -13,7 +13,7 @@ from mbproj.outputs import make_folder
 from mbproj.results.file.lock import is_locked
 from mbproj.results.file.whole import as_text
 from mbproj.results.sweep.layout import NAME
-from mbproj.studies.sweep.keys import identity
+from mbproj.studies.sweep.row import identity
 from mbproj.studies.sweep.spec import Spec
 from mbproj.studies.sweep.store import Store
 from mbproj.version import __version__

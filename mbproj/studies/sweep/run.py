@@ -11,8 +11,7 @@ from mbproj.studies.parallel.hand_out import Where
 from mbproj.studies.parallel.workers import OVERDUE
 from mbproj.studies.sweep.case import Task, Work, run_case, run_cases
 from mbproj.studies.sweep.folder import Folder
-from mbproj.studies.sweep.keys import Keys
-from mbproj.studies.sweep.row import CaseRow, Status
+from mbproj.studies.sweep.row import CaseRow, Keys, Status
 from mbproj.studies.sweep.spec import Spec
 
 #: A case that does not stop by itself when its time is up is given so many times as long, and so many s.

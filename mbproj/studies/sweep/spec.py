@@ -2,28 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import field
 from pathlib import Path
 from typing import Any
 
 from mbproj.dataclass import dataclass
-from mbproj.errors import InputError, Place
-from mbproj.scene.blocks.measures import MEASURES, complaints, items_of, measures_of
+from mbproj.errors import InputError, Place, Problem
+from mbproj.scene.blocks.expectations import Given
+from mbproj.scene.blocks.measures import MEASURES, complaints, items_of, measures_of, untimely
 from mbproj.scene.fields.choices import NameChoice
 from mbproj.scene.fields.containers import Record
 from mbproj.scene.fields.fields import Field, Text
 from mbproj.scene.fields.quantities import Integer
 from mbproj.scene.fields.reading import Reading, in_text_order
-from mbproj.scene.ranges import RANGE, Range
+from mbproj.scene.ranges import RANGE, Listed, Points, Range
 from mbproj.scene.ranges.family import column_of, opened, scene_named, units_of
 from mbproj.scene.read import SceneText
 from mbproj.scene.records import Expectation, KeyPath
-from mbproj.scene.text.nodes import MappingNode, Node, as_mapping
-from mbproj.studies.sweep.design import COMBINATIONS, Design, design_of
-from mbproj.studies.sweep.probes import misfits
+from mbproj.scene.settings import settings_to_run
+from mbproj.scene.text.changes import Change
+from mbproj.scene.text.nodes import MappingNode, Node, as_mapping, from_value
+from mbproj.studies.sweep.design import COMBINATIONS, Design, Zip, design_of
 
 FORMAT = "1"
+#: Values of a list, or cases of a zip, that are looked at; of the others each that does not fit is a failed case.
+MOST = 300
 #: What results files are kept of.
 KEEP = ("none", "failed", "all")
 #: Columns of the summary that are neither parameters nor measures.
@@ -110,7 +114,7 @@ def read_spec(path: Path) -> Spec:
     design = design_of(found["vary"], combine, found.get("samples"), found.get("seed"), reading)
     if design is None or reading.problems:
         raise InputError(in_text_order(reading.problems))
-    reading.problems += misfits(scene, design, found["measure"], reading.places)
+    reading.problems += _misfits(scene, design, found["measure"], reading.places)
     if reading.problems:
         raise InputError(in_text_order(reading.problems))
     return Spec(
@@ -132,3 +136,44 @@ def _check_names(found: Mapping[str, Any], reading: Reading) -> None:
         if name in taken:
             place = reading.places[("measure", name)]
             reading.report(f"'{name}' is another column of the summary", place, "give the measure another name")
+
+
+def _misfits(
+    scene: SceneText, design: Design, measures: Mapping[str, Given], places: Mapping[KeyPath, Place]
+) -> list[Problem]:
+    """What the scene's reader says of values of the sweep, before anything runs, and what a run with them does not
+    measure."""
+    found: list[Problem] = []
+    for changes in _probes(design, places):
+        try:
+            read = scene.scene(changes)
+            settings = settings_to_run(read)
+        except InputError as error:
+            found += error.problems
+            continue
+        for complaint in untimely(measures, settings):
+            found.append(Problem(complaint.message, places[complaint.path], complaint.hint))
+    return list(dict.fromkeys(found))
+
+
+def _probes(design: Design, places: Mapping[KeyPath, Place]) -> Iterator[dict[str, Change]]:
+    """Cases in which each value that is written down occurs."""
+    where = {path: places[("vary", path)] for path in design.paths}
+    if isinstance(design, Zip):
+        for number in range(min(design.count, MOST)):
+            nodes = {path: _node(each, number, where[path]) for path, each in design.ranges.items()}
+            yield {path: Change(node, where[path]) for path, node in nodes.items()}
+        return
+    first = {path: Change(each.nodes[0], where[path]) for path, each in design.ranges.items()}
+    yield first
+    for path, each in design.ranges.items():
+        for node in each.nodes[1:MOST]:
+            yield first | {path: Change(node, where[path])}
+
+
+def _node(values: Points, number: int, place: Place) -> Node:
+    """A value as it is written down, or as a number where it follows from others."""
+    if isinstance(values, Listed):
+        return values.nodes[number if values.count > 1 else 0]
+    ends = {0: 0, values.count - 1: 1}
+    return values.nodes[ends[number]] if number in ends else from_value(values.item(number), place)

@@ -12,8 +12,7 @@ from mbproj.results.sweep.layout import NOT_RUN
 from mbproj.scene.ranges.family import column_of, with_unit
 from mbproj.studies.sweep.design import Case
 from mbproj.studies.sweep.folder import OTHER, TABLE, Folder, checksum_of
-from mbproj.studies.sweep.keys import Keys
-from mbproj.studies.sweep.row import CaseRow, Status
+from mbproj.studies.sweep.row import CaseRow, Keys, Status
 from mbproj.studies.sweep.spec import COLUMNS, Spec
 
 #: How our table is known, whatever varies in it.

@@ -19,7 +19,7 @@ from mbproj.results.views.table import Table, Tabled
 from mbproj.scene.records import Scene
 from mbproj.studies.measure.accuracy import attempt
 from mbproj.studies.measure.certain import certain_reference
-from mbproj.studies.measure.measurement import Measurement
+from mbproj.studies.measure.measurement import MEASUREMENT_RECORDS, Measurement
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.reference import Reference
 from mbproj.studies.measure.setting import Setting
@@ -127,7 +127,7 @@ def threshold_study(
         "until": float(truth.times[-1]),
         "repetitions": repetitions,
     }
-    kept = ValueCache(what, fresh)
+    kept = ValueCache(what, fresh, (Timing, *MEASUREMENT_RECORDS))
     trials = attempt(mechanism, settings, truth, kept, processes, tell)
     if trials[0].failure is not None:
         raise InputError(Problem(f"the scene's own setting fails: {trials[0].failure}", hint="choose a smaller step"))

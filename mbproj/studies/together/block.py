@@ -1,4 +1,4 @@
-"""run_block(): the steps of each case of a block, and what is measured of all."""
+"""run_block(): the steps of each case of a block, its samples, and what is measured of all."""
 
 from __future__ import annotations
 
@@ -9,11 +9,10 @@ from typing import Any
 import numpy as np
 
 from mbproj.analysis.expectations import measured
-from mbproj.dynamics.observe.recorded import Observer
+from mbproj.dynamics.observe.recorded import Block, Observer
 from mbproj.dynamics.observe.samples import block_samples
 from mbproj.integrate.events.time_events import events_of
 from mbproj.integrate.formulations.compiled import Compiled
-from mbproj.integrate.formulations.kinematic import settings_along
 from mbproj.integrate.loop.compiled_march import RETURN_SECONDS
 from mbproj.integrate.loop.interruption import TimeIsUp, interruption, time_limit
 from mbproj.kernel import has_wide_vectors
@@ -26,29 +25,35 @@ from mbproj.studies.together.signature import Signature
 OF_SAMPLES = ("t", "y", "acceleration", "angles", "multipliers", "step_size")
 
 
+def observed(signature: Signature, count: int, timeout: float | None = None) -> tuple[Block | None, list[bool]]:
+    """The samples of so many cases, and which of these have come to their end within `timeout` in s. Others have the
+    samples of one that has; where none has there are no samples."""
+    mechanism, compiled = signature.mechanism, signature.choice.compiled
+    assert compiled is not None
+    blocks = _integrated(compiled, compiled.run(mechanism.state, signature.settings), count, timeout)
+    ended = [each is not None for each in blocks]
+    instead = next((each for each in blocks if each), None)
+    if instead is None:
+        return None, ended
+    block: dict[str, Any] = {name: restacked([(each or instead)[name] for each in blocks]) for name in OF_SAMPLES}
+    block["t"] = np.asarray(block["t"])
+    return Observer(mechanism.system, mechanism.state).at(compiled.samples(block, {})), ended
+
+
 def run_block(
     signature: Signature, measures: Sequence[Expectation], count: int, timeout: float | None = None
 ) -> list[tuple[float, ...] | None]:
     """What is measured of each of so many cases. None of one whose run does not come to its end, or takes longer than
     `timeout` in s."""
-    mechanism, choice = signature.mechanism, signature.choice
-    system, state, settings = mechanism.system, mechanism.state, signature.settings
-    compiled = choice.compiled
-    assert compiled is not None
-    if choice.kinematic:
-        settings = settings_along(system, settings)
-    blocks = _integrated(compiled, compiled.run(state, settings), count, timeout)
-    whole = [at for at, each in enumerate(blocks) if each is not None]
-    if not whole:
+    mechanism, settings = signature.mechanism, signature.settings
+    block, ended = observed(signature, count, timeout)
+    if block is None:
         return [None] * count
-    lanes = [blocks[at] or blocks[whole[0]] for at in range(count)]
-    block: dict[str, Any] = {name: restacked([each[name] for each in lanes if each]) for name in OF_SAMPLES}
-    block["t"] = np.asarray(block["t"])
     samples = MeasuredSamples(mechanism, measures)
-    samples.write(Observer(system, state).at(compiled.samples(block, {})))
-    samples.events(events_of(system, state.t, settings))
+    samples.write(block)
+    samples.events(events_of(mechanism.system, mechanism.state.t, settings))
     found = [_values(each, samples, settings.duration, count) for each in measures]
-    return [tuple(column[at] for column in found) if blocks[at] else None for at in range(count)]
+    return [tuple(column[at] for column in found) if whole else None for at, whole in enumerate(ended)]
 
 
 def _integrated(compiled: Compiled, run: Any, count: int, timeout: float | None) -> list[Mapping[str, Any] | None]:

@@ -3,7 +3,8 @@ are Lanes. What the code decides for one of them is decided for all, or they are
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -11,8 +12,9 @@ import numpy as np
 from mbproj.dataclass import dataclass
 from mbproj.integrate.events.law_switches import switches_of
 from mbproj.integrate.formulations.choice import Choice, choose
+from mbproj.integrate.formulations.kinematic import settings_along
 from mbproj.kernel import core
-from mbproj.lanes import Lanes, OfLanes
+from mbproj.lanes import Lanes, OfLanes, Parted, restacked
 from mbproj.linear.equilibrium.started import start_state
 from mbproj.model import compile_system
 from mbproj.registry import AUTOMATIC, EQUILIBRIUM
@@ -26,7 +28,8 @@ class OneByOne(Exception):
 
 @dataclass(frozen=True, eq=False)
 class Signature:
-    """What the cases of a block share, with their numbers as Lanes: a system, its start, and the formulation."""
+    """What the cases of a block share, with their numbers as Lanes: a system, its start, the settings of the runs, and
+    the formulation."""
 
     mechanism: Mechanism
     settings: Settings
@@ -47,6 +50,28 @@ def values_of(cases: Sequence[Sequence[float | str]]) -> list[Any]:
     return columns
 
 
+def as_one(records: Sequence[Any]) -> Any:
+    """One record for several that differ in numbers alone, which are Lanes of it. Raises Parted where they differ in
+    other things."""
+    first = records[0]
+    if all(each is first for each in records):
+        return first
+    if len({type(each) for each in records}) > 1:
+        raise Parted([type(each) for each in records])
+    if is_dataclass(first) and not isinstance(first, type):
+        names = [
+            each.name
+            for each in fields(first)
+            if any(getattr(one, each.name) is not getattr(first, each.name) for one in records)
+        ]
+        return replace(first, **{name: as_one([getattr(each, name) for each in records]) for name in names})
+    if isinstance(first, Mapping):
+        return {key: as_one([each[key] for each in records]) for key in first}
+    if isinstance(first, tuple):
+        return tuple(as_one(each) for each in zip(*records, strict=True))
+    return first if all(each == first for each in records) else restacked(records)
+
+
 def signature_of(scene: Scene, settings: Settings) -> Signature:
     """The signature of the cases whose numbers a scene has. Raises Parted where they go different ways, OneByOne where
     arrays do not know their way."""
@@ -59,4 +84,5 @@ def signature_of(scene: Scene, settings: Settings) -> Signature:
     choice = choose(system, state, settings, OfLanes(core()))
     if choice.compiled is None:
         raise OneByOne
-    return Signature(Mechanism(scene, system, state), settings, choice)
+    own = settings_along(system, settings) if choice.kinematic else settings
+    return Signature(Mechanism(scene, system, state), own, choice)

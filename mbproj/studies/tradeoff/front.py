@@ -23,7 +23,7 @@ from mbproj.results.views.table import Table, Tabled
 from mbproj.scene.records import Scene
 from mbproj.studies.measure.accuracy import Yardstick, attempt
 from mbproj.studies.measure.certain import certain_reference
-from mbproj.studies.measure.measurement import Measurement
+from mbproj.studies.measure.measurement import MEASUREMENT_RECORDS, Measurement
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.reference import Reference
 from mbproj.studies.measure.setting import Setting, only_full
@@ -201,7 +201,7 @@ def tradeoff(
         "longest": longest,
         "repetitions": repetitions,
     }
-    kept = ValueCache(what, fresh)
+    kept = ValueCache(what, fresh, (Timing, *MEASUREMENT_RECORDS))
     mine = own if own.step or own.tolerance else None
     trials = _accuracy(track, base, mine, projections, names, kept, processes, tell)
     numbers = {trial.setting: index for index, trial in enumerate(trials)}

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
@@ -133,15 +132,11 @@ def sweep(track: SweepSetup, ladder: Ladder) -> list[Measurement]:
     return trials
 
 
-def _sweep(track: SweepSetup, ladder: Ladder) -> list[dict[str, Any]]:
-    return [trial.as_json() for trial in sweep(track, ladder)]
-
-
 def sweeps(
     track: SweepSetup, ladders: Sequence[Ladder], kept: ValueCache, processes: Where, phase: str, tell: Tell
 ) -> list[list[Measurement]]:
     """Run the sweeps of all ladders in parallel; return them in the order of `ladders`. Sweeps in the store `kept` are
     not run again."""
     keys = [f"sweep {ladder.base.command_line()}{' by tolerance' * ladder.by_tolerance}" for ladder in ladders]
-    found = resumable(_sweep, track, dict(zip(keys, ladders, strict=True)), kept, processes, phase, tell)
-    return [[Measurement.from_json(record) for record in found[key]] for key in keys]
+    found = resumable(sweep, track, dict(zip(keys, ladders, strict=True)), kept, processes, phase, tell)
+    return [found[key] for key in keys]
