@@ -27,9 +27,8 @@ from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.solve import solve
 from mbproj.studies.measure.spans import sampled
 from mbproj.studies.measure.timing import time_settings
-from mbproj.studies.recommend.bench import Bench
-from mbproj.studies.recommend.families import families, with_closed_joints
 from mbproj.studies.recommend.recommendation import Recommendation, recommend
+from mbproj.studies.recommend.search import Bench, families, with_closed_joints
 
 #: Mechanisms, and until when (s): their duration, or less where the motion is chaotic.
 CASES = {

@@ -99,20 +99,25 @@ def recommend(
     progress: Tell = silent,
     *,
     output_step: Quantity | None = None,
+    jobs: int | Cluster | None = None,
+    scheduler: str | None = None,
+    scheduler_file: Path | None = None,
     fresh: bool = False,
     parameters: Mapping[str, object] = _NOTHING,
 ) -> Recommendation:
     """The cheapest setting whose `error` (m) is kept at every sample up to `until` (s; the scene's duration), at the
     markers `at` (all; the bodies' centres where there are none).
 
-    `found.settings` are the settings to run with. Without `timed` the fewest evaluations decide. An interrupted search
-    resumes, unless `fresh`. Raises InputError for an unknown name or a missing duration. Raises
+    `found.settings` are the settings to run with. Without `timed` the fewest evaluations decide. The integrators are
+    searched by `jobs` processes, or by the Dask cluster whose `scheduler` is named. An interrupted search resumes,
+    unless `fresh`. Raises InputError for an unknown name or a missing duration. Raises
     `mbproj.studies.recommend.recommendation.Unreachable` where no setting keeps the error at all.
     """
     with by_arguments():
         what = scene_of(scene, parameters, {"output_step": output_step})
         goal = amount(error, "error", "m", above=0.0)
-        return recommendation.recommend(what, goal, names_of(at), _time(until), timed, fresh, progress)
+        where = workplace(jobs, scheduler, scheduler_file)
+        return recommendation.recommend(what, goal, names_of(at), _time(until), timed, fresh, progress, where)
 
 
 @accept_earlier_names(repetitions="repeat", processes="jobs", tell="progress")

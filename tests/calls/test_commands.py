@@ -52,6 +52,7 @@ PRINTS = {
     "help",
     "output",
     "picture",
+    "picture_path",
     "quiet",
     "store",
     "size",

@@ -62,3 +62,14 @@ def test_runs_of_a_comparison_are_not_run_again(pendulum, monkeypatch):
     np.testing.assert_array_equal(again.entries[0].error, first.entries[0].error)
     with pytest.raises(TypeError):
         compare(pendulum.scene, **{**options, "until": 0.2})
+
+
+def test_a_row_has_its_numbers_under_their_headings(pendulum):
+    """The row of a setting with the energy row was longer than the first, and its times stood under other headings."""
+    options = {"projections": ("gpopm",), "energy_rows": (False, True), "until": 0.1, "repetitions": 1, "processes": 1}
+    found = compare(pendulum.scene, **options)
+    without, kept = found.table.records
+    assert np.isnan(without["energy_row_given"]) and np.isfinite(kept["energy_row_given"])
+    for record, entry in zip((without, kept), found.entries, strict=True):
+        assert record["cpu_seconds"] == entry.timing.median
+        assert record["failure"] == ""

@@ -19,10 +19,8 @@ from mbproj.studies.measure.reference import Reference
 from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.solve import solve
 from mbproj.studies.measure.spans import sampled
-from mbproj.studies.recommend.bench import Bench
-from mbproj.studies.recommend.families import Family, families, with_closed_joints
 from mbproj.studies.recommend.recommendation import Unreachable, recommend
-from mbproj.studies.recommend.search import cheapest
+from mbproj.studies.recommend.search import Bench, Family, cheapest, families, with_closed_joints
 
 
 @pytest.fixture(autouse=True)
@@ -157,6 +155,15 @@ def test_a_family_beyond_the_budget_has_no_cheapest():
     bench.goal = 1e-9
     family = Family(Setting(), "bs32", by_error=True, interval=float(bench.reference.times[1]))
     assert cheapest(bench, family, 60, budget=200.0) is None
+
+
+def test_several_processes_find_what_one_finds():
+    """Each integrator is searched on its own, so that the order in which searches end has no say."""
+    scene = read_scene(mechanism("spherical_pendulum"), {}, {"output_step": 0.02})
+    one, two = (recommend(scene, 1e-4, until=0.5, timed=False, fresh=True, processes=n) for n in (1, 2))
+    assert [each.setting for each in one.contenders] == [each.setting for each in two.contenders]
+    assert {each.setting for each in one.tried} == {each.setting for each in two.tried}
+    assert {each.setting for each in one.contenders} < {each.setting for each in one.tried}
 
 
 def test_what_was_tried_is_not_tried_again_but_the_winner_runs_afresh(monkeypatch):

@@ -97,7 +97,7 @@ def _accurate(scene: Scene, accuracy: float, given: dict[str, str], hidden: bool
             hint = "leave out one of the two"
             raise InputError(Problem(f"--accuracy chooses the {name} itself", Place(f"--{name}"), hint))
     with telling(hidden) as tell:
-        found = recommend(scene, accuracy, timed=False, tell=tell)
+        found = recommend(scene, accuracy, timed=False, processes=1, tell=tell)
     if not found.reached:
         raise Unreachable(
             f"no setting keeps the error below {accuracy:g} m beyond t = {found.until:.6g} s: {found.why}; "

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -37,15 +37,13 @@ EXAMPLES = (
 @study_options.as_json
 def command(
     paths: tuple[Path, ...],
-    jobs: int | None,
-    scheduler: str | None,
-    scheduler_file: Path | None,
     timeout: str,
     xml: Path | None,
     keep: Path | None,
     force: bool,
     table_file: Path | None,
     as_json: bool,
+    **options: Any,
 ) -> int:
     """Runs many scenes and checks their `expect` blocks.
 
@@ -67,11 +65,10 @@ def command(
     from mbproj.scene.fields.given import given_number
     from mbproj.scene.fields.quantities import Number
     from mbproj.studies.batch import exit_code, run_batch, scene_paths
-    from mbproj.studies.parallel.client import workplace
 
     seconds = given_number(timeout, "--timeout", Number("s", above=0.0, maximum=LONGEST))
     scenes = scene_paths(paths)
-    where = workplace(jobs, scheduler, scheduler_file)
+    where = study_options.where_of(options)
     check_table(table_file, ("scene", "result"), force=force)
     if xml is not None:
         # before the work, to see whether it can be written

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -85,9 +85,8 @@ def command(scene: str, changes: tuple[str, ...], **options: Any) -> None:
     what = read_scene(scene, parameters(changes))
     study = Study(options, f"{Path(scene).stem}-compare", ("label", "setting"))
     found = study.result(compare, what, energy_rows=_truth_values(options.pop("energy_rows")), **options)
-    rows = [{"label": entry.label, **entry.numbers} for entry in found.entries]
-    numbers = {"until": float(found.reference.times[-1]), "entries": rows}
-    study.hand_over(found, _page(found, what.title), lambda: _table(found, rows), lambda: numbers, found.notes)
+    numbers = {"until": float(found.reference.times[-1]), "entries": found.table.records}
+    study.hand_over(found, _page(found, what.title), lambda: _table(found), lambda: numbers, found.notes)
 
 
 def _truth_values(names: Sequence[str] | None) -> tuple[bool, ...] | None:
@@ -99,13 +98,13 @@ def _truth_values(names: Sequence[str] | None) -> tuple[bool, ...] | None:
     return None if names is None else tuple(name == "true" for name in names)
 
 
-def _table(found: Comparison, rows: Sequence[Mapping[str, Any]]) -> str:
+def _table(found: Comparison) -> str:
     from mbproj.cli.report.table import columns
     from mbproj.cli.studies.many_runs import milliseconds, number
 
     headings = ["", "|C|", "|C'|", "|C''|", "error, m", "drift, J", "integrator", "projection"]
     cost = ["CPU, ms", "spread"] if found.cost_in_time else []
-    lines = []
+    lines, rows = [], found.table.records
     for row in rows:
         ends = [milliseconds(row[f"cpu_seconds_{end}"]) for end in ("lowest", "highest")]
         spread = "-" if "-" in ends else " to ".join(ends)
@@ -120,11 +119,10 @@ def _table(found: Comparison, rows: Sequence[Mapping[str, Any]]) -> str:
                 number(row["factorisations"], ".0f"),
             ]
         )
-    kept = [row.get("energy_row_given") for row in rows]
-    if any(value is not None for value in kept):
+    if "energy_row_given" in rows[0]:
         headings.insert(6, "row gave, J")
-        for line, value in zip(lines, kept, strict=True):
-            line.insert(6, "-" if value is None else number(value, "+.1e"))
+        for line, row in zip(lines, rows, strict=True):
+            line.insert(6, number(row["energy_row_given"], "+.1e"))
     counts = ["evaluations", "position it.", "velocity it.", "factorisations"]
     return columns([*headings, *cost, *counts], lines)
 

@@ -11,11 +11,14 @@ import click
 from mbproj.cli import study_options
 from mbproj.cli.completion import scene_file
 from mbproj.cli.explained import Part, explained, option
+from mbproj.cli.figure_options import check_picture, drawn
 from mbproj.cli.quantity import Positive
 from mbproj.cli.report.json_text import json_text
 from mbproj.errors import ExitCode, InputError, Place, Problem
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from mbproj.scene import Scene
     from mbproj.studies.measure.measurement import Measurement
     from mbproj.studies.recommend.recommendation import Recommendation
@@ -52,7 +55,10 @@ EXAMPLES = (
     is_flag=True,
     help="Write the setting into the scene's simulation block; the rest of the file stays as it is.",
 )
+@study_options.workplace
+@drawn
 @study_options.write_table
+@study_options.force
 @study_options.as_json
 @option(Part.OUTPUT, "-q", "--quiet", is_flag=True, help="Print only the command line.")
 @study_options.fresh
@@ -64,10 +70,13 @@ def command(
     output_step: str | None,
     changes: tuple[str, ...],
     write: bool,
+    picture_path: Path | None,
     table_file: Path | None,
+    force: bool,
     as_json: bool,
     quiet: bool,
     fresh: bool,
+    **options: Any,
 ) -> int:
     """Finds the cheapest integrator and step that keep the error below E.
 
@@ -78,6 +87,7 @@ def command(
     """
     from mbproj.cli.report.progress import telling
     from mbproj.cli.scene_options import parameters
+    from mbproj.figures.save import save
     from mbproj.outputs.written_table import check_table, write_table
     from mbproj.scene import read_scene
     from mbproj.studies.recommend.recommendation import recommend
@@ -86,10 +96,12 @@ def command(
     if write and changes:
         hint = "change the parameter in the scene, and leave out --set"
         raise InputError(Problem("--write does not go with changed parameters", Place("--set"), hint))
-    check_table(table_file, ("kind", "setting"))
+    check_table(table_file, ("kind", "setting"), force=force)
+    check_picture(picture_path, force=force)
+    where = study_options.where_of(options)
     what = read_scene(scene, parameters(changes), {"output_step": output_step})
     with telling(hidden=quiet) as tell:
-        found = recommend(what, goal, at or (), until, fresh=fresh, tell=tell)
+        found = recommend(what, goal, at or (), until, fresh=fresh, processes=where, tell=tell)
     line = _command_line(what, scene, changes, output_step, found)
     if as_json:
         click.echo(json_text({"command": line, **_numbers(found)}))
@@ -102,7 +114,9 @@ def command(
             err=True,
         )
     if table_file is not None:
-        click.echo(write_table(table_file, found.table.headings, found.table.rows), err=True)
+        click.echo(write_table(table_file, found.table.headings, found.table.rows, force=force), err=True)
+    if picture_path is not None:
+        click.echo(save(_page(found, what.title), picture_path, force=force), err=True)
     if write and found.reached:
         click.echo(f"written into {write_back(what, found.settings)}", err=True)
     return ExitCode.DONE if found.reached else ExitCode.CHECK_FAILED
@@ -166,10 +180,20 @@ def _lines(found: Recommendation) -> list[str]:
 
 
 def _words(other: Measurement) -> str:
-    if other.failure is not None:
-        return f"{other.setting.label}: fails"
-    return f"{other.setting.label}: {other.at():.2g} m, {_cost(other)}"
+    return f"{other.setting.label}: {'fails' if other.failure else f'{other.at():.2g} m, {_cost(other)}'}"
 
 
 def _cost(of: Measurement) -> str:
     return f"{of.evaluations:.0f} evaluations, {1e3 * of.seconds:.3g} ms"
+
+
+def _page(found: Recommendation, title: str) -> Figure:
+    import numpy as np
+
+    from mbproj.figures.pages.work_precision import search_page
+    from mbproj.studies.tradeoff.fronts import grouped, kind
+
+    costs = np.array([(each.evaluations, each.at()) for each in found.tried])
+    families = {name: costs[indices] for name, indices in grouped(found.tried, kind).items()}
+    best = found.best.evaluations, found.best.at()
+    return search_page(families, best, found.goal, found.uncertain, ", ".join([title, found.setting.label]))

@@ -78,9 +78,6 @@ def command(
     vary: str,
     projections: tuple[str, ...] | None,
     single: str | None,
-    low: float | None,
-    high: float | None,
-    points: int,
     closed: float | None,
     energy: float | None,
     **options: Any,
@@ -111,10 +108,8 @@ def command(
             what,
             vary,
             projections=projections if single is None else (single,),
-            low=low,
-            high=high,
-            points=points,
             limits=Limits(**given),
+            **{name: options[name] for name in ("low", "high", "points")},
         )
     study.hand_over(found, _page(found), lambda: _report(found), lambda: _numbers(found))
 

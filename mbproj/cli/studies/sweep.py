@@ -60,9 +60,6 @@ EXAMPLES = (
 @option(Part.OUTPUT, "-q", "--quiet", is_flag=True, help="Print nothing but errors.")
 def command(
     spec: Path,
-    jobs: int | None,
-    scheduler: str | None,
-    scheduler_file: Path | None,
     timeout: float | None,
     most_failures: int | None,
     retry_failed: bool,
@@ -75,6 +72,7 @@ def command(
     table_file: Path | None,
     as_json: bool,
     quiet: bool,
+    **options: Any,
 ) -> int:
     """Runs a family of mechanisms and tabulates what it measures.
 
@@ -90,7 +88,6 @@ def command(
     from mbproj.outputs import JUNIT, check_replaceable, write_text
     from mbproj.outputs.written_table import check_table
     from mbproj.outputs.written_table import write_table as write_for_paper
-    from mbproj.studies.parallel.client import workplace
     from mbproj.studies.sweep import arrays, summary
     from mbproj.studies.sweep.folder import Folder as SweepFolder
     from mbproj.studies.sweep.run import run_sweep
@@ -102,7 +99,7 @@ def command(
         click.echo(report.preview(what, SHOWN))
         return int(ExitCode.DONE)
     _confirm_number(what, yes)
-    where = workplace(jobs, scheduler, scheduler_file)
+    where = study_options.where_of(options)
     folder = SweepFolder(output or spec.with_name(f"{spec.stem}-sweep"), what, fresh)
     interrupted = False
     with folder.store:

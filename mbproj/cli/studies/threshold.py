@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
     from mbproj.studies.threshold.violation import ThresholdStudy
 
+#: The columns of the lines for a projection after every step, and for none.
+COSTS = ("error", "position_violation", "projections", "cpu_seconds")
 EXAMPLES = (
     ("Find the largest threshold that costs no accuracy.", "mbproj threshold five_bar.yaml --duration 2"),
     ("Try three thresholds only.", "mbproj threshold five_bar.yaml --duration 2 --thresholds 1e-8,1e-6,1e-4"),
@@ -55,7 +57,11 @@ def command(
     what = read_scene(scene, parameters(settings), chosen)
     study = Study(options, f"{Path(scene).stem}-threshold", ("threshold", "projection"))
     found = study.result(threshold_study, what, thresholds=thresholds, at=at)
-    numbers = {"recommended": found.recommended, "until": float(found.reference.times[-1]), "trials": found.rows}
+    numbers = {
+        "recommended": found.recommended,
+        "until": float(found.reference.times[-1]),
+        "trials": found.table.records,
+    }
     study.hand_over(found, _page(found), lambda: _report(found), lambda: numbers, found.notes)
 
 
@@ -64,7 +70,7 @@ def _report(found: ThresholdStudy) -> str:
     from mbproj.cli.studies.many_runs import milliseconds, number
 
     lines = []
-    for index, row in enumerate(found.rows):
+    for index, row in enumerate(found.table.records):
         name = "none" if index == len(found.trials) - 1 else f"{row['threshold']:.0e}" if index else "every step"
         lines.append(
             [
@@ -113,16 +119,12 @@ def _page(found: ThresholdStudy) -> Figure:
 
     from mbproj.figures.pages.threshold import ThresholdSeries, threshold_page
 
-    rows = found.rows
-    middle = rows[1:-1]
+    table = found.table
 
     def column(name: str) -> Any:
-        values = np.array([row[name] for row in middle], dtype=float)
-        return np.where(np.isfinite(values), values, np.nan)
+        return np.where(np.isfinite(table[name]), table[name], np.nan)[1:-1]
 
-    ends = [
-        (row["error"], row["position_violation"], row["projections"], row["cpu_seconds"]) for row in (rows[0], rows[-1])
-    ]
+    always, never = zip(*(table[name][[0, -1]] for name in COSTS), strict=True)
     shown = ThresholdSeries(
         threshold=column("threshold"),
         error=column("error"),
@@ -131,8 +133,8 @@ def _page(found: ThresholdStudy) -> Figure:
         projections=column("projections"),
         seconds=column("cpu_seconds"),
         spread=np.column_stack([column("cpu_seconds_lowest"), column("cpu_seconds_highest")]),
-        always=ends[0],
-        never=ends[1],
+        always=always,
+        never=never,
         recommended=None if found.recommended is None else found.trials[found.recommended].setting.threshold,
         floor=float(found.reference.uncertainty[-1].max()),
     )

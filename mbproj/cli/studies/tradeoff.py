@@ -86,7 +86,7 @@ def _numbers(found: Tradeoff) -> dict[str, Any]:
         "own": found.own,
         "front": found.front,
         "compared": found.compared,
-        "trials": [dict(zip(found.table.headings, row, strict=True)) for row in found.table.rows],
+        "trials": found.table.records,
     }
 
 

@@ -86,6 +86,27 @@ def work_precision(shown: Diagram, remark: str) -> Figure:
     return figure
 
 
+@styled
+def search_page(
+    families: Mapping[str, Array], best: tuple[float, float], goal: float, floor: float, remark: str
+) -> Figure:
+    """Draw what a search has measured: error in m over evaluations of settings (N, 2) by integrator and kind of step.
+    A line is at the error that was asked for, and a star at the `best` setting."""
+    figure = Figure(figsize=(page_width(), 1.5 * ROW), layout="constrained")
+    axis = figure.subplots()
+    for index, (label, settings) in enumerate(families.items()):
+        fixed = {"markerfacecolor": "white"} if label.endswith("fixed steps") else {}
+        _cloud(axis, settings[:, 0], settings[:, 1], label, {**_look(index), "linestyle": "none", **fixed})
+    axis.axhline(goal, color="#555555", linewidth=0.9, linestyle=(0, (4, 2)), label="asked for", zorder=1.5)
+    _star(axis, best, "recommended")
+    _floor(axis, floor)
+    axis.set(xlabel="evaluations", ylabel="error (m)")
+    _decades(axis)
+    put_legend(figure, panels.legend_entries((axis,)))
+    small_print(figure, remark)
+    return figure
+
+
 def _look(index: int) -> dict[str, Any]:
     """The colour, dashes and mark of the line number `index`."""
     return {**line(index), "marker": MARKS[index % len(MARKS)], "markersize": 3.2, "linewidth": 0.9}
@@ -110,9 +131,12 @@ def _front(axis: Axes, shown: Diagram) -> None:
         steps: dict[str, Any] = {"color": "#555555", "linewidth": 0.9, "zorder": 1.5}
         axis.plot(1e3 * shown.front[:, 0], shown.front[:, 1], drawstyle="steps-post", label="front", **steps)
     if shown.own is not None:
-        star: dict[str, Any] = {"marker": "*", "markersize": 10, "markeredgecolor": "black", "linestyle": "none"}
-        star |= {"color": "#E69F00"}
-        axis.plot([1e3 * shown.own[0]], [shown.own[1]], label="the scene's own", zorder=3, **star)
+        _star(axis, (1e3 * shown.own[0], shown.own[1]), "the scene's own")
+
+
+def _star(axis: Axes, place: tuple[float, float], label: str) -> None:
+    star: dict[str, Any] = {"marker": "*", "markersize": 10, "markeredgecolor": "black", "linestyle": "none"}
+    axis.plot(*place, label=label, zorder=3, color="#E69F00", **star)
 
 
 def _decades(axis: Axes) -> None:

@@ -31,6 +31,11 @@ class Table:
         found = [dict(row) for row in rows]
         return Table(tuple(found[0]) if found else headings, tuple(tuple(row.values()) for row in found))
 
+    @property
+    def records(self) -> list[dict[str, Any]]:
+        """The rows by heading."""
+        return [dict(zip(self.headings, row, strict=True)) for row in self.rows]
+
     def __len__(self) -> int:
         return len(self.rows)
 

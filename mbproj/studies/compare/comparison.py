@@ -100,8 +100,10 @@ class Comparison(Tabled):
 
     @property
     def table(self) -> Table:
-        """A table with a row for each setting: its label and its numbers."""
-        return Table.of({"label": entry.label, **entry.numbers} for entry in self.entries)
+        """A table with a row for each setting: its label and its numbers. Where some have the energy row, the columns
+        of its numbers are NaN for the others."""
+        rows = [{"label": entry.label, **entry.numbers} for entry in self.entries]
+        return Table.of({name: row.get(name, nan) for name in max(rows, key=len)} for row in rows)
 
     @property
     def line(self) -> str:

@@ -25,10 +25,10 @@ from mbproj.studies.measure.reference import reference
 from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.spans import sampled
 from mbproj.studies.measure.timing import time_settings
+from mbproj.studies.parallel.hand_out import Where
 from mbproj.studies.parallel.progress import Tell, silent
-from mbproj.studies.recommend.bench import Bench
-from mbproj.studies.recommend.families import Family, families, with_closed_joints
-from mbproj.studies.recommend.search import cheapest
+from mbproj.studies.parallel.resumable import resumable
+from mbproj.studies.recommend.search import Bench, Family, cheapest, families, with_closed_joints
 from mbproj.studies.store import ValueCache
 
 #: Settings with at most this multiple of the fewest evaluations are timed.
@@ -39,6 +39,9 @@ FIRST = 0.1
 FOR_STABILITY = 0.5
 #: The part of the duration by which the study is shortened at a time where the error cannot be kept to the end.
 SHORTER = 0.02
+#: Other processes search where the first search took this processor time, s. On the spherical pendulum it takes less,
+#: and two processes take longer to start than all searches together.
+LONG = 1.0
 
 
 class Unreachable(MbprojError):
@@ -55,7 +58,7 @@ class Recommendation(Tabled):
     were timed, their seconds are medians of several runs. `own` is the scene's own setting, or None. All runs end at
     `until` (s). That is before `wanted` where no setting keeps the error longer; `why` then gives the reason, and is ""
     otherwise. The reference is uncertain by `uncertain` (m); `method` and `check` describe its two solutions.
-    `settings` are those of the best run.
+    `settings` are those of the best run. `tried` are all settings that were measured up to `until`.
     """
 
     goal: float
@@ -70,6 +73,7 @@ class Recommendation(Tabled):
     check: str
     why: str
     settings: Settings
+    tried: tuple[Measurement, ...]
 
     @property
     def setting(self) -> Setting:
@@ -123,10 +127,12 @@ def recommend(
     timed: bool = True,
     fresh: bool = False,
     tell: Tell = silent,
+    processes: Where = None,
 ) -> Recommendation:
     """The cheapest setting of `scene` whose error at every sample up to `until` (s; the scene's duration) is at most
     `error` (m) at the markers `at` (all; the bodies' centres where there are none). Without `timed` the fewest
-    evaluations decide. Measurements are stored: an interrupted search resumes, unless `fresh`.
+    evaluations decide. The integrators are searched in parallel. What was found is stored: an interrupted search
+    resumes, unless `fresh`.
 
     Raises InputError for an unknown name or a missing duration, Unreachable where no setting keeps the error at all.
     """
@@ -140,7 +146,7 @@ def recommend(
     base = with_closed_joints(Setting.of(scene.settings))
     own = Setting.of(scene.settings) if scene.settings.step or scene.settings.tolerance else None
     first, bench = _cheapest_of_first_family(bench, base, tell)
-    contenders = _contenders(bench, base, first, tell)
+    contenders, tried = _contenders(bench, base, first, processes, tell)
     usual = [] if own is None else [bench.measure(own)]
     if timed:
         contenders, usual = _timed(bench, contenders, usual, tell)
@@ -158,14 +164,15 @@ def recommend(
         check=truth.check,
         why=why_not(mechanism, truth, error, bench.until, tell) if bench.until < times[-1] else "",
         settings=settings,
+        tried=(*bench.measurements, *tried),
     )
 
 
 def _cheapest_of_first_family(bench: Bench, base: Setting, tell: Tell) -> tuple[Measurement, Bench]:
     """The cheapest setting of the first family, which reaches the smallest errors. The bench is shortened where the
     motion is chaotic, or the goal near round-off."""
-    wanted, whole, (family, *others) = bench.until, bench.reference, families(base, _interval(bench))
-    tell("integrators", 0, 1 + len(others))
+    wanted, whole, family = bench.until, bench.reference, next(families(base, _interval(bench)))
+    tell("the first integrator", 0, 1)
     certain = bench.uncertainty <= bench.goal
     while True:
         if not certain[: len(bench.reference.times)].all():
@@ -193,19 +200,32 @@ def _start_fineness(bench: Bench, family: Family) -> int:
     return family.at_error(1, tolerance / family.tolerance(1))
 
 
-def _contenders(bench: Bench, base: Setting, first: Measurement, tell: Tell) -> list[Measurement]:
-    """The cheapest setting of each family, where its cost is near the least of all; fewest evaluations first."""
-    found, intervals = [first], len(bench.reference.times) - 1
-    tried = list(families(base, _interval(bench), stiff=_limited_by_stability(bench, first)))
-    for through, family in enumerate(tried[1:], 1):
-        tell("integrators", through, len(tried))
-        budget = CONTENDERS * min(one.evaluations for one in found)
-        start = _start_fineness(bench, family) if family.by_error else int(budget / family.fixed_cost(1, intervals))
-        best = cheapest(bench, family, start, budget)
-        found += [best] if best is not None else []
+def _contenders(
+    bench: Bench, base: Setting, first: Measurement, processes: Where, tell: Tell
+) -> tuple[list[Measurement], list[Measurement]]:
+    """The cheapest setting of each family, where its cost is near the least of all, fewest evaluations first; then all
+    that was measured of the families after the first. Each of them is searched on its own, up to the first one's cost.
+    """
+    budget, end = CONTENDERS * first.evaluations, f"--duration {bench.until!r} up to {first.evaluations}"
+    others = list(families(base, _interval(bench), stiff=_limited_by_stability(bench, first)))[1:]
+    items = {f"{each.setting(1).command_line()} {end}, {bench.by_energy}": each for each in others}
+    shared = replace(bench, kept=ValueCache()), budget
+    is_long = sum(each.seconds for each in bench.measurements) > LONG
+    where = 1 if processes is None and not is_long else processes
+    searched = resumable(_searched, shared, items, bench.kept, where, "integrators", tell).values()
+    found, tried = ([each for pair in searched for each in pair[part]] for part in (0, 1))
+    found = [first, *found]
     found += _with_energy_row(bench, base, min(found, key=lambda one: one.evaluations))
     found.sort(key=lambda one: one.evaluations)
-    return [one for one in found if one.evaluations <= CONTENDERS * found[0].evaluations]
+    return [one for one in found if one.evaluations <= CONTENDERS * found[0].evaluations], tried
+
+
+def _searched(shared: tuple[Bench, float], family: Family) -> tuple[list[Measurement], list[Measurement]]:
+    """The cheapest setting of a family within a budget of evaluations, if there is one, and all that was measured."""
+    bench, budget, intervals = replace(shared[0], kept=ValueCache()), shared[1], len(shared[0].reference.times) - 1
+    start = _start_fineness(bench, family) if family.by_error else int(budget / family.fixed_cost(1, intervals))
+    best = cheapest(bench, family, start, budget)
+    return [] if best is None else [best], bench.measurements
 
 
 def _with_energy_row(bench: Bench, base: Setting, best: Measurement) -> list[Measurement]:

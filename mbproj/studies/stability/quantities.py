@@ -46,22 +46,26 @@ class VariedQuantity:
     of_motion: bool = False
 
 
-def _of_scene(change: Callable[[Scene, float], Scene]) -> Callable[[Subject, float], Subject]:
-    return lambda subject, value: replace(subject, scene=change(subject.scene, value))
-
-
-def _ratio(
-    low: float, high: float, change: Callable[[Scene, float], Scene] | None = None
-) -> Callable[[Subject], ValueSpan]:
-    """The span of a factor that is 1 in the scene itself. `change` raises InputError for scenes to which the factor
-    does not apply."""
+def _factor(
+    low: float,
+    high: float,
+    change: Callable[[Scene, float], Scene],
+    summary: str,
+    *,
+    applies_to_all: bool = False,
+    of_forces: bool = False,
+) -> VariedQuantity:
+    """A factor that is 1 in the scene itself. `change` raises InputError for scenes to which it does not apply."""
 
     def span(subject: Subject) -> ValueSpan:
-        if change is not None:
+        if not applies_to_all:
             change(subject.scene, 1.0)
         return ValueSpan(low, 1.0, high)
 
-    return span
+    def changed(subject: Subject, value: float) -> Subject:
+        return replace(subject, scene=change(subject.scene, value))
+
+    return VariedQuantity("", summary, span, changed, of_forces=of_forces)
 
 
 def _steps(subject: Subject) -> ValueSpan:
@@ -83,44 +87,23 @@ def _gains(subject: Subject) -> ValueSpan:
 QUANTITIES: Mapping[str, VariedQuantity] = MappingProxyType(
     {
         "step": VariedQuantity("s", "the integrator's fixed step", _steps, _of_setting(lambda h: {"step": h})),
-        "mass-ratio": VariedQuantity(
-            "",
+        "mass-ratio": _factor(
+            1e-12,
+            1e12,
+            with_mass_ratio,
             "every second body, counted from the ground along the joints, √r times as heavy, the others 1/√r times",
-            _ratio(1e-12, 1e12, with_mass_ratio),
-            _of_scene(with_mass_ratio),
         ),
-        "inertia-ratio": VariedQuantity(
-            "",
-            "as `mass-ratio`, of the moments of inertia alone",
-            _ratio(1e-12, 1e12, with_inertia_ratio),
-            _of_scene(with_inertia_ratio),
-        ),
-        "speed": VariedQuantity(
-            "",
-            "a factor on the velocities of the start and the speed of all motions",
-            _ratio(1e-3, 1e3, with_speed),
-            _of_scene(with_speed),
-        ),
-        "length-scale": VariedQuantity(
-            "",
+        "inertia-ratio": _factor(1e-12, 1e12, with_inertia_ratio, "as `mass-ratio`, of the moments of inertia alone"),
+        "speed": _factor(1e-3, 1e3, with_speed, "a factor on the velocities of the start and the speed of all motions"),
+        "length-scale": _factor(
+            1e-6,
+            1e6,
+            rescaled,
             "a factor on lengths, velocities and gravity: the same motion in another unit of length",
-            _ratio(1e-6, 1e6),
-            _of_scene(rescaled),
+            applies_to_all=True,
         ),
-        "stiffness": VariedQuantity(
-            "",
-            "a factor on the stiffness of all springs",
-            _ratio(1e-6, 1e6, with_stiffness),
-            _of_scene(with_stiffness),
-            of_forces=True,
-        ),
-        "damping": VariedQuantity(
-            "",
-            "a factor on the damping of all dampers",
-            _ratio(1e-6, 1e6, with_damping),
-            _of_scene(with_damping),
-            of_forces=True,
-        ),
+        "stiffness": _factor(1e-6, 1e6, with_stiffness, "a factor on the stiffness of all springs", of_forces=True),
+        "damping": _factor(1e-6, 1e6, with_damping, "a factor on the damping of all dampers", of_forces=True),
         "baumgarte-gain": VariedQuantity(
             "1/s",
             "Baumgarte's gains α = β: whether |C| grows over 300 steps from an offset of 1e-8",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import platform
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, ItemsView, Sequence
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
@@ -55,6 +55,10 @@ class ValueCache:
 
     def __getitem__(self, name: str) -> Any:
         return self._records[name]
+
+    def items(self) -> ItemsView[str, Any]:
+        """All records, with their names."""
+        return self._records.items()
 
     def add(self, name: str, record: Any) -> None:
         """Keeps a record; it is on the disk when this returns."""

@@ -62,14 +62,9 @@ class ThresholdStudy(Tabled):
         return float("nan") if done is None or not every else 1.0 - done / every
 
     @property
-    def rows(self) -> list[dict[str, Any]]:
-        """A row for each trial, by column."""
-        return list(map(self._row, range(len(self.trials))))
-
-    @property
     def table(self) -> Table:
         """A table with a row for each trial."""
-        return Table.of(self.rows)
+        return Table.of(map(self._row, range(len(self.trials))))
 
     @property
     def line(self) -> str:
@@ -117,7 +112,9 @@ def threshold_study(
     size = round(np.log10(mechanism.system.length))
     usual = [float(f"1e{size + exponent}") for exponent in EXPONENTS]
     chosen = sorted(usual if thresholds is None else map(float, thresholds))
-    settings = [own, *(replace(own, threshold=value) for value in chosen), _without(own)]
+    same = {name: getattr(own, name) for name in ("integrator", "step", "tolerance", "formulation")}
+    without = replace(own.projected_by("none"), **same)
+    settings = [own, *(replace(own, threshold=value) for value in chosen), without]
     truth, notes = certain_reference(mechanism, span(scene, until), own, (own.integrator,), tell)
     what = {
         "study": "threshold",
@@ -167,18 +164,6 @@ def _every_step(own: Setting, scene: Scene) -> Setting:
         )
         raise InputError(problem)
     return replace(own, every=1, threshold=None)
-
-
-def _without(own: Setting) -> Setting:
-    """Return the setting without projection."""
-    return Setting(
-        "none",
-        own.integrator,
-        step=own.step,
-        tolerance=own.tolerance,
-        formulation=own.formulation,
-        acceleration=own.acceleration,
-    )
 
 
 def _recommended(

@@ -115,7 +115,7 @@ def by_integrator(trials: Sequence[Measurement]) -> dict[str, list[int]]:
     """Indices of the trials that have the projection and schedule of the first trial, by integrator and kind of
     step."""
     plain = schedule_label(trials[0].setting)
-    return _grouped(trials, lambda setting: kind(setting) if schedule_label(setting) == plain else None)
+    return grouped(trials, lambda setting: kind(setting) if schedule_label(setting) == plain else None)
 
 
 def studied(trials: Sequence[Measurement], front: Sequence[int]) -> str:
@@ -123,7 +123,7 @@ def studied(trials: Sequence[Measurement], front: Sequence[int]) -> str:
     projections."""
     tried = {
         name: len({schedule_label(trials[index].setting) for index in indices})
-        for name, indices in _grouped(trials, kind).items()
+        for name, indices in grouped(trials, kind).items()
     }
     wins = {name: sum(kind(trials[index].setting) == name for index in front) for name in tried}
     return max(tried, key=lambda name: (tried[name] > 1, wins[name]))
@@ -131,10 +131,10 @@ def studied(trials: Sequence[Measurement], front: Sequence[int]) -> str:
 
 def by_projection(trials: Sequence[Measurement], name: str) -> dict[str, list[int]]:
     """Indices of the trials of one integrator and kind of step, by projection and schedule."""
-    return _grouped(trials, lambda setting: schedule_label(setting) if kind(setting) == name else None)
+    return grouped(trials, lambda setting: schedule_label(setting) if kind(setting) == name else None)
 
 
-def _grouped(trials: Sequence[Measurement], key: Callable[[Setting], str | None]) -> dict[str, list[int]]:
+def grouped(trials: Sequence[Measurement], key: Callable[[Setting], str | None]) -> dict[str, list[int]]:
     """Indices of the trials, grouped by `key` of their settings; trials whose key is None are left out."""
     groups: dict[str, list[int]] = {}
     for index, trial in enumerate(trials):

@@ -21,7 +21,7 @@ def mbproj(tmp_path):
     return partial(commands.mbproj, folder=tmp_path)
 
 
-def test_the_command_line_that_is_printed_runs_and_json_says_the_same(mbproj):
+def test_the_command_line_that_is_printed_runs_and_json_says_the_same(mbproj, tmp_path):
     done = mbproj("recommend", "pendulum.yaml", "--error", "1 mm", "--until", "1 s")
     assert (done.returncode, done.stderr) == (0, "")
     line, *rest = done.stdout.splitlines()
@@ -29,7 +29,11 @@ def test_the_command_line_that_is_printed_runs_and_json_says_the_same(mbproj):
     assert rest[0].endswith("0.001 m is asked for, until t = 1 s")
     run = mbproj(*line.split()[1:], "--json")
     assert run.returncode == 0, run.stderr
-    numbers = json.loads(mbproj("recommend", "pendulum.yaml", "--error", "1e-3", "--until", "1", "--json").stdout)
+    again = mbproj("recommend", "pendulum.yaml", "--error", "1e-3", "--until", "1", "--json", "--plot", "search.svg")
+    assert again.stderr == "search.svg\n"
+    drawn = (tmp_path / "search.svg").read_text()
+    assert all(words in drawn for words in ("asked for", "recommended", "dop853, tolerance", "rk4, fixed steps"))
+    numbers = json.loads(again.stdout)
     assert numbers["reached"] is True
     assert numbers["best"]["error"] <= 1e-3
 

@@ -11,8 +11,8 @@ from mbproj.studies.compare.comparison import compare
 from mbproj.studies.measure import reference as references
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.setting import Setting
-from mbproj.studies.recommend.families import families
 from mbproj.studies.recommend.recommendation import recommend
+from mbproj.studies.recommend.search import families
 from mbproj.studies.stability import stability
 from mbproj.studies.variants.livelier import with_damping
 from mbproj.studies.verify.checks import verify

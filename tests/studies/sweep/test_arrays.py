@@ -7,10 +7,11 @@ import pytest
 
 from mbproj.mechanisms_folder import mechanism
 from mbproj.studies.sweep import case
-from mbproj.studies.sweep.case import FEWEST, Task, Work, run_case, run_cases
+from mbproj.studies.sweep.case import Task, Work, run_case, run_cases
 from mbproj.studies.sweep.row import Status
 from mbproj.studies.sweep.spec import read_spec
 from mbproj.studies.together import block
+from mbproj.studies.together.groups import FEWEST
 from tests.studies.sweep.specs import swept, write
 
 pytestmark = pytest.mark.usefixtures("sweeps_here")
