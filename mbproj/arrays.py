@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from mbproj.lanes import contiguous, one_of
+from mbproj.lanes import contiguous, each_lane, one_of
 
 Array: TypeAlias = npt.NDArray[np.float64]
 Integers: TypeAlias = npt.NDArray[np.intp]
@@ -44,18 +44,16 @@ def together(parts: Sequence[Numbers]) -> Numbers:
 
 
 def distinct_rows(rows: Numbers) -> tuple[Numbers, Integers]:
-    """The distinct rows of `rows` (k, w), sorted, and the index among them of each of the k rows.
+    """The distinct rows of `rows` (k, w), in the order in which they first stand, and the index among them of each of
+    the k rows."""
+    place: Integers = _places(rows)
+    return rows[np.diff(np.maximum.accumulate(place), prepend=-1) > 0], place
 
-    numpy.unique does the same, but its first call spends 0.1 s on modules that nothing else here needs.
-    """
-    if not len(rows):
-        return rows, np.zeros(0, dtype=np.intp)
-    order = np.lexsort(rows.T[::-1])
-    ordered = rows[order]
-    first = np.append(True, np.any(ordered[1:] != ordered[:-1], axis=1))
-    place = np.empty(len(rows), dtype=np.intp)
-    place[order] = np.cumsum(first) - 1
-    return ordered[first], place
+
+@each_lane
+def _places(rows: Numbers) -> Integers:
+    number: dict[tuple[float, ...], int] = {}
+    return np.array([number.setdefault(tuple(row), len(number)) for row in rows.tolist()], dtype=np.intp)
 
 
 def may_overflow() -> np.errstate:

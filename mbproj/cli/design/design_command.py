@@ -28,6 +28,7 @@ Command = TypeVar("Command", bound=Callable[..., Any])
 #: Searches found the same design where their numbers differ from the best by at most this part of their ranges.
 SAME = 1e-4
 OTHER = "choose another folder with -o"
+DIFFERENCES = "differences of runs"
 
 
 def options(command: Command) -> Command:
@@ -167,6 +168,8 @@ def report(found: Design) -> Iterator[str]:
     by = slopes_by(found)
     if by is not None:
         yield f"slopes: {by['by']}" + (f", because {by['because']}" if by["because"] else " along each run")
+        for name, why in by["apart"].items():
+            yield f"slopes of {name}: {DIFFERENCES}, because {why}"
     yield _about_searches(found)
     yield ""
     headings = ["", "value", *([] if known is None else ["±"]), "between", "unit"]
@@ -191,11 +194,13 @@ def report(found: Design) -> Iterator[str]:
         yield f"{limit.name}: {value:.10g} {limit.unit}, to be {words} {limit.bound:.10g}".replace(" ,", ",")
 
 
-def slopes_by(found: Design) -> dict[str, str] | None:
-    """The way in which the search found slopes, and the reason why not by dual numbers; None where it used none."""
+def slopes_by(found: Design) -> dict[str, Any] | None:
+    """The way in which the search found slopes, the reason why not by dual numbers, and the reasons by the names of
+    measures that went another way; None where it used none."""
     if found.differences is None:
         return None
-    return {"by": "differences of runs" if found.differences else "dual numbers", "because": found.differences}
+    by = DIFFERENCES if found.differences else "dual numbers"
+    return {"by": by, "because": found.differences, "apart": found.apart}
 
 
 def _about_searches(found: Design) -> str:

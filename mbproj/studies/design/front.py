@@ -9,7 +9,7 @@ import numpy as np
 
 from mbproj.arrays import Array, Flags
 from mbproj.studies.design.searches import EVOLVED, Task, equalities, lacking
-from mbproj.studies.design.trial import Wish, tried
+from mbproj.studies.design.trial import Wish, tried_together
 
 #: Designs of a generation.
 POPULATION = 40
@@ -29,16 +29,16 @@ def front_of(wish: Wish, task: Task) -> dict[str, Any]:
     shares: dict[str, Any] = {path: optuna.distributions.FloatDistribution(0.0, 1.0) for path in wish.paths}
     study.enqueue_trial(dict(zip(wish.paths, task.u, strict=True)))
     ends, goals, equal, count = [], [], equalities(wish), EVOLVED * len(wish.paths)
-    for _ in range(count):
-        trial = study.ask(shares)
-        u = np.array([trial.params[path] for path in wish.paths])
-        found = tried(wish, u)
-        lack = lacking(found, equal)
-        trial.set_constraint("lacking", lack)
-        study.tell(trial, found.goals.tolist() if found.runs else [WORST] * len(wish.goals))
-        if lack == 0.0:
-            ends.append(u.tolist())
-            goals.append(found.goals.tolist())
+    for first in range(0, count, POPULATION):
+        asked = [study.ask(shares) for _ in range(min(POPULATION, count - first))]
+        points = [np.array([trial.params[path] for path in wish.paths]) for trial in asked]
+        for trial, u, found in zip(asked, points, tried_together(wish, points), strict=True):
+            lack = lacking(found, equal)
+            trial.set_constraint("lacking", lack)
+            study.tell(trial, found.goals.tolist() if found.runs else [WORST] * len(wish.goals))
+            if lack == 0.0:
+                ends.append(u.tolist())
+                goals.append(found.goals.tolist())
     best = undominated(np.array(goals).reshape(-1, len(wish.goals)))
     kept = np.flatnonzero(best).tolist()
     return {"ends": [ends[k] for k in kept], "goals": [goals[k] for k in kept], "runs": count}

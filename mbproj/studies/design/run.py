@@ -86,6 +86,13 @@ class Design:
     differences: str | None
 
     @property
+    def apart(self) -> dict[str, str]:
+        """Why slopes of some measures, by name, came from differences, where dual numbers gave those of others."""
+        if self.differences != "" or self.trial.followed is None:
+            return {}
+        return {each.name: why for each, why in self.trial.followed.missing.items()}
+
+    @property
     def off(self) -> Iterator[tuple[Target, Array]]:
         """How far the run is from the values of each target, (N, k), in its unit."""
         at = 0
@@ -165,7 +172,7 @@ def _check_effects(spec: Spec, wish: Wish, points: Sequence[Array]) -> None:
     def all_of(trial: Trial) -> Array:
         return np.concatenate([trial.residuals, trial.goals, trial.limits])
 
-    found, trials = [], Counted(wish, tried)
+    found, trials = [], Counted(wish)
     for u in points[:LOOKED_AT]:
         if np.isfinite(all_of(trials(u))).all():
             slopes = np.nan_to_num(trials.slopes(all_of, u, central=False), nan=1.0)
@@ -232,7 +239,7 @@ def _known(
 ) -> Design:
     best = searches[0]
     u = wish.shares(best.end)
-    trials = Counted(wish, tried)
+    trials = Counted(wish)
     trial, finer = trials(u), tried(replace(wish, finer=2), u)
     error = finer.residuals - trial.residuals
     known = None
@@ -240,16 +247,9 @@ def _known(
         slopes = trials.slopes(lambda trial: trial.residuals, u, central=True)
         known = knowledge(spec.paths, best.end, spec.high - spec.low, slopes, trial.residuals, error)
     notes = (*spec.notes, *_notes(spec, best, u, trial, known, error))
-    why = _why_differences(engine[0], trials, trial)
+    misses = trial.followed.misses if trial.followed is not None else ""
+    why = trials.why or misses if engine[0] in BY_SLOPES else None
     return Design(spec, best.end, trial, searches, *engine, reused, runs, known, error, notes, why)
-
-
-def _why_differences(engine: str, trials: Counted, trial: Trial) -> str | None:
-    """Why a search took differences of runs where dual numbers do not follow them; empty where they do; None where it
-    took no slopes at all."""
-    if engine not in BY_SLOPES:
-        return None
-    return trials.why or ("" if trial.followed is None else trial.followed.misses)
 
 
 def _notes(spec: Spec, best: Search, u: Array, trial: Trial, known: Knowledge | None, error: Array) -> list[str]:

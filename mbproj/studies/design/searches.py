@@ -12,7 +12,7 @@ from mbproj.arrays import Array, Flags
 from mbproj.dataclass import dataclass
 from mbproj.studies.design.slopes.derivative import Counted
 from mbproj.studies.design.start import INSIDE, brought_in, value_of, violation
-from mbproj.studies.design.trial import Trial, Wish, tried
+from mbproj.studies.design.trial import Trial, Wish
 
 #: Iterations of a search that goes by derivatives.
 ITERATIONS = 200
@@ -36,8 +36,8 @@ class Task:
 class Watched:
     """Trials of one search, the best of them, and how it went down: (runs, value) wherever it became better."""
 
-    def __init__(self, wish: Wish, run: Callable[..., Trial] = tried) -> None:
-        self.trials, self._equal = Counted(wish, run), equalities(wish)
+    def __init__(self, wish: Wish) -> None:
+        self.trials, self._equal = Counted(wish), equalities(wish)
         self._allowed = np.array([BROKEN * max(abs(limit.bound), 1.0) for limit in wish.limits])
         self.best: tuple[float, float, Array] | None = None
         self.trace: list[tuple[int, float]] = []
@@ -158,7 +158,9 @@ def _by_evolution(wish: Wish, watched: Watched, u: Array, seed: int) -> None:
     )
     while not strategy.stop():
         points = strategy.ask()
-        trials = [watched(np.array(point[: len(u)])) for point in points]
+        designs = [np.array(point[: len(u)]) for point in points]
+        watched.trials.ahead(designs)
+        trials = [watched(v) for v in designs]
         lacks = [lacking(trial, equal) for trial in trials]
         worst = max((value_of(each) for each, lack in zip(trials, lacks, strict=True) if lack == 0.0), default=0.0)
         ranks = [

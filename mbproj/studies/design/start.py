@@ -13,7 +13,7 @@ from scipy.stats import qmc
 from mbproj.arrays import Array, Flags
 from mbproj.studies.design.slopes.derivative import Counted, derivative
 from mbproj.studies.design.spec import Spec
-from mbproj.studies.design.trial import Trial, Wish, tried
+from mbproj.studies.design.trial import Trial, Wish, tried_together
 
 #: Points that are tried for each start.
 POINTS = 8
@@ -37,7 +37,7 @@ def points_of(spec: Spec) -> tuple[Array, bool]:
 
 def looked_at(wish: Wish, points: Sequence[list[float]]) -> list[list[float]]:
     """How good each point is, as numbers that are compared one after another; smaller is better. A work item."""
-    return [_rank(tried(wish, np.array(point))) for point in points]
+    return [_rank(trial) for trial in tried_together(wish, [np.array(point) for point in points])]
 
 
 def _rank(trial: Trial) -> list[float]:

@@ -1,21 +1,25 @@
-"""A design that is tried: the scene with its numbers, run and measured. Why it cannot be run is information, too."""
+"""Designs that are tried: the scene with their numbers, run and measured. Why one cannot be run is information, too."""
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import field, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from math import nan
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from mbproj.analysis.expectations import measured
+from mbproj.analysis.observed import SampleSource
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import nearest
 from mbproj.dynamics.equations.motions import drive_at
 from mbproj.errors import InputError, SimulationError
 from mbproj.integrate.loop.followed_steps import FollowedSteps
+from mbproj.lanes import lane
 from mbproj.model import compile_system, initial_guess
 from mbproj.scene.expressions.evaluate import Value, evaluate
 from mbproj.scene.expressions.syntax_tree import parse
@@ -25,8 +29,10 @@ from mbproj.scene.settings import settings_to_run
 from mbproj.studies.design.slopes.neighbours import Followed
 from mbproj.studies.design.spec import Goal, Limit, Spec
 from mbproj.studies.design.target import Target
-from mbproj.studies.measure.measured_samples import MeasuredSamples
 from mbproj.studies.measure.mechanism import Mechanism
+from mbproj.studies.together.block import samples_of_block
+from mbproj.studies.together.groups import by_arrays, shared
+from mbproj.studies.together.signature import signature_of, values_of
 
 #: Scenes that a process keeps taken apart.
 SCENES = 4
@@ -76,7 +82,15 @@ class Wish:
 
     def scene(self, u: Array) -> Scene:
         """The scene with the numbers at these shares. Raises InputError where it is wrong."""
-        return _taken_apart(self.text, self.name).scene(dict(zip(self.paths, self.values(u).tolist(), strict=True)))
+        return self.scene_with(self.values(u).tolist())
+
+    def scene_with(self, values: Sequence[Any]) -> Scene:
+        """The scene with these numbers."""
+        return _taken_apart(self.text, self.name).scene(dict(zip(self.paths, values, strict=True)))
+
+    def settings(self, scene: Scene) -> Settings:
+        """How a scene is run."""
+        return _finer(settings_to_run(scene, by_options=False), self.finer)
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +137,7 @@ def tried(wish: Wish, u: Array, beside: FollowedSteps | None = None) -> Trial:
         mechanism = Mechanism.of(scene)
     except InputError as error:
         return _failed(wish, error.problems[0].message, _left_open(scene), reached=0.0)
-    settings = _finer(settings_to_run(scene, by_options=False), wish.finer)
+    settings = wish.settings(scene)
     followed = Followed(mechanism, settings, wish.watched)
     try:
         samples = followed.run(beside)
@@ -131,26 +145,57 @@ def tried(wish: Wish, u: Array, beside: FollowedSteps | None = None) -> Trial:
         return _failed(wish, str(error), np.zeros(1), error.time / settings.duration if settings.duration else 0.0)
     except InputError as error:
         return _failed(wish, error.problems[0].message)
-    trial = trial_of(wish, scene, samples, settings.duration)
+    trial = trial_of(wish, scene.parameters, samples, settings.duration)
     return replace(trial, steps=followed.steps, followed=None if beside else followed)
 
 
-def trial_of(wish: Wish, scene: Scene, samples: MeasuredSamples, duration: float | None) -> Trial:
-    """What a run of `duration` in s has of what is asked for."""
-    found = {}
+def tried_together(wish: Wish, points: Sequence[Array]) -> list[Trial]:
+    """The designs at some shares, each run once, with the bits of `tried`: by arrays where these know their way. Such
+    trials are not followed."""
+    cases = [tuple(wish.values(u).tolist()) for u in points]
+    found = by_arrays(cases, partial(_of_a_group, wish), apart=lambda case: shared(wish.paths, case))
+    return [found.get(at) or replace(tried(wish, u), followed=None) for at, u in enumerate(points)]
+
+
+def _of_a_group(wish: Wish, cases: Sequence[tuple[float, ...]]) -> list[Trial | None]:
+    scene = wish.scene_with(values_of(cases))
+    settings, parameters = wish.settings(scene), {**scene.parameters}
+    return [
+        None if samples is None else trial_of(wish, lane(parameters, at), samples, settings.duration)
+        for at, samples in enumerate(samples_of_block(signature_of(scene, settings), wish.watched, len(cases)))
+    ]
+
+
+def trial_of(
+    wish: Wish,
+    parameters: Mapping[str, float],
+    samples: SampleSource,
+    duration: float | None,
+    unseen: Collection[Expectation] = (),
+) -> Trial:
+    """What a run of `duration` in s has of what is asked for, with the scene's parameters. What follows from measures
+    that are `unseen` is NaN."""
+    found = {each.name: nan for each in unseen}
     for each in wish.measures:
+        if each in unseen:
+            continue
         value = measured(each, samples, duration)
         if value is None or not np.isfinite(value.values[0]):
             return _failed(wish, f"'{each.name}' has no value: the run never gets there")
         found[each.name] = float(value.values[0])
-    residuals = [target.residuals(samples) for target in wish.targets]
+    residuals = [
+        np.full(target.values.size, nan)
+        if any(each in unseen for each in target.watched)
+        else target.residuals(samples)
+        for target in wish.targets
+    ]
     for target, off in zip(wish.targets, residuals, strict=True):
         if off is None:
             return _failed(wish, f"'{target.name}': '{target.over}' does not pass all values")
     return Trial(
         residuals=np.concatenate([np.zeros(0), *(off for off in residuals if off is not None)]),
         goals=np.array([goal.sign * found[goal.measure.name] for goal in wish.goals]),
-        limits=np.array([_margin(limit, found, scene) for limit in wish.limits]),
+        limits=np.array([_margin(limit, found, parameters) for limit in wish.limits]),
         open=np.zeros(1),
     )
 
@@ -175,11 +220,11 @@ def _finer(settings: Settings, finer: int) -> Settings:
     return replace(settings, step=step, tolerance=tolerance)
 
 
-def _margin(limit: Limit, found: dict[str, float], scene: Scene) -> float:
+def _margin(limit: Limit, found: dict[str, float], parameters: Mapping[str, float]) -> float:
     if limit.measure is not None:
         value = found[limit.measure.name]
     else:
-        names = {name: Value(number, None) for name, number in scene.parameters.items()}
+        names = {name: Value(number, None) for name, number in parameters.items()}
         value = evaluate(parse(limit.expression, frozenset(names)), names).number
     return limit.bound - value if limit.side == "at_most" else value - limit.bound
 

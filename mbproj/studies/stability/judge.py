@@ -136,8 +136,7 @@ def judged_in_blocks(changed: Callable[[float], Subject], values: Sequence[float
     return by_arrays(
         values,
         together,
-        lambda value: judged(changed(value), value),
-        lambda one, other: repr(one) == repr(other),
+        lambda value, point: repr(judged(changed(value), value)) == repr(point),
         lambda value: values.index(value) // BLOCK,
     )
 

@@ -26,12 +26,11 @@ from mbproj.scene.read import SceneText
 from mbproj.scene.records import Expectation, Scene, Settings
 from mbproj.scene.sampling import whole_steps
 from mbproj.scene.settings import settings_to_run
-from mbproj.scene.text.changes import SIMULATION
 from mbproj.studies.measure.measured_samples import MeasuredSamples
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.sweep.row import CaseRow, Status
 from mbproj.studies.together.block import run_block
-from mbproj.studies.together.groups import FEWEST, by_arrays
+from mbproj.studies.together.groups import FEWEST, by_arrays, shared
 from mbproj.studies.together.signature import signature_of, values_of
 
 #: Blocks of which none went by arrays until no further one is tried.
@@ -108,16 +107,10 @@ def _tried(text: str, paths: tuple[str, ...], measures: tuple[Expectation, ...])
 def _by_arrays(work: Work, tasks: Sequence[Task]) -> dict[int, CaseRow]:
     """The rows of those cases that come to their end by arrays, by their numbers."""
 
-    def agree(one: CaseRow, other: CaseRow) -> bool:
-        return np.array_equal(one.values, other.values, equal_nan=True)
+    def holds(task: Task, row: CaseRow) -> bool:
+        return np.array_equal(run_case(work, task).values, row.values, equal_nan=True)
 
-    return by_arrays(tasks, partial(_run_together, work), partial(run_case, work), agree, partial(_of_a_group, work))
-
-
-def _of_a_group(work: Work, task: Task) -> tuple[float | str, ...]:
-    """What all cases of a group share: their texts, and their settings."""
-    pairs = zip(work.paths, task.values, strict=True)
-    return tuple(each for path, each in pairs if isinstance(each, str) or path.startswith(f"{SIMULATION}."))
+    return by_arrays(tasks, partial(_run_together, work), holds, lambda task: shared(work.paths, task.values))
 
 
 def _run_together(work: Work, tasks: Sequence[Task]) -> list[CaseRow | None]:

@@ -1,4 +1,4 @@
-"""run_block(): the steps of each case of a block, its samples, and what is measured of all."""
+"""run_block(): the steps of each case of a block, and what is measured of all; samples_of_block(): their samples."""
 
 from __future__ import annotations
 
@@ -45,15 +45,28 @@ def run_block(
 ) -> list[tuple[float, ...] | None]:
     """What is measured of each of so many cases. None of one whose run does not come to its end, or takes longer than
     `timeout` in s."""
-    mechanism, settings = signature.mechanism, signature.settings
-    block, ended = observed(signature, count, timeout)
-    if block is None:
-        return [None] * count
-    samples = MeasuredSamples(mechanism, measures)
-    samples.write(block)
-    samples.events(events_of(mechanism.system, mechanism.state.t, settings))
-    found = [_values(each, samples, settings.duration, count) for each in measures]
+    samples, ended = _measured_samples(signature, measures, count, timeout)
+    found = [_values(each, samples, signature.settings.duration, count) for each in measures if any(ended)]
     return [tuple(column[at] for column in found) if whole else None for at, whole in enumerate(ended)]
+
+
+def samples_of_block(signature: Signature, measures: Sequence[Expectation], count: int) -> list[OfLane | None]:
+    """The samples of each of so many cases that the measures read; None where `run_block` has none."""
+    samples, ended = _measured_samples(signature, measures, count)
+    return [OfLane(samples, at) if whole else None for at, whole in enumerate(ended)]
+
+
+def _measured_samples(
+    signature: Signature, measures: Sequence[Expectation], count: int, timeout: float | None = None
+) -> tuple[MeasuredSamples, list[bool]]:
+    """The samples of all cases that the measures read, and which cases have come to their end."""
+    mechanism = signature.mechanism
+    samples = MeasuredSamples(mechanism, measures)
+    block, ended = observed(signature, count, timeout)
+    if block is not None:
+        samples.write(block)
+        samples.events(events_of(mechanism.system, mechanism.state.t, signature.settings))
+    return samples, ended
 
 
 def _integrated(compiled: Compiled, run: Any, count: int, timeout: float | None) -> list[Mapping[str, Any] | None]:
@@ -92,7 +105,7 @@ def _values(measure: Expectation, samples: MeasuredSamples, duration: float | No
     try:
         found = measured(measure, samples, duration)
     except (Parted, TypeError):
-        own = [measured(measure, _OfLane(samples, at), duration) for at in range(count)]
+        own = [measured(measure, OfLane(samples, at), duration) for at in range(count)]
         return [np.nan if each is None else float(each.values[0]) for each in own]
     if found is None:
         return [np.nan] * count
@@ -100,7 +113,7 @@ def _values(measure: Expectation, samples: MeasuredSamples, duration: float | No
     return values
 
 
-class _OfLane:
+class OfLane:
     """The samples of one case."""
 
     def __init__(self, samples: MeasuredSamples, at: int) -> None:

@@ -9,9 +9,10 @@ import mbproj
 from mbproj.integrate import simulate
 from mbproj.scene.settings import settings_to_run
 from mbproj.studies.design.spec import read_spec
-from mbproj.studies.design.trial import Wish, tried
+from mbproj.studies.design.trial import Wish, tried, tried_together
 from mbproj.studies.measure.measured_samples import MeasuredSamples
 from mbproj.studies.measure.mechanism import Mechanism
+from mbproj.studies.together import groups
 from tests.studies.design.scenes import FOUR_BAR, SPRING, written
 
 CASES = {
@@ -47,6 +48,36 @@ def test_a_trial_has_the_bits_of_a_run_whatever_ran_before(case, tmp_path):
             alone = seen(results)
         assert first.tolist() == second.tolist()
         assert first.tolist() == alone.tolist()
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_designs_that_are_tried_together_have_the_bits_that_they_have_alone(case, tmp_path, monkeypatch):
+    """Also those that do not close; and most of the others are run in groups. A constraint is of parameters."""
+    scene, vary, of, (heading, _) = CASES[case]
+    (tmp_path / "wanted.csv").write_text(f"time (s),{heading}\n0.0,0.0\n0.5,0.1\n1.0,0.2\n", encoding="utf-8")
+    first = vary.split(".")[1].split(":")[0]
+    wanted = (
+        f"match: {{it: {{{of}, through: wanted.csv}}}}\n"
+        f"subject_to: {{own: {{expression: {first}*{first}, at_most: 1}}}}\n"
+    )
+    wide = vary.replace("[0.15, 0.25]", "[0.15, 0.8]")
+    wish = Wish.of(read_spec(written(tmp_path, scene, f"vary:\n{wide}{wanted}")))
+    designs = [*np.random.default_rng(5).random((24, len(wish.paths)))]
+    grouped = []
+
+    def counted(*given, **further):
+        rows = groups.by_arrays(*given, **further)
+        grouped.extend(rows)
+        return rows
+
+    monkeypatch.setattr("mbproj.studies.design.trial.by_arrays", counted)
+    together, alone = tried_together(wish, designs), [tried(wish, u) for u in designs]
+    for one, other in zip(together, alone, strict=True):
+        for name in ("residuals", "goals", "limits", "open"):
+            assert getattr(one, name).tobytes() == getattr(other, name).tobytes()
+        assert (one.cause, one.reached) == (other.cause, other.reached)
+    runs = sum(trial.runs for trial in alone)
+    assert len(grouped) >= 0.6 * runs and (runs < len(designs)) == (case == "kinematic")
 
 
 def test_a_run_without_accounts_of_energy_moves_alike_and_claims_none():

@@ -3,7 +3,7 @@ step follows from how exact a run is. Runs with error control follow the steps o
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -13,7 +13,7 @@ from mbproj.errors import InputError
 from mbproj.scene.records import Scene, Settings
 from mbproj.scene.settings import settings_to_run
 from mbproj.studies.design.slopes.neighbours import FORMULAS, SIDES, Number
-from mbproj.studies.design.trial import Trial, Wish, trial_of
+from mbproj.studies.design.trial import Trial, Wish, trial_of, tried, tried_together
 
 #: What a run with fixed steps, or a kinematic one, is exact to as a function of its numbers, in parts of its values.
 GRAIN = 1e-15
@@ -54,15 +54,18 @@ def derivative(
     return np.stack([_column(value, u, at, index, h, central=central) for index in chosen], axis=1)
 
 
+def _sides(u: Array, index: int, h: float) -> list[Array]:
+    """The designs beside u within the bounds 0 and 1."""
+    step = h * np.eye(len(u))[index]
+    return [beside for beside in (u + step, u - step) if 0.0 <= beside[index] <= 1.0]
+
+
 def _column(value: Callable[[Array], Array], u: Array, at: Array, index: int, h: float, *, central: bool) -> Array:
     ends = []
-    for step in (h, -h):
-        if 0.0 <= u[index] + step <= 1.0:
-            beside = u.copy()
-            beside[index] += step
-            found = value(beside)
-            if np.isfinite(found).all():
-                ends.append((beside[index] - u[index], found))
+    for beside in _sides(u, index, h):
+        found = value(beside)
+        if np.isfinite(found).all():
+            ends.append((beside[index] - u[index], found))
         if ends and not central:
             break
     if len(ends) == 2:
@@ -71,10 +74,11 @@ def _column(value: Callable[[Array], Array], u: Array, at: Array, index: int, h:
 
 
 class Counted:
-    """Trials of a wish by their shares u: each is run once, and counted."""
+    """Trials of a wish by their shares u: each is run once, and counted. `why` the last slopes came from differences
+    of runs, for all measures; empty where dual numbers gave them."""
 
-    def __init__(self, wish: Wish, run: Callable[..., Trial]) -> None:
-        self._wish, self._run, self._last = wish, run, dict[bytes, Trial]()
+    def __init__(self, wish: Wish) -> None:
+        self._wish, self._last, self._ahead = wish, dict[bytes, Trial](), dict[bytes, Trial]()
         self.count, self.why = 0, ""
 
     def __call__(self, u: Array) -> Trial:
@@ -85,33 +89,40 @@ class Counted:
                 self._last.pop(next(iter(self._last)))
             for old in [*self._last][-RUNS:][:1]:
                 self._last[old] = replace(self._last[old], followed=None)
-            self._last[key] = self._run(self._wish, u)
+            self._last[key] = self._ahead.pop(key) if key in self._ahead else tried(self._wish, u)
             self.count += 1
         return self._last[key]
 
+    def ahead(self, points: Sequence[Array]) -> None:
+        """Run designs together that are asked for next."""
+        missing = [u for u in points if u.tobytes() not in self._last]
+        trials = tried_together(self._wish, missing)
+        self._ahead = {u.tobytes(): trial for u, trial in zip(missing, trials, strict=True)}
+
     def slopes(self, part: Callable[[Trial], Array], u: Array, *, central: bool) -> Array:
         """∂part/∂u (k, d) of what a trial has, within the bounds: by dual numbers along its run, and where these are
-        not known, for the reason `why`, by differences of trials."""
+        not known by differences of trials."""
         base = self(u)
         if base.runs and base.followed is None:
-            base = self._run(self._wish, u)
-        followed = base.followed
+            base = tried(self._wish, u)
+        at, followed, slopes = part(base), base.followed, np.full((len(part(base)), len(u)), np.nan)
         self.why = "" if followed is None else followed.misses
-        if followed is None or self.why or not np.isfinite(part(base)).all():
-            return self._by_differences(part, u, base, range(len(u)), central=central)
-        found = followed.slopes(
-            [self._number(u, index, central=central) for index in range(len(u))],
-            lambda scene, samples: part(trial_of(self._wish, scene, samples, followed.settings.duration)),
-            FORMULAS if central else SIDES,
-        )
-        left = [index for index, each in enumerate(found) if each.why or not np.isfinite(each.values).all()]
-        self.why = next((found[index].why for index in left), "")
-        slopes = np.zeros((len(part(base)), len(u)))
-        for index, each in enumerate(found):
-            if index not in left:
-                slopes[:, index] = each.slopes
-        if left:
-            slopes[:, left] = self._by_differences(part, u, base, left, central=central)
+        if followed is not None and not self.why and np.isfinite(at).all():
+            missing, duration = followed.missing, followed.settings.duration
+            found = followed.slopes(
+                [self._number(u, index, central=central) for index in range(len(u))],
+                lambda scene, samples: part(trial_of(self._wish, scene.parameters, samples, duration, missing)),
+                FORMULAS if central else SIDES,
+            )
+            self.why = next((each.why for each in found if each.why), "")
+            for index, each in enumerate(found):
+                if not each.why:
+                    slopes[:, index] = each.slopes
+        left = ~np.isfinite(slopes)
+        columns = np.flatnonzero(left.any(axis=0))
+        if len(columns):
+            others = self._by_differences(part, u, base, columns.tolist(), central=central)
+            slopes[:, columns] = np.where(left[:, columns], others, slopes[:, columns])
         return slopes
 
     def _number(self, u: Array, index: int, *, central: bool) -> Number:
@@ -138,16 +149,17 @@ class Counted:
 
         def beside(v: Array) -> Array:
             nonlocal has_left
-            if not base.steps.known:
-                return part(self(v))
             self.count += 1
-            trial = self._run(self._wish, v, base.steps)
+            trial = tried(self._wish, v, base.steps)
             has_left = has_left or trial.steps.left
             return part(trial)
 
-        central = central or not is_smooth
-        chosen = [*columns]
-        found = derivative(beside, u, at, grain ** (CENTRAL if central else ONE_SIDED), central, chosen)
-        if not has_left:
-            return found
-        return derivative(lambda v: part(self(v)), u, at, step_of(settings, CENTRAL), central=True, columns=chosen)
+        central, chosen = central or not is_smooth, [*columns]
+        h = grain ** (CENTRAL if central else ONE_SIDED)
+        if base.steps.known:
+            found = derivative(beside, u, at, h, central, chosen)
+            if not has_left:
+                return found
+            h, central = step_of(settings, CENTRAL), True
+        self.ahead([v for index in chosen for v in _sides(u, index, h)[: 1 + central]])
+        return derivative(lambda v: part(self(v)), u, at, h, central, chosen)

@@ -161,9 +161,15 @@ class Followed:
         return f"'{odd}' is no function of the state" if odd else ""
 
     @property
+    def missing(self) -> dict[Expectation, str]:
+        """The measures that neighbours do not have, and why."""
+        return {each: why for each in self.measures if (why := self.unseen(each))}
+
+    @property
     def misses(self) -> str:
-        """Why dual numbers do not give all that is measured; empty where they do."""
-        return self.why or next(filter(None, map(self.unseen, self.measures)), "")
+        """Why dual numbers give nothing of what is measured; empty where they give some."""
+        missing = [*self.missing.values()]
+        return self.why or (missing[0] if missing and len(missing) == len(self.measures) else "")
 
     def _datasets(self, measure: Expectation) -> tuple[str, ...]:
         return datasets(measure, self.mechanism.system.names.as_mapping()["coordinates"])
