@@ -33,7 +33,7 @@ class Blocks:
 
     def matrix(self) -> Array | csr_matrix:
         """Return the matrix (6n, 6n), sparse for large mechanisms."""
-        return self.sparse() if self.bodies > THRESHOLDS.dense_modes else self.dense()
+        return self.sparse() if self.bodies > THRESHOLDS.large else self.dense()
 
     def dense(self) -> Array:
         """Return the dense matrix (6n, 6n)."""
@@ -116,7 +116,7 @@ class Rows:
 
     def matrix(self) -> Array | csr_matrix:
         """Return the matrix (m, 6n), sparse for large mechanisms."""
-        return self.sparse() if self.bodies > THRESHOLDS.dense_modes else self.dense()
+        return self.sparse() if self.bodies > THRESHOLDS.large else self.dense()
 
     def dense(self) -> Array:
         """Return the dense matrix (m, 6n)."""

@@ -200,7 +200,7 @@ def fast_modes(W: Array, laws: Integers, slopes: ForceSlopes, f_x: Array) -> lis
         return []
     values, vectors = np.linalg.eig(matrix)
     size = np.abs(values)
-    speed = np.where((values.real <= THRESHOLDS.growing * size) & (values.imag >= 0.0), size, 0.0)
+    speed = np.where((values.real <= THRESHOLDS.hardly_damped * size) & (values.imag >= 0.0), size, 0.0)
     order = np.argsort(-speed, kind="stable")
     part = _participation(vectors)[2 * count :]
     return [_mode(values[at], vectors[:, at], part[:, at], laws, slopes) for at in order[speed[order] > 0.0]]

@@ -53,7 +53,7 @@ def _zeros(programs: ProgramSet, index: int, times: Array) -> Array:
                 continue
             x = np.broadcast_to(stack[-1][0], times.shape)
             at = np.flatnonzero((x[:-1] < 0.0) & (x[1:] >= 0.0) | (x[:-1] > 0.0) & (x[1:] <= 0.0))
-            if len(at) <= THRESHOLDS.look_changes:
+            if len(at) <= THRESHOLDS.most_kinks:
                 found.append(times[at] - x[at] * (times[at + 1] - times[at]) / (x[at + 1] - x[at]))
     zeros = np.concatenate(found)
     return np.unique(zeros[np.isfinite(zeros)])

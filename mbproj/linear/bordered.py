@@ -105,7 +105,7 @@ def tangent_space_of(
 ) -> TangentSpace:
     """Return the tangent space at a pose, of rows G of the joints and motions, and of further rows after them. Units
     are as in `tangent_space`. Raises InputError where a large mechanism has too many degrees of freedom."""
-    if system.bodies <= THRESHOLDS.dense_modes:
+    if system.bodies <= THRESHOLDS.large:
         return tangent_space(system, G.dense(), scale, lengths)
     from scipy.sparse import diags
 
@@ -133,7 +133,7 @@ def tangent_space_of(
 def along_tangent_space(system: System, G: Rows, rows: Array) -> Array:
     """Return the parts of rows (k, 6n) along the tangent space of rows G of the joints and motions. They are in
     coordinates in which only their inner products have a meaning."""
-    if system.bodies <= THRESHOLDS.dense_modes:
+    if system.bodies <= THRESHOLDS.large:
         return np.asarray(rows @ tangent_space(system, G.dense()).N, dtype=float)
     lengths = tangent_lengths(system)
     metric = unit_metric(system, G, system.row_scale[system.bodies :], lengths)

@@ -51,7 +51,7 @@ class Eigen:
     def slowest_and_growing(self, count: int) -> Eigen:
         """Return the first `count` eigenvalues, and all after them that grow: these decide whether a motion is
         stable."""
-        growing = self.values.real > THRESHOLDS.no_mode * np.abs(self.values).max(initial=0.0)
+        growing = self.values.real > THRESHOLDS.no_motion * np.abs(self.values).max(initial=0.0)
         kept = np.flatnonzero(growing | (np.arange(len(self.values)) < count))
         return Eigen(self.values[kept], self.vectors[:, kept])
 

@@ -26,11 +26,11 @@ def independent_rows(system: System, pose: Pose, G: Rows) -> Integers:
     """Return the numbers of rows of the joints and motions, G (m, 6n), that do not follow from others."""
     free = np.ones(system.constraints - system.bodies, dtype=bool)
     loops = loops_of(system)
-    short = [loop for loop in loops if len(loop.bodies) <= THRESHOLDS.dense_modes]
+    short = [loop for loop in loops if len(loop.bodies) <= THRESHOLDS.large]
     for loop, rows in zip(short, component_rows(system, pose, short), strict=True):
         free[loop.rows] = row_distances(unit_rows(rows)) > THRESHOLDS.dependent
     for loop in loops:
-        if len(loop.bodies) > THRESHOLDS.dense_modes:
+        if len(loop.bodies) > THRESHOLDS.large:
             free[loop.rows] = _independent(_unit_rows(system, G)[loop.rows])
     return np.flatnonzero(free)
 

@@ -139,7 +139,7 @@ def modes(reference: LinearReference, count: int | None = None) -> Modes:
     mechanism that moves, or whose elements have states, is too free."""
     refuse_kinks(reference)
     scale = reference.system.states.scale
-    large = reference.system.bodies > THRESHOLDS.dense_modes
+    large = reference.system.bodies > THRESHOLDS.large
     refuse_large_rolling(reference.system)
     if large and reference.rests and not len(scale):
         few = sparse_eigen(reference, count or FEW)

@@ -74,7 +74,7 @@ def reference_at(system: System, state: State, where: str) -> LinearReference:
     still = MotionAtTime(state.t, state.q, u, np.zeros_like(u), expected, state.x)
     γ = tangent_gamma(system, pose, twist, drive_at(system, state.t))
     force = tangent_force(system, still)
-    solve = _by_bordered if system.bodies > THRESHOLDS.dense_modes else _by_tangent_space
+    solve = _by_bordered if system.bodies > THRESHOLDS.large else _by_tangent_space
     change, multipliers, left = solve(system, still, force, γ)
     motion = MotionAtTime(state.t, state.q, u, change, expected, state.x)
     largest = largest_force(system, still, force)

@@ -36,8 +36,8 @@ class Common:
         1e-8,
         "1",
         "numpy",
-        "a smaller part is none where errors enter by their square, or as a difference; a search gives up whose "
-        "damping is larger than its inverse",
+        "a smaller part is none where errors enter by their square, or as a difference; damping beyond its "
+        "inverse is no help; a curve that turns by less has no corner",
         "√ε",
     )
     alike_in_words: float = threshold(

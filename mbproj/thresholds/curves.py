@@ -27,18 +27,10 @@ class Curves:
         "a curve turns by less from one place to the next, and by so much beyond the end of a piece that is held",
         "8 nodes of Gauss: 1e-16",
     )
-    places: int = threshold(128, "-", "numpy", "so many places a curve has at least", "chosen")
     overlap: float = threshold(
         1e-6,
         "1",
         "both",
         "two curves that touch overlap elsewhere by this part of the length of the first",
         "a gear of 0.1 m: 0.6 µm",
-    )
-    smooth_curve: float = threshold(
-        1e-7,
-        "rad",
-        "numpy",
-        "a knot at which a curve turns by no more is no corner",
-        "numbers of 8 digits",
     )

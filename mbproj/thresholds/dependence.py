@@ -14,11 +14,9 @@ class Dependence:
         1e-9,
         "1",
         "numpy",
-        "a row at a smaller distance from the span of the others depends on them; right-hand sides agree to this",
+        "a row at a smaller distance from the span of the others depends on them; right-hand sides agree to this; "
+        "no start is made",
         "√ε, with room",
-    )
-    singular: float = threshold(
-        1e-11, "1", "numpy", "the start is refused at a smaller distance: few digits would be left", "chosen"
     )
     smallest_pivot: float = threshold(
         1e-13, "1", "kernel", "a smaller pivot of S, as a part of its diagonal entry, has no digits left", "450 ε"
@@ -85,7 +83,4 @@ class Dependence:
     )
     no_part: float = threshold(
         1e-8, "1", "both", "a smaller part of a reaction that depends on the choice of rows is none", "√ε"
-    )
-    conditioning_near: float = threshold(
-        1e-2, "1", "numpy", "`check` calls a start at a smaller distance near a singular pose", "chosen, words only"
     )

@@ -17,13 +17,6 @@ class Elimination:
     asymmetry: float = threshold(
         1e-12, "1", "kernel", "an inertia that is less symmetric is refused", "chosen: a guard"
     )
-    hardly_any: float = threshold(
-        2e-10,
-        "1",
-        "numpy",
-        "motions of less inertia beside the largest are reported",
-        "ε of the others' forces moves it by a millionth of them",
-    )
     most_cancelled: float = threshold(
         1e8, "1", "kernel", "a leaf with so many times its parent's inertia is not eliminated", "half of the digits"
     )

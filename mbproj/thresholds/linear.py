@@ -10,7 +10,6 @@ from mbproj.thresholds.entry import threshold
 class Linear:
     """Parts of sums without their signs, unless a unit says otherwise."""
 
-    dense_modes: int = threshold(150, "bodies", "numpy", "modes of more are found by sparse matrices", "seconds")
     dense_freedom: int = threshold(
         1200,
         "degrees of freedom",
@@ -27,7 +26,6 @@ class Linear:
     closed_at_rest: float = threshold(
         1e-15, "length, rad", "numpy", "poses on the way to an equilibrium are closed to this", "round-off"
     )
-    largest_radius: float = threshold(1.0, "length, rad", "numpy", "nor is any longer than this", "chosen")
     good_step: float = threshold(
         0.1, "1", "numpy", "a step is taken where the forces do so much of the work that was expected", "usual: 0.1"
     )
@@ -37,9 +35,6 @@ class Linear:
         "numpy",
         "what has no equilibrium so far from the start, or falls so far by a force that does not change, has none",
         "four turns of a shaft",
-    )
-    other_starts: float = threshold(
-        2.0, "length, rad", "numpy", "other equilibria are sought from poses within this", "chosen"
     )
     balanced: float = threshold(
         1e-9,
@@ -65,7 +60,6 @@ class Linear:
         "assemblies or equilibria whose bodies are nearer are one; a pose that is open by more is locked",
         "far above what balancing leaves",
     )
-    stalled_steps: int = threshold(10, "-", "numpy", "so many steps that gain less lead to no better balance", "chosen")
     stalled: float = threshold(
         0.01,
         "1",

@@ -38,11 +38,16 @@ class Passages:
         1e-12,
         "length, rad",
         "both",
-        "velocities leave a combination out where σ³ < c, which is at least this",
+        "velocities leave a combination out where σ³ < c, which is at least this; positions may stay open by it",
         "what projections leave open",
     )
     passing: float = threshold(
-        0.01, "1", "kernel", "a step with a smaller pivot of S may need the check by halves", "tests/mechanisms/rank"
+        0.01,
+        "1",
+        "both",
+        "a step with a smaller pivot of S may need the check by halves; `check` calls a start at a smaller "
+        "distance near a singular pose",
+        "tests/mechanisms/rank",
     )
     nearing: float = threshold(
         0.5, "1", "kernel", "and does where the pivot falls below this part within it", "tests/mechanisms/rank"
@@ -98,7 +103,4 @@ class Passages:
     )
     turning_step: float = threshold(
         1e-6, "intervals of samples", "numpy", "a kinematic step that is shorter is at a turning point", "chosen"
-    )
-    left_open: float = threshold(
-        3e-13, "length, rad", "numpy", "what is left out may stay open by this, or branches are near", "measured: 1e-13"
     )

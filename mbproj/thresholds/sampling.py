@@ -13,9 +13,6 @@ class Looks:
     look_intervals: int = threshold(
         4096, "-", "numpy", "a window is looked at so many times; what is narrower can be missed", "milliseconds"
     )
-    look_changes: int = threshold(
-        50, "-", "numpy", "what changes its sign more often in a window is seen well enough at these times", "chosen"
-    )
     no_change: float = threshold(
         4e-4,
         "1",
@@ -24,8 +21,17 @@ class Looks:
         "a slow sine changes by 2.5e-4; tests/functions/test_narrow.py",
     )
     quiet_stretch: int = threshold(8, "intervals", "numpy", "fewer quiet ones part no two features", "chosen")
-    edges_from: float = threshold(
-        1e-3, "m", "numpy", "functions of lengths are looked at for edges up to here, then by powers of ten", "chosen"
+    edge_decades: int = threshold(
+        3,
+        "powers of ten",
+        "numpy",
+        "functions of lengths are looked at for edges from 10^-3 to 10^3 m; functions of angles over a turn",
+        "1 mm to 1 km: what moves in a mechanism",
     )
-    edges_powers: int = threshold(6, "-", "numpy", "by so many of them; functions of angles over a turn", "up to 1 km")
-    most_kinks: int = threshold(1000, "-", "numpy", "so many kinks of one function count at most", "seconds of a run")
+    most_kinks: int = threshold(
+        1000,
+        "-",
+        "numpy",
+        "so many kinks of one function count at most; what changes its sign more often in a window is seen well enough",
+        "seconds of a run",
+    )

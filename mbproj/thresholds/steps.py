@@ -71,9 +71,6 @@ class Steps:
     suspicious_drift: float = threshold(
         1e-4, "energy exchanged", "numpy", "where the energy drifts by more, the motion may be wrong", "chosen"
     )
-    growing: float = threshold(
-        0.05, "1", "numpy", "a mode grows where its rate exceeds this part of its frequency", "round-off is less"
-    )
     spoilt: float = threshold(
         1e3,
         "1",
@@ -90,13 +87,6 @@ class Steps:
         "numpy",
         "what has this part of the largest share is named; so are coordinates that change by so much",
         "words only",
-    )
-    no_mode: float = threshold(
-        1e-6,
-        "1",
-        "numpy",
-        "a mode so slow beside the fastest is none, and one that grows so slowly does not grow",
-        "a double zero comes out as √ε",
     )
     smooth_span: float = threshold(10.0, "steps", "numpy", "motion is looked at for smoothness over so many", "chosen")
     below_tolerances: float = threshold(
@@ -182,7 +172,11 @@ class Steps:
         "ESDIRK4 and Radau IIA keep 0.9998 of it",
     )
     hardly_damped: float = threshold(
-        0.2, "1", "numpy", "a vibration with less than this damping ratio is one that a user may want", "chosen"
+        0.2,
+        "1",
+        "numpy",
+        "a mode that decays or grows by less than this part of its frequency is a vibration",
+        "chosen",
     )
     marks_apart: float = threshold(
         9.0, "times it takes", "numpy", "so long after one mark of a run the next is kept", "a tenth of a run's time"

@@ -157,7 +157,7 @@ def test_sparse_factors_find_the_shortest_correction_that_dense_ones_find(name, 
     rng = np.random.default_rng(5)
     wishes = rows.dense() @ rng.normal(size=6 * system.bodies), rng.normal(size=rows.count)
     dense = [shortest(rows, wish, damping) for wish in wishes]
-    monkeypatch.setattr(gauss_newton, "THRESHOLDS", dataclasses.replace(THRESHOLDS, dense_bodies=0))
+    monkeypatch.setattr(gauss_newton, "THRESHOLDS", dataclasses.replace(THRESHOLDS, large=0))
     for expected, wish in zip(dense, wishes, strict=True):
         found, near = shortest(rows, wish, damping), 1e-9 if damping else 2e-6
         np.testing.assert_allclose(found, expected, rtol=0, atol=near * abs(expected).max())
@@ -172,7 +172,7 @@ def test_a_mechanism_is_assembled_to_the_same_pose_by_sparse_factors(monkeypatch
     guess = initial_guess(scene, system)
     open_guess = dataclasses.replace(guess, q=guess.q + 1e-3 * np.random.default_rng(3).normal(size=guess.q.shape))
     dense = assemble(system, open_guess)
-    monkeypatch.setattr(gauss_newton, "THRESHOLDS", dataclasses.replace(THRESHOLDS, dense_bodies=0))
+    monkeypatch.setattr(gauss_newton, "THRESHOLDS", dataclasses.replace(THRESHOLDS, large=0))
     sparse = assemble(system, open_guess)
     assert np.abs(dense.q - open_guess.q).max() > 1e-4
     np.testing.assert_allclose(sparse.q, dense.q, rtol=0, atol=1e-7)

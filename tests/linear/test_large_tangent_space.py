@@ -31,7 +31,7 @@ def four_bars():
     """80 four-bars that share their rockers, with 240 redundant rows: the system, its pose and its rows."""
     scene = read_scene_text(shared_four_bars(80))
     system = compile_system(scene)
-    assert system.bodies > THRESHOLDS.dense_modes
+    assert system.bodies > THRESHOLDS.large
     state = assemble(system, initial_guess(scene, system))
     still = np.zeros(6 * system.bodies)
     motion = MotionAtTime(state.t, state.q, still, still, np.zeros(system.coordinates.size), state.x)

@@ -142,8 +142,8 @@ def test_a_state_that_drifts_is_named():
 def test_states_have_modes_in_many_bodies_too(monkeypatch):
     expected = modes(at_start(VIBRATES, start=(0.0, 0.0)))
     for module in ("modes", "bordered"):
-        monkeypatch.setattr(f"mbproj.linear.{module}.THRESHOLDS", replace(THRESHOLDS, dense_modes=0))
-    monkeypatch.setattr("mbproj.dynamics.blocks.THRESHOLDS", replace(THRESHOLDS, dense_modes=0))
+        monkeypatch.setattr(f"mbproj.linear.{module}.THRESHOLDS", replace(THRESHOLDS, large=0))
+    monkeypatch.setattr("mbproj.dynamics.blocks.THRESHOLDS", replace(THRESHOLDS, large=0))
     found = modes(at_start(VIBRATES, start=(0.0, 0.0)))
     np.testing.assert_allclose(found.eigenvalues, expected.eigenvalues, rtol=1e-10)
     np.testing.assert_allclose(found.state_share, expected.state_share, atol=1e-10)

@@ -180,7 +180,7 @@ def test_bodies_that_hold_each_other_are_tested_together(second, verdict):
 def test_a_large_piece_that_hangs_together_is_tested_as_one(widest, verdict):
     """A row of flaps, each hinged to the ground and resting on the next at two points: hinged on one common line they
     flap together, on lines that cross no two of them can."""
-    drawing, count = Drawing(8), THRESHOLDS.dense_bodies + 1
+    drawing, count = Drawing(8), THRESHOLDS.large + 1
     angle = widest * np.arange(count) * (np.sqrt(5.0) - 1.0) / 2.0
     names = [f"flap{number}" for number in range(count)]
     joints = [

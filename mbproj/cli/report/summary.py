@@ -11,7 +11,7 @@ from mbproj.cli.report.expectations import summary_lines
 from mbproj.cli.report.trust import lines_on
 from mbproj.cli.rows_kept import lines_on_rows, projection_words, warnings_on_rows
 from mbproj.dynamics.equations.round_off import EPSILON
-from mbproj.dynamics.rank.massless import SHOWN
+from mbproj.dynamics.rank.massless import HARDLY_ANY, SHOWN
 from mbproj.integrate.formulations.kinematic import words
 from mbproj.integrate.reporting.report import Report, Worst
 from mbproj.model.system import System
@@ -135,7 +135,7 @@ def warnings(report: Report) -> list[str]:
         )
     if report.swamped:
         found.append(
-            f"round-off of the other bodies' forces decides motions with less than {THRESHOLDS.hardly_any:.0e} of the "
+            f"round-off of the other bodies' forces decides motions with less than {HARDLY_ANY:.0e} of the "
             f"largest inertia: {'; '.join(report.swamped[:SHOWN])}; give these bodies more inertia, or joints that "
             "hold them"
         )

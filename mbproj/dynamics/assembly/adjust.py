@@ -32,6 +32,8 @@ from mbproj.thresholds import THRESHOLDS
 
 #: The number of poses of the sample, and of further poses that must then be closed as well.
 POSES, HELD_OUT = 7, 3
+#: The step of central differences whose two errors are alike; what frames change is known to this part.
+DIFFERENCE = EPSILON ** (1.0 / 3.0)
 #: The number of joints that a note names.
 MOST_NAMED = 4
 
@@ -162,12 +164,11 @@ class _Adjusting:
         found = np.zeros((bound.size, len(delta), 6))
         own = np.array([not isinstance(bound.layout.members[at].primitive, Coupling) for at in bound.layout.member])
         rows = np.flatnonzero(own)
-        h = EPSILON ** (1.0 / 3.0)  # where the two errors of a central difference are alike
         for part in range(6):
             for side in (0, 1):
                 step = np.zeros_like(delta)
-                step[side::2, part] = h
-                slope = (self.rows(q, delta + step) - self.rows(q, delta - step)) / (2.0 * h)
+                step[side::2, part] = DIFFERENCE
+                slope = (self.rows(q, delta + step) - self.rows(q, delta - step)) / (2.0 * DIFFERENCE)
                 found[rows, 2 * bound.owner[rows] + side, part] = slope[rows]
         return found.reshape(bound.size, -1)
 
@@ -202,7 +203,7 @@ class _Adjusting:
             wanted.append(U[:, rank:].T @ D)
             sides.append(-U[:, rank:].T @ C)
             known.append((C, D, U[:, :rank] / s[:rank], V[:rank]))
-        change = np.linalg.lstsq(np.vstack(wanted), np.concatenate(sides), rcond=THRESHOLDS.adjusting_rank)[0]
+        change = np.linalg.lstsq(np.vstack(wanted), np.concatenate(sides), rcond=DIFFERENCE)[0]
         after = [
             moved(self.system, q, -V.T @ (U.T @ (C + D @ change))) for q, (C, D, U, V) in zip(poses, known, strict=True)
         ]

@@ -88,7 +88,7 @@ def assemblies(system: System, state: State, held: Conditions, starts: int | Non
                     hits.append(0)
             hits[at] += 1
         often = min(hits) >= THRESHOLDS.found_often
-        if starts is None and done >= THRESHOLDS.fewest_starts and often and done >= 2 * last_new:
+        if starts is None and often and done >= 2 * max(last_new, AT_ONCE):
             break
     order = [0, *sorted(range(1, len(found)), key=lambda k: _key(system, found[k]))]
     return Assemblies(tuple(_assembly(system, found[k], held, hits[k]) for k in order), done, closed)

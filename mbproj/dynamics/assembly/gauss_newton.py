@@ -66,7 +66,7 @@ def in_coordinates(system: System, q: Array, motion: Array) -> Array:
 def shortest(rows: Rows, wanted: Array, damping: float = 0.0) -> Array:
     """Return the x (6n,) that minimises |rows x - wanted|² + damping |x|²; without damping, the shortest such x. For
     `wanted` (m, k) the result is (6n, k)."""
-    if rows.bodies <= THRESHOLDS.dense_bodies:
+    if rows.bodies <= THRESHOLDS.large:
         R = rows.dense()
         if damping == 0.0:
             found: Numbers = np.linalg.lstsq(R, wanted, rcond=1e-12)[0]

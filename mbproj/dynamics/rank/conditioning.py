@@ -36,7 +36,7 @@ class Conditioning:
             return "no loops, and so no singular poses"
         if self.distance < THRESHOLDS.alike_in_words:
             return "all but singular"
-        return "near a singular pose" if self.distance < THRESHOLDS.conditioning_near else "far from singular poses"
+        return "near a singular pose" if self.distance < THRESHOLDS.passing else "far from singular poses"
 
 
 def conditioning(system: System, pose: Pose) -> Conditioning:
@@ -72,7 +72,7 @@ def _has_joints(system: System, component: Component) -> bool:
 def _condition(rows: Array) -> float:
     """Return the condition number of independent rows (m, 7n). For many rows it is the root of that of their products,
     whose eigenvalues come from Lanczos' method."""
-    if len(rows) <= 7 * THRESHOLDS.dense_bodies:
+    if len(rows) <= 7 * THRESHOLDS.large:
         values = np.linalg.svd(rows, compute_uv=False)
         return float(values[0] / values[-1])
     from scipy.sparse import csc_matrix

@@ -11,6 +11,7 @@ from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.kinematics import Pose
 from mbproj.dynamics.equations.reflected import tangent_gradients
+from mbproj.dynamics.equations.round_off import EPSILON
 from mbproj.dynamics.rank.components import Component, component_rows, loops_of
 from mbproj.dynamics.rank.row_space import unit_rows
 from mbproj.dynamics.rank.row_words import direction
@@ -18,6 +19,8 @@ from mbproj.errors import Problem
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
+#: Motions of less inertia, beside the largest, are reported: ε of the forces of others moves them by `no_motion`.
+HARDLY_ANY = EPSILON / THRESHOLDS.no_motion
 #: The most motions that a message shows.
 SHOWN = 3
 
@@ -78,16 +81,13 @@ def swamped_motions(system: System, pose: Pose) -> tuple[MasslessMotion, ...]:
     Forces of heavy bodies pass through such a body, and their sum is known to ε times the ratio of masses only. In
     trees this does no harm."""
     moments = np.linalg.eigvalsh(system.inertia)
-    if (
-        system.mass.min() > THRESHOLDS.hardly_any * system.mass.max()
-        and moments.min() > THRESHOLDS.hardly_any * moments.max()
-    ):
+    if system.mass.min() > HARDLY_ANY * system.mass.max() and moments.min() > HARDLY_ANY * moments.max():
         return ()
     in_loops = np.zeros(system.bodies, dtype=bool)
     for loop in loops_of(system):
         in_loops[loop.bodies] = True
-    weightless = _weightless(system, THRESHOLDS.hardly_any) * in_loops[:, None, None]
-    return _motions(system, pose, weightless, THRESHOLDS.hardly_any)
+    weightless = _weightless(system, HARDLY_ANY) * in_loops[:, None, None]
+    return _motions(system, pose, weightless, HARDLY_ANY)
 
 
 def _motions(system: System, pose: Pose, weightless: Array, below: float = 0.0) -> tuple[MasslessMotion, ...]:

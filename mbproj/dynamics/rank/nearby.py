@@ -50,7 +50,7 @@ def nearby(system: System, q: Array) -> Nearby:
 def _motions(system: System, pose: Pose) -> Array:
     """Return an orthonormal basis (f, 6n) of the motions of (δr / length, δθ) that the joints allow. For many bodies it
     spans random motions without the part that rows resist. Their number is large enough that some are dependent."""
-    if system.bodies <= THRESHOLDS.dense_bodies:
+    if system.bodies <= THRESHOLDS.large:
         _, values, vectors = np.linalg.svd(_joint_rows(system, pose), full_matrices=True)
         return np.asarray(vectors[np.count_nonzero(values > THRESHOLDS.dependent) :], dtype=float)
     rows, count = scaled_rows(system, pose, NO_CONDITIONS), THRESHOLDS.many_directions

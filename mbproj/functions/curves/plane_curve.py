@@ -69,12 +69,9 @@ class PlaneCurve(PiecedCurve):
     def places(self) -> Places:
         """Points so near to each other that the one nearest to a point is next to that one's foot."""
         ends = [*self.arrays.start[1:].tolist(), self.end]
-        lengths = [
-            self._length_of(start, end, at) for at, (start, end) in enumerate(zip(self.arrays.start, ends, strict=True))
-        ]
         found = []
         for at, (start, end) in enumerate(zip(self.arrays.start.tolist(), ends, strict=True)):
-            count = max(1, int(np.ceil(THRESHOLDS.places * lengths[at] / sum(lengths))), self._turn_of(start, end, at))
+            count = max(1, self._turn_of(start, end, at))
             found.append((np.linspace(start, end, count + 1), np.full(count + 1, at, dtype=np.intp)))
         s, piece = (np.concatenate(part) for part in zip(*found, strict=True))
         steps = self.lengths(s[:-1], s[1:], piece[:-1])
@@ -89,11 +86,6 @@ class PlaneCurve(PiecedCurve):
         tangent = self.arrays.derivatives(s, np.full(65, piece))[1]
         angle = np.unwrap(np.arctan2(tangent[1], tangent[0]))
         return int(np.ceil(64.0 * np.abs(np.diff(angle)).max() / THRESHOLDS.place_turn))
-
-    def _length_of(self, start: float, end: float, piece: int) -> float:
-        """Of a piece, roughly."""
-        s = np.linspace(start, end, 33)
-        return float(self.lengths(s[:-1], s[1:], np.full(32, piece)).sum())
 
     def derivatives(self, s: Numbers, piece: Integers) -> Numbers:
         """The point and its first three derivatives at parameters (...) of these pieces, (4, 2, ...)."""

@@ -60,7 +60,7 @@ def corner(curve: PlaneCurve) -> At | None:
     one, other = curve.derivatives(ends, last), curve.derivatives(starts, after)
     turn = np.arctan2(one[1, 0] * other[1, 1] - one[1, 1] * other[1, 0], (one[1] * other[1]).sum(axis=0))[:count]
     worst = int(np.argmax(np.abs(turn))) if count else 0
-    if not count or abs(turn[worst]) <= THRESHOLDS.smooth_curve:
+    if not count or abs(turn[worst]) <= THRESHOLDS.half_digits:
         return None
     return _at(one[0, :, worst], turn[worst])
 

@@ -87,8 +87,7 @@ class SpaceCurve(PiecedCurve):
             slope = self.derivatives(np.linspace(start, end, 65), np.full(65, at))[1]
             tangent = slope / np.linalg.norm(slope, axis=0)
             turn = np.arccos(np.clip((tangent[:, 1:] * tangent[:, :-1]).sum(axis=0), -1.0, 1.0)).max()
-            part = (end - start) / (self.end - self.start)
-            count = max(2, int(np.ceil(THRESHOLDS.places * part)), int(np.ceil(64.0 * turn / THRESHOLDS.place_turn)))
+            count = max(2, int(np.ceil(64.0 * turn / THRESHOLDS.place_turn)))
             found.append((np.linspace(start, end, count + 1), np.full(count + 1, at, dtype=np.intp)))
         s, piece = (np.concatenate(part) for part in zip(*found, strict=True))
         steps = self.lengths(s[:-1], s[1:], piece[:-1])

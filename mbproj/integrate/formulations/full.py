@@ -267,7 +267,7 @@ class FullFormulation:
             raise other_branch(t, part)
         if part > THRESHOLDS.lost_velocity and moved > THRESHOLDS.lost_way and not self.system.driven:
             raise LostStep(t, part)  # driven coordinates are led by their motions
-        if projected.left_open > THRESHOLDS.left_open or (
+        if projected.left_open > THRESHOLDS.least_violation or (
             projected.failures and self.policy.nearest < THRESHOLDS.near_singular
         ):
             raise branches_near(t)
@@ -284,7 +284,7 @@ class FullFormulation:
     def check_regular(self, t: float, q: Array) -> None:
         """Raise SimulationError that names the joint where C_q has lost its rank at the start."""
         distances = row_distances(scaled_jacobian(self.system, pose_of(q)))
-        if not self.policy.rows.redundant and distances.min(initial=1.0) < THRESHOLDS.singular:
+        if not self.policy.rows.redundant and distances.min(initial=1.0) < THRESHOLDS.dependent:
             raise self.singular(t, q)
 
     def singular(self, t: float, q: Array, v: Array | None = None) -> SimulationError:

@@ -29,7 +29,7 @@ def naming_lock_up(system: System, reached: Callable[[], tuple[float, Array]]) -
     try:
         yield
     except SimulationError as error:
-        tells = system.driven > 0 and system.bodies <= THRESHOLDS.dense_bodies
+        tells = system.driven > 0 and system.bodies <= THRESHOLDS.large
         found = _lock_up(system, *reached(), error.time) if tells else None
         if found is None:
             raise

@@ -31,7 +31,7 @@ def naming_lost_mass(system: System, start: Array, reached: Callable[[], tuple[f
     except SimulationError as error:
         is_named = isinstance(error.__cause__, SimulationError)
         massless = not np.all(np.linalg.det(system.inertia) * system.mass)
-        tells = massless and not is_named and system.bodies <= THRESHOLDS.dense_bodies
+        tells = massless and not is_named and system.bodies <= THRESHOLDS.large
         found = _lost(system, start, *reached()) if tells else None
         if found is None:
             raise

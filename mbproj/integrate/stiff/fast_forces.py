@@ -49,7 +49,7 @@ def fastest_at(choice: Choice, system: System, state: State) -> list[FastMode]:
     """Return the fastest modes at a state, the fastest first; none without forces along coordinates or states."""
     chosen, modes = modes_at(choice, system, state)
     found = modes[:TOLD]
-    real = [mode for mode in found if abs(mode.eigenvalue) > THRESHOLDS.no_mode * abs(found[0].eigenvalue)]
+    real = [mode for mode in found if abs(mode.eigenvalue) > THRESHOLDS.no_motion * abs(found[0].eigenvalue)]
     return [_described(system, state, chosen, mode) for mode in real]
 
 

@@ -148,7 +148,7 @@ def _inside_stops(found: Equilibrium) -> Equilibrium:
 
 def is_large(system: System) -> bool:
     """Return whether the mechanism is so large that only its slowest modes are computed."""
-    return system.bodies > THRESHOLDS.dense_modes
+    return system.bodies > THRESHOLDS.large
 
 
 def _solved(problem: EquilibriumProblem, q: Array, expected: Array, *, dense: bool = False) -> Solved:
@@ -188,7 +188,7 @@ def others(
 
 def _elsewhere(problem: EquilibriumProblem, motion: MotionAtTime, rng: np.random.Generator) -> MotionAtTime:
     """Return a pose that the joints reach in a random direction."""
-    far = rng.uniform(-THRESHOLDS.other_starts, THRESHOLDS.other_starts)
+    far = rng.uniform(-np.pi, np.pi)
     if is_large(problem.system):
         from mbproj.linear.equilibrium.large import LargeBalance
 
@@ -293,7 +293,7 @@ def _stability(reference: LinearReference) -> tuple[bool | None, str, tuple[str,
     ]
     growth = found.eigenvalues.real
     fastest = float(np.abs(found.eigenvalues).max(initial=0.0))
-    grows = growth > THRESHOLDS.no_mode * fastest
+    grows = growth > THRESHOLDS.no_motion * fastest
     worst = int(np.argmax(growth)) if grows.any() else -1
     neutral = tuple(word for word, value in zip(words, found.eigenvalues, strict=True) if value == 0.0)
     return not grows.any(), words[worst] if worst >= 0 else "", neutral

@@ -108,7 +108,7 @@ def solve(problem: EquilibriumProblem, q: Array, expected: Array) -> Solved:
         if fall.is_endless or is_far(there, start):
             raise falls_for_ever(there)
         if np.linalg.norm(step) > 0.8 * radius:
-            radius = min(2.0 * radius, THRESHOLDS.largest_radius)
+            radius *= 2.0
         here = there
     if not is_nearly_balanced(here):
         here, more = by_residual(here)
@@ -158,25 +158,19 @@ def by_residual(here: AnySteps) -> tuple[AnySteps, int]:
     nothing can balance the rest."""
     from mbproj.linear.equilibrium.trust_region import towards_balance
 
-    damping, steps, begun, left = 0.0, 0, 0, _size(here)
+    damping, steps = 0.0, 0
     while steps < THRESHOLDS.most_passes and not is_balanced(here) and damping < 1.0 / THRESHOLDS.half_digits:
-        if steps >= begun + THRESHOLDS.stalled_steps:
-            break
         steps += 1
         K, sizes = here.stiffness
         largest: float = np.maximum(sizes.max(initial=0.0), np.finfo(float).tiny)
         step = towards_balance(here.residual, K, damping * largest)
-        length = float(np.linalg.norm(step[: here.space.freedom]))
-        size, part = _size(here), min(1.0, THRESHOLDS.largest_radius / max(length, THRESHOLDS.nothing))
-        there = here.after(step * part)
+        size, there = _size(here), here.after(step)
         if there is not None and _size(there) < size:
             here = there
         if _size(here) <= (1.0 - THRESHOLDS.stalled) * size:
             damping = 0.1 * damping if damping > THRESHOLDS.rounding else 0.0
         else:
             damping = max(10.0 * damping, THRESHOLDS.half_digits)
-        if _size(here) <= (1.0 - THRESHOLDS.stalled) * left:
-            begun, left = steps, _size(here)
     return here, steps
 
 

@@ -84,7 +84,7 @@ def refuse_unsteady(found: Equilibrium, turning: SteadyTurn, held: Conditions) -
     turned[:, :3] = turned[:, :3] @ A.T
     off = np.abs((after.force - turned.ravel()) * before.space.lengths).max(initial=0.0)
     off = float(off / max(before.largest, float(np.finfo(float).tiny)))
-    if off > THRESHOLDS.no_mode:
+    if off > THRESHOLDS.no_motion:
         said = f"forces do not turn with the mechanism: after a turn by 1 rad they are off by {off:.2g} of the largest"
         hint = "let gravity lie along the axis, and put springs and forces on bodies that turn"
         raise InputError(Problem(said, hint=hint))

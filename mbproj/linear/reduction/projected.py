@@ -131,8 +131,8 @@ def _slip(system: System, equations: LinearEquations, N: Array, N_dot: Array, N_
 
 def refuse_large_rolling(system: System) -> None:
     """Raise InputError where a large mechanism has rows at velocity level."""
-    if system.rolls and system.bodies > THRESHOLDS.dense_modes:
-        most = f"up to {THRESHOLDS.dense_modes} bodies"
+    if system.rolls and system.bodies > THRESHOLDS.large:
+        most = f"up to {THRESHOLDS.large} bodies"
         said = f"what rolls has linear equations by dense matrices, {most}, and this has {system.bodies}"
         raise InputError(Problem(said, key=("bodies",), hint="take fewer bodies"))
 

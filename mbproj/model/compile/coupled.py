@@ -76,7 +76,7 @@ def _looked_at(of_angle: bool) -> Iterator[tuple[float, float]]:
     m, each power of ten is an interval of its own, because what is large hides what is small."""
     if of_angle:
         return iter([(-4.0, 4.0)])
-    far = THRESHOLDS.edges_from * 10.0 ** np.arange(THRESHOLDS.edges_powers + 1)
+    far = 10.0 ** np.arange(-THRESHOLDS.edge_decades, THRESHOLDS.edge_decades + 1)
     return pairwise([*(-far[::-1]).tolist(), *far.tolist()])
 
 

@@ -54,7 +54,7 @@ def certain_plane(joints: PrimitiveSet, position: Array, rotation: Array, length
     """Return the plane of a mechanism at a pose where the topology alone decides, else None; the ground is the last
     body."""
     bodies = len(position) - 1
-    axis = _axis(joints, rotation) if 0 < bodies <= THRESHOLDS.dense_bodies else None
+    axis = _axis(joints, rotation) if 0 < bodies <= THRESHOLDS.large else None
     if axis is None:
         return None
     axes = np.roll(np.eye(3), 2 - axis, axis=1)
@@ -63,8 +63,6 @@ def certain_plane(joints: PrimitiveSet, position: Array, rotation: Array, length
     seen = seen.along(0)
     level, along = level_and_upright(joints, seen.x)
     if not (along | level)[joints.is_point == 0.0].all():
-        return None
-    if np.abs(seen.arm).max(initial=0.0) > THRESHOLDS.far_arm * length:
         return None
     first, second = _pairs(joints.layout)
     parallel = _sine(joints.local[first], joints.local[second]) < THRESHOLDS.near_singular

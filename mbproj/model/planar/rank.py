@@ -115,7 +115,7 @@ def _pieces(rows: Rows, free: list[int]) -> list[tuple[list[int], Rows]]:
 def _moving(rows: Rows, piece: list[int]) -> int | None:
     """Return the body of a piece that its rows let move most, the first among equals; None where their rank is full.
     For a large piece with too few rows, return the body with the fewest."""
-    is_large = len(piece) > THRESHOLDS.dense_bodies
+    is_large = len(piece) > THRESHOLDS.large
     if is_large and len(rows) < 3 * len(piece):
         rows_on = Counter(body for row in rows for body in row)
         return min(piece, key=lambda body: rows_on[body])

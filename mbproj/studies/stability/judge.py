@@ -245,5 +245,5 @@ def _fault(mechanism: Mechanism) -> str:
         )
     values = modes(rest.reference).eigenvalues
     fastest = float(values.real.max(initial=0.0))
-    grows = fastest > THRESHOLDS.no_mode * float(np.abs(values).max(initial=0.0))
+    grows = fastest > THRESHOLDS.no_motion * float(np.abs(values).max(initial=0.0))
     return f"a small motion grows with {fastest:.6g} 1/s" if grows else ""
