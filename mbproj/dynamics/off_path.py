@@ -60,10 +60,10 @@ def off_path(system: System, pose: Pose) -> OffPath | None:
             for span in _running(rope, places):
                 k, radius = span.first, rope.radii[span.first]
                 radii = abs(radius) + abs(rope.radii[span.last])
-                if radii and not (radii**2 < span.D2 and abs(span.turned) <= THRESHOLDS.rope_turned):
+                if radii and not (radii**2 < span.D2 and abs(span.turned) <= THRESHOLDS.most_turned):
                     return OffPath(row, -1, k)
                 θ = float(span.direction)
-                if k and radius and not np.sign(radius) * (θ - before) >= -THRESHOLDS.off_sheave:
+                if k and radius and not np.sign(radius) * (θ - before) >= -THRESHOLDS.same_written:
                     return OffPath(row, k, -1)
                 before = θ
     return None

@@ -51,7 +51,7 @@ def kept_fields(
     scale = np.linalg.norm(fields(state.q) / _lengths(system), axis=-1)
     resisted = np.concatenate([_resistance(system, state, q, fields(q)) / scale for q in poses])
     _, sizes, basis = np.linalg.svd(resisted)
-    kept = basis[np.count_nonzero(sizes > THRESHOLDS.balanced) :]
+    kept = basis[np.count_nonzero(sizes > THRESHOLDS.dependent) :]
     return np.ascontiguousarray(kept / scale)
 
 
@@ -63,7 +63,7 @@ def _tangent(system: System, q: Array, generator: np.random.Generator) -> Array:
     """Return a change of q that the joints allow to first order, of size 1 in the mechanism's lengths."""
     lengths = _lengths(system)
     _, sizes, basis = np.linalg.svd(jacobian(system, pose_of(q)) * lengths)
-    free = basis[np.count_nonzero(sizes > THRESHOLDS.balanced * sizes[0]) :]
+    free = basis[np.count_nonzero(sizes > THRESHOLDS.dependent * sizes[0]) :]
     along = generator.standard_normal(len(free)) @ free
     return np.asarray(lengths * along / max(np.linalg.norm(along), np.finfo(float).tiny))
 

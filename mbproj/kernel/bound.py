@@ -251,7 +251,7 @@ def _wire(curve: SpaceCurve) -> Any:
         places=np.column_stack([places.s, places.piece, places.point, places.length]),
         end=curve.end,
         closed=curve.closed,
-        passes=THRESHOLDS.foot_passes,
+        passes=THRESHOLDS.most_passes,
         settled=curve.settled,
         reach=curve.reach,
     )
@@ -270,7 +270,7 @@ def _line(curve: PlaneCurve) -> Any:
         places=np.column_stack([places.s, places.piece, places.point, places.length, places.angle]),
         end=curve.end,
         closed=curve.closed,
-        passes=THRESHOLDS.foot_passes,
+        passes=THRESHOLDS.most_passes,
         settled=curve.settled,
         straight=THRESHOLDS.rounding,
         beyond=THRESHOLDS.place_turn,

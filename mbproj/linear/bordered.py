@@ -112,7 +112,7 @@ def tangent_space_of(
     own = np.arange(system.constraints - system.bodies)
     rows = independent_rows(system, pose, G.chosen(own))
     freedom = 6 * system.bodies - len(rows)
-    if freedom > THRESHOLDS.dense_freedom:
+    if freedom > THRESHOLDS.most_dense:
         raise _too_free(freedom)
     lengths = tangent_lengths(system) if lengths is None else lengths
     scale = system.row_scale[system.bodies :] if scale is None else scale
@@ -169,7 +169,7 @@ def _pseudoinverse(metric: Bordered | Proximal, N: Array, lengths: Array) -> Lin
 
 
 def _too_free(freedom: int) -> InputError:
-    said = f"this is done by dense matrices, for up to {THRESHOLDS.dense_freedom} degrees of freedom"
+    said = f"this is done by dense matrices, for up to {THRESHOLDS.most_dense} degrees of freedom"
     hint = "`mbproj modes` and `mbproj equilibrium` know more at rest, `mbproj run` moving; or take fewer bodies"
     return InputError(Problem(f"{said}, and this mechanism has {freedom}", key=("bodies",), hint=hint))
 
@@ -180,7 +180,7 @@ def is_definite(system: System, A: csr_matrix, G: Rows) -> bool:
     from scipy.sparse.linalg import splu
 
     scaled = _Scaled(system, A, G)
-    stiff = (scaled.A + THRESHOLDS.penalty * scaled.G.T @ scaled.G).tocsc()
+    stiff = (scaled.A + 1.0 / THRESHOLDS.half_digits * scaled.G.T @ scaled.G).tocsc()
     try:
         factor = splu(stiff, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     except RuntimeError:

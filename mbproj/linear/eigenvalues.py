@@ -167,7 +167,7 @@ def _symmetric(reduced: ReducedEquations) -> Eigen:
     κ = strain / np.einsum("ik,ij,jk->k", vectors, M, vectors, optimize=True)
     size = np.einsum("ik,ij,jk->k", np.abs(vectors), reduced.K_size, np.abs(vectors), optimize=True)
     none = np.abs(strain) <= THRESHOLDS.rounding * size
-    κ = np.where(none | (np.abs(κ) <= THRESHOLDS.nothing * np.abs(κ).max()), 0.0, κ)
+    κ = np.where(none | (np.abs(κ) <= THRESHOLDS.no_digits * np.abs(κ).max()), 0.0, κ)
     grows = κ < 0.0
     values = np.concatenate([np.where(grows, -1.0, 1j) * np.sqrt(np.abs(κ)), np.sqrt(-κ[grows])])
     return Eigen(values.astype(complex), np.concatenate([vectors, vectors[:, grows]], axis=1).astype(complex))
@@ -199,7 +199,7 @@ def _by_qz(reduced: ReducedEquations) -> Eigen:
     kept = by_size[conserved:]
     kept = kept[values[kept].imag >= -THRESHOLDS.rounding * np.abs(values[kept])]
     values, vectors = values[kept], vectors[:, kept]
-    grain = THRESHOLDS.rounding * np.abs(values) + THRESHOLDS.nothing * np.abs(values).max(initial=0.0)
+    grain = THRESHOLDS.rounding * np.abs(values) + THRESHOLDS.no_digits * np.abs(values).max(initial=0.0)
     values = np.where(np.abs(values.imag) <= grain, 0.0, 1j * values.imag) + np.where(
         np.abs(values.real) <= grain, 0.0, values.real
     )
@@ -223,7 +223,7 @@ def _neutral(reduced: ReducedEquations) -> tuple[Array, Array, int]:
     motion along Z changes these momenta: each has a second eigenvalue 0, a drift at constant speed."""
     U, σ, V = np.linalg.svd(reduced.K)
     sizes = np.einsum("ik,ij,kj->k", np.abs(U), reduced.K_size, np.abs(V), optimize=True)
-    none = σ <= np.maximum(THRESHOLDS.rounding * sizes, THRESHOLDS.nothing * σ[0])
+    none = σ <= np.maximum(THRESHOLDS.rounding * sizes, THRESHOLDS.no_digits * σ[0])
     left, Z = U[:, none], V[none].T
     momenta = left.T @ reduced.D @ Z
     size = np.abs(left).T @ reduced.D_size @ np.abs(Z)

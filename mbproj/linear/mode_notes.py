@@ -59,7 +59,7 @@ def unsteady_states(reference: LinearReference) -> str:
     instant = reference.motion.instant(system)
     rates, terms = state_rates(instant), np.abs(channel_slopes(instant)[1]) @ np.abs(instant.channels)
     size = terms + np.abs(state_slopes(instant)) @ system.states.scale
-    changing = np.flatnonzero(np.abs(rates) > THRESHOLDS.balanced * size)
+    changing = np.flatnonzero(np.abs(rates) > THRESHOLDS.dependent * size)
     named = zip(system.names.states, rates.tolist(), system.names.state_units, strict=True)
     told = [f"'{name}' by {rate:.3g} {unit}/s" for name, rate, unit in named]
     return f"states change here: {', '.join(told[k] for k in changing[:MOST_HELD])}" if len(changing) else ""
@@ -67,4 +67,4 @@ def unsteady_states(reference: LinearReference) -> str:
 
 def is_balanced(reference: LinearReference) -> bool:
     """Return whether the forces balance to round-off."""
-    return reference.imbalance.relative <= THRESHOLDS.balanced
+    return reference.imbalance.relative <= THRESHOLDS.dependent

@@ -32,15 +32,12 @@ class Closing:
         64.0,
         "ε",
         "both",
-        "a violation of so many ε of a row's coordinates may be round-off; events and samples that are nearer, in "
-        "ε of time, are one",
+        "a violation of so many ε of a row's coordinates, or energy of its terms, may be round-off; events nearer "
+        "in ε of time are one",
         "chosen",
     )
     slow: float = threshold(
         0.1, "1", "kernel", "a pass that leaves a larger part asks for a new factor", "simplified Newton"
-    )
-    stagnation: float = threshold(
-        0.5, "1", "both", "a velocity pass that leaves a larger part has reached round-off", "chosen"
     )
     widest_turn: float = threshold(
         0.5,
@@ -49,16 +46,20 @@ class Closing:
         "no correction turns a body by more; a motion moves by no more in a part of a short move",
         "Conn, Gould & Toint 2000, sect. 7; 16 turns in 2 ms: parts of 6.6 rad do not close in full",
     )
-    tighter: float = threshold(0.25, "1", "both", "from one trial to the next turns are limited to this part", "chosen")
-    tightenings: int = threshold(6, "-", "both", "so many times", "0.25⁶ × 0.5 rad = 1e-4 rad")
+    tighter: float = threshold(
+        0.25,
+        "1",
+        "both",
+        "from one trial to the next turns are limited to this part",
+        "tests/projection/test_damping.py: uneven chains do not close in 12 passes with 0.5 and `stiffer` 10",
+    )
     stiffer: float = threshold(
-        100.0, "1", "both", "the moment of a body that turns too far grows by this, times how much too far", "chosen"
+        100.0,
+        "1",
+        "both",
+        "the moment of a body that turns too far grows by this, times how much too far",
+        "tests/projection/test_damping.py: uneven chains do not close in 12 passes with 10 and `tighter` 0.5",
     )
-    stiffenings: int = threshold(12, "-", "both", "so many times", "100¹²: beyond all masses")
-    lent_moment: float = threshold(
-        1e-6, "1", "both", "a body without moments counts with this part of the mean there", "as lent_part"
-    )
-    shortest: float = threshold(1e-3, "1", "both", "the smallest part of a correction that is tried", "1/2¹⁰")
     open_limit: float = threshold(
         1e-6, "length, rad", "both", "no run goes on with a larger violation after a failed projection", "chosen"
     )
@@ -73,5 +74,5 @@ class Closing:
         "bodies",
         "numpy",
         "dense factors of more bodies are not made to assemble, to diagnose, for modes, or in a plane",
-        "a factor of 700 rows takes 0.1 s",
+        "singular values of the rows of 100 bodies: 0.1 s, of 500: 16 s",
     )

@@ -10,16 +10,17 @@ from mbproj.thresholds.entry import threshold
 class Common:
     """The scales of round-off, from a few operations on doubles to what has lost half of its digits."""
 
-    nothing: float = threshold(
-        1e-14, "1", "numpy", "a smaller part of the largest is round-off of a few operations", "45 ε"
-    )
     no_digits: float = threshold(
-        1e-13, "1", "numpy", "a smaller part of the largest has no digits left", "450 ε; Skeel 1980 of backward errors"
+        1e-13,
+        "1",
+        "both",
+        "a smaller part of the largest has no digits left: pivots, moments, masses, changes of an iteration",
+        "450 ε; Skeel 1980 of backward errors",
     )
     rounding: float = threshold(
         1e-12,
         "1",
-        "numpy",
+        "both",
         "a smaller part of the largest is round-off of long sums, of numbers that somebody typed, or of a "
         "mechanism at rest",
         "4500 ε; typed numbers have 15 digits",
@@ -27,7 +28,7 @@ class Common:
     same_written: float = threshold(
         1e-9,
         "1, m, rad",
-        "numpy",
+        "both",
         "places, times, directions and poses that differ by less, over 1 or over their size, are the same; so are "
         "slopes",
         "files have 10 digits or more: mechanisms that `mbproj equilibrium` writes and reads again",
@@ -35,17 +36,10 @@ class Common:
     half_digits: float = threshold(
         1e-8,
         "1",
-        "numpy",
-        "a smaller part is none where errors enter by their square, or as a difference; damping beyond its "
-        "inverse is no help; a curve that turns by less has no corner",
+        "both",
+        "a smaller part is none where errors enter by their square or as a difference; a curve that turns by less "
+        "has no corner",
         "√ε",
-    )
-    alike_in_words: float = threshold(
-        1e-6,
-        "1",
-        "numpy",
-        "shares and distances that differ by less are told as equal",
-        "words only: 3 digits are told",
     )
     short_way: float = threshold(
         0.05,
@@ -64,14 +58,14 @@ class Common:
     rounded: float = threshold(
         1e-3,
         "1",
-        "numpy",
-        "a smaller part is that of numbers which somebody rounded or measured: it is no direction, slope or distance",
+        "both",
+        "a smaller part is that of numbers which somebody rounded or measured: no direction, slope, distance or share",
         "a wrist rounded to 0.1 mm: 8e-5",
     )
     most_passes: int = threshold(
         100,
         "-",
-        "numpy",
+        "both",
         "passes of an iteration that ends before by its own test; steps of a search along a motion",
         "3 to 30 are usual; with 300, `branches` of bricard takes 1.5 times as long",
     )

@@ -46,9 +46,6 @@ class Contact:
         "a contact is released below minus this part of its largest push",
         "round-off of λ, with care",
     )
-    balanced_to: float = threshold(
-        1e-13, "1", "kernel", "forces that a round changes by less, beside the largest, are balanced", "450 ε"
-    )
     slips: float = threshold(
         1e-9,
         "1",
@@ -60,16 +57,17 @@ class Contact:
         1e-6,
         "1 / smallest mass",
         "kernel",
-        "springs that stand for rigid feet which slip give so much",
+        "springs that stand for rigid feet which slip give so much; which feet slip is found where all bear less "
+        "by ten times it",
         "√ε, with care",
     )
-    slips_beyond: float = threshold(
-        1e-5, "1", "kernel", "which feet slip is found where all bear less by this part", "10 × what springs give"
+    damped_to: float = threshold(
+        1e6,
+        "1",
+        "kernel",
+        "with more damping, beside B, Newton's method has no share of a load on a short way and leaps",
+        "chosen",
     )
-    damped_from: float = threshold(
-        1e-12, "1", "kernel", "the least damping of Newton's method for shares of a load, beside B", "5000 ε"
-    )
-    damped_to: float = threshold(1e6, "1", "kernel", "with more damping there is no share of a load", "chosen")
     slow_motion: float = threshold(
         1e-3, "length or rad / interval", "numpy", "round-off of speeds is that of motions at least as fast", "chosen"
     )
@@ -95,12 +93,6 @@ class Contact:
         "both",
         "sliding in a plane that is slower, beside the fastest motion, and becomes slower still, keeps its direction",
         "the direction of a speed that is round-off is none",
-    )
-    settled_load: float = threshold(
-        4e-15, "1", "both", "loads of bearings that change by less, beside the largest, are settled", "20 ε"
-    )
-    most_load_passes: int = threshold(
-        40, "-", "both", "so often Newton's method for the loads of bearings is tried", "chosen: it takes 3 to 6"
     )
     creates_energy: float = threshold(
         1e-9, "1", "both", "an impact that adds more of the kinetic energy stops the run", "round-off of the energies"

@@ -10,13 +10,6 @@ from mbproj.thresholds.entry import threshold
 class Curves:
     """1 - κφ is the part of a curve's length that a point at the distance φ passes over."""
 
-    foot_passes: int = threshold(
-        15,
-        "-",
-        "numpy",
-        "Newton's passes for the foot on a curve",
-        "4 to 6 usual, 14 at a cusp",
-    )
     least_undercut: float = threshold(
         0.05, "1", "numpy", "where 1 - κφ falls below, a roller does not fit its curve", "the row bends by 20 κ there"
     )

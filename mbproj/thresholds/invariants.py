@@ -24,9 +24,6 @@ class Invariants:
         "where the row gives more a step in the mean, the motion may be wrong",
         "a heavy top at 20 ms: 4e-5, wrong; a crank-rocker at 40 ms: 2e-7, right",
     )
-    row_singular: float = threshold(
-        1e-6, "1", "both", "with a smaller part of the kinetic energy along what is free, the row is singular", "chosen"
-    )
     row_refused: float = threshold(
         0.01,
         "1",
@@ -40,18 +37,4 @@ class Invariants:
         "both",
         "so many tolerances are a step's error: a correction within them is never refused; T within them of W is rest",
         "a quarter car that comes to rest",
-    )
-    row_grain: float = threshold(
-        1e-10,
-        "1",
-        "both",
-        "a correction of so small a part of the velocity, and of what is a unit of it, is never refused",
-        "where a step changes next to nothing, it is round-off",
-    )
-    row_grains: float = threshold(
-        32.0,
-        "ε of T, V, W",
-        "both",
-        "so little of the energy is round-off, and is not corrected",
-        "a pendulum that swings by 1e-7 rad",
     )

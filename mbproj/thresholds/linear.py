@@ -10,21 +10,18 @@ from mbproj.thresholds.entry import threshold
 class Linear:
     """Parts of sums without their signs, unless a unit says otherwise."""
 
-    dense_freedom: int = threshold(
+    most_dense: int = threshold(
         1200,
-        "degrees of freedom",
-        "numpy",
-        "linear models, steady turns, modes that need dense matrices have no more",
-        "some minutes",
+        "degrees of freedom, rows",
+        "both",
+        "linear models, steady turns, modes that need dense matrices have no more; nor has a dense QR factor of rows",
+        "O(n³): some minutes",
     )
     shift: float = threshold(
         0.1, "1", "numpy", "Arnoldi's iteration is shifted by so much of the slowest frequency", "chosen"
     )
     first_shift: float = threshold(
         1e-5, "1", "numpy", "which is looked for from so much of the fastest on", "chosen: keeps half of the digits"
-    )
-    closed_at_rest: float = threshold(
-        1e-15, "length, rad", "numpy", "poses on the way to an equilibrium are closed to this", "round-off"
     )
     good_step: float = threshold(
         0.1, "1", "numpy", "a step is taken where the forces do so much of the work that was expected", "usual: 0.1"
@@ -36,22 +33,12 @@ class Linear:
         "what has no equilibrium so far from the start, or falls so far by a force that does not change, has none",
         "four turns of a shaft",
     )
-    balanced: float = threshold(
-        1e-9,
-        "1",
-        "numpy",
-        "forces balance where no more than this part of the largest is left, and keep a momentum",
-        "√ε, with room",
-    )
     proximal: float = threshold(
         1e-10,
         "1",
         "numpy",
         "rows of large mechanisms give way by so much, which is taken out again; their stiffness is raised by so much",
         "√ε, with room",
-    )
-    penalty: float = threshold(
-        1e7, "1", "numpy", "rows are made so stiff to ask what is definite without them", "1 / √ε, with room"
     )
     same_pose: float = threshold(
         1e-5,

@@ -24,9 +24,6 @@ class Passages:
         "a step that comes nearer, beside the largest distance, is repeated as two halves",
         "tests/mechanisms/rank",
     )
-    look_ahead: float = threshold(
-        2.0, "steps", "numpy", "a step is looked at closely where the distance would fall so far in so many", "chosen"
-    )
     apart: float = threshold(
         10.0,
         "1",
@@ -80,9 +77,6 @@ class Passages:
     )
     rest_rate: float = threshold(
         1e-6, "1/s", "kernel", "a mechanism that moves by less than its length times this is at rest", "chosen"
-    )
-    nearly_closed: float = threshold(
-        1e-8, "length, rad", "kernel", "a row that is left out may stay open by this", "√ε: it closes to second order"
     )
     told_part: float = threshold(
         0.1,

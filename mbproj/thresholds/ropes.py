@@ -10,16 +10,6 @@ from mbproj.thresholds.entry import threshold
 class Ropes:
     """What ends a run with a rope, and what a path at the scene's pose may be."""
 
-    off_sheave: float = threshold(
-        1e-9,
-        "rad",
-        "both",
-        "a rope with a wrap of less than minus this is off its sheave",
-        "a rope of 1 m moves by 1e-10 m",
-    )
-    rope_turned: float = threshold(
-        3.0, "rad", "both", "a span that turns by more has lost count of its wraps", "π is where its angle jumps"
-    )
     wrong_side: float = threshold(
         5.5,
         "rad",

@@ -66,7 +66,12 @@ class Steps:
         0.5, "rad", "both", "a step tells turns where a pose is nearer to where the rates lead", "RK4 errs by 0.04 rad"
     )
     most_turned: float = threshold(
-        3.0, "rad", "both", "a bushing may turn so far: half a turn has no rotation vector", "no step skips the rest"
+        3.0,
+        "rad",
+        "both",
+        "a bushing or the span of a rope may turn so far: half a turn has no rotation vector, and the angle of a "
+        "span jumps there",
+        "no step skips the rest",
     )
     suspicious_drift: float = threshold(
         1e-4, "energy exchanged", "numpy", "where the energy drifts by more, the motion may be wrong", "chosen"
@@ -88,12 +93,15 @@ class Steps:
         "what has this part of the largest share is named; so are coordinates that change by so much",
         "words only",
     )
-    smooth_span: float = threshold(10.0, "steps", "numpy", "motion is looked at for smoothness over so many", "chosen")
+    smooth_span: float = threshold(
+        10.0,
+        "steps",
+        "numpy",
+        "motion is looked at for smoothness over so many",
+        "tests/integrate/test_stiffness.py: over 1, a vibration that is the motion is told as stiff",
+    )
     below_tolerances: float = threshold(
         50.0, "tolerances", "numpy", "a mode at the limit of stability leaves less", "measured: 0.1 to 50"
-    )
-    hardly_moves: float = threshold(
-        0.1, "1", "numpy", "and less than this part of what the motion ranges over", "chosen"
     )
     stiff_for_step: float = threshold(
         0.1,
@@ -127,9 +135,6 @@ class Steps:
         "measured on prototypes",
     )
     least_contraction: float = threshold(0.01, "1", "both", "a smaller one is chance", "Hairer & Wanner II, sect. IV.8")
-    secant_change: float = threshold(
-        1e-3, "1", "kernel", "a law counts with its secant where its rate changes by more in a pass", "above round-off"
-    )
     softened: float = threshold(
         0.5,
         "1",
@@ -158,8 +163,9 @@ class Steps:
         10,
         "-",
         "both",
-        "a fixed step that is not solved, or that does not resolve a short move, is halved so often at most",
-        "chosen: 1,024 parts",
+        "a fixed step that is not solved or does not resolve a short move, and a correction that does not help, "
+        "are halved so often",
+        "tests/integrate/implicit/test_halving.py: 1 is too few for a mass that comes to stick",
     )
     branch_halvings: int = threshold(
         4, "-", "kernel", "a fixed step that passes a singular pose is halved so often", "errors fall by 16³"

@@ -16,6 +16,7 @@ from mbproj.dynamics.assembly.assemble import State, coordinate_values, nearest
 from mbproj.dynamics.assembly.many_starts import close_all, scaled_rows_of
 from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.equations.motions import Drive, drive_at
+from mbproj.dynamics.equations.round_off import EPSILON
 from mbproj.model.planar import Plane, planar_reduction
 from mbproj.model.system import Conditions, System
 from mbproj.thresholds import THRESHOLDS
@@ -129,7 +130,7 @@ def _is_not_turned_over(system: System, q: Array) -> Flags:
 
 
 def _polished(system: System, q: Array, held: Conditions, drive: Drive) -> Array:
-    return nearest(system, q, held, drive, THRESHOLDS.closed_at_rest)[0]
+    return nearest(system, q, held, drive, THRESHOLDS.closed_grains * EPSILON)[0]
 
 
 def _number(system: System, q: Array, found: list[Array]) -> int | None:

@@ -91,7 +91,7 @@ def _shortest_by_sparse_factor(rows: Rows, wanted: Array, damping: float) -> Arr
     for _ in range(THRESHOLDS.most_passes if damping == 0.0 else 0):
         change = factor.solve(R.T @ (wanted - R @ x))
         size = float(np.abs(change).max(initial=0.0))
-        if not size < 0.5 * before or size <= THRESHOLDS.refined_part * np.abs(x).max(initial=0.0):
+        if not size < 0.5 * before or size <= THRESHOLDS.no_digits * np.abs(x).max(initial=0.0):
             break
         x, before = x + change, size
     return x

@@ -93,7 +93,7 @@ def _refined(solve: Solver, M: Array, C_q: Array, Q: Array, gamma: Array) -> tup
     not help."""
     acceleration, multipliers = solve(M, C_q, Q, gamma)
     left, defect = _residual(M, C_q, Q, gamma, acceleration, multipliers)
-    for _ in range(THRESHOLDS.most_refining):
+    for _ in range(THRESHOLDS.most_passes):
         if not left > THRESHOLDS.no_digits:
             break
         more = solve(M, C_q, *defect)

@@ -28,12 +28,12 @@ def settled_loads(bearings: Bearings, base: Supports, responses: Supports) -> Ar
     of 1, (B, B, 3), first axis: whose friction. Raises Jammed."""
     _refuse_jammed(bearings, base, responses)
     L = np.zeros(bearings.size)
-    for _ in range(THRESHOLDS.most_load_passes):
+    for _ in range(THRESHOLDS.most_passes):
         at = base.plus(responses, L)
         left = np.eye(bearings.size) - slopes(bearings, at, responses)
         change = np.linalg.solve(left, L - load(bearings, at))
         L = L - change
-        if np.abs(change).max() <= THRESHOLDS.settled_load * np.abs(L).max():
+        if np.abs(change).max() <= THRESHOLDS.no_digits * np.abs(L).max():
             break
     return L
 

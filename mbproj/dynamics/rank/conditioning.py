@@ -34,7 +34,7 @@ class Conditioning:
         """The distance of the pose from a singular one, in words."""
         if self.distance is None:
             return "no loops, and so no singular poses"
-        if self.distance < THRESHOLDS.alike_in_words:
+        if self.distance < THRESHOLDS.rounded:
             return "all but singular"
         return "near a singular pose" if self.distance < THRESHOLDS.passing else "far from singular poses"
 
@@ -92,4 +92,4 @@ def _largest_owner(system: System, rows: Integers, share: Array) -> str:
     for owner, part in zip(owners, share, strict=True):
         parts[owner] += float(part**2)
     largest = max(parts.values())
-    return next(owner for owner, part in parts.items() if part > largest * (1.0 - THRESHOLDS.alike_in_words))
+    return next(owner for owner, part in parts.items() if part > largest * (1.0 - THRESHOLDS.rounded))

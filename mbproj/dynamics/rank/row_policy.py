@@ -48,7 +48,7 @@ class RowPolicy:
         distances = self.rows.distances(C_q)
         rows = replace(self.rows, largest=np.maximum(self.rows.largest, distances))
         here = rows.part(distances)[0]
-        fall = 0.0 if self._before is None else THRESHOLDS.look_ahead * abs(here - self._before)
+        fall = 0.0 if self._before is None else abs(here - self._before)
         passed, self.nearest, self._before = min(self.nearest, here), here, here
         self.rows = replace(rows, watching=here - fall < THRESHOLDS.near_singular)
         return passed

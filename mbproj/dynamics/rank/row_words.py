@@ -51,7 +51,7 @@ def direction(vector: Array) -> str:
     for axis, name in enumerate("xyz"):
         if abs(unit[axis]) > 1.0 - THRESHOLDS.same_written:
             return name
-    unit = unit * np.sign(unit[np.flatnonzero(np.abs(unit) > THRESHOLDS.alike_in_words)[0]])
+    unit = unit * np.sign(unit[np.flatnonzero(np.abs(unit) > THRESHOLDS.rounded)[0]])
     return "[" + ", ".join(f"{round(part, 3) + 0.0:g}" for part in unit.tolist()) + "]"
 
 

@@ -78,7 +78,7 @@ def touching(
     piece = np.stack([curve.places.piece[own] for curve, own in zip(curves, at.T, strict=True)])
     reach, settled = np.array([[[curve.reach], [curve.settled]] for curve in curves]).swapaxes(0, 1)
     active = np.arange(len(flat))
-    for _ in range(THRESHOLDS.foot_passes):
+    for _ in range(THRESHOLDS.most_passes):
         step = np.clip(_newton(curves, real.only(active), s[:, active], piece[:, active]), -reach, reach)
         for k, curve in enumerate(curves):
             s[k, active], piece[k, active] = curve.moved(s[k, active] + step[k], piece[k, active], held[k])

@@ -117,7 +117,7 @@ class PlaneCurve(PiecedCurve):
         flat = d.reshape(-1, 2)
         s, piece = near(flat.real, held)
         active, reach = np.arange(len(flat)), self.reach
-        for _ in range(THRESHOLDS.foot_passes):
+        for _ in range(THRESHOLDS.most_passes):
             point = flat[active].real
             step = np.clip(newton(point, s[active], piece[active]), -reach, reach)
             s[active], piece[active] = self.moved(s[active] + step, piece[active], held)

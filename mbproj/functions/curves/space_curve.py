@@ -113,7 +113,7 @@ class SpaceCurve(PiecedCurve):
         flat = d.reshape(-1, 3)
         s, piece = self._nearest(flat.real, held)
         active = np.arange(len(flat))
-        for _ in range(THRESHOLDS.foot_passes):
+        for _ in range(THRESHOLDS.most_passes):
             step = np.clip(self._newton(flat[active].real, s[active], piece[active]), -self.reach, self.reach)
             s[active], piece[active] = self.moved(s[active] + step, piece[active], held)
             active = active[np.abs(step) > self.settled]

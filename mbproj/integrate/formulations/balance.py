@@ -111,7 +111,7 @@ class Balance:
         missing = self.kept.energy - energy if self.energy else None
         held = formulation.policy.rows.to_move(instant.pose, formulation.drive(t, expected))
         M, fields = mass_matrix(self.system, instant.pose), self.fields @ rigid_fields(q)
-        tolerated = max(THRESHOLDS.row_grain, THRESHOLDS.row_tolerated * (formulation.settings.tolerance or 0.0))
+        tolerated = max(THRESHOLDS.half_digits, THRESHOLDS.row_tolerated * (formulation.settings.tolerance or 0.0))
         error = tolerated * float(np.abs(y[formulation.layout["quadratures"]][:2]).sum())  # of the balance
         change, is_regular = corrected(self.method, M, held.C_q, v, missing, fields, self.kept.momenta, grain, error)
         part = self._speed(formulation, q, change) / now
@@ -141,4 +141,4 @@ class Balance:
         weight = -system.mass * (instant.pose.position[:-1] @ system.gravity)
         stored = [] if system.forces.is_empty else [law_state(instant, formulation.held).stored]
         terms = np.array([kinetic, *weight, *stored, *(work[:2] * [-1.0, 1.0] if len(work) else ())])
-        return float(terms.sum()), THRESHOLDS.row_grains * EPSILON * float(np.abs(terms).sum())
+        return float(terms.sum()), THRESHOLDS.round_off_grains * EPSILON * float(np.abs(terms).sum())

@@ -176,7 +176,7 @@ def _refuse_massless(system: System, state: State, settings: Settings) -> None:
     """Raise InputError where bodies without mass, or without inertia about some axis, are free to move (Eq. 20), or
     where the method weighs corrections with M alone."""
     smallest = np.linalg.eigvalsh(system.inertia)[:, 0] / np.linalg.norm(system.inertia, axis=(1, 2)).clip(1e-300)
-    light = np.flatnonzero((system.mass <= 0.0) | (smallest < THRESHOLDS.no_inertia))
+    light = np.flatnonzero((system.mass <= 0.0) | (smallest < THRESHOLDS.no_digits))
     if not len(light):
         return
     if settings.projection.method == "popm":

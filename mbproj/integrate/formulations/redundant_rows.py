@@ -74,7 +74,7 @@ def _usual(compiled: Compiled, state: State, count: int, first: list[int]) -> An
     if even_there > 0.0:  # small where lengths differ: beside 1, rows would seem dependent at every pose
         compiled.hold(compiled.core.UsualRows(count, [], [], even_there))
         equations = compiled.equations()
-    length = max(THRESHOLDS.fewest_walked, THRESHOLDS.walked_bodies // compiled.system.bodies)
+    length = 1 + THRESHOLDS.walked_bodies // compiled.system.bodies
     is_short = length < THRESHOLDS.most_walked
     if is_short:
         poses, choices = list(_walk(compiled, equations, state, length, first)), [tuple(first)]
@@ -83,8 +83,8 @@ def _usual(compiled: Compiled, state: State, count: int, first: list[int]) -> An
         choices = sorted({tuple(equations.left_out(*pose)) for pose in poses})
     found = [[equations.pivots(*pose, list(rows)) for pose in poses] for rows in choices]
     even = numbers([[each[1] for each in of_rows] for of_rows in found])
-    worst = np.quantile(even, THRESHOLDS.seldom, axis=1)
-    best = int(np.argmax(worst >= THRESHOLDS.serve_alike * worst.max()))
+    middle = np.median(even, axis=1)
+    best = int(np.argmax(middle >= THRESHOLDS.tied * middle.max()))
     # A walk may enter a branch on which every pose is singular: these tell nothing.
     regular = [each for each in found[best] if each[1] > 0.0]
     pivots = numbers([each[0] for each in regular])

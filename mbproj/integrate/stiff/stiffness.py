@@ -188,13 +188,7 @@ class StiffnessWatch:
         basis = np.polynomial.chebyshev.chebvander(np.linspace(-1.0, 1.0, len(y)), order)
         left = y - basis @ np.linalg.lstsq(basis, y, rcond=None)[0]
         scale = scale + np.abs(y).max(axis=0)
-        rest, whole = (_mean(part / scale) for part in (np.abs(left).max(axis=0), self._range()))
-        return rest <= THRESHOLDS.below_tolerances * tolerance and rest <= THRESHOLDS.hardly_moves * whole
-
-    def _range(self) -> Array:
-        """Return the range of the samples, in the numbers whose errors are controlled."""
-        states = np.array([kept.state.y for kept in self._kept])[:, np.isfinite(self._system.layout.scale)]
-        return np.asarray(np.ptp(states, axis=0))
+        return _mean(np.abs(left).max(axis=0) / scale) <= THRESHOLDS.below_tolerances * tolerance
 
     def _at(self, kept: _KeptSample, *, gains: bool) -> Stiffness | None:
         """Return the fastest mode at a sample, compared with the integrator's stability."""

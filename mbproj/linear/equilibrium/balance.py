@@ -25,6 +25,7 @@ from mbproj.dynamics.derivatives.tangent import moved, velocities
 from mbproj.dynamics.derivatives.tangent_space import TangentSpace
 from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.equations.motions import Drive
+from mbproj.dynamics.equations.round_off import EPSILON
 from mbproj.dynamics.equations.teeth import near
 from mbproj.errors import SimulationError
 from mbproj.linear.bordered import tangent_space_of
@@ -132,7 +133,7 @@ class EquilibriumProblem:
 
     def closed(self, q: Array) -> Array | None:
         """Return the closed pose next to q; None where it cannot be closed."""
-        found, left = nearest(self.system.at_positions, q, self.held, self.drive, THRESHOLDS.closed_at_rest)
+        found, left = nearest(self.system.at_positions, q, self.held, self.drive, THRESHOLDS.closed_grains * EPSILON)
         return found if np.abs(left).max(initial=0.0) <= THRESHOLDS.assembled else None
 
 

@@ -49,7 +49,7 @@ def _slips(system: System, reference: LinearReference, state: State, name: str) 
         if system.bearings is not None and frictions.bearing[k] >= 0:
             at = supports(reference.system, system.bearings, reference.motion.pose, reference.multipliers)
             most *= float(np.asarray(load(system.bearings, at))[frictions.bearing[k]])
-        if needed <= most + THRESHOLDS.balanced * float(np.abs(reference.multipliers).max()):
+        if needed <= most + THRESHOLDS.dependent * float(np.abs(reference.multipliers).max()):
             return None
         said += f": {needed:.6g} {'N m' if unit == 'rad' else 'N'} are needed, and it bears {most:.6g} at most"
     return Problem(said, frictions.places[k], HINT)

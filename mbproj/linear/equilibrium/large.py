@@ -18,6 +18,7 @@ from mbproj.dynamics.derivatives.linear_equations import MotionAtTime, constrain
 from mbproj.dynamics.derivatives.tangent import moved
 from mbproj.dynamics.equations.constraint_equations import constraint
 from mbproj.dynamics.equations.kinematics import pose_of
+from mbproj.dynamics.equations.round_off import EPSILON
 from mbproj.dynamics.equations.teeth import near
 from mbproj.errors import SimulationError
 from mbproj.linear.bordered import Proximal, is_definite
@@ -101,11 +102,11 @@ class LargeBalance:
         """Return the closed pose next to q by Newton's steps, three with one factor; None where it cannot be closed."""
         problem, system = self.problem, self.problem.system
         metric, scale = self.metric, system.row_scale[system.bodies :]
-        before = np.inf
+        before, closed = np.inf, THRESHOLDS.closed_grains * EPSILON
         for step in range(THRESHOLDS.most_passes):
             open_by = constraint(system, pose_of(q), problem.drive)[system.bodies :]
             size = float(np.abs(open_by / scale).max(initial=0.0))
-            if size <= THRESHOLDS.closed_at_rest or (size <= 1e3 * THRESHOLDS.closed_at_rest and size > 0.5 * before):
+            if size <= closed or (size <= 1e3 * closed and size > 0.5 * before):
                 return q
             if not size <= 1.0:
                 return None

@@ -98,10 +98,10 @@ def solve(problem: EquilibriumProblem, q: Array, expected: Array) -> Solved:
         step, gain = downhill_of(here, K, sizes, radius)
         there = here.after(step)
         if there is None or not goes_down(here, there, gain):
-            if is_nearly_balanced(here) and radius < THRESHOLDS.nothing:
+            if is_nearly_balanced(here) and radius < THRESHOLDS.no_digits:
                 break
             radius = 0.25 * min(radius, float(np.linalg.norm(step)))
-            if radius < THRESHOLDS.nothing:
+            if radius < THRESHOLDS.no_digits:
                 break
             continue
         fall = fall.after(there, float(np.linalg.norm(step)))
@@ -122,16 +122,16 @@ def downhill_of(here: EquilibriumBalance, K: Array, sizes: Array, radius: float)
     """Return the step and the work that is expected of it."""
     from mbproj.linear.equilibrium.trust_region import downhill
 
-    return downhill(here.residual, K, sizes, radius, THRESHOLDS.balanced * here.largest)
+    return downhill(here.residual, K, sizes, radius, THRESHOLDS.dependent * here.largest)
 
 
 def is_balanced(balance: Unbalanced) -> bool:
     """Return whether forces balance to round-off."""
-    return balance.is_held or balance.relative <= THRESHOLDS.nothing
+    return balance.is_held or balance.relative <= THRESHOLDS.no_digits
 
 
 def is_nearly_balanced(balance: Unbalanced) -> bool:
-    return balance.is_held or balance.relative <= THRESHOLDS.balanced
+    return balance.is_held or balance.relative <= THRESHOLDS.dependent
 
 
 def goes_down(here: AnyBalance, there: AnyBalance, gain: float) -> bool:
@@ -139,7 +139,7 @@ def goes_down(here: AnyBalance, there: AnyBalance, gain: float) -> bool:
     return whether the residual has decreased."""
     moved = displacement_between(here.motion, there.motion)
     work = 0.5 * float((here.force + there.force) @ moved)
-    lost = THRESHOLDS.nothing * float(np.abs(here.force) @ (np.abs(moved) + here.lengths))
+    lost = THRESHOLDS.no_digits * float(np.abs(here.force) @ (np.abs(moved) + here.lengths))
     if gain <= 10.0 * lost:
         return there.relative < here.relative
     return work >= THRESHOLDS.good_step * gain

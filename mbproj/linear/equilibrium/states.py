@@ -174,7 +174,7 @@ def at_rest(problem: EquilibriumProblem, q: Array, expected: Array) -> Array:
         size, J = float(np.linalg.norm(rates)), state_slopes(there()) * scale / scale[:, None]
         J = J * problem.system.states.rests[:, None]
         fastest, growth = float(np.linalg.norm(J)), float(np.linalg.eigvals(J).real.max())
-        if np.all(np.abs(rates) <= THRESHOLDS.nothing * (np.abs(J) @ (1.0 + np.abs(x / scale)))):
+        if np.all(np.abs(rates) <= THRESHOLDS.no_digits * (np.abs(J) @ (1.0 + np.abs(x / scale)))):
             return x
         damping = min(damping, fastest)
         try:

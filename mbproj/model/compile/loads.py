@@ -145,7 +145,7 @@ def _between_points(scene: Scene, force: PointForce, seats: Mapping[str, Seat], 
     if slots[0][0] == slots[1][0]:
         what = f"force '{force.name}' acts between two points of one rigid body"
         raise InputError(Problem(what, place, "fixed joints have merged its bodies"))
-    if length <= THRESHOLDS.nothing * (1.0 + np.abs(np.stack(ends)).max()):
+    if length <= THRESHOLDS.no_digits * (1.0 + np.abs(np.stack(ends)).max()):
         what = f"force '{force.name}' has no direction: its two points coincide at the scene's pose"
         raise InputError(Problem(what, place, "move one of its points"))
     law = force.law

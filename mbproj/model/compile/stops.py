@@ -117,7 +117,7 @@ def _distance(scene: Scene, force: DistanceStop, seats: Mapping[str, Seat], pose
     )
     _refuse_one_body(scene, force.name, "two points", seats[force.first.body], seats[force.second.body])
     size = max(np.abs(first).max(), np.abs(second).max())
-    if np.linalg.norm(second - first) <= THRESHOLDS.nothing * (1.0 + size):
+    if np.linalg.norm(second - first) <= THRESHOLDS.no_digits * (1.0 + size):
         what = f"force '{force.name}' has no direction: its two points coincide at the scene's pose"
         raise InputError(Problem(what, scene.place("forces", force.name), "move one of its points"))
     on_carriers = [seated(end, point, seats) for end, point in zip((force.first, force.second), points, strict=True)]

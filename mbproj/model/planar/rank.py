@@ -128,7 +128,7 @@ def _moving(rows: Rows, piece: list[int]) -> int | None:
     if not len(motions):
         return None
     moved = np.linalg.norm(motions, axis=(0, 2))
-    return piece[int(np.argmax(moved > (1.0 - THRESHOLDS.alike_in_words) * moved.max()))]
+    return piece[int(np.argmax(moved > (1.0 - THRESHOLDS.rounded) * moved.max()))]
 
 
 def _free_motions(row: Integers, body: Integers, values: Array, shape: tuple[int, int]) -> Array:

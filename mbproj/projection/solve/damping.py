@@ -30,14 +30,14 @@ def damped(method: Projection, M: Array, C_q: Array, violation: Array, q: Array)
     if widest <= limit:
         yield whole, 1.0
         limit = THRESHOLDS.tighter * widest
-    for _ in range(THRESHOLDS.tightenings):
+    for _ in range(THRESHOLDS.most_halvings):
         change = _turning_less(method, M, C_q, violation, q, limit)
         if change is None:
             break
         yield change, 1.0
         limit = THRESHOLDS.tighter * min(limit, _widest(change, q))
     part = min(0.5, THRESHOLDS.widest_turn / widest) if widest > 0.0 else 0.5
-    while part >= THRESHOLDS.shortest:
+    while part >= 0.5**THRESHOLDS.most_halvings:
         yield part * whole, part
         part *= 0.5
 
@@ -52,9 +52,9 @@ def _turning_less(method: Projection, M: Array, C_q: Array, violation: Array, q:
     across = 4.0 * (np.eye(4) - Λ[:, :, None] * Λ[:, None, :] / np.sum(Λ * Λ, axis=-1)[:, None, None])
     blocks = M.reshape(len(Λ), 7, len(Λ), 7)
     moment = np.einsum("bibi->b", blocks[:, 3:, :, 3:]) / 12.0
-    moment = np.maximum(moment, THRESHOLDS.lent_moment * moment.mean())
+    moment = np.maximum(moment, THRESHOLDS.lent_part * moment.mean())
     added, before = np.zeros(len(Λ)), None
-    for _ in range(THRESHOLDS.stiffenings):
+    for _ in range(THRESHOLDS.most_passes):
         stiff = blocks.copy()
         stiff[index, 3:, index, 3:] += added[:, None, None] * across
         try:

@@ -93,7 +93,7 @@ def corrected(
     if abs(wanted) <= grain:
         return change, True
     # slope² / curve is 2T of the free part, in any metric; for a direction that is round-off it is meaningless.
-    least, whole = THRESHOLDS.row_singular, float(g @ g) if by_coordinates else size2
+    least, whole = THRESHOLDS.half_digits, float(g @ g) if by_coordinates else size2
     left = float(way @ way) if by_coordinates else curve
     if not (slope > 0.0 and slope * slope > least * curve * size2 and left > least * whole and root > 0.0):
         return change, False

@@ -15,7 +15,6 @@ from mbproj.model.system import System
 from mbproj.projection.methods.method import Projection
 from mbproj.projection.solve.position import Position, correct_position
 from mbproj.scene.records import ProjectionSettings
-from mbproj.thresholds import THRESHOLDS
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +89,6 @@ def correct_velocity(
     for passes in range(settings.max_iterations):
         v = v + method.correction(M, held.C_q, C_dot)
         previous, C_dot = C_dot, held.C_q @ v + C_t
-        if not method.iterates_velocity or not np.abs(C_dot).max() < THRESHOLDS.stagnation * np.abs(previous).max():
+        if not method.iterates_velocity or not np.abs(C_dot).max() < 0.5 * np.abs(previous).max():
             return v, passes + 1, held.nearness
     return v, settings.max_iterations, held.nearness

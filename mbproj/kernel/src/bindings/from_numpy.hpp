@@ -260,10 +260,10 @@ template <class D> std::vector<Body<D>> bodies(const Numbers1& mass, const Numbe
         body.mass = mass.data()[b];
         body.inertia = matrix_at<W, W>(inertia.data() + W * W * b);
         const Matrix<W, W> skew = body.inertia - body.inertia.transpose();
-        if (!(skew.norm() <= below.asymmetry * body.inertia.norm())) refuse("inertia", "is not symmetric");
+        if (!(skew.norm() <= below.rounding * body.inertia.norm())) refuse("inertia", "is not symmetric");
         const auto [least, most] = eigenvalue_range(body.inertia);
-        if (!(body.mass >= 0.0 && least >= -below.no_inertia * most)) refuse("mass or inertia", "is negative");
-        body.is_light = !(body.mass > below.no_mass * heaviest && least > below.no_inertia * most);
+        if (!(body.mass >= 0.0 && least >= -below.no_digits * most)) refuse("mass or inertia", "is negative");
+        body.is_light = !(body.mass > below.no_digits * heaviest && least > below.no_digits * most);
         body.inverse_root.setIdentity();
         if (!body.is_light) body.inverse_root = inverse_root(body.inertia);
         found.push_back(body);

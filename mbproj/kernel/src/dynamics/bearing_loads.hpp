@@ -79,7 +79,7 @@ private:
         const auto count = static_cast<Eigen::Index>(model_.bearings.size());
         Eigen::VectorXd L = Eigen::VectorXd::Zero(count), off(count);
         Eigen::MatrixXd slope(count, count);
-        for (int pass = 0; pass < model_.thresholds.most_load_passes; ++pass) {
+        for (int pass = 0; pass < model_.thresholds.most_passes; ++pass) {
             for (Eigen::Index k = 0; k < count; ++k) {
                 const Bearing<D>& bearing = model_.bearings[k];
                 Supports<D> at = base_[k];
@@ -91,7 +91,7 @@ private:
             const Eigen::VectorXd change = solved(slope, off);
             L -= change;
             if (!L.allFinite()) return false;
-            if (change.cwiseAbs().maxCoeff() <= model_.thresholds.settled_load * L.cwiseAbs().maxCoeff()) break;
+            if (change.cwiseAbs().maxCoeff() <= model_.thresholds.no_digits * L.cwiseAbs().maxCoeff()) break;
         }
         std::copy(L.begin(), L.end(), loads.begin());
         return true;

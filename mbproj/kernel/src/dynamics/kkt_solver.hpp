@@ -42,7 +42,7 @@ public:
     // Factors at a pose; rows whose squared distance from the span of the others is below `near`, of what it usually is, are
     // left out of this factor: none where that is 0, even where some hardly differ from the others. False where a joint's
     // rows are dependent or a motion carries no mass: `singular_joint`.
-    bool factor(const Pose<D>& pose, Metric metric) { return factor(pose, metric, thresholds_.near_dependent); }
+    bool factor(const Pose<D>& pose, Metric metric) { return factor(pose, metric, thresholds_.half_digits); }
     bool factor(const Pose<D>& pose, Metric metric, double near) {
         ++factorisations_;
         metric_ = metric;
@@ -60,7 +60,7 @@ public:
         if (order_.loop_joints.empty()) return true;
         loops_.leave_none_out();
         const double shift = metric == Metric::penalised ? shift_ : 0.0;
-        const int failed = loops_.factor(pose, thresholds_.smallest_pivot, shift);
+        const int failed = loops_.factor(pose, thresholds_.no_digits, shift);
         if (failed >= 0 && stiff) return loops_.factor_by_qr(pose) || fails(-1);
         if (failed >= 0 || pivots_part() < near)
             if (near == 0.0 || !factor_near_singular(pose, shift, failed, near)) return fails(failed);
@@ -144,11 +144,11 @@ public:
     bool spread(const Pose<D>& pose, Scalar<D>* lambda) {
         loops_.multipliers(lambda);
         if (left_out().empty()) return true;
-        return spread_over_all(pose, lambda, near_singular() ? thresholds_.near_dependent : thresholds_.smallest_pivot);
+        return spread_over_all(pose, lambda, near_singular() ? thresholds_.half_digits : thresholds_.no_digits);
     }
     // The same of any λ that balance the forces, and any factor.
     bool spread_over_all(const Pose<D>& pose, Scalar<D>* lambda) {
-        return spread_over_all(pose, lambda, thresholds_.smallest_pivot);
+        return spread_over_all(pose, lambda, thresholds_.no_digits);
     }
 
     // (δr, δθ) or accelerations of a body, of its centre of mass, global axes.
@@ -181,7 +181,7 @@ private:
             near_ = near;
             const int dependent = loops_.leave_out_dependent(pose, near * model_.rows.even);
             if (dependent == 0 && failed >= 0) return loops_.factor_by_qr(pose);
-            return loops_.factor(pose, thresholds_.smallest_pivot, shift) < 0;
+            return loops_.factor(pose, thresholds_.no_digits, shift) < 0;
         }
         return false;
     }

@@ -130,6 +130,7 @@ template <class D> struct HingeFrame {
         child_arm = pose.spoke(child_point);
         parent_arm = pose.spoke(parent_point);
         bool regular = true;
+        const double parallel = model.thresholds.half_digits * model.thresholds.half_digits;
         if (!hinge.coincident) {
             const Point<D> at = pose.place(hinge.p2);
             if (hinge.sign > 0.0)
@@ -143,7 +144,7 @@ template <class D> struct HingeFrame {
                 rows[k] =
                     p.kind == Kind::along ? pose.place(p.slots[0]) : Point<D>((at - pose.place(hinge.p1)).normalized());
             }
-            regular = complement(rows, hinge.translation_count, N_t, P_t, model.thresholds.parallel);
+            regular = complement(rows, hinge.translation_count, N_t, P_t, parallel);
         }
         Turn<D> rows[S::turns];
         for (Turn<D>& row : rows) row.setZero();
@@ -153,7 +154,7 @@ template <class D> struct HingeFrame {
             // The relative rotation counts from body 1 to body 2, as the translation does.
             rows[k] = hinge.sign * moment(pose.place(p.slots[on_child]), pose.place(p.slots[1 - on_child]));
         }
-        return complement(rows, hinge.rotation_count, N_r, P_r, model.thresholds.parallel) && regular;
+        return complement(rows, hinge.rotation_count, N_r, P_r, parallel) && regular;
     }
 };
 

@@ -19,7 +19,7 @@ public:
     // Whether the child's round-off is more than half of the digits of its parent.
     bool cancels_parent_inertia(const Hinge<D>& hinge) const {
         if (hinge.parent == model_.size() || model_.bodies[hinge.parent].is_light) return false;
-        const Scalar<D> most = model_.thresholds.most_cancelled;
+        const Scalar<D> most = 1.0 / model_.thresholds.half_digits;
         const bool slides = hinge.free_translations() > 0, turns = hinge.free_rotations() > 0;
         return (slides && carried_[hinge.child] > most * carried_[hinge.parent]) ||
                (turns && about_joint(hinge) > most * left_to_parent(hinge));

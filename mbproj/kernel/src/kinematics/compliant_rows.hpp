@@ -138,7 +138,7 @@ private:
     // D of the line through the last two states, without what other stages have moved the coordinate by.
     Scalar<D> secant(const Law<D>& law, const LawSlopes<D>& before, const LawSlopes<D>& now, Scalar<D> g) const {
         const Scalar<D> change = now.rate - before.rate;
-        if (!(abs(change) > model_.thresholds.secant_change * max(abs(now.rate), abs(before.rate)))) return 0.0;
+        if (!(abs(change) > model_.thresholds.rounded * max(abs(now.rate), abs(before.rate)))) return 0.0;
         const Scalar<D> moved = now.value - before.value - g * change;
         const Scalar<D> given = now.given - before.given + (now.of_value - law.stiffness) * moved;
         return g * g * law.stiffness + g * law.damping - g * given / change;

@@ -102,11 +102,11 @@ template <class D> RopeTrouble trouble(const Instance<D>& p, const Point<D>* x, 
     Scalar<D> before = 0.0;
     for (const Span<D>& span : Spans<D>(*p.path, x)) {
         const double radius = p.path->radii[span.first], both = std::abs(radius) + std::abs(p.path->radii[span.last]);
-        if (both > 0.0 && !(span.D2 > both * both && abs(span.turned()) <= thresholds.rope_turned))
+        if (both > 0.0 && !(span.D2 > both * both && abs(span.turned()) <= thresholds.most_turned))
             return {span.first, -1};
         const Scalar<D> direction = span.direction();
         if (span.first > 0 && radius != 0.0 &&
-            !((direction - before) * std::copysign(1.0, radius) >= -thresholds.off_sheave))
+            !((direction - before) * std::copysign(1.0, radius) >= -thresholds.same_written))
             return {-1, span.first};
         before = direction;
     }

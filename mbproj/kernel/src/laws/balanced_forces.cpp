@@ -77,8 +77,8 @@ bool FrictionBalance::relaxed(const Loads& loads, const Thresholds& thresholds, 
         loads(y, after);
         const double moved = largest((y - before).cwiseProduct(sizes));
         scale = std::max(scale, largest(y.cwiseProduct(sizes)));
-        const bool settled = ((load - after).array().abs() <= thresholds.balanced_to * load.array().abs()).all();
-        const bool still_now = moved <= thresholds.balanced_to * scale;
+        const bool settled = ((load - after).array().abs() <= thresholds.no_digits * load.array().abs()).all();
+        const bool still_now = moved <= thresholds.no_digits * scale;
         if (still_now && settled) return true;
         if (round == 0 || round % looks_back) continue;
         if (!still_now && moved > stalls * moved_before) return false;

@@ -166,9 +166,9 @@ bool contact_problem(const DenseMatrix& B, const Numbers& b, const std::vector<C
             trial.of(spread * w_trial);
             off_trial = left_over(trial.y, w_trial);
             if (off_trial.norm() < off.norm() || leaps) break;
-            damping = std::max(10.0 * damping, thresholds.damped_from);
+            damping = std::max(10.0 * damping, thresholds.rounding);
             if (damping > thresholds.damped_to) {  // no short step is better: some long ones leave the place
-                damping = std::sqrt(thresholds.damped_from);
+                damping = std::sqrt(thresholds.rounding);
                 leaps = true;
                 if (--tries == 0) return false;
             }
@@ -176,7 +176,7 @@ bool contact_problem(const DenseMatrix& B, const Numbers& b, const std::vector<C
         leaps = false;
         w = w_trial, off = off_trial;
         std::swap(at.y, trial.y), at.slope.swap(trial.slope);
-        damping = damping > thresholds.damped_from ? 0.1 * damping : 0.0;
+        damping = damping > thresholds.rounding ? 0.1 * damping : 0.0;
     }
     return false;
 }

@@ -76,7 +76,7 @@ bool FrictionBalance::all_hold(const Loads& loads, const Thresholds& thresholds,
     for (Index i = 0; i < stops; ++i)
         if (y[i] > least * mean) inner[i] = mean;
     Thresholds quick = thresholds;
-    quick.damped_to = 10.0 * thresholds.damped_from;  // a smaller margin does as well as one that is hard to find
+    quick.damped_to = 10.0 * thresholds.rounding;  // a smaller margin does as well as one that is hard to find
     const auto leaves = [&](double margin) {
         return all_hold(loads, margin > least ? quick : thresholds, margin, margin * inner, within);
     };
@@ -107,7 +107,7 @@ bool FrictionBalance::all_hold(const Loads& loads, const Thresholds& thresholds,
     const bool by_loads = std::any_of(stop.begin(), stop.end(), [](int at) { return at < 0; });  // of frictions at joints
     y = Vector::Zero(b.size());
     Vector load, before;
-    for (int pass = 0; pass < thresholds.most_load_passes; ++pass) {
+    for (int pass = 0; pass < thresholds.most_passes; ++pass) {
         before = load;
         loads(y, load);
         if (pass > 0 && largest(load - before) <= thresholds.slips * largest(load)) return true;
@@ -129,9 +129,9 @@ bool FrictionBalance::yields(const Loads& loads, const Thresholds& thresholds, V
     const std::vector<Cone> of_pushes = cones(thresholds, 0.0, Flags(of(count())), Vector());
     Vector load, found;
     y = Vector::Zero(b.size());
-    for (int pass = 0; pass < thresholds.most_load_passes; ++pass) {
+    for (int pass = 0; pass < thresholds.most_passes; ++pass) {
         loads(y, load);
-        const Vector most = (1.0 - thresholds.slips_beyond) * fixed.cwiseProduct(load);
+        const Vector most = (1.0 - 10.0 * thresholds.springs_give) * fixed.cwiseProduct(load);
         std::vector<Cone> all = of_pushes;
         for (Index k = 0; k < count(); ++k) {
             const int other = partner[of(k)], own = static_cast<int>(stops + k);

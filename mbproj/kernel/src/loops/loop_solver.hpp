@@ -49,7 +49,7 @@ public:
     // The factor of Y in place of that of S; false where it would be too large.
     bool factor_by_qr(const Pose<D>& pose) {
         if constexpr (has_qr) {
-            if (rows_->count() > model_.thresholds.most_dense_rows) return false;
+            if (rows_->count() > model_.thresholds.most_dense) return false;
             rows_->fill(pose);
             const std::size_t bodies = F * rows_->layout().pieces();
             Eigen::MatrixXd Y = Eigen::MatrixXd::Zero(bodies + rows_->flywheels().size(), rows_->count());
@@ -95,7 +95,7 @@ public:
         all().fill_evenly(pose);
         S.keep();
         Scalar<D> left = std::numeric_limits<double>::infinity();
-        for (double smallest = from.choice_from; smallest > from.choice_to; smallest *= from.choice_step) {
+        for (double smallest = from.tied; smallest > from.no_digits; smallest *= 0.5) {
             if (smallest >= left) continue;  // it leaves out what the last one has
             S.restore();
             if (auto rows = all().dependent_rows(smallest, redundant); static_cast<int>(rows.size()) == redundant)
@@ -208,7 +208,8 @@ private:
 
     void refine() {
         const auto again = [this] { improve(); };
-        const auto is_ill = cholesky().smallest_pivot() < model_.thresholds.ill_conditioned;
+        const auto pivot = cholesky().smallest_pivot();  // S squares the condition
+        const auto is_ill = pivot * pivot < model_.thresholds.half_digits;
         if constexpr (!is_full<D>)
             refine_lanes(is_ill, model_.thresholds, step_, lambda_, work_, again);
         else if (is_ill)
@@ -242,9 +243,10 @@ private:
     // Takes back what light bodies were lent (see light_body.hpp): each pass moves them as the last one's change asks.
     // `least` is the energy below which nothing matters, of the forces or of the motion.
     bool settle(bool shifted, Scalar<D> least) {
+        const double no_digits = model_.thresholds.no_digits, half_digits = model_.thresholds.half_digits;
         Scalar<D> before = std::numeric_limits<double>::infinity();
         for (Light<D>& light : light_) light.moved.setZero();
-        for (int pass = 0; pass < model_.thresholds.most_settling; ++pass) {
+        for (int pass = 0; pass < model_.thresholds.most_passes; ++pass) {
             Scalar<D> change = 0.0, size = least;  // squares
             for (Light<D>& light : light_) {
                 Column<F, Scalar<D>> now = work_[light.body];
@@ -254,8 +256,8 @@ private:
                 change += light.change.dot(scaled(light.lent, light.change));
                 size += now.dot(scaled(light.lent, now));
             }
-            if (change <= model_.thresholds.settled_part * size) return true;
-            if (!(change < 0.5 * before)) return change <= model_.thresholds.settled_enough * size;
+            if (change <= no_digits * no_digits * size) return true;
+            if (!(change < 0.5 * before)) return change <= half_digits * half_digits * size;
             before = change;
             // What is shifted keeps a residual, which must not be taken for an error: it begins anew, without forces.
             if (shifted) {

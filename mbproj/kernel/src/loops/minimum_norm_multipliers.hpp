@@ -51,9 +51,9 @@ public:
                 left_[r] = lambda[r] * model_.row_scale[r];
         smallest_.assign(left_.size(), 0.0);
         Scalar<D> before = std::numeric_limits<double>::infinity();
-        for (int pass = 0; pass < model_.thresholds.most_refining; ++pass) {
+        for (int pass = 0; pass < model_.thresholds.most_passes; ++pass) {
             const Scalar<D> change = move();
-            if (!(change > model_.thresholds.refined_part * size() && change < 0.5 * before)) break;
+            if (!(change > model_.thresholds.no_digits * size() && change < 0.5 * before)) break;
             before = change;
         }
         for (const Incidence& at : incidences_)

@@ -26,10 +26,10 @@ template <class Scalar> struct StepSize {
 template <class Scalar, class Improve> void refine(const Thresholds& from, const std::vector<Scalar>& step,
                                                    const std::vector<Scalar>& lambda, Improve&& improve) {
     Scalar before = std::numeric_limits<double>::infinity();
-    for (int pass = 0; pass < from.most_refining; ++pass) {
+    for (int pass = 0; pass < from.most_passes; ++pass) {
         improve();
         const StepSize<Scalar> made(step, lambda);
-        if (!(made.change > from.refined_part * made.size && made.change < 0.5 * before)) return;
+        if (!(made.change > from.no_digits * made.size && made.change < 0.5 * before)) return;
         before = made.change;
     }
 }
@@ -39,7 +39,7 @@ template <class Twist, class Improve> void refine_lanes(Mask open, const Thresho
                                                         std::vector<Pack>& lambda, std::vector<Twist>& work,
                                                         Improve&& improve) {
     Pack before = std::numeric_limits<double>::infinity();
-    for (int pass = 0; pass < from.most_refining && (open & Lanes::in()).any(); ++pass) {
+    for (int pass = 0; pass < from.most_passes && (open & Lanes::in()).any(); ++pass) {
         const auto old_lambda = lambda;
         const auto old_work = work;
         improve();
@@ -47,7 +47,7 @@ template <class Twist, class Improve> void refine_lanes(Mask open, const Thresho
         for (std::size_t r = 0; r < lambda.size(); ++r) lambda[r] = where(open, lambda[r], old_lambda[r]);
         for (std::size_t b = 0; b < work.size(); ++b)
             for (int i = 0; i < Twist::size(); ++i) work[b][i] = where(open, work[b][i], old_work[b][i]);
-        open &= (made.change > from.refined_part * made.size) & (made.change < 0.5 * before);
+        open &= (made.change > from.no_digits * made.size) & (made.change < 0.5 * before);
         before = made.change;
     }
 }

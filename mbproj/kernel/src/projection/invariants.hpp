@@ -33,7 +33,7 @@ public:
           energy_(energy), fields_(std::move(fields)), motion_(model_), raw_(model_.all_rows()),
           beyond_(model_.all_rows()), own_(equations.layout().bodies.size), now_(model_.size()) {
         const Thresholds& thresholds = model_.thresholds;
-        tolerated_ = std::max(thresholds.row_grain, thresholds.row_tolerated * tolerance);
+        tolerated_ = std::max(thresholds.half_digits, thresholds.row_tolerated * tolerance);
         scale_ = speed(equations_.layout().scale.data());
         kept.momenta.resize(fields_.size());
         across_.resize(fields_.size());
@@ -112,7 +112,7 @@ private:
     // the balance.
     bool close_balance(double t, const double* y, double now) {
         const double missing = kept.energy - energy(t, y);
-        const double grain = model_.thresholds.row_grains * std::numeric_limits<double>::epsilon() * terms_;
+        const double grain = model_.thresholds.round_off_grains * std::numeric_limits<double>::epsilon() * terms_;
         if (!(0.5 * now * now > std::max(grain, tolerated_ * worked_) && direction(y))) return false;
         const double of_momenta = fields_.empty() ? 0.0 : 0.5 * product(total_, total_) + product(now_, total_);
         const double slope = product(now_, way_) + flywheels(raw_, beyond_) + product(total_, way_);
@@ -120,7 +120,7 @@ private:
         const double wanted = missing - of_momenta, root = slope * slope + 2.0 * curve * wanted;
         if (std::abs(wanted) <= grain) return true;
         // slope² / curve is 2 T of what is free, in any metric.
-        const double least = model_.thresholds.row_singular;
+        const double least = model_.thresholds.half_digits;
         if (!(slope > 0.0 && slope * slope > least * curve * now * now && curve > least * whole_ && root > 0.0))
             return false;
         add(total_, 2.0 * wanted / (slope + std::sqrt(root)), way_);

@@ -178,7 +178,7 @@ private:
             ++done.position_passes;
             if (!trust_region_.shortened(y, left)) break;
         }
-        if (!(done.near_singular && left < thresholds_.nearly_closed)) ++done.failures;
+        if (!(done.near_singular && left < thresholds_.half_digits)) ++done.failures;
     }
 
     // Until ΔqᵀMΔq + CᵀC <= tolerance, by Newton's method: the paper's test (sect. 5) in the metric of Eq. 72, since M
@@ -218,11 +218,11 @@ private:
         done.speed_change = std::sqrt(change2);
     }
 
-    // Whether the velocity violation has come down to less than a part of what was `left`.
+    // Whether the velocity violation has come down to less than half of what was `left`: round-off does not.
     bool falls(double* y, double& left) {
         const double before = left;
         left = largest(equations_.constraint_velocity(y));
-        return left < thresholds_.stagnation * before;
+        return left < 0.5 * before;
     }
 
     // δᵀMδ of the correction at hand.

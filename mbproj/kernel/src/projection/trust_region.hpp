@@ -23,7 +23,7 @@ public:
             moment_.push_back(body.inertia.trace() / Size<D>::turns);
             sum += moment_.back();
         }
-        for (double& moment : moment_) moment = std::max(moment, thresholds_.lent_moment * sum / model_.size());
+        for (double& moment : moment_) moment = std::max(moment, thresholds_.lent_part * sum / model_.size());
     }
 
     // The correction of a violation, with the factor at hand. False where it is not unique.
@@ -73,8 +73,7 @@ public:
 
     // The same with parts of it, of which none turns a body by more than `widest_turn`.
     bool shortened(double* y, double& left) {
-        for (double tried = std::min(1.0, thresholds_.widest_turn / widest()); tried >= thresholds_.shortest;
-             tried *= 0.5)
+        for (double tried = std::min(1.0, thresholds_.widest_turn / widest()); tried >= shortest_; tried *= 0.5)
             if (part(y, left, tried)) return true;
         return false;
     }
@@ -129,7 +128,7 @@ private:
     bool turning_less(double* y, double& left, Metric metric, double limit) {
         std::fill(added_.begin(), added_.end(), 0.0);
         bool found = false;
-        for (int trial = 0; trial < thresholds_.tightenings && !found && stiffen(metric, limit); ++trial) {
+        for (int trial = 0; trial < thresholds_.most_halvings && !found && stiffen(metric, limit); ++trial) {
             found = whole(y, left);
             limit = thresholds_.tighter * std::min(limit, widest());
         }
@@ -139,7 +138,7 @@ private:
 
     // A correction that turns no body by more than `limit`; false where moments of inertia do not keep bodies from it.
     bool stiffen(Metric metric, double limit) {
-        for (int pass = 0; pass < thresholds_.stiffenings; ++pass) {
+        for (int pass = 0; pass < thresholds_.most_passes; ++pass) {
             equations_.stiffen(added_);
             if (!equations_.factor(metric) || !solve(equations_.C())) return false;
             if (widest() <= limit) return true;
@@ -161,6 +160,7 @@ private:
     ContactBorder<D>& contacts_;
     const Model<D>& model_;
     const Thresholds& thresholds_;
+    double shortest_ = std::ldexp(1.0, -thresholds_.most_halvings);  // the smallest part of a correction
     std::vector<const Instance<D>*> owner_;  // of each row
     std::vector<double> rhs_, before_, moment_, added_;
 };
