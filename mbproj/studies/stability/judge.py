@@ -124,11 +124,10 @@ def judged_in_blocks(changed: Callable[[float], Subject], values: Sequence[float
         if own.setting.energy_row or any(replace(each, scene=own.scene) != own for each in subjects):
             raise OneByOne
         signature = signature_of(as_one([each.scene for each in subjects]), settings_of(own))
-        block, ended = observed(signature, len(group))
-        if block is None:
-            return [None] * len(group)
+        blocks, ended = observed(signature, len(group))
         watch = _Watch(signature.mechanism.system)
-        watch.write(block)
+        for block in blocks:
+            watch.write(block)
         return [
             watch.of_case(at).point(value, own.limits, None) if ended[at] else None for at, value in enumerate(group)
         ]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from typing import Any
 
@@ -21,23 +21,32 @@ from mbproj.scene.records import Expectation
 from mbproj.studies.measure.measured_samples import MeasuredSamples
 from mbproj.studies.together.signature import Signature
 
+#: So many samples of all cases are observed at once: their arrays stay in the processor's cache.
+CASE_SAMPLES = 5000
 #: What the kernel gives of each sample, whatever it has counted.
 OF_SAMPLES = ("t", "y", "acceleration", "angles", "multipliers", "step_size")
 
 
-def observed(signature: Signature, count: int, timeout: float | None = None) -> tuple[Block | None, list[bool]]:
-    """The samples of so many cases, and which of these have come to their end within `timeout` in s. Others have the
-    samples of one that has; where none has there are no samples."""
+def observed(signature: Signature, count: int, timeout: float | None = None) -> tuple[Iterator[Block], list[bool]]:
+    """The samples of so many cases, part by part, and which cases have come to their end within `timeout` in s. Others
+    have the samples of one that has; where none has there are no samples."""
     mechanism, compiled = signature.mechanism, signature.choice.compiled
     assert compiled is not None
-    blocks = _integrated(compiled, compiled.run(mechanism.state, signature.settings), count, timeout)
-    ended = [each is not None for each in blocks]
-    instead = next((each for each in blocks if each), None)
-    if instead is None:
-        return None, ended
-    block: dict[str, Any] = {name: restacked([(each or instead)[name] for each in blocks]) for name in OF_SAMPLES}
+    runs = _integrated(compiled, compiled.run(mechanism.state, signature.settings), count, timeout)
+    return _parts(signature, runs), [each is not None for each in runs]
+
+
+def _parts(signature: Signature, runs: Sequence[Mapping[str, Any] | None]) -> Iterator[Block]:
+    mechanism, compiled = signature.mechanism, signature.choice.compiled
+    instead = next((each for each in runs if each), None)
+    if instead is None or compiled is None:
+        return
+    block: dict[str, Any] = {name: restacked([(each or instead)[name] for each in runs]) for name in OF_SAMPLES}
     block["t"] = np.asarray(block["t"])
-    return Observer(mechanism.system, mechanism.state).at(compiled.samples(block, {})), ended
+    observer, length = Observer(mechanism.system, mechanism.state), max(1, CASE_SAMPLES // len(runs))
+    for first in range(0, len(block["t"]), length):
+        part = {name: values[first : first + length] for name, values in block.items()}
+        yield observer.at(compiled.samples(part, {}))
 
 
 def run_block(
@@ -62,31 +71,33 @@ def _measured_samples(
     """The samples of all cases that the measures read, and which cases have come to their end."""
     mechanism = signature.mechanism
     samples = MeasuredSamples(mechanism, measures)
-    block, ended = observed(signature, count, timeout)
-    if block is not None:
+    blocks, ended = observed(signature, count, timeout)
+    for block in blocks:
         samples.write(block)
-        samples.events(events_of(mechanism.system, mechanism.state.t, signature.settings))
+    samples.events(events_of(mechanism.system, mechanism.state.t, signature.settings))
     return samples, ended
 
 
 def _integrated(compiled: Compiled, run: Any, count: int, timeout: float | None) -> list[Mapping[str, Any] | None]:
     """Return the samples of each run, or None where it has not come to its end. Runs go side by side in packs as far
-    as these compute them, and the processor has wide vectors; a limit of time is for single runs."""
+    as these compute them, and the processor has wide vectors; each goes on by itself from where packs have left it. A
+    limit of time is for single runs."""
     runs = run.items if isinstance(run, Each) else [run]  # nothing that varies has a say
     found: list[Mapping[str, Any] | None] = [None] * len(runs)
     if timeout is None and len(runs) > 1 and has_wide_vectors():
         with interruption() as asked:
             found = compiled.core.together(list(runs), RETURN_SECONDS, asked.check)
-    for at, each in enumerate(found):
-        if each is None:
+    for at, run in enumerate(runs):
+        if run.outcome.status == compiled.core.Status.running:
+            first, found[at] = found[at], None
             with suppress(TimeIsUp), time_limit(timeout):
-                found[at] = _to_its_end(compiled, runs[at])
+                found[at] = _to_its_end(compiled, run, [] if first is None else [first])
     return found if len(found) == count else found * count
 
 
-def _to_its_end(compiled: Compiled, run: Any) -> Mapping[str, Any] | None:
-    """The samples of a run; None where it has not come to its end."""
-    status, most, parts = compiled.core.Status, block_samples(compiled.system.bodies), []
+def _to_its_end(compiled: Compiled, run: Any, parts: list[Mapping[str, Any]]) -> Mapping[str, Any] | None:
+    """The samples of a run, of which there are some; None where it has not come to its end."""
+    status, most = compiled.core.Status, block_samples(compiled.system.bodies)
     with interruption() as asked:
         while run.outcome.status == status.running:
             parts.append(run.advance(most, RETURN_SECONDS))

@@ -124,9 +124,16 @@ inline Pack where(const Mask& mask, const Pack& a, const Pack& b) {
                                            (reinterpret_cast<LaneBits>(b.lanes) & ~mask.lanes));
 }
 
+inline bool any(const Mask& mask) { return mask.any(); }
+
 template <class Function> Pack lane_by_lane(const Pack& x, Function&& function) {
     Pack found;
     for (int k = 0; k < pack_width; ++k) found.lanes[k] = function(x.lanes[k]);
+    return found;
+}
+template <class Function> Pack lane_by_lane(const Pack& x, const Pack& y, Function&& function) {
+    Pack found;
+    for (int k = 0; k < pack_width; ++k) found.lanes[k] = function(x.lanes[k], y.lanes[k]);
     return found;
 }
 
@@ -137,10 +144,33 @@ inline Pack sqrt(const Pack& x) {
     return lane_by_lane(x, [](double number) { return std::sqrt(number); });
 #endif
 }
+// Of the standard library, whose bits are those of each lane.
+inline Pack tan(const Pack& x) { return lane_by_lane(x, [](double own) { return std::tan(own); }); }
+inline Pack asin(const Pack& x) { return lane_by_lane(x, [](double own) { return std::asin(own); }); }
+inline Pack acos(const Pack& x) { return lane_by_lane(x, [](double own) { return std::acos(own); }); }
+inline Pack atan(const Pack& x) { return lane_by_lane(x, [](double own) { return std::atan(own); }); }
+inline Pack sinh(const Pack& x) { return lane_by_lane(x, [](double own) { return std::sinh(own); }); }
+inline Pack cosh(const Pack& x) { return lane_by_lane(x, [](double own) { return std::cosh(own); }); }
+inline Pack tanh(const Pack& x) { return lane_by_lane(x, [](double own) { return std::tanh(own); }); }
+inline Pack exp(const Pack& x) { return lane_by_lane(x, [](double own) { return std::exp(own); }); }
+inline Pack log(const Pack& x) { return lane_by_lane(x, [](double own) { return std::log(own); }); }
+inline Pack floor(const Pack& x) { return lane_by_lane(x, [](double own) { return std::floor(own); }); }
+inline Pack ceil(const Pack& x) { return lane_by_lane(x, [](double own) { return std::ceil(own); }); }
+inline Pack nearbyint(const Pack& x) { return lane_by_lane(x, [](double own) { return std::nearbyint(own); }); }
+inline Pack remainder(const Pack& x, double period) {
+    return lane_by_lane(x, [=](double own) { return std::remainder(own, period); });
+}
+inline Pack pow(const Pack& x, double exponent) {
+    return lane_by_lane(x, [=](double own) { return std::pow(own, exponent); });
+}
+inline Pack pow(const Pack& x, const Pack& y) {
+    return lane_by_lane(x, y, [](double a, double b) { return std::pow(a, b); });
+}
 inline Pack atan2(const Pack& y, const Pack& x) {
-    Pack found;
-    for (int k = 0; k < pack_width; ++k) found.lanes[k] = std::atan2(y.lanes[k], x.lanes[k]);
-    return found;
+    return lane_by_lane(y, x, [](double a, double b) { return std::atan2(a, b); });
+}
+inline Pack hypot(const Pack& x, const Pack& y) {
+    return lane_by_lane(x, y, [](double a, double b) { return std::hypot(a, b); });
 }
 // As std::max and std::min have it: the first of numbers that do not compare.
 inline Pack max(const Pack& a, const Pack& b) { return where(a < b, b, a); }
@@ -176,7 +206,18 @@ inline Pack cos(const Pack& x) { return sine_and_cosine(x).cosine; }
 inline Pack wrapped(const Pack& x, double most, double period) {
     const Mask beyond = ~(abs(x) <= most);
     if (beyond.none()) return x;
-    return where(beyond, lane_by_lane(x, [=](double number) { return std::remainder(number, period); }), x);
+    return where(beyond, remainder(x, period), x);
+}
+
+inline Pack pick(const std::vector<Pack>& numbers, const LaneBits& at) {
+    Pack found;
+    for (int k = 0; k < pack_width; ++k) found.lanes[k] = numbers[at[k]].lanes[k];
+    return found;
+}
+inline LaneBits rank(const double* first, const double* last, const Pack& value) {
+    LaneBits found{};
+    for (int k = 0; k < pack_width; ++k) found[k] = rank(first, last, value.lanes[k]);
+    return found;
 }
 
 }  // namespace mbproj

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <type_traits>
+#include <vector>
 
 #include "algebra/sine.hpp"
 
@@ -30,6 +31,17 @@ template <class S> using ValueOf = std::decay_t<decltype(value_of(std::declval<S
 
 // Whether a number is those of several cases.
 template <class S> constexpr bool is_pack = false;
+
+// a where that holds, else b; of packs, lane by lane.
+template <class S> inline S where(bool holds, const S& a, const S& b) { return holds ? a : b; }
+inline bool any(bool holds) { return holds; }
+
+// Number `at` of a list; of packs, each lane has its own.
+template <class S> inline const S& pick(const std::vector<S>& numbers, int at) { return numbers[at]; }
+// Where a value stands among ascending numbers: how many of them are not above it.
+inline int rank(const double* first, const double* last, double value) {
+    return static_cast<int>(std::upper_bound(first, last, value) - first);
+}
 
 // A number less whole periods, where it is beyond `most`.
 inline double wrapped(double x, double most, double period) { return abs(x) <= most ? x : remainder(x, period); }

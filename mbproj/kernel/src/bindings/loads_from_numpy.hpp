@@ -45,7 +45,11 @@ inline Programs programs(const Integers1& start, const Integers1& op, const Numb
     for (std::size_t i = 0; i < op.size(); ++i)
         built.op.push_back(static_cast<Op>(index_below(op.data()[i], op_count, "op")));
     require(operand, {op.size()}, "operand");
-    built.operand.assign(operand.data(), operand.data() + operand.size());
+    for (std::size_t i = 0; i < op.size(); ++i) {
+        const bool is_constant = built.op[i] == Op::constant;
+        built.operand.push_back(is_constant ? 0.0 : operand.data()[i]);
+        built.constant.push_back(is_constant ? operand.data()[i] : 0.0);
+    }
     built.table_start = indices(table_start, knot.size() + 1, "table_start");
     built.knot.assign(knot.data(), knot.data() + knot.size());  // the first of each that does not repeat is -infinity
     built.origin = numbers(origin, "origin");

@@ -4,8 +4,9 @@
 
 namespace mbproj {
 
-// Runs side by side, as far as packs make them: the samples of each that has come to its end, None of the others, which begin as
-// they would have. The first says which method the others must have. Every so many seconds `look` is called, which may raise.
+// Runs side by side, as far as packs make them: the samples of each, which is at its end then or goes on from where packs have
+// left it; None of the others, which begin as they would have. The first says which method the others must have. Every so many
+// seconds `look` is called, which may raise.
 template <class D>
 nb::list run_together(const std::vector<TimeLoop<D>*>& runs, double seconds, const nb::callable& look) {
     if (std::count(runs.begin(), runs.end(), nullptr)) refuse("runs", "hold something that is none");
@@ -28,8 +29,8 @@ nb::list run_together(const std::vector<TimeLoop<D>*>& runs, double seconds, con
             for (std::size_t i = 0; i < made.size(); ++i)
                 if (made[i]) {
                     TimeLoop<D>& run = *runs[which[i]];
-                    run.take(*made[i]);
                     run.block = std::move(made[i]->samples);
+                    run.take(*made[i]);
                     found[which[i]] = samples(run);
                 }
         }

@@ -40,18 +40,19 @@ public:
 
     // At t. Accelerations, which may jump, are seen from within the window; positions and rates are continuous, and belong
     // to t itself, so that joints close to round-off. False where one is not finite.
-    bool set(double t, const TimeWindow& window) {
+    template <class Time> bool set(const Time& t, const TimeWindowOf<Time>& window) {
         bool finite = true;
         for (std::size_t k = 0; k < found_.size(); ++k) {
             found_[k] = at(k, t);
-            if (const double seen = window.seen(t); seen != t) found_[k].dd = at(k, seen).dd;
+            const Time seen = window.seen(t);
+            if (const auto beyond = seen != t; any(beyond)) found_[k].dd = where(beyond, at(k, seen).dd, found_[k].dd);
             finite = finite && found_[k].finite();
         }
         return finite;
     }
 
 private:
-    Series<Scalar<D>> at(std::size_t k, double t) const {
+    Series<Scalar<D>> at(std::size_t k, const Scalar<D>& t) const {
         const Series<Scalar<D>> time[3] = {{t, 1.0, 0.0}, {}, {}};
         return model_.programs.run(model_.driven[k].program, time);
     }

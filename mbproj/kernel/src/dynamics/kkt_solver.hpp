@@ -77,8 +77,9 @@ public:
     Measure<D> nearness() const { return near_singular() ? Measure<D>(0.0) : pivots_part(); }
 
     // Whether no row is nearer to dependent than √near, where all bodies weigh the same.
-    bool is_clear(const Pose<D>& pose, double near) {
-        return is_regular() && metric_ == Metric::mass && near < even_nearness(pose);
+    auto is_clear(const Pose<D>& pose, const Measure<D>& near) {
+        if (!is_regular() || metric_ != Metric::mass) return decltype(near < near)(false);
+        return near < even_nearness(pose);
     }
 
     // Whether rows are nearer to dependent than √near, where all bodies weigh the same: masses have no say in it.
@@ -98,11 +99,11 @@ public:
     }
     // The smallest pivot of the rows held where all bodies weigh the same; the factor at hand stays. And as a part of what it
     // usually is.
-    double even_pivot(const Pose<D>& pose) {
+    Measure<D> even_pivot(const Pose<D>& pose) {
         ++close_looks_;
         return loops_.even_pivot(pose);
     }
-    double even_nearness(const Pose<D>& pose) { return even_pivot(pose) / model_.rows.even; }
+    Measure<D> even_nearness(const Pose<D>& pose) { return even_pivot(pose) / model_.rows.even; }
     // What the pivots of the rows held usually are: masses and lengths of different orders make some small at every pose.
     void expect(const std::vector<Measure<D>>& usual) { loops_.expect(usual); }
     // How often dependent rows were looked for, or a singular pose.

@@ -5,11 +5,11 @@
 #include <optional>
 #include <vector>
 
-#include "stepping/samples.hpp"
+#include "stepping/mark.hpp"
 
 namespace mbproj {
 
-class Ensemble {
+template <class D> class Ensemble {
 public:
     virtual ~Ensemble() = default;
     Ensemble(const Ensemble&) = delete;
@@ -17,16 +17,17 @@ public:
 
     // Goes on for so many seconds; whether it has come to its end.
     virtual bool advance(double seconds) = 0;
-    // The run of each case, with the bits of one by itself. Nothing of one that is to run by itself: packs do not compute its
-    // like, its numbers ask for another order of elimination than the first case's, or something rare happened on its way.
-    virtual std::vector<std::optional<CaseRun>> take() = 0;
+    // The run of each case, with the bits of one by itself: to its end, or to the step in which something rare happens. Nothing of
+    // one that is to run by itself: packs do not compute its like, or its numbers ask for another order of elimination than the
+    // first case's.
+    virtual std::vector<std::optional<CaseRun<D>>> take() = 0;
 
 protected:
     Ensemble() = default;
 };
 
 // Of these cases, which stay where they are; null where packs do not compute the first.
-template <class D> std::unique_ptr<Ensemble>
+template <class D> std::unique_ptr<Ensemble<D>>
 ensemble_of(std::vector<Case<D>> cases, const Tableau& tableau, const ProjectionSettings& projection);
 
 }  // namespace mbproj

@@ -19,6 +19,13 @@ struct Lane {
     Target to{};
     Counters counters{};
     SampleBlock samples;
+    // Where the step at hand began.
+    struct Begin {
+        double h;
+        StepSizeControl::Saved control;
+        Counters counters;
+        std::size_t samples;
+    } begin{};
 };
 
 // The largest value so far of each lane, its row, and when.
@@ -36,6 +43,20 @@ struct PackedPeak {
     }
     void clear(int lane) { value.set(lane, 0.0), row.set(lane, 0.0), time.set(lane, 0.0); }
     Peak of(int lane) const { return {value[lane], static_cast<long>(row[lane]), time[lane]}; }
+};
+
+// Those of a run, as Peaks has them.
+struct PackedPeaks {
+    PackedPeak position, joint, velocity;
+    void watch(const Pack* C, const Pack* C_dot, int rows, int driven, const Pack& t) {
+        position.watch(C, rows, t);
+        if (driven > 0) joint.watch(C, rows - driven, t);
+        velocity.watch(C_dot, rows, t);
+    }
+    void clear(int lane) { position.clear(lane), joint.clear(lane), velocity.clear(lane); }
+    Peaks of(int lane, int driven) const {
+        return {position.of(lane), (driven > 0 ? joint : position).of(lane), velocity.of(lane)};
+    }
 };
 
 // The numbers of one lane.

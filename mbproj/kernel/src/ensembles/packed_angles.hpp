@@ -1,110 +1,173 @@
-// The whole turns of the joints' angles in four cases at once: what `TurnCounter` counts, where no motion drives an angle. A lane of
-// which a step cannot tell the turns leaves.
+// The whole turns of the joints' angles in four cases at once: what `TurnCounter` counts. A lane of which the rates at both ends of a
+// step cannot tell the turns leaves.
 #pragma once
 
 #include <array>
 #include <cmath>
 
 #include "ensembles/packed_equations.hpp"
+#include "steppers/stepper.hpp"
 
 namespace mbproj {
 
 template <class P> class PackedAngles final {
 public:
+    using Vector = std::vector<Pack>;
+
     explicit PackedAngles(const PackedEquations<P>& equations)
         : equations_(equations), turned_(equations.model().thresholds.turns_told),
-          count_(equations.model().coordinates.instances.size()) {
+          followed_(equations.model().layout.followed), count_(equations.model().coordinates.instances.size()) {
         const Model<P>& model = equations.model();
-        for (std::size_t i = 0; i < count_; ++i)
-            if (model.counts_turns[i]) counting_.push_back(static_cast<int>(i));
+        for (std::size_t i = 0; i < count_; ++i) {
+            if (!model.counts_turns[i]) continue;
+            counting_.push_back({static_cast<int>(i), -1});
+            for (std::size_t k = 0; k < model.driven.size(); ++k)
+                if (model.driven[k].coordinate == static_cast<int>(i)) counting_.back().motion = static_cast<int>(k);
+        }
         now_.resize(counting_.size()), before_ = now_;
         for (std::vector<long>& turns : turns_) turns.assign(count_, 0);
         turns_before_ = turns_;
     }
 
-    // The lanes that are in begin at the state in place.
-    void start() {
-        for (std::size_t c = 0; c < counting_.size(); ++c) now_[c] = chosen(look(c), now_[c]);
-    }
     void set_turns(int lane, std::vector<long> turns) { turns_[lane] = std::move(turns); }
-    const std::vector<long>& turns(int lane) const { return turns_[lane]; }
-    std::vector<double> values(int lane) const {
-        std::vector<double> found = whole_turns(lane);
-        for (std::size_t c = 0; c < counting_.size(); ++c)
-            found[counting_[c]] = value(now_[c], lane, turns_[lane][counting_[c]]);
-        return found;
+    // The lanes that are in begin at the state y, in place.
+    void start(Vector& y) {
+        for (std::size_t c = 0; c < counting_.size(); ++c) now_[c] = chosen(look(c), now_[c]);
+        follow(y);
+    }
+    // A step begins.
+    void begin() { before_ = now_, turns_before_ = turns_; }
+    // Before the state y at t is closed: angles that are followed and driven are where their motions are.
+    void lead(PackedEquations<P>& equations, const Pack& t, Vector& y) const {
+        if (!followed_.size || equations.drive().empty()) return;
+        equations.set_pose(t, y.data());
+        for (const Counting& each : counting_)
+            if (each.motion >= 0) y[followed_.first + each.coordinate] = equations.drive().prescribed(each.motion);
     }
 
-    // Over a step of size h to the state in place.
-    void advance(const Pack& h) {
+    // Over a step of size h from y to y_new, in place.
+    void advance(const Pack& h, const Vector& y, Vector& y_new) {
         for (std::size_t c = 0; c < counting_.size(); ++c) {
-            const JointAngle<P> before = now_[c], now = look(c);
-            before_[c] = before;
-            const Pack most = h * (abs(before.speed) + abs(now.speed));
-            const Mask stays = Mask(most < 2.0) & ((Mask(before.cosine > 0.0) & (now.cosine > 0.0)) |
-                                                   Mask(before.sine * now.sine > 0.0));
+            const Angle &before = before_[c], now = look(c);
+            const bool led = counting_[c].motion >= 0;
+            const Pack most = led ? 2.0 * abs(now.prescribed - before.prescribed)
+                                  : h * (abs(before.at.speed) + abs(now.at.speed));
+            const Mask stays = Mask(most < 2.0) & ((Mask(before.at.cosine > 0.0) & (now.at.cosine > 0.0)) |
+                                                   Mask(before.at.sine * now.at.sine > 0.0));
             now_[c] = chosen(now, before);
             const Mask looks = Lanes::in() & ~stays;
             for (int k = 0; k < pack_width; ++k) {
-                turns_before_[k][counting_[c]] = turns_[k][counting_[c]];
-                if (looks[k]) tell(c, k, before, now, h[k]);
+                if (!looks[k]) continue;
+                const int of_y = followed_.first + counting_[c].coordinate;
+                tell(c, k, now, h[k], followed_.size ? y_new[of_y][k] - y[of_y][k] : not_a_number);
             }
         }
+        follow(y_new);
     }
 
-    // At the part s of the step of size h that was just counted, for the state in place: along the cubics through both ends.
-    std::vector<double> inside(int lane, double s, double h) const {
-        std::vector<double> found = whole_turns(lane);
+    // At the end of the step that was just counted, or where it began.
+    std::vector<double> values(int lane) const { return values(lane, now_, turns_); }
+    template <class Counted> void write_end(int lane, Counted& counted) const { write(lane, now_, turns_, counted); }
+    template <class Counted> void write_begin(int lane, Counted& counted) const {
+        write(lane, before_, turns_before_, counted);
+    }
+    // At the part s of the step of size h that was just counted, for the state y in place: along the cubics through both ends.
+    std::vector<double> inside(int lane, double s, double h, const Vector& y) const {
+        const std::vector<double> first = values(lane, before_, turns_before_), last = values(lane);
+        std::vector<double> found = values(lane, {}, turns_);
         const double rest = 1.0 - s;
         for (std::size_t c = 0; c < counting_.size(); ++c) {
-            const int i = counting_[c];
-            const double before = value(before_[c], lane, turns_before_[lane][i]);
-            const double after = value(now_[c], lane, turns_[lane][i]);
-            const double expected =
-                rest * rest * ((1.0 + 2.0 * s) * before + s * h * before_[c].speed[lane]) +
-                s * s * ((1.0 + 2.0 * rest) * after - rest * h * now_[c].speed[lane]);
-            const JointAngle<P> here = look(c);
+            const auto [i, motion] = counting_[c];
+            double expected = rest * rest * ((1.0 + 2.0 * s) * first[i] + s * h * before_[c].at.speed[lane]) +
+                              s * s * ((1.0 + 2.0 * rest) * last[i] - rest * h * now_[c].at.speed[lane]);
+            if (motion >= 0)
+                expected = equations_.drive().prescribed(motion)[lane];
+            else if (followed_.size)
+                expected = y[followed_.first + i][lane];
+            const double here = angle(look(c), lane);
             double off;
-            found[i] = value(here, lane, turns_between(expected, angle(here, lane), off));
+            found[i] = with_turns(here, turns_between(expected, here, off));
         }
         return found;
     }
 
 private:
-    std::vector<double> whole_turns(int lane) const {
-        std::vector<double> found;
-        for (const long turns : turns_[lane]) found.push_back(2.0 * M_PI * static_cast<double>(turns));
-        return found;
-    }
-    static double angle(const JointAngle<P>& at, int lane) { return std::atan2(at.sine[lane], at.cosine[lane]); }
-    static double value(const JointAngle<P>& at, int lane, long turns) {
-        return angle(at, lane) + 2.0 * M_PI * static_cast<double>(turns);
-    }
+    struct Counting {
+        int coordinate, motion;
+    };
+    struct Angle {
+        JointAngle<P> at;
+        Pack prescribed = 0.0;
+    };
+    using Turns = std::array<std::vector<long>, pack_width>;
+
+    static double with_turns(double angle, long turns) { return angle + 2.0 * M_PI * static_cast<double>(turns); }
+    static double angle(const Angle& of, int lane) { return std::atan2(of.at.sine[lane], of.at.cosine[lane]); }
     static long turns_between(double expected, double value, double& off) {
         const double more = std::nearbyint((expected - value) / (2.0 * M_PI));
         off = std::abs(value + 2.0 * M_PI * more - expected);
         return std::lrint(more);
     }
-    JointAngle<P> look(std::size_t c) const { return equations_.angle(counting_[c]); }
-    static JointAngle<P> chosen(const JointAngle<P>& now, const JointAngle<P>& before) {
-        const Mask in = Lanes::in();
-        return {where(in, now.cosine, before.cosine), where(in, now.sine, before.sine),
-                where(in, now.speed, before.speed)};
+    // Of all coordinates: those that count none are where their turns are.
+    std::vector<double> values(int lane, const std::vector<Angle>& angles, const Turns& turns) const {
+        std::vector<double> found;
+        for (const long each : turns[lane]) found.push_back(with_turns(0.0, each));
+        for (std::size_t c = 0; c < angles.size(); ++c) {
+            const int i = counting_[c].coordinate;
+            found[i] = with_turns(angle(angles[c], lane), turns[lane][i]);
+        }
+        return found;
     }
-    void tell(std::size_t c, int lane, const JointAngle<P>& before, const JointAngle<P>& now, double h) {
-        const double turned = 0.5 * h * (before.speed[lane] + now.speed[lane]);
+    template <class Counted>
+    void write(int lane, const std::vector<Angle>& angles, const Turns& turns, Counted& counted) const {
+        counted.angles.resize(count_);
+        for (std::size_t c = 0; c < counting_.size(); ++c) {
+            const auto& [at, prescribed] = angles[c];
+            auto& to = counted.angles[counting_[c].coordinate];
+            to.cosine = at.cosine[lane], to.sine = at.sine[lane], to.speed = at.speed[lane];
+            to.prescribed = prescribed[lane];
+        }
+        counted.turns = turns[lane];
+    }
+    Angle look(std::size_t c) const {
+        const auto [coordinate, motion] = counting_[c];
+        return {equations_.angle(coordinate), motion < 0 ? Pack(0.0) : equations_.drive().prescribed(motion)};
+    }
+    static Angle chosen(const Angle& now, const Angle& before) {
+        const Mask in = Lanes::in();
+        return {{where(in, now.at.cosine, before.at.cosine), where(in, now.at.sine, before.at.sine),
+                 where(in, now.at.speed, before.at.speed)},
+                where(in, now.prescribed, before.prescribed)};
+    }
+    // `integrated`: how far the angle has turned where it is followed, else no number.
+    void tell(std::size_t c, int lane, const Angle& now, double h, double integrated) {
+        const Angle& before = before_[c];
+        const bool led = counting_[c].motion >= 0;
+        const double from = angle(before, lane), to = angle(now, lane);
+        const double turned = led ? now.prescribed[lane] - before.prescribed[lane]
+                                  : 0.5 * h * (before.at.speed[lane] + now.at.speed[lane]);
         double off;
-        const long more = turns_between(angle(before, lane) + turned, angle(now, lane), off);
+        long more = turns_between(from + turned, to, off);
+        if (off > turned_ && !led) more = turns_between(from + integrated, to, off);
         if (!(off <= turned_)) return Lanes::leave(lane);
-        turns_[lane][counting_[c]] += more;
+        turns_[lane][counting_[c].coordinate] += more;
+    }
+    // Angles that are followed go on from where they are counted to be.
+    void follow(Vector& y) const {
+        for (std::size_t c = 0; followed_.size && c < counting_.size(); ++c) {
+            const int i = counting_[c].coordinate;
+            for (int k = 0; k < pack_width; ++k)
+                if (Lanes::in()[k]) y[followed_.first + i].set(k, with_turns(angle(now_[c], k), turns_[k][i]));
+        }
     }
 
     const PackedEquations<P>& equations_;
     const double turned_;
+    const Block followed_;  // in y
     const std::size_t count_;
-    std::vector<int> counting_;
-    std::vector<JointAngle<P>> now_, before_;
-    std::array<std::vector<long>, pack_width> turns_, turns_before_;
+    std::vector<Counting> counting_;
+    std::vector<Angle> now_, before_;
+    Turns turns_, turns_before_;
 };
 
 }  // namespace mbproj

@@ -1,10 +1,13 @@
-// The equations of motion of four cases at once, and their joints' rows: what `EquationsOfMotion` is for one case, where bodies
-// feel gravity alone. A lane for which anything else would have to be done leaves.
+// The equations of motion of four cases at once, and their joints' rows: what `EquationsOfMotion` is for one case, without
+// contacts, bearings and implicit stages. A lane for which anything else would have to be done leaves.
 #pragma once
 
 #include "dynamics/body_forces.hpp"
+#include "dynamics/drive.hpp"
 #include "dynamics/row_values.hpp"
+#include "dynamics/state_rates.hpp"
 #include "ensembles/packed_model.hpp"
+#include "kinematics/couplings.hpp"
 
 namespace mbproj {
 
@@ -21,8 +24,9 @@ public:
     using S = Size<P>;
 
     explicit PackedEquations(const Model<P>& model)
-        : model_(model), pose_(model), motion_(model), solver_(model, std::nullopt), applied_(model),
-          gamma_(model.all_rows()), C_(model.all_rows()), C_dot_(model.all_rows()) {
+        : model_(model), pose_(model), motion_(model), solver_(model, std::nullopt), drive_(model), applied_(model),
+          couplings_(model), channels_(model), states_(model), expected_(model.layout.followed.size),
+          gamma_(model.all_rows()), C_(model.all_rows()), C_dot_(model.all_rows()), lambda_(model.all_multipliers()) {
         solver_.leave_out(model.rows.left_out);
         usual_.assign(solver_.cholesky().pivots().size(), 1.0);
     }
@@ -33,31 +37,51 @@ public:
         for (std::size_t r = 0; r < usual_.size(); ++r) usual_[r].set(lane, known ? pivots[r] : 1.0);
         solver_.expect(usual_);
         factorisations.of[lane] = 0;
+        see(lane, {});
+    }
+    // From now on a lane sees functions of time from within this window.
+    void see(int lane, const TimeWindow& window) {
+        window_.first.set(lane, window.first), window_.last.set(lane, window.last);
     }
 
-    // y' at a state. `see` is told how near its pose is to a singular one.
-    template <class See> void derivative(const Pack* y, Pack* slope, See&& see) {
-        set_pose(y);
+    // y' at a state at t. `look` is told how near its pose is to a singular one.
+    template <class Look> void derivative(const Pack& t, const Pack* y, Pack* slope, Look&& look) {
+        set_pose(t, y);
         factor(Metric::mass);
         const Pack nearness = solver_.nearness();
         Lanes::keep(is_clear(y, nearness));
-        see(nearness);
+        look(nearness);
         set_velocities(y, false);
         slope_at(y, slope);
     }
 
-    void set_pose(const Pack* y) {
+    void set_pose(const Pack& t, const Pack* y) {
+        t_ = t;
+        if (!drive_.empty() && !drive_.set(t, window_)) leave();
+        set_pose(y);
+    }
+    void set_pose(const Pack* y) {  // at the same time
         pose_.update(y);
+        const Block& followed = model_.layout.followed;
+        std::copy(y + followed.first, y + followed.end(), expected_.begin());
         factored_ = false;
         known_ = false;
     }
     void set_velocities(const Pack* y, bool with_C_dot) {
         motion_.update(y, pose_);
         moving_rows(model_, pose_, motion_, with_C_dot ? C_dot_.data() : nullptr, gamma_.data());
+        for (std::size_t k = 0; k < drive_.size(); ++k) {
+            gamma_[model_.driven[k].row] += drive_[k].dd;
+            if (with_C_dot) C_dot_[model_.driven[k].row] -= drive_[k].d;
+        }
     }
     // y' where the pose is in place and factored with the masses, and its velocities are; multipliers on request.
     void slope_at(const Pack* y, Pack* slope, Pack* lambda = nullptr) {
+        if (model_.loads || states_.any()) channels_.set(window_.seen(t_), y, pose_, motion_);
+        if (model_.loads && !applied_.update(*model_.loads, pose_, motion_, channels_)) return leave();
+        if (states_.any() && !states_.set(channels_, slope)) return leave();
         mbproj::set_forces(model_, pose_, y, applied_, solver_);
+        if (!lambda && !drive_.empty()) lambda = lambda_.data();
         if (!solver_.solve(gamma_.data(), lambda)) return leave();
         for (int b = 0; b < model_.size(); ++b) {
             const Part<P> part(y, b);
@@ -67,6 +91,10 @@ public:
             out.velocity() = solver_.shift(b);
             out.omega() = to_body(pose_[b].rotation, solver_.turn(b));
         }
+        set_work(model_.layout.quadratures, applied_, drive_, lambda, slope);
+        const Block& followed = model_.layout.followed;
+        for (int i = 0; i < followed.size; ++i)
+            slope[followed.first + i] = model_.counts_turns[i] ? angle(i).speed : 0.0;
     }
 
     // The pose in place, unless it is factored.
@@ -90,18 +118,32 @@ public:
     bool holds(Metric metric) const { return held_ && metric == metric_; }
 
     const Pack* constraint() {
-        if (!std::exchange(known_, true)) mbproj::constraint(model_, pose_, C_.data());
+        if (std::exchange(known_, true)) return C_.data();
+        mbproj::constraint(model_, pose_, C_.data());
+        couplings_.count(pose_, expected_, C_.data());
+        drive_.close(C_.data());
         return C_.data();
     }
     const Pack* constraint_velocity(const Pack* y) {
         motion_.update(y, pose_);
         moving_rows(model_, pose_, motion_, C_dot_.data(), static_cast<Pack*>(nullptr));
+        for (std::size_t k = 0; k < drive_.size(); ++k) C_dot_[model_.driven[k].row] -= drive_[k].d;
         return C_dot_.data();
+    }
+    // Gears and screws of the lanes that are in are at the nearest tooth, until they count on from the teeth in mesh.
+    void forget_teeth() { teeth_ = couplings_.started(), couplings_.start_from({}), known_ = false; }
+    void start_teeth() {
+        couplings_.start(pose_, expected_, constraint());
+        std::vector<Pack> all = couplings_.started();
+        for (std::size_t c = 0; c < teeth_.size(); ++c) all[c] = where(Lanes::in(), all[c], teeth_[c]);
+        couplings_.start_from(std::move(all));
+        known_ = false;
     }
     const Pack* C_dot() const { return C_dot_.data(); }
     const Model<P>& model() const { return model_; }
     const Pose<P>& pose() const { return pose_; }
     JointAngle<P> angle(int coordinate) const { return joint_angle(model_, pose_, motion_, coordinate); }
+    const Drive<P>& drive() const { return drive_; }
     KktSolver<P>& solver() { return solver_; }
     LaneCounts factorisations;
 
@@ -114,8 +156,11 @@ private:
         if ((Lanes::in() & ~clear).none()) return clear;
         constraint(), constraint_velocity(y);
         const Pack off = largest(model_, C_) + largest(model_, C_dot_) * time_scale(y);
-        return clear |
-               (nearness > lane_by_lane(off, [this](double c) { return held_above(model_.thresholds, c); }));
+        const Pack first = lane_by_lane(off, [this](double c) { return held_above(model_.thresholds, c); });
+        const Mask held = clear | (nearness > first);
+        if ((Lanes::in() & ~held).none()) return held;
+        const OnlyLanes only(~held);
+        return held | Mask(solver_.is_clear(pose_, first));
     }
     // As mbproj::time_scale, whose list of packs would be compared for all lanes alike.
     Pack time_scale(const Pack* y) const {
@@ -132,8 +177,16 @@ private:
     Pose<P> pose_;
     Motion<P> motion_;
     KktSolver<P> solver_;
-    const Applied<P> applied_;  // nothing
-    std::vector<Pack> gamma_, C_, C_dot_, usual_;  // `usual_`: pivots
+    Drive<P> drive_;  // at t_
+    Applied<P> applied_;
+    Couplings<P> couplings_;
+    Channels<P> channels_;
+    StateRates<P> states_;
+    TimeWindowOf<Pack> window_;
+    std::vector<Pack> expected_;  // the joints' coordinates as they are followed
+    std::vector<Pack> teeth_;     // what couplings of the other lanes count from
+    std::vector<Pack> gamma_, C_, C_dot_, lambda_, usual_;  // `usual_`: pivots
+    Pack t_ = 0.0;
     Mask factored_ = false;
     bool held_ = false, known_ = false;
     Metric metric_ = Metric::mass;

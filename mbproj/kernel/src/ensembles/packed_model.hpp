@@ -43,23 +43,24 @@ template <class D> std::vector<double> decisions_of(const Model<D>& model) {
     for (const LoopHinge<D>& hinge : order.loop_hinges) found.add(hinge.joint(), hinge.child(), hinge.parent());
     found.add(model.rows.redundant);
     found.add_all(model.rows.left_out);
+    for (const Coupling& coupling : model.couplings) found.add_all(coupling.coordinates), found.add_all(coupling.weights);
     return found.take();
 }
 
-// Whether packs compute such a model: bodies under gravity, joints and loops, of which nothing changes with the time.
+// Whether packs compute such a model: bodies, joints and loops, motions, gears, states and forces without branches.
 template <class D> bool fits_packs(const Model<D>& model) {
     const auto has_outline = [](const Instance<D>& p) {
         return p.on_line() || p.kind == Kind::rope || is_slip(p.kind) || p.kind == Kind::wheel_height ||
                p.kind == Kind::ellipsoid_height || p.curve >= 0;
     };
-    for (const auto* set : {&model.constraints, &model.coordinates})
+    std::vector<const PrimitiveSet<D>*> sets = {&model.constraints, &model.coordinates};
+    if (model.loads) sets.push_back(&model.loads->coordinates);
+    for (const auto* set : sets)
         if (std::any_of(set->instances.begin(), set->instances.end(), has_outline)) return false;
     for (const Body<D>& body : model.bodies)
         if (body.is_light) return false;
-    return !model.loads && model.driven.empty() && model.couplings.empty() && model.curves.empty() &&
-           model.flywheels.empty() && model.stiff.empty() && model.stops.bound.empty() && model.bearings.empty() &&
-           model.actions.empty() && model.channels.empty() && model.switches.empty() &&
-           model.layout.size() == model.layout.bodies.size &&
+    return model.curves.empty() && model.flywheels.empty() && model.stiff.empty() && model.stops.bound.empty() &&
+           model.bearings.empty() && model.actions.empty() && model.switches.empty() &&
            (model.rows.redundant == 0 || !model.rows.pivots.empty());
 }
 
@@ -70,7 +71,9 @@ public:
     // Each lane is `first`, which fits.
     explicit PackedModel(const Model<D>& first)
         : model_(with<Pack>(first)), scale_(first.layout.scale.begin(), first.layout.scale.end()),
-          structure_(structure_of(first)), decisions_(decisions_of(first)) {}
+          structure_(structure_of(first)), decisions_(decisions_of(first)) {
+        if (first.loads) model_.loads = loads_ = std::make_shared<Loads<P>>(with<Pack>(*first.loads));
+    }
 
     const Model<P>& model() const { return model_; }
     // What the absolute tolerance is relative to, of the numbers of y that are controlled.
@@ -84,20 +87,21 @@ public:
     void load(int lane, const Model<D>& from) {
         std::vector<double> numbers;
         const auto note = [&](double number) { numbers.push_back(number); };
-        each_number(from, static_cast<const Loads<D>*>(nullptr), note);
+        each_number(from, from.loads.get(), note);
         each_derived_number(from, note);
         std::size_t at = 0;
         const auto set = [&](auto& number) {
             if constexpr (std::is_same_v<decltype(number), Pack&>) number.set(lane, numbers[at]);
             ++at;
         };
-        each_number(model_, static_cast<Loads<P>*>(nullptr), set);
+        each_number(model_, loads_.get(), set);
         each_derived_number(model_, set);
         for (std::size_t i = 0; i < scale_.size(); ++i) scale_[i].set(lane, from.layout.scale[i]);
     }
 
 private:
     Model<P> model_;
+    std::shared_ptr<Loads<P>> loads_;  // the model's own
     std::vector<Pack> scale_;
     const std::vector<double> structure_, decisions_;
 };

@@ -33,16 +33,16 @@ public:
     // Whether step number `step` of a case is projected.
     bool is_due(long step) const { return model_.constraints.rows > 0 && step % settings_.every == 0; }
 
-    // The state y after a step of the lanes that are in, of which these are due; its pose is in place then.
-    PackedProjected after_step(Pack* y, const Mask& due) {
+    // The state y at t after a step of the lanes that are in, of which these are due; its pose is in place then.
+    PackedProjected after_step(const Pack& t, Pack* y, const Mask& due) {
         normalise(y);
-        equations_.set_pose(y);
+        equations_.set_pose(t, y);
         return correct(y, due, !equations_.holds(metric_));
     }
     // A state between two steps.
-    PackedProjected anywhere(Pack* y) {
+    PackedProjected anywhere(const Pack& t, Pack* y) {
         normalise(y);
-        equations_.set_pose(y);
+        equations_.set_pose(t, y);
         return correct(y, model_.constraints.rows > 0, true);
     }
 

@@ -33,18 +33,18 @@ public:
     long extend_cost() const { return static_cast<long>(tableau_.extra_c.size()); }
     int error_order() const { return tableau_.error_order; }
 
-    // y_new from y, where the pose of y is as near to a singular one as `here` says.
-    void attempt(const Vector& y, const Pack& h, const PackedPassed& here, Vector& y_new) {
+    // y_new from y at t, where the pose of y is as near to a singular one as `here` says.
+    void attempt(const Pack& t, const Vector& y, const Pack& h, const PackedPassed& here, Vector& y_new) {
         passed_ = here;
         for (int s = 1; s < tableau_.stages(); ++s) {
             combine(y, h, tableau_.a.row(s).data(), s, stage_);
-            evaluate(stage_, k_[s]);
+            evaluate(t + tableau_.c[s] * h, stage_, k_[s]);
         }
         combine(y, h, tableau_.b.data(), tableau_.stages(), y_new);
     }
-    // Hairer's norm of the estimated error of the last step, of each lane.
-    Pack error(const Vector& y, const Vector& y_new, const Pack& h, const Pack& tolerance) {
-        evaluate(y_new, k_[tableau_.stages()]);
+    // Hairer's norm of the estimated error of the last step, to y_new at t, of each lane.
+    Pack error(const Pack& t, const Vector& y, const Vector& y_new, const Pack& h, const Pack& tolerance) {
+        evaluate(t, y_new, k_[tableau_.stages()]);
         Pack norms[2] = {0.0, 0.0};
         const double count = static_cast<double>(scale_.size());
         for (int e = 0; e < tableau_.error.rows(); ++e) {
@@ -66,13 +66,13 @@ public:
         return both;
     }
 
-    // The extra stages of the continuous extension of the last step.
-    void extend(const Vector& y, const Pack& h) {
+    // The extra stages of the continuous extension of the last step, from y at t.
+    void extend(const Pack& t, const Vector& y, const Pack& h) {
         const PackedPassed of_step = passed_;
         for (std::size_t x = 0; x < tableau_.extra_c.size(); ++x) {
             const int known = tableau_.stages() + 1 + static_cast<int>(x);
             combine(y, h, tableau_.extra_a.row(x).data(), known, stage_);
-            evaluate(stage_, k_[known]);
+            evaluate(t + tableau_.extra_c[x] * h, stage_, k_[known]);
         }
         passed_ = of_step;
     }
@@ -87,7 +87,7 @@ public:
 
     // The sizes of first steps of the lanes that are in, at most `longest`: see Stepper::first_step. A lane that would need a
     // shorter trial leaves.
-    Pack first_step(const Vector& y, const Pack& tolerance, const Pack& longest) {
+    Pack first_step(const Pack& t, const Vector& y, const Pack& tolerance, const Pack& longest) {
         const auto norm = [&](auto&& number) {
             Pack sum = 0.0;
             for (std::size_t i = 0; i < scale_.size(); ++i) {
@@ -102,7 +102,7 @@ public:
         Pack h = min(wanted, longest);
         for (std::size_t i = 0; i < y.size(); ++i) stage_[i] = y[i] + h * k_[0][i];
         Vector slope(y.size());
-        evaluate(stage_, slope);
+        evaluate(t + h, stage_, slope);
         const Pack bend = norm([&](std::size_t i) { return slope[i] - k_[0][i]; }) / h;
         Lanes::keep(isfinite(bend));
         h = 0.1 * h * 10.0;
@@ -117,8 +117,8 @@ public:
     }
 
 private:
-    void evaluate(const Vector& y, Vector& slope) {
-        equations_.derivative(y.data(), slope.data(), [this](const Pack& nearness) { passed_.see(nearness); });
+    void evaluate(const Pack& t, const Vector& y, Vector& slope) {
+        equations_.derivative(t, y.data(), slope.data(), [this](const Pack& nearness) { passed_.see(nearness); });
     }
     // y + h Σ w k, without the stages of no weight.
     template <class Weight>

@@ -3,7 +3,7 @@
 
 namespace mbproj {
 
-template std::unique_ptr<Ensemble> ensemble_of(std::vector<Case<Plane<double>>>, const Tableau&,
+template std::unique_ptr<Ensemble<Plane<double>>> ensemble_of(std::vector<Case<Plane<double>>>, const Tableau&,
                                                const ProjectionSettings&);
 
 }  // namespace mbproj

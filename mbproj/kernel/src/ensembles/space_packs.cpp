@@ -3,7 +3,7 @@
 
 namespace mbproj {
 
-template std::unique_ptr<Ensemble> ensemble_of(std::vector<Case<Space<double>>>, const Tableau&,
+template std::unique_ptr<Ensemble<Space<double>>> ensemble_of(std::vector<Case<Space<double>>>, const Tableau&,
                                                const ProjectionSettings&);
 
 }  // namespace mbproj

@@ -20,7 +20,8 @@ template <class D> struct Coordinate {
             spoke[s] = pose[a.body].rotation * a.local;
             x[s] = a.is_point ? Point<D>(pose[a.body].position + spoke[s]) : spoke[s];
         }
-        if (p.on_line()) touch_ = on_curve::touch<D>(p, x, pose.piece(p.follower), pose.piece(p.other_follower));
+        if constexpr (is_full<D>)
+            if (p.on_line()) touch_ = on_curve::touch<D>(p, x, pose.piece(p.follower), pose.piece(p.other_follower));
         gradient<D>(p, x, g, known());
     }
     // The parameter of the foot of what follows a curve, or the second of two.

@@ -14,20 +14,29 @@ public:
     // the nearest tooth.
     void start(const Pose<D>& pose, const std::vector<Scalar<D>>& expected, const Scalar<D>* C) {
         start_.clear();
-        for (const Coupling& coupling : model_.couplings)
-            start_.push_back(coupling.rolls ? rolled(coupling, pose, expected, C[coupling.row])
-                                            : sum(coupling, pose, expected) - C[coupling.row]);
+        for (const Coupling& coupling : model_.couplings) {
+            if constexpr (is_full<D>)
+                if (coupling.rolls) {
+                    start_.push_back(rolled(coupling, pose, expected, C[coupling.row]));
+                    continue;
+                }
+            start_.push_back(sum(coupling, pose, expected) - C[coupling.row]);
+        }
     }
+    // What they count from: nothing before they have started.
+    const std::vector<Scalar<D>>& started() const { return start_; }
+    void start_from(std::vector<Scalar<D>> sums) { start_ = std::move(sums); }
 
     // From the sums of what the pose shows to the tooth in mesh; to the nearest before the start.
     void count(const Pose<D>& pose, const std::vector<Scalar<D>>& expected, Scalar<D>* C) const {
         for (std::size_t c = 0; c < model_.couplings.size(); ++c) {
             const Coupling& coupling = model_.couplings[c];
             Scalar<D>& row = C[coupling.row];
-            if (coupling.rolls && !start_.empty()) {
-                row = static_cast<Scalar<D>>(row + (whole(coupling, pose, expected, row) - start_[c]));
-                continue;
-            }
+            if constexpr (is_full<D>)
+                if (coupling.rolls && !start_.empty()) {
+                    row = static_cast<Scalar<D>>(row + (whole(coupling, pose, expected, row) - start_[c]));
+                    continue;
+                }
             if (coupling.period == 0.0) continue;
             row -= coupling.period * nearbyint(row / coupling.period);
             if (start_.empty()) continue;

@@ -48,7 +48,7 @@ enum class Acts : int { alone, in_plane, kept, given };
 template <class D> struct LawSlopes { Scalar<D> of_value, of_rate, value, rate, given; };
 
 // Whether a law's force changes with the state, not with time alone.
-template <class D> bool depends_on_state(const Programs& programs, const Law<D>& law) {
+template <class D> bool depends_on_state(const ProgramsOf<Scalar<D>>& programs, const Law<D>& law) {
     return law.stiffness != 0.0 || law.damping != 0.0 || (law.program >= 0 && programs.names(law.program, 1));
 }
 

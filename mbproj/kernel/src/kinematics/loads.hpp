@@ -167,7 +167,7 @@ template <class D> struct Applied {
     }
 
 private:
-    const Programs& programs_;
+    const ProgramsOf<Scalar<D>>& programs_;
     Scalar<D> least_cosine_;
 
     // What a curve is a function of; of what follows one while it acts or touches, no number where it does not.

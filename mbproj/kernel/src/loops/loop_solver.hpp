@@ -82,7 +82,7 @@ public:
     }
     void leave_none_out() { rows_->cholesky.leave_out({}); }
     // The smallest pivot where all bodies weigh the same.
-    double even_pivot(const Pose<D>& pose) {
+    Measure<D> even_pivot(const Pose<D>& pose) {
         even().fill_evenly(pose);
         return even_->cholesky.factor(0.0), even_->cholesky.smallest_pivot();
     }

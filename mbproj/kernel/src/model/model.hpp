@@ -182,7 +182,7 @@ template <class D> struct Model {
     std::vector<DrivenRow<D>> driven;
     std::vector<Coupling> couplings;
     std::vector<Curve> curves;
-    Programs programs;   // the functions of forces, the rates of states, then those of couplings, of driven rows
+    ProgramsOf<Scalar<D>> programs;  // the functions of forces, the rates of states, then those of couplings, of driven rows
     int first_rate = 0;  // of the programs
     std::vector<Channel> channels;  // what programs name from `law_variables` on
     std::vector<Switch> switches;   // program after program, in the order of their instructions

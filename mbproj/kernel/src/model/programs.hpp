@@ -6,7 +6,6 @@
 #include <type_traits>
 #include <vector>
 
-#include "algebra/dual.hpp"
 #include "model/taylor_series.hpp"
 
 namespace mbproj {
@@ -55,18 +54,18 @@ constexpr int arguments(Op op) {
     return op >= Op::add && op <= Op::max ? 2 : 1;
 }
 
-struct Programs {
+template <class Number> struct ProgramsOf {
     std::vector<int> start;
     std::vector<Op> op;
-    std::vector<double> operand;
+    std::vector<double> operand;   // the numbers of variables and tables, and exponents
+    std::vector<Number> constant;  // of each instruction
     std::vector<int> table_start;
-    std::vector<double> knot, origin;
-    std::vector<double> piece;   // four a row
+    std::vector<double> knot;
+    std::vector<Number> origin;
+    std::vector<Number> piece;   // four a row
     std::vector<bool> kinked;    // pieces that begin with a kink, and the first of each table
     std::vector<double> period;  // of each table, 0 for one that does not repeat
     int variables = law_variables;
-    // Operands, origins and pieces as dual numbers see them; none where they do not change.
-    std::vector<Dual> changing_operand, changing_origin, changing_piece;
 
     int size() const { return static_cast<int>(start.size()) - 1; }
     // Whether a program names a variable from this number on.
@@ -113,16 +112,18 @@ struct Programs {
         for (int at = start[program]; at < start[program + 1]; ++at) {
             const int taken = arguments(op[at]);
             if (taken == 0) {
-                stack[++top] = op[at] == Op::constant ? Series<S>{number<S>(operand, changing_operand, at), 0.0, 0.0}
+                stack[++top] = op[at] == Op::constant ? Series<S>{constant[at], 0.0, 0.0}
                                                       : variables[static_cast<int>(operand[at])];
                 continue;
             }
             top -= taken - 1;
             see(at, stack[top], stack[top + 1]);
-            if (held && !isnan(held[at]))
-                stack[top] = on_branch(at, held[at], stack[top], stack[top + 1]);
-            else
-                stack[top] = taken == 1 ? unary(at, stack[top]) : binary(op[at], stack[top], stack[top + 1]);
+            if constexpr (!is_pack<S>)  // whose programs have no branches to hold
+                if (held && !isnan(held[at])) {
+                    stack[top] = on_branch(at, held[at], stack[top], stack[top + 1]);
+                    continue;
+                }
+            stack[top] = taken == 1 ? unary(at, stack[top]) : binary(op[at], stack[top], stack[top + 1]);
         }
         return stack[0];
     }
@@ -152,21 +153,13 @@ struct Programs {
         if (op[at] == Op::table) return lifted(static_cast<int>(operand[at]), x, branch);
         return op[at] == Op::min || op[at] == Op::max ? x - y : x;
     }
-    // The piece of a table that x is in, which is one of a period.
-    template <class S> int piece_at(int table, const S& x) const {
-        const auto first = knot.begin() + table_start[table], last = knot.begin() + table_start[table + 1];
-        const auto at = std::upper_bound(first, last, value_of(x)) - first - 1;
-        return table_start[table] + static_cast<int>(std::max<std::ptrdiff_t>(0, at));
+    // The piece of a table that x is in, which is one of a period. Knots but the first: before them all is the first piece.
+    template <class S> auto piece_at(int table, const S& x) const {
+        return table_start[table] +
+               rank(knot.data() + table_start[table] + 1, knot.data() + table_start[table + 1], value_of(x));
     }
 
 private:
-    template <class S>
-    static S number(const std::vector<double>& constant, const std::vector<Dual>& changing, std::size_t at) {
-        if constexpr (std::is_same_v<S, Dual>)
-            if (!changing.empty()) return changing[at];
-        return constant[at];
-    }
-
     // Not set to zero: a program reads only what it has written, and many are shorter than that would take.
     template <class S> struct Stack {
         union {
@@ -201,8 +194,8 @@ private:
             case Op::power_of: return power_of(a, b);
             case Op::atan2: return arc_tangent(a, b);
             case Op::hypot: return hypotenuse(a, b);
-            case Op::min: return a.x <= b.x ? a : b;
-            default: return a.x >= b.x ? a : b;
+            case Op::min: return chosen(a.x <= b.x, a, b);
+            default: return chosen(a.x >= b.x, a, b);
         }
     }
 
@@ -247,8 +240,8 @@ private:
                 const S root = sqrt(x);
                 return chain(root, 0.5 / root, -0.25 / (root * root * root), s);
             }
-            case Op::abs: return chain(abs(x), S(x > 0.0 ? 1.0 : x < 0.0 ? -1.0 : 0.0), S(0.0), s);
-            case Op::sign: return flat(x > 0.0 ? S(1.0) : x < 0.0 ? S(-1.0) : x);
+            case Op::abs: return chain(abs(x), where(x > 0.0, S(1.0), where(x < 0.0, S(-1.0), S(0.0))), S(0.0), s);
+            case Op::sign: return flat(where(x > 0.0, S(1.0), where(x < 0.0, S(-1.0), x)));
             case Op::floor: return flat(floor(x));
             case Op::ceil: return flat(ceil(x));
             default: return smooth_step(s);
@@ -260,14 +253,13 @@ private:
         return on_piece(piece_at(table, first.x), first);
     }
 
-    template <class S> Series<S> on_piece(int at, const Series<S>& s) const {
-        const std::size_t own = static_cast<std::size_t>(at);
-        S c[4];
-        for (std::size_t k = 0; k < 4; ++k) c[k] = number<S>(piece, changing_piece, 4 * own + k);
-        const S u = s.x - number<S>(origin, changing_origin, own);
+    template <class At, class S> Series<S> on_piece(const At& at, const Series<S>& s) const {
+        const S c[4] = {pick(piece, 4 * at), pick(piece, 4 * at + 1), pick(piece, 4 * at + 2), pick(piece, 4 * at + 3)};
+        const S u = s.x - pick(origin, at);
         return chain(c[0] + u * (c[1] + u * (c[2] + u * c[3])), c[1] + u * (2.0 * c[2] + 3.0 * u * c[3]),
                      2.0 * c[2] + 6.0 * u * c[3], s);
     }
 };
+using Programs = ProgramsOf<double>;
 
 }  // namespace mbproj

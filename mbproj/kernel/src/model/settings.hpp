@@ -8,6 +8,8 @@
 
 #include <Eigen/Core>
 
+#include "algebra/scalar.hpp"
+
 namespace mbproj {
 
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -76,10 +78,11 @@ struct Break {
 };
 
 // Between two breaks: functions of time are seen from within.
-struct TimeWindow {
-    double first = -std::numeric_limits<double>::infinity(), last = std::numeric_limits<double>::infinity();
-    double seen(double t) const { return t < first ? first : t > last ? last : t; }
+template <class Number> struct TimeWindowOf {
+    Number first = -std::numeric_limits<double>::infinity(), last = std::numeric_limits<double>::infinity();
+    Number seen(const Number& t) const { return where(t < first, first, where(t > last, last, t)); }
 };
+using TimeWindow = TimeWindowOf<double>;
 
 // The times of samples between the first and the last of a run: origin + k interval, from the k after `offset` on. `count` are
 // the samples with the first and the last.

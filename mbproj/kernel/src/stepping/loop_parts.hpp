@@ -33,14 +33,16 @@ protected:
             return std::nullopt;
         return Case<D>{model_, steps_, {now_.y.begin(), now_.y.end()}, counted_.turns};
     }
-    // It was made elsewhere, to its end.
-    void take(const CaseRun& done) {
+    // What was made of it elsewhere.
+    void take(const CaseRun<D>& made) {
+        mark_ = made.at;
+        if (!made.finished) return;
         started_ = true;
-        now_.t = now_.to.t = done.t, now_.to.h = done.h, now_.counters = done.counters;
-        std::copy(done.y.begin(), done.y.end(), now_.y.begin());
-        counted_.turns = done.turns, peaks = done.peaks;
-        factorised_before_ = done.counters.factorisations - equations_.solver().factorisations();
-        stop({Status::finished, done.t});
+        now_.t = now_.to.t = mark_->t, now_.to.h = mark_->h, now_.counters = mark_->counters;
+        now_.y = mark_->y, counted_ = mark_->counted, peaks = mark_->peaks;
+        factorised_before_ = now_.counters.factorisations - equations_.solver().factorisations();
+        mark_.reset();
+        stop({Status::finished, now_.t});
     }
     const Tableau& tableau() const { return tableau_; }
     const ProjectionSettings& projection() const { return projection_; }

@@ -31,4 +31,11 @@ template <class D> struct Mark {
     Peaks peaks;
 };
 
+// A run as far as it was made elsewhere, with all samples: to its end, with the last step, or to where it can go on from.
+template <class D> struct CaseRun {
+    Mark<D> at;
+    bool finished;
+    SampleBlock samples;
+};
+
 }  // namespace mbproj

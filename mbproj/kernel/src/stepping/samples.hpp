@@ -86,6 +86,14 @@ struct Peaks {
 struct SampleBlock {
     std::vector<double> t, y, acceleration, multipliers, angles, step_size, pushes, slides, jumps;
     std::vector<long> counters;
+    // Without those after so many.
+    void shorten(std::size_t samples) {
+        if (t.empty()) return;
+        const std::size_t all = t.size();
+        for (auto* numbers : {&t, &y, &acceleration, &multipliers, &angles, &step_size, &pushes, &slides, &jumps})
+            numbers->resize(numbers->size() / all * samples);
+        counters.resize(counters.size() / all * samples);
+    }
     void clear() {
         for (auto* numbers : {&t, &y, &acceleration, &multipliers, &angles, &step_size, &pushes, &slides, &jumps})
             numbers->clear();
@@ -118,16 +126,6 @@ template <class D> struct Case {
     const Steps& steps;
     std::vector<double> y;
     std::vector<long> turns;
-};
-
-// A run that has come to its end: the time and the last step, y and the whole turns there, counters, peaks and all samples.
-struct CaseRun {
-    double t, h;
-    std::vector<double> y;
-    std::vector<long> turns;
-    Counters counters;
-    Peaks peaks;
-    SampleBlock samples;
 };
 
 // The steps that were made: where they end, how long they are, and the states there, one after another.

@@ -43,33 +43,11 @@ template <class Loads, class Visit> void numbers_of_loads(Loads& loads, Visit& v
 }
 
 // Constants of functions, and the pieces of their tables.
-template <class Number, class Programs, class Visit> void numbers_of_programs(Programs& programs, Visit& visit) {
-    constexpr bool changes = std::is_same_v<Number, Dual>;
-    auto& operand = [&]() -> auto& {
-        if constexpr (changes)
-            return programs.changing_operand;
-        else
-            return programs.operand;
-    }
-    ();
-    auto& origin = [&]() -> auto& {
-        if constexpr (changes)
-            return programs.changing_origin;
-        else
-            return programs.origin;
-    }
-    ();
-    auto& piece = [&]() -> auto& {
-        if constexpr (changes)
-            return programs.changing_piece;
-        else
-            return programs.piece;
-    }
-    ();
-    for (std::size_t at = 0; at < operand.size(); ++at)
-        if (programs.op[at] == Op::constant) visit(operand[at]);
-    visit_each(origin, visit);
-    visit_each(piece, visit);
+template <class Programs, class Visit> void numbers_of_programs(Programs& programs, Visit& visit) {
+    for (std::size_t at = 0; at < programs.op.size(); ++at)
+        if (programs.op[at] == Op::constant) visit(programs.constant[at]);
+    visit_each(programs.origin, visit);
+    visit_each(programs.piece, visit);
 }
 
 // Calls visit(number) for each: masses and inertias, gravity, the points, vectors and offsets of joints and coordinates, forces,
@@ -85,7 +63,7 @@ template <class Model, class Loads, class Visit> void each_number(Model& model, 
     if (loads) numbers_of_loads(*loads, visit);
     for (auto& driven : model.driven) visit(driven.start);
     for (auto& flywheel : model.flywheels) visit(flywheel);
-    numbers_of_programs<std::decay_t<decltype(model.bodies.front().mass)>>(model.programs, visit);
+    numbers_of_programs(model.programs, visit);
 }
 
 template <class Number, int Rows, int Columns> Matrix<Rows, Columns, Number> with(const Matrix<Rows, Columns>& from) {
@@ -136,6 +114,12 @@ template <class Number, class D> Loads<With<D, Number>> with(const Loads<D>& fro
     return to;
 }
 
+template <class Number> ProgramsOf<Number> with(const Programs& from) {
+    const auto all = [](const std::vector<double>& own) { return std::vector<Number>(own.begin(), own.end()); };
+    return {from.start, from.op,         from.operand,    all(from.constant), from.table_start,
+            from.knot,  all(from.origin), all(from.piece), from.kinked,        from.period,      from.variables};
+}
+
 // The model with such numbers, which are its own yet: without contacts and bearings.
 template <class Number, class D> Model<With<D, Number>> with(const Model<D>& from) {
     Model<With<D, Number>> to;
@@ -153,13 +137,7 @@ template <class Number, class D> Model<With<D, Number>> with(const Model<D>& fro
     for (const DrivenRow<D>& row : from.driven)
         to.driven.push_back({row.row, row.is_angle, row.start, row.coordinate, row.program});
     to.couplings = from.couplings, to.curves = from.curves;
-    to.programs = from.programs, to.first_rate = from.first_rate;
-    if constexpr (std::is_same_v<Number, Dual>) {
-        Programs& own = to.programs;
-        own.changing_operand.assign(own.operand.begin(), own.operand.end());
-        own.changing_origin.assign(own.origin.begin(), own.origin.end());
-        own.changing_piece.assign(own.piece.begin(), own.piece.end());
-    }
+    to.programs = with<Number>(from.programs), to.first_rate = from.first_rate;
     to.channels = from.channels, to.switches = from.switches, to.layout = from.layout;
     to.flywheels.assign(from.flywheels.begin(), from.flywheels.end());
     to.thresholds = from.thresholds;

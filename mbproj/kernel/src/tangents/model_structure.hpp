@@ -31,11 +31,11 @@ public:
         }
     }
     // Constants and pieces are numbers; knots, periods, and the exponents of powers belong here.
-    void add_programs(const Programs& programs) {
+    template <class Number> void add_programs(const ProgramsOf<Number>& programs) {
         add_all(programs.start), add_all(programs.table_start), add_all(programs.knot), add_all(programs.kinked);
         add_all(programs.period);
         for (std::size_t at = 0; at < programs.op.size(); ++at)
-            add(static_cast<int>(programs.op[at]), programs.op[at] == Op::constant ? 0.0 : programs.operand[at]);
+            add(static_cast<int>(programs.op[at]), programs.operand[at]);
     }
     template <class D> void add_loads(const Loads<D>& loads) {
         add_set(loads.coordinates);
