@@ -26,9 +26,16 @@ struct Mask {
     Mask(bool all) : lanes(LaneBits{} - static_cast<long long>(all)) {}
     bool operator[](int lane) const { return lanes[lane] != 0; }
     void set(int lane, bool on) { lanes[lane] = -static_cast<long long>(on); }
-    int count() const { return static_cast<int>(-(lanes[0] + lanes[1] + lanes[2] + lanes[3])); }
-    bool any() const { return (lanes[0] | lanes[1] | lanes[2] | lanes[3]) != 0; }
-    bool none() const { return !any(); }
+    // Bit k is that of lane k.
+    int bits() const {
+#ifdef __AVX__
+        return _mm256_movemask_pd(reinterpret_cast<__m256d>(lanes));
+#else
+        return static_cast<int>((lanes[0] & 1) | (lanes[1] & 2) | (lanes[2] & 4) | (lanes[3] & 8));
+#endif
+    }
+    bool any() const { return bits() != 0; }
+    bool none() const { return bits() == 0; }
     Mask operator~() const { return ~lanes; }
     Mask& operator&=(const Mask& b) { return *this = lanes & b.lanes; }
     Mask& operator|=(const Mask& b) { return *this = lanes | b.lanes; }
@@ -52,7 +59,7 @@ public:
         const Mask yes = each & in(), no = ~each & in();
         if (no.none()) return yes.any();
         if (yes.none()) return false;
-        const bool most = yes.count() >= no.count();
+        const bool most = __builtin_popcount(yes.bits()) >= __builtin_popcount(no.bits());
         set(most ? yes : no);
         return most;
     }
@@ -120,8 +127,7 @@ inline const Pack& value_of(const Pack& x) { return x; }
 
 // a in the lanes of the mask, b in the others.
 inline Pack where(const Mask& mask, const Pack& a, const Pack& b) {
-    return reinterpret_cast<Pack::Numbers>((reinterpret_cast<LaneBits>(a.lanes) & mask.lanes) |
-                                           (reinterpret_cast<LaneBits>(b.lanes) & ~mask.lanes));
+    return mask.lanes ? a.lanes : b.lanes;
 }
 
 inline bool any(const Mask& mask) { return mask.any(); }

@@ -125,6 +125,11 @@ protected:
         here.see(nearness);
         here_ = {where(Lanes::in(), here.smallest, here_.smallest), where(Lanes::in(), here.largest, here_.largest)};
     }
+    static void keep_finite(const Vector& numbers) {
+        Mask finite = true;
+        for (const Pack& number : numbers) finite &= isfinite(number);
+        Lanes::keep(finite);
+    }
     // Lanes in which a joint is open by more than round-off leaves of it leave.
     void keep_closed() {
         const Pack* C = equations_.constraint();

@@ -26,7 +26,7 @@ public:
     PackedProjection(PackedEquations<P>& equations, const ProjectionSettings& settings)
         : equations_(equations), model_(equations.model()), thresholds_(model_.thresholds), settings_(settings),
           metric_(settings.correction == Correction::coordinates ? Metric::coordinates : Metric::mass),
-          before_(model_.layout.bodies.size), rhs_(model_.all_rows()) {
+          before_(S::pose * model_.size()), rhs_(model_.all_rows()) {
         for (const Instance<P>& p : model_.constraints.instances) owner_.insert(owner_.end(), p.rows, &p);
     }
 
@@ -91,10 +91,10 @@ private:
     // Moves y by the correction at hand, in the lanes that are in, where that brings the violation down by half of what Newton's
     // method promises. Where it does.
     Mask whole(Pack* y, Pack& left) {
-        std::copy(y, y + before_.size(), before_.begin());
         const Mask tried = Lanes::in();
         for (int b = 0; b < model_.size(); ++b) {
             WritablePart<P> part(y, b);
+            std::copy_n(part.at, S::pose, &before_[S::pose * b]);
             part.position() += equations_.solver().shift(b);
             part.orientation() =
                 turned(Orientation<P>(part.orientation()), Turn<P>(equations_.solver().turn(b)));
@@ -110,9 +110,12 @@ private:
         }
         return moved;
     }
-    // What is not of these lanes is as it was.
+    // Poses that are not of these lanes are as they were.
     void keep_others(Pack* y, const Mask& moved) const {
-        for (std::size_t i = 0; i < before_.size(); ++i) y[i] = where(moved, y[i], before_[i]);
+        if ((~moved).none()) return;
+        for (int b = 0; b < model_.size(); ++b)
+            for (int i = 0; i < S::pose; ++i)
+                y[S::state * b + i] = where(moved, y[S::state * b + i], before_[S::pose * b + i]);
     }
 
     void correct_velocity(Pack* y, PackedProjected& done) {
@@ -120,7 +123,6 @@ private:
         equations_.factor(metric_);
         solve(C_dot);
         const Mask corrected = Lanes::in();
-        std::copy(y, y + before_.size(), before_.begin());
         const Pack length2 = model_.length * model_.length;
         Pack change2 = 0.0, speed2 = 0.0;
         for (int b = 0; b < model_.size(); ++b) {
@@ -129,13 +131,19 @@ private:
             WritablePart<P> part(y, b);
             change2 += shift.squaredNorm() + length2 * turn.squaredNorm();
             speed2 += part.velocity().squaredNorm() + length2 * part.omega().squaredNorm();
-            part.velocity() += shift;
-            part.omega() += to_body(equations_.pose()[b].rotation, turn);
+            part.velocity() = chosen(corrected, part.velocity() + shift, part.velocity());
+            part.omega() = chosen(corrected, part.omega() + to_body(equations_.pose()[b].rotation, turn), part.omega());
         }
-        keep_others(y, corrected);
         done.velocity_passes.add(corrected);
         done.velocity_change = where(corrected, sqrt(change2 / speed2), 0.0);
         done.speed_change = where(corrected, sqrt(change2), 0.0);
+    }
+
+    // a in these lanes, b in the others.
+    template <class A, class B> static A chosen(const Mask& lanes, const A& a, const B& b) {
+        A found;
+        for (int i = 0; i < A::rows(); ++i) found[i] = where(lanes, a[i], b[i]);
+        return found;
     }
 
     void solve(const Pack* violation) {
@@ -151,8 +159,8 @@ private:
             const Pack size = abs(C[r]);
             const Pack least = std::numeric_limits<double>::epsilon() * min(1.0, model_.row_scale[r]);
             Mask open = ~(size <= thresholds_.closed_grains * least);  // no grain is smaller
-            if ((open & Lanes::in()).any())
-                open &= ~(size <= thresholds_.closed_grains * equations_.pose().grain(*owner_[r], static_cast<int>(r)));
+            if ((open & Lanes::in()).none()) continue;
+            open &= ~(size <= thresholds_.closed_grains * equations_.pose().grain(*owner_[r], static_cast<int>(r)));
             most = where(open, larger(most, size / model_.row_scale[r]), most);
         }
         return most;

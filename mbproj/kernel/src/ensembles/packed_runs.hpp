@@ -121,7 +121,7 @@ private:
         const Thresholds& from = model_.thresholds;
         const PackedPassed& passed = stages_.passed();
         Lanes::keep(~((passed.smallest < from.passing) & (passed.smallest < from.nearing * passed.largest)));
-        for (const Pack& number : y_new_) Lanes::keep(isfinite(number));
+        keep_finite(y_new_);
         bool due = false;
         Mask projects = false;
         each_lane(Lanes::in(), [&](int k, Lane& lane) {
@@ -147,7 +147,7 @@ private:
         this->watch(t);
         this->stand(equations_.start());
         equations_.slope_at(y_new_.data(), slope_.data(), due ? lambda_.data() : nullptr);
-        for (const Pack& number : slope_) Lanes::keep(isfinite(number));
+        keep_finite(slope_);
     }
 
     // Samples that lie inside the steps: see TimeLoop::sample_inside.
@@ -226,7 +226,7 @@ private:
 
     using Parts::model_, Parts::equations_, Parts::projection_, Parts::angles_, Parts::stages_, Parts::settings_;
     using Parts::fixed_, Parts::lanes_, Parts::running_, Parts::cases_, Parts::y_, Parts::y_new_, Parts::slope_;
-    using Parts::lambda_, Parts::here_, Parts::found_, Parts::each_lane;
+    using Parts::lambda_, Parts::here_, Parts::found_, Parts::each_lane, Parts::keep_finite;
     Mask crossing_ = false;                   // breaks at which the steps that were just made end
     Vector copy_, copy_slope_, copy_lambda_;  // of samples inside steps
 };

@@ -43,8 +43,9 @@ template <class S> inline Midway<Space<S>> midway(const Matrix<3, 3, S>& first, 
         for (int k = 0; k < 3; ++k) sines[k] = (R(i, k) + R(k, i) + (k == i ? 1.0 - trace : 0.0)) / size;
     }
     const S square = sines.squaredNorm(), sine = sqrt(square);
-    const S longer = square > 0.0 ? atan2(sine, cosine) / sine : 1.0;
-    const S along = square > 0.0 ? (1.0 - longer) / square : 0.0;
+    const auto turns = square > 0.0;
+    const S longer = where(turns, atan2(sine, cosine) / sine, S(1.0));
+    const S along = where(turns, (1.0 - longer) / square, S(0.0));
     Column<4, S> half;
     half << 1.0 + cosine, sines;
     Midway<Space<S>> found;
