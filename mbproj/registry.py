@@ -157,11 +157,6 @@ def with_fixed_steps(integrator: str) -> str:
     return WHERE_SMOOTH if integrator == AUTOMATIC else integrator
 
 
-def is_implicit(integrator: str) -> bool:
-    """Whether the integrator is an implicit one; false for `auto`, which takes what the run needs."""
-    return integrator in integrators() and integrators()[integrator].implicit
-
-
 def is_explicit(integrator: str) -> bool:
     """Whether the integrator is an explicit one; false for `auto`."""
     return integrator in integrators() and not integrators()[integrator].implicit

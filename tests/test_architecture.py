@@ -111,7 +111,7 @@ FOLDERS = {
     "model": ("compile", "planar"),
     "dynamics": ("equations", "derivatives", "assembly", "observe", "rank", "friction", "contact"),
     "projection": ("methods", "solve"),
-    "integrate": ("steppers", "events", "reporting", "formulations", "loop", "stiff", "automatic", "stops"),
+    "integrate": ("steppers", "events", "reporting", "formulations", "stops", "loop", "stiff", "automatic"),
     "results": ("file", "loads", "crash_safety", "linear", "sweep", "design", "views"),
     "studies": (
         "store",

@@ -233,11 +233,9 @@ def _march(
     steps: FollowedSteps | None = None,
 ) -> Iterator[Samples | None]:
     """Return the samples of a run of any mechanism."""
-    if automatic is None and not system.has_contacts:
+    if automatic is None:
         return march_by_one_method(choice, system, state, settings, tally=tally, marks=marks, steps=steps)
-    from mbproj.integrate.stops.march import march
-
-    return march(choice, system, state, settings, tally=tally, marks=marks, automatic=automatic)
+    return automatic.march(choice, system, state, settings, tally, marks or Marks())
 
 
 @contextmanager

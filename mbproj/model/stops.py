@@ -61,11 +61,6 @@ class Stops:
         return 2.0 * self.softening * self.stiffness / (self.exponent + 1.0)
 
     @property
-    def counts_turns(self) -> npt.NDArray[np.bool_]:
-        """Whether each stop limits an angle that counts turns, (S,)."""
-        return (self.joint_coordinate >= 0) & ~self.coordinates.is_length
-
-    @property
     def is_rigid(self) -> npt.NDArray[np.bool_]:
         """Whether each stop is rigid, (S,)."""
         return np.isinf(self.stiffness)

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import overload
 
 from mbproj.dataclass import dataclass
@@ -100,12 +98,6 @@ class SampleTimes(Sequence[float]):
         if k == 0:
             return self.first
         return self.last if k == self.number - 1 else self.origin + (self.offset + k) * self.interval
-
-    def part(self, first: float, last: float) -> SampleTimes:
-        """The sample times of a part of the run: `first`, all samples between, and `last`."""
-        begin = bisect_right(self, first)
-        end = min(max(bisect_left(self, last), begin), self.number - 1)
-        return replace(self, first=first, last=last, offset=self.offset + begin - 1, number=end - begin + 2)
 
 
 def output_times(settings: Settings, start: float) -> SampleTimes:

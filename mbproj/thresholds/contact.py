@@ -31,7 +31,7 @@ class Contact:
         "100 × what a step of the shortest that tells rest leaves below the slack",
     )
     rest_steps: float = threshold(
-        1e-4, "1 / fastest", "both", "a friction that does not slide over such a step is at rest", "chosen"
+        1e-4, "1 / fastest", "kernel", "a friction that does not slide over such a step is at rest", "chosen"
     )
     lowest_bounce: float = threshold(
         1e-10, "length or rad", "both", "a lower bounce is none: it ends in contact", "10 × touching"
@@ -49,7 +49,7 @@ class Contact:
     slips: float = threshold(
         1e-9,
         "1",
-        "both",
+        "kernel",
         "a friction that needs all of its static force but this part slips",
         "round-off of λ, with care",
     )
@@ -74,12 +74,12 @@ class Contact:
     middle_unlike: float = threshold(
         1e-3,
         "1",
-        "both",
+        "kernel",
         "a gap in the middle of a step that is off its cubic by more, beside the largest, is looked at on each half",
         "a ball that rises and falls through another in one step of DOP853",
     )
     most_halves: int = threshold(
-        8, "-", "both", "a step is halved so often to see what it passes", "a 256th of a step of DOP853"
+        8, "-", "kernel", "a step is halved so often to see what it passes", "a 256th of a step of DOP853"
     )
     look_spacing: float = threshold(
         0.25, "interval", "numpy", "forces that hold contacts and friction are looked at so often", "chosen"
@@ -98,7 +98,11 @@ class Contact:
         1e-9, "1", "both", "an impact that adds more of the kinetic energy stops the run", "round-off of the energies"
     )
     on_grid: float = threshold(
-        1e-6, "step", "both", "a time that is nearer to one of the steps' grid is that time", "round-off of many steps"
+        1e-6,
+        "step",
+        "kernel",
+        "a time that is nearer to one of the steps' grid is that time",
+        "round-off of many steps",
     )
     met_soon: float = threshold(
         1e-7,

@@ -8,6 +8,7 @@ import numpy as np
 
 from mbproj import assemble, compile_system, initial_guess, read_scene_text, settings_to_run, simulate
 from mbproj.integrate.reporting.marks import START
+from mbproj.integrate.stops.inside import Inside
 
 DOP853 = "integrator: dop853, tolerance: 1.0e-11, output_step: 0.1"
 FIXED = "integrator: rk4, step: 1.0e-3, output_step: 0.1"
@@ -46,6 +47,22 @@ def run(text, **parameters):
     recorded = Recorded()
     report = simulate(system, assemble(system, initial_guess(scene, system)), settings_to_run(scene), recorded)
     return report, recorded
+
+
+def by_reference(monkeypatch):
+    """From now on the reference in Python decides all that happens at stops and frictions."""
+    usual = Inside.begin
+
+    def begin(self, run):
+        usual(self, run)
+        run.leave_contacts_over()
+
+    monkeypatch.setattr(Inside, "begin", begin)
+
+
+def by_kernel(monkeypatch):
+    """From now on nothing is left over by the kernel."""
+    monkeypatch.delattr(Inside, "settle")
 
 
 def simulated(text, mark=START):

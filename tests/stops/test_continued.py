@@ -44,11 +44,29 @@ def test_a_run_goes_on_with_the_bits_of_a_longer_one(formulation, steps, law):
     assert rest.happened == whole.happened
 
 
-def test_a_mark_of_an_older_law_of_stops_is_refused():
-    steps = "integrator: rk4, step: 0.02"
-    text = TEXT.format(duration=0.35, steps=steps, formulation="full", law="stiffness: 1.0e2, restitution: 0.5")
-    _, kept = simulated(text)
-    mark = next(mark for mark in kept[::-1] if mark["stops"]["pushing"])
-    del mark["stops"]["law"]
-    with pytest.raises(InputError, match="an older mbproj made it, with another law of stops that give way"):
-        simulated(text.replace("duration: 0.35", "duration: 2"), mark)
+SOFT = TEXT.format(duration=2, steps=FIXED, formulation="planar", law="stiffness: 1.0e2, restitution: 0.5")
+
+
+@pytest.mark.parametrize(
+    ("part", "missing", "why"),
+    [
+        ({"counters": {"steps": 0}, "law": 1}, "", "with another law of stops that give way"),
+        ({"counters": {"steps": 8}, "law": 2}, "", "which met stops in another way"),
+        ({"counters": {"steps": 0}, "law": 2}, "contacts", "which met stops in another way"),
+    ],
+)
+def test_what_an_older_mbproj_has_marked_within_a_run_is_refused(part, missing, why):
+    _, kept = simulated(SOFT.replace("duration: 2", "duration: 0.35"))
+    mark = next(mark for mark in kept[::-1] if mark["contacts"]["pushing"])
+    older = {name: value for name, value in mark.items() if name != missing}
+    older["stops"] = {"tally": {"counters": part["counters"]}, "law": part["law"]}
+    with pytest.raises(InputError, match=f"an older mbproj made it, {why}"):
+        simulated(SOFT, older)
+
+
+def test_what_an_older_mbproj_has_marked_of_a_whole_run_goes_on():
+    whole, _ = simulated(SOFT)
+    _, kept = simulated(SOFT.replace("duration: 2", "duration: 0.35"))
+    older = {**kept[-1], "stops": {"tally": {"counters": {"steps": 0}}, "law": 2}}
+    rest, _ = simulated(SOFT, older)
+    assert np.array_equal(rest["bodies/position"], whole["bodies/position"][whole["time"] > older["t"]])

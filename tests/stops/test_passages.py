@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.integrate.loop import stop_watch
 from tests.stops.inside.scenes import THREE_BALLS
 from tests.stops.runs import DOP853, run
 
@@ -49,32 +48,3 @@ def test_balls_that_bounce_on_each_other_come_to_rest_on_each_other(formulation,
     np.testing.assert_allclose(recorded["stops/force"][-1], [18.5, 8.5, 2.5], rtol=1e-9)
     fallen = 10.0 * (1.0 * 0.4 + 0.6 * 0.55 + 0.25 * 0.7)
     assert recorded["diagnostics/dissipation"][-1] == pytest.approx(fallen, rel=1e-9)
-
-
-#: Two bodies that rest after their impact, one touches the other, and that one a wall.
-TOUCHING = """
-mbproj: 1
-gravity: [0, 0, 0]
-simulation: {duration: 0.2, integrator: rk4, step: 1.0e-3, formulation: full}
-bodies:
-  fast: {mass: 1, inertia: [1, 1, 1], position: [-0.2, 0, 0], velocity: [1, 0, 0]}
-  slow: {mass: 1, inertia: [1, 1, 1], position: [0, 0, 0]}
-forces:
-  wall:
-    type: stop
-    plane: {body: ground, location: [0, 0, 0], normal: [-1, 0, 0]}
-    point: {body: slow, location: [0, 0, 0]}
-    rigid: true
-    restitution: 1
-  meet: {type: stop, points: {fast: [-0.2, 0, 0], slow: [0, 0, 0]}, shortest: 0.1, rigid: true, restitution: 0}
-"""
-
-
-def test_what_touches_without_a_push_costs_a_few_looks_a_step(monkeypatch):
-    """Round-off of a gap that is closed is no passage: 4 looks a step, not 400."""
-    looks = []
-    real = stop_watch.watched_gaps
-    monkeypatch.setattr(stop_watch, "watched_gaps", lambda *given: looks.append(1) or real(*given))
-    report, recorded = run(TOUCHING)
-    assert len(recorded.of("impact")) == 1
-    assert len(looks) <= 4 * report.counters["steps"]

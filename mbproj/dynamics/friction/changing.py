@@ -8,7 +8,6 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dynamics.assembly.assemble import State
-from mbproj.dynamics.observe.samples import Samples
 from mbproj.functions.series import run
 from mbproj.model.frictions import Frictions
 from mbproj.model.system import System
@@ -23,17 +22,6 @@ def frictions_at(system: System, state: State) -> Frictions:
     sliding, static = found.sliding.copy(), found.static.copy()
     sizes, which = _sizes(system, found, state), list(found.varies)
     sliding[which], static[which] = sizes[:, 0], sizes[:, 1]
-    return replace(found, sliding=sliding, static=static)
-
-
-def frictions_over(system: System, samples: Samples) -> Frictions:
-    """The same at T samples: what slides and holds is (T, K) where some of them change."""
-    found = system.frictions
-    assert found is not None
-    if not found.varies:
-        return found
-    each = [frictions_at(system, samples.state(at)) for at in range(len(samples.t))]
-    sliding, static = (np.array([getattr(one, name) for one in each]) for name in ("sliding", "static"))
     return replace(found, sliding=sliding, static=static)
 
 

@@ -10,8 +10,8 @@ from typing import NamedTuple
 from mbproj.dynamics.observe.samples import Samples
 from mbproj.errors import SimulationError
 from mbproj.integrate.automatic.plan import Plan, Since, Switch
-from mbproj.integrate.events.halts import Halted
 from mbproj.integrate.events.leg import Leg
+from mbproj.integrate.loop.compiled_march import Halted
 from mbproj.integrate.loop.pauses import Pauses, Standing
 from mbproj.integrate.reporting.marks import Mark
 from mbproj.integrate.reporting.tally import Tally
@@ -92,8 +92,8 @@ def _pays(plan: Plan, standing: Standing, own: float, other: str, march: March, 
             shaped = True
             reached.append((end, tally.evaluations))
     except Halted as halted:
-        shaped = shaped or halted.standing.shaped
-        reached.append((halted.standing.state.t, tally.evaluations))
+        shaped = shaped or halted.shaped
+        reached.append((halted.t, tally.evaluations))
     except SimulationError:
         reached.clear()
     plan.trials += 1

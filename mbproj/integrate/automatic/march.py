@@ -3,19 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import field
+from dataclasses import field, replace
 from typing import Any
 
 from mbproj.dataclass import dataclass
+from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.observe.samples import Samples
+from mbproj.errors import InputError, SimulationError
 from mbproj.integrate.automatic.decision import decide, handed_over
 from mbproj.integrate.automatic.plan import Plan, told
 from mbproj.integrate.events.leg import Leg
+from mbproj.integrate.formulations.choice import Choice, choose
+from mbproj.integrate.loop.one_method import march_by_one_method
 from mbproj.integrate.loop.pauses import Pauses, Standing
 from mbproj.integrate.reporting.marks import START, Mark, Marks, resuming
 from mbproj.integrate.reporting.tally import Tally
 from mbproj.integrate.stiff.modes_at_a_step import FastModes, can_be_fast
+from mbproj.model.contacts import Contacts, in_contact
 from mbproj.model.system import System
+from mbproj.scene.records import Settings
 
 #: Returns the fast modes where a run stands, with the contacts there.
 Modes = Callable[[Standing], FastModes]
@@ -25,7 +31,7 @@ By = Callable[[str, Marks, Tally, Pauses | None], Iterator[Samples | None]]
 
 @dataclass
 class _Part:
-    """Scratch for the part of a leg that one method makes.
+    """Scratch for the part of a run that one method makes.
 
     `marks` are its marks, and `plan` belongs to the newest of them. `before` is the mark that holds until there is one.
     `left` is the mark from which another method continues. `final` is the mark that holds once the run's end has
@@ -46,28 +52,39 @@ class _Part:
 
 
 class Automatic:
-    """Scratch of a run: its plan, which is kept from leg to leg, and whether the run's end has influenced it
-    (`shaped`)."""
+    """Scratch of a run: its plan."""
 
     def __init__(self) -> None:
-        self.plan, self.shaped = Plan(), False
+        self.plan = Plan()
 
     def told(self) -> tuple[str, ...]:
         """Return lines for the report on the methods used."""
         return told(self.plan)
 
     def march(
-        self, system: System, modes: Modes, by: By, leg: Leg, tally: Tally, marks: Marks
+        self, choice: Choice, system: System, start: State, settings: Settings, tally: Tally, marks: Marks
     ) -> Iterator[Samples | None]:
-        """Yield samples of a leg from its start, or from a mark on, to its end. `by` makes the steps of each method."""
+        """Yield samples from a start, or from a mark on."""
+
+        def by(method: str, own: Marks, counted: Tally, pauses: Pauses | None) -> Iterator[Samples | None]:
+            of_method = replace(settings, integrator=method)
+            return march_by_one_method(choice, system, start, of_method, tally=counted, marks=own, pauses=pauses)
+
+        def modes(standing: Standing) -> FastModes:
+            if not system.has_contacts:
+                return FastModes(choice, system)
+            return _with_contacts(choice, settings, system, standing)
+
+        leg = Leg.whole(system, settings, start.t)
         mark, before, final = marks.resumed, START, None
         if mark:
             with resuming():
                 self.plan = Plan.restore(mark["plan"])
+        may_be_stiff = system.has_contacts or can_be_fast(system)
         while True:
             part = _Part(Marks(mark, marks.wanted), self.plan.save(), before, final=final)
             marks.newest = part.newest
-            pauses = self._pauses(part, modes, by, leg) if can_be_fast(system) else None  # else nothing can be stiff
+            pauses = self._pauses(part, modes, by, leg) if may_be_stiff else None
             yield from by(self.plan.method, part.marks, tally, pauses)
             if not part.left:
                 return
@@ -82,7 +99,7 @@ class Automatic:
             found = decide(self.plan, standing, modes, trial, leg)
             pauses.due = self.plan.due
             if found.shaped:
-                part.final, self.shaped = newest, True
+                part.final = newest
             if found.switch is not None:
                 part.left, part.before = handed_over(standing), newest
             elif not standing.shaped:
@@ -91,3 +108,20 @@ class Automatic:
 
         pauses = Pauses(self.plan.due, look)
         return pauses
+
+
+def _with_contacts(choice: Choice, settings: Settings, system: System, standing: Standing) -> FastModes:
+    """Return the fast modes with the contacts where a run stands. Raises SimulationError where its equations have no
+    unique solution."""
+    from mbproj.integrate.stops.inside import contacts_of
+
+    found, at = contacts_of(system, standing.mark["contacts"]), standing.state()
+    now, rows = in_contact(system, found), in_contact(system, Contacts(found.held, stuck=found.stuck))
+    settings = settings if choice.name == "planar" else replace(settings, formulation=choice.name)
+    try:
+        chosen = choice if rows is system else choose(rows, at, settings)
+    except InputError as error:
+        cause = f"with a stop in contact, or a friction that sticks: {error.problems[0].message}"
+        raise SimulationError(at.t, cause) from error
+    assert chosen.compiled is not None
+    return FastModes(replace(chosen, compiled=chosen.compiled.with_system(now)), now)

@@ -11,7 +11,6 @@ import numpy as np
 from mbproj.arrays import Array, Flags
 from mbproj.dataclass import dataclass
 from mbproj.integrate.events.time_events import Event
-from mbproj.integrate.reporting.tally import Tally
 from mbproj.registry import WHERE_SMOOTH, WHERE_STIFF
 from mbproj.thresholds import THRESHOLDS
 
@@ -38,7 +37,7 @@ class Switch(NamedTuple):
 
 
 class Since(NamedTuple):
-    """The time (s) of the last look, and the counts at it; below 0 where it was in an earlier leg."""
+    """The time (s) of the last look, and the counts at it."""
 
     time: float = 0.0
     steps: int = 0
@@ -47,12 +46,11 @@ class Since(NamedTuple):
 
 @dataclass
 class Plan:
-    """Scratch of a run. Steps and evaluations are counted from the start of the current leg.
+    """Scratch of a run.
 
     `due`: the number of attempted steps at the next look. `trial`: the number at which a trial is due at the latest.
     `best`: the highest speed since the last trial, in s for an evaluation. `failed`: the number of failed trials in a
-    row. `trials` and `tried`: the number of all trials, and of their evaluations. `spent`: the run's own evaluations in
-    earlier legs."""
+    row. `trials` and `tried`: the number of all trials, and of their evaluations."""
 
     method: str = WHERE_SMOOTH
     due: int = THRESHOLDS.look_steps
@@ -61,7 +59,6 @@ class Plan:
     failed: int = 0
     trials: int = 0
     tried: int = 0
-    spent: int = 0
     since: Since = field(default_factory=Since)
     switches: list[Switch] = field(default_factory=list)
 
@@ -74,7 +71,7 @@ class Plan:
         """Whether a run at this speed, in s for an evaluation, should try the other method. That is so where it has
         slowed down or the last trial is long ago, and trials have not taken too much of the work."""
         self.best = max(self.best, speed)
-        affordable = self.trials < 2 or self.tried < THRESHOLDS.trial_part * (self.spent + evaluations)
+        affordable = self.trials < 2 or self.tried < THRESHOLDS.trial_part * evaluations
         return affordable and (attempts >= self.trial or speed < THRESHOLDS.slowed * self.best)
 
     def take(self, switch: Switch) -> None:
@@ -87,14 +84,6 @@ class Plan:
         self.failed += 1
         self.best = 0.0 if self.failed == 0 else speed
         self.trial = attempts + THRESHOLDS.look_steps * 2 ** min(self.failed, THRESHOLDS.longest_wait)
-
-    def end_leg(self, counted: Tally) -> None:
-        """Shift the counts to the start of a new leg, with those of the leg that has ended."""
-        self.due -= counted.steps + counted.rejected_steps
-        self.trial -= counted.steps + counted.rejected_steps
-        self.spent += counted.evaluations
-        time, steps, evaluations = self.since
-        self.since = Since(time, steps - counted.steps, evaluations - counted.evaluations)
 
     def implicit_at(self, times: Array) -> Flags:
         """Whether the implicit method made the steps at these times, (T,)."""
@@ -112,7 +101,6 @@ class Plan:
             "failed": self.failed,
             "trials": self.trials,
             "tried": self.tried,
-            "spent": self.spent,
             "since": list(self.since),
             "switches": [list(switch) for switch in self.switches],
         }
@@ -133,7 +121,6 @@ class Plan:
             failed=int(saved["failed"]),
             trials=int(saved["trials"]),
             tried=int(saved["tried"]),
-            spent=int(saved["spent"]),
             since=Since(float(time), int(steps), int(evaluations)),
             switches=switches,
         )

@@ -93,7 +93,7 @@ def _formulation(system: System, state: State, settings: Settings, kernel: Any) 
             raise InputError(Problem(message, key=("simulation", "formulation")))
         if asked == "auto" and obstacle == _no_kernel():
             warn_of_absence(str(build_info()))
-        return _full(system, state, obstacle or "as asked for")
+        return _full(system, state, obstacle or "as asked for", kernel or core())
     plane = NotPlanar("") if asked == "reduced" else _plane(system, state)
     if isinstance(plane, NotPlanar):
         if asked == "planar":
@@ -131,7 +131,7 @@ def _no_kernel() -> str:
     return f"the compiled kernel is missing ({build_info()})"
 
 
-def _full(system: System, state: State, why: str) -> Choice:
+def _full(system: System, state: State, why: str, kernel: Any) -> Choice:
     from mbproj.dynamics.rank.mobility import mobility, refuse_unsolvable
     from mbproj.dynamics.rank.redundancy import redundancy
 
@@ -139,7 +139,16 @@ def _full(system: System, state: State, why: str) -> Choice:
     if not ranks.redundant or ranks.massless or ranks.locked or not redundancy(system, state).is_constant:
         refuse_unsolvable(system, ranks)
     redundant = ranks.constraints - ranks.rank
-    return Choice("full", why, ranks.degrees_of_freedom, redundant=redundant)
+    found = Choice("full", why, ranks.degrees_of_freedom, redundant=redundant)
+    if not system.has_contacts:
+        return found
+    if kernel is None:
+        raise InputError(Problem("stops and dry friction need the kernel", hint="install a C++ compiler, or a wheel"))
+    from mbproj.integrate.formulations.full_in_loop import FullInLoop
+
+    compiled = FullInLoop(kernel, system, system, redundant)
+    settle_rows(compiled, state)
+    return replace(found, compiled=compiled)
 
 
 def _solvable(compiled: Compiled, system: System, state: State, settings: Settings, why: str) -> Choice:
@@ -160,7 +169,7 @@ def _solvable(compiled: Compiled, system: System, state: State, settings: Settin
         and not regular
         and system.bodies <= THRESHOLDS.large
     ):
-        return _full(system, state, f"the start is near to a singular pose ({owner})")
+        return _full(system, state, f"the start is near to a singular pose ({owner})", compiled.core)
     joint = compiled.joint(number) if number >= 0 else len(system.joint_places)
     place = system.joint_places[joint] if joint < len(system.joint_places) else None
     raise InputError(

@@ -63,6 +63,10 @@ class Compiled(ABC):
         self.model = Each([self._another() for _ in rows.items]) if is_first else self.model
         self.model.rows = rows
 
+    @abstractmethod
+    def with_system(self, system: System, whole: System | None = None) -> Compiled:
+        """Return the same for a system with other forces; for `whole` where what slides or gives way is not a force."""
+
     @property
     @abstractmethod
     def degrees_of_freedom(self) -> int:
@@ -190,16 +194,14 @@ class Compiled(ABC):
         require_values(state.instant(self.system))
 
     def run(self, state: State, settings: Settings, leg: Leg | None = None) -> Any:
-        """Return the kernel's run from a state, or a leg of one."""
-        kind = getattr(self.core, f"{self.dimension}Run")
-        turns = contiguous(self.turns(state.turns), dtype=np.int64)
-        run = kind(
+        """Return the kernel's run from a state."""
+        run = getattr(self.core, f"{self.dimension}Run")(
             self.model,
             kernel_tableau(self.core, tableau_of(settings.integrator), kinematic=settings.kinematic is True),
             self.projection(settings.projection),
             kernel_steps(self.core, settings, leg or Leg.whole(self.system, settings, state.t)),
             self.beginning(state),
-            turns,
+            contiguous(self.turns(state.turns), dtype=np.int64),
         )
         self._keep(run, state, settings)
         return run

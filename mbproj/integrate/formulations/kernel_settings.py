@@ -31,11 +31,10 @@ def kernel_breaks(leg: Leg) -> list[tuple[Any, ...]]:
 
 
 def kernel_steps(core: ModuleType, settings: Settings, leg: Leg) -> Any:
-    """Return the steps of a run, or of a leg of one, as the kernel's class: fixed, or by error control."""
+    """Return the steps of a run as the kernel's class: fixed, or by error control."""
     breaks = kernel_breaks(leg)
     if leg.step is not None:
         return core.Steps.fixed(leg.start, leg.duration, leg.step, leg.count, leg.every, breaks)
     assert leg.times is not None
     samples = (leg.times.origin, leg.times.interval, leg.times.offset, leg.times.number)
-    first = -1.0 if leg.first is None else leg.first
-    return core.Steps.by_error(leg.start, leg.duration, settings.tolerance, samples, breaks, first)
+    return core.Steps.by_error(leg.start, leg.duration, settings.tolerance, samples, breaks)

@@ -40,6 +40,11 @@ class InPlane(Compiled):
         self._rows = plane_rows(plane)
         self._space: Any = None
 
+    def with_system(self, system: System, whole: System | None = None) -> InPlane:
+        found = InPlane(self.core, system, self.plane)
+        found.model.rows = self.model.rows
+        return found
+
     @property
     def degrees_of_freedom(self) -> int:
         return 3 * self.system.bodies - self.plane.joints.size - self.system.driven + int(self.model.rows.redundant)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from types import ModuleType
-from typing import final
 
 import numpy as np
 
@@ -17,7 +16,6 @@ from mbproj.model.euler_parameters import matrix_L
 from mbproj.model.system import System, layout_in_bodies
 
 
-@final
 class Reduced(Compiled):
     """A system in the kernel's spatial coordinates."""
 
@@ -30,6 +28,11 @@ class Reduced(Compiled):
         assert core is not None
         joints = joints_with_rows(system.joints.owner)
         super().__init__(core, system, layout, joints, lambda: space_model(core, system, layout))
+
+    def with_system(self, system: System, whole: System | None = None) -> Reduced:
+        found = Reduced(self.core, system)
+        found.model.rows = self.model.rows
+        return found
 
     @property
     def degrees_of_freedom(self) -> int:

@@ -9,10 +9,9 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers, may_overflow
+from mbproj.arrays import Integers, may_overflow
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.observe.samples import Samples, block_samples
-from mbproj.integrate.events.halts import Halted, HaltedAt, Watched, WatchedGap, WatchedRow
 from mbproj.integrate.events.law_switches import switches_of
 from mbproj.integrate.events.leg import Leg
 from mbproj.integrate.events.time_events import Event
@@ -40,17 +39,30 @@ class Outside(Protocol):
         """Return the function to call where the run waits."""
 
 
-class Inside(Protocol):
-    """Interface of contacts whose events the kernel's loop handles itself."""
+class Halted(Exception):
+    """Raised where a trial of a method halts before it meets a stop, at t in s. `shaped`: whether the run's end has
+    influenced the step to there."""
 
-    def jumps(self, work: Array) -> Array:
-        """Return the impulsive work and loss since the leg began, in J, in the layout of `work` (..., 2 + K)."""
+    def __init__(self, t: float, *, shaped: bool) -> None:
+        super().__init__(f"halted at t = {t:.6g} s")
+        self.t, self.shaped = t, shaped
+
+
+class Inside(Protocol):
+    """Interface of contacts whose events the kernel's loop handles. `compiled`: the equations with all that slides or
+    gives way; `halts`: whether the run ends before it meets anything."""
+
+    compiled: Compiled
+    halts: bool
 
     def begin(self, run: Any) -> None:
         """Prepare a run before its first step."""
 
     def take(self, run: Any) -> list[Event]:
         """Return the events since the last call."""
+
+    def settle(self, run: Any, state: State) -> list[Event]:
+        """Decide what the kernel leaves over where it has halted, and return the events there."""
 
     def samples(self, samples: Samples, block: Mapping[str, Any]) -> Samples:
         """Return a block of samples with the forces of contacts."""
@@ -63,24 +75,18 @@ def march(
     tally: Tally,
     marks: Marks | None = None,
     pauses: Pauses | None = None,
-    leg: Leg | None = None,
-    watched: Watched | None = None,
     inside: Inside | None = None,
     outside: Outside | None = None,
     steps: FollowedSteps | None = None,
 ) -> Iterator[Samples | None]:
-    """Yield blocks of samples from the start, or from a mark on, to the end of a leg; without one, of the whole run.
+    """Yield blocks of samples from the start, or from a mark on.
 
     None is yielded where the kernel returned without samples, so that the caller can check whether the run is still
-    wanted. Raises SimulationError where the run cannot go on, and Halted at a condition that is `watched`, or that the
-    contacts `inside` do not handle."""
+    wanted. Raises SimulationError where the run cannot go on, and Halted where the contacts `inside` ask for that."""
     asks = None if outside is None else outside.period
-    leg, marks = leg or Leg.whole(compiled.system, settings, state.t, asks), marks or Marks()
+    leg, marks = Leg.whole(compiled.system, settings, state.t, asks), marks or Marks()
+    compiled = compiled if inside is None else inside.compiled
     run = compiled.run(state, settings, leg if pauses is None or pauses.sampled else leg.without_samples)
-    if watched is not None:
-        run.watch(
-            [_as_known(each) for each in watched.gaps], [_own(compiled, each) for each in watched.rows], watched.spacing
-        )
     if steps is not None:
         steps.begin(run, leg)
     if inside is not None:
@@ -113,35 +119,18 @@ def march(
             act()
         if pauses is not None and run.pauses and pauses.look(_standing(compiled, run, tally)):
             return
-    if run.outcome.status == compiled.core.Status.halted:
-        raise Halted(_halted_at(compiled, run, inside))
+        if run.outcome.status == compiled.core.Status.halted:
+            assert inside is not None
+            at = run.standing
+            if inside.halts:
+                raise Halted(at["t"], shaped=run.here()["shaped"])
+            tally.met += inside.settle(run, compiled.standing(at["t"], at["y"], at["turns"]))
     if steps is not None:
         steps.finish(compiled, run, leg, settings)
     failure = compiled.failure(run, settings)
     if failure is not None:
         at = run.standing
         raise of_a_rope(compiled.system, compiled.standing(at["t"], at["y"], at["turns"]), at["h"], failure)
-
-
-def _as_known(gap: WatchedGap) -> tuple[Any, ...]:
-    """Return a watched gap as the kernel takes it, which knows no `idle`."""
-    return gap._replace(slack=gap.slack + gap.idle)[:-1]
-
-
-def _own(compiled: Compiled, row: WatchedRow) -> WatchedRow:
-    """Return a watched row with the kernel's row numbers."""
-    other = -1 if row.other < 0 else compiled.own_row(row.other)
-    return row._replace(row=compiled.own_row(row.row), other=other)
-
-
-def _halted_at(compiled: Compiled, run: Any, inside: Inside | None) -> HaltedAt:
-    """Return the state where a run has halted: before a step that meets a stop, or at one."""
-    at = run.standing
-    state, work = compiled.standing(at["t"], at["y"], at["turns"]), at["y"][compiled.layout["quadratures"]]
-    if inside is not None:
-        work = work if len(work) else np.zeros(2)
-        work = work + inside.jumps(work)
-    return HaltedAt(state, at["h"], work, bool(run.here()["shaped"]))
 
 
 def _take_events(system: System, run: Any, tally: Tally, of_stops: list[Event]) -> None:
@@ -175,8 +164,21 @@ def _halved(system: System, run: Any) -> list[Halved]:
 def _resume(run: Any, tally: Tally, mark: Mark) -> None:
     """Continue a run from a mark, before its first step. Raises InputError where the mark is not of this scene."""
     with resuming():
-        run.resume(dict(mark))
+        run.resume(dict(_as_one_run(mark)))
         tally.met = restored_events(mark["met"])
+
+
+def _as_one_run(mark: Mark) -> Mark:
+    """Return a mark as the kernel has it. With stops an older mbproj marked a part of a run, which is the whole where
+    nothing was counted before. Raises ValueError where it is not, or is of another law of stops."""
+    part = mark.get("stops")
+    if part is None:
+        return mark
+    if "contacts" not in mark or any(part["tally"]["counters"].values()):
+        raise ValueError("an older mbproj made it, which met stops in another way")
+    if mark["contacts"]["pushing"] and part.get("law") != 2:
+        raise ValueError("an older mbproj made it, with another law of stops that give way")
+    return {name: value for name, value in mark.items() if name != "stops"}
 
 
 def _mark(run: Any, tally: Tally) -> Mark:

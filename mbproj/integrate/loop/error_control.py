@@ -55,7 +55,7 @@ class ErrorControl:
     def samples(self, point: Point) -> Iterator[Sample]:
         """Yield samples from a point to the end; samples within a step come from the continuous extension."""
         run = self.run
-        h = run.leg.first or self.first_step(run.exact, point, self.way_left(point.t))
+        h = self.first_step(run.exact, point, self.way_left(point.t))
         yield point.sample(run.exact, h, run.tally)
         if run.breaks.passed or self.events is not None:
             point, h = self.go_on(point, None, h)

@@ -20,7 +20,6 @@ from mbproj.integrate.loop.pauses import Pauses
 from mbproj.integrate.loop.run import Run
 from mbproj.integrate.loop.state_events import StateEvents
 from mbproj.integrate.loop.step_end import first_point
-from mbproj.integrate.loop.stop_watch import StopWatch
 from mbproj.integrate.point import Point
 from mbproj.integrate.reporting.failures import halved_in_vain
 from mbproj.integrate.reporting.marks import Mark, Marks, resuming
@@ -36,16 +35,12 @@ def march(
     tally: Tally,
     marks: Marks | None = None,
     pauses: Pauses | None = None,
-    leg: Leg | None = None,
-    watch: StopWatch | None = None,
 ) -> Iterator[Sample]:
-    """Yield samples from the start, or from a mark on, to the end of a leg; without one, of the whole run.
-
-    With error control `pauses` may end it, and `watch` may halt it. Raises SimulationError where the run cannot go
-    on."""
-    marks, leg = marks or Marks(), leg or Leg.whole(formulation.system, formulation.settings, state.t)
+    """Yield samples from the start, or from a mark on. With error control `pauses` may end it. Raises SimulationError
+    where the run cannot go on."""
+    marks, leg = marks or Marks(), Leg.whole(formulation.system, formulation.settings, state.t)
     leg = leg if pauses is None or pauses.sampled else leg.without_samples
-    run = Run(formulation, leg, tally, marks, pauses, watch)
+    run = Run(formulation, leg, tally, marks, pauses)
     switches = switches_of(formulation.system)
     if leg.step is None:
         assert formulation.settings.tolerance is not None

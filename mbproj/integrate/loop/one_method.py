@@ -16,6 +16,7 @@ from mbproj.integrate.reporting.tally import Tally
 from mbproj.model.system import System
 from mbproj.registry import is_explicit
 from mbproj.scene.records import Settings
+from mbproj.scene.sampling import output_interval
 
 
 def march_by_one_method(
@@ -33,9 +34,15 @@ def march_by_one_method(
     """Yield samples in the order of time, in portions as they come; None where time has passed without a sample."""
     marks = marks or Marks()
     if choice.compiled is not None:
+        inside = None
+        if system.has_contacts:
+            from mbproj.integrate.stops.inside import Inside
+
+            is_trial = pauses is not None and not pauses.sampled
+            inside, steps = Inside(choice, system, state, output_interval(settings), halts=is_trial), None
         is_smooth = is_explicit(settings.integrator) or settings.kinematic is True
         own = steps if is_smooth else None  # stages solved to a tolerance are not smooth
-        yield from march_compiled(choice.compiled, state, settings, tally, marks, pauses, outside=outside, steps=own)
+        yield from march_compiled(choice.compiled, state, settings, tally, marks, pauses, inside, outside, own)
     else:  # a run in the kernel does not need these imports
         from mbproj.integrate.formulations.full import FullFormulation
         from mbproj.integrate.loop.march import march

@@ -16,7 +16,6 @@ from mbproj.integrate.loop.carried import acted, jumped, seen_by
 from mbproj.integrate.loop.interruption import look
 from mbproj.integrate.loop.pauses import Pauses, Standing
 from mbproj.integrate.loop.step_end import accept
-from mbproj.integrate.loop.stop_watch import StopWatch
 from mbproj.integrate.point import Point
 from mbproj.integrate.reporting.failures import of_a_rope
 from mbproj.integrate.reporting.marks import START, Mark, Marks, restore_tally, saved_events, saved_tally
@@ -37,9 +36,8 @@ class Run:
         tally: Tally,
         marks: Marks,
         pauses: Pauses | None = None,
-        watch: StopWatch | None = None,
     ) -> None:
-        self.leg, self.start, self.end, self.tally, self.watch = leg, leg.start, leg.end, tally, watch
+        self.leg, self.start, self.end, self.tally = leg, leg.start, leg.end, tally
         self.stepper = stepper_of(formulation.settings.integrator, kinematic=formulation.settings.kinematic is True)
         #: The time between two samples, in s.
         self.interval = leg.interval
@@ -131,8 +129,6 @@ class Run:
         point = accept(self.inside, at_end, self.stepper, self.tally, before, t, step)
         if self.exact.balance is not None:
             self.tally.rows = RowsKept.of(self.exact.balance.kept.save())
-        if self.watch is not None:
-            self.watch.take(before, point, shaped=self.shaped)
         self.newest = point
         return point
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import field, replace
-from itertools import takewhile
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -79,13 +78,6 @@ class RowsKept:
         given, moved, furthest, largest = map(float, saved["sizes"])
         return cls(steps, rest, refused, given, moved, furthest, largest, len(saved["momenta"]))
 
-    def plus(self, other: RowsKept) -> RowsKept:
-        """Return the sum with the counts of another leg."""
-        counted = (self.steps + other.steps, self.rest + other.rest, self.refused + other.refused)
-        furthest = max(self.furthest, abs(self.given) + other.furthest)
-        energy = self.given + other.given, self.moved + other.moved, furthest
-        return RowsKept(*counted, *energy, max(self.largest, other.largest), max(self.momenta, other.momenta))
-
 
 def with_another(halved: Sequence[Halved], one: Halved) -> list[Halved]:
     """Return the list of halved steps with one more entry, merged with that of the same cause."""
@@ -140,24 +132,6 @@ class Tally:
         """Count a fixed step from t that is to be made in halves."""
         self.rejected_steps += 1
         self.halved = with_another(self.halved, Halved(where, t, 1))
-
-    def join(self, own: Tally) -> None:
-        """Add the parts of a leg's tally that are not counters: events, halved steps, passes, seconds of phases.
-
-        A leg that begins at an event may contain that event once more."""
-        last = list(takewhile(lambda each: each.time == self.met[-1].time, reversed(self.met)))
-        self.met += [each for each in own.met if each not in last]
-        self.rows = self.rows.plus(own.rows)
-        for name, seconds in own.phases.items():
-            self.phases[name] = self.phases.get(name, 0.0) + seconds
-        for halved in own.halved:
-            self.halved = with_another(self.halved, halved)
-        for each in own.passed:
-            same = [one for one in self.passed if (one.owner, one.what) == (each.owner, each.what)]
-            first = min([each.first, *(one.first for one in same)])
-            times = each.times + sum(one.times for one in same)
-            others = [one for one in self.passed if one not in same]
-            self.passed = [*others, replace(each, first=first, times=times)]
 
     def count_evaluations(self, number: int) -> None:
         """Count evaluations of the accelerations, each with one factorisation."""

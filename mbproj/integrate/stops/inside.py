@@ -1,82 +1,35 @@
 """Stops and dry friction in the kernel's own loop: it finds when they are met, and does what happens there. What it
-leaves over is for `march`."""
+leaves over is decided here, by the reference."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
 from itertools import count, takewhile
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
-from mbproj.arrays import Array
-from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.contact.impact import LAWS
 from mbproj.dynamics.contact.inside import stop_sizes
+from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.observe.samples import Samples
-from mbproj.integrate.events.leg import Leg
 from mbproj.integrate.events.time_events import SHARED, Event
 from mbproj.integrate.formulations.choice import Choice
 from mbproj.integrate.formulations.compiled import Compiled
-from mbproj.integrate.reporting.marks import Mark
+from mbproj.integrate.stops.failures import never_ends
+from mbproj.integrate.stops.meeting import meet
+from mbproj.integrate.stops.met import Meaning, Met
 from mbproj.integrate.stops.rubbing import friction_sizes
-from mbproj.integrate.stops.variants import Variant, Variants
-from mbproj.integrate.stops.watching import Meaning
-from mbproj.model.contacts import Contacts, at_walls, walls
+from mbproj.integrate.stops.sharing import changed, sharing
+from mbproj.integrate.stops.whole import speed_of, stored
+from mbproj.model.contacts import Contacts, at_walls, in_contact, walls
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
-
-def meets_inside(choice: Choice, system: System, state: State) -> bool:
-    """Whether the kernel's loop itself has the contacts of a mechanism: where every motion that the joints leave has
-    inertia at a state."""
-    if choice.compiled is None:
-        return False
-    if system.driven and system.reflected.inertia.size:  # motions pay for flywheels in no time
-        return False
-    heavy = bool((system.mass > 0.0).all()) and np.linalg.eigvalsh(system.inertia)[:, 0].min(initial=np.inf) > 0.0
-    return heavy or choice.compiled.is_regular(state)[0]
-
-
-def is_of_the_march(mark: Mark) -> bool:
-    """Whether a run goes on from where an older mbproj has met stops outside of the kernel."""
-    return bool(mark) and "contacts" not in mark
-
-
-class Standing(Protocol):
-    """What the march knows of a leg."""
-
-    system: System
-    variants: Variants
-    contacts: Contacts
-    shared: tuple[str, ...]
-    whole: Leg
-    meets_inside: bool
-
-
 #: What frictions and stops are marked as.
 MARKED = ("idle", "straight", "starting")
-#: What the kernel's contact policy and the march know alike.
-KNOWN = ("push", "fastest", "met_at", "met_often")
-
-
-def inside_of(at: Standing) -> Inside | None:
-    """What the kernel's loop does itself from here on; None where the march does it."""
-    if not at.meets_inside or _bears_what_varies(at.system, at.contacts):
-        return None
-    known = {name: getattr(at, name) for name in KNOWN} | _known(at.system, at.contacts)
-    known |= {"lost": 0.0, "work": 0.0, "events": 0, "rubbed": [0.0] * len(at.system.names.frictions)}
-    number = {name: k for k, name in enumerate(_named(at.system, at.variants.compiled))}
-    known["shared"] = [number[name] for name in at.shared if name in number]
-    return Inside(at.system, at.variants, THRESHOLDS.look_spacing * at.whole.interval, known)
-
-
-def _bears_what_varies(system: System, contacts: Contacts) -> bool:
-    """Whether a friction bears a part of a static force that changes in the run."""
-    frictions, shares = system.frictions, {k for k, part in contacts.bearing.items() if part}
-    return frictions is not None and any(frictions.bound_of(k, 0) >= 0 for k in shares)
 
 
 def _named(system: System, compiled: Compiled) -> list[str]:
@@ -143,69 +96,81 @@ def _all_push(system: System) -> dict[int, float]:
     return {k: float(by[k]) for k in np.flatnonzero(~stops.is_rigid).tolist()}
 
 
-@dataclass
+def _as_laws(system: System) -> Contacts:
+    """All frictions and stops that give way as laws: the kernel takes the part of each that counts."""
+    return Contacts(pushing=_all_push(system), sliding=dict.fromkeys(range(len(system.names.frictions)), 1.0))
+
+
+def contacts_of(system: System, state: Mapping[str, Any]) -> Contacts:
+    """Return the contacts that the kernel has saved."""
+    held = tuple(sorted(state["held"]))
+    found = Contacts(
+        held,
+        dict(state["pushing"]),
+        dict(state["sliding"]),
+        dict(state["stuck"]),
+        dict(state.get("bearing", ())),
+        shares={k: tuple((own, part) for own, part in parts) for k, parts in state.get("shares", ())},
+        decides=bool(state.get("decides", False)),
+        **{name: frozenset(state.get(name, ())) for name in MARKED},
+    )
+    return at_walls(system, found, held)
+
+
 class Inside:
-    """Scratch of a leg: what the kernel's contact policy has saved, `state`; whether the leg `halts` before it meets
-    anything; and what the policy has left over, if anything."""
+    """Scratch of a run from `start` with these samples: what the kernel has to know of its contacts. Whether the run
+    `halts` before it meets anything."""
 
-    system: System
-    variants: Variants
-    spacing: float
-    state: dict[str, Any]
-    halts: bool = False
-    left_over: Meaning | None = None
-
-    @property
-    def laws(self) -> Contacts:
-        """All frictions and stops that give way are laws: the kernel takes the part of each that counts."""
-        sliding = dict.fromkeys(range(len(self.system.names.frictions)), 1.0)
-        return Contacts(pushing=_all_push(self.system), sliding=sliding)
-
-    def tell(self, at: Standing) -> None:
-        """The march knows where the kernel's loop has left the contacts."""
-        at.contacts = self._contacts(self.state)
-        names = _named(self.system, self.variants.compiled)
-        at.shared = tuple(names[k] for k in self.state["shared"])
-        for name in KNOWN:
-            setattr(at, name, self.state[name])
-
-    def _contacts(self, state: Mapping[str, Any]) -> Contacts:
-        held, stuck = tuple(sorted(state["held"])), dict(state["stuck"])
-        found = Contacts(
-            held,
-            dict(state["pushing"]),
-            dict(state["sliding"]),
-            stuck,
-            dict(state.get("bearing", ())),
-            shares={k: tuple((own, part) for own, part in parts) for k, parts in state.get("shares", ())},
-            decides=bool(state.get("decides", False)),
-            **{name: frozenset(state.get(name, ())) for name in MARKED},
-        )
-        return at_walls(self.system, found, held)
-
-    def variant(self, contacts: Mapping[str, Any], state: State) -> Variant:
-        """The mechanism with the contacts that a mark of the kernel's has."""
-        return self.variants.anew().of(self._contacts(contacts), state)
+    def __init__(self, choice: Choice, system: System, start: State, interval: float, *, halts: bool = False) -> None:
+        assert choice.compiled is not None
+        self.system, self.halts, self._alone = system, halts, choice.compiled
+        self.compiled = choice.compiled.with_system(in_contact(system, _as_laws(system)), whole=system)
+        self._interval, self._stored = interval, stored(system, pose_of(start.q), start.turns)
+        self._fastest = max(speed_of(system, start), THRESHOLDS.slow_motion / interval)
 
     def begin(self, run: Any) -> None:
-        """The kernel's run, before its first step."""
-        law = "newton" if self.system.stops is None else self.system.stops.impact_law
+        """Tell the kernel's run, before its first step."""
+        stops, frictions = self.system.stops, self.system.frictions
+        law = "newton" if stops is None else stops.impact_law
+        state = _known(self.system, Contacts()) | {"push": 0.0, "fastest": self._fastest, "met_at": -np.inf}
+        state |= {"met_often": 0, "lost": 0.0, "work": 0.0, "events": 0, "shared": []}
+        state |= {"rubbed": [0.0] * (0 if frictions is None else frictions.size)}
         laws = _stop_laws(self.system), _friction_laws(self.system)
-        run.begin_contacts(*laws, self.state, self.spacing, list(LAWS).index(law))
+        run.begin_contacts(*laws, state, THRESHOLDS.look_spacing * self._interval, list(LAWS).index(law))
         if self.halts:
             run.halt_at_contacts()
 
     def take(self, run: Any) -> list[Event]:
-        """What was recorded since the last call; the run stands where it stands."""
-        self.state = run.contacts
-        number, released = run.left_over
-        stops = len(self.system.names.stops)
-        self.left_over = None
-        if number >= stops:
-            self.left_over = Meaning(friction=number - stops, rest=not released)
-        elif number >= 0:
-            self.left_over = Meaning(stop=number, released=released)
+        """What was recorded since the last call."""
         return [Event(t, self._name(k, what[0]), *what) for t, k, *what in run.take_contact_events()]
+
+    def settle(self, run: Any, state: State) -> list[Event]:
+        """What happens where a run has halted, at a state, at what the kernel leaves over; it can go on from there.
+        Raises SimulationError where nothing can."""
+        system, known, t = self.system, run.contacts, state.t
+        (number, released), stops = run.left_over, len(system.names.stops)
+        what = Meaning() if number < 0 else Meaning(stop=number, released=released)
+        if number >= stops:
+            what = Meaning(friction=number - stops, rest=not released)
+        since, often = t - known["met_at"], known["met_often"]
+        known["met_often"] = often + 1 if since <= 16.0 * np.finfo(float).eps * max(t, self._interval) else 1
+        again = what.stop if known["met_often"] > 1 and not what.released else None
+        met = Met(what.let_go, what.friction if what.rest else None, known["fastest"], again)
+        meeting = meet(system, state, contacts_of(system, known), met, begins=what == Meaning())
+        names, shared = _named(system, self.compiled), sharing(system, meeting.state, meeting.contacts, met.fastest)
+        events = (*meeting.events, *changed(t, tuple(names[k] for k in known["shared"]), shared))
+        if not events and since * met.fastest <= THRESHOLDS.met_soon:
+            known["met_often"] = often + 1
+        if known["met_often"] > THRESHOLDS.most_meetings:
+            raise never_ends(t, what.name(system))
+        for k, lost in () if meeting.rubbed is None else zip(*meeting.rubbed, strict=True):
+            known["rubbed"][k] += lost
+        known |= {"push": meeting.push, "met_at": t, "lost": known["lost"] + meeting.lost}
+        known |= {"work": known["work"] + meeting.work, "events": known["events"] + len(events)}
+        known |= {"shared": [names.index(each) for each in shared if each in names]}
+        bodies = self.compiled.state(meeting.state.q, meeting.state.v).ravel().tolist()
+        run.settle(known | _known(system, meeting.contacts), bodies)
+        return list(events)
 
     def _name(self, number: int, what: str) -> str:
         """What an event calls a stop, a friction or a joint: of both tangents at a stop the force that it is."""
@@ -213,23 +178,20 @@ class Inside:
         if what != SHARED and frictions is not None and 0 <= k < frictions.size and frictions.stop[k] >= 0:
             name = frictions.owners[k].split("'")[1]
             return f"friction '{name}'"
-        return _named(self.system, self.variants.compiled)[number]
-
-    def jumps(self, work: Array) -> Array:
-        """What motions have worked, and impacts and each friction in them have lost since the leg began, J."""
-        rubbed = self.state["rubbed"][: len(self.system.names.frictions)]
-        return np.array([self.state["work"], self.state["lost"], *rubbed])
+        return _named(self.system, self.compiled)[number]
 
     def samples(self, samples: Samples, block: Mapping[str, Any]) -> Samples:
-        """A block of samples with what contacts do: how hard stops push and frictions hold is known."""
-        stops, pushes = len(self.system.names.stops), np.asarray(block["pushes"])
-        compiled = self.variants.compiled
+        """A block of samples with what contacts do: how hard stops push and frictions hold is known. What stops that
+        give way have stored is not lost."""
+        stops, pushes, alone = len(self.system.names.stops), np.asarray(block["pushes"]), self._alone
         side = np.ones(0) if self.system.stops is None else self.system.stops.side
         forces = np.ascontiguousarray(pushes * np.append(side, np.ones(pushes.shape[1] - stops)))
+        work = samples.work + block["jumps"]
+        work[:, 1] -= stored(self.system, pose_of(samples.q), samples.turns) - self._stored
         return replace(
             samples,
-            work=samples.work + block["jumps"],
-            solved=lambda _: compiled.multipliers(samples, forces),
+            work=work,
+            solved=lambda _: alone.multipliers(samples, forces),
             press=None if self.system.stops is None else lambda: pushes[:, :stops],
             rub=None if self.system.frictions is None else lambda: (pushes[:, stops:], block["slides"][:, stops:]),
         )

@@ -16,9 +16,9 @@ from mbproj.dynamics.contact.touch import Touch
 from mbproj.dynamics.friction.shares import held_by, shares_of
 from mbproj.integrate.events.time_events import Event
 from mbproj.integrate.stops.failures import creates_energy, driven_into, struck_together
+from mbproj.integrate.stops.met import Met
 from mbproj.integrate.stops.rubbing import at_exact_rest, at_rest, happened, rubbed, rubbing_of
 from mbproj.integrate.stops.sharing import decided
-from mbproj.integrate.stops.watching import Met
 from mbproj.model.contacts import Contacts, at_walls, in_contact
 from mbproj.model.stops import Stops
 from mbproj.model.system import System

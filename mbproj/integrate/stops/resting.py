@@ -12,8 +12,8 @@ from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.contact.freedom import Freedom, counted_coordinates
 from mbproj.integrate.stops.meeting import meet
+from mbproj.integrate.stops.met import Met
 from mbproj.integrate.stops.rubbing import at_rest, friction_rates, rubbed
-from mbproj.integrate.stops.watching import Met
 from mbproj.integrate.stops.whole import speed_of
 from mbproj.model.contacts import Contacts, in_contact
 from mbproj.model.system import System

@@ -1,4 +1,4 @@
-"""Dry friction at joints in the kernel's loop, and by the march outside of it: one motion, the same events, forces and
+"""Dry friction at joints by the kernel, and by the reference in Python: one motion, the same events, forces and
 losses."""
 
 from __future__ import annotations
@@ -9,14 +9,13 @@ import numpy as np
 import pytest
 
 import mbproj
-from mbproj.integrate.stops import march
 from mbproj.registry import PROJECTIONS
 from tests.friction.known import closed_forms as exact
 from tests.friction.known.mechanisms import incline, on_a_belt, rotor, screw
 from tests.friction.known.pendulum import pendulum
 from tests.friction.known.slider_crank import linkage
 from tests.kernel.scenes import needs_kernel
-from tests.stops.runs import run, simulated
+from tests.stops.runs import by_kernel, by_reference, run, simulated
 
 pytestmark = needs_kernel
 
@@ -104,12 +103,12 @@ RECORDED = (
 
 @pytest.mark.parametrize("steps", STEPS)
 @pytest.mark.parametrize(("name", "formulation"), CASES)
-def test_the_kernels_loop_does_what_the_march_does(name, formulation, steps, monkeypatch):
+def test_the_kernel_does_what_the_reference_does(name, formulation, steps, monkeypatch):
     text = scenes(steps, formulation)[name]
     with monkeypatch.context() as context:
-        context.delattr(march, "locate")  # the kernel's loop finds all events
+        by_kernel(context)
         report, own = run(text)
-    monkeypatch.setattr(march, "meets_inside", lambda *_: False)
+    by_reference(monkeypatch)
     _, expected = run(text)
     assert [(event.name, event.kind) for event in own.happened] == [
         (event.name, event.kind) for event in expected.happened
@@ -133,17 +132,14 @@ PROJECTED = {
 
 @pytest.mark.parametrize("projection", PROJECTED)
 def test_events_do_not_ask_for_steps_that_end_on_the_constraints(projection, monkeypatch):
-    """A slider-crank by any projection method, or none: the kernel's loop and the march meet the same."""
+    """A slider-crank by any projection method, or none: the kernel and the reference say the same."""
     text = linkage(12.0, 0.3, 0.4, 1.5, "reduced", "rk4")
     text = text.replace("simulation: {", f"simulation: {{projection: {PROJECTED[projection]}, ", 1)
     assert "projection:" in text
     found = []
     for inside in (True, False):
         with monkeypatch.context() as context:
-            if inside:
-                context.delattr(march, "locate")
-            else:
-                context.setattr(march, "meets_inside", lambda *_: False)
+            (by_kernel if inside else by_reference)(context)
             found.append(run(text)[1])
     own, expected = found
     assert [event.kind for event in own.happened] == [event.kind for event in expected.happened]
@@ -223,11 +219,11 @@ def test_a_run_that_goes_on_records_each_event_once(formulation):
     assert earlier > 0
 
 
-@pytest.mark.parametrize("where", ["kernel", "march"])
+@pytest.mark.parametrize("where", ["kernel", "reference"])
 def test_what_sticks_slips_as_soon_as_it_may(where, monkeypatch):
     """Steps grow long while nothing moves: a load that pulls to one side and then to the other within one of them."""
-    if where == "march":
-        monkeypatch.setattr(march, "meets_inside", lambda *_: False)
+    if where == "reference":
+        by_reference(monkeypatch)
     _, recorded = run(rotor("{torque: 4, static: 5}", speed=0.0, load="7*sin(4*t)", duration=3.9))
     changes = [(event.time, event.kind) for event in recorded.of("slip", "stick", "turn")]
     assert [kind for _, kind in changes] == [*["slip", "stick"] * 4, "slip"]

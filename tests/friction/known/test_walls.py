@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.integrate.stops import march
 from tests.kernel.scenes import needs_kernel
-from tests.stops.runs import run, simulated
+from tests.stops.runs import by_kernel, by_reference, run, simulated
 
 pytestmark = needs_kernel
 
@@ -74,13 +73,13 @@ def test_it_rests_until_the_push_away_exceeds_static_friction(steps, formulation
 
 
 @pytest.mark.parametrize("formulation", ["planar", "reduced"])
-def test_the_kernels_loop_does_it_all(formulation, monkeypatch):
-    """A block that bounces before it rests; and the same as the march has it."""
+def test_the_kernel_does_it_all(formulation, monkeypatch):
+    """A block that bounces before it rests; and the same by the reference."""
     text = block(formulation=formulation, restitution=0.6)
     with monkeypatch.context() as context:
-        context.delattr(march, "locate")
+        by_kernel(context)
         _, own = run(text)
-    monkeypatch.setattr(march, "meets_inside", lambda *_: False)
+    by_reference(monkeypatch)
     _, expected = run(text)
     kinds = [[(event.name, event.kind, event.direction) for event in each.happened] for each in (own, expected)]
     assert kinds[0] == kinds[1]
@@ -91,11 +90,11 @@ def test_the_kernels_loop_does_it_all(formulation, monkeypatch):
         np.testing.assert_allclose(own[path], expected[path], rtol=0, atol=2e-8, err_msg=path)
 
 
-@pytest.mark.parametrize("where", ["kernel", "march"])
+@pytest.mark.parametrize("where", ["kernel", "reference"])
 def test_recording_has_no_say(where, monkeypatch):
     """Neither how often nor how long is recorded decides what happens, and when."""
-    if where == "march":
-        monkeypatch.setattr(march, "meets_inside", lambda *_: False)
+    if where == "reference":
+        by_reference(monkeypatch)
     cases = [(3.3, 0.9), (5.0, 0.9), (3.3, 0.01)] if where == "kernel" else [(3.3, 0.9), (4.2, 0.1)]
     found = [run(block(duration=d, output_step=every, restitution=0.6))[1] for d, every in cases]
     expected = [event for event in found[0].happened if event.time < 3.2]

@@ -1,16 +1,15 @@
-"""Stops with friction in the kernel's loop, and by the march outside of it: one motion, the same events and forces."""
+"""Stops with friction by the kernel, and by the reference in Python: one motion, the same events and forces."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from mbproj.integrate.stops import march
 from tests.friction.known.mechanisms import block
 from tests.friction.planes.feet import CORNERS, IN_PLANE, box
 from tests.friction.planes.pucks import puck
 from tests.kernel.scenes import needs_kernel
-from tests.stops.runs import run, simulated
+from tests.stops.runs import by_kernel, by_reference, run, simulated
 
 pytestmark = needs_kernel
 
@@ -54,10 +53,10 @@ CASES = [(name, steps) for k, name in enumerate(scenes("rk4")) for steps in ("do
 
 
 @pytest.mark.parametrize(("name", "steps"), CASES)
-def test_the_kernels_loop_does_what_the_march_does(name, steps, monkeypatch):
+def test_the_kernel_does_what_the_reference_does(name, steps, monkeypatch):
     text = scenes(steps)[name]
     _, own = run(text)
-    monkeypatch.setattr(march, "meets_inside", lambda *_: False)
+    by_reference(monkeypatch)
     _, expected = run(text)
     told = [[(event.name, event.kind, event.direction) for event in each.happened] for each in (own, expected)]
     assert told[0] == told[1]
@@ -70,17 +69,13 @@ def test_the_kernels_loop_does_what_the_march_does(name, steps, monkeypatch):
         np.testing.assert_allclose(own[path], expected[path], rtol=0, atol=near * scale, err_msg=path)
 
 
-def test_the_kernels_loop_meets_what_happens_at_one_foot_and_at_four(monkeypatch):
-    """Nothing is left to the march, nor do its steps search for anything."""
-    monkeypatch.delattr(march, "locate")
-    met = []
-    usual = march.meet
-    monkeypatch.setattr(march, "meet", lambda *given, **more: met.append(given) or usual(*given, **more))
+def test_the_kernel_does_what_happens_at_one_foot_and_at_four(monkeypatch):
+    """Nothing is left over."""
+    by_kernel(monkeypatch)
     _, puck_recorded = run(puck(STATIC, [1, 0.5, -1], height=0.2, e=0.5, duration=1.5))
     _, box_recorded = run(box(CORNERS, STATIC, push=20, duration=0.9))
     assert len(puck_recorded.of("impact")) > 3
     assert len(box_recorded.of("slip")) == 4
-    assert met == []
 
 
 def test_the_least_share_within_the_cones_is_reported():

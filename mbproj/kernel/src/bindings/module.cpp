@@ -188,12 +188,12 @@ void add_settings(nb::module_& m) {
         .def_static(
             "by_error",
             [](double start, double duration, double tolerance,
-               const std::tuple<double, double, long, std::size_t>& grid, const BreakNumbers& breaks, double first) {
+               const std::tuple<double, double, long, std::size_t>& grid, const BreakNumbers& breaks) {
                 require_positive(duration, "duration");
                 require_positive(tolerance, "tolerance");
                 const auto& [origin, interval, offset, count] = grid;
                 const SampleGrid samples{origin, interval, offset, count};
-                const Steps steps{start, duration, -1.0, tolerance, 0, 1, samples, breaks_of(breaks), first};
+                const Steps steps{start, duration, -1.0, tolerance, 0, 1, samples, breaks_of(breaks)};
                 const bool increasing =
                     count == 2 || (interval > 0.0 && steps.sample(1) > start && steps.end() > steps.sample(count - 2));
                 if (!std::isfinite(start + origin + interval) || count < 2 || !increasing)
@@ -201,7 +201,7 @@ void add_settings(nb::module_& m) {
                 return steps;
             },
             nb::arg("start"), nb::arg("duration"), nb::arg("tolerance"), nb::arg("samples"),
-            nb::arg("breaks") = BreakNumbers(), nb::arg("first") = -1.0);
+            nb::arg("breaks") = BreakNumbers());
     nb::enum_<Status>(m, "Status")
         .value("running", Status::running)
         .value("finished", Status::finished)

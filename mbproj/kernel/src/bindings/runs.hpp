@@ -5,9 +5,9 @@
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
+#include "bindings/formulation_from_python.hpp"
 #include "bindings/from_numpy.hpp"
 #include "bindings/loads_from_numpy.hpp"
-#include "bindings/saved_contacts.hpp"
 #include "bindings/saved_mark.hpp"
 #include "stepping/time_loop.hpp"
 #include "tangents/run_tangents.hpp"
@@ -32,26 +32,6 @@ template <class D> nb::dict samples(TimeLoop<D>& run) {
     found["slides"] = array_of(block.slides, count, stops);
     found["jumps"] = array_of(block.jumps, count, 2 + stops - run.stops().policy().stops());
     return found;
-}
-
-// What halts a run, as WatchedGap and WatchedRow have it.
-using WatchedGaps = std::vector<std::tuple<int, double, double, bool, int, double, double>>;
-using WatchedRows = std::vector<std::tuple<int, double, double, double, double, int, int, int>>;
-
-template <class D> void watch(TimeLoop<D>& run, const WatchedGaps& gaps, const WatchedRows& rows, double spacing) {
-    const Model<D>& model = run.model();
-    std::vector<WatchedGap> own_gaps;
-    for (const auto& [stop, sign, slack, of_rate, other, other_sign, rests_over] : gaps)
-        own_gaps.push_back({index_below(stop, model.stops.bound.size(), "watch"), sign, slack, of_rate,
-                            optional_index(other, model.stops.bound.size(), "watch"), other_sign, rests_over});
-    std::vector<WatchedRow> own_rows;
-    for (const auto& [row, sign, slack, bound, part, bearing, other, program] : rows)
-        own_rows.push_back({index_below(row, model.constraints.rows, "watch"), sign, slack, bound, part,
-                            optional_index(bearing, model.bearings.size(), "watch"),
-                            optional_index(other, model.constraints.rows, "watch"),
-                            optional_index(program, model.programs.size(), "watch")});
-    require_positive(spacing, "watch");
-    run.stops().watch().watch(std::move(own_gaps), std::move(own_rows), spacing);
 }
 
 // Rigid motions (k, axes + turns): the shift, then the turn.
@@ -87,6 +67,7 @@ template <class D> void add_run(nb::module_& m, const char* name) {
                     nb::gil_scoped_release released;
                     self.advance(most, seconds, attempts);
                 }
+                if (Formulation* other = self.equations().other()) other->rethrow();
                 return samples(self);
             },
             nb::arg("most"), nb::arg("seconds"), nb::arg("attempts") = std::numeric_limits<long>::max())
@@ -140,19 +121,32 @@ template <class D> void add_run(nb::module_& m, const char* name) {
         .def("begin_contacts", &begin_contacts<D>, nb::arg("stops"), nb::arg("frictions"), nb::arg("state"),
              nb::arg("spacing"), nb::arg("impact_law"))
         .def("halt_at_contacts", [](TimeLoop<D>& self) { self.stops().halt(); })
+        .def("leave_contacts_over", [](TimeLoop<D>& self) { self.stops().leave_all(); })
         .def("take_contact_events", &take_contact_events<D>)
         .def_prop_ro("contacts", [](const TimeLoop<D>& self) { return saved_contacts(self.stops().policy().state()); })
+        .def("settle",
+             [](TimeLoop<D>& self, const nb::dict& contacts, const std::vector<double>& bodies) {
+                 const Model<D>& model = self.model();
+                 if (bodies.size() != static_cast<std::size_t>(model.layout.bodies.size) ||
+                     !self.settle(contacts_from(contacts, model.stops.bound.size()), bodies))
+                     refuse("contacts", "do not fit");
+                 if (Formulation* other = self.equations().other()) other->rethrow();
+             })
         .def_prop_ro("left_over",
                      [](const TimeLoop<D>& self) {
                          return std::make_pair(self.stops().left_over(), self.stops().is_released());
                      })
+        .def("follow_formulation",
+             [](TimeLoop<D>& self, nb::object formulation) {
+                 self.follow_formulation(
+                     std::make_unique<FormulationFromPython<D>>(self.model(), std::move(formulation)));
+             })
         .def("keep", &keep<D>, nb::arg("energy"), nb::arg("fields"), nb::arg("tolerance"))
         .def_prop_ro("kept",
                      [](TimeLoop<D>& self) {
                          const Invariants<D>* rows = self.projector().invariants();
                          return rows ? saved_kept(rows->kept) : nb::dict();
                      })
-        .def("watch", &watch<D>, nb::arg("gaps"), nb::arg("rows"), nb::arg("spacing"))
         .def_prop_ro("standing",
                      [](const TimeLoop<D>& self) {
                          const Eigen::VectorXd& y = self.now().y;

@@ -111,7 +111,7 @@ private:
     }
     // How the gap of the row accelerates.
     bool accelerates(const Vector& y, double& found) {
-        if (!equations_.slope_at(y.data(), slope_.data())) return false;
+        if (!equations_.own_slope_at(y.data(), slope_.data())) return false;
         Vector fall;
         border_.accelerations(equations_.pose(), equations_.solver(), equations_.motion(), 1, fall);
         found = fall[0];

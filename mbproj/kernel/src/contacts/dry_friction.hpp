@@ -200,7 +200,7 @@ private:
     // Of the rows where neither stops nor frictions act; and what bearings carry then.
     bool accelerations(const Vector& y, Vector& found) {
         slope_.resize(y.size());
-        if (!equations_.slope_at(y.data(), slope_.data(), lambda_.data())) return false;
+        if (!equations_.own_slope_at(y.data(), slope_.data(), lambda_.data())) return false;
         border_.accelerations(equations_.pose(), equations_.solver(), equations_.motion(), first_, found);
         base_.clear(), responses_.clear();
         for (const Bearing<D>& bearing : model_.bearings)

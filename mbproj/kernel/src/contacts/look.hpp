@@ -1,5 +1,4 @@
-// A gap at two looks: the cubic through both with their rates, and what it says of the time between. The rules are those of
-// mbproj.integrate.events.halts.
+// A gap at two looks: the cubic through both with their rates, and what it says of the time between.
 #pragma once
 
 #include <algorithm>

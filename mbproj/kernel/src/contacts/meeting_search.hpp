@@ -1,5 +1,5 @@
 // When something is met: the size of the step that ends there, found on the step itself, so that its order is that of the
-// method. The rules are those of mbproj.integrate.stops.locate.
+// method.
 #pragma once
 
 #include <algorithm>

@@ -154,9 +154,9 @@ private:
     // What impulses z, at rates before, take from a motion y. False where they would create energy.
     bool account(const Vector& y, const Vector& before, const Vector& z, ContactState& next) const {
         const double given = 0.5 * z.dot(border_.operator_of_rows() * z) + z.dot(before);
-        if (-given < -thresholds_.creates_energy * kinetic_energy(model_, y)) return false;
+        if (-given < -thresholds_.creates_energy * kinetic_energy(equations_, y)) return false;
         next.lost -= given;
-        if (!model_.driven.empty()) next.work += kinetic_energy(model_, after_) - kinetic_energy(model_, y) - given;
+        if (!model_.driven.empty()) next.work += kinetic_energy(equations_, after_) - kinetic_energy(equations_, y) - given;
         return true;
     }
 
@@ -183,7 +183,7 @@ private:
     // How the gaps accelerate after, where nothing pushes.
     bool accelerations(const Vector& y, Vector& found) {
         equations_.set_velocities(y.data(), false);
-        if (!equations_.slope_at(y.data(), slope_.data())) return false;
+        if (!equations_.own_slope_at(y.data(), slope_.data())) return false;
         border_.accelerations(equations_.pose(), equations_.solver(), equations_.motion(), count(), found);
         found.conservativeResize(count());
         return true;

@@ -17,13 +17,22 @@ template <class D> double fastest_part(const Model<D>& model, const Eigen::Vecto
     return shift / model.length + turn;
 }
 
-template <class D> double kinetic_energy(const Model<D>& model, const Eigen::VectorXd& y) {
+// At the pose in place. Flywheels have rows after those of C.
+template <class D> double kinetic_energy(const EquationsOfMotion<D>& equations, const Eigen::VectorXd& y) {
+    const Model<D>& model = equations.model();
     double sum = 0.0;
     for (int b = 0; b < model.size(); ++b) {
         const Part<D> part(y.data(), b);
         const Turn<D> omega = part.omega();
         sum += model.bodies[b].mass * part.velocity().squaredNorm() + omega.dot(model.bodies[b].inertia * omega);
     }
+    if (model.flywheels.empty()) return 0.5 * sum;
+    Motion<D> motion(model);
+    motion.update(y.data(), equations.pose());
+    std::vector<double> rates(model.all_rows());
+    moving_rows(model, equations.pose(), motion, rates.data(), static_cast<double*>(nullptr));
+    for (std::size_t k = 0; k < model.flywheels.size(); ++k)
+        sum += model.flywheels[k] * std::pow(rates[model.constraints.rows + k], 2);
     return 0.5 * sum;
 }
 

@@ -195,6 +195,9 @@ public:
         for (std::size_t k = 0; k < rows_.size(); ++k)
             found[rows_[k].coordinate] = pushes_[static_cast<Eigen::Index>(k)];
         feet_.each([&](const ContactFoot& foot, double push) { found[foot.stop] = push; }, pushes_);
+        tell_sliding(applied, found);
+    }
+    void tell_sliding(const Applied<D>& applied, double* found) const {
         for (const auto& [coordinate, law] : slides_)
             found[coordinate] = applied.given[law] * applied.load_of(*model_.loads, law);
     }

@@ -6,6 +6,7 @@
 #include "dynamics/bearing_loads.hpp"
 #include "dynamics/body_forces.hpp"
 #include "dynamics/drive.hpp"
+#include "dynamics/formulation.hpp"
 #include "dynamics/row_policy.hpp"
 #include "dynamics/row_values.hpp"
 #include "dynamics/state_rates.hpp"
@@ -38,7 +39,11 @@ public:
     bool watched_derivative(double t, const double* y, double* slope, double* lambda = nullptr) {
         if (!factor_stage(t, y)) return false;
         policy_.see();
-        return !policy_.wants_others(pose_) && slope_of_stage(y, slope, lambda);
+        return !policy_.wants_others(pose_) && slope_of_stage(y, slope, lambda, true);
+    }
+    // The same by the kernel alone, whatever another formulation says.
+    bool own_derivative(double t, const double* y, double* slope, double* lambda) {
+        return factor_stage(t, y) && (set_velocities(y, false), own_slope_at(y, slope, lambda));
     }
 
     // The velocities at the pose in place, with the right-hand sides that go with them; C' on request.
@@ -56,7 +61,11 @@ public:
     }
 
     // y' where the pose is in place and factored with the masses, and its velocities are; multipliers on request.
-    bool slope_at(const double* y, double* slope, double* lambda = nullptr) {
+    bool slope_at(const double* y, double* slope, double* lambda = nullptr, bool watched = false) {
+        if (!own_slope_at(y, slope, lambda)) return false;
+        return !other_ || metric_ == Metric::stiff || other_->slope_at(*this, y, slope, lambda, watched);
+    }
+    bool own_slope_at(const double* y, double* slope, double* lambda = nullptr) {
         if (bearings_.any() || contacts_.rubs()) unload();
         if (contacts_.any() && !(contacts_.factor(pose_, solver_) && contacts_.cholesky().full())) return false;
         if (model_.loads || states_.any()) see_channels(window_.seen(t_), y);
@@ -103,7 +112,6 @@ public:
     // Evaluations from now on see functions of time from within this window, until another is set.
     void see(const TimeWindow& window) { window_ = window, known_ = false, broken_ = !drive_.set(t_, window_); }
     void set_pose(const double* y) { set_pose(t_, y); }  // at the same time
-
     bool factor(Metric metric) {
         if (factored_ && metric == metric_) return true;
         metric_ = metric;
@@ -163,7 +171,6 @@ public:
     }
     // Of the last `constraint`, and of the last `set_velocities`.
     const double* C() const { return C_.data(); }
-    const double* gamma() const { return gamma_.data(); }
     double* gamma() { return gamma_.data(); }
     const double* C_dot() const { return C_dot_.data(); }
 
@@ -208,7 +215,10 @@ public:
         std::fill(lambda_.begin() + model_.all_rows(), lambda_.end(), 0.0);
     }
     ContactBorder<D>& contacts() { return contacts_; }
-    const RowPolicy<D>& policy() const { return policy_; }
+    void follow(Formulation* other) { other_ = other; }  // makes accelerations and projections from now on
+    Formulation* other() const { return other_; }
+    const TimeWindow& window() const { return window_; }
+    double* multipliers() { return lambda_.data(); }  // of the last slope
 
 private:
     bool factored_with_masses(bool found) { return metric_ = Metric::mass, held_ = factored_ = found; }
@@ -216,25 +226,16 @@ private:
         set_pose(t, y);
         return factor(Metric::mass) && look_near(y);
     }
-    bool slope_of_stage(const double* y, double* slope, double* lambda = nullptr) {
+    bool slope_of_stage(const double* y, double* slope, double* lambda = nullptr, bool watched = false) {
         set_velocities(y, false);
-        return slope_at(y, slope, lambda);
+        return slope_at(y, slope, lambda, watched);
     }
 
-    // A stage is off the constraints. A row at a distance s from the span of the others, and off what they say of it by c,
-    // errs the accelerations by c / s² where it is held, and by s where it is left out: it is held where s³ > c.
     bool look_near(const double* y) {
         if (solver_.nearness() >= model_.thresholds.near_branch) return true;
         constraint();
         constraint_velocity(y);
-        const double first =
-            held_above(model_.thresholds, largest(model_, C_) + largest(model_, C_dot_) * time_scale(model_, y));
-        if (solver_.nearness() > first || solver_.is_clear(pose_, first)) return true;
-        if (!(held_ = factored_ = solver_.factor(pose_, Metric::mass, first))) return false;
-        const double off =
-            solver_.contradiction(C_.data()) + solver_.contradiction(C_dot_.data()) * time_scale(model_, y);
-        return held_ = factored_ =
-                   solver_.factor(pose_, Metric::mass, std::min(held_above(model_.thresholds, off), first));
+        return held_ = factored_ = policy_.look_near(pose_, C_, C_dot_, time_scale(model_, y));
     }
 
     // Friction that depends on what its bearing carries counts from here on.
@@ -293,6 +294,7 @@ private:
     bool factored_ = false, held_ = false, broken_ = false;
     bool known_ = false;  // whether C is that of the pose in place
     Metric metric_ = Metric::mass;
+    Formulation* other_ = nullptr;
 };
 
 }  // namespace mbproj

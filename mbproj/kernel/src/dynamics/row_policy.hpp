@@ -11,6 +11,7 @@
 #pragma once
 
 #include "dynamics/kkt_solver.hpp"
+#include "dynamics/row_values.hpp"
 
 namespace mbproj {
 
@@ -62,6 +63,15 @@ public:
     // motion all do.
     bool wants_others(const Pose<D>& pose) const {
         return model_.rows.redundant > 0 && others_may_serve_ && solver_.near_singular() && !solver_.near_branch(pose);
+    }
+    // A stage is off the constraints, by C and C'. A row at a distance s from the span of the others, and off what they say of it
+    // by c, errs the accelerations by c / s² where it is held, and by s where it is left out: it is held where s³ > c.
+    bool look_near(const Pose<D>& pose, const std::vector<double>& C, const std::vector<double>& C_dot, double seconds) {
+        const double first = held_above(model_.thresholds, largest(model_, C) + largest(model_, C_dot) * seconds);
+        if (solver_.nearness() > first || solver_.is_clear(pose, first)) return true;
+        if (!solver_.factor(pose, Metric::mass, first)) return false;
+        const double off = solver_.contradiction(C.data()) + solver_.contradiction(C_dot.data()) * seconds;
+        return solver_.factor(pose, Metric::mass, std::min(held_above(model_.thresholds, off), first));
     }
     // Makes the best rows of a pose those of the step at hand. False where no others serve.
     bool hold_others(const Pose<D>& pose) { return model_.rows.redundant > 0 && others_may_serve_ && choose(pose); }

@@ -10,25 +10,6 @@
 
 namespace mbproj {
 
-struct Projected {
-    int projections = 0, position_passes = 0, velocity_passes = 0, failures = 0, fallbacks = 0;
-    double velocity_change = 0.0;                // by the correction, as a part of the velocity
-    double speed_change = 0.0;                   // and as it is, rotations times the mechanism's length
-    bool regular = true, near_singular = false;  // the second: near a pose where rows become dependent
-
-    // A second projection, with other rows, whose end counts.
-    void take(const Projected& second) {
-        position_passes += second.position_passes;
-        velocity_passes += second.velocity_passes;
-        failures = second.failures;
-        fallbacks += second.fallbacks;
-        velocity_change = std::max(velocity_change, second.velocity_change);
-        speed_change = std::max(speed_change, second.speed_change);
-        regular = second.regular;
-        near_singular = second.near_singular;
-    }
-};
-
 template <class D> class Projector final {
 public:
     using S = Size<D>;
@@ -42,6 +23,7 @@ public:
     // every k-th step, and with a threshold only the levels that exceed it (velocities always after a moved position).
     // Afterwards the pose of y is in place.
     Projected after_step(long step, double t, double* y) {
+        if (equations_.other()) return by_other(step, t, y);
         normalise(y);
         equations_.set_pose(t, y);
         const bool due = closes() && step % settings_.every == 0;
@@ -73,10 +55,7 @@ public:
 
     // A state between two steps, moved to the constraints at the levels that are switched on.
     Projected anywhere(double t, double* y) {
-        normalise(y);
-        equations_.set_pose(t, y);
-        const bool due = closes();
-        const Projected done = correct(y, due && settings_.position, due && settings_.velocity);
+        const Projected done = equations_.other() ? by_other(0, t, y) : anywhere_alone(t, y);
         if (invariants_ && keeps(settings_.velocity, done)) invariants_->inside_step(t, y);
         return done;
     }
@@ -98,6 +77,30 @@ public:
     }
 
 private:
+    Projected anywhere_alone(double t, double* y) {
+        normalise(y);
+        equations_.set_pose(t, y);
+        const bool due = closes();
+        return correct(y, due && settings_.position, due && settings_.velocity);
+    }
+    // What another formulation does, and by how much it changes the velocities.
+    [[gnu::noinline, gnu::cold]] Projected by_other(long step, double t, double* y) {
+        start_.assign(y, y + equations_.layout().bodies.size);
+        equations_.set_pose(t, y);
+        Projected done = equations_.other()->project(step, asked_of(equations_, y), y);
+        equations_.set_pose(t, y);
+        double change2 = 0.0, speed2 = 0.0;
+        for (int b = 0; b < model_.size(); ++b) {
+            const Part<D> before(start_.data(), b), after(y, b);
+            change2 += (after.velocity() - before.velocity()).squaredNorm() +
+                       length2_ * (after.omega() - before.omega()).squaredNorm();
+            speed2 += before.velocity().squaredNorm() + length2_ * before.omega().squaredNorm();
+        }
+        done.speed_change = std::sqrt(change2);
+        done.velocity_change = change2 > 0.0 ? std::sqrt(change2 / speed2) : 0.0;
+        return done;
+    }
+
     static Metric metric_of(Correction correction) {
         if (correction == Correction::coordinates) return Metric::coordinates;
         return correction == Correction::penalty ? Metric::penalised : Metric::mass;

@@ -19,10 +19,23 @@ public:
     FlushToZero(const FlushToZero&) = delete;
     FlushToZero& operator=(const FlushToZero&) = delete;
 
+protected:
+#if defined(__SSE2__)
+    explicit FlushToZero(unsigned clears) : before_(_mm_getcsr()) { _mm_setcsr(before_ & ~clears); }
+#else
+    explicit FlushToZero(unsigned) {}
+#endif
+
 private:
 #if defined(__SSE2__)
     unsigned before_;
 #endif
+};
+
+// Within the scope of the other: they are kept.
+class KeepDenormals : FlushToZero {
+public:
+    KeepDenormals() : FlushToZero(0x8040u) {}
 };
 
 }  // namespace mbproj

@@ -29,7 +29,7 @@ protected:
     // What it begins with; nothing where it has begun, or where more is asked of it than its samples and its end.
     std::optional<Case<D>> as_case() {
         if (started_ || mark_ || keeps_marks || path || schedule_.keeps_ends || schedule_.follows() ||
-            step_end_.invariants() || stops_.inside() || stops_.watch().any())
+            step_end_.invariants() || other_ || stops_.inside() || stops_.watch().any())
             return std::nullopt;
         return Case<D>{model_, steps_, {now_.y.begin(), now_.y.end()}, counted_.turns};
     }
@@ -82,12 +82,18 @@ protected:
     }
 
     Projector<D>& projector() { return projector_; }
+    // Before the first step: another formulation makes accelerations and projections.
+    void follow_formulation(std::unique_ptr<Formulation> other) {
+        other_ = std::move(other);
+        equations_.follow(other_.get());
+    }
     // Whether a mark is of such a loop; the contacts' is taken over when the run begins.
     bool takes(const Mark<D>& mark) {
         auto* rows = step_end_.invariants();
         if (mark.contacts.has_value() != stops_.inside() || mark.kept.has_value() != (rows != nullptr)) return false;
         if (mark.contacts && !stops_.policy().fits(*mark.contacts)) return false;
         if (rows) rows->kept = *mark.kept;
+        if (other_ && !other_->resume(mark.other)) return false;
         return events().resume(mark.events);
     }
     void make_again() {  // the step that was closed is none
@@ -119,6 +125,7 @@ protected:
         if (events().any()) mark.events = events().save();
         if (stops_.inside()) mark.contacts = stops_.policy().state();
         if (const auto* rows = step_end_.invariants()) mark.kept = rows->kept;
+        if (other_) mark.other = other_->save();
         mark.shaped = shaped_, mark.anew = false;
         if (stepper_.carries_slope()) mark.slope = stepper_.first();
     }
@@ -128,6 +135,7 @@ protected:
     const ProjectionSettings projection_;
     const Steps steps_;
     Phases phases_;
+    std::unique_ptr<Formulation> other_;
     EquationsOfMotion<D> equations_;
     Projector<D> projector_;
     const std::unique_ptr<Stepper<D>> made_by_;

@@ -3,8 +3,8 @@
 
 #include "contacts/contact_state.hpp"
 #include "projection/invariants.hpp"
-#include "stepping/halvings.hpp"
 #include "stepping/samples.hpp"
+#include "stepping/schedule.hpp"
 #include "stepping/state_events.hpp"
 #include "stepping/step_size_control.hpp"
 #include "stepping/turn_counter.hpp"
@@ -15,7 +15,7 @@ template <class D> struct Mark {
     double t = 0.0;
     double h = 0.0;       // of the next step
     long grid = 0;        // fixed steps made
-    long part = 1;        // of the next, see halvings.hpp
+    long part = 1;        // of the next, see schedule.hpp
     bool shaped = false;  // by the run's end
     bool anew = false;    // another method goes on from here: its slope is evaluated
     int shortened = 0;    // how often the step at hand was shortened near a singular pose
@@ -27,6 +27,7 @@ template <class D> struct Mark {
     std::optional<ContactState> contacts;  // where they are this loop's
     std::vector<Halved> halved;
     std::optional<Kept> kept;  // where rows hold what the motion keeps
+    std::vector<double> other;  // what another formulation has, where one is followed
     Counters counters;
     Peaks peaks;
 };

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "model/settings.hpp"
+#include "steppers/stepper.hpp"
 #include "stepping/step_size_control.hpp"
 
 namespace mbproj {
@@ -46,6 +47,31 @@ public:
 
 private:
     long at_;
+};
+
+// Fixed steps whose equations Newton's method has not solved, by what kept it from doing so. For
+// want of the same body's accelerations, or the same force: how often, and of which step's start first.
+struct Halved {
+    Unsolved cause;
+    double first;
+    long times;
+};
+
+class Halvings {
+public:
+    void note(const Unsolved& cause, double t) {
+        for (Halved& each : found_)
+            if (each.cause.force == cause.force && (cause.force >= 0 || each.cause.body == cause.body)) {
+                ++each.times;
+                return;
+            }
+        found_.push_back({cause, t, 1});
+    }
+    const std::vector<Halved>& all() const { return found_; }
+    void resume(std::vector<Halved> saved) { found_ = std::move(saved); }
+
+private:
+    std::vector<Halved> found_;
 };
 
 class Schedule {

@@ -22,26 +22,10 @@ public:
     // check by step doubling, null where none is due. Says why the run cannot go on from there: running where it can.
     Outcome close(double t, const Vector& y, double t_new, Vector& y_new, Counted& counted,
                   const StepDoubling<D>* halves, Counters& counters, Peaks& peaks) {
-        turns_.lead(t_new, y_new);
-        const Projected done = projector_.after_step(counters.steps, t_new, y.data(), y_new.data());
-        count(done, counters);
-        if (!done.regular) return failed_at(t_new);
-        if (const Outcome other = other_branch(done, t_new, y_new, t_new - t, halves); other.stops()) return other;
-        const double* C = equations_.constraint();
-        equations_.set_velocities(y_new.data(), true);
-        const int worst = model_.open_by_more(C, limit(done));
-        if (const Slip slip = worst >= 0 ? turns_.far(counted, t_new - t) : turns_.advance(counted, t, y, t_new, y_new))
-            return Outcome::untold(slip, t_new, t_new - t);
-        peaks.watch(C, equations_.C_dot(), model_.constraints.rows, model_.driven.size(), t_new);
-        if (worst < 0) {
-            if (const Outcome off = off_rope(t_new); off.stops()) return off;
-            const Outcome found = overlap(t_new);
-            return found.stops() ? found : lost(done, t_new, t_new - t);
-        }
-        if (!done.near_singular)
-            return Outcome::left_open(t_new, worst, std::abs(C[worst]), done.position_passes, done.failures > 0);
-        Outcome found = failed_at(t_new);
-        found.joint = model_.joint_of(worst);
+        Formulation* other = equations_.other();
+        if (other) other->enter_end();
+        const Outcome found = closed(t, y, t_new, y_new, counted, halves, counters, peaks);
+        if (other && !found.stops()) other->arrive(y_new.data());
         return found;
     }
 
@@ -71,9 +55,34 @@ public:
     // The step that was closed is made again.
     void take_back() {
         if (auto* rows = invariants()) rows->take_back();
+        if (equations_.other()) equations_.other()->take_back();
     }
 
 private:
+    Outcome closed(double t, const Vector& y, double t_new, Vector& y_new, Counted& counted,
+                   const StepDoubling<D>* halves, Counters& counters, Peaks& peaks) {
+        turns_.lead(t_new, y_new);
+        const Projected done = projector_.after_step(counters.steps, t_new, y.data(), y_new.data());
+        count(done, counters);
+        if (!done.regular) return failed_at(t_new);
+        if (const Outcome other = other_branch(done, t_new, y_new, t_new - t, halves); other.stops()) return other;
+        const double* C = equations_.constraint();
+        equations_.set_velocities(y_new.data(), true);
+        const int worst = model_.open_by_more(C, limit(done));
+        if (const Slip slip = worst >= 0 ? turns_.far(counted, t_new - t) : turns_.advance(counted, t, y, t_new, y_new))
+            return Outcome::untold(slip, t_new, t_new - t);
+        peaks.watch(C, equations_.C_dot(), model_.constraints.rows, model_.driven.size(), t_new);
+        if (worst < 0) {
+            if (const Outcome off = off_rope(t_new); off.stops()) return off;
+            const Outcome found = overlap(t_new);
+            return found.stops() ? found : lost(done, t_new, t_new - t);
+        }
+        if (!done.near_singular)
+            return Outcome::left_open(t_new, worst, std::abs(C[worst]), done.position_passes, done.failures > 0);
+        Outcome found = failed_at(t_new);
+        found.joint = model_.joint_of(worst);
+        return found;
+    }
     // By how much a joint may be open.
     double limit(const Projected& done) const {
         return done.failures ? model_.thresholds.open_limit : model_.thresholds.lost_limit;

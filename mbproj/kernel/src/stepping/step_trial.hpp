@@ -60,6 +60,7 @@ public:
     // Its stages alone, with the rows that are held; false also where others would serve.
     bool stages() {
         equations_.policy().begin();
+        if (equations_.other()) equations_.other()->begin_step();
         const bool made = stepper_.attempt(now_.t, now_.y, now_.to.h, now_.y_new);
         now_.counters.evaluations += stepper_.attempt_cost();
         return made;

@@ -29,13 +29,16 @@ public:
         return true;
     }
     void resume(const ContactState& state) {
+        left_over_ = -1;
         policy_.resume(state);
         policy_.watch(watch_, spacing_);
     }
     bool inside() const { return policy_.any(); }
     // Whether a run ends before a step that meets something, as one ends that tries a method.
-    bool halts() const { return halts_ || !inside(); }
+    bool halts() const { return halts_; }
     void halt() { halts_ = true; }
+    // All that happens is left over, to the reference in Python.
+    void leave_all() { leaves_all_ = true; }
     ContactPolicy<D>& policy() { return policy_; }
     const ContactPolicy<D>& policy() const { return policy_; }
     // What was met last, where that is left to who drives the loop; -1 where nothing is.
@@ -101,7 +104,7 @@ public:
     // is left to who drives the loop.
     bool begins() const { return inside() && policy_.begins(); }
     bool start(const std::vector<long>& turns) {
-        if (!policy_.meet(now_.t, now_.y, turns, -1, false, steps_.interval())) return false;
+        if (leaves_all_ || !policy_.meet(now_.t, now_.y, turns, -1, false, steps_.interval())) return false;
         policy_.watch(watch_, spacing_);
         equations_.set_pose(now_.t, now_.y.data());
         equations_.set_velocities(now_.y.data(), true);
@@ -119,7 +122,8 @@ public:
     // What happens there. False where it is left to who drives the loop.
     bool meet(const std::vector<long>& turns) {
         meeting_ = false;
-        if (!policy_.meet(now_.t, now_.y, turns, stop_, released_, steps_.interval())) return left_over_ = stop_, false;
+        if (leaves_all_ || !policy_.meet(now_.t, now_.y, turns, stop_, released_, steps_.interval()))
+            return left_over_ = stop_, false;
         policy_.watch(watch_, spacing_);
         return true;
     }
@@ -177,7 +181,7 @@ private:
             solved = stepper_.inside(t, step.h, x, inside_, slope_, lambda.data());
         } else {
             step.at(x, inside_);
-            solved = equations_.derivative(t, inside_.data(), slope_.data(), lambda.data());
+            solved = equations_.own_derivative(t, inside_.data(), slope_.data(), lambda.data());
         }
         if (solved) equations_.seen(t, inside_.data());
         return solved;
@@ -188,7 +192,7 @@ private:
         if (watch_.rows().empty() || stepper_.carries_slope()) {
             equations_.set_pose(t, y.data());
             equations_.set_velocities(y.data(), false);
-        } else if (!equations_.derivative(t, y.data(), slope_.data(), lambda_.data())) {
+        } else if (!equations_.own_derivative(t, y.data(), slope_.data(), lambda_.data())) {
             return false;
         }
         equations_.seen(t, y.data());
@@ -210,7 +214,7 @@ private:
     MeetingSearch::Margins last_;
     double spacing_ = 1.0;
     int stop_ = -1, left_over_ = -1, rests_ = -1;
-    bool released_ = false, meeting_ = false, last_known_ = false, halts_ = false;
+    bool released_ = false, meeting_ = false, last_known_ = false, halts_ = false, leaves_all_ = false;
 };
 
 }  // namespace mbproj

@@ -3,13 +3,13 @@
 #pragma once
 
 #include "stepping/flush_to_zero.hpp"
-#include "stepping/loop_parts.hpp"
+#include "stepping/loop_jumps.hpp"
 
 namespace mbproj {
 
-template <class D> class TimeLoop : LoopParts<D> {
+template <class D> class TimeLoop : LoopJumps<D> {
 public:
-    using Parts = LoopParts<D>;
+    using Parts = LoopJumps<D>;
     using Vector = Eigen::VectorXd;
 
     TimeLoop(Model<D> model, Tableau tableau, ProjectionSettings projection, Steps steps, const std::vector<double>& y,
@@ -52,6 +52,24 @@ public:
         if (stops_.loses_contacts(now_.outcome)) stop({Status::halted, now_.t});
         count_factorisations();
     }
+    // Where the run has halted at what its contacts leave over: these hold from here on, in this state of the bodies. False where
+    // they do not fit.
+    bool settle(const ContactState& contacts, const std::vector<double>& bodies) {
+        if (now_.outcome.status != Status::halted || !stops_.policy().fits(contacts)) return false;
+        const FlushToZero flush;
+        const auto take = [&] {
+            std::copy(bodies.begin(), bodies.end(), now_.y.begin());
+            stops_.resume(contacts);
+            return true;
+        };
+        now_.outcome = {};
+        if (stops_.begins()) {
+            take(), started_ = false, --now_.counters.evaluations;
+        } else if (change_contacts(take) && std::exchange(left_at_end_, false)) {
+            end_step();
+        }
+        return true;
+    }
     // The state between two steps, from which a run by another method can go on: the run's end may have shaped it.
     Mark<D> here() {
         Mark<D> mark;
@@ -60,7 +78,7 @@ public:
     SampleBlock block;
     using Parts::peaks, Parts::events, Parts::projector, Parts::waits, Parts::give, Parts::values;
     using Parts::schedule, Parts::path, Parts::keeps_marks;
-    using Parts::as_case, Parts::take, Parts::tableau, Parts::projection;
+    using Parts::as_case, Parts::take, Parts::tableau, Parts::projection, Parts::follow_formulation;
     bool pauses = false;  // whether `advance` came back because so many steps were tried
     const Model<D>& model() const { return model_; }
     bool carries_slope() const { return stepper_.carries_slope(); }
@@ -84,8 +102,8 @@ private:
         if (stops_.watch().any()) stops_.look(now_.t, now_.y, counted_.turns);
         if (!equations_.start() || !evaluate(now_.y, true)) return stop_at(now_.t);
         stepper_.first() = slope_, begin_balance();
-        now_.h = steps_.fixed() ? steps_.step : steps_.first;
-        if (!(now_.h > 0.0) && !choose_step(schedule_.left(now_.t))) return;
+        now_.h = steps_.step;
+        if (!steps_.fixed() && !choose_step(schedule_.left(now_.t))) return;
         sample(now_.t, now_.y, slope_, lambda_, now_.h, counted_);
         equations_.see(schedule_.window());
         if (trial_.passes()) events().watch(now_.t, now_.y, schedule_.window());
@@ -174,17 +192,6 @@ private:
         return true;
     }
 
-    [[gnu::noinline, gnu::cold]] bool meet_stop() {  // velocities may jump, and with them branches of forces
-        bool met = true;
-        if (!stepper_.before_jump(now_.t, now_.y)) return stop_at(now_.t), false;
-        const bool goes_on = jump([&] { met = stops_.meet(counted_.turns); });
-        if (!met) stop({Status::halted, now_.t});
-        if (!met || !goes_on) return false;
-        stops_.look(now_.t, now_.y, counted_.turns);
-        go_on(1.0);
-        return true;
-    }
-
     void tell_turns(const Outcome& untold) {
         make_again();
         trial_.reject(untold.step);  // it is made again, shorter
@@ -209,7 +216,10 @@ private:
         if (now_.to.due) sample(now_.t, now_.y, stepper_.first(), lambda_, now_.to.h, counted_);
         this->reach();
         if (trial_.passes()) events().watch(now_.t, now_.y, schedule_.window());
-        if (stops_.meeting() && !meet_stop()) return;
+        if (stops_.meeting() && !meet_stop()) return void(left_at_end_ = true);
+        end_step();
+    }
+    void end_step() {  // what comes after it
         if (schedule_.finished()) return stop({Status::finished, now_.t});
         if (trial_.crossing()) {
             if (cross_event()) now_.to.at_break ? cross_break() : go_on(after_event());
@@ -218,54 +228,6 @@ private:
         } else if (trial_.locates()) {
             events().tell(now_.t, now_.y, schedule_.window());
         }
-    }
-
-    void cross_break() {  // functions of time are seen from the other side from here on
-        if (is_asked()) return;
-        equations_.see({});  // as the slope at hand does
-        if (!stepper_.before_jump(now_.t, now_.y)) return stop_at(now_.t);
-        equations_.see(schedule_.window());
-        const bool goes_on = jump([this] {
-            schedule_.pass_break(now_.t);
-            equations_.see(schedule_.window());
-            this->act();
-        });
-        if (goes_on) acted_ ? go_on(after_event()) : stop_at(now_.t);
-    }
-    // Something changes at once: arguments of switches that jump with it are on the branch that they have jumped to.
-    template <class Change> bool jump(const Change& change) {
-        if (trial_.locates()) events().before_jump(now_.t, now_.y, schedule_.window());
-        change();
-        if (trial_.locates()) events().after_jump(now_.t, now_.y, schedule_.window());
-        return renew() && (!trial_.locates() || !events().any_free() || change_branches([this] { events().turn(); }));
-    }
-
-    // Where a switch changes its branch, the branch beyond is held from here on. False where the run stops.
-    bool cross_event() {
-        const Crossing crossing = *trial_.crossing();
-        trial_.crossing().reset();
-        int often = -1;
-        const bool passes = change_branches(
-            [&] { often = events().cross(crossing, now_.t, schedule_.grain(now_.t), steps_.interval()); });
-        if (often >= 0) return stop(Outcome::pushed_back(now_.t, often)), false;
-        return passes;
-    }
-
-    template <class Change> bool change_branches(const Change& change) {  // false where the motion leads back
-        events().glance_before(now_.t, now_.y, stepper_.first(), now_.h, schedule_.window());
-        if (!stepper_.before_jump(now_.t, now_.y)) return stop_at(now_.t), false;
-        change();
-        do {
-            if (!renew()) return false;
-            events().glance_after(now_.t, now_.y, stepper_.first(), now_.h, schedule_.window());
-        } while (events().passes_over_back(now_.t));
-        return events().pushed_back() < 0 || (stop(Outcome::pushed_back(now_.t, events().pushed_back())), false);
-    }
-
-    bool renew() {  // the slope at the state, and a new balance
-        begin_balance();
-        ++now_.counters.evaluations;
-        return stepper_.after_jump(now_.t, now_.y, stepper_.first(), nullptr) || (stop_at(now_.t), false);
     }
 
     // What the run's end has shaped, a longer run does in another way.
@@ -286,15 +248,17 @@ private:
     }
 
     using Parts::counted_, Parts::counted_before_, Parts::factorised_before_, Parts::shaped_, Parts::stops_;
-    using Parts::mark_, Parts::started_, Parts::is_asked, Parts::acted_, Parts::stop, Parts::stop_at;
-    using Parts::make_again, Parts::begin_balance;
+    using Parts::mark_, Parts::started_, Parts::stop, Parts::stop_at;
+    using Parts::make_again, Parts::begin_balance, Parts::meet_stop, Parts::change_contacts, Parts::cross_break;
+    using Parts::cross_event;
     using Parts::model_, Parts::steps_, Parts::phases_, Parts::equations_, Parts::stepper_, Parts::turns_;
     using Parts::step_end_, Parts::schedule_, Parts::now_, Parts::trial_;
     using Parts::write, Parts::count_factorisations, Parts::go_on, Parts::choose_step, Parts::after_event;
     Vector slope_;              // at the end of a step, until the step is taken over
     Vector copy_, copy_slope_;  // of a sample inside a step
     std::vector<double> lambda_, copy_lambda_;
-    bool meets_ = false;  // whether the step at hand meets a stop
+    bool meets_ = false;        // whether the step at hand meets a stop
+    bool left_at_end_ = false;  // whether a step has ended where contacts were left over
 };
 
 }  // namespace mbproj

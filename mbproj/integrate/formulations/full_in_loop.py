@@ -1,0 +1,258 @@
+"""The full formulation of a mechanism with stops or dry friction. The kernel's loop makes the steps, in reduced
+coordinates, and says which contacts hold and what slides; accelerations and projections are made here, in NumPy."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple, final
+
+import numpy as np
+
+from mbproj.arrays import Array, may_overflow
+from mbproj.dynamics.assembly.assemble import State
+from mbproj.dynamics.equations.constraint_equations import set_jacobian
+from mbproj.dynamics.equations.kinematics import pose_of
+from mbproj.errors import SimulationError
+from mbproj.integrate.events.breaks import TimeWindow
+from mbproj.integrate.events.leg import Leg
+from mbproj.integrate.formulations.full import FullFormulation
+from mbproj.integrate.formulations.reduced import Reduced, space_state
+from mbproj.model.contacts import Contacts, in_contact
+from mbproj.model.euler_parameters import matrix_L
+from mbproj.model.system import System
+from mbproj.registry import PROJECTIONS
+from mbproj.scene.records import ProjectionSettings, Settings
+from mbproj.thresholds import THRESHOLDS
+
+
+class Asked(NamedTuple):
+    """A state y of the kernel's at t. Functions of time are seen from `first` to `last`, and the kernel's programs are
+    on these branches, if any are held. `rows` of contacts hold these coordinates, by their numbers, at these values."""
+
+    t: float
+    y: Array
+    first: float
+    last: float
+    branches: Array | None
+    rows: tuple[tuple[int, float], ...]
+
+    @classmethod
+    def of(
+        cls, t: float, y: Array, first: float, last: float, branches: Array | None, rows: list[tuple[int, float]]
+    ) -> Asked:
+        """Return what the kernel asks about."""
+        return cls(t, y, first, last, branches, tuple(rows))
+
+
+@final
+class FullInLoop(Reduced):
+    """A system in the kernel's loop, as the full formulation has it. `whole`: the mechanism for NumPy, in which what
+    slides is no law. `redundant`: the number of rows that follow from the others."""
+
+    name = "full"
+
+    def __init__(self, core: Any, system: System, whole: System, redundant: int) -> None:
+        super().__init__(core, system)
+        self.whole, self.redundant = whole, redundant
+        self._answers: _Answers | None = None
+
+    def with_system(self, system: System, whole: System | None = None) -> FullInLoop:
+        found = FullInLoop(self.core, system, whole or system, self.redundant)
+        found.model.rows = self.model.rows
+        return found
+
+    def multipliers(self, samples: Any, forces: Array | None = None) -> Array:
+        """Return λ of all rows, (T, m): those of the run."""
+        found: Array = samples.carried
+        return found
+
+    def projection(self, settings: ProjectionSettings) -> Any:
+        """Return the settings by which the kernel solves for contacts: whether rows are stabilised."""
+        stabilises = PROJECTIONS[settings.method].correction in ("none", "baumgarte")
+        return super().projection(settings if stabilises else replace(settings, method="gopm"))
+
+    def run(self, state: State, settings: Settings, leg: Leg | None = None) -> Any:
+        """Return the kernel's run from a state, which asks NumPy."""
+        found = super().run(state, settings, leg)
+        self._answers = _Answers(self, state, settings)
+        found.follow_formulation(self._answers)
+        return found
+
+    def failure(self, run: Any, settings: Settings) -> SimulationError | None:
+        """Return the error of a run that ended before its time: NumPy's, where it had no answer."""
+        found = super().failure(run, settings)
+        own = None if self._answers is None else self._answers.take_failure()
+        return found if found is None or own is None else own
+
+
+class _Answers:
+    """Scratch of a run: the formulation with the rows of contacts that hold, and its row policy."""
+
+    def __init__(self, compiled: FullInLoop, state: State, settings: Settings) -> None:
+        self._compiled, self._state, self._settings = compiled, state, settings
+        self._full: FullFormulation
+        self._rows: tuple[tuple[int, float], ...] | None = None
+        self._seen: tuple[float, float, bytes | None] | None = None
+        self._saved: dict[str, Any] = {}
+        self._arrived, self._before = False, dict[str, Any]()
+        #: Why there was no answer in the step at hand.
+        self.failure: SimulationError | None = None
+
+    def accelerate(self, asked: Sequence[Any], sliding: Array, watched: bool) -> tuple[Array, Array] | None:
+        """Return (r'', ω') of the bodies, (n, 6), and λ of the joints' and motions' rows, with forces along the
+        coordinates of stops and frictions, (S + K,). None where they are not unique."""
+        at = Asked.of(*asked)
+        with may_overflow():
+            try:
+                formulation, y = self._formulation(at), self._own(at.y)
+                terms = formulation.terms(at.t, y)
+                force = self._along(formulation, y, sliding)
+                Q = terms.Q + np.pad(force, (0, len(terms.Q) - len(force)))
+                found = terms.solved(*formulation.solve(terms.M, terms.C_q, Q, terms.gamma))
+            except SimulationError as failure:
+                self._fails(failure)
+                return None
+            except np.linalg.LinAlgError:
+                self._fails(formulation.singular(at.t, *formulation.parts(y)[:2]))
+                return None
+        if watched:
+            formulation.policy.see(found.nearness)
+        elif self._arrived:
+            formulation.policy.keep(found.multipliers)
+            self._arrived = False
+        a, Λ = (each.reshape(-1, 7) for each in (found.acceleration, formulation.parts(y)[0]))
+        spin_up = 2.0 * (matrix_L(Λ[:, 3:]) @ a[:, 3:, None])[..., 0]
+        system, first = formulation.system, formulation.system.bodies + self._compiled.whole.joints.size
+        of_contacts = slice(first, system.bodies + system.joints.size)
+        multipliers = np.delete(found.multipliers, of_contacts)[system.bodies :]
+        return np.ascontiguousarray(np.hstack([a[:, :3], spin_up])), np.ascontiguousarray(multipliers)
+
+    def project(self, step: int, asked: Sequence[Any]) -> tuple[Array, list[int]] | None:
+        """Return the bodies' state after step number `step`, or, for 0, between two steps, moved to the constraints,
+        and counts. None where that is not possible."""
+        at = Asked.of(*asked)
+        with may_overflow():
+            try:
+                formulation, y = self._formulation(at), self._own(at.y)
+                done = formulation.project(step, at.t, y, y) if step else formulation.project_copy(at.t, y)[1]
+            except SimulationError as failure:
+                self._fails(failure)
+                return None
+            counts = [done.projections, done.position_iterations, done.velocity_iterations]
+            counts += [done.failures, done.fallbacks, int(done.left_open > THRESHOLDS.left_open)]
+            return space_state(done.q, done.v).ravel(), counts
+
+    def _fails(self, failure: SimulationError) -> None:
+        """Keep why there is no answer, without the frames of the run that it would keep alive."""
+        self.failure = failure.with_traceback(None)
+        failure.__cause__ = failure.__context__ = None
+
+    def take_failure(self) -> SimulationError | None:
+        """Return why there was no answer, if so. It is not kept: when it is raised it knows the run's frames."""
+        found, self.failure = self.failure, None
+        return found
+
+    def begin_step(self) -> None:
+        """A step is tried from the last end."""
+        self.failure = None
+        if self._rows is not None:
+            self._full.policy.begin()
+
+    def enter_end(self) -> None:
+        """A step comes to its end."""
+        self._before = dict(vars(self._full.policy))
+
+    def arrive(self, y: Array) -> None:
+        """The step is closed at y."""
+        self._full.arrive(self._full.parts(self._own(y))[0])
+        self._arrived = True
+
+    def take_back(self) -> None:
+        """The step whose end was entered is made again."""
+        vars(self._full.policy).update(self._before)
+
+    def save(self) -> list[float]:
+        """Return what the next step depends on beside y."""
+        if self._rows is None:
+            return []
+        saved = self._full.policy.save()
+        before = np.nan if saved["before"] is None else saved["before"]
+        head = [float(saved["redundant"]), float(saved["watching"]), before, float(len(saved["largest"]))]
+        return [*head, *saved["largest"], *saved["multipliers"]]
+
+    def resume(self, saved: list[float]) -> bool:
+        """Go on from what was saved. Return whether it is of such a formulation."""
+        if not saved:
+            return True
+        redundant, watching, before, count = saved[:4]
+        self._saved = {
+            "redundant": redundant,
+            "watching": watching,
+            "before": None if np.isnan(before) else before,
+            "largest": saved[4 : 4 + int(count)],
+            "multipliers": saved[4 + int(count) :],
+        }
+        return True
+
+    def _formulation(self, at: Asked) -> FullFormulation:
+        if at.rows != self._rows:
+            self._hold(at)
+        seen = at.first, at.last, None if at.branches is None else at.branches.tobytes()
+        if seen != self._seen:
+            self._seen = seen
+            found = self._full.seen_within(TimeWindow(at.first, at.last))
+            self._full = found if at.branches is None else found.holding(self._branches(at.branches))
+        return self._full
+
+    def _hold(self, at: Asked) -> None:
+        """These rows of contacts hold from here on."""
+        stops = len(self._compiled.whole.names.stops)
+        held = tuple(sorted(k for k, _ in at.rows if k < stops))
+        stuck = {k - stops: value for k, value in sorted(at.rows) if k >= stops}
+        system = in_contact(self._compiled.whole, Contacts(held, stuck=stuck))
+        found = FullFormulation.of(system, self._state, self._settings, self._compiled.redundant)
+        self._full, self._rows, self._seen = replace(found, balance=None), at.rows, None
+        if self._saved:
+            self._full.policy.restore(self._saved)
+            self._saved = {}
+        else:
+            self._full.arrive(self._full.parts(self._own(at.y))[0])
+
+    def _own(self, y: Array) -> Array:
+        """Return NumPy's y of the kernel's."""
+        layout, own = self._compiled.layout, self._full.layout
+        q, v = self._compiled.coordinates(self._compiled.bodies_of(y))
+        beside = {name: y[layout[name]] for name in ("states", "followed") if own.size_of(name)}
+        return own.joined({"positions": q, "velocities": v, **beside})
+
+    def _along(self, formulation: FullFormulation, y: Array, sliding: Array) -> Array:
+        """Return Q (7n,) of forces along the coordinates of stops and frictions."""
+        system, pose = formulation.system, pose_of(formulation.parts(y)[0])
+        found, first = np.zeros(7 * system.bodies), 0
+        for each in (system.stops, system.frictions):
+            if each is not None:
+                along = sliding[first : first + each.coordinates.size]
+                first += len(along)
+                if along.any():
+                    found += along @ set_jacobian(each.coordinates, pose)
+        return found
+
+    def _branches(self, kernels: Array) -> Array:
+        """Return the branches of NumPy's programs, of those of the kernel's."""
+        own, theirs = self._full.system, self._compiled.system
+        starts = dict(zip(_names(theirs), theirs.programs.start.tolist(), strict=False))
+        found = np.full(len(own.programs.op), np.nan)
+        for name, first, last in zip(_names(own), own.programs.start[:-1], own.programs.start[1:], strict=True):
+            if name in starts:
+                found[first:last] = kernels[starts[name] : starts[name] + last - first]
+        return found
+
+
+def _names(system: System) -> list[tuple[Any, ...]]:
+    """Return what each of a system's programs belongs to."""
+    own = (system.forces.programs.size, system.states.size, system.couplings.programs.size)
+    before = [(what, k) for what, count in enumerate(own) for k in range(count)]
+    followed = [tuple(each) for each in system.following.values()]
+    left = system.programs.size - len(before) - len(followed)
+    return [*before, *followed, *(("motion", k) for k in range(left))]

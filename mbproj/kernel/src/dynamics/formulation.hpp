@@ -1,0 +1,85 @@
+// Another formulation of the mechanism, which makes accelerations and projections in the kernel's place: the full one, in NumPy. All
+// else stays the kernel's: steps, events, contacts and the forces of what slides, states, work.
+#pragma once
+
+#include "dynamics/contact_border.hpp"
+#include "model/settings.hpp"
+
+namespace mbproj {
+
+struct Projected {
+    int projections = 0, position_passes = 0, velocity_passes = 0, failures = 0, fallbacks = 0;
+    double velocity_change = 0.0;                // by the correction, as a part of the velocity
+    double speed_change = 0.0;                   // and as it is, rotations times the mechanism's length
+    bool regular = true, near_singular = false;  // the second: near a pose where rows become dependent
+
+    // A second projection, with other rows, whose end counts.
+    void take(const Projected& second) {
+        position_passes += second.position_passes;
+        velocity_passes += second.velocity_passes;
+        failures = second.failures;
+        fallbacks += second.fallbacks;
+        velocity_change = std::max(velocity_change, second.velocity_change);
+        speed_change = std::max(speed_change, second.speed_change);
+        regular = second.regular;
+        near_singular = second.near_singular;
+    }
+};
+
+// y at t. Functions of time are seen from within the window, programs are on these branches, one for each instruction, or free
+// where there are none, and contacts hold these rows.
+struct AskedState {
+    double t;
+    const double* y;
+    TimeWindow window;
+    const double* branches;
+    std::vector<ContactRow> rows;
+};
+
+// The state in place, which is y.
+template <class Equations> AskedState asked_of(Equations& equations, const double* y) {
+    const auto& contacts = equations.contacts();
+    return {equations.time(), y, equations.window(), equations.applied().held,
+            contacts.any() ? contacts.rows() : std::vector<ContactRow>()};
+}
+
+class Formulation {
+public:
+    Formulation(const Formulation&) = delete;
+    Formulation& operator=(const Formulation&) = delete;
+    virtual ~Formulation() = default;
+
+    // The accelerations of all bodies in a slope, and λ of the rows of C, with these forces along the coordinates of stops and
+    // frictions. `watched`: at a stage of a step. False where there are none.
+    virtual bool accelerate(const AskedState& at, const std::vector<double>& forces, bool watched, double* slope,
+                            double* lambda) = 0;
+    // The same in a slope that the kernel has made at the state in place.
+    template <class Equations>
+    bool slope_at(Equations& equations, const double* y, double* slope, double* lambda, bool watched) {
+        std::vector<double> forces(equations.model().stops.bound.size(), 0.0);
+        equations.contacts().tell_sliding(equations.applied(), forces.data());
+        double* found = equations.multipliers();
+        if (!accelerate(asked_of(equations, y), forces, watched, slope, found)) return false;
+        if (lambda) std::copy_n(found, equations.model().all_multipliers(), lambda);
+        return true;
+    }
+    // After step number `step`, or 0 between two steps: y is moved to the constraints.
+    virtual Projected project(long step, const AskedState& at, double* y) = 0;
+
+    // A step is tried from the last end; one comes to its end; it is closed at y; it is made again.
+    virtual void begin_step() = 0;
+    virtual void enter_end() = 0;
+    virtual void arrive(const double* y) = 0;
+    virtual void take_back() = 0;
+
+    // What the next step depends on beside y; false where that is not of this formulation.
+    virtual std::vector<double> save() = 0;
+    virtual bool resume(const std::vector<double>& saved) = 0;
+    // Throws what was thrown there, after which nothing is answered.
+    virtual void rethrow() = 0;
+
+protected:
+    Formulation() = default;
+};
+
+}  // namespace mbproj

@@ -1,0 +1,81 @@
+// Where something changes at once: functions of time at a break, a branch of a law, contacts. Slopes are evaluated anew there.
+#pragma once
+
+#include "stepping/loop_parts.hpp"
+
+namespace mbproj {
+
+template <class D> class LoopJumps : public LoopParts<D> {
+protected:
+    using Parts = LoopParts<D>;
+    using Parts::Parts;
+
+    [[gnu::noinline, gnu::cold]] bool meet_stop() {
+        return change_contacts([this] { return stops_.meet(counted_.turns); });
+    }
+    // Velocities may jump, and with them branches of forces. False where the run stops, also where what happens is left over.
+    template <class Change> bool change_contacts(const Change& change) {
+        bool met = true;
+        if (!stepper_.before_jump(now_.t, now_.y)) return stop_at(now_.t), false;
+        const bool goes_on = jump([&] { met = change(); });
+        if (!met) stop({Status::halted, now_.t});
+        if (!met || !goes_on) return false;
+        stops_.look(now_.t, now_.y, counted_.turns);
+        go_on(1.0);
+        return true;
+    }
+
+    void cross_break() {  // functions of time are seen from the other side from here on
+        if (is_asked()) return;
+        equations_.see({});  // as the slope at hand does
+        if (!stepper_.before_jump(now_.t, now_.y)) return stop_at(now_.t);
+        equations_.see(schedule_.window());
+        const bool goes_on = jump([this] {
+            schedule_.pass_break(now_.t);
+            equations_.see(schedule_.window());
+            this->act();
+        });
+        if (goes_on) acted_ ? go_on(after_event()) : stop_at(now_.t);
+    }
+    // Something changes at once: arguments of switches that jump with it are on the branch that they have jumped to.
+    template <class Change> bool jump(const Change& change) {
+        if (trial_.locates()) events().before_jump(now_.t, now_.y, schedule_.window());
+        change();
+        if (trial_.locates()) events().after_jump(now_.t, now_.y, schedule_.window());
+        return renew() && (!trial_.locates() || !events().any_free() || change_branches([this] { events().turn(); }));
+    }
+
+    // Where a switch changes its branch, the branch beyond is held from here on. False where the run stops.
+    bool cross_event() {
+        const Crossing crossing = *trial_.crossing();
+        trial_.crossing().reset();
+        int often = -1;
+        const bool passes = change_branches(
+            [&] { often = events().cross(crossing, now_.t, schedule_.grain(now_.t), steps_.interval()); });
+        if (often >= 0) return stop(Outcome::pushed_back(now_.t, often)), false;
+        return passes;
+    }
+
+    template <class Change> bool change_branches(const Change& change) {  // false where the motion leads back
+        events().glance_before(now_.t, now_.y, stepper_.first(), now_.h, schedule_.window());
+        if (!stepper_.before_jump(now_.t, now_.y)) return stop_at(now_.t), false;
+        change();
+        do {
+            if (!renew()) return false;
+            events().glance_after(now_.t, now_.y, stepper_.first(), now_.h, schedule_.window());
+        } while (events().passes_over_back(now_.t));
+        return events().pushed_back() < 0 || (stop(Outcome::pushed_back(now_.t, events().pushed_back())), false);
+    }
+
+    bool renew() {  // the slope at the state, and a new balance
+        begin_balance();
+        ++now_.counters.evaluations;
+        return stepper_.after_jump(now_.t, now_.y, stepper_.first(), nullptr) || (stop_at(now_.t), false);
+    }
+
+    using Parts::counted_, Parts::stops_, Parts::is_asked, Parts::acted_, Parts::stop, Parts::stop_at, Parts::events;
+    using Parts::begin_balance, Parts::steps_, Parts::equations_, Parts::stepper_, Parts::schedule_, Parts::now_;
+    using Parts::trial_, Parts::go_on, Parts::after_event;
+};
+
+}  // namespace mbproj
