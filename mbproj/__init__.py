@@ -5,7 +5,7 @@
     scene = read_scene("five_bar.yaml")                 # what the user wrote          (InputError)
     system = compile_system(scene)                      # names -> arrays
     state = assemble(system, initial_guess(scene, system))   # a consistent start      (InputError)
-    unique = unique_components(system, state)           # which reactions joints do not share at will
+    unique = unique_components(system, state)           # which components of reactions are unique
     with ResultsWriter("results.h5", scene, system.names.as_mapping(), unique) as recorder:
         report = simulate(system, state, settings_to_run(scene), recorder)   #        (SimulationError)
 

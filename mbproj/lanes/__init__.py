@@ -1,4 +1,4 @@
-"""Arrays of many cases at once: what is written for the numbers of one mechanism runs for those of a block of cases."""
+"""Arrays of many cases at once: code that is written for the numbers of one mechanism runs for a block of cases."""
 
 from mbproj.lanes.array import HOW, Lanes, LanesMet, Parted
 from mbproj.lanes.each import Each, OfLanes, each_call, each_lane, lane, restacked

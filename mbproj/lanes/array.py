@@ -1,12 +1,12 @@
-"""Lanes: an array, or a number, once for each case of a block.
+"""Lanes: an array, or a number, for each case of a block.
 
-Code that handles numbers of one mechanism handles Lanes as well: NumPy hands its functions over to them. Each lane has
-the bits that it would have alone. Elementwise operations that IEEE 754 rounds correctly are made for all lanes at once;
-so are sums of fewer than 8 terms, which NumPy adds up in one order, and matrix products, which it makes one by one.
-Whatever else there is runs lane by lane.
+Code for the numbers of one mechanism takes Lanes as well, since NumPy passes calls of its functions on to them. Each
+lane gets the bits that it would get alone. Three kinds of operation run for all lanes at once: elementwise operations
+that IEEE 754 rounds correctly; sums of fewer than 8 terms, which NumPy adds in a fixed order; and matrix products,
+which NumPy computes matrix by matrix. All other operations run lane by lane.
 
-What is decided must be the same in all lanes: truth values, whole numbers and shapes. Where it is not, Parted is
-raised, and its `keys` say which lanes go together: the block is divided, and each part begins again.
+Decisions must be the same in all lanes: truth values, integers and shapes. Where they differ, Parted is raised. Its
+`keys` say which lanes go together: the block is divided, and each part begins again.
 """
 
 from __future__ import annotations
@@ -21,25 +21,25 @@ import numpy.typing as npt
 from mbproj.lanes.axes import are_alike, axes_of, is_split, laid_out_like, raised
 from mbproj.several import Several
 
-#: NumPy adds up fewer terms than this one after another, wherever they stand in memory.
+#: NumPy adds fewer terms than this in sequence, whatever their layout in memory.
 IN_ORDER = 8
 
 
-#: What is wrong where something would be lost.
+#: The message of LanesMet where Lanes would be written into an ordinary array.
 INTO_ONE = "numbers of several cases go into an array of one"
 
 
-#: What makes operations ("ufunc"), functions of NumPy ("function"), and calls for each lane ("each"): the package sets
-#: it, because all of these are written in terms of Lanes.
+#: The functions that run ufuncs ("ufunc"), other functions of NumPy ("function"), and calls for each lane ("each"). The
+#: package's `__init__` sets them, because their modules import this one.
 HOW: dict[str, Callable[..., Any]] = {}
 
 
 class LanesMet(TypeError):
-    """Numbers of several cases stand where one is asked for."""
+    """Numbers of several cases stand where one number is needed."""
 
 
 class Parted(Exception):
-    """Cases of a block go different ways; lanes with the same of the `keys` (B,) go together."""
+    """A decision differs between the cases of a block. Lanes with equal `keys` (B,) go together."""
 
     def __init__(self, keys: Sequence[Any]) -> None:
         super().__init__("cases of a block go different ways")
@@ -47,19 +47,19 @@ class Parted(Exception):
 
 
 def agreed(values: npt.NDArray[Any]) -> Any:
-    """What all lanes have, of values (B, ...). Raises Parted where they differ."""
+    """The value (...) that all lanes of `values` (B, ...) share. Raises Parted where they differ."""
     if not are_alike(values):
         raise Parted([each.tobytes() for each in np.ascontiguousarray(values)])
     return values[0]
 
 
 def laned(values: npt.NDArray[Any]) -> Any:
-    """Floats of lanes (B, ...) as Lanes; other values are agreed upon."""
+    """Floats (B, ...) as Lanes; values of other types must be the same in all lanes."""
     return Lanes(values) if values.dtype.kind == "f" else agreed(values)
 
 
 class Lanes(Several, np.lib.mixins.NDArrayOperatorsMixin):
-    """An array (...) of each of B cases: `values` (B, ...)."""
+    """An array (...) for each of B cases: `values` (B, ...)."""
 
     __slots__ = ("values",)
     __hash__ = object.__hash__
@@ -70,7 +70,7 @@ class Lanes(Several, np.lib.mixins.NDArrayOperatorsMixin):
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """That of each lane."""
+        """The shape of one lane."""
         return self.values.shape[1:]
 
     @property
@@ -94,7 +94,7 @@ class Lanes(Several, np.lib.mixins.NDArrayOperatorsMixin):
         return self
 
     def __format__(self, how: str) -> str:
-        """As of the first case: words that are shown are said of one case alone."""
+        """The text of the first case: text that is shown concerns one case only."""
         return format(self.values[0].item(), how)
 
     def __repr__(self) -> str:
@@ -130,7 +130,7 @@ class Lanes(Several, np.lib.mixins.NDArrayOperatorsMixin):
         self.values[place] = value
 
     def _agreed(self) -> npt.NDArray[Any]:
-        """What all lanes have. Raises LanesMet where they differ."""
+        """The value that all lanes share. Raises LanesMet where they differ."""
         if not are_alike(self.values):
             raise LanesMet("the numbers of several cases differ")
         return self.values[0]
@@ -154,7 +154,7 @@ class Lanes(Several, np.lib.mixins.NDArrayOperatorsMixin):
         return HOW["function"](function, self, args, kwargs)
 
     def __getattr__(self, name: str) -> Any:
-        """A method of arrays, lane by lane."""
+        """A method of arrays that runs lane by lane."""
         if name.startswith("_") or not callable(getattr(np.ndarray, name, None)):
             raise AttributeError(name)
         return lambda *args, **options: _looped(
@@ -208,7 +208,7 @@ class Lanes(Several, np.lib.mixins.NDArrayOperatorsMixin):
         return Lanes(self.values.swapaxes(*(at % self.ndim + 1 for at in (first, second))))
 
     def tolist(self) -> Any:
-        """Numbers, or lists of them, some of which are of several cases."""
+        """Nested lists whose numbers may be Lanes."""
         return [each.tolist() for each in self] if self.ndim else self
 
     def item(self, *place: int) -> Lanes:
@@ -219,7 +219,7 @@ class Lanes(Several, np.lib.mixins.NDArrayOperatorsMixin):
 
 
 def lanewise(function: Callable[..., Any], *args: Any) -> Any:
-    """A function of one lane, of all."""
+    """The result of a function of one lane, for all lanes."""
     return _looped(function, args)
 
 

@@ -1,4 +1,4 @@
-"""The axes of lanes, which have one more in front, and how they lie in memory."""
+"""The axes of Lanes, whose first axis counts the cases, and their layout in memory."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def are_alike(values: npt.NDArray[Any]) -> bool:
 
 
 def is_split(index: tuple[Any, ...]) -> bool:
-    """Whether arrays and numbers of an index stand apart, so that NumPy moves their axes to the front."""
+    """Whether a slice stands between arrays or integers of an index. NumPy then moves their axes to the front."""
     if not any(isinstance(each, (np.ndarray, list)) for each in index):
         return False
     advanced = [at for at, each in enumerate(index) if isinstance(each, (np.ndarray, list, int, np.integer))]
@@ -23,13 +23,13 @@ def is_split(index: tuple[Any, ...]) -> bool:
 
 
 def raised(values: npt.NDArray[Any], ndim: int) -> npt.NDArray[Any]:
-    """Lanes (B, ...) with so many axes in all, by axes of length 1 after the first."""
+    """Values (B, ...) with `ndim` axes in all: axes of length 1 are inserted after the first."""
     missing = ndim - values.ndim
     return values.reshape(len(values), *(1,) * missing, *values.shape[1:]) if missing > 0 else values
 
 
 def laid_out_like(lane: npt.NDArray[Any], values: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Values (B, ...) with each lane in memory as one that is made alone: matrix products go by that."""
+    """Values (B, ...) in which each lane has the memory layout of `lane`. The bits of matrix products depend on it."""
     order = sorted(range(lane.ndim), key=lambda axis: -lane.strides[axis])
     found = np.empty((len(values), *(lane.shape[axis] for axis in order)), values.dtype)
     found = found.transpose(0, *(order.index(axis) + 1 for axis in range(lane.ndim)))
@@ -38,7 +38,7 @@ def laid_out_like(lane: npt.NDArray[Any], values: npt.NDArray[Any]) -> npt.NDArr
 
 
 def axes_of(axis: Any, ndim: int) -> Any:
-    """Axes of a lane as those of its lanes."""
+    """The axes of one lane as axes of the values (B, ...)."""
     if axis is None:
         return tuple(range(1, ndim + 1))
     if isinstance(axis, (tuple, list)):

@@ -1,4 +1,4 @@
-"""Objects of each case of a block, and functions that are called once for each."""
+"""Objects for each case of a block, and functions that are called once for each case."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from mbproj.lanes.array import Lanes, LanesMet, Parted, agreed
 Kind = TypeVar("Kind")
 Function = TypeVar("Function", bound=Callable[..., Any])
 NOTHING: Mapping[str, Any] = MappingProxyType({})
-#: Gives the part of one lane; None of what is the same for all.
+#: Returns the part of one lane of a value.
 Taken = Callable[[int], Any]
 
 
 class Each:
-    """One object for each of B cases: `items`. Attributes are those of all, and methods are called for each."""
+    """One object for each of B cases: `items`. An attribute is read from each object, a method is called on each."""
 
     __slots__ = ("items",)
     items: list[Any]
@@ -43,7 +43,7 @@ class Each:
 
 
 class OfLanes:
-    """A module or class whose functions are called for each case where they are given numbers of several."""
+    """A module or class whose functions are called once for each case where an argument holds several cases."""
 
     __slots__ = ("_of",)
 
@@ -59,18 +59,18 @@ class OfLanes:
 
     @staticmethod
     def of_all(found: Any) -> Any:
-        """An object that may be the same for all cases, whose methods take numbers of several."""
+        """An object whose methods take numbers of several cases. The object itself may be the same for all cases."""
         return found if isinstance(found, Each) else OfLanes(found)
 
 
 def lane(values: Kind, at: int) -> Kind:
-    """What one case has."""
+    """The values of one case."""
     taken = _taken(values)
     return values if taken is None else taken(at)
 
 
 def each_lane(function: Function) -> Function:
-    """A function of one case, which is called for each where it is given numbers of several."""
+    """A function of one case that is called once for each case where an argument holds several cases."""
 
     @wraps(function)
     def called(*args: Any, **options: Any) -> Any:
@@ -80,8 +80,8 @@ def each_lane(function: Function) -> Function:
 
 
 def each_call(function: Any, args: Sequence[Any], options: Mapping[str, Any] = NOTHING) -> Any:
-    """function(*args, **options), for each case where any of these is of several; without a function the first
-    argument is called."""
+    """function(*args, **options), called once for each case where an argument holds several. Where the function is
+    None, the first argument is called."""
     taken = [_taken(each) for each in args]
     named = {name: _taken(each) for name, each in options.items()}
     if all(each is None for each in (*taken, *named.values())):
@@ -95,7 +95,7 @@ def each_call(function: Any, args: Sequence[Any], options: Mapping[str, Any] = N
 
 
 def _taken(values: Any) -> Taken | None:
-    """How the part of one lane is taken; None where nothing in it is of several cases."""
+    """A function that returns the part of one lane; None where the value is the same for all cases."""
     if isinstance(values, Lanes):
         own = values.values
         return own.__getitem__ if values.ndim else own.tolist().__getitem__
@@ -117,7 +117,7 @@ def _taken(values: Any) -> Taken | None:
 
 
 def _width(values: Sequence[Any]) -> int:
-    """B, of anything that is of several cases."""
+    """The number B of cases."""
     waiting = list(values)
     while waiting:
         each = waiting.pop()
@@ -133,8 +133,8 @@ def _width(values: Sequence[Any]) -> int:
 
 
 def restacked(found: Sequence[Any]) -> Any:
-    """What each case has, as one: floats as Lanes, whole numbers and words where all agree. Raises Parted where they do
-    not."""
+    """The values of all cases as one value: floats become Lanes. Integers and texts must be the same for all cases,
+    else Parted is raised."""
     first = found[0]
     if all(each is first for each in found):
         return first
@@ -156,7 +156,7 @@ def restacked(found: Sequence[Any]) -> Any:
 
 
 def agreed_of(found: Sequence[Any]) -> Any:
-    """What all have. Raises Parted where they differ."""
+    """The value that all cases share. Raises Parted where they differ."""
     first = found[0]
     if any(each != first for each in found):
         raise Parted(found)

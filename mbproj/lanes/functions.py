@@ -1,4 +1,4 @@
-"""Functions of NumPy that are made for all lanes at once; the others run lane by lane."""
+"""Functions of NumPy that run for all lanes at once. The others run lane by lane."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from mbproj.lanes.ufuncs import aligned
 
 
 def _at_most(parts: Sequence[Any], width: int) -> list[Any]:
-    """Arrays, with their lanes along the first axis."""
+    """The arrays (B, ...) of parts, B = `width`. A part that is the same for all cases is repeated."""
     return [
         each.values if isinstance(each, Lanes) else np.broadcast_to(np.asarray(each), (width, *np.shape(each)))
         for each in parts
@@ -51,7 +51,8 @@ def _where(condition: Any, *choices: Any) -> Any:
 
 
 def _made(make: Any) -> Callable[..., Any]:
-    """A new array of so many lanes as `like` has: NumPy itself keeps the argument of this name from its functions."""
+    """A function that makes a new array with as many lanes as `like`. NumPy takes `like` out of the arguments before it
+    calls `__array_function__`, so `called` passes it on."""
 
     def made(like: Any, shape: Any, dtype: Any = float, order: str = "C") -> Any:
         own = (shape,) if isinstance(shape, (int, np.integer)) else tuple(shape)
@@ -117,7 +118,7 @@ FUNCTIONS: Mapping[Any, Callable[..., Any]] = {
 
 
 def called(function: Any, like: Lanes, args: Sequence[Any], options: Mapping[str, Any]) -> Any:
-    """What `Lanes.__array_function__` gives; `like` is among the arguments."""
+    """The result of `Lanes.__array_function__`; `like` is one of the arguments."""
     if function in WRITES or "out" in options:
         raise LanesMet(INTO_ONE)
     if function in MADE:

@@ -1,4 +1,4 @@
-"""Arrays that are made of others, some of which may be of several cases."""
+"""New arrays from others, some of which may be Lanes."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from mbproj.lanes.array import Lanes, LanesMet
 
 
 def one_of(values: Iterable[Any]) -> Any:
-    """The first of some arrays that is of several cases: what a new array is to be like. None where none is."""
+    """The first of these values that is Lanes, as an example for a new array; None where none is."""
     return next((each for each in values if isinstance(each, Lanes)), None)
 
 
 def like_others(values: Any, *others: Any) -> Any:
-    """An array to write into, of as many cases as the others have."""
+    """An array to write into, for as many cases as the others have."""
     like = one_of(others)
     if isinstance(values, Lanes) or not isinstance(like, Lanes):
         return values
@@ -35,9 +35,9 @@ def filled_like(values: Any, number: Any) -> Any:
 
 def contiguous(values: Any, dtype: Any = None) -> Any:
     """np.ascontiguousarray."""
-    own = values.values if isinstance(values, Lanes) else values
-    found = np.ascontiguousarray(own, dtype=dtype)
-    return Lanes(found) if isinstance(values, Lanes) else found
+    if isinstance(values, Lanes):
+        return Lanes(np.ascontiguousarray(values.values, dtype=dtype))
+    return np.ascontiguousarray(values, dtype=dtype)
 
 
 def first_axis_innermost(values: Any) -> Any:
@@ -49,7 +49,7 @@ def first_axis_innermost(values: Any) -> Any:
 
 
 def numbers(nested: Any) -> Any:
-    """np.array(nested, dtype=float), of lists some of whose numbers may be of several cases."""
+    """np.array(nested, dtype=float) of nested lists, some of whose numbers may be Lanes."""
     try:
         return np.array(nested, dtype=float)
     except LanesMet:
@@ -57,7 +57,7 @@ def numbers(nested: Any) -> Any:
 
 
 def _stacked(nested: Any) -> npt.NDArray[Any]:
-    """(B, ...) or (1, ...)."""
+    """The values (B, ...) of nested lists, or (1, ...) where they are the same for all cases."""
     if isinstance(nested, Lanes):
         return nested.values
     if not isinstance(nested, (list, tuple)):

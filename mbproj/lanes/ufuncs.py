@@ -1,4 +1,4 @@
-"""Elementwise operations and products of lanes."""
+"""Elementwise operations and matrix products of Lanes."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from mbproj.lanes.array import INTO_ONE, Lanes, LanesMet, laned
 from mbproj.lanes.axes import raised
 from mbproj.lanes.each import each_call
 
-#: Operations whose result IEEE 754 prescribes to the last bit, or that only compare or choose.
+#: Operations whose result IEEE 754 defines to the last bit, or that only compare or select.
 EXACT = frozenset(
     {
         np.add,
@@ -45,7 +45,7 @@ EXACT = frozenset(
 
 
 def applied(ufunc: np.ufunc, method: str, inputs: Sequence[Any], options: Mapping[str, Any]) -> Any:
-    """What `Lanes.__array_ufunc__` gives."""
+    """The result of `Lanes.__array_ufunc__`."""
     if method == "at":
         return added_at(ufunc, *inputs)
     if "out" in options:
@@ -65,30 +65,31 @@ def applied(ufunc: np.ufunc, method: str, inputs: Sequence[Any], options: Mappin
 
 
 def _is_square(base: Any, exponent: Any) -> bool:
-    """Of an array, which NumPy multiplies by itself; of a number it asks the C library."""
+    """Whether base**exponent is the square of an array. NumPy multiplies an array by itself; for the square of a number
+    it calls the C library, whose result may differ."""
     return isinstance(base, Lanes) and base.ndim > 0 and type(exponent) in (int, float) and exponent == 2
 
 
 def aligned(inputs: Sequence[Any]) -> list[Any]:
-    """Operands of one broadcast, with the lanes along the first axis."""
+    """Operands that broadcast against each other, with the lanes along the first axis."""
     most = 1 + max(each.ndim if isinstance(each, Lanes) else np.ndim(each) for each in inputs)
     return [raised(each.values, most) if isinstance(each, Lanes) else each for each in inputs]
 
 
 def product(first: Any, second: Any) -> Any:
-    """A @ B: NumPy multiplies matrix by matrix, so that lanes are so many matrices more."""
+    """A @ B. NumPy multiplies a stack matrix by matrix, so that each lane keeps its bits."""
     a, b = (each.values if isinstance(each, Lanes) else np.asarray(each) for each in (first, second))
-    of_lanes = isinstance(first, Lanes), isinstance(second, Lanes)
-    own = [each.ndim - lanes for each, lanes in zip((a, b), of_lanes, strict=True)]
-    row, column = own[0] == 1, own[1] == 1
+    is_lanes = isinstance(first, Lanes), isinstance(second, Lanes)
+    ndims = [each.ndim - lanes for each, lanes in zip((a, b), is_lanes, strict=True)]
+    row, column = ndims[0] == 1, ndims[1] == 1
     a = a[..., None, :] if row else a
     b = b[..., None] if column else b
-    most = max(own[0] + row, own[1] + column) + 1
-    a, b = (raised(each, most) if lanes else each for each, lanes in zip((a, b), of_lanes, strict=True))
-    found = a @ b
-    found = found[..., 0, :] if row and not column else found
-    found = found[..., 0] if column and not row else found
-    return Lanes(found[..., 0, 0] if row and column else found)
+    most = max(ndims[0] + row, ndims[1] + column) + 1
+    a, b = (raised(each, most) if lanes else each for each, lanes in zip((a, b), is_lanes, strict=True))
+    result = a @ b
+    result = result[..., 0, :] if row and not column else result
+    result = result[..., 0] if column and not row else result
+    return Lanes(result[..., 0, 0] if row and column else result)
 
 
 def added_at(ufunc: np.ufunc, into: Any, index: Any, *values: Any) -> None:

@@ -192,7 +192,7 @@ def datasets_for(sizes: Mapping[str, int]) -> tuple[Dataset, ...]:
     return (*DATASETS, *(dataset for dataset in LATER if sizes.get(dataset.symbol or "")))
 
 
-UNIQUE = "whether the constraints determine this component; where not, redundant joints share it at will"
+UNIQUE = "whether the constraints determine this component; where not, redundant joints can share it in any proportion"
 CONSTANTS: tuple[Constant, ...] = (
     Constant("joints/reaction_force_unique", ("nj", 3), UNIQUE, GLOBAL),
     Constant("joints/reaction_torque_unique", ("nj", 3), UNIQUE, GLOBAL),

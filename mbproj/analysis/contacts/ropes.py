@@ -1,4 +1,4 @@
-"""Ropes that pushed in a run: a rope that keeps its length does so, and no real one does."""
+"""Ropes that pushed in a run. In a model a rope of constant length can push; a real rope goes slack."""
 
 from __future__ import annotations
 
@@ -19,8 +19,9 @@ class Pushed(TypedDict):
 
 
 def pushed_by_ropes(results: Results, scene: Scene) -> dict[str, Pushed]:
-    """The push of each rope that pushes at a sample, by its name. Limits may push."""
-    found: dict[str, Pushed] = {}
+    """The largest push of each rope that pushes at a sample, by its name. A rope with limits is not looked at: its
+    limits may push."""
+    pushed: dict[str, Pushed] = {}
     names = results.names("tensions")
     for joint in scene.joints:
         columns = [k for k, name in enumerate(names) if name.rpartition(".")[0] == joint.name]
@@ -30,8 +31,8 @@ def pushed_by_ropes(results: Results, scene: Scene) -> dict[str, Pushed]:
         least = tension.min(axis=1)
         at = int(np.argmin(least))
         if least[at] < -THRESHOLDS.contact_pulls * np.abs(tension).max():
-            found[joint.name] = Pushed(push=-float(least[at]), time=float(results.time[at]))
-    return found
+            pushed[joint.name] = Pushed(push=-float(least[at]), time=float(results.time[at]))
+    return pushed
 
 
 def in_words(name: str, pushed: Pushed) -> str:

@@ -83,7 +83,7 @@ def _lines(found: MotionComparison, first: Path, second: Path) -> Iterator[str]:
     for kind, names in found.missing.items():
         yield f"only one of them has the {kind} {', '.join(names)}"
     if found.left_out:
-        yield f"not compared, because redundant joints share it at will: {in_words(found.left_out)}"
+        yield f"not compared, because redundant joints can share it in any proportion: {in_words(found.left_out)}"
     rows = [_row(each) for each in found.quantities]
     header = ("quantity", "largest difference", "of", "at", "allowed", "")
     widths = [max(len(row[place]) for row in (header, *rows)) for place in range(len(header))]

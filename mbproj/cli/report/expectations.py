@@ -46,7 +46,7 @@ def error_words(outcome: Outcome) -> str:
     expected, unit = outcome.expectation, f" {outcome.expectation.unit}" if outcome.expectation.unit else ""
     if outcome.measured is None:
         return "no such sample"
-    doubt = "" if outcome.unique else "; not unique, joints or contacts share it at will"
+    doubt = "" if outcome.unique else "; not unique, joints or contacts can share it in any proportion"
     if outcome.error is not None:
         return f"{outcome.error:.1e} of {expected.tolerance:.3g}{unit}{doubt}"
     return f"{outcome.measured[0]:.3g}{'' if outcome.holds else ', not'} {wanted(expected)}{doubt}"

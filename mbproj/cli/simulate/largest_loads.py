@@ -56,7 +56,7 @@ def lines(results: Results, over: str | None, level: float | None, *, rainflow: 
     if place is not None:
         yield f"place: {place[0]}{', modulo a turn' if place[1] == 'rad' else ''}"
     if any(not load.unique for load in felt):
-        yield "*: redundant joints share it at will"
+        yield "*: redundant joints can share it in any proportion"
     works = [load for load in felt if not isnan(load.put_in)]
     if works:
         yield "\nworks"

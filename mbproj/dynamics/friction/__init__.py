@@ -1,1 +1,2 @@
-"""Dry friction at a state: what bearings carry, what sticks and what slides. When that changes is for the time loop."""
+"""Dry friction at a state: the loads of bearings, and which frictions stick or slide. The time loop finds when that
+changes."""

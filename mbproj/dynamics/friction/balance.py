@@ -1,9 +1,10 @@
 """The forces of stops that touch and of dry frictions at one state, and which of them hold, open or slide from there.
-As much sticks as can. The law is the kernel's, in kernel/src/laws/friction_balance.hpp.
+As many frictions stick as can. The law is the kernel's, in kernel/src/laws/friction_balance.hpp.
 
-With x in coordinates in which the kinetic energy is ½|x|², forces y along rows A change accelerations b to b + A Aᵀy.
-A stop pushes, y >= 0, or opens; a friction at rest holds, s'' = 0, with |y| up to its static force, or slides against
-it; one that slides has its sliding force. Forces may go by what bearings carry, which is linear in y.
+The coordinates are such that the kinetic energy is half the sum of the squared speeds. Forces y along rows A change the
+accelerations b along these rows to b + A Aᵀy. A stop pushes, y >= 0, or opens. A friction at rest holds, s'' = 0, with
+|y| up to its static force, or begins to slide against that force. A friction that slides has its sliding force. These
+forces may be proportional to the loads of bearings, which are linear in y.
 """
 
 from __future__ import annotations
@@ -23,10 +24,12 @@ from mbproj.thresholds import THRESHOLDS
 
 @dataclass(frozen=True, eq=False)
 class FrictionBalance:
-    """S stops that touch and K frictions: rows A (S+K, f) and accelerations b (S+K,) without them. Arrays (K,) of the
-    frictions: `static` and `sliding` force, to be multiplied by `loads(y)`; the `direction` in which each slides, 0 at
-    rest; the `partner` with which it acts in a plane; the number of the `stop` whose push is its load; -1 for none. One
-    that nothing can move begins to slide where its acceleration is larger than `still`."""
+    """S stops that touch and K frictions: their rows A (S+K, f), and the accelerations b (S+K,) without their forces.
+
+    Arrays (K,) of the frictions: the `static` and `sliding` force, both to be multiplied by `loads(y)`; the `direction`
+    in which each slides, 0 at rest. `partner` is the other friction of the same plane, `stop` the stop whose push is
+    the load; -1 for none. A row along which no force can accelerate anything begins to slide where its acceleration is
+    larger than `still`."""
 
     A: Array
     b: Array
@@ -40,31 +43,31 @@ class FrictionBalance:
 
     @property
     def stops(self) -> int:
-        """S."""
+        """The number S of stops."""
         return len(self.b) - len(self.static)
 
     @cached_property
     def able(self) -> Flags:
-        """Which rows something can move along, (S+K,)."""
+        """Whether forces can accelerate something along each row, (S+K,)."""
         size = np.linalg.norm(self.A, axis=1)
         return np.asarray(size > THRESHOLDS.no_push * size.max(initial=0.0))
 
     @cached_property
     def rests(self) -> Flags:
-        """Which frictions are at rest, those in a plane together, (K,)."""
+        """Whether each friction is at rest, (K,). The two frictions of a plane rest together."""
         across = np.where(self.partner >= 0, self.direction[self.partner], 0.0)
         return np.asarray(np.hypot(self.direction, across) == 0.0)
 
     def accelerations(self, y: Array) -> Array:
-        """Along all rows, (S+K,)."""
+        """The accelerations along all rows under the forces y, (S+K,)."""
         return np.asarray(self.b + self.A @ (self.A.T @ y))
 
     def of_kernel(self) -> Any:
-        """The same as the kernel has it. Raises InputError without a kernel."""
+        """The kernel's object with these values. Raises InputError without a kernel."""
         B, still = self.A @ self.A.T, np.zeros(len(self.static)) + self.still
-        each = [numbers(of) for of in (self.static, self.sliding, self.direction, still)]
+        values = [numbers(array) for array in (self.static, self.sliding, self.direction, still)]
         places = self.stop.tolist(), self.partner.tolist(), self.able.tolist()
-        return law().FrictionBalance(numbers(B), numbers(self.b), each, *places, self._loads)
+        return law().FrictionBalance(numbers(B), numbers(self.b), values, *places, self._loads)
 
     def _loads(self, y: Array) -> Array:
         return numbers(self.loads(y))
@@ -72,9 +75,10 @@ class FrictionBalance:
 
 @dataclass(frozen=True, eq=False)
 class Balanced:
-    """The forces y (S+K,); arrays (K,) of the frictions: which are `stuck`, each by a row of its own; the `direction`
-    in which each slides, 0 at rest; and the `part` of its static force that one bears which others hold. `shares`: how
-    the stops that touch share their pushes, None where each has a row of its own."""
+    """The forces y (S+K,), and arrays (K,) of the frictions: which are `stuck`, each held by a row of its own; the
+    `direction` in which each slides, 0 at rest. A friction whose row depends on other stuck rows has no row of its own:
+    it bears this `part` of its static force. `shares`: how the stops that touch share their pushes; None where each has
+    a row of its own."""
 
     y: Array
     stuck: Flags
@@ -84,7 +88,7 @@ class Balanced:
 
 
 class NoFrictionBalance(Exception):
-    """No forces were found that fulfil all conditions: the numbers of frictions at rest that are part of it."""
+    """No forces were found that fulfil all conditions. `frictions`: the numbers of the frictions at rest."""
 
     def __init__(self, frictions: Integers) -> None:
         super().__init__("no balance")
@@ -92,7 +96,7 @@ class NoFrictionBalance(Exception):
 
 
 def balanced(problem: FrictionBalance) -> Balanced:
-    """What holds, and what slides from now on: as much sticks as can. Raises NoFrictionBalance."""
+    """The balance in which as many frictions stick as can. Raises NoFrictionBalance."""
     y, direction, *more = problem.of_kernel().decide(thresholds())
     if y is None:
         across = np.where(problem.partner >= 0, direction[problem.partner], 0.0)
@@ -102,6 +106,7 @@ def balanced(problem: FrictionBalance) -> Balanced:
 
 
 def forces(problem: FrictionBalance) -> Array | None:
-    """y where frictions at rest hold if they can all, and else up to their static force; None where there is none."""
-    found: Array | None = problem.of_kernel().forces(thresholds())
-    return found
+    """The forces y (S+K,) that hold all frictions at rest, or, where they cannot, are at most their static forces. None
+    where there are no such forces."""
+    y: Array | None = problem.of_kernel().forces(thresholds())
+    return y

@@ -1,4 +1,4 @@
-"""Dry friction at a state: what it is where it changes in a run, and how hard it resists sliding."""
+"""The static and sliding forces of dry frictions: at a state, where they are functions, and at a sliding speed."""
 
 from __future__ import annotations
 
@@ -14,26 +14,25 @@ from mbproj.model.system import System
 
 
 def frictions_at(system: System, state: State) -> Frictions:
-    """The frictions of a system that has some, with what slides and holds at a state as numbers."""
-    found = system.frictions
-    assert found is not None
-    if not found.varies:
-        return found
-    sliding, static = found.sliding.copy(), found.static.copy()
-    sizes, which = _sizes(system, found, state), list(found.varies)
-    sliding[which], static[which] = sizes[:, 0], sizes[:, 1]
-    return replace(found, sliding=sliding, static=static)
+    """The frictions of a system that has some, with their sliding and static forces at a state as numbers."""
+    frictions = system.frictions
+    assert frictions is not None
+    if not frictions.varies:
+        return frictions
+    sliding, static = frictions.sliding.copy(), frictions.static.copy()
+    forces, which = _forces(system, frictions, state), list(frictions.varies)
+    sliding[which], static[which] = forces[:, 0], forces[:, 1]
+    return replace(frictions, sliding=sliding, static=static)
 
 
 def sliding_forces(frictions: Frictions, speed: Array) -> Array:
-    """How hard frictions resist sliding at these speeds, (..., K), before loads."""
-    falls = np.exp(-((speed / np.where(frictions.stribeck > 0.0, frictions.stribeck, 1.0)) ** 2))
-    more = np.where(frictions.stribeck > 0.0, falls, 0.0)
-    return np.asarray(frictions.sliding + (frictions.static - frictions.sliding) * more)
+    """The forces that resist sliding at these speeds, (..., K), per unit of load: Stribeck's curve."""
+    decay = np.exp(-((speed / np.where(frictions.stribeck > 0.0, frictions.stribeck, 1.0)) ** 2))
+    static_part = np.where(frictions.stribeck > 0.0, decay, 0.0)
+    return np.asarray(frictions.sliding + (frictions.static - frictions.sliding) * static_part)
 
 
-def _sizes(system: System, frictions: Frictions, state: State) -> Array:
-    """What slides and what holds of those that change, (k, 2)."""
+def _forces(system: System, frictions: Frictions, state: State) -> Array:
+    """The sliding and static forces of the k frictions that change, (k, 2)."""
     programs, variables = frictions.programs, state.instant(system).variables()
-    found = [float(run(programs, at, variables)[0]) for at in range(programs.size)]
-    return np.array(found).reshape(-1, 2)
+    return np.array([float(run(programs, at, variables)[0]) for at in range(programs.size)]).reshape(-1, 2)

@@ -1,8 +1,8 @@
-"""The loads of bearings whose friction is part of what they carry.
+"""The loads of bearings, where friction is proportional to the load and is part of the load.
 
-The multipliers are linear in the forces. With the response of each bearing to each friction the loads L are the
-solution of as many equations, L = load(f₀ + Σ L f), by Newton's method. Where friction is so strong that a load may
-grow by more than itself there is no solution, or there are two (Painlevé 1895).
+The multipliers are linear in the forces. f₀ are the supports without friction, f the response to the friction of each
+bearing. Newton's method solves L = load(f₀ + Σ L f) for the loads L. Where friction is so strong that a load may grow
+by more than itself, there is no solution, or there are two (Painlevé 1895).
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from mbproj.thresholds import THRESHOLDS
 
 
 class Jammed(Exception):
-    """No unique loads: the number of the bearing whose friction is strongest."""
+    """The loads are not unique. `bearing`: the number of the bearing whose friction is strongest."""
 
     def __init__(self, bearing: int) -> None:
         super().__init__(f"bearing {bearing} jams")
@@ -24,14 +24,16 @@ class Jammed(Exception):
 
 
 def settled_loads(bearings: Bearings, base: Supports, responses: Supports) -> Array:
-    """L (B,) from the supports without friction, (B, 3), and the responses to the friction of each bearing with a load
-    of 1, (B, B, 3), first axis: whose friction. Raises Jammed."""
+    """The loads L (B,) of the bearings. Raises Jammed.
+
+    `base` (B, 3) are the supports without friction. `responses` (B, B, 3) are those to the friction of one bearing
+    under a load of 1; the first axis counts the bearing with this friction."""
     _refuse_jammed(bearings, base, responses)
     L = np.zeros(bearings.size)
     for _ in range(THRESHOLDS.most_passes):
-        at = base.plus(responses, L)
-        left = np.eye(bearings.size) - slopes(bearings, at, responses)
-        change = np.linalg.solve(left, L - load(bearings, at))
+        loaded = base.plus(responses, L)
+        jacobian = np.eye(bearings.size) - slopes(bearings, loaded, responses)
+        change = np.linalg.solve(jacobian, L - load(bearings, loaded))
         L = L - change
         if np.abs(change).max() <= THRESHOLDS.no_digits * np.abs(L).max():
             break
@@ -39,7 +41,8 @@ def settled_loads(bearings: Bearings, base: Supports, responses: Supports) -> Ar
 
 
 def _refuse_jammed(bearings: Bearings, base: Supports, responses: Supports) -> None:
-    """Raises Jammed unless the loads have a unique solution. What pushes and never pulls may shrink by any part."""
+    """Raises Jammed unless the loads have a unique solution. The load of a bearing that only pushes may shrink by any
+    amount: only its growth counts."""
     largest = (load(bearings, responses) - bearings.preload).T
     pushing = np.maximum(slopes(bearings, base, responses), 0.0)
     growth = np.where(bearings.is_push[:, None], pushing, largest)
@@ -48,8 +51,8 @@ def _refuse_jammed(bearings: Bearings, base: Supports, responses: Supports) -> N
 
 
 def grows_bounded(growth: Array) -> bool:
-    """Whether no loads grow by more than themselves, where each grows with each other one by `growth` (B, B) at most:
-    (I - growth) x = 1 has a positive solution then, and only then."""
+    """Whether no loads grow by more than themselves. `growth` (B, B) is the most by which each load grows with each
+    other one. The answer is yes where (I - growth) x = 1 has a positive solution, and only there."""
     try:
         x = np.linalg.solve(np.eye(len(growth)) - growth, np.ones(len(growth)))
     except np.linalg.LinAlgError:

@@ -1,4 +1,4 @@
-"""Friction that goes by a reaction that is not unique: redundant rows share what the joint carries at will."""
+"""Friction that depends on a reaction which is not unique: redundant rows can share the load in any proportion."""
 
 from __future__ import annotations
 
@@ -30,7 +30,8 @@ def refuse_shared_loads(system: System, state: State) -> None:
 
 @lru_cache(maxsize=64)
 def _problems(system: System, bearings: Bearings, q: bytes) -> tuple[Problem, ...]:
-    """At a pose q, and at poses nearby. Studies run a mechanism many times from one start."""
+    """The problems at a pose q and at poses nearby. They are cached: studies run a mechanism many times from one
+    start."""
     start = np.frombuffer(q)
     near = nearby(system, start).poses if system.bodies <= THRESHOLDS.few_bodies else ()
     sharing = np.zeros((bearings.size, len(system.names.joints)), dtype=bool)
@@ -45,15 +46,16 @@ def _sharing(system: System, bearings: Bearings, pose: Pose) -> Flags:
     force, torque = reactions(system, pose, stresses)
     size: Array = np.linalg.norm(force, axis=-1) * system.length + np.linalg.norm(torque, axis=-1)
     size = size / np.maximum(size.max(axis=-1, keepdims=True, initial=0.0), np.finfo(float).tiny)
-    own = load(bearings, supports(system, bearings, pose, stresses)) - bearings.preload
+    arbitrary = load(bearings, supports(system, bearings, pose, stresses)) - bearings.preload
     arms = np.maximum(bearings.radial, bearings.axial)
-    shared = own * system.length > THRESHOLDS.no_part * arms
+    shared = arbitrary * system.length > THRESHOLDS.no_part * arms
     return np.array(
         [(size[shared[:, b]] > THRESHOLDS.no_part).any(axis=0) for b in range(bearings.size)], dtype=bool
     ).reshape(bearings.size, -1)
 
 
 def _described(system: System, bearings: Bearings, sharing: Flags) -> Iterator[Problem]:
+    """A problem for each bearing that shares its load."""
     frictions, forces = system.frictions, system.forces
     for b in np.flatnonzero(sharing.any(axis=1)):
         place = None
@@ -62,11 +64,11 @@ def _described(system: System, bearings: Bearings, sharing: Flags) -> Iterator[P
             owner, place = frictions.owners[k], frictions.places[k]
         else:
             owner = f"force '{forces.law_owners[int(np.flatnonzero(forces.laws.bearing == b)[0])]}'"
-        own = int(bearings.joint[b])
-        others = ", ".join(f"'{name}'" for j, name in enumerate(system.names.joints) if sharing[b, j] and j != own)
+        joint = int(bearings.joint[b])
+        others = ", ".join(f"'{name}'" for j, name in enumerate(system.names.joints) if sharing[b, j] and j != joint)
         message = (
-            f"{owner} goes by what joint '{system.names.joints[own]}' carries, which is not unique: "
-            f"redundant rows share it at will with {others}"
+            f"{owner} depends on the load of joint '{system.names.joints[joint]}', which is not unique: "
+            f"redundant constraints can share it in any proportion with {others}"
         )
-        hint = "let one of these joints leave free what the others hold, as a spherical or cylindrical one does"
+        hint = "free a direction in one of these joints that the others hold, as a spherical or cylindrical joint does"
         yield Problem(message, place, hint)

@@ -1,5 +1,5 @@
-"""How stops that touch share what they push, where their rows depend on each other: some of them hold rows, and the
-pushes of all are parts of what these bear."""
+"""How stops that touch share a load, where their rows depend on each other. Some stops hold rows, and the push of each
+stop is a sum of parts of these rows' multipliers."""
 
 from __future__ import annotations
 
@@ -16,9 +16,11 @@ from mbproj.model.contacts import Contacts
 
 @dataclass(frozen=True, eq=False)
 class Shares:
-    """Of S stops that touch: those that hold `rows` (h,), and the `parts` (S, h) of their multipliers that each pushes
-    with. Of those that are `idle` (S,) the parts give less than nothing, as long as they do not push; `apart` (S,) are
-    those that have no share, since they open. Whether the motion depends on how they share is `decides`."""
+    """The shares of S stops that touch: `rows` (h,) are the stops that hold rows, and each stop pushes with these
+    `parts` (S, h) of their multipliers.
+
+    A stop that is `idle` (S,) does not push now, and its parts give a negative push until it does. One that is `apart`
+    (S,) opens and has no share. `decides`: whether the motion depends on how the stops share."""
 
     rows: Integers
     parts: Array
@@ -28,8 +30,9 @@ class Shares:
 
 
 def shares_of(N: Array, push: Array) -> Shares | None:
-    """Of stops with rows N (S, f) that push so, (S,), and rub nowhere; None where the rows of those that push, and of
-    those that follow from them, are independent. As their motion goes on they share as springs of one stiffness do."""
+    """The shares of stops without friction, with rows N (S, f) and pushes `push` (S,). They share the load as springs
+    of equal stiffness do. None where the rows of the stops that push, and of those that these carry along, are
+    independent."""
     B = numbers(N @ N.T)
     if len(independent(B, np.arange(len(B)))) == len(B):
         return None
@@ -37,7 +40,7 @@ def shares_of(N: Array, push: Array) -> Shares | None:
 
 
 def shares_from(found: Sequence[Any] | None) -> Shares | None:
-    """As the kernel tells them."""
+    """The shares from the kernel's sequence."""
     if found is None:
         return None
     rows, parts, idle, apart, decides = found
@@ -47,7 +50,8 @@ def shares_from(found: Sequence[Any] | None) -> Shares | None:
 
 
 def held_by(push: Array, touches: Integers, shares: Shares | None) -> Contacts:
-    """The stops that hold rows where these touch and push so, (S,), and how they share."""
+    """The stops that hold rows, and how all share. `touches` (S,) are the numbers of the stops that touch, `push` (S,)
+    their pushes."""
     if shares is None:
         return Contacts(tuple(np.flatnonzero(push > 0.0).tolist()))
     held = touches[shares.rows].tolist()

@@ -1,4 +1,5 @@
-"""Ropes: the tension of each portion, length and wraps. What turns or rubs has one on each side."""
+"""Ropes: the tension of each portion, the length, and the wraps. A wheel that turns, or a sheave with friction, divides
+a rope into portions."""
 
 from __future__ import annotations
 
@@ -8,17 +9,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mbproj.arrays import Flags, Integers, Numbers
+from mbproj.arrays import Flags, Integers, Numbers, dot
+from mbproj.constraints.curves.face import OnFace
+from mbproj.constraints.curves.in_space import InSpace
+from mbproj.constraints.curves.profile import OnCurve
+from mbproj.constraints.curves.two_curves import TwoCurves
+from mbproj.constraints.primitive import Primitive
 from mbproj.constraints.rope import Rope
 from mbproj.dynamics.equations.kinematics import Pose
-from mbproj.dynamics.observe.places import place
 from mbproj.dynamics.observe.samples import Samples
 from mbproj.model.system import System
 
 
 class Portion(NamedTuple):
-    """The forces that make a rope portion's tension: the numbers of a row of the joints, of a motion of the whole, or
-    of a stop; -1 for the others. A `part` of the friction on a sheave comes to that of a row."""
+    """The forces whose sum is the tension of a portion: the numbers of a `row` of the joints, of the `motion` of the
+    whole rope, or of a `stop`; -1 for none. To that of a row comes this `part` of a `friction` on a sheave."""
 
     row: int = -1
     motion: int = -1
@@ -30,26 +35,26 @@ class Portion(NamedTuple):
 @lru_cache(maxsize=64)
 def portions(system: System) -> tuple[Portion, ...]:
     """Return the portions of all ropes, in the order of `names.tensions`."""
-    found, names = list[Portion](), system.names
+    listed, names = list[Portion](), system.names
     for name in names.tensions:
         rope, _, number = name.rpartition(".tension_")
         rows = np.flatnonzero(system.joints.owner == names.joints.index(rope))
         length = names.coordinates.index(f"{rope}.length")
         driven = np.flatnonzero(system.motions.joint_coordinate == length)
-        if len(driven):  # the row of the whole, beside those of all portions but the last
+        if len(driven):  # the motion acts on the whole rope; each portion but the last has a row beside it
             row = int(rows[int(number) - 1]) if int(number) <= len(rows) else -1
-            found.append(Portion(row=row, motion=int(driven[0])))
+            listed.append(Portion(row=row, motion=int(driven[0])))
         elif len(rows):
-            found.append(_held(system, rope, rows, int(number)))
+            listed.append(_taut_portion(system, rope, rows, int(number)))
         else:
             assert system.stops is not None
-            found.append(Portion(stop=int(np.flatnonzero(_ends(system, length))[0])))
-    return tuple(found)
+            listed.append(Portion(stop=int(np.flatnonzero(_ends(system, length))[0])))
+    return tuple(listed)
 
 
-def _held(system: System, rope: str, rows: Integers, number: int) -> Portion:
-    """One of the portions of a rope that is taut, counted from 1. Each row has one, or two where it rubs on a sheave:
-    half of the friction is on either side of that."""
+def _taut_portion(system: System, rope: str, rows: Integers, number: int) -> Portion:
+    """Portion `number` of a rope that is taut, counted from 1. Each row has one portion. Where it rubs on a sheave it
+    has two, and half of the friction is on either side of the sheave."""
     rubs = {b: k for k, b in enumerate([] if system.frictions is None else system.frictions.bearing.tolist()) if b >= 0}
     parts = [] if system.bearings is None else system.bearings.parts
     owner = system.names.joints.index(rope)
@@ -63,25 +68,46 @@ def _held(system: System, rope: str, rows: Integers, number: int) -> Portion:
 
 
 def _ends(system: System, length: int) -> Flags:
-    """Whether each stop keeps a length from growing; where none does, whether it keeps it from shrinking."""
+    """Whether each stop is an upper limit of this length; where it has none, whether it is a lower limit."""
     stops = system.stops
     assert stops is not None
-    own = stops.joint_coordinate == length
-    return own & (stops.side < 0.0) if np.any(own & (stops.side < 0.0)) else own
+    limits = stops.joint_coordinate == length
+    return limits & (stops.side < 0.0) if np.any(limits & (stops.side < 0.0)) else limits
 
 
 def on_paths(system: System, pose: Pose, samples: Samples, pushes: Callable[[], Numbers]) -> dict[str, Numbers]:
     """Return the tensions of ropes and the points of contact on curves, by dataset, where there are some."""
-    found = {"ropes/tension": tensions(system, samples, pushes)} if system.names.tensions else {}
-    own = system.touching
-    if own is not None:
+    datasets = {"ropes/tension": tensions(system, samples, pushes)} if system.names.tensions else {}
+    touching = system.touching
+    if touching is not None:
         members = system.coordinates.layout.members
         x, columns = pose.places(system.coordinates), []
-        for number, offset in zip(own.coordinate, own.offset, strict=True):
+        for number, offset in zip(touching.coordinate, touching.offset, strict=True):
             member = members[system.coordinates.layout.member[number]]
-            columns.append(place(member.primitive, x[..., list(member.slots), :], offset))
-        found["curves/contact"] = np.stack(columns, axis=-2)
-    return found
+            columns.append(contact_point(member.primitive, x[..., list(member.slots), :], offset))
+        datasets["curves/contact"] = np.stack(columns, axis=-2)
+    return datasets
+
+
+def contact_point(primitive: Primitive, x: Numbers, offset: float) -> Numbers:
+    """Return the point at which a coordinate with these points and vectors (..., s, 3) touches its curve, (..., 3). For
+    a plane curve the point is as deep as the point of the second body."""
+    if isinstance(primitive, InSpace):
+        line = primitive.contact(x).line
+        return np.asarray(x[..., 4, :] - (line[..., None] * x[..., :3, :]).sum(axis=-2))
+    if isinstance(primitive, TwoCurves):
+        feet = primitive.feet(x)
+        curve = primitive.curve.derivatives(feet.s[..., 0], feet.piece[..., 0])[0]
+        (u, w), t = curve, feet.t
+    else:
+        assert isinstance(primitive, OnCurve)
+        at = primitive.contact(x)
+        (u, w), t = at.c, at.t
+    u, w = u - offset * t[1], w + offset * t[0]
+    first = x[..., 3 if isinstance(primitive, OnFace | TwoCurves) else 2, :]
+    normal = np.cross(x[..., 0, :], x[..., 1, :])
+    depth = dot(normal, x[..., -1, :] - first)
+    return np.asarray(first + u[..., None] * x[..., 0, :] + w[..., None] * x[..., 1, :] + depth[..., None] * normal)
 
 
 def tensions(system: System, samples: Samples, pushes: Callable[[], Numbers]) -> Numbers:
@@ -96,9 +122,9 @@ def tensions(system: System, samples: Samples, pushes: Callable[[], Numbers]) ->
             side = -1.0 if system.stops is None else float(system.stops.side[stop])
             columns.append(-side * pushes()[..., stop])
         else:
-            held = [at for at, there in ((row, row), (first + motion, motion)) if there >= 0]
-            own = multipliers[..., held].sum(axis=-1)
-            columns.append(own + part * rub[..., friction] if friction >= 0 else own)
+            pulling = [at for at, number in ((row, row), (first + motion, motion)) if number >= 0]
+            tension = multipliers[..., pulling].sum(axis=-1)
+            columns.append(tension + part * rub[..., friction] if friction >= 0 else tension)
     return np.stack(columns, axis=-1)
 
 

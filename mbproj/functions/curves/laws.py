@@ -1,4 +1,4 @@
-"""Lift laws: how a follower rises from 0 to 1 while x goes from 0 to 1 (Norton 2009, Cam Design, ch. 3)."""
+"""Lift laws of cams: a follower rises from 0 to 1 while x goes from 0 to 1 (Norton 2009, Cam Design, ch. 3)."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ FULL_TURN = 2.0 * pi
 
 
 class LawPiece(NamedTuple):
-    """The law from x = `start` on: Σ c_k x^k + a sin(w x + p)."""
+    """A piece of a law, from x = `start` on: Σ c_k x^k + a sin(w x + p). `wave` is (a, w, p)."""
 
     start: float
     coefficients: tuple[float, ...]
     wave: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def numbers(self, first: float, rise: float, duration: float) -> tuple[float, ...]:
-        """first + rise · law(u / duration), as a piece has it."""
-        own = [rise * c / duration**k for k, c in enumerate((*self.coefficients, *(0.0,) * TERMS)[:TERMS])]
+        """The numbers of first + rise · law(u / duration) for a `Piece`."""
+        c0, *others = [rise * c / duration**k for k, c in enumerate((*self.coefficients, *(0.0,) * TERMS)[:TERMS])]
         a, w, p = self.wave
-        return polynomial([own[0] + first, *own[1:]], (rise * a, w / duration, p))
+        return polynomial([c0 + first, *others], (rise * a, w / duration, p))
 
 
 class Rise(NamedTuple):
@@ -45,7 +45,7 @@ class _Acceleration(NamedTuple):
 
 
 def _by_acceleration(*given: _Acceleration) -> tuple[LawPiece, ...]:
-    """The law with these accelerations, up to a factor: at rest at x = 0, and 1 at x = 1."""
+    """The law whose acceleration is proportional to the given one. It is 0 with zero slope at x = 0, and 1 at x = 1."""
     parts, y, slope = [], 0.0, 0.0
     for each, end in zip(given, [*(after.start for after in given[1:]), 1.0], strict=True):
         start, k, (a, w, p) = each.start, each.constant, each[2:]

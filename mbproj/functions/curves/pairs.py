@@ -1,10 +1,10 @@
-"""Where two curves touch, or would: the places at which their tangents are parallel and the line between them is normal
-to both.
+"""The feet of two curves: the points where their tangents are parallel and the line between them is normal to both.
+There the curves touch, or are nearest to touching.
 
-One is fixed, the other is turned by an angle and then moved by d. Of both, places are walked through side by side in
-the order of the angles of their tangents. Where the line from one to the other changes from forward to backward,
-Newton's method begins. So it does at the ends, for a piece goes on beyond them. Of several such places that counts
-where the curves are nearest to each other.
+The first curve is fixed; the second is turned by an angle and then moved by d. The places of both curves are passed
+side by side, in the order of the angles of their tangents. Newton's method starts where the line from the first to the
+second place changes from forward to backward along the tangent. It also starts at the ends, since a piece continues
+beyond them. Of several solutions the one with the smallest distance counts.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ if TYPE_CHECKING:
     from mbproj.functions.curves.plane_curve import PlaneCurve
 
 FULL_TURN = 2.0 * np.pi
-#: On each of two curves: numbers of places, parameters or numbers of pieces.
+#: A number for each of two curves: of a place or of a piece.
 TwoNumbers: TypeAlias = "tuple[int, int]"
 
 
 class TurningRun(NamedTuple):
-    """Places from first to last along which the tangent turns one way, to the left or not."""
+    """The places from `first` to `last`, along which the tangent turns one way: to the `left`, or to the right."""
 
     first: int
     last: int
@@ -34,41 +34,42 @@ class TurningRun(NamedTuple):
 
 
 class RelativePose(NamedTuple):
-    """How the second curve lies: d (2, ...), its angle (...), and whether the tangents are opposite."""
+    """The pose of the second curve: its offset d (2, ...) in m, its angle (...) in rad, and whether the tangents at the
+    feet are `opposite`."""
 
     d: Numbers
     angle: Numbers
     opposite: bool
 
     def only(self, some: Integers) -> RelativePose:
-        """Of several, these."""
+        """The poses with these numbers."""
         return RelativePose(self.d[:, some], self.angle[some], self.opposite)
 
     def turned(self, vector: Numbers) -> Numbers:
-        """A vector (2, ...) of the second curve as the first one has it."""
+        """A vector (2, ...) of the second curve in the axes of the first."""
         cosine, sine = np.cos(self.angle), np.sin(self.angle)
         return np.stack([cosine * vector[0] - sine * vector[1], sine * vector[0] + cosine * vector[1]])
 
 
 def runs_of(angle: Array) -> tuple[TurningRun, ...]:
-    """All places, by the angles of their tangents (m,)."""
+    """All places divided into turning runs, from the angles of their tangents, (m,) in rad."""
     turn = np.diff(angle)
-    found, first, way = list[TurningRun](), 0, 0.0
+    runs, first, way = list[TurningRun](), 0, 0.0
     for at, step in enumerate(turn.tolist()):
         if abs(step) <= THRESHOLDS.rounding:
             continue
         if way * step < 0.0:
-            found.append(TurningRun(first, at, way > 0.0))
+            runs.append(TurningRun(first, at, way > 0.0))
             first = at
         way = step
-    return (*found, TurningRun(first, len(turn), way >= 0.0))
+    return (*runs, TurningRun(first, len(turn), way >= 0.0))
 
 
 def touching(
     curves: tuple[PlaneCurve, PlaneCurve], d: Numbers, angle: Numbers, opposite: bool, held: TwoNumbers
 ) -> tuple[Numbers, Integers]:
-    """The parameters of the two feet (..., 2), at points d (..., 2) and angles (...), both of which may be complex,
-    and their pieces."""
+    """The parameters of the two feet (..., 2), and their pieces (..., 2). The second curve is turned by `angle` (...)
+    and moved by d (..., 2); both may be complex. A foot stays on the `held` piece of its curve."""
     flat, turn = d.reshape(-1, 2), angle.reshape(-1)
     real = RelativePose(flat.real.T, turn.real, opposite)
     at = np.array(
@@ -87,13 +88,14 @@ def touching(
             break
     found: Numbers = s
     if np.iscomplexobj(d) or np.iscomplexobj(angle):
-        for _ in range(2):  # the first brings the derivative, the second what the first has rounded
+        for _ in range(2):  # the first step brings the derivative, the second corrects the first's round-off
             found = found + _newton(curves, RelativePose(flat.T, turn, opposite), found, piece)
     return found.T.reshape(*angle.shape, 2), piece.T.reshape(*angle.shape, 2)
 
 
 def _newton(curves: tuple[PlaneCurve, PlaneCurve], pose: RelativePose, s: Numbers, piece: Integers) -> Numbers:
-    """The steps (2, k) to c1'·Δ = 0 and c1' × c2' = 0, with the line Δ from the first foot to the second."""
+    """The steps (2, k) of Newton's method to c1'·Δ = 0 and c1' × c2' = 0; Δ is the line from the first foot to the
+    second."""
     (c, c1, c2, _), second = (curve.derivatives(s[k], piece[k]) for k, curve in enumerate(curves))
     e, e1, e2, _ = (pose.turned(each) for each in second)
     line, speed2 = pose.d + e - c, _dot(c1, c1)
@@ -102,9 +104,9 @@ def _newton(curves: tuple[PlaneCurve, PlaneCurve], pose: RelativePose, s: Number
     forward, apart = _dot(c1, line), _across(c1, e1)
     determinant = a * bend - b * turn
     straight = abs(determinant) <= THRESHOLDS.rounding * (abs(a * bend) + abs(b * turn))
-    own = np.where(straight, 1.0, determinant)
-    first = np.where(straight, forward / speed2, (b * apart - bend * forward) / own)
-    return np.stack([first, np.where(straight, 0.0, (turn * forward - a * apart) / own)])
+    divisor = np.where(straight, 1.0, determinant)
+    first = np.where(straight, forward / speed2, (b * apart - bend * forward) / divisor)
+    return np.stack([first, np.where(straight, 0.0, (turn * forward - a * apart) / divisor)])
 
 
 def _dot(one: Numbers, other: Numbers) -> Numbers:
@@ -130,7 +132,7 @@ def _nearest(curves: tuple[PlaneCurve, PlaneCurve], pose: RelativePose, held: Tw
 
 
 def _closest(curves: tuple[PlaneCurve, PlaneCurve], pose: RelativePose, held: TwoNumbers) -> TwoNumbers:
-    """Where nothing like that is found, the two places that are nearest to each other."""
+    """The two places that are nearest to each other: the start where no walk finds one."""
     first, second = (
         np.arange(len(curve.places.s)) if own < 0 else np.flatnonzero(curve.places.piece == own)
         for curve, own in zip(curves, held, strict=True)
@@ -144,8 +146,8 @@ def _closest(curves: tuple[PlaneCurve, PlaneCurve], pose: RelativePose, held: Tw
 def _walks(
     curves: tuple[PlaneCurve, PlaneCurve], pose: RelativePose, held: TwoNumbers
 ) -> Iterator[tuple[Integers, Integers, Array, Array]]:
-    """Places of both curves side by side, each (k,), and the line between them: how far it leads along the tangent of
-    the first curve, and how far across it."""
+    """Places of both curves side by side, (k,) each, and the line between them: its components along the tangent of the
+    first curve, and across it."""
     turn = float(pose.angle) + (np.pi if pose.opposite else 0.0)
     (first, second), there = (
         (curve.places for curve in curves),
@@ -164,23 +166,24 @@ def _walks(
 
 
 def _runs(curve: PlaneCurve, held: int) -> Iterator[Integers]:
-    """The numbers of the places of each run, so that the angles grow; those of one piece where that is held."""
+    """The numbers of the places of each run, ordered so that the angles grow. Only those on the `held` piece, if
+    any."""
     for run in curve.runs:
-        own = np.arange(run.first, run.last + 1)
+        places = np.arange(run.first, run.last + 1)
         if held >= 0:
-            own = own[curve.places.piece[own] == held]
-        if len(own) > 1:
-            yield own if run.left else own[::-1]
+            places = places[curve.places.piece[places] == held]
+        if len(places) > 1:
+            yield places if run.left else places[::-1]
 
 
 def _merged(a: Array, b: Array) -> tuple[Integers, Integers]:
-    """Where two ascending rows stand while their numbers are passed in order, from where both have begun until one has
-    ended."""
+    """The positions in two ascending sequences while their numbers are passed in order. The walk begins where both
+    sequences have begun, and ends with the first that ends."""
     both = np.concatenate([a, b])
     order = np.argsort(both, kind="stable")
     of_first = order < len(a)
     i, j = np.cumsum(of_first) - 1, np.cumsum(~of_first) - 1
     begun = (i >= 0) & (j >= 0)
-    own = begun & (both[order] <= min(a[-1], b[-1]))
-    own[np.argmax(begun)] = True
-    return i[own], j[own]
+    inside = begun & (both[order] <= min(a[-1], b[-1]))
+    inside[np.argmax(begun)] = True
+    return i[inside], j[inside]

@@ -1,4 +1,4 @@
-"""What curves in a plane and in space have in common: pieces one after another, places along them, arc lengths."""
+"""The common base of curves in a plane and in space: a sequence of pieces, places along them, and arc lengths."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from mbproj.functions.program import COORDINATE, Program, variable
 from mbproj.functions.standard import tabulated
 from mbproj.functions.table import CubicTable
 
-#: Nodes and weights of Gauss and Legendre on [-1, 1]: between two places they give arc lengths to round-off.
+#: Gauss-Legendre nodes and weights on [-1, 1]. They give the arc length between two places to round-off.
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(8)
-#: Of the largest parameter; Newton squares it.
+#: Newton's method ends after a step below this part of the largest parameter: the next step would square it.
 SETTLED = 1e-9
-#: No piece is held: the foot is looked for on all of them.
+#: No piece is held: the foot is sought on all pieces.
 FREE = -1
 
 
 class CurvePlaces(Protocol):
-    """Points along a curve: their parameters, pieces, and arc lengths from its beginning, (m,)."""
+    """Interface of m places along a curve: their parameters, pieces, and arc lengths from the start in m, (m,)."""
 
     @property
     def s(self) -> Array: ...
@@ -34,9 +34,9 @@ class CurvePlaces(Protocol):
 
 
 class PiecedCurve(ABC):
-    """Pieces one after another, in m, until the parameter is `end`. A closed one begins again there.
+    """A sequence of pieces in m, up to the parameter `end`. A `closed` curve starts again there.
 
-    A piece goes on beyond its ends as its functions do, so that a step may look beyond a knot.
+    The functions of a piece continue beyond its ends, so that a time step may evaluate it past a knot.
     """
 
     pieces: tuple[Any, ...]
@@ -45,56 +45,56 @@ class PiecedCurve(ABC):
 
     @cached_property
     def hash_of_numbers(self) -> int:
-        """Of all numbers, once: a curve is looked up by each row that follows it."""
+        """The hash of all numbers. It is computed once, since each row that follows a curve looks it up."""
         return hash((self.pieces, self.end, self.closed))
 
     @cached_property
     def contacts(self) -> dict[tuple[object, ...], Any]:
-        """Feet of the last points, for whoever asks again."""
+        """A cache of the feet of the last points."""
         return {}
 
     @property
     @abstractmethod
     def places(self) -> CurvePlaces:
-        """Points so near to each other that the one nearest to a point is next to that one's foot."""
+        """Points on the curve, so dense that the one nearest to a point is next to the point's foot."""
 
     @abstractmethod
     def derivatives(self, s: Numbers, piece: Integers) -> Numbers:
-        """The point and its first three derivatives at parameters (...) of these pieces, (4, axes, ...)."""
+        """The point and its first three derivatives by s at parameters (...) of these pieces, (4, axes, ...)."""
 
     @cached_property
     def starts(self) -> Array:
-        """Where the pieces begin, (n,)."""
+        """The parameters at which the pieces start, (n,)."""
         return np.array([each.start for each in self.pieces])
 
     @property
     def start(self) -> float:
-        """The parameter with which it begins."""
+        """The parameter at the start of the curve."""
         return float(self.pieces[0].start)
 
     @cached_property
     def period(self) -> float:
-        """Of the parameter; 0 of a curve that is open."""
+        """The period of the parameter; 0 for an open curve."""
         return self.end - self.start if self.closed else 0.0
 
     @property
     def length(self) -> float:
-        """From its beginning to its end, in m."""
+        """The arc length of the curve in m."""
         return float(self.places.length[-1])
 
     @cached_property
     def knots(self) -> Program:
-        """The parameter itself as a table whose pieces are those of the curve: its switches are the curve's knots."""
+        """The parameter as a table with the pieces of the curve. The switches of this program are the curve's knots."""
         return knots_at(self.starts.tolist(), self.period)
 
     @cached_property
     def reach(self) -> float:
-        """How far a step of Newton's method may go: as far as places are from each other."""
+        """The largest step of Newton's method: the largest distance between neighbouring places, as a parameter."""
         return float(np.abs(np.diff(self.places.s)).max())
 
     @property
     def settled(self) -> float:
-        """A step of Newton's method that is smaller is the last."""
+        """Newton's method ends after a step smaller than this."""
         return SETTLED * max(abs(self.start), abs(self.end))
 
     def at(self, s: Numbers) -> Integers:
@@ -102,7 +102,7 @@ class PiecedCurve(ABC):
         return np.clip(np.searchsorted(self.starts, s.real, side="right") - 1, 0, len(self.pieces) - 1)
 
     def moved(self, s: Array, piece: Integers, held: int) -> tuple[Array, Integers]:
-        """Parameters and the pieces that they are on."""
+        """Parameters within the period of a closed curve, and their pieces. Neither changes where a piece is `held`."""
         if held != FREE:
             return s, piece
         if self.closed:
@@ -110,20 +110,20 @@ class PiecedCurve(ABC):
         return s, self.at(s)
 
     def length_at(self, s: Numbers, piece: Integers) -> Numbers:
-        """The arc length from the beginning to parameters (...) of these pieces, which may be complex; beyond the ends
-        of an open curve it goes on."""
+        """The arc length from the start to parameters (...), which may be complex, of these pieces. It continues beyond
+        the ends of an open curve."""
         before = self.before(s, piece)
         return self.places.length[before] + self.lengths(self.places.s[before], s, piece)
 
     def before(self, s: Numbers, piece: Integers) -> Integers:
-        """The places before parameters (...) on these pieces."""
+        """The numbers of the places before parameters (...) on these pieces."""
         places = self.places
         first = np.searchsorted(places.piece, piece)
         last = np.searchsorted(places.piece, piece, side="right") - 2
         return np.clip(np.searchsorted(places.s, s.real, side="right") - 1, first, last)
 
     def lengths(self, start: Numbers, end: Numbers, piece: Integers) -> Numbers:
-        """Arc lengths from start to end (...), on these pieces; either may be complex."""
+        """The arc lengths from `start` to `end` (...) on these pieces; both may be complex."""
         half = 0.5 * (end - start)
         s = (start + half)[..., None] + half[..., None] * NODES
         slope = self.derivatives(s, np.broadcast_to(piece[..., None], s.shape))[1]
@@ -131,8 +131,8 @@ class PiecedCurve(ABC):
 
 
 def knots_at(start: Sequence[float], period: float) -> Program:
-    """The parameter itself as a table of pieces that begin there; `period`: 0 of a curve that is open."""
+    """The parameter as a table of pieces that begin at `start`. `period` is 0 for an open curve."""
     knots = tuple(start if period else [-np.inf, *start[1:]])
-    # each piece is its own number, so that no two are taken for one
+    # neighbouring pieces have different values, else the table would join them
     rows = tuple((float(at % 2), 0.0, 0.0, 0.0) for at in range(len(start)))
     return Program(tabulated(CubicTable(knots, tuple(start), rows, period), variable(COORDINATE)))

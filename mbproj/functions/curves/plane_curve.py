@@ -1,4 +1,4 @@
-"""A curve in a plane: its places, the foot of a point on it, and its arc length."""
+"""Plane curves: their places, the foot of a point, and the arc length."""
 
 from __future__ import annotations
 
@@ -17,14 +17,15 @@ from mbproj.functions.curves.piece import Piece, scaled
 from mbproj.functions.curves.pieced import FREE, PiecedCurve
 from mbproj.thresholds import THRESHOLDS
 
-#: From points (k, 2) and the piece held to parameters and pieces near the feet; a step of Newton's method from there.
+#: A function of points (k, 2) and the held piece that returns parameters and pieces near the feet. `Step` is a function
+#: that returns a step of Newton's method from there.
 Start: TypeAlias = "Callable[[Array, int], tuple[Array, Integers]]"
 Step: TypeAlias = "Callable[[Numbers, Numbers, Integers], Numbers]"
 
 
 class Places(NamedTuple):
-    """Points (m, 2) along a curve: their parameters, pieces, arc lengths from its beginning and the angles of their
-    tangents, which grow past a turn, (m,). Each piece has its own, from end to end."""
+    """Points (m, 2) along a curve: their parameters, pieces, arc lengths from the start in m, and the angles of their
+    tangents in rad, (m,) each. The angles count whole turns. Each piece has places at both of its ends."""
 
     s: Array
     piece: Integers
@@ -35,7 +36,7 @@ class Places(NamedTuple):
 
 @dataclass(frozen=True)
 class PlaneCurve(PiecedCurve):
-    """One in a plane."""
+    """A curve in a plane."""
 
     pieces: tuple[Piece, ...]
     end: float
@@ -45,7 +46,7 @@ class PlaneCurve(PiecedCurve):
         return self.hash_of_numbers
 
     def scaled(self, k: float) -> PlaneCurve:
-        """The same k times as large, with the same parameter."""
+        """The curve k times as large, with the same parameter."""
         pieces = tuple(replace(each, f=scaled(each.f, k), g=scaled(each.g, k)) for each in self.pieces)
         return replace(self, pieces=pieces)
 
@@ -56,24 +57,24 @@ class PlaneCurve(PiecedCurve):
 
     @property
     def turn(self) -> float:
-        """By how much its tangent turns from its beginning to its end, in rad."""
+        """The angle in rad by which the tangent turns from start to end."""
         return float(self.places.angle[-1] - self.places.angle[0])
 
     @cached_property
     def turns_left(self) -> bool:
-        """Whether a closed one goes around its inside counterclockwise."""
+        """Whether a closed curve runs counterclockwise."""
         x, y = self.places.point.T
         return bool(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) > 0.0)
 
     @cached_property
     def places(self) -> Places:
-        """Points so near to each other that the one nearest to a point is next to that one's foot."""
+        """Points on the curve, so dense that the one nearest to a point is next to the point's foot."""
         ends = [*self.arrays.start[1:].tolist(), self.end]
-        found = []
+        parts = []
         for at, (start, end) in enumerate(zip(self.arrays.start.tolist(), ends, strict=True)):
             count = max(1, self._turn_of(start, end, at))
-            found.append((np.linspace(start, end, count + 1), np.full(count + 1, at, dtype=np.intp)))
-        s, piece = (np.concatenate(part) for part in zip(*found, strict=True))
+            parts.append((np.linspace(start, end, count + 1), np.full(count + 1, at, dtype=np.intp)))
+        s, piece = (np.concatenate(part) for part in zip(*parts, strict=True))
         steps = self.lengths(s[:-1], s[1:], piece[:-1])
         steps[piece[1:] != piece[:-1]] = 0.0
         (x, y), (x1, y1), *_ = self.arrays.derivatives(s, piece)
@@ -81,7 +82,7 @@ class PlaneCurve(PiecedCurve):
         return Places(s, piece, point, length, np.unwrap(np.arctan2(y1, x1)))
 
     def _turn_of(self, start: float, end: float, piece: int) -> int:
-        """Into how many parts a piece is taken so that none turns by more than `place_turn`."""
+        """The number of equal parts into which a piece is divided, so that none turns by more than `place_turn` rad."""
         s = np.linspace(start, end, 65)
         tangent = self.arrays.derivatives(s, np.full(65, piece))[1]
         angle = np.unwrap(np.arctan2(tangent[1], tangent[0]))
@@ -92,24 +93,24 @@ class PlaneCurve(PiecedCurve):
         return self.arrays.derivatives(s, piece)
 
     def foot(self, d: Numbers, held: int = FREE) -> tuple[Numbers, Integers]:
-        """The parameters of the places nearest to points d (..., 2), and their pieces: of one piece where that is
-        `held`, beyond its ends too. What a point's foot is depends on no other point."""
+        """The parameters of the feet of points d (..., 2), and their pieces. Where a piece is `held` the feet are on
+        it, or on its continuation beyond the ends. The foot of a point depends on no other point."""
         return self._settled(d, self._nearest, self._newton, held)
 
     def facing(self, m: Numbers, held: int = FREE) -> tuple[Numbers, Integers]:
-        """The same of the places whose outward normals point along m (..., 2); of a closed curve that is convex."""
+        """The parameters and pieces at which the outward normal of a closed convex curve points along m (..., 2)."""
         return self._settled(m, self._turned, self._newton_facing, held)
 
     def touching(
         self, other: PlaneCurve, d: Numbers, angle: Numbers, opposite: bool, held: tuple[int, int] = (FREE, FREE)
     ) -> tuple[Numbers, Integers]:
-        """The parameters of the feet (..., 2) on this curve and another one, which is turned by angles (...) and moved
-        by d (..., 2), and their pieces. Their tangents are parallel there, or `opposite`."""
+        """The parameters (..., 2) of the feet on this curve and the `other` one, and their pieces. The other curve is
+        turned by `angle` (...) and moved by d (..., 2). The tangents there are parallel, or `opposite`."""
         return touching((self, other), d, angle, opposite, held)
 
     @cached_property
     def runs(self) -> tuple[TurningRun, ...]:
-        """Of places along which the tangent turns one way."""
+        """The runs of places along which the tangent turns one way."""
         return runs_of(self.places.angle)
 
     def _settled(self, d: Numbers, near: Start, newton: Step, held: int) -> tuple[Numbers, Integers]:
@@ -121,47 +122,47 @@ class PlaneCurve(PiecedCurve):
             point = flat[active].real
             step = np.clip(newton(point, s[active], piece[active]), -reach, reach)
             s[active], piece[active] = self.moved(s[active] + step, piece[active], held)
-            active = active[np.abs(step) > self.settled]  # the step after would be round-off
+            active = active[np.abs(step) > self.settled]  # the next step would be round-off
             if not len(active):
                 break
         found: Numbers = s
         if np.iscomplexobj(d):
-            for _ in range(2):  # the first brings the derivative, the second what the first has rounded
+            for _ in range(2):  # the first step brings the derivative, the second corrects the first's round-off
                 found = found + newton(flat, found, piece)
         return found.reshape(d.shape[:-1]), piece.reshape(d.shape[:-1])
 
     def _nearest(self, point: Array, held: int) -> tuple[Array, Integers]:
-        """The places nearest to points (k, 2)."""
+        """The parameters and pieces of the places nearest to points (k, 2)."""
         places = self.places
-        own = np.arange(len(places.s)) if held == FREE else np.flatnonzero(places.piece == held)
-        apart = np.empty(len(point), dtype=np.intp)
+        allowed = np.arange(len(places.s)) if held == FREE else np.flatnonzero(places.piece == held)
+        nearest = np.empty(len(point), dtype=np.intp)
         for block in range(0, len(point), 256):
-            line = point[block : block + 256, None, :] - places.point[own]
-            apart[block : block + 256] = np.argmin((line * line).sum(axis=-1), axis=-1)
-        return places.s[own[apart]].copy(), places.piece[own[apart]].copy()
+            line = point[block : block + 256, None, :] - places.point[allowed]
+            nearest[block : block + 256] = np.argmin((line * line).sum(axis=-1), axis=-1)
+        return places.s[allowed[nearest]].copy(), places.piece[allowed[nearest]].copy()
 
     def _turned(self, m: Array, held: int) -> tuple[Array, Integers]:
-        """The places whose outward normals are nearest to directions (k, 2)."""
-        own = np.arange(len(self.places.s)) if held == FREE else np.flatnonzero(self.places.piece == held)
-        angle = self.places.angle[own] - (0.5 if self.turns_left else -0.5) * np.pi
+        """The parameters and pieces of the places whose outward normals are nearest to directions (k, 2)."""
+        allowed = np.arange(len(self.places.s)) if held == FREE else np.flatnonzero(self.places.piece == held)
+        angle = self.places.angle[allowed] - (0.5 if self.turns_left else -0.5) * np.pi
         at = np.argmax(m[:, :1] * np.cos(angle) + m[:, 1:] * np.sin(angle), axis=-1)
-        return self.places.s[own[at]].copy(), self.places.piece[own[at]].copy()
+        return self.places.s[allowed[at]].copy(), self.places.piece[allowed[at]].copy()
 
     def _newton(self, d: Numbers, s: Numbers, piece: Integers) -> Numbers:
-        """The step to (d - c)·c' = 0; by the slope of Gauss and Newton where that of Newton leads away."""
+        """The Newton step to (d - c)·c' = 0; the Gauss-Newton step where Newton's would lead away from the minimum."""
         (x, y), (x1, y1), (x2, y2), _ = self.arrays.derivatives(s, piece)
         u, w, speed2 = d[..., 0] - x, d[..., 1] - y, x1 * x1 + y1 * y1
         slope = u * x2 + w * y2 - speed2
         return -(u * x1 + w * y1) / np.where(slope.real < 0.0, slope, -speed2)
 
     def _newton_facing(self, m: Numbers, s: Numbers, piece: Integers) -> Numbers:
-        """The step to m·c' = 0, where m·c'' < 0."""
+        """The Newton step to m·c' = 0 with m·c'' < 0."""
         _, (x1, y1), (x2, y2), _ = self.arrays.derivatives(s, piece)
         slope = m[..., 0] * x2 + m[..., 1] * y2
         return -(m[..., 0] * x1 + m[..., 1] * y1) / np.where(slope.real < 0.0, slope, -(x1 * x1 + y1 * y1))
 
     def angle_at(self, s: Numbers, piece: Integers) -> Numbers:
-        """By how much the tangent has turned until there from the beginning, likewise: a turn with each round."""
+        """The angle in rad by which the tangent has turned from the start to parameters (...) of these pieces."""
         before = self.before(s, piece)
         slope = self.arrays.derivatives(s, piece)[1]
         cosine, sine = np.cos(self.places.angle[before]), np.sin(self.places.angle[before])

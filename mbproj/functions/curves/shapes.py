@@ -1,4 +1,4 @@
-"""The curves that a scene can give, as pieces."""
+"""The shapes of curves that a scene can give, as pieces."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from mbproj.functions.curves.plane_curve import PlaneCurve
 from mbproj.functions.table import CubicTable, periodic, spline
 
 Point = tuple[float, float]
-#: Of a line that arcs take up whole.
+#: A line is dropped where the arcs at its ends leave less than this part of it.
 ROUND_OFF = 64.0 * float_info.epsilon
 
 
 class CamFollower(NamedTuple):
-    """What touches a cam: a point or, of `radius` in m, a roller; or a flat face."""
+    """The follower that touches a cam: a point, a roller of `radius` m, or a flat face."""
 
     kind: Literal["point", "roller", "flat"] = "point"
     radius: float = 0.0
 
 
 def through(points: Sequence[Point], closed: bool) -> PlaneCurve:
-    """The cubic spline through points, whose parameter adds up the distances between them: natural ends, or closed."""
+    """The cubic spline through points, with natural ends or `closed`. Its parameter is the sum of the chords in m."""
     whole = [*points, points[0]] if closed else [*points]
     s = [0.0]
     for (x0, y0), (x1, y1) in pairwise(whole):
@@ -44,21 +44,21 @@ def through(points: Sequence[Point], closed: bool) -> PlaneCurve:
 
 
 def ellipse(half_axes: Point) -> PlaneCurve:
-    """Counterclockwise from the end of its first half axis, about the origin."""
+    """The ellipse about the origin, counterclockwise from the end of its first half axis. `half_axes` are in m."""
     x, y = (polynomial((), (half, 1.0, phase)) for half, phase in zip(half_axes, (0.5 * pi, 0.0), strict=True))
     return PlaneCurve((Piece(0.0, 0.0, Form.CARTESIAN, x, y),), FULL_TURN, True)
 
 
 def involute(base: float, start: float, end: float) -> PlaneCurve:
-    """Of the circle with the radius `base` about the origin, from one roll angle to another: the end of a cord that is
-    unrolled from the x axis on, counterclockwise or, at negative angles, clockwise."""
+    """The involute of the circle of radius `base` m about the origin, between two roll angles in rad. It is the path of
+    the end of a cord that is unrolled from the x axis on: counterclockwise, or clockwise at negative angles."""
     quarter = 0.5 * pi
     piece = Piece(start - quarter, -quarter, Form.SUPPORT, polynomial((0.0, base)))
     return PlaneCurve((piece,), end - quarter, False)
 
 
 def polyline(points: Sequence[Point], fillet: float, closed: bool) -> PlaneCurve:
-    """Straight lines from point to point, with an arc of radius `fillet` in each corner; the parameter is the arc
+    """Straight lines from point to point, with an arc of radius `fillet` m in each corner. The parameter is the arc
     length. Raises ValueError with the number of the corner where the arc does not fit."""
     count = len(points)
     corners = [_corner(points, at, fillet, closed) for at in range(count)]
@@ -92,7 +92,7 @@ def polyline(points: Sequence[Point], fillet: float, closed: bool) -> PlaneCurve
 
 
 class _Corner(NamedTuple):
-    """By how much the direction turns, and how much of both lines the arc takes away."""
+    """The angle `turn` in rad of a corner, and the length `cut` in m that its arc takes from both lines."""
 
     turn: float = 0.0
     cut: float = 0.0
@@ -108,19 +108,19 @@ def _corner(points: Sequence[Point], at: int, fillet: float, closed: bool) -> _C
 
 
 def polar(rows: Sequence[Point]) -> PlaneCurve:
-    """The periodic cubic spline through (angle in rad, radius), the last of which is the first a turn later."""
+    """The periodic cubic spline through (angle in rad, radius in m). The last row is the first one a turn later."""
     table: CubicTable = periodic(rows[:-1], FULL_TURN)
     pieces = [
-        Piece(knot, origin, Form.POLAR, polynomial(own))
-        for knot, origin, own in zip(table.knots, table.origins, table.pieces, strict=True)
+        Piece(knot, origin, Form.POLAR, polynomial(cubic))
+        for knot, origin, cubic in zip(table.knots, table.origins, table.pieces, strict=True)
     ]
     return PlaneCurve(tuple(pieces), table.knots[0] + FULL_TURN, True)
 
 
 def of_law(base: float, rises: Sequence[Rise], followed: CamFollower, clockwise: bool) -> PlaneCurve:
-    """What a cam guides on a base circle of radius `base`: the way of a point, or of a roller's centre, or, for a flat
-    face, the profile itself. The law goes by the angle about the axis, counterclockwise from x or clockwise; the
-    follower moves on a line through the axis."""
+    """The curve of a cam with the base radius `base` in m: the path of the point or of the roller's centre, or, for a
+    flat face, the profile. The lift is a function of the angle about the axis from x, counterclockwise or `clockwise`.
+    The follower moves on a line through the axis."""
     first = base + followed.radius
     form = Form.SUPPORT if followed.kind == "flat" else Form.POLAR
     pieces, s, lift = list[Piece](), 0.0, rises[-1].to
@@ -134,7 +134,7 @@ def of_law(base: float, rises: Sequence[Rise], followed: CamFollower, clockwise:
 
 
 def reflected(curve: PlaneCurve) -> PlaneCurve:
-    """A curve by angles the other way around: what was at s is at a turn less s."""
+    """The mirror image of a curve whose parameter is an angle: the point at s moves to 2π - s."""
     ends = [*(each.start for each in curve.pieces[1:]), curve.end]
     pieces = [
         replace(each, start=FULL_TURN - end, origin=FULL_TURN - each.origin, f=mirrored(each.f))
@@ -144,7 +144,7 @@ def reflected(curve: PlaneCurve) -> PlaneCurve:
 
 
 def drawn(curve: PlaneCurve, distance: float = 0.0) -> list[Point]:
-    """Points along a curve, or along that at a distance to its left, closed where it is."""
+    """Points along a curve, or along its offset curve at this `distance` in m to the left."""
     places = curve.places
     slope = curve.arrays.derivatives(places.s, places.piece)[1]
     across = distance / (slope[0] ** 2 + slope[1] ** 2) ** 0.5

@@ -1,4 +1,4 @@
-"""What is wrong with a curve, or with a roller on it: crossings, cusps, places where it does not fit."""
+"""Faults of a curve, or of a roller on it: crossings, corners, and places where the roller does not fit."""
 
 from __future__ import annotations
 
@@ -10,48 +10,49 @@ from mbproj.arrays import Array
 from mbproj.functions.curves.plane_curve import PlaneCurve
 from mbproj.thresholds import THRESHOLDS
 
-#: What is looked for among places is found to this part.
+#: The relative accuracy of searches among places.
 ROUGHLY = 1e-6
 
 
 class At(NamedTuple):
-    """A place of a curve (x, y) in m, and what was found there."""
+    """A point (x, y) of a curve in m, and the `value` that is sought there."""
 
     x: float
     y: float
-    found: float
+    value: float
 
 
 def crossing(curve: PlaneCurve) -> At | None:
-    """Where a curve crosses itself: the middle of one of two chords that do; None where none do."""
+    """Where a curve crosses itself: the middle of a chord that crosses another one, and its parameter; None where no
+    chords cross."""
     point = curve.places.point
     start, end = point[:-1], point[1:]
     length = np.linalg.norm(end - start, axis=1)
-    chord = np.flatnonzero(length > ROUGHLY * length.max())  # none from the end of a piece to the start of the next
+    chord = np.flatnonzero(length > ROUGHLY * length.max())  # not from the end of a piece to the start of the next
     start, end = start[chord], end[chord]
     of_start, of_end = _sides(start, end, start), _sides(start, end, end)
     apart = of_start * of_end < 0.0
     both = np.triu(apart & apart.T, 2)
     both[0, -1] &= not curve.closed  # neighbours
-    found = np.argwhere(both)
-    if not len(found):
+    crossings = np.argwhere(both)
+    if not len(crossings):
         return None
-    i = int(found[0, 0])
+    i = int(crossings[0, 0])
     return _at(0.5 * (start[i] + end[i]), curve.places.s[chord[i]])
 
 
-def _at(point: Array, found: float) -> At:
-    return At(float(point[0]), float(point[1]), float(found))
+def _at(point: Array, value: float) -> At:
+    return At(float(point[0]), float(point[1]), float(value))
 
 
 def _sides(start: Array, end: Array, point: Array) -> Array:
-    """Of which side of the line of chord i (m,) each point j (m,) is, (m, m)."""
+    """The side of the line of chord i on which point j lies, (m, m): positive on the left."""
     line, to = (end - start)[:, None, :], point[None, :, :] - start[:, None, :]
     return np.asarray(line[..., 0] * to[..., 1] - line[..., 1] * to[..., 0])
 
 
 def corner(curve: PlaneCurve) -> At | None:
-    """A knot at which the tangent turns; None where there is none."""
+    """The knot at which the tangent jumps most, and the angle in rad; None where the curve is smooth."""
     ends = np.array([*(each.start for each in curve.pieces[1:]), curve.end])
     last = np.arange(len(curve.pieces))
     after = np.roll(last, -1)
@@ -66,20 +67,22 @@ def corner(curve: PlaneCurve) -> At | None:
 
 
 def curvature(curve: PlaneCurve) -> Array:
-    """κ at the places, (m,), positive where it turns to the left."""
+    """The curvature κ in 1/m at the places, (m,), positive where the curve turns left."""
     _, (x1, y1), (x2, y2), _ = curve.derivatives(curve.places.s, curve.places.piece)
     return np.asarray((x1 * y2 - y1 * x2) / (x1 * x1 + y1 * y1) ** 1.5)
 
 
 def least_bent(curve: PlaneCurve) -> At:
-    """Where a closed curve bulges outward least, and its curvature there times its size; negative: hollow."""
+    """Where a closed curve has its least curvature, and that curvature times the size of the curve. It is negative
+    where the curve is hollow."""
     outward = curvature(curve) * (1.0 if curve.turns_left else -1.0)
     worst = int(np.argmin(outward))
     return _at(curve.places.point[worst], outward[worst] * float(np.ptp(curve.places.point, axis=0).max()))
 
 
 def undercut(curve: PlaneCurve, distance: float) -> At | None:
-    """Where 1 - κφ is smallest at a distance φ to the left of the curve, if it is below `least_undercut` there."""
+    """Where 1 - κφ is smallest, with the `distance` φ to the left of the curve in m, and its value there. None where it
+    is not below `least_undercut`."""
     left = 1.0 - curvature(curve) * distance
     worst = int(np.argmin(left))
     if left[worst] >= THRESHOLDS.least_undercut:
@@ -88,7 +91,8 @@ def undercut(curve: PlaneCurve, distance: float) -> At | None:
 
 
 def touches_twice(curve: PlaneCurve, distance: float) -> At | None:
-    """A place from which a circle at that distance to the left, which touches the curve there, goes through it."""
+    """Where a circle that touches the curve from the left cuts it elsewhere, and the distance of its centre from the
+    curve. The radius of the circle is `distance` in m; negative: to the right. None where none does."""
     places = curve.places
     slope = curve.derivatives(places.s, places.piece)[1]
     across = np.array([-slope[1], slope[0]]) / np.sqrt(slope[0] ** 2 + slope[1] ** 2)
@@ -102,8 +106,8 @@ def touches_twice(curve: PlaneCurve, distance: float) -> At | None:
 
 
 def largest_roller(curve: PlaneCurve, left: bool, offset: float = 0.0) -> float:
-    """The largest radius that fits on the side `left` or right of a curve whose profile is `offset` to its left: up to
-    `least_undercut`, and without touching twice."""
+    """The largest radius in m of a roller on the `left` or right side of a curve whose profile is `offset` m to its
+    left. The roller must not undercut the curve, and must not touch it twice."""
     side = 1.0 if left else -1.0
     size = float(np.ptp(curve.places.point, axis=0).max())
 

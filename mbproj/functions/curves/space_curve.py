@@ -1,4 +1,4 @@
-"""A curve in space: cubic pieces through points, the foot of a point, its arc length, and a frame across it."""
+"""Curves in space: cubic pieces through points, the foot of a point, and the arc length."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from mbproj.functions.table import periodic, spline
 from mbproj.thresholds import THRESHOLDS
 
 Point3 = tuple[float, float, float]
-#: Directions of which each piece takes the one that is farthest from its tangents.
+#: Candidates for the direction of each piece that is farthest from its tangents.
 DIRECTIONS = np.array([each for each in product((-1.0, 0.0, 1.0), repeat=3) if each > (0.0, 0.0, 0.0)])
 
 
 class SpacePiece(NamedTuple):
-    """From the parameter `start` on: cubic coefficients of x, y and z by s - origin."""
+    """A piece from the parameter `start` on: the coefficients of x, y and z as cubic functions of s - origin."""
 
     start: float
     origin: float
@@ -31,7 +31,7 @@ class SpacePiece(NamedTuple):
 
 
 class SpacePlaces(NamedTuple):
-    """Points (m, 3) along a curve: their parameters, pieces and arc lengths from its beginning, (m,)."""
+    """Points (m, 3) along a curve: their parameters, pieces and arc lengths from the start in m, (m,) each."""
 
     s: Array
     piece: Integers
@@ -41,7 +41,7 @@ class SpacePlaces(NamedTuple):
 
 @dataclass(frozen=True)
 class SpaceCurve(PiecedCurve):
-    """One in space, of cubic pieces."""
+    """A curve in space, of cubic pieces."""
 
     pieces: tuple[SpacePiece, ...]
     end: float
@@ -51,7 +51,7 @@ class SpaceCurve(PiecedCurve):
         return self.hash_of_numbers
 
     def scaled(self, k: float) -> SpaceCurve:
-        """The same k times as large, with the same parameter."""
+        """The curve k times as large, with the same parameter."""
         pieces = tuple(
             each._replace(coefficients=tuple(tuple(k * c for c in row) for row in each.coefficients))
             for each in self.pieces
@@ -60,36 +60,36 @@ class SpaceCurve(PiecedCurve):
 
     @cached_property
     def origins(self) -> Array:
-        """From where they count, (n,)."""
+        """The origins of the pieces' parameters, (n,)."""
         return np.array([each.origin for each in self.pieces])
 
     @cached_property
     def coefficients(self) -> Array:
-        """Those of their functions, (n, 3, 4)."""
+        """The coefficients of the pieces, (n, 3, 4)."""
         return np.array([each.coefficients for each in self.pieces])
 
     @cached_property
     def axes(self) -> Array:
-        """Of each piece a direction across which its tangents stay, (n, 3)."""
-        found, ends = [], [*self.starts[1:].tolist(), self.end]
+        """A direction for each piece to which its tangents are never parallel, (n, 3)."""
+        directions, ends = [], [*self.starts[1:].tolist(), self.end]
         for at, (start, end) in enumerate(zip(self.starts.tolist(), ends, strict=True)):
             slope = self.derivatives(np.linspace(start, end, 33), np.full(33, at))[1]
             tangent = slope / np.linalg.norm(slope, axis=0)
             unit = DIRECTIONS / np.linalg.norm(DIRECTIONS, axis=1)[:, None]
-            found.append(unit[np.argmin(np.abs(unit @ tangent).max(axis=1))])
-        return np.array(found)
+            directions.append(unit[np.argmin(np.abs(unit @ tangent).max(axis=1))])
+        return np.array(directions)
 
     @cached_property
     def places(self) -> SpacePlaces:
-        """Points so near to each other that the one nearest to a point is next to that one's foot."""
-        ends, found = [*self.starts[1:].tolist(), self.end], []
+        """Points on the curve, so dense that the one nearest to a point is next to the point's foot."""
+        ends, parts = [*self.starts[1:].tolist(), self.end], []
         for at, (start, end) in enumerate(zip(self.starts.tolist(), ends, strict=True)):
             slope = self.derivatives(np.linspace(start, end, 65), np.full(65, at))[1]
             tangent = slope / np.linalg.norm(slope, axis=0)
             turn = np.arccos(np.clip((tangent[:, 1:] * tangent[:, :-1]).sum(axis=0), -1.0, 1.0)).max()
             count = max(2, int(np.ceil(64.0 * turn / THRESHOLDS.place_turn)))
-            found.append((np.linspace(start, end, count + 1), np.full(count + 1, at, dtype=np.intp)))
-        s, piece = (np.concatenate(part) for part in zip(*found, strict=True))
+            parts.append((np.linspace(start, end, count + 1), np.full(count + 1, at, dtype=np.intp)))
+        s, piece = (np.concatenate(part) for part in zip(*parts, strict=True))
         steps = self.lengths(s[:-1], s[1:], piece[:-1])
         steps[piece[1:] != piece[:-1]] = 0.0
         return SpacePlaces(s, piece, self.derivatives(s, piece)[0].T, np.concatenate([[0.0], np.cumsum(steps)]))
@@ -108,8 +108,8 @@ class SpaceCurve(PiecedCurve):
         )
 
     def foot(self, d: Numbers, held: int = FREE) -> tuple[Numbers, Integers]:
-        """The parameters of the places nearest to points d (..., 3), complex too, and their pieces: of one piece where
-        that is `held`, beyond its ends too."""
+        """The parameters of the feet of points d (..., 3), which may be complex, and their pieces. Where a piece is
+        `held` the feet are on it, or on its continuation beyond the ends."""
         flat = d.reshape(-1, 3)
         s, piece = self._nearest(flat.real, held)
         active = np.arange(len(flat))
@@ -127,13 +127,13 @@ class SpaceCurve(PiecedCurve):
 
     def _nearest(self, point: Array, held: int) -> tuple[Array, Integers]:
         places = self.places
-        own = np.arange(len(places.s)) if held == FREE else np.flatnonzero(places.piece == held)
-        line = point[:, None, :] - places.point[own]
-        at = own[np.argmin((line * line).sum(axis=-1), axis=-1)]
+        allowed = np.arange(len(places.s)) if held == FREE else np.flatnonzero(places.piece == held)
+        line = point[:, None, :] - places.point[allowed]
+        at = allowed[np.argmin((line * line).sum(axis=-1), axis=-1)]
         return places.s[at].copy(), places.piece[at].copy()
 
     def _newton(self, d: Numbers, s: Numbers, piece: Integers) -> Numbers:
-        """The step to (d - c)·c' = 0, of Gauss and Newton where the foot is not the nearest place."""
+        """The Newton step to (d - c)·c' = 0; the Gauss-Newton step where Newton's would lead away from the minimum."""
         c, c1, c2, _ = self.derivatives(s, piece)
         line, speed2 = d.T - c, (c1 * c1).sum(axis=0)
         slope = (line * c2).sum(axis=0) - speed2
@@ -141,7 +141,7 @@ class SpaceCurve(PiecedCurve):
 
 
 def through_space(points: Sequence[Point3], closed: bool) -> SpaceCurve:
-    """The cubic spline through points, whose parameter adds up the distances between them: natural ends, or closed."""
+    """The cubic spline through points, with natural ends or `closed`. Its parameter is the sum of the chords in m."""
     whole = [*points, points[0]] if closed else [*points]
     s = [0.0]
     for one, other in pairwise(whole):

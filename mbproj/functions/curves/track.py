@@ -1,4 +1,4 @@
-"""A curve by name, with what it was made for."""
+"""Named curves of a scene, with the follower for which each was made."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from mbproj.functions.curves.space_curve import SpaceCurve
 
 @dataclass(frozen=True)
 class Track:
-    """A curve in a plane. `line` is what is followed: of a curve that was made for a `roller` of this radius in m, the
-    way of its centre. The profile is as far to the left of that, inside. `rows`: the points, or angles and radii, from
-    which it was drawn. `flat`: whether it was made for a flat face."""
+    """A curve in a plane. `line` is the curve that is followed. For a curve that was made for a `roller` of this radius
+    in m, it is the path of the roller's centre; the profile then lies inside, at this distance to the left. `rows` are
+    the points, or angles and radii, from which it was drawn. `flat`: whether it was made for a flat face."""
 
     name: str
     line: PlaneCurve
@@ -24,13 +24,13 @@ class Track:
         return Track(self.name, self.line.scaled(k), k * self.roller, flat=self.flat)
 
     def is_left(self, side: str | None) -> bool:
-        """Whether what touches it from a side, by default from the outside, is on the left."""
+        """Whether a follower on this `side`, by default the outside, is on the left of the curve."""
         if side in ("left", "right"):
             return side == "left"
         return (side == "inside") == self.line.turns_left
 
     def distance(self, side: str | None, radius: float) -> float:
-        """How far to the left of the line the centre of a roller of this radius is, which touches the profile."""
+        """The distance in m to the left of the line of the centre of a roller that touches the profile."""
         return (radius if self.is_left(side) else -radius) + self.roller
 
 

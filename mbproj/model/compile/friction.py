@@ -121,8 +121,8 @@ def _found(scene: Scene, joints: Mapping[str, tuple[int, Joint]], loads: list[_L
 
 
 def _on_ropes(scene: Scene, joints: Sequence[Joint], loads: list[_Load]) -> Iterator[_Dry]:
-    """Of ropes that rub on sheaves. With a tension T on one side and T e^(μα) on the other (Euler, Eytelwein) the force
-    is their difference, 2 tanh(μα/2) of their mean: that is the multiplier of the rope's row."""
+    """The frictions of ropes on sheaves. The tension is T on one side and T e^(μα) on the other (Euler, Eytelwein). The
+    friction is their difference, 2 tanh(μα/2) times their mean, which is the multiplier of the rope's row."""
     for at, joint in enumerate(joints):
         if "path" not in joint.parameters:
             continue

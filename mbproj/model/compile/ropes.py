@@ -1,7 +1,7 @@
 """Ropes: the coordinates of their paths, and the rows that keep their lengths.
 
-A wheel or drum that turns with the rope divides it. Each portion between two of them has a row of its own: its length
-changes by what the wheels at its ends turn. The multiplier of the row is the portion's tension.
+A wheel or drum that turns with the rope divides it into portions. Each portion has a row of its own: its length changes
+by the rope that the wheels at its ends take up. The multiplier of the row is the tension of the portion.
 """
 
 from __future__ import annotations
@@ -30,17 +30,19 @@ Slot = tuple[int, int, Array]
 
 
 class Wound(NamedTuple):
-    """A rope on its way into a system: its coordinates by name, and its rows."""
+    """The coordinates of a rope by name, and its rows."""
 
     coordinates: dict[str, Binding]
     rows: list[Binding]
 
 
 def wound(joint: Joint, owner: int, seats: Mapping[str, Seat], poses: Mapping[str, Pose], place: Place | None) -> Wound:
-    """The coordinates `length`, of the whole path; `length_1`, `length_2` ... of the portions between wheels;
-    `angle_1`, `angle_2` ... of wheels and drums; and of the places on which it rubs `slip_1` ..., by how much more of
-    it is before than behind, halved, and `wrapped_1` ..., what lies there. Raises InputError where the angles of a
-    portion have no measure, or fixed joints keep a wheel from turning."""
+    """The coordinates and rows of a rope. Raises InputError where the radii of a portion's wheels have no common
+    measure, or where fixed joints keep a wheel from turning.
+
+    The coordinates are `length`, of the whole path; `length_1`, `length_2` ... of the portions between wheels;
+    `angle_1`, `angle_2` ... of wheels and drums. Each place on which the rope rubs has `slip_1` ..., half the
+    difference of the lengths before and behind it, and `wrapped_1` ..., the length that lies on it."""
     path: Path = joint.parameters["path"]
     second = seats[joint.bodies[1]].carrier
     frame = seats[path.frame]
@@ -72,13 +74,13 @@ def wound(joint: Joint, owner: int, seats: Mapping[str, Seat], poses: Mapping[st
         coordinates[f"wrapped_{number}"] = _lying(path, at, owner, vectors, centres)
     for at in path.lifting:
         coordinates[f"on_{at + 1}"] = _lying(path, at, owner, vectors, centres, watched=True)
-    held = portions if path.taut else portions[:-1]  # what a motion drives, or limits, has no row of its own
-    rows = list(_rows(joint, path, held, list(pairwise(cuts))[: len(held)], turning, place))
+    constrained = portions if path.taut else portions[:-1]  # a length with a motion or limits has no row of its own
+    rows = list(_rows(joint, path, constrained, list(pairwise(cuts))[: len(constrained)], turning, place))
     return Wound(coordinates, rows)
 
 
 def _turning(node: Node, seats: Mapping[str, Seat], poses: Mapping[str, Pose], x: Sequence[float], second: int) -> Slot:
-    """A vector of a wheel that is along x at the scene's pose."""
+    """The slot of a vector of a wheel that is along x at the scene's pose."""
     seat = seats[node.body]
     return seat.carrier, 2 if seat.carrier == second else 1, seat.vector(poses[node.body][1].T @ np.array(x))
 
@@ -86,7 +88,8 @@ def _turning(node: Node, seats: Mapping[str, Seat], poses: Mapping[str, Pose], x
 def _portion(
     path: Path, first: int, last: int, owner: int, vectors: Sequence[Slot], centres: Sequence[Slot], cut: int = 0
 ) -> Binding:
-    """The length of a part of a path; with a `cut` half of it: up to there, less what follows."""
+    """The length of the part of a path from place `first` to `last`. With a `cut`, half the difference: the length up
+    to the cut, less the length behind it."""
     lines, ropes = straight(path)
     radii = [node.signed_radius for node in path.nodes]
     counts = [1.0 if not cut else 0.5 if k < cut else -0.5 for k in range(first, last)]
@@ -101,7 +104,7 @@ def _portion(
 def _lying(
     path: Path, at: int, owner: int, vectors: Sequence[Slot], centres: Sequence[Slot], *, watched: bool = False
 ) -> Binding:
-    """The length that lies on a circle of a path; below 0 where it is off."""
+    """The length of rope that lies on a circle of a path, below 0 where the rope is off it."""
     lines, radius = straight(path)[0][at - 1 : at + 1], path.nodes[at].signed_radius
     radii = tuple(node.signed_radius for node in path.nodes[at - 1 : at + 2])
     primitive = Rope(radii, tuple(lines), (0.0, 0.0), (-radius, radius), watched=watched)
@@ -116,17 +119,17 @@ def _rows(
     turning: Mapping[int, Binding],
     place: Place | None,
 ) -> Iterator[Binding]:
-    """The row of each portion. A given length is that of the whole rope; the last portion has the rest."""
+    """The row of each portion. A given `length` is that of the whole rope: the last portion gets the rest."""
     left = joint.parameters.get("length")
     for number, (portion, (first, last)) in enumerate(zip(portions, ends, strict=True)):
         assert isinstance(portion.primitive, Rope)
-        own = _length(path, first, last)
+        length = _length(path, first, last)
         if left is not None:
-            own, left = (left, 0.0) if number == len(portions) - 1 else (own, left - own)
+            length, left = (left, 0.0) if number == len(portions) - 1 else (length, left - length)
         signs = ((first, -1.0), (last, 1.0))
         angles = [(turning[k], sign * path.nodes[k].signed_radius) for k, sign in signs if k in turning]
         if not angles:
-            yield Binding(portion.primitive, portion.owner, portion.slots, own)
+            yield Binding(portion.primitive, portion.owner, portion.slots, length)
             continue
         measure = common_measure([abs(weight) for _, weight in angles])
         if measure is None:
@@ -137,7 +140,7 @@ def _rows(
         names = ("rope", *["angle" for _ in angles])
         primitive = Coupling(names, (1.0, *weights), period, other=portion.primitive)
         slots = (*portion.slots, *[slot for angle, _ in angles for slot in angle.slots])
-        yield Binding(primitive, portion.owner, slots, own - period * np.round(own / period))
+        yield Binding(primitive, portion.owner, slots, length - period * np.round(length / period))
 
 
 def _length(path: Path, first: int, last: int) -> float:

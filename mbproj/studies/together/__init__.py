@@ -1,1 +1,1 @@
-"""Runs of many scenes by arrays: those that differ in numbers alone are made ready and measured together."""
+"""Runs of many scenes at once: scenes that differ only in numbers are prepared and measured as arrays."""

@@ -112,7 +112,7 @@ def _joined(parts: Sequence[Any]) -> Any:
 
 
 def _values(measure: Expectation, samples: MeasuredSamples, duration: float | None, count: int) -> list[float]:
-    """The first number of a measure, of each case."""
+    """The first number of a measure for each case; NaN where it has none."""
     try:
         found = measured(measure, samples, duration)
     except (Parted, TypeError):

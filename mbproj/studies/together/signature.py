@@ -1,5 +1,5 @@
-"""What scenes that differ in numbers alone share: they are compiled, assembled and looked through as one, whose numbers
-are Lanes. What the code decides for one of them is decided for all, or they are parted."""
+"""The signature of scenes that differ only in numbers. They are compiled and assembled as one scene whose numbers are
+Lanes. Each decision of the code must be the same for all of them; where it is not, Parted divides them."""
 
 from __future__ import annotations
 
@@ -23,13 +23,12 @@ from mbproj.studies.measure.mechanism import Mechanism
 
 
 class OneByOne(Exception):
-    """Something that arrays do not do: the cases go one by one."""
+    """The block needs something that arrays cannot do: its cases go one by one."""
 
 
 @dataclass(frozen=True, eq=False)
 class Signature:
-    """What the cases of a block share, with their numbers as Lanes: a system, its start, the settings of the runs, and
-    the formulation."""
+    """The mechanism, settings and formulation of all cases of a block, with their numbers as Lanes."""
 
     mechanism: Mechanism
     settings: Settings
@@ -37,7 +36,7 @@ class Signature:
 
 
 def values_of(cases: Sequence[Sequence[float | str]]) -> list[Any]:
-    """The values of cases (B, k) as k values of a scene: numbers as Lanes where they differ. Raises OneByOne where
+    """The values of B cases, (B, k), as k values of one scene. Numbers that differ become Lanes. Raises OneByOne where
     texts differ."""
     columns = []
     for column in zip(*cases, strict=True):
@@ -73,8 +72,8 @@ def as_one(records: Sequence[Any]) -> Any:
 
 
 def signature_of(scene: Scene, settings: Settings) -> Signature:
-    """The signature of the cases whose numbers a scene has. Raises Parted where they go different ways, OneByOne where
-    arrays do not know their way."""
+    """The signature of the cases whose numbers a scene has. Raises Parted where a decision differs between cases, and
+    OneByOne where arrays cannot compute the run."""
     if settings.start == EQUILIBRIUM or settings.integrator == AUTOMATIC or core() is None:
         raise OneByOne
     system = compile_system(scene)

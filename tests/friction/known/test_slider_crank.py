@@ -54,7 +54,9 @@ REDUNDANT = f"""
 
 def test_friction_by_what_redundant_joints_share_is_refused_and_a_constant_one_is_not():
     text = exact.linkage(12.0, 0.3, 0.4, 0.02, "reduced").replace(exact.PINS.strip("\n"), REDUNDANT.strip("\n"))
-    with pytest.raises(InputError, match=r"'guide' goes by what joint 'D' carries, which is not unique.*'A', 'B', 'C'"):
+    with pytest.raises(
+        InputError, match=r"'guide' depends on the load of joint 'D', which is not unique.*'A', 'B', 'C'"
+    ):
         run(text)
     _, recorded = run(text.replace("coefficient: 0.3, static: 0.4", "force: 3"))
     slid = exact.slider(exact.START, 0.0)[0] - exact.slider(exact.START + recorded["joints/coordinate"][-1, 0], 0.0)[0]

@@ -20,8 +20,8 @@ TENSION = AxisUnit("N", "N")
 
 @styled
 def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
-    """Draw a row for each rope: its length, and the tensions of its portions. With several results, draw a row for each
-    portion."""
+    """Draw the length of each rope, and the tensions of its portions: a row for each rope, or, with several results, a
+    row for each portion."""
     names = shown.all_names(results, "tensions")
     ropes = list(dict.fromkeys(name.rpartition(".")[0] for name in names))
     own = [tuple(name for name in names if name.rpartition(".")[0] == rope) for rope in ropes]

@@ -1,1 +1,1 @@
-"""Ropes: the keys of their joints, their paths, and rules on both."""
+"""Ropes: the keys of a rope in a scene, its path, and the rules on both."""

@@ -1,4 +1,4 @@
-"""The fields of ropes: the points, sheaves, wheels and drums of the path, and the keys of the length.
+"""The fields of ropes: the places of the path, and the keys that say how long the rope is.
 
 hoist:
   type: rope
@@ -120,7 +120,7 @@ CHOICES = (
 
 
 def rope_record(name: str, others: Mapping[str, Field[Any]]) -> Record[Joint]:
-    """The record that reads a rope; `others` are the keys that other joints have, too."""
+    """The record that reads a rope. `others` are the keys that all joints have."""
     return Record(f"a {name} joint", {**others, **KEYS}, _rope, ("type", "path", "normal"), (), CHOICES, named=True)
 
 
@@ -140,8 +140,10 @@ def _rope(
     speed: Mapping[str, float] | None = None,
     reflected_inertia: Mapping[str, float] | None = None,
 ) -> Joint:
-    """The joint of a rope. Results give its reaction on its second body: the last of its path, or the first body beside
-    where the path ends on the body on which it begins. Raises Unfit for keys that do not fit each other."""
+    """The joint of a rope. Raises Unfit for keys that do not fit each other.
+
+    Results give its reaction on its second body. This is the last body of the path; where that is also the first, it is
+    the first other body."""
     if restitution is not None and not slack:
         raise Unfit("has a 'restitution' and is never slack", "add slack: true, or leave it out")
     if damping is not None and stiffness is None:
@@ -157,8 +159,9 @@ def _rope(
         last = next((node for node in path if node.body != first.body), last)
     if first.body == last.body:
         raise Unfit("runs over places of one body", "a rope needs places on two bodies at least")
-    own = Path(path, normal, frame, taut=not (limits or free))
-    parameters = {"path": own, **({} if length is None else {"length": length})}
+    parameters: dict[str, Any] = {"path": Path(path, normal, frame, taut=not (limits or free))}
+    if length is not None:
+        parameters["length"] = length
     points = Pair(first.at.vector, last.at.vector)
     return Joint(
         name,
@@ -173,7 +176,7 @@ def _rope(
 
 
 def connected(joint: Joint, bodies: Mapping[str, Body], motions: Mapping[str, Motion]) -> Joint:
-    """The rope with all places global. Where a motion drives the length, the rope has no row of its own."""
+    """The rope with all places in global axes. Where a motion drives the length, the rope has no row of its own."""
     path: Path = joint.parameters["path"]
     driven = any((each.joint, each.coordinate) == (joint.name, "length") for each in motions.values())
     nodes = tuple(replace(node, at=_global(node.at, bodies)) for node in path.nodes)
@@ -186,7 +189,7 @@ def connected(joint: Joint, bodies: Mapping[str, Body], motions: Mapping[str, Mo
 
 
 def _global(at: OfBody, bodies: Mapping[str, Body]) -> OfBody:
-    """A place in global axes, as it is at the scene's pose."""
+    """A place at the scene's pose, in global axes."""
     if not at.local or at.body == GROUND:
         return replace(at, local=False)
     body = bodies[at.body]

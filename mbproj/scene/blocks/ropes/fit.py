@@ -1,4 +1,4 @@
-"""Rules on ropes: their paths are possible, and their other keys fit to them."""
+"""Rules on ropes: their paths are possible, and their other keys fit the paths."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from mbproj.thresholds import THRESHOLDS
 def run_over_places(
     joints: Mapping[str, Joint], bodies: Mapping[str, Body], motions: Mapping[str, Motion]
 ) -> Iterator[Complaint]:
-    """A check that the paths of ropes are possible, and that their other keys fit to them."""
+    """Complaints about ropes whose paths are impossible, or whose other keys do not fit the path."""
     for joint in joints.values():
         if joint.type == "rope":
             wrong = [*_on_places(joint), *_as_whole(joint, motions), *_on_what_turns(joint, joints)]
@@ -71,7 +71,8 @@ def _as_whole(joint: Joint, motions: Mapping[str, Motion]) -> Iterator[Complaint
 
 
 def _on_what_turns(joint: Joint, joints: Mapping[str, Joint]) -> Iterator[Complaint]:
-    """Complaints about friction on a sheave that may turn against the plane of its rope: slip is counted from that."""
+    """Complaints about friction on a sheave that may turn relative to the plane of its rope: slip is measured in that
+    plane."""
     path: Path = joint.parameters["path"]
     upright, size = {path.frame}, 0
     while len(upright) > size:
@@ -87,8 +88,8 @@ def _on_what_turns(joint: Joint, joints: Mapping[str, Joint]) -> Iterator[Compla
 
 
 def _in_plane(joint: Joint) -> Iterator[Complaint]:
-    """Complaints about circles that touch or are wrapped on the wrong side. A rope also must not lean out of its plane,
-    and must be long enough."""
+    """Complaints about circles that overlap or are wrapped on the wrong side. Others are about a rope that leans out of
+    its plane, or is too short."""
     path: Path = joint.parameters["path"]
     at: KeyPath = ("joints", joint.name, "path")
     x, y, n = axes(path.normal)
@@ -132,13 +133,14 @@ def _long_enough(joint: Joint, radii: Sequence[float], seen: Sequence[Sequence[f
         yield Complaint(("joints", joint.name, "length"), said, "give a longer rope, or move its ends")
         return
     pairs = zip(pairwise(path.nodes), pairwise(radii), pairwise(seen), strict=True)
-    held = [
+    fixed_spans = [
         math.sqrt(math.dist(*ends) ** 2 - (radius - other) ** 2)
         for (first, second), (radius, other), ends in pairs
         if first.body == second.body
     ]
-    if given is not None and not path.lifting and given <= sum(held):
-        said = f"the rope is shorter than its path: {given:.6g} m, of {sum(held):.6g} m between places of one body"
+    if given is not None and not path.lifting and given <= sum(fixed_spans):
+        least = sum(fixed_spans)
+        said = f"the rope is shorter than its path: {given:.6g} m, of {least:.6g} m between places of one body"
         yield Complaint(("joints", joint.name, "length"), said, "give a longer rope, or move its places")
 
 

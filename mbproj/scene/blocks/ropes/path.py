@@ -1,4 +1,4 @@
-"""The path of a rope: its places, and the directions in which it runs between them."""
+"""The path of a rope: its places, and the directions of the rope between them."""
 
 from __future__ import annotations
 
@@ -15,16 +15,17 @@ from mbproj.thresholds import THRESHOLDS
 
 #: The kinds of places of a path: points, sheaves over which the rope slides, wheels and drums that turn with it.
 KINDS = ("point", "sheave", "wheel", "drum")
-#: The most wheels that a rope may turn: the kernel has room for so many.
+#: The most wheels that a rope may turn: the room in the kernel's arrays.
 MOST_WHEELS = 5
 
 
 @dataclass(frozen=True)
 class Node:
     """A place of a path on a `body`; `kind` is one of KINDS. It is a point, or a circle of `radius` m about the centre
-    `at`. The rope bends to the `left` or right on it, as seen against the normal, and makes so many more `turns`.
+    `at`. Looking against the normal, the rope bends `left` or right on the circle. It is wound around it by `turns`
+    additional whole turns.
 
-    A rope rubs on a sheave that has a coefficient of `friction`. It may leave one with `lifts`, and come back."""
+    A rope rubs on a sheave that has a coefficient of `friction`. It may leave a sheave that `lifts`, and return."""
 
     kind: str
     body: str
@@ -43,8 +44,8 @@ class Node:
 
 @dataclass(frozen=True)
 class Path:
-    """The places that a rope runs over, and its plane, whose `normal` at the scene's pose is fixed in the body `frame`.
-    Where `taut`, a row keeps the length; else only limits or motions act on it."""
+    """The places over which a rope runs, and the plane of the rope. The body `frame` carries the plane; the `normal` is
+    that at the scene's pose. Where `taut`, a row keeps the length; else only limits or motions act on it."""
 
     nodes: tuple[Node, ...]
     normal: Vector
@@ -53,22 +54,22 @@ class Path:
 
     @property
     def portions(self) -> int:
-        """The number of portions with tensions of their own: one more than the wheels that the rope turns, and than the
-        sheaves on which it rubs."""
+        """The number of portions with tensions of their own. Each wheel that turns, and each sheave with friction, ends
+        one."""
         return 1 + sum(node.kind == "wheel" or node.friction is not None for node in self.nodes)
 
     @property
     def lifting(self) -> tuple[int, ...]:
-        """The numbers of the places that the rope may leave."""
+        """The numbers of the sheaves that the rope may leave."""
         return tuple(k for k, node in enumerate(self.nodes) if node.lifts)
 
     @property
     def rubbing(self) -> tuple[int, ...]:
-        """The numbers of the places on which the rope rubs."""
+        """The numbers of the sheaves on which the rope rubs."""
         return tuple(k for k, node in enumerate(self.nodes) if node.friction is not None)
 
     def changed(self, place: Callable[[OfBody], OfBody], normal: Callable[[Vector], Vector], size: float = 1.0) -> Path:
-        """The path with its places and its normal changed by these functions, and its radii times `size`."""
+        """The path whose places and normal are changed by these functions, with its radii times `size`."""
         nodes = [replace(node, at=place(node.at), radius=size * node.radius) for node in self.nodes]
         return replace(self, nodes=tuple(nodes), normal=normal(self.normal))
 
@@ -78,7 +79,7 @@ def along(axis: Vector, vector: Vector) -> float:
 
 
 def axes(normal: Vector) -> tuple[Vector, Vector, Vector]:
-    """Unit vectors along x, y and the normal of the plane with this normal."""
+    """The unit vectors x, y and n of a plane with this normal."""
     size = math.hypot(*normal)
     n: Vector = (normal[0] / size, normal[1] / size, normal[2] / size)
     least = min(range(3), key=lambda k: (abs(n[k]), k))
@@ -89,7 +90,7 @@ def axes(normal: Vector) -> tuple[Vector, Vector, Vector]:
 
 
 def straight(path: Path) -> tuple[list[float], list[float]]:
-    """Directions in rad, from x of `axes`, at the scene's pose: β of the lines between the centres of a path, and θ of
+    """Directions at the scene's pose in rad, from x of `axes`: β of the lines between the centres of a path, and θ of
     the straight parts of the rope. Each circle between the ends is wrapped by less than a turn, plus its `turns`."""
     x, y, _ = axes(path.normal)
     seen = [[along(axis, node.at.vector) for axis in (x, y)] for node in path.nodes]
