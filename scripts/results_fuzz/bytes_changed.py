@@ -7,7 +7,7 @@ import struct
 from collections.abc import Callable
 from pathlib import Path
 
-from mbproj.results.file.superblock import CHECKSUM, FLAGS, lookup3
+from mbproj.results.file.opening import CHECKSUM, FLAGS, lookup3
 
 
 def bits(data: bytearray, draw: random.Random) -> str:

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from mbproj import InputError, read_scene_text, run
-from mbproj.analysis.expectations import outcomes
-from mbproj.analysis.kinematics.passage import curves_at, passed
+from mbproj.analysis.expectations import curves_at, outcomes, passed
 from mbproj.scene.records import Passage
 from tests.analysis.turning_crank import SCENE, SPEED, L, R, place
 

@@ -11,7 +11,7 @@ from PIL import Image
 
 from mbproj.cli.commands import animate
 from mbproj.errors import InputError
-from mbproj.figures.kinds import encoders, film
+from mbproj.figures.kinds import film
 from mbproj.figures.kinds.film import times_of, watched
 from tests.pages.runs import FIVE_BAR, five_bar
 
@@ -74,7 +74,7 @@ def test_ffmpeg_is_given_every_pixel_of_every_picture(path, tmp_path, short, mon
         "open(sys.argv[-1], 'w').write(' '.join(sys.argv[1:-1]) + f' {size}')\n"
     )
     stand_in.chmod(0o755)
-    monkeypatch.setattr(encoders.shutil, "which", lambda name: str(stand_in))
+    monkeypatch.setattr(film.shutil, "which", lambda name: str(stand_in))
     run(path, "-o", tmp_path / "film.mp4")
     *told, size = (tmp_path / "film.mp4").read_text().split()
     width, height = map(int, told[told.index("-s") + 1].split("x"))
@@ -89,7 +89,7 @@ def test_ffmpeg_is_given_every_pixel_of_every_picture(path, tmp_path, short, mon
 
 
 def test_without_ffmpeg_one_line_says_so(path, tmp_path, monkeypatch):
-    monkeypatch.setattr(encoders.shutil, "which", lambda name: None)
+    monkeypatch.setattr(film.shutil, "which", lambda name: None)
     with pytest.raises(InputError) as error:
         run(path, "-o", tmp_path / "film.mp4")
     (problem,) = error.value.problems

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from mbproj import assemble, compile_system, initial_guess, read_scene, read_scene_text
 from mbproj.joints import JOINTS
 from mbproj.model.euler_parameters import rotation_matrix
-from mbproj.pages.appearance.equal_inertia import solid_of
-from mbproj.pages.appearance.gears import radii
+from mbproj.pages.appearance.bodies import solid_of
 from mbproj.pages.appearance.glyphs import GLYPHS, sketch_of
+from mbproj.pages.appearance.joints import radii
 from mbproj.pages.appearance.layout import PartNumbers
 from mbproj.pages.appearance.mechanism import look_of
 from mbproj.pages.appearance.motion import PoseHistory, motion_at

@@ -9,7 +9,7 @@ from mbproj.dynamics.equations.constraint_equations import constraint_at, constr
 from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.model import compile_system, initial_guess
 from mbproj.projection import make_method, project_after
-from mbproj.projection.solve.tolerance import row_tolerances
+from mbproj.projection.solve.position import row_tolerances
 from mbproj.registry import PROJECTIONS
 from mbproj.scene.records import ProjectionSettings
 from tests.support import random_chain

@@ -13,7 +13,7 @@ from mbproj import rehearsal
 from mbproj.errors import InputError, MbprojWarning
 from mbproj.results import check_results, open_results
 from mbproj.results.file.checksums import OF_ATTRIBUTES, OF_DATA
-from mbproj.results.file.superblock import ClosedView
+from mbproj.results.file.opening import ClosedView
 from tests.results.pendulum_blocks import NAMES, PATHS, block, record, times
 from tests.results.processes import child
 

@@ -13,7 +13,7 @@ import pytest
 from mbproj.errors import InputError
 from mbproj.results import open_own_results, open_results
 from mbproj.results.file.checksums import NOT_YET, stamp, stamp_attributes
-from mbproj.results.file.superblock import lookup3
+from mbproj.results.file.opening import lookup3
 from tests.results.pendulum_blocks import AMPLITUDE, LENGTH, NAMES, PATHS, RATE, block, record, times
 
 

@@ -18,7 +18,7 @@ from mbproj.errors import SimulationError
 from mbproj.linear.equilibrium.find import equilibrium
 from mbproj.linear.equilibrium.started import start_state
 from mbproj.linear.modes import modes
-from mbproj.model.compile.restitution import resistance
+from mbproj.model.compile.stops import resistance
 from tests.stops.runs import DOP853, FIXED, Recorded, run
 
 GUIDE = Path(mbproj.__file__).parent / "guide"

@@ -2,23 +2,78 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import shutil
+import subprocess
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from mbproj.arrays import Array
-from mbproj.figures.kinds.encoders import ENCODERS, Picture, ffmpeg
+from mbproj.errors import InputError, Problem
 from mbproj.figures.kinds.mechanism import GHOST, MOST_PATHS, canvas, limits, nearest
 from mbproj.figures.kinds.poses import draw_pose, projected
 from mbproj.figures.style import line, styled
 from mbproj.outputs import film, replacing
+from mbproj.outputs.kinds import MARK
 from mbproj.pages.appearance.mechanism import Look, look_of
 from mbproj.pages.appearance.motion import PoseHistory
 from mbproj.pages.appearance.recorded import motion_of, scene_of
 from mbproj.pages.appearance.view import View, view_of
 from mbproj.results import Results
+
+#: A picture (h, w, 3) of bytes, with even width and height.
+Picture = npt.NDArray[np.uint8]
+#: A function that writes pictures, so many a second, to a path.
+Encoder = Callable[[Iterator[Picture], int, Path], None]
+
+
+def gif(pictures: Iterator[Picture], rate: int, path: Path) -> None:
+    """Write a GIF; each picture has its own colours, up to 256."""
+    from PIL import Image
+
+    first, *others = (Image.fromarray(picture).quantize(256, Image.Quantize.FASTOCTREE) for picture in pictures)
+    options: dict[str, Any] = {"duration": 1000 // rate, "loop": 0, "comment": MARK.encode(), "optimize": False}
+    first.save(path, format="GIF", save_all=True, append_images=others, **options)
+
+
+def mp4(pictures: Iterator[Picture], rate: int, path: Path) -> None:
+    """Write H.264, which browsers and slides play."""
+    first = next(pictures)
+    height, width, _ = first.shape
+    given = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", str(rate), "-i", "-"]
+    made = ["-c:v", "libx264", "-crf", "20", "-pix_fmt", "yuv420p", "-metadata", f"comment={MARK}", "-f", "mp4"]
+    command = [ffmpeg(), "-y", "-loglevel", "error", *given, *made, str(path)]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert process.stdin is not None and process.stderr is not None
+        try:
+            process.stdin.write(first.tobytes())
+            for picture in pictures:
+                process.stdin.write(picture.tobytes())
+            process.stdin.close()
+        except BrokenPipeError:  # ffmpeg has ended; its message tells why
+            pass
+        said = process.stderr.read().decode("utf-8", "replace").strip()
+    if process.returncode != 0:
+        message = f"ffmpeg cannot make the film: {said.splitlines()[-1] if said else process.returncode}"
+        raise InputError(Problem(message, hint="install one with libx264, or end the name in .gif"))
+
+
+def ffmpeg() -> str:
+    """The path of ffmpeg. Raises InputError where it is not installed."""
+    found = shutil.which("ffmpeg")
+    if found is None:
+        message = "a film in MP4 needs ffmpeg, which is not here"
+        raise InputError(Problem(message, hint="install it (apt install ffmpeg), or end the name in .gif"))
+    return found
+
+
+ENCODERS: Mapping[str, Encoder] = MappingProxyType({"gif": gif, "mp4": mp4})
+
 
 #: Pictures a second, as a GIF can state exactly and browsers show; the shortest and the longest film, s.
 RATE, SHORTEST, LONGEST = 20, 4.0, 15.0

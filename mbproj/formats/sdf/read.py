@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
 
@@ -16,14 +16,13 @@ from mbproj.formats.geometry import IDENTITY, Frame
 from mbproj.formats.loops import add_loops
 from mbproj.formats.mechanism import ImportedBody, ImportedMechanism, ImportedNames, ImportOptions, Same, said_of
 from mbproj.formats.merged import without_rings
-from mbproj.formats.sdf.appearance import visuals
 from mbproj.formats.sdf.frames import WORLD, SdfFrames, full_name, in_link
 from mbproj.formats.sdf.inertias import inertia_of
 from mbproj.formats.sdf.joints import SdfJoint, add_gearboxes, add_joint, add_mimics, open_loop, read_joint
 from mbproj.formats.sdf.rest import say_rest
-from mbproj.formats.sdf.scopes import Scope, scopes_of, text, vector
+from mbproj.formats.sdf.scopes import Scope, number, scopes_of, text, vector
 from mbproj.formats.signals import add_motions
-from mbproj.formats.visuals import add_visuals
+from mbproj.formats.visuals import Shapes, Visual, add_visuals, box, capsule, colour, cylinder, mesh_file, sphere
 from mbproj.formats.xml import XmlElement
 from mbproj.scene.records import GROUND
 from mbproj.scene.text.suggestions import choose_from
@@ -230,3 +229,44 @@ def _add_part(
     if element.first("inertial") is None:
         what = "has no <inertial>: 1 kg, and 1 kg m² about each axis, as SDF says"
         mechanism.say(f"link '{name}'", element.place, what, Same.YES)
+
+
+def visuals(
+    link: XmlElement, body: str, frame: Frame, place: Callable[[XmlElement], Frame], folder: Path
+) -> Iterator[Visual]:
+    """Yield the visuals of a link whose global pose is `frame`; `place` gives the pose of a shape in the link. Raises
+    InputError at a text that is no number."""
+    for element in link.all("visual"):
+        geometry = element.first("geometry")
+        kind = geometry.children[0] if geometry is not None and geometry.children else None
+        if kind is None:
+            continue
+        pose, look = frame.then(place(element)), _colour(element)
+        if kind.tag != "mesh":
+            yield Visual(body, pose, _shapes(kind), colour=look)
+            continue
+        scale = vector(kind, "scale", "1 1 1")
+        file = mesh_file(text(kind, "uri"), folder) if np.ptp(scale) == 0.0 else None
+        yield Visual(body, pose, (), file, float(scale[0]), look, "meshes")
+
+
+def _colour(visual: XmlElement) -> str | None:
+    material = visual.first("material")
+    given = text(material, "diffuse") if material is not None else ""
+    try:
+        parts = [float(part) for part in given.split()]
+    except ValueError:
+        return None
+    return colour(parts) if len(parts) >= 3 and np.isfinite(parts).all() else None
+
+
+def _shapes(kind: XmlElement) -> Shapes:
+    if kind.tag == "box":
+        return box(vector(kind, "size", "1 1 1"))
+    if kind.tag == "sphere":
+        return sphere(number(kind, "radius", 1.0))
+    if kind.tag in ("cylinder", "capsule"):
+        default = (1.0, 1.0) if kind.tag == "cylinder" else (0.5, 1.0)
+        make = cylinder if kind.tag == "cylinder" else capsule
+        return make(number(kind, "radius", default[0]), number(kind, "length", default[1]))
+    return ()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,15 +10,14 @@ import numpy as np
 
 from mbproj.errors import InputError, Problem
 from mbproj.formats.chains import Coordinates, Single, connect, follow, span
-from mbproj.formats.geometry import Frame, turn
+from mbproj.formats.geometry import Frame, numbers, turn
 from mbproj.formats.loops import add_loops
 from mbproj.formats.mechanism import ImportedBody, ImportedMechanism, ImportedNames, ImportOptions, Same, said_of
 from mbproj.formats.merged import with_hinges, without_rings
 from mbproj.formats.signals import add_motions
-from mbproj.formats.urdf.appearance import visuals
 from mbproj.formats.urdf.loops import loops_beside, loops_in
-from mbproj.formats.urdf.model import Urdf, UrdfJoint, number, read_urdf_model
-from mbproj.formats.visuals import add_visuals
+from mbproj.formats.urdf.model import Urdf, UrdfJoint, number, origin_of, read_urdf_model
+from mbproj.formats.visuals import Shapes, Visual, add_visuals, box, capsule, colour, cylinder, mesh_file, sphere
 from mbproj.formats.xml import XmlElement
 from mbproj.scene.records import GROUND
 from mbproj.scene.text.suggestions import choose_from
@@ -189,3 +188,40 @@ def _say_rest(mechanism: ImportedMechanism, root: XmlElement, model: Urdf) -> No
             mechanism.say(f"<{element.tag}>", element.place, what, Same.NO)
         else:
             mechanism.say(f"<{element.tag}>", element.place, "left out: it has no say in the motion", Same.YES)
+
+
+def visuals(
+    root: XmlElement, model: Urdf, frames: Mapping[str, Frame], called: Mapping[str, str], folder: Path
+) -> Iterator[Visual]:
+    """Yield the visuals of all links. Raises InputError at numbers that are wrong."""
+    materials = {each.get("name"): _colour(each) for each in root.walk() if each.tag == "material" and each.children}
+    for link in model.links.values():
+        for element in link.element.all("visual"):
+            pose = frames[link.name].then(origin_of(element.first("origin")))
+            geometry, material = element.first("geometry"), element.first("material")
+            look = materials.get(material.get("name")) if material is not None else None
+            kind = geometry.children[0] if geometry is not None and geometry.children else None
+            if kind is None:
+                continue
+            body = called[link.name]
+            if kind.tag != "mesh":
+                yield Visual(body, pose, _shapes(kind), colour=look)
+                continue
+            scale = numbers(kind.get("scale", "1 1 1"), 3, kind.place, "'scale'")
+            file = mesh_file(kind.get("filename"), folder) if np.ptp(scale) == 0.0 else None
+            yield Visual(body, pose, (), file, float(scale[0]), look, "meshes")
+
+
+def _colour(material: XmlElement) -> str | None:
+    given = material.first("color")
+    return None if given is None else colour(numbers(given.get("rgba", "0 0 0 1"), 4, given.place, "'rgba'").tolist())
+
+
+def _shapes(kind: XmlElement) -> Shapes:
+    if kind.tag == "box":
+        return box(numbers(kind.get("size"), 3, kind.place, "'size'"))
+    if kind.tag == "sphere":
+        return sphere(number(kind, "radius"))
+    if kind.tag in ("cylinder", "capsule"):
+        return (cylinder if kind.tag == "cylinder" else capsule)(number(kind, "radius"), number(kind, "length"))
+    return ()

@@ -1,19 +1,76 @@
 """The parts that a body is drawn as. These are its shapes, or the solid of equal inertia where its joints fit that, or
-links."""
+links. The solid of equal inertia is homogeneous and has the body's mass and moments of inertia.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.pages.appearance.equal_inertia import solid_of
-from mbproj.pages.appearance.parts import UPRIGHT, Mesh, Solid, bar, sphere
+from mbproj.model.euler_parameters import product
+from mbproj.pages.appearance.parts import UPRIGHT, Mesh, Solid, bar, box, sphere, triad
 from mbproj.pages.appearance.plates import plate
-from mbproj.pages.appearance.shapes import part_of
+from mbproj.scene.appearance import PlacedShape
 from mbproj.scene.meshes import TriangleMesh
 from mbproj.scene.records import Body
+
+#: The relative difference of two principal moments up to which they count as equal.
+ROUND = 1e-6
+
+
+def solid_of(mass: float, inertia: Array, thinnest: float) -> Solid | None:
+    """A cylinder where two principal moments are equal, otherwise a box, in body axes about the centre of mass.
+
+    No edge is thinner than `thinnest`. None for a body without mass or moments, because a point has no size."""
+    if mass <= 0.0:
+        return None
+    moments, axes = np.linalg.eigh(np.asarray(inertia, dtype=float))
+    if moments[2] <= 0.0:
+        return None
+    low, middle, high = moments / mass
+    if high - middle <= ROUND * high:
+        return _cylinder(low, high, axes[:, 0], axes[:, 2], thinnest)
+    if middle - low <= ROUND * high:
+        return _cylinder(high, low, axes[:, 2], axes[:, 0], thinnest)
+    squares = 6.0 * (np.array([middle + high - low, low + high - middle, low + middle - high]))
+    edges = np.maximum(np.sqrt(np.maximum(squares, 0.0)), thinnest)
+    return box(edges.tolist(), np.zeros(3), triad(axes[:, 2], axes[:, 0]))
+
+
+def _cylinder(axial: float, across: float, axis: Array, normal: Array, thinnest: float) -> Solid:
+    """A cylinder of mass 1: C = R²/2 along its axis, A = (3R² + L²)/12 across."""
+    radius = max(np.sqrt(2.0 * axial), 0.5 * thinnest)
+    length = max(np.sqrt(max(12.0 * across - 6.0 * axial, 0.0)), thinnest)
+    return Solid("cylinder", (float(radius), float(length)), np.zeros(3), triad(axis, normal))
+
+
+_HALF = 0.5**0.5
+#: The Euler parameters that turn z to the axis of a shape.
+TO_AXIS: Mapping[str, tuple[float, ...]] = {
+    "x": (_HALF, 0.0, _HALF, 0.0),
+    "y": (_HALF, -_HALF, 0.0, 0.0),
+    "z": (1.0, 0.0, 0.0, 0.0),
+}
+
+
+def part_of(shape: PlacedShape, thickness: float) -> tuple[Solid, ...]:
+    """The solids that a shape is drawn as. A rod and a point have no thickness of their own and take this one."""
+    sizes, position, turn = shape.sizes, np.array(shape.position), np.array(shape.orientation)
+    along = product(turn, np.array(TO_AXIS[shape.axis]))
+    if shape.kind == "box":
+        return (Solid("box", (sizes["a"], sizes["b"], sizes["c"]), position, turn),)
+    if shape.kind == "cylinder":
+        return (Solid("cylinder", (sizes["radius"], sizes["length"]), position, along),)
+    if shape.kind == "tube":
+        return (Solid("tube", (sizes["outer_radius"], sizes["inner_radius"], sizes["length"]), position, along),)
+    if shape.kind == "rod":
+        half = np.array([0.0, 0.0, 0.5 * sizes["length"]])
+        return tuple(part.moved(position, along) for part in bar(-half, half, 0.7 * thickness))
+    radius = {"sphere": sizes.get("r"), "hollow_sphere": sizes.get("outer_radius")}.get(shape.kind)
+    return (sphere(radius if radius is not None else 1.5 * thickness, position),)
+
 
 #: A solid may miss a joint of its body by this part of its length, and may be this many times as long as the joints'
 #: span.

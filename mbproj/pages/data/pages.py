@@ -1,25 +1,33 @@
-"""The data of a page: of one or several results, or of a scene at its start."""
+"""The data of a page: of one or several results, or of a scene at its start.
+
+Given forces and torques depend on time only, and are computed again from the scene.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from mbproj.analysis.trust import usual_limit
-from mbproj.arrays import Integers
+from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
-from mbproj.model import System, compile_system
+from mbproj.dynamics.assembly.assemble import coordinate_values
+from mbproj.dynamics.equations.forces import given_vectors
+from mbproj.dynamics.equations.instant import Instant
+from mbproj.dynamics.equations.kinematics import pose_of, twist_of
+from mbproj.model import compile_system
+from mbproj.model.system import System
+from mbproj.pages.appearance.forces import LoadLook
 from mbproj.pages.appearance.mechanism import Look, look_of
 from mbproj.pages.appearance.motion import PoseHistory
 from mbproj.pages.appearance.recorded import motion_of, scene_of
 from mbproj.pages.appearance.view import View, view_of
 from mbproj.pages.data.frames import PageFrames, frames_of, largest_between
-from mbproj.pages.data.loads import load_groups
 from mbproj.pages.data.packing import Packer
-from mbproj.pages.data.passages import passages
-from mbproj.pages.data.series import fitting, groups_of
+from mbproj.pages.data.passages import carried, passages
+from mbproj.pages.data.series import XYZ, SeriesGroup, fitting, groups_of
 from mbproj.pages.data.shown import group_data, look_data, motion_data, path_data, view_data
 from mbproj.results import Results
 from mbproj.scene.meshes import meshes_of
@@ -166,3 +174,25 @@ def _together(views: Sequence[View]) -> View:
     first, points = views[0], np.concatenate([view.points for view in views])
     low, high = points.min(axis=0), points.max(axis=0)
     return View(0.5 * (low + high), first.eye, first.up, 0.5 * float(np.linalg.norm(high - low)), points, first.flat)
+
+
+def load_groups(system: System, looks: Sequence[LoadLook], motion: PoseHistory) -> Iterator[tuple[SeriesGroup, Array]]:
+    """The group of all given forces, and that of all given torques, each with its global components (T, 3w)."""
+    if not looks:
+        return
+    if any(system.forces.programs.names_channels(index) for index in system.forces.on_bodies.program.ravel().tolist()):
+        return
+    instants = (_instant(system, float(t), q) for t, q in zip(motion.time, carried(system, motion), strict=True))
+    vectors = np.array([given_vectors(instant) for instant in instants])
+    for torque, name, unit in ((False, "given force", "N"), (True, "given torque", "N m")):
+        chosen = [at for at, look in enumerate(looks) if look.torque == torque]
+        owners = tuple(looks[at].name for at in chosen)
+        if owners:
+            group = SeriesGroup(name, "forces", owners, XYZ, (unit,) * len(owners), "")
+            yield group, vectors[:, chosen].reshape(len(vectors), -1)
+
+
+def _instant(system: System, t: float, q: Array) -> Instant:
+    """The instant at which functions of time are evaluated."""
+    pose = pose_of(q)
+    return Instant(system, pose, twist_of(pose, np.zeros_like(q)), t, coordinate_values(system, pose))

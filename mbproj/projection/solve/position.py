@@ -18,7 +18,6 @@ from mbproj.model.system import System
 from mbproj.projection.methods.gopm import Gopm
 from mbproj.projection.methods.method import Projection
 from mbproj.projection.solve.damping import damped
-from mbproj.projection.solve.tolerance import row_tolerances
 from mbproj.scene.records import ProjectionSettings
 from mbproj.thresholds import THRESHOLDS
 
@@ -116,3 +115,13 @@ def _by_paper(
         if change @ M @ change + C @ C <= tolerance:
             return Position(q, passes + 1, met=True, left_open=held.open(C), nearest=nearest)
     return Position(q, settings.max_iterations, met=False, nearest=nearest)
+
+
+def row_tolerances(system: System, settings: ProjectionSettings, pose: Pose) -> Array:
+    """Return the tolerance of each row of C, (m,): as set, or max(1e-13, 4 ε × the largest coordinate in the row)."""
+    if settings.tolerance is not None and settings.test == "violation":
+        return np.full(system.constraints, settings.tolerance)
+    return np.maximum(
+        THRESHOLDS.closed_to * np.minimum(1.0, system.row_scale),
+        THRESHOLDS.closed_grains * position_grain(system, pose),
+    )

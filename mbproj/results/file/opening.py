@@ -1,13 +1,25 @@
-"""Opens a results file, also while a run writes it or after a kill."""
+"""Opens a results file, also while a run writes it or after a kill.
+
+Groups and links are checked before any dataset is used: nothing in a results file may lead to another file.
+
+HDF5 refuses a file that a kill has left, for a flag in its first bytes, the superblock. The superblock's version 3 is:
+0 signature, 8 version, 9 and 10 sizes of addresses and lengths, 11 flags, 12 base, 20 extension, 28 end of file, 36
+root, 44 checksum (HDF5 file format specification, III.A). h5py cannot clear the flags without writing to the file, and
+its SWMR mode, which ignores them, retries for ever where the file is damaged; so the file is handed to HDF5 through an
+object that shows those 48 bytes as a closed file would have them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import io
+import struct
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from enum import Enum, auto
 from pathlib import Path
+from typing import Any
 
 import h5py
+from h5py import h5d, h5g, h5l, h5o
 
 from mbproj.errors import InputError, Problem
 from mbproj.rehearsal import rehearse
@@ -17,9 +29,114 @@ from mbproj.results.file.contents import Contents
 from mbproj.results.file.dataset import CHUNK_CACHE, DAMAGE
 from mbproj.results.file.lock import is_locked
 from mbproj.results.file.regular import check_regular
-from mbproj.results.file.structure import check_structure
-from mbproj.results.file.superblock import SIGNATURE, ClosedView, is_open_for_writing
 from mbproj.results.layout import FORMAT
+
+SIGNATURE = b"\x89HDF\r\n\x1a\n"
+SIZE, FLAGS, END_OF_FILE, CHECKSUM = 48, 11, 28, 44
+
+
+def is_open_for_writing(path: Path) -> bool:
+    """Whether the flags say that a writer has the file open, or had it when it was killed. May raise OSError."""
+    with path.open("rb") as file:
+        head = file.read(SIZE)
+    return len(head) == SIZE and head.startswith(SIGNATURE) and head[8] == 3 and head[FLAGS] != 0
+
+
+class ClosedView(io.FileIO):
+    """The file at `path` for reading, as HDF5 would have closed it: no flags, and the true end of file."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path, "rb")
+        head = bytearray(super().read(SIZE))
+        head[FLAGS] = 0
+        head[END_OF_FILE : END_OF_FILE + 8] = struct.pack("<Q", path.stat().st_size)
+        head[CHECKSUM:] = struct.pack("<I", lookup3(bytes(head[:CHECKSUM])))
+        self._head = bytes(head)
+
+    def readinto(self, buffer: Any) -> int:
+        """Read bytes from the present position into `buffer`; return how many."""
+        start, view = self.tell(), memoryview(buffer).cast("B")
+        count = super().readinto(view) or 0
+        if start < SIZE:
+            head = self._head[start : start + count]
+            view[: len(head)] = head
+        return count
+
+
+def lookup3(data: bytes) -> int:
+    """Bob Jenkins's hash of 1 to any number of bytes, with which HDF5 guards its metadata."""
+    mask = 0xFFFFFFFF
+    words = struct.unpack(f"<{-(-len(data) // 12) * 3}I", data.ljust(-(-len(data) // 12) * 12, b"\0"))
+    state = [(0xDEADBEEF + len(data)) & mask] * 3
+
+    def rotated(value: int, bits: int) -> int:
+        return (value << bits | value >> (32 - bits)) & mask
+
+    for start in range(0, len(words), 3):
+        state = [(value + word) & mask for value, word in zip(state, words[start : start + 3], strict=True)]
+        if start + 3 == len(words):
+            break
+        for step, bits in enumerate((4, 6, 8, 16, 19, 4)):
+            i, j, k = step % 3, (step + 1) % 3, (step + 2) % 3
+            state[i] = ((state[i] - state[k]) & mask) ^ rotated(state[k], bits)
+            state[k] = (state[k] + state[j]) & mask
+    for step, bits in enumerate((14, 11, 25, 16, 4, 14, 24)):
+        i, j = (step + 2) % 3, (step + 1) % 3
+        state[i] = ((state[i] ^ state[j]) - rotated(state[j], bits)) & mask
+    return state[2]
+
+
+#: Links that name the place of an object. mbproj writes only hard links, which lead to an object of the file itself.
+LINKS = {h5l.TYPE_SOFT: "a soft link", h5l.TYPE_EXTERNAL: "an external link"}
+
+
+def check_structure(file: h5py.File, path: Path) -> None:
+    """Raises InputError that names the first link out of the file, or the first dataset with its numbers in another.
+    None of the other files is opened."""
+    for name, what in _ways_out(file.id):
+        message = f"'{path}': '{name}' is {what}, which could lead to another file"
+        raise InputError(Problem(message, hint="a results file holds all of its data itself; repeat the run"))
+
+
+def _ways_out(root: h5g.GroupID) -> Iterator[tuple[str, str]]:
+    """Yield each link or dataset that leads out of the file, and its kind. Every object is visited once."""
+    groups = [("", h5g.open(root, b"/"))]
+    seen = {h5o.get_info(root).addr}
+    while groups:
+        prefix, group = groups.pop()
+        for link, kind in _links(group):
+            name = f"{prefix}/{link.decode('utf-8', 'replace')}"
+            if kind != h5l.TYPE_HARD:
+                yield name, LINKS.get(kind, "a link of an unknown kind")
+                continue
+            info = h5o.get_info(group, link)
+            if info.addr in seen:
+                continue
+            seen.add(info.addr)
+            if info.type == h5o.TYPE_GROUP:
+                groups.append((name, h5g.open(group, link)))
+            elif info.type == h5o.TYPE_DATASET:
+                elsewhere = _storage_elsewhere(h5d.open(group, link))
+                if elsewhere:
+                    yield name, elsewhere
+
+
+def _links(group: h5g.GroupID) -> list[tuple[bytes, int]]:
+    found: list[tuple[bytes, int]] = []
+    group.links.iterate(lambda name, info: found.append((name, info.type)), info=True)
+    return found
+
+
+def _storage_elsewhere(dataset: h5d.DatasetID) -> str | None:
+    """The kind of a dataset whose numbers are in another file; None for others. Its properties tell; its shape is not
+    asked for, since HDF5 would open other files for that of a virtual dataset."""
+    properties = dataset.get_create_plist()
+    if properties.get_layout() == h5d.VIRTUAL:
+        return "a virtual dataset"
+    if properties.get_external_count():
+        return "a dataset in external storage"
+    return None
+
 
 NEEDED = "results are what 'mbproj run SCENE' writes"
 #: The fault of a file that has the signature of HDF5, but that HDF5 cannot open.

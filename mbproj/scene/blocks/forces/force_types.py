@@ -1,4 +1,12 @@
-"""The `forces` block: the records that read each type of force: laws, bushings, forces on bodies, elements."""
+"""The `forces` block: the records that read each type of force: laws, bushings, forces on bodies, elements.
+
+The force `friction` on coordinates of a joint: viscous (`coefficient`), dry (`coulomb`), or both.
+
+type: friction, joint: B, coefficient: 3
+type: friction, joint: B, coulomb: {torque: 4 N*m, static: 5 N*m, stribeck_speed: 0.05 rad/s}
+type: friction, joint: A, coulomb: {coefficient: 0.2, static: 0.3, radius: 10 mm, bearing_length: 30 mm}
+type: friction, joint: S, coulomb: {angle: {coefficient: 0.1, radius: 6 mm}, displacement: {force: 2 N}}
+"""
 
 from __future__ import annotations
 
@@ -12,18 +20,57 @@ from mbproj.functions.standard import tabulated
 from mbproj.scene.blocks.coordinates import COORDINATES
 from mbproj.scene.blocks.elements import ELEMENTS, ElementType
 from mbproj.scene.blocks.forces.bushing import bushing_record
-from mbproj.scene.blocks.forces.friction import friction_record
+from mbproj.scene.blocks.forces.coulomb import COULOMB
 from mbproj.scene.blocks.forces.stops import stop_record
-from mbproj.scene.fields.alternatives import Variants
+from mbproj.scene.fields.alternatives import Alternatives, Variants
 from mbproj.scene.fields.checks import of_these_bodies
 from mbproj.scene.fields.choices import NameChoice, NameReference
 from mbproj.scene.fields.containers import OneOf, Record, Rule
-from mbproj.scene.fields.fields import Field, List
+from mbproj.scene.fields.fields import Converted, Field, List
 from mbproj.scene.fields.functions import Function, Varying, table
 from mbproj.scene.fields.placing import BODY_POINT, POINTS_OF, TWO_BODIES, TWO_POINTS, two_ends
 from mbproj.scene.fields.quantities import Number, position_in
 from mbproj.scene.fields.reading import Unfit
+from mbproj.scene.friction import DryFriction
 from mbproj.scene.records import BodyForce, Force, JointForce, Law, PointForce
+
+COEFFICIENT = Number(None, minimum=0.0)
+#: Coefficients of viscous friction on coordinates in m and rad.
+VISCOUS: Mapping[str, Field[Any]] = {"m": Number("N*s/m", minimum=0.0), "rad": Number("N*m*s/rad", minimum=0.0)}
+
+
+def _friction(
+    name: str,
+    type: str,
+    joint: str,
+    coefficient: Mapping[str, float] | None = None,
+    coulomb: Mapping[str, DryFriction] | None = None,
+) -> JointForce:
+    if coefficient is None and coulomb is None:
+        raise Unfit("does nothing", "give 'coefficient', which is viscous, or 'coulomb', which is dry, or both")
+    viscous = {key: Law(damping=value) for key, value in (coefficient or {}).items()}
+    return JointForce(name, joint, viscous, coulomb=coulomb or {})
+
+
+def friction_record(force_type: NameChoice) -> Record[Force]:
+    """The record that reads friction on a joint."""
+    return Record(
+        "a friction",
+        {
+            "type": force_type,
+            "joint": NameReference("joint", "joints"),
+            "coefficient": Alternatives(
+                (
+                    Converted(COEFFICIENT, lambda coefficient: {"": coefficient}),
+                    Record("a coefficient", {name: VISCOUS[unit] for name, unit in COORDINATES.items()}, dict),
+                )
+            ),
+            "coulomb": COULOMB,
+        },
+        _friction,
+        ("type", "joint"),
+        named=True,
+    )
 
 
 def _law_keys(force: str, coordinate: str, unit: str, free: str) -> dict[str, Field[Any]]:

@@ -3,6 +3,11 @@
 limits: {angle: {range: [-30 deg, 95 deg], stiffness: 1e5 N*m/rad, restitution: 0.4}}      # of a joint
 type: stop, points: {ground: [0, 0, 0], wheel: [0, 0, 0.3]}, shortest: 0.1 m, rigid: true
 type: stop, plane: {body: ground, location: [0, 0, 0], normal: [0, 0, 1]}, point: {body: ball, location: [..]}, ...
+
+The field of dry friction of a point, ball or wheel on the plane of a stop:
+
+friction: 0.3
+friction: {coefficient: 0.3, static: 0.4, stribeck_speed: 0.05 m/s}
 """
 
 from __future__ import annotations
@@ -14,17 +19,41 @@ from typing import Any, ClassVar
 
 from mbproj.dataclass import dataclass
 from mbproj.joints import COORDINATE_UNITS, JOINTS
-from mbproj.scene.blocks.forces.plane_friction import FRICTIONLESS, PLANE_FRICTION
+from mbproj.scene.blocks.forces.coulomb import SPEED, STATIC, not_less
+from mbproj.scene.fields.alternatives import Alternatives
 from mbproj.scene.fields.checks import of_these_bodies
 from mbproj.scene.fields.choices import NameChoice, NameReference
 from mbproj.scene.fields.containers import Complaint, OneOf, Record, Rule
-from mbproj.scene.fields.fields import Field, Flag, Schema, T_co
+from mbproj.scene.fields.fields import Converted, Field, Flag, Schema, T_co
 from mbproj.scene.fields.placing import BODY_DIRECTION, BODY_POINT, POINTS_OF, TWO_BODIES, TWO_POINTS, two_ends
 from mbproj.scene.fields.quantities import Number, position_in
 from mbproj.scene.fields.reading import Reading, Unfit, label
 from mbproj.scene.records import GROUND, Force, Joint, KeyPath
-from mbproj.scene.stops import DistanceStop, Limit, OfBody, PlaneStop, StopLaw
+from mbproj.scene.stops import DistanceStop, Limit, OfBody, PlaneFriction, PlaneStop, StopLaw
 from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode, SequenceNode
+
+
+def _friction(coefficient: float, static: float | None = None, stribeck_speed: float | None = None) -> PlaneFriction:
+    return PlaneFriction(coefficient, coefficient if static is None else static, stribeck_speed)
+
+
+COEFFICIENT = STATIC["coefficient"]
+#: A coefficient alone, or a mapping with it.
+PLANE_FRICTION: Field[PlaneFriction] = Alternatives(
+    (
+        Converted(COEFFICIENT, _friction),
+        Record(
+            "friction",
+            {"coefficient": COEFFICIENT, "static": COEFFICIENT, "stribeck_speed": SPEED["m"]},
+            _friction,
+            ("coefficient",),
+            (Rule(("coefficient",), not_less("coefficient"), ("static", "stribeck_speed", "regularised")),),
+        ),
+    )
+)
+#: The keys of a stop that exclude friction.
+FRICTIONLESS = (OneOf(("stiffness", "friction"), hint="friction is that of rigid stops: rigid: true"),)
+
 
 #: The texts by which YAML means no value.
 OPEN = ("null", "~", "")
