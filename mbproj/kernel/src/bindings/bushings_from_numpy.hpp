@@ -13,7 +13,7 @@ template <int Rows, int Columns> Matrix<Rows, Columns> matrix_of(const Numbers3&
     return matrix_by_rows<Rows, Columns>(array.data() + Rows * Columns * i);
 }
 
-// Two frames each: body, origin and turn one after the other.
+// Two frames for each bushing: body, origin and rotation, one after the other.
 template <class D> Bushings<D> bushings(std::size_t bodies, const Integers1& body, const Numbers2& origin,
                                         const Numbers3& turn, const Numbers3& stiffness, const Numbers3& damping,
                                         const Numbers2& preload, const Numbers3& map, const Integers1& turns_freely) {

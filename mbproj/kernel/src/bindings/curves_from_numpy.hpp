@@ -1,17 +1,17 @@
-// Curves in planes, and the rows that follow them, from NumPy arrays.
+// Plane and space curves, and the rows that follow them, from NumPy arrays.
 #pragma once
 
 #include "bindings/from_numpy.hpp"
 
 namespace mbproj {
 
-// Takes the next piece, which has no places yet.
+// Adds the next piece, which has no places yet.
 template <class Curve> void add_piece(Curve& curve, typename Curve::Piece piece) {
     piece.first = piece.last = -1;
     if (!curve.pieces.empty() && !(piece.start > curve.pieces.back().start)) refuse("pieces", "do not increase");
     curve.pieces.push_back(piece);
 }
-// The piece, by its number as given, on which place i is.
+// The piece of place i, from its number as given.
 template <class Curve> int piece_of(Curve& curve, double number, std::size_t i) {
     const int found = index_below(static_cast<int64_t>(number), curve.pieces.size(), "places");
     auto& piece = curve.pieces[found];
@@ -19,7 +19,7 @@ template <class Curve> int piece_of(Curve& curve, double number, std::size_t i) 
     piece.last = static_cast<int>(i);
     return found;
 }
-// Whether all of it is there.
+// Checks that every piece has its places.
 template <class Curve> void check_places(const Curve& curve) {
     if (!(curve.end > curve.pieces.back().start)) refuse("end", "comes before the last piece");
     for (const auto& piece : curve.pieces)
@@ -94,8 +94,8 @@ inline SpaceCurve space_curve(const Numbers2& pieces, const Numbers2& places, do
     return built;
 }
 
-// What follows curves in planes: where and with which number it is, the program whose switch is the knots, and whether it
-// is the second of two curves that touch.
+// The followers of curves: the list and number of each, the program whose switches are the curve's knots, and whether it is the
+// second of two curves that touch.
 using FollowerNumbers = std::tuple<int, int, int, int>;
 
 template <class D> void add_followers(Model<D>& model, const std::vector<FollowerNumbers>& given) {
@@ -127,7 +127,7 @@ template <class D> void add_followers(Model<D>& model, const std::vector<Followe
                 if (start[table + 1] - start[table] != static_cast<int>(pieces))
                     refuse("followers", "have another curve");
                 (second ? p.other_follower : p.follower) = static_cast<int>(model.curves.size());
-                for (Instance<D>& other : set.instances)  // what counts along the curve there, in the row beside it
+                for (Instance<D>& other : set.instances)  // the arc length there, in the row beside it
                     if (of == Of::row && (other.kind == Kind::lap || other.kind == Kind::beside_second) &&
                         std::equal(p.slots, p.slots + 4, other.slots))
                         other.follower = p.follower;

@@ -1,5 +1,5 @@
-// From NumPy arrays to the kernel's own data and back. What has a wrong shape, an index out of range, or a number that is
-// not finite is refused here, with the name of the array.
+// From NumPy arrays to the kernel's data and back. Wrong shapes, indices out of range and numbers that are not finite are refused
+// here, with the name of the array.
 #pragma once
 
 #include <memory>
@@ -77,7 +77,7 @@ inline std::vector<Break> breaks_of(const BreakNumbers& given) {
     return breaks;
 }
 
-// Settings that fit each other.
+// Checks that the settings fit each other.
 inline void check_settings(const Tableau& tableau, const ProjectionSettings& projection, const Steps& steps) {
     if (projection.every < 1 || projection.max_iterations < 1) refuse("every or max_iterations", "is not positive");
     for (const double number : {projection.alpha, projection.beta, projection.tolerance, projection.threshold})
@@ -85,7 +85,7 @@ inline void check_settings(const Tableau& tableau, const ProjectionSettings& pro
     if (!steps.fixed() && tableau.error.rows() == 0) refuse("tableau", "estimates no error");
 }
 
-// Every array of a tableau of s stages has the shape that goes with s.
+// Checks that every array of a tableau has the shape for its s stages.
 inline void check_tableau(const Tableau& t, int most_stages) {
     const Eigen::Index s = t.stages(), extra = static_cast<Eigen::Index>(t.extra_c.size());
     const bool embedded = t.error.rows() > 0;
@@ -100,7 +100,7 @@ inline void check_tableau(const Tableau& t, int most_stages) {
     if (t.order < 1 || (embedded && t.error_order < 1)) refuse("order", "is not positive");
 }
 
-// A stiffly accurate method with an explicit first stage, of which each stage depends on those before and on itself.
+// Checks a stiffly accurate method: its first stage is explicit, and each stage depends on none after it.
 inline void check_implicit_tableau(const Tableau& t, int most_stages) {
     const Eigen::Index s = t.stages();
     require_positive(t.gamma, "gamma");
@@ -120,14 +120,14 @@ inline void check_implicit_tableau(const Tableau& t, int most_stages) {
     }
 }
 
-// The curves in planes that instances follow, and the paths of ropes: their radii, their directions, and what is
-// not counted.
+// The plane curves that instances follow, and the paths of ropes: their radii, their directions, and the length that is
+// subtracted.
 using Lines = std::vector<std::shared_ptr<PlaneCurve>>;
 using Wires = std::vector<std::shared_ptr<SpaceCurve>>;
 using Paths = std::vector<std::vector<double>>;
 
-// Of k centres 5k - 2 numbers: their radii, then of the spans the directions and how they count; which circles it may leave, and
-// what is not counted.
+// 5k - 2 numbers for k centres: the radii; the directions and the two weights of the spans; which circles the rope may leave, and
+// the length that is subtracted.
 inline std::shared_ptr<const RopePath> rope_path(const std::vector<double>& numbers) {
     const auto centres = static_cast<std::ptrdiff_t>((numbers.size() + 2) / 5);
     if (numbers.size() % 5 != 3 || centres < 2 || centres > most_centres) refuse("paths", "has a wrong length");
@@ -271,7 +271,7 @@ template <class D> std::vector<Body<D>> bodies(const Numbers1& mass, const Numbe
     return found;
 }
 
-// Rows of a model that may be left out.
+// Checks rows of a model that may be left out.
 template <class D>
 std::optional<std::vector<int>> rows_from(const Model<D>& model, std::optional<std::vector<int>> rows) {
     if (!rows) return rows;

@@ -1,4 +1,4 @@
-// The laws of contacts and dry friction at an instant, with NumPy arrays: for Python's own march.
+// The laws of contacts and dry friction at an instant, with NumPy arrays: for the time loop in Python.
 #pragma once
 
 #include "bindings/loads_from_numpy.hpp"
@@ -6,7 +6,7 @@
 
 namespace mbproj {
 
-// The cone of a contact: its push, tangents, the most it holds, and the parts with which it slides.
+// The cone of a contact: its push, its tangents, the most that it holds, and the parts with which it slides.
 using ConeNumbers = std::tuple<int, std::vector<int>, double, std::vector<double>>;
 
 inline Eigen::VectorXd vector(const Numbers1& array, const char* name) {
@@ -33,8 +33,8 @@ inline nb::object contact_problem_of(const Thresholds& thresholds, Numbers2 B, N
     return array_of_vector(y);
 }
 
-// What holds and slides of stops and then frictions, with B of their rows, b, and of each friction its static and sliding force, the
-// direction in which it slides, an acceleration that is round-off, its stop and its partner.
+// The numbers of stops, then of frictions: B of their rows and b. For each friction its static and its sliding force, the
+// direction in which it slides, an acceleration of round-off size, its stop and its partner.
 struct BalanceNumbers {
     FrictionBalance problem;
     FrictionBalance::Loads loads;

@@ -1,4 +1,4 @@
-// The layout of y, from Python's record: its blocks fit the model, or are refused; and what controllers do to states.
+// The layout of y from Python's record, checked against the model; and the actions of controllers on states.
 #pragma once
 
 #include <nanobind/stl/string.h>
@@ -12,7 +12,7 @@
 
 namespace mbproj {
 
-// Its name, what the absolute tolerance of each number is relative to, and with what a run begins, or nothing.
+// The name of a block, the magnitudes to which the absolute tolerance is relative, and its values at the start, or nothing.
 using BlockNumbers = std::tuple<std::string, std::vector<double>, std::vector<double>>;
 
 inline Layout layout_of(const std::vector<BlockNumbers>& blocks) {
@@ -41,7 +41,7 @@ inline Layout layout_of(const std::vector<BlockNumbers>& blocks) {
     return built;
 }
 
-// Once all else of the model is there.
+// Sets the layout, once the rest of the model is complete.
 template <class D> void set_layout(Model<D>& model, const std::vector<BlockNumbers>& blocks) {
     const Layout layout = layout_of(blocks);
     const auto expect = [](const Block& block, std::size_t size) {

@@ -51,7 +51,7 @@ inline Programs programs(const Integers1& start, const Integers1& op, const Numb
         built.constant.push_back(is_constant ? operand.data()[i] : 0.0);
     }
     built.table_start = indices(table_start, knot.size() + 1, "table_start");
-    built.knot.assign(knot.data(), knot.data() + knot.size());  // the first of each that does not repeat is -infinity
+    built.knot.assign(knot.data(), knot.data() + knot.size());  // the first knot of each table that does not repeat is -infinity
     built.origin = numbers(origin, "origin");
     require(piece, {knot.size(), 4}, "piece");
     if (origin.size() != knot.size()) refuse("origin", "has a wrong shape");
@@ -69,7 +69,7 @@ inline Programs programs(const Integers1& start, const Integers1& op, const Numb
     return built;
 }
 
-// Programs must not ask for variables that are not there.
+// Checks that programs name only variables that exist.
 inline void require_variables(const Programs& programs, int variables, const char* name) {
     if (programs.variables > variables) refuse(name, "have variables that are not there");
 }
@@ -125,7 +125,7 @@ template <class D> Loads<D> loads(std::size_t bodies, const PrimitiveSet<D>& coo
     return built;
 }
 
-// Loads must be of the model's bodies, joint coordinates and programs, which are those before the rates of states.
+// Checks that loads name the model's bodies, joint coordinates, and the programs before the rates of states.
 template <class D> void check_loads(const Model<D>& model, std::size_t bearings) {
     const Loads<D>* loads = model.loads.get();
     const int bodies = model.size(), coordinates = static_cast<int>(model.coordinates.instances.size());
@@ -147,7 +147,7 @@ template <class D> void check_loads(const Model<D>& model, std::size_t bearings)
     }
 }
 
-// What programs name: of each channel its kind and its number.
+// The variables of programs: the kind and the number of each channel.
 template <class D> void add_channels(Model<D>& model, const Integers2& channels) {
     require(channels, {channels.shape(0), 2}, "channels");
     for (std::size_t c = 0; c < channels.shape(0); ++c) {
@@ -198,10 +198,10 @@ void add_flywheels(Model<D>& model, const PrimitiveSet<D>& coordinates, const st
     model.row_scale.resize(model.all_rows(), 1.0);
 }
 
-// Of a bearing: its joint and body 2 there; its arms, its length and its preload; joints, which of their rows, and the part of that.
+// A bearing: its joint and body 2; its arms, its length and its preload; joints, the number of one of their rows, and its part.
 using BearingNumbers = std::tuple<int, int, double, double, double, double, std::vector<std::tuple<int, int, double>>>;
 
-// What joints carry; points and axes in the axes of the bodies.
+// The bearings; points and axes are in the axes of the bodies.
 template <class D> std::vector<Bearing<D>> bearings(const Model<D>& model, const std::vector<BearingNumbers>& given,
                                                     const Numbers2& points, const Numbers2& axes) {
     require(points, {given.size(), D::axes}, "bearing_points");
@@ -221,7 +221,7 @@ template <class D> std::vector<Bearing<D>> bearings(const Model<D>& model, const
     return found;
 }
 
-// What stops limit: one instance each.
+// The coordinates that stops limit, one instance each.
 template <class D> void add_stops(Model<D>& model, const PrimitiveSet<D>& coordinates, const std::vector<int>& turns,
                                   std::vector<double> bounds) {
     const std::size_t count = coordinates.instances.size();
@@ -262,8 +262,8 @@ template <class D> bool has_angles(const Loads<D>* loads) {
     return std::any_of(instances.begin(), instances.end(), [](const Instance<D>& p) { return is_angle(p.kind); });
 }
 
-// Of a row that couples coordinates: its number, its period, the coordinates, their weights, its program, or -1, and what a turn
-// adds to that.
+// A row that couples coordinates: its number, its period, the coordinates, their weights, its program, or -1, and the change of
+// the program by a turn.
 using CouplingNumbers = std::tuple<int, double, std::vector<int>, std::vector<double>, int, double>;
 
 template <class D> void add_couplings(Model<D>& model, const std::vector<CouplingNumbers>& given) {

@@ -41,7 +41,7 @@ bool runs_here() {
 #endif
 }
 
-// From numbers by name: all that the struct has, and no others.
+// Thresholds from numbers by name: all that the struct has, and no others.
 Thresholds thresholds(const nb::dict& given) {
     Thresholds made;
     std::size_t taken = 0;

@@ -1,4 +1,4 @@
-// Runs that are made side by side, for Python.
+// Runs that are computed side by side, for Python.
 #include "bindings/runs.hpp"
 #include "ensembles/ensemble.hpp"
 

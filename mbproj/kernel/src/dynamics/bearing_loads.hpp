@@ -1,6 +1,6 @@
-// The loads of bearings whose friction is part of what they carry. The multipliers are linear in the forces, so with the
-// response of each bearing to each friction the loads L follow from as many equations, L = load(f₀ + Σ Lⱼ fⱼ), by Newton's method.
-// Where friction is so strong that a load may grow by more than itself there is no solution, or there are two (Painlevé).
+// The loads of bearings where friction is proportional to the load and is part of it. The multipliers are linear in the forces.
+// With the response fⱼ of the bearings to each friction, Newton's method solves L = load(f₀ + Σ Lⱼ fⱼ) for the loads L. Where
+// friction is so strong that a load may grow by more than itself, there is no solution, or there are two (Painlevé).
 #pragma once
 
 #include "algebra/decompositions.hpp"
@@ -19,12 +19,12 @@ public:
 
     // Whether friction depends on a bearing.
     bool any() const { return !laws_.empty(); }
-    // The law without a unique solution at the last state, or -1.
+    // The law that had no unique solution at the last state, or -1.
     int jammed() const { return jammed_; }
 
-    // The loads at a pose with this right-hand side of the rows, where the solver has the forces but for these frictions,
-    // which `applied` knows. `contacts` hold with what they then bear. False where the equations have no solution: `jammed`
-    // where no unique one.
+    // Sets the loads at a pose with this right-hand side of the rows. The solver has the forces without these frictions, which
+    // `applied` knows. `contacts` hold with the forces that follow. False where the equations have no solution; then `jammed`
+    // names the law where it is not unique.
     bool settle(Applied<D>& applied, KktSolver<D>& solver, ContactBorder<D>& contacts, const Pose<D>& pose,
                 const Motion<D>& motion, const double* gamma) {
         jammed_ = -1;
@@ -53,7 +53,7 @@ private:
     }
 
     // Whether no loads grow by more than themselves: (I - K) x = 1 has a positive solution, K the largest growth of each load
-    // with each other one. What pushes and never pulls may shrink by any part.
+    // with each other one. The load of a bearing that only pushes may shrink by any amount.
     bool is_unique() {
         const auto count = static_cast<Eigen::Index>(model_.bearings.size());
         Eigen::MatrixXd left = Eigen::MatrixXd::Identity(count, count);
@@ -102,7 +102,7 @@ private:
     std::vector<double> lambda_;
     std::vector<int> laws_;
     std::vector<Supports<D>> base_, own_;
-    std::vector<std::vector<Supports<D>>> responses_;  // of each bearing to the load of each
+    std::vector<std::vector<Supports<D>>> responses_;  // the response of each bearing to the load of each
     int jammed_ = -1;
 };
 

@@ -1,4 +1,4 @@
-// What acts on the bodies at a state: gravity, what turns with them, and the loads of the scene.
+// The forces on the bodies at a state: gravity, gyroscopic moments, and the loads of the scene.
 #pragma once
 
 #include "dynamics/kkt_solver.hpp"
@@ -6,7 +6,7 @@
 
 namespace mbproj {
 
-// The solver's forces, with loads as they were applied last.
+// Sets the solver's forces, with the loads that were applied last.
 template <class D> void set_forces(const Model<D>& model, const Pose<D>& pose, const Scalar<D>* y,
                                    const Applied<D>& applied, KktSolver<D>& solver) {
     for (int b = 0; b < model.size(); ++b) {

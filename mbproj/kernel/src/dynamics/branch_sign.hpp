@@ -1,7 +1,7 @@
-// On which side of a singular pose a mechanism without degrees of freedom is: the sign of the determinant of G, of the rows
-// held, which are square then; block by block, since two that change at once leave the whole one as it is. A sign does not
-// change along a branch of the motion but where branches cross. Where two of them meet, as at a dead centre, each has another
-// one (Allgower & Georg, Numerical Continuation Methods, 1990, sect. 8.1).
+// The side of a singular pose on which a mechanism without degrees of freedom is: the sign of the determinant of the square
+// matrix G of the rows held. It is taken block by block, since two blocks that change at once leave the whole sign as it is. A
+// sign changes only where branches of the motion cross. Where two branches meet, as at a dead centre, they have opposite signs
+// (Allgower & Georg, Numerical Continuation Methods, 1990, sect. 8.1).
 #pragma once
 
 #include <limits>
@@ -16,11 +16,11 @@ namespace mbproj {
 template <class D> class BranchSign final {
 public:
     using S = Size<D>;
-    using Signs = std::vector<int>;  // of the blocks, 0 where one is singular
+    using Signs = std::vector<int>;  // the signs of the blocks, 0 where one is singular
 
     explicit BranchSign(const Model<D>& model) : model_(model) {}
 
-    // Whether a sign is another one at two states, (t, y) and a later one, which is in place. False where that is not known.
+    // Whether a sign differs between the states (t, y) and a later one, which is in place. False where that is not known.
     bool changes(EquationsOfMotion<D>& equations, double t, const double* y, double t_new, const double* y_new) {
         const std::vector<int>& left_out = equations.solver().left_out();
         if (left_out != seen_for_ || at_.empty()) see(left_out);
@@ -41,12 +41,12 @@ private:
         double t = std::numeric_limits<double>::quiet_NaN();
         Signs signs;
     };
-    // Where a row or a column is: in which block, and at which place of it.
+    // The block of a row or a column, and its place in the block.
     struct At {
         int block = -1, place = 0;
     };
 
-    // The blocks of these rows; none where they are not square.
+    // Finds the blocks without these rows; none where they are not square.
     void see(const std::vector<int>& left_out) {
         seen_for_ = left_out, first_ = last_ = {};
         const int size = S::freedoms * model_.size();
@@ -91,10 +91,10 @@ private:
     }
 
     const Model<D>& model_;
-    std::vector<int> seen_for_;  // rows that are left out, to which the blocks belong
+    std::vector<int> seen_for_;  // the rows left out for which the blocks were found
     std::vector<At> at_, columns_;
     std::vector<int> sizes_;
-    Seen first_, last_;  // where the last step that was tried begins and ends
+    Seen first_, last_;  // the start and the end of the last step that was tried
     std::vector<std::vector<Entry>> entries_;
     Matrix<6, S::freedoms> part_;
 };

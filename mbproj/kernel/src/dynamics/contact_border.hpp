@@ -1,6 +1,6 @@
-// Contacts as a border on the joints' factor. Of rows N, gradients of coordinates that nothing but a contact holds, the
-// Delassus operator is B = N (W⁻¹ - W⁻¹GᵀS⁻¹GW⁻¹) Nᵀ: one solve a row with the factor at hand, be it for accelerations, for a
-// projection or for impulses. The factor itself, its order and its redundant rows know nothing of contacts.
+// Contacts as a border on the joints' factor. N are the gradients of coordinates that only contacts hold. Their Delassus operator
+// is B = N (W⁻¹ - W⁻¹GᵀS⁻¹GW⁻¹) Nᵀ: one solve with the current factor for each row, for accelerations, projections and impulses
+// alike. The factor, its order and its redundant rows do not depend on contacts.
 #pragma once
 
 #include "dynamics/body_forces.hpp"
@@ -8,8 +8,8 @@
 
 namespace mbproj {
 
-// Of the coordinates that stops limit and dry friction resists the one of this number, held `at` a value; times a sign: of a
-// stop its side, so that it is the gap.
+// A coordinate of a stop or of a dry friction, by its number, held `at` a value. The sign of a stop is its side, so that the row
+// is the gap.
 struct ContactRow {
     int coordinate;
     double sign, at;
@@ -21,12 +21,12 @@ public:
 
     explicit ContactBorder(const Model<D>& model) : model_(model), none_(model.all_rows(), 0.0), forces_(model) {}
 
-    // The rows from now on.
+    // Sets the rows that hold from now on.
     void hold(std::vector<ContactRow> rows, std::vector<SlidingRow> slides = {}, std::vector<ContactFoot> feet = {}) {
         rows_ = std::move(rows), slides_ = std::move(slides), given_ = false;
         feet_.hold(std::move(feet), rows_.size());
     }
-    // Forces along rows that do not hold.
+    // Sets forces along rows that do not hold.
     void give(std::vector<ContactRow> rows, Vector forces) {
         hold(std::move(rows));
         pushes_ = std::move(forces), given_ = true;
@@ -35,18 +35,18 @@ public:
     const std::vector<ContactRow>& rows() const { return rows_; }
     bool any() const { return !rows_.empty() && !given_; }
     bool acts() const { return any() || !slides_.empty(); }
-    // Whether what the rows bear is more than normal forces: friction goes by it.
+    // Whether the rows bear more than normal forces: friction depends on their pushes.
     bool rubs() const { return feet_.any(); }
     // The law of a friction that leaves no unique forces, or -1.
     int jammed() const { return feet_.jammed(); }
 
-    // N at a pose.
+    // Sets N at a pose.
     void see(const Pose<D>& pose) {
         along_.clear();
         for (const ContactRow& row : rows_) along_.emplace_back(model_.stops.coordinates, row.coordinate, pose);
     }
-    // The same, and B with the factor that the solver has; reactions where bearings go by them, or on request. False where the
-    // equations have no unique solution.
+    // The same, and sets B with the solver's factor; reactions where bearings need them, or on request. False where the equations
+    // have no unique solution.
     bool factor(const Pose<D>& pose, KktSolver<D>& solver, bool reacts = false) {
         const auto count = static_cast<Eigen::Index>(rows_.size());
         see(pose);
@@ -69,14 +69,14 @@ public:
         return true;
     }
     const Eigen::MatrixXd& operator_of_rows() const { return B_; }
-    // What a force of size 1 along each row adds to the joints' multipliers, where there are bearings that go by them.
+    // The change of the joints' multipliers by a unit force along each row, where bearings depend on them.
     const Eigen::MatrixXd& reactions() const { return reactions_; }
-    // Whether anything can move along a row: B is round-off of what it would be without joints where nothing can.
+    // Whether anything can move along a row. Where nothing can, B is round-off of its value without joints.
     bool moves(Eigen::Index k) const { return !model_.is_held() && B_(k, k) > model_.thresholds.no_push * loose_[k]; }
-    // The rows that do not depend on each other.
+    // The factor of the independent rows.
     const SemidefiniteCholesky& cholesky() const { return cholesky_; }
 
-    // g of the rows, angles to less than half a turn; N u, and the part of g'' that holds no accelerations.
+    // The values g of the rows, angles to less than half a turn; N u; and the part of g'' without accelerations.
     void gaps(Vector& found) const {
         found.resize(static_cast<Eigen::Index>(rows_.size()));
         for (std::size_t k = 0; k < rows_.size(); ++k) {
@@ -103,8 +103,8 @@ public:
             found[static_cast<Eigen::Index>(k)] = rows_[k].sign * along_[k].rate(shift, turn);
     }
 
-    // g'' of the rows in the solver's last motion; of the first so many, what is round-off beside the whole motion is 0. The
-    // energy of accelerations bounds what a row can see of them: |g''|² <= B Σ (m r''² + ω'ᵀ J ω').
+    // g'' of the rows in the solver's last motion. Of the first rows, values that are round-off of the whole motion become 0. The
+    // energy of accelerations bounds each row's share: |g''|² <= B Σ (m r''² + ω'ᵀ J ω').
     void accelerations(const Pose<D>& pose, const KktSolver<D>& solver, const Motion<D>& motion, Eigen::Index first,
                        Vector& found) {
         changes(solver, found);
@@ -119,9 +119,9 @@ public:
         for (Eigen::Index k = 0; k < first; ++k)
             if (std::abs(found[k]) <= rests_[k]) found[k] = 0.0;
     }
-    // Whether the gap of one of these rows opens with such an acceleration.
+    // Whether the gap of such a row opens with this acceleration.
     bool opens(Eigen::Index k, double acceleration) const { return acceleration > rests_[k]; }
-    // Round-off of forces along these rows.
+    // The round-off of forces along these rows.
     double round_off() const {
         double most = 0.0;
         for (Eigen::Index k = 0; k < rests_.size(); ++k)
@@ -139,7 +139,7 @@ public:
                 return false;
         return true;
     }
-    // The largest gap that is open by more than round-off, lengths in the mechanism's own.
+    // The largest gap that is open by more than round-off, in parts of the mechanism's length.
     [[gnu::noinline, gnu::cold]] double open(const Pose<D>& pose) {
         see(pose);
         gaps(gap_);
@@ -151,9 +151,9 @@ public:
         return most;
     }
 
-    // The forces z along the rows with which these are b + B z = 0; those that depend on others have none.
+    // The forces z along the rows with b + B z = 0; they are 0 along dependent rows.
     void close(const Vector& b, Vector& z) const { cholesky_.solve(b, z); }
-    // What friction at feet adds, of which the laws have given the forces by a push of 1. False where that leaves no unique forces.
+    // Adds the friction at feet, whose laws have given the forces for a push of 1. False where that leaves no unique forces.
     bool rub(const Pose<D>& pose, const Applied<D>& applied, KktSolver<D>& solver) {
         const auto effect = [&](const ContactFoot& foot, Vector& column, double* reactions) {
             forces_.clear();
@@ -165,7 +165,7 @@ public:
         };
         return feet_.rub(B_, reactions_, cholesky_, effect);
     }
-    // The force of each friction at feet is by the pushes that were settled last from now on; or by none.
+    // From now on the pushes settled last multiply the friction at feet; or no push does.
     void load(Applied<D>& applied, bool any = true) const {
         if (!rubs()) return;
         const auto take = [&](const ContactFoot& foot, double push) {
@@ -174,8 +174,8 @@ public:
         feet_.each(take, any ? pushes_ : Vector::Zero(static_cast<Eigen::Index>(rows_.size())));
     }
 
-    // The forces with which no row accelerates, where the solver has solved the motion without: `pull` adds them to its
-    // forces. Without `motion`, of a response to forces alone.
+    // Sets the forces with which no row accelerates, after the solver has solved the motion without them: `pull` adds them to its
+    // forces. Without `motion` it is the response to forces alone.
     void settle(const KktSolver<D>& solver, const Motion<D>* motion) {
         changes(solver, free_);
         if (motion) {
@@ -184,13 +184,13 @@ public:
         }
         feet_.any() ? feet_.close(free_, pushes_) : close(free_, pushes_);
     }
-    // The same of the joints' multipliers `lambda`, which become those with the contacts.
+    // The same for the joints' multipliers `lambda`, which then include the contacts.
     void add_reactions(const KktSolver<D>& solver, const Motion<D>* motion, std::vector<double>& lambda) {
         settle(solver, motion);
         const Vector more = (feet_.any() ? feet_.reactions() : reactions_) * pushes_;
         for (Eigen::Index r = 0; r < more.size(); ++r) lambda[r] += more[r];
     }
-    // The force along each coordinate that is held, or that slides.
+    // Writes the force along each coordinate that is held, or that slides.
     void tell(const Applied<D>& applied, double* found) const {
         for (std::size_t k = 0; k < rows_.size(); ++k)
             found[rows_[k].coordinate] = pushes_[static_cast<Eigen::Index>(k)];
@@ -207,14 +207,14 @@ public:
         forces_.give_more(solver);
     }
 
-    // Solves for the change that impulses z along the rows make, and that the joints' rows want, c.
+    // Solves for the change by impulses z along the rows, with the right-hand sides c of the joints' rows.
     bool respond(KktSolver<D>& solver, const Vector& z, const double* c = nullptr) {
         set_forces(z);
         forces_.give(solver);
         return solver.solve(c ? c : none_.data());
     }
-    // Solves for the accelerations that forces on the bodies alone make while the rows hold, by the factor at hand; `set` gives
-    // the forces to the solver. Multipliers on request. False where they are not unique.
+    // Solves for the accelerations by forces on the bodies alone while the rows hold, with the current factor; `set` gives the
+    // forces to the solver. Multipliers on request. False where they are not unique.
     template <class Set>
     bool answer(const Pose<D>& pose, KktSolver<D>& solver, const Set& set, double* multipliers = nullptr) {
         set();
@@ -223,7 +223,7 @@ public:
     }
 
 private:
-    // The same with what the rows bear.
+    // The same, with the forces along the rows.
     template <class Set> [[gnu::noinline, gnu::cold]] bool answer_closed(const Pose<D>& pose, KktSolver<D>& solver,
                                                                          const Set& set, double* multipliers) {
         if (!factor(pose, solver)) return false;
@@ -235,14 +235,14 @@ private:
         pull(solver);
         return solver.solve(none_.data(), multipliers);
     }
-    // Forces and moments Nᵀ z on the bodies, about their centres of mass.
+    // Sets forces and moments Nᵀ z on the bodies, about their centres of mass.
     void set_forces(const Vector& z) {
         forces_.clear();
         for (std::size_t k = 0; k < rows_.size(); ++k)
             forces_.add(along_[k], rows_[k].sign * z[static_cast<Eigen::Index>(k)]);
     }
 
-    // What the forces at hand accelerate along themselves, a body at a time, without joints.
+    // The acceleration by the current forces along themselves, for one body without joints.
     double alone(int b, const Pose<D>& pose) const {
         const Body<D>& body = model_.bodies[b];
         const double shifts = body.mass > 0.0 ? forces_.force[b].squaredNorm() / body.mass : 0.0;

@@ -1,4 +1,4 @@
-// What the motions prescribe at a time: the value, rate and acceleration of each; and the work of motions and forces.
+// The values, rates and accelerations that motions prescribe at a time; and the work of motions and forces.
 #pragma once
 
 #include "kinematics/loads.hpp"
@@ -14,14 +14,14 @@ public:
     std::size_t size() const { return found_.size(); }
     bool empty() const { return found_.empty(); }
     const Series<Scalar<D>>& operator[](std::size_t k) const { return found_[k]; }
-    // Where motion k puts its coordinate.
+    // The coordinate's value that motion k prescribes.
     Scalar<D> prescribed(std::size_t k) const { return model_.driven[k].start + found_[k].x; }
 
     bool is_at_rest() const {
         return std::all_of(found_.begin(), found_.end(), [](const Series<Scalar<D>>& each) { return each.d == 0.0; });
     }
 
-    // The driven rows of C, less what the motions prescribe.
+    // Subtracts the prescribed values from the driven rows of C.
     void close(Scalar<D>* C) const {
         for (std::size_t k = 0; k < found_.size(); ++k) {
             const DrivenRow<D>& driven = model_.driven[k];
@@ -31,7 +31,7 @@ public:
         }
     }
 
-    // Of the motions, with these multipliers.
+    // The power of the motions, with these multipliers.
     Scalar<D> power(const Scalar<D>* lambda) const {
         Scalar<D> sum = 0.0;
         for (std::size_t k = 0; k < found_.size(); ++k) sum -= lambda[model_.driven[k].row] * found_[k].d;
@@ -61,7 +61,7 @@ private:
     std::vector<Series<Scalar<D>>> found_;
 };
 
-// The rates of the quadratures in a slope: the power put in, what is dissipated, and what is lost apart.
+// The rates of the quadratures in a slope: the power supplied, the dissipated power, and the losses integrated apart.
 template <class D> void set_work(const Block& work, const Applied<D>& applied, const Drive<D>& drive,
                                  const Scalar<D>* lambda, Scalar<D>* slope) {
     if (!work.size) return;

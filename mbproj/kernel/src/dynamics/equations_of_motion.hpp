@@ -1,4 +1,4 @@
-// Newton and Euler in the bodies' own velocities, with the joints' multipliers: y' = f(y).
+// The Newton-Euler equations in the bodies' velocities, with the joints' multipliers: y' = f(y).
 #pragma once
 
 #include <limits>
@@ -15,7 +15,7 @@
 
 namespace mbproj {
 
-// Everything that is known at one state; scratch that evaluations overwrite.
+// All quantities at one state; evaluations overwrite this scratch.
 template <class D> class EquationsOfMotion final {
 public:
     using S = Size<D>;
@@ -26,16 +26,16 @@ public:
           lambda_(model.all_multipliers()), drive_(model), applied_(model), bearings_(model), contacts_(model),
           couplings_(model), expected_(model.layout.followed.size), channels_(model), states_(model) {}
 
-    // Of y.
+    // The layout of y.
     const Layout& layout() const { return model_.layout; }
 
-    // y' at a state, with the rows that are held: equal input has equal bits, whatever was asked before. False where the
-    // equations have no unique solution or a function has no value: see `broken`.
+    // y' at a state, with the rows that are held. Equal input has equal bits, whatever was evaluated before. False where the
+    // equations have no unique solution, or a function has no value: see `broken`.
     bool derivative(double t, const double* y, double* slope, double* lambda = nullptr) {
         return factor_stage(t, y) && slope_of_stage(y, slope, lambda);
     }
-    // The same at a stage of a step, where the policy takes note of how near the pose is to a singular one. False also where
-    // other rows would serve: see `hold_others`.
+    // The same at a stage of a step; the row policy records how near the pose is to a singular one. False also where other rows
+    // would do: see `hold_others`.
     bool watched_derivative(double t, const double* y, double* slope, double* lambda = nullptr) {
         if (!factor_stage(t, y)) return false;
         policy_.see();
@@ -46,7 +46,7 @@ public:
         return factor_stage(t, y) && (set_velocities(y, false), own_slope_at(y, slope, lambda));
     }
 
-    // The velocities at the pose in place, with the right-hand sides that go with them; C' on request.
+    // Sets the velocities at the pose in place, with their right-hand sides; C' on request.
     void set_velocities(const double* y, bool with_C_dot) {
         motion_.update(y, pose_);
         const bool baumgarte = projection_.correction == Correction::baumgarte;
@@ -90,7 +90,7 @@ public:
         return true;
     }
 
-    // The work in the last slope at another state, with that slope's multipliers; for scenes with loads.
+    // The rates of work in the last slope at another state, with that slope's multipliers; for scenes with loads.
     bool settle_work(double t, const double* y, double* slope) {
         set_pose(t, y);
         motion_.update(y, pose_);
@@ -99,7 +99,7 @@ public:
         return done || broken(y);
     }
 
-    // A state at a time, in place of the last.
+    // Sets a state at a time.
     void set_pose(double t, const double* y) {
         pose_.update(y);
         const Block& followed = layout().followed;
@@ -109,7 +109,7 @@ public:
         t_ = t;
         broken_ = !drive_.set(t, window_);
     }
-    // Evaluations from now on see functions of time from within this window, until another is set.
+    // From now on functions of time are evaluated inside this window.
     void see(const TimeWindow& window) { window_ = window, known_ = false, broken_ = !drive_.set(t_, window_); }
     void set_pose(const double* y) { set_pose(t_, y); }  // at the same time
     bool factor(Metric metric) {
@@ -117,42 +117,42 @@ public:
         metric_ = metric;
         return held_ = factored_ = solver_.factor(pose_, metric);
     }
-    // Moments of inertia that factors to come add to the bodies', none again if empty; for corrections alone.
+    // Moments of inertia that the next factors add to the bodies', for corrections alone; empty for none.
     void stiffen(const std::vector<double>& moments) { held_ = factored_ = false, solver_.stiffen(moments); }
-    // The same with rows that depend on the others at this pose alone; no other use is made of that factor.
+    // The same with rows that are dependent at this pose alone; such a factor has no other use.
     bool factor_all(Metric metric) {
         held_ = factored_ = false;
         return solver_.factor(pose_, metric, 0.0);
     }
-    // How stiff forces are at the start of a step.
+    // Sets the stiffness of forces at the start of a step.
     void begin_stiff(double t, const double* y, double g) {
         unload();
         set_pose(t, y);
         set_velocities(y, false);
         solver_.compliance().set(applied_, pose_, motion_, see_channels(window_.seen(t_), y), g, {0, 0});
     }
-    // With the masses and what stiff forces add to them in an implicit stage with this g, at the state in place, in a pass of
-    // Newton's method. The rows held stay, however near they are to dependent on the compliant ones.
+    // Factors with the masses and the stiff forces of an implicit stage with this g, at the state in place, in a pass of Newton's
+    // method. The same rows stay held, however dependent on the compliant rows they are.
     bool factor_stiff(const double* y, double g, Pass pass) {
         metric_ = Metric::stiff;
         solver_.compliance().set(applied_, pose_, motion_, see_channels(window_.seen(t_), y), g, pass);
         return held_ = factored_ = solver_.factor(pose_, Metric::stiff, 0.0);
     }
-    // A step begins at the pose in place, which is closed: its rows. False where the equations have no unique solution there.
+    // Chooses the rows of a step from the pose in place, which is closed. False without a unique solution there.
     bool start() {
         const bool usual = policy_.holds_usual();
         return factored_with_masses(usual ? policy_.settle(pose_, factor(Metric::mass)) : policy_.start(pose_));
     }
     bool wants_others() const { return policy_.wants_others(pose_); }
-    // Where the rows held depend on each other at the pose in place, or leave no unique solution, holds others for the step at
-    // hand. False where there are none.
+    // Where the rows held are dependent at the pose in place, or leave no unique solution: holds others for this step. False
+    // where there are none.
     bool hold_others() {
         if (held_ && !wants_others()) return false;
         return factored_with_masses(policy_.hold_others(pose_));
     }
     // Whether the pose in place is near a singular one.
     bool is_near_singular() { return solver_.is_near_singular(pose_, model_.thresholds.near_branch); }
-    // Whether there is a factor in this metric, be it of an earlier pose.
+    // Whether there is a factor in this metric, which may belong to an earlier pose.
     bool holds(Metric metric) const { return held_ && metric == metric_; }
     const double* constraint() {
         if (std::exchange(known_, true)) return C_.data();
@@ -169,16 +169,16 @@ public:
         for (std::size_t k = 0; k < drive_.size(); ++k) C_dot_[model_.driven[k].row] -= drive_[k].d;
         return C_dot_.data();
     }
-    // Of the last `constraint`, and of the last `set_velocities`.
+    // C of the last `constraint`, and C' of the last `set_velocities`.
     const double* C() const { return C_.data(); }
     double* gamma() { return gamma_.data(); }
     const double* C_dot() const { return C_dot_.data(); }
 
-    // Gears and screws count on from the teeth in mesh now.
+    // Gears and screws count from the teeth that are in mesh now.
     void start_teeth() { couplings_.start(pose_, expected_, constraint()), known_ = false; }
     // A coordinate that is an angle, in the state in place.
     JointAngle<D> angle(int coordinate) const { return joint_angle(model_, pose_, motion_, coordinate); }
-    // What motions prescribe at the time in place.
+    // The values that motions prescribe at this time.
     const Drive<D>& drive() const { return drive_; }
     // The state, at `time`, at which a function of the scene had no finite value; empty where none failed.
     const std::vector<double>& broken_state() const { return broken_state_; }
@@ -196,9 +196,9 @@ public:
     const Pose<D>& pose() const { return pose_; }
     const Motion<D>& motion() const { return motion_; }
     Applied<D>& applied() { return applied_; }
-    // What programs see of the state in place, which is y, at t.
+    // The variables of programs at the state in place, which is y, at t.
     Channels<D>& see_channels(double t, const double* y) { return channels_.set(t, y, pose_, motion_); }
-    // The same from within the window; and as they were seen last.
+    // The same inside the window; and the variables of the last evaluation.
     Channels<D>& seen(double t, const double* y) { return see_channels(window_.seen(t), y); }
     Channels<D>& channels() { return channels_; }
     StateRates<D>& states() { return states_; }
@@ -207,7 +207,7 @@ public:
     KktSolver<D>& solver() { return solver_; }
     const KktSolver<D>& solver() const { return solver_; }
     RowPolicy<D>& policy() { return policy_; }
-    // Contacts hold these rows from now on, and others slide; after the rows' multipliers comes what each bears.
+    // From now on contacts hold these rows, and others slide; their forces follow the rows' multipliers.
     void hold_contacts(std::vector<ContactRow> rows, std::vector<SlidingRow> slides = {},
                        std::vector<ContactFoot> feet = {}) {
         applied_.touch(rows);
@@ -238,7 +238,7 @@ private:
         return held_ = factored_ = policy_.look_near(pose_, C_, C_dot_, time_scale(model_, y));
     }
 
-    // Friction that depends on what its bearing carries counts from here on.
+    // From here on friction that depends on bearing loads is included.
     bool settle_bearings(const double* y) {
         return bearings_.settle(applied_, solver_, contacts_, pose_, motion_, gamma_.data()) &&
                (set_forces(y) || broken(y));
@@ -251,7 +251,7 @@ private:
         if (contacts_.gives()) contacts_.see(pose_), contacts_.pull(solver_);
         return true;
     }
-    // The same with what contacts bear.
+    // The same with the forces of contacts.
     [[gnu::noinline, gnu::cold]] bool settle_contacts(const double* y) {
         if (!solver_.solve(gamma_.data())) return false;
         contacts_.settle(solver_, &motion_);
@@ -260,7 +260,7 @@ private:
         contacts_.pull(solver_);
         return true;
     }
-    // The same with the friction at feet, by no push yet.
+    // The same with the friction at feet, not multiplied by pushes yet.
     [[gnu::noinline, gnu::cold]] bool rub(const double* y) {
         if (!contacts_.rub(pose_, applied_, solver_)) return false;
         return mbproj::set_forces(model_, pose_, y, applied_, solver_), true;
@@ -286,13 +286,13 @@ private:
     BearingLoads<D> bearings_;
     ContactBorder<D> contacts_;
     Couplings<D> couplings_;
-    std::vector<double> expected_;  // the joints' coordinates as they are followed, to less than half a turn
+    std::vector<double> expected_;  // the joints' coordinates, followed to less than half a turn
     Channels<D> channels_;
     StateRates<D> states_;
     std::vector<double> broken_state_;
     double t_ = std::numeric_limits<double>::quiet_NaN();
     bool factored_ = false, held_ = false, broken_ = false;
-    bool known_ = false;  // whether C is that of the pose in place
+    bool known_ = false;  // whether C belongs to the pose in place
     Metric metric_ = Metric::mass;
     Formulation* other_ = nullptr;
 };

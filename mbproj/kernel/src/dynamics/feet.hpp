@@ -1,5 +1,5 @@
-// Stops that touch and share what the rows of contacts bear, and dry friction by their pushes. Of rows N with the forces z the
-// pushes are p = P z, and friction adds forces F p; with E what these change along the rows: (B + E P) z + b = 0.
+// Stops that touch and share the forces of contact rows, and dry friction by their pushes. With forces z along rows N the pushes
+// are p = P z, and friction adds forces F p. With E, the effect of F along the rows: (B + E P) z + b = 0.
 #pragma once
 
 #include <algorithm>
@@ -11,11 +11,11 @@
 
 namespace mbproj {
 
-// One that slides against the force of a law.
+// A friction that slides against the force of a law.
 struct SlidingRow {
     int coordinate, law;
 };
-// A stop that touches. It pushes with these parts of what the rows bear, and by its push go the laws of its friction.
+// A stop that touches. It pushes with these parts of the rows' forces; its push multiplies the laws of its friction.
 struct ContactFoot {
     int stop;
     std::vector<std::pair<std::size_t, double>> parts;
@@ -35,13 +35,13 @@ public:
             for (const auto& [row, part] : feet_[f].parts)
                 P_(static_cast<Eigen::Index>(f), static_cast<Eigen::Index>(row)) = part;
     }
-    // Whether friction goes by their pushes.
+    // Whether friction depends on their pushes.
     bool any() const { return any_; }
     // The law of a friction that leaves no unique forces, or -1.
     int jammed() const { return jammed_; }
 
-    // With B of the rows, its factor, and the joints' reactions to each; effect(foot, column, reactions) gives what the friction of
-    // a foot changes by a push of 1. False where that leaves no unique forces.
+    // Sets the rows from B, its factor, and the joints' reactions to each; effect(foot, column, reactions) gives the change by
+    // the friction of a foot with a push of 1. False where that leaves no unique forces.
     template <class Effect>
     bool rub(const Matrix& B, const Matrix& reactions, const SemidefiniteCholesky& factor, const Effect& effect) {
         const auto feet = P_.rows();
@@ -55,7 +55,7 @@ public:
         reactions_ = reactions + R * P_;
         return is_unique(factor, E);
     }
-    // The forces of the rows without which these accelerate.
+    // The forces along the rows, where b are the accelerations without them.
     void close(const Vector& b, Vector& z) const { z = solved(left_, -b); }
     const Matrix& reactions() const { return reactions_; }
 

@@ -1,5 +1,5 @@
-// What happens to states of elements at instants: controllers set them, and somebody outside; as mbproj.integrate.loop.carried
-// has it.
+// Changes of elements' states at instants, by controllers and from outside, as in
+// mbproj.integrate.loop.carried.
 #pragma once
 
 #include <optional>
@@ -11,7 +11,7 @@ namespace mbproj {
 
 template <class D> class Instants final {
 public:
-    using Given = std::vector<std::pair<int, double>>;  // states by their numbers, and what they are from here on
+    using Given = std::vector<std::pair<int, double>>;  // numbers of states, and their new values
 
     Instants(const Model<D>& model, EquationsOfMotion<D>& equations) : model_(model), equations_(equations) {}
 
@@ -22,13 +22,13 @@ public:
         for (const auto& [state, value] : *given_) y[model_.layout.states.first + state] = value;
         given_.reset();
     }
-    // What controllers see at y at t, before the first of them acts there.
+    // Sets the variables of controllers for y at t, before the first controller acts there.
     void look(double t, const double* y) {
         equations_.set_pose(t, y);
         equations_.set_velocities(y, false);
         seen_ = &equations_.seen(t, y);
     }
-    // What a controller does at y, which has been looked at. False where a program has no finite value: the equations say so.
+    // The action of a controller at y, for which the variables are set. False where a program has no finite value.
     bool act(int number, double* y) {
         const Action& action = model_.actions[number];
         const Series<Scalar<D>>* variables = seen_->variables();
@@ -55,7 +55,7 @@ private:
     EquationsOfMotion<D>& equations_;
     Channels<D>* seen_ = nullptr;
     std::optional<Given> given_;
-    std::vector<double> found_;  // what an action sets
+    std::vector<double> found_;  // the values that an action sets
 };
 
 }  // namespace mbproj

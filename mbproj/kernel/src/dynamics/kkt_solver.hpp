@@ -67,13 +67,13 @@ public:
         return true;
     }
 
-    // Whether rows had to be left out of the last factor because they depend on the others at its pose alone.
+    // Whether rows were left out of the last factor because they are dependent at its pose alone.
     bool near_singular() const { return loops_.cholesky().leaves_out(); }
-    // Whether that is so whichever of the redundant rows are held.
+    // Whether rows would be left out whichever redundant rows are held.
     bool near_branch(const Pose<D>& pose) { return is_near_singular(pose, near_); }
-    // Whether the last factor is that of all rows held, by the pivots of S.
+    // Whether the last factor has all rows held, judged by the pivots of S.
     bool is_regular() const { return !near_singular() && !loops_.by_qr(); }
-    // Of the last factor: its rows' distance from dependent, squared, about, as a part of what it is elsewhere.
+    // About the squared distance of the last factor's rows from dependent, in parts of its usual value.
     Measure<D> nearness() const { return near_singular() ? Measure<D>(0.0) : pivots_part(); }
 
     // Whether no row is nearer to dependent than √near, where all bodies weigh the same.
@@ -82,17 +82,17 @@ public:
         return near < even_nearness(pose);
     }
 
-    // Whether rows are nearer to dependent than √near, where all bodies weigh the same: masses have no say in it.
+    // Whether rows are nearer to dependent than √near, where all bodies have the same mass: real masses do not count.
     bool is_near_singular(const Pose<D>& pose, double near) {
         ++close_looks_;
         return count_dependent(pose, near * model_.rows.even) > model_.rows.redundant;
     }
-    // How many rows depend on the others at a pose, up to a distance of √smallest.
+    // The number of rows that depend on the others at a pose, up to a distance of √smallest.
     int count_dependent(const Pose<D>& pose, double smallest) {
         return static_cast<int>(loops_.dependent_rows(pose, smallest).size());
     }
-    // The rows without which those of a pose are best-conditioned, exactly as many as are redundant; nothing where more depend on
-    // the others.
+    // The rows without which those of a pose are best-conditioned, exactly as many as are redundant; nothing where more rows are
+    // dependent.
     auto rows_to_leave_out(const Pose<D>& pose) {
         ++close_looks_;
         return loops_.rows_to_leave_out(pose, model_.rows.redundant);
@@ -106,19 +106,19 @@ public:
     Measure<D> even_nearness(const Pose<D>& pose) { return even_pivot(pose) / model_.rows.even; }
     // What the pivots of the rows held usually are: masses and lengths of different orders make some small at every pose.
     void expect(const std::vector<Measure<D>>& usual) { loops_.expect(usual); }
-    // How often dependent rows were looked for, or a singular pose.
+    // The number of searches for dependent rows or a singular pose.
     long close_looks() const { return close_looks_; }
 
-    // Moments of inertia that factors to come add to the bodies', or none.
+    // Moments of inertia that the next factors add to the bodies', or none.
     void stiffen(const std::vector<Scalar<D>>& moments) { stiff_ = moments; }
 
-    // Forces on a body before `solve`: a force at its centre of mass and a moment, global axes.
+    // Sets the forces on a body before `solve`: a force at its centre of mass and a moment, global axes.
     void set_force(int body, const Point<D>& force, const Turn<D>& torque) {
         force_[body].template head<D::axes>() = force;
         // The centre of mass is at -reference from the reference point.
         force_[body].template tail<S::turns>() = torque - moment(reference_[body], force);
     }
-    // Another force on a body that has one.
+    // Adds a force to a body that has one.
     void add_force(int body, const Point<D>& force, const Turn<D>& torque) {
         force_[body].template head<D::axes>() += force;
         force_[body].template tail<S::turns>() += torque - moment(reference_[body], force);
@@ -139,26 +139,26 @@ public:
 
     // Σ I s'² of the flywheels, of the last `solve` for velocities.
     Scalar<D> of_flywheels() const { return loops_.of_flywheels() + leaves_.of_flywheels(); }
-    // How far rows that were left out of the last factor are from what the others say of a violation.
+    // The largest distance of a violation, in rows left out of the last factor, from the value implied by the others.
     Scalar<D> contradiction(const Scalar<D>* violation) { return loops_.contradiction(violation); }
-    // λ of the last `solve`, spread over redundant rows so that it is smallest. False where that has no solution.
+    // λ of the last `solve`, distributed over redundant rows so that its norm is smallest. False where that has no solution.
     bool spread(const Pose<D>& pose, Scalar<D>* lambda) {
         loops_.multipliers(lambda);
         if (left_out().empty()) return true;
         return spread_over_all(pose, lambda, near_singular() ? thresholds_.half_digits : thresholds_.no_digits);
     }
-    // The same of any λ that balance the forces, and any factor.
+    // The same for any λ that balance the forces, with any factor.
     bool spread_over_all(const Pose<D>& pose, Scalar<D>* lambda) {
         return spread_over_all(pose, lambda, thresholds_.no_digits);
     }
 
-    // (δr, δθ) or accelerations of a body, of its centre of mass, global axes.
+    // (δr, δθ) or accelerations of a body, for its centre of mass, global axes.
     Turn<D> turn(int body) const { return delta_[body].template tail<S::turns>(); }
     Point<D> shift(int body) const {
         return delta_[body].template head<D::axes>() - turned_by(turn(body), reference_[body]);
     }
 
-    // What the compliant rows are in the metric `stiff`.
+    // The compliant rows of the metric `stiff`.
     Compliance<D>& compliance() { return compliance_; }
 
     int singular_joint() const { return singular_joint_; }
@@ -173,9 +173,9 @@ private:
     }
     bool fails(int joint) { return singular_joint_ = joint, false; }
 
-    // Near a singular pose, rows that have almost become dependent have finite multipliers but almost no gradient left:
-    // leaving them out errs by their distance from the span of the others, dividing by that errs without bound. Where no
-    // row is near to dependent, it is the masses that leave S few digits, or none.
+    // Near a singular pose almost dependent rows have finite multipliers, but almost no gradient left. Leaving them out errs by
+    // their distance from the span of the others; dividing by that distance errs without bound. Where no row is near dependent,
+    // the masses are why S has few digits, or none.
     bool factor_near_singular(const Pose<D>& pose, double shift, int failed, double near) {
         if constexpr (is_full<D>) {
             ++close_looks_;
@@ -197,7 +197,7 @@ private:
         return !is_bare_[body] || lends(body, metric) || !stiff_.empty();
     }
 
-    // The inertias of the loops' bodies, halved; false where one has no inverse.
+    // The inverse roots of the loops' bodies; false where an inertia is singular.
     bool set_halves(const Pose<D>& pose, Metric metric) {
         const bool by_coordinates = metric == Metric::coordinates;
         loops_.lend(by_coordinates ? Wrench(Wrench::Zero()) : lent_);
@@ -235,12 +235,12 @@ private:
     EliminationOrder<D> order_;
     Leaves<D> leaves_;
     LoopSolver<D> loops_;
-    std::unique_ptr<MinimumNormMultipliers<D>> smallest_;  // once they are asked for
-    const double shift_;                                   // of S, where the violation is penalised
-    const Wrench lent_;                                    // to light bodies
+    std::unique_ptr<MinimumNormMultipliers<D>> smallest_;  // created on first use
+    const double shift_;                                   // the shift of S, where the violation is penalised
+    const Wrench lent_;                                    // the inertia lent to light bodies
     std::vector<Inertia<D>> inertias_;
     std::vector<Point<D>> reference_;    // from each body's centre of mass
-    std::vector<bool> is_bare_;          // of the loops, without leaves and hinges
+    std::vector<bool> is_bare_;          // whether a body of the loops has no leaves and no hinge
     std::vector<int> with_inertia_;      // bodies that are not bare, or are lent inertia
     std::vector<Wrench> force_, delta_;  // at the reference points; the ground's last
     std::vector<Scalar<D>> stiff_;       // moments of inertia that are added

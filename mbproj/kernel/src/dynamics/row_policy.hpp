@@ -15,7 +15,7 @@
 
 namespace mbproj {
 
-// Of the poses of a step, the smallest and the largest pivot of S, parts of the usual one; 0 where rows were left out.
+// The smallest and the largest pivot of S over the poses of a step, in parts of the usual one; 0 where rows were left out.
 struct Passed {
     double smallest = 1.0, largest = 0.0;
     void see(double nearness) {
@@ -30,18 +30,18 @@ public:
         hold_all_but(model_.rows.left_out);
     }
 
-    // Makes the rows of a step that begins at a pose, and factors there with the masses. False where the equations have no
+    // Chooses the rows of a step that begins at a pose, and factors there with the masses. False where the equations have no
     // unique solution.
     bool start(const Pose<D>& pose) {
         hold_all_but(model_.rows.left_out);
         return settle(pose, solver_.factor(pose, Metric::mass));
     }
-    // Holds all rows but these from here on, whatever the pose.
+    // From now on holds all rows but these, at any pose.
     void hold_all_but(const std::vector<int>& rows) {
         solver_.leave_out(rows);
         solver_.expect(holds_usual() ? model_.rows.pivots : std::vector<double>());
     }
-    // Whether the rows at hand are the usual ones.
+    // Whether the rows held are the usual ones.
     bool holds_usual() const { return solver_.left_out() == model_.rows.left_out; }
     // The same with these, factored there if that was `found`.
     bool settle(const Pose<D>& pose, bool found) {
@@ -53,14 +53,14 @@ public:
         return found;
     }
 
-    // A step is tried from the last accepted state: what a rejected one has passed does not count.
+    // A step is tried from the last accepted state: the poses of a rejected step do not count.
     void begin() { passed_ = here_; }
-    // Takes note of the pose that was factored last, one of the step at hand.
+    // Records the nearness of the pose that was factored last, one of this step.
     void see() { passed_.see(solver_.nearness()); }
     const Passed& passed() const { return passed_; }
 
-    // Whether the rows held depend on each other at the pose that was factored last, and others do not: near a branch of the
-    // motion all do.
+    // Whether the rows held are dependent at the pose that was factored last, and others are not. Near a branch point of the
+    // motion all are.
     bool wants_others(const Pose<D>& pose) const {
         return model_.rows.redundant > 0 && others_may_serve_ && solver_.near_singular() && !solver_.near_branch(pose);
     }
@@ -77,11 +77,11 @@ public:
     bool hold_others(const Pose<D>& pose) { return model_.rows.redundant > 0 && others_may_serve_ && choose(pose); }
 
 private:
-    // Whether no pivot of the usual rows is far below what it usually is.
+    // Whether no pivot of the usual rows is far below its usual value.
     bool serves() const {
         return solver_.is_regular() && !model_.rows.pivots.empty() && solver_.nearness() >= model_.thresholds.decline;
     }
-    // Holds the best-conditioned rows of a pose from here on, where exactly as many as are redundant depend on them.
+    // From now on holds the best-conditioned rows of a pose, where exactly the redundant number of rows is dependent.
     bool choose(const Pose<D>& pose) {
         if (const auto rows = solver_.rows_to_leave_out(pose)) hold_all_but(*rows);
         bool found = solver_.factor(pose, Metric::mass);
@@ -89,7 +89,7 @@ private:
         others_may_serve_ = found && !solver_.near_singular();
         return found;
     }
-    // Of rows that hold at this pose alone the pivots are about as much smaller here as where all bodies weigh the same.
+    // For rows chosen at this pose the expected pivots are smaller by the same factor as with equal masses.
     bool expect_more(const Pose<D>& pose) {
         const double part = std::min(1.0, solver_.even_nearness(pose));
         std::vector<double> usual = solver_.cholesky().pivots();
@@ -100,8 +100,8 @@ private:
 
     const Model<D>& model_;
     KktSolver<D>& solver_;
-    bool others_may_serve_ = true;  // where the rows held depend on each other
-    Passed here_, passed_;          // at the pose where the step begins alone, and in the step at hand
+    bool others_may_serve_ = true;  // whether other rows may do where those held are dependent
+    Passed here_, passed_;          // at the start of the step, and over this step
 };
 
 }  // namespace mbproj

@@ -1,8 +1,8 @@
-// What names channels, in one equation of an implicit step, as mbproj.integrate.formulations.stage_crossing has it. A change
-// δa of the accelerations changes the channels that are coordinates by w = g² G δa, those that are rates by w = g G δa. States
-// follow with δx' = E (f - x'₀ + f_w w), E = (I - g f_x)⁻¹, and forces with φ = F_w w + g F_x δx'. Such forces are few: with Z
-// what a unit of each makes of the accelerations, by the factor at hand, δa = δa₀ + Z φ (Woodbury), so that
-// (I - C H) φ = φ₀ + C w₀ with C = F_w + g F_x E f_w and H = w of Z. Nothing of it is dropped, nor made symmetric.
+// Forces and states that depend on channels, in one equation of an implicit step, as in
+// mbproj.integrate.formulations.stage_crossing. A change δa of the accelerations changes coordinate channels by w = g² G δa, rate
+// channels by w = g G δa. States change by δx' = E (f - x'₀ + f_w w) with E = (I - g f_x)⁻¹, forces by φ = F_w w + g F_x δx'.
+// Such forces are few. Z is the response of the accelerations to a unit of each, with the current factor. So δa = δa₀ + Z φ
+// (Woodbury), and (I - C H) φ = φ₀ + C w₀ with C = F_w + g F_x E f_w and H = w of Z. No term is dropped.
 #pragma once
 
 #include "dynamics/equations_of_motion.hpp"
@@ -32,7 +32,7 @@ public:
     bool any() const { return model_.layout.states.size > 0 || !model_.channels.empty(); }
     bool pushes() const { return !pulls_.empty(); }
 
-    // What channels change in y' of a pass of Newton's method, from accelerations and rates of states `before`.
+    // The change of y' by channels in a pass of Newton's method, with the accelerations and rates of states `before`.
     bool take(double t, const double* y, double g, const double* before, double* slope, double* lambda) {
         set(t, y, g);
         Vector w = of_accelerations(slope) - of_accelerations(before);
@@ -63,7 +63,7 @@ public:
     }
 
 private:
-    // A force that names channels: a law, or a component of a force on a body.
+    // A force that depends on channels: a law, or a component of a force on a body.
     struct Pull {
         int law;
         const BodyForce<D>* force;
@@ -72,7 +72,7 @@ private:
 
     bool names(int program) const { return program >= 0 && model_.programs.names(program, law_variables); }
 
-    // The slopes at the state y in place, at t; what has none counts as constant.
+    // Sets the slopes at the state y in place, at t; a function without a slope counts as constant.
     void set(double t, const double* y, double g) {
         g_ = g;
         Channels<D>& channels = equations_.seen(t, y);
@@ -105,8 +105,8 @@ private:
         }
     }
 
-    // With w of what is at hand, the accelerations in `slope`, and in the states' block what these are without channels:
-    // all three with what channels make of them.
+    // Adds the effect of channels to w, to the accelerations in `slope`, and to the rates of states in its block. All three are
+    // given without it.
     bool change(Vector& w, double* slope, double* lambda) {
         Eigen::Map<Vector> states(slope + model_.layout.states.first, model_.layout.states.size);
         const Eigen::Index moving = by_motion_.cols();
@@ -151,7 +151,7 @@ private:
         return true;
     }
 
-    // What a unit of a force does to the bodies, by the factor at hand: their twists, and the multipliers.
+    // The response of the bodies to a unit of a force, with the current factor: their twists, and the multipliers.
     bool respond(const Pull& pull, double* multipliers) {
         Applied<D>& applied = equations_.applied();
         KktSolver<D>& solver = equations_.solver();
@@ -171,7 +171,7 @@ private:
         return true;
     }
 
-    // w of the accelerations in a slope, and of the twists at hand.
+    // w of the accelerations in a slope, and of the current twists.
     Vector of_accelerations(const double* slope) {
         for (int b = 0; b < model_.size(); ++b) {
             const Part<D> part(slope, b);
@@ -191,7 +191,7 @@ private:
         }
         return found;
     }
-    // So many times the states' block of one slope to that of another.
+    // Adds `weight` times the states' block of one slope to that of another.
     void add(const double* from, double weight, double* to) const {
         for (int i = model_.layout.states.first; i < model_.layout.states.end(); ++i) to[i] += weight * from[i];
     }
@@ -201,7 +201,7 @@ private:
     std::vector<Point<D>> shift_;  // of all bodies, the ground's last, global axes
     std::vector<Turn<D>> turn_;
     std::vector<Pull> pulls_;
-    std::vector<std::size_t> moving_;  // the channels that go by the motion
+    std::vector<std::size_t> moving_;  // the channels that depend on the motion
     Dense left_, by_motion_;           // I - g f_x and f_w
     Dense pushed_, pushed_by_motion_;  // g F_x and F_w
     double g_ = 0.0;

@@ -14,7 +14,7 @@ public:
     explicit StateRates(const Model<D>& model) : model_(model), block_(model.layout.states) {}
 
     bool any() const { return block_.size > 0; }
-    // x' in its block of a slope; false where a program has no finite value.
+    // Writes x' to its block of a slope; false where a program has no finite value.
     bool set(Channels<D>& channels, Scalar<D>* slope) const {
         for (int k = 0; k < block_.size; ++k) {
             slope[block_.first + k] = model_.programs.value(model_.first_rate + k, channels.variables(), held);

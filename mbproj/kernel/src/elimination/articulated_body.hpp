@@ -1,6 +1,6 @@
-// Leaves of the graph of joints are eliminated body by body: a body that hangs on one joint is what its parent feels of
-// it, an articulated inertia (Featherstone 2008, ch. 7), here with the joint's own right-hand side, so that the same
-// elimination gives accelerations and both corrections.
+// The leaves of the joint graph are eliminated body by body. A parent feels a body that hangs on one joint as an articulated
+// inertia (Featherstone 2008, ch. 7). Here the joint has a right-hand side of its own, so that the same elimination gives
+// accelerations and both corrections.
 #pragma once
 
 #include "elimination/hinge.hpp"
@@ -21,7 +21,7 @@ template <class D> struct Inertia {
         C = J;
         for (int i = 0; i < S::turns; ++i) C.col(i) -= moment(s, Point<D>(B.col(i)));
     }
-    // Taken to another reference point: `arm` leads from the new one to the old one, v_old = v_new + ω × arm.
+    // Changes the reference point: `arm` leads from the new one to the old one, v_old = v_new + ω × arm.
     [[gnu::always_inline]] void move(const Point<D>& arm) {
         for (int i = 0; i < S::turns; ++i) C.row(i) += moment(arm, Point<D>(B.col(i))).transpose();
         for (int i = 0; i < D::axes; ++i) B.row(i) += moment(arm, Point<D>(A.col(i))).transpose();
@@ -46,24 +46,24 @@ template <class D> struct Inertia {
     }
 };
 
-// One free motion of a hinge, a translation or a rotation along n, and what its elimination leaves behind.
+// One free motion of a hinge, a translation or a rotation along n, and the factors of its elimination.
 template <class D> struct FreeMotion {
     Column<Size<D>::freedoms, Scalar<D>> U;  // M n
     Scalar<D> reciprocal;                    // 1 / nᵀ M n
 };
 
-// The elimination of one hinge, and what solving with it needs. The free motions go one after another, the translations
+// The elimination of one hinge, with its factors for the solution. The free motions are eliminated one by one, the translations
 // first, as if massless bodies with one freedom each stood between child and parent.
 template <class D> struct HingeFactor {
     using S = Size<D>;
     static constexpr int F = S::freedoms;
     HingeFrame<D> frame;
     Point<D> link;  // from the parent's reference point to this joint's
-    Inertia<D> M;   // of the child and what hangs on it, at the joint's point
+    Inertia<D> M;   // of the child with its leaves, at the joint's point
     FreeMotion<D> motions[F];
 
-    // From M to what the parent feels of it. False where a free motion moves no mass. `added`: the inertia of flywheels
-    // that each motion turns, where there are any.
+    // Turns M into the articulated inertia that the parent feels. False where a free motion has no inertia. `added`: the inertia
+    // of the flywheels that each motion turns, or null.
     template <bool turns>
     [[gnu::always_inline]] bool eliminate(const Hinge<D>& hinge, Inertia<D>& left, const Scalar<D>* added) {
         left = M;
@@ -87,7 +87,7 @@ template <class D> struct HingeFactor {
         return true;
     }
 
-    // h = nᵀ g of each free motion, and g less what the motion takes of it. `pushed`: what flywheels add to nᵀ g.
+    // h = nᵀ g of each free motion, and g without the part that the motion takes. `pushed`: flywheels' part of nᵀ g.
     template <bool turns> [[gnu::always_inline]] void upward(const Hinge<D>& hinge, Scalar<D>* h,
                                                              Column<F, Scalar<D>>& g, const Scalar<D>* pushed) const {
         const FreeMotion<D>* motion = motions;

@@ -1,6 +1,6 @@
-// Which bodies of the loops move by a hinge: those that one joins to the ground, whatever else holds them; then those between
-// two joints, from a parent that moves by none itself. Their other rows pass on to that parent, which couples no more rows
-// than the elimination of the hinge's own would.
+// Chooses the bodies of the loops that move by a hinge: first those that one hinge joins to the ground; then those between two
+// joints, from a parent that moves by no hinge. The other rows of such a body pass on to its parent, where they couple no more
+// rows than the elimination of the hinge's own rows would.
 #pragma once
 
 #include "elimination/inertia_cancellation.hpp"
@@ -14,7 +14,7 @@ public:
         : model_(model), loop_bodies_(loop_bodies), cancellation_(cancellation), joints_of_(model.size()),
           moves_(model.size()), carries_(model.size() + 1) {}
 
-    // The hinges among the joints that are left; they are left no longer. Light bodies have none (see light_body.hpp).
+    // The hinges among the joints that are left; they leave that list. Light bodies have none (see light_body.hpp).
     std::vector<LoopHinge<D>> choose(std::vector<bool>& joint_left) {
         for (int j = 0; j < static_cast<int>(model_.joints.size()); ++j)
             if (joint_left[j])

@@ -1,6 +1,6 @@
-// The order of elimination, found once: leaves of the graph of joints first, each with the joint it hangs on; what is
-// left, the loops, has also whatever is not a hinge. Some of its bodies move by one of their hinges; none where
-// rows are redundant, since those of such hinges may be the ones to leave out.
+// The order of elimination, found once. First come the leaves of the joint graph, each with the joint on which it hangs. The
+// loops are left, with all joints that are not hinges. Some of their bodies move by one of their hinges; none where rows are
+// redundant, since the rows of such hinges may be the ones to leave out.
 #pragma once
 
 #include <queue>
@@ -14,17 +14,17 @@ template <class D> struct Leaf {
     int joint;
     Hinge<D> hinge;
     std::vector<int>
-        flywheels;  // joints that hold those which its free motions turn, and compliant ones of its coordinates
+        flywheels;  // joints of the flywheels that its free motions turn, and compliant joints of its coordinates
 };
 
 template <class D> struct EliminationOrder {
     std::vector<Leaf<D>> leaves;   // in the order of their elimination: children before their parents
-    std::vector<int> loop_bodies;  // roots of floating trees among them
+    std::vector<int> loop_bodies;  // with the roots of floating trees
     std::vector<int> loop_joints;
-    std::vector<LoopHinge<D>> loop_hinges;  // one at most of each of loop_bodies; no parent moves by one
+    std::vector<LoopHinge<D>> loop_hinges;  // one at most for each of loop_bodies; no parent moves by one
 
-    // Light bodies stay in the loops, where what they lack can be lent to them, and those that are too heavy for their
-    // parents; all bodies where nothing is to be eliminated.
+    // Light bodies stay in the loops, where they can be lent inertia. So do bodies that are too heavy for their parents, and all
+    // bodies where `eliminate` is false.
     EliminationOrder(const Model<D>& model, bool eliminate) {
         const int n = model.size();
         std::vector<std::vector<int>> joints_of(n);

@@ -1,5 +1,5 @@
-// A joint as what it lets move: the relative twist of its two bodies at the joint's point is N z + p, with a basis N of
-// the motions that its rows allow and the smallest p that its right-hand side asks for.
+// A joint described by its free motions: the relative twist of its two bodies at the joint's point is N z + p. N is a basis of
+// the motions that its rows allow, and p the smallest motion that meets its right-hand side.
 #pragma once
 
 #include <optional>
@@ -56,8 +56,8 @@ template <class D> std::optional<Hinge<D>> as_hinge(const Model<D>& model, const
     return hinge;
 }
 
-// Rows of a basis completed: what is normal to up to K rows, and the P with rows · P = 1 of smallest columns. False where
-// the rows are parallel, by the square of their sine.
+// Completes a basis: the vectors normal to up to K rows, and the smallest P with rows · P = 1. False where the rows are parallel,
+// judged by the square of their sine.
 template <class S>
 inline bool complement(const Column<1, S>* rows, int count, Matrix<1, 1, S>& basis, Matrix<1, 1, S>& P, double) {
     basis(0, 0) = 1.0;
@@ -121,7 +121,7 @@ template <class D> struct HingeFrame {
     using S = Size<D>;
     Point<D> child_arm, parent_arm;
     Matrix<D::axes, D::axes, Scalar<D>> N_t,
-        P_t;  // of a coincident joint none, and the identity, which is not written down
+        P_t;  // none for a coincident joint: it is the identity
     Matrix<S::turns, S::turns, Scalar<D>> N_r, P_r;
 
     [[gnu::always_inline]] bool update(const Model<D>& model, const Hinge<D>& hinge, const Pose<D>& pose) {

@@ -1,5 +1,5 @@
-// Flywheels that the free motions of a hinge turn, and the stiff forces along them, which are flywheels of an implicit stage. The hinge's basis of these is chosen so that each flywheel is turned by
-// one of them alone: its inertia then adds to what that motion moves, and the elimination stays what it is.
+// Flywheels that a hinge's free motions turn, and stiff forces along them, which act as flywheels in an implicit stage. In the
+// hinge's basis one free motion turns each flywheel: its inertia adds to that of the motion alone.
 #pragma once
 
 #include "elimination/hinge.hpp"
@@ -17,7 +17,7 @@ public:
         turned_.resize(joints_.size());
     }
 
-    // Whether a coordinate is a function of a hinge's free motions: an angle, or a displacement between its own points.
+    // Whether a coordinate depends on a hinge's free motions alone: an angle, or a displacement between its own points.
     static bool fits(const Model<D>& model, const Hinge<D>& hinge, const Joint& flywheel) {
         if (flywheel.bushing >= 0) return false;
         const auto& attachments = model.constraints.attachments;
@@ -33,7 +33,7 @@ public:
                attachments[p.slots[0]].body == attachments[p.slots[1]].body && same(p.slots[1], hinge.p1) &&
                same(p.slots[2], hinge.p2);
     }
-    // Whether so many coordinates of a hinge can each have a motion of their own.
+    // Whether each of these coordinates of a hinge can have a free motion of its own.
     static bool fit(const Model<D>& model, const Hinge<D>& hinge, const std::vector<int>& joints) {
         int angles = 0;
         for (const int j : joints) {
@@ -44,15 +44,15 @@ public:
                static_cast<int>(joints.size()) - angles <= hinge.free_translations();
     }
 
-    // What the coordinates are at a pose, as rates of the relative twist at the joint's point; turns the basis of the free
-    // motions. False where a coordinate does not change with any of them. Without `compliance` stiff forces are none.
+    // Sets the coordinates at a pose, as rates by the relative twist at the joint's point, and turns the basis of the free
+    // motions. False where no free motion changes a coordinate. Without `compliance` there are no stiff forces.
     bool update(const Model<D>& model, const Pose<D>& pose, HingeFrame<D>& frame, const Compliance<D>* compliance) {
         Turned* angles[F];
         Turned* shifts[F];
         int angle_count = 0, shift_count = 0;
         for (std::size_t k = 0; k < turned_.size(); ++k) {
             const Joint& joint = model.joints[joints_[k]];
-            Matrix<6, F, Scalar<D>> G;  // a joint may have so many rows; this one has one
+            Matrix<6, F, Scalar<D>> G;  // room for the most rows of a joint; this one has one
             jacobian<D>(model, pose, joint, hinge_.child, G);
             Turned& turned = turned_[k];
             turned.row = joint.row;
@@ -73,17 +73,17 @@ public:
                                         hinge_.free_translations());
     }
 
-    // What adds to nᵀ M n of each free motion.
+    // The addition to nᵀ M n of each free motion.
     const Scalar<D>* added() const { return added_; }
 
-    // What adds to nᵀ g of each free motion, of right-hand sides c and the joint's own particular motion p.
+    // The addition to nᵀ g of each free motion, from the right-hand sides c and the joint's own particular motion p.
     void push(const Scalar<D>* c, const Twist& p, Scalar<D>* pushed) const {
         std::fill(pushed, pushed + F, 0.0);
         for (const Turned& t : turned_) pushed[t.motion] = t.inertia * t.ratio * (c[t.row] - t.rate.dot(p));
     }
 
-    // Of the wrench on the child the part by which its flywheels hold it back, -μ for each: all of it that is along the
-    // free motions, as joints exert nothing there. Adds Σ I s'² = Σ μ² / I, where δ is a velocity.
+    // The part of the wrench on the child with which its flywheels resist, -μ for each: all of the wrench along the free motions,
+    // where joints exert no force. Adds Σ I s'² = Σ μ² / I, where δ is a velocity.
     Twist pull(const HingeFrame<D>& frame, const Twist& wrench, Scalar<D>* lambda, Scalar<D>& energy) const {
         Twist found = Twist::Zero();
         const int shifts = hinge_.free_translations();
@@ -101,13 +101,13 @@ public:
 
 private:
     struct Turned {
-        Twist rate;  // of the coordinate, by the relative twist at the joint's point
+        Twist rate;  // the rate of the coordinate by the relative twist at the joint's point
         int row = 0, motion = 0;
         bool is_flywheel = true;
-        Scalar<D> inertia = 0.0, ratio = 0.0;  // how fast the free motion turns it
+        Scalar<D> inertia = 0.0, ratio = 0.0;  // the ratio of its rate to that of the free motion
     };
 
-    // Gives each of `count` coordinates, functions of one or two free motions, one that turns no other.
+    // Gives each of `count` coordinates, functions of one or two free motions, a free motion that turns no other one.
     template <int W, int Begin, class Basis> bool align(Basis& N, int free, Turned** turned, int count, int first) {
         if (count == 0) return true;
         const auto rate = [&](int k, int n) { return turned[k]->rate.template segment<W>(Begin).dot(N.col(n)); };

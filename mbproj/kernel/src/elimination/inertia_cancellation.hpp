@@ -1,5 +1,5 @@
-// Which leaves would cost their parents' digits: what a parent feels of a leaf is a difference, in which the child's inertia
-// about what the joint leaves free cancels but for round-off. That has to be small beside the parent's own.
+// Finds leaves that would cost their parents' digits. The articulated inertia of a leaf is a difference, in which the child's
+// inertia about its free axes cancels up to round-off. This round-off must be small beside the parent's own inertia.
 #pragma once
 
 #include "algebra/decompositions.hpp"
@@ -16,7 +16,7 @@ public:
         for (const Body<D>& body : model.bodies) carried_.push_back(body.mass);
     }
 
-    // Whether the child's round-off is more than half of the digits of its parent.
+    // Whether the child's round-off takes more than half of its parent's digits.
     bool cancels_parent_inertia(const Hinge<D>& hinge) const {
         if (hinge.parent == model_.size() || model_.bodies[hinge.parent].is_light) return false;
         const Scalar<D> most = 1.0 / model_.thresholds.half_digits;
@@ -32,7 +32,7 @@ public:
     }
 
 private:
-    // At the joint, of a body's own moments and a mass at its centre.
+    // The moments at the joint, from a body's own moments and a mass at its centre.
     Turning moments(int body, Scalar<D> mass, int point) const {
         Inertia<D> M;
         M.set(mass, model_.bodies[body].inertia, model_.constraints.attachments[point].local);
@@ -42,7 +42,7 @@ private:
         const int point = hinge.sign > 0.0 ? hinge.p2 : hinge.p1;
         return turned_[hinge.child] + moments(hinge.child, carried_[hinge.child], point).norm();
     }
-    // The least that the parent has about what is free to turn, with the mass that it has to move there.
+    // The smallest inertia of the parent about the axes that can turn, with the mass that it has to move there.
     Scalar<D> left_to_parent(const Hinge<D>& hinge) const {
         const int point = hinge.sign > 0.0 ? hinge.p1 : hinge.p2;
         const Turning M = moments(hinge.parent, carried_[hinge.child], point);
@@ -53,7 +53,7 @@ private:
             }
         return 1.0 / norm_of_inverse(values_of(M));
     }
-    // Of a revolute, in the parent's axes: its own vector of both rows, or what is normal to its two.
+    // The free axis of a revolute in the parent's axes: its own vector of both rows, or the normal to its two vectors.
     Point<D> free_axis(const Hinge<D>& hinge) const {
         Point<D> vectors[2];
         int slots[2];

@@ -6,8 +6,8 @@
 
 namespace mbproj {
 
-// W⁻¹ = Z Zᵀ of a body of the loops: of a bare one from the constant root of its inertia, of an articulated one by
-// factorisation; of one that moves by a hinge N (NᵀWN)⁻¹ Nᵀ, with a column of Z for each of its free motions N.
+// W⁻¹ = Z Zᵀ of a body of the loops. A body without leaves uses the constant root of its inertia, an articulated one a
+// factorisation. A body that moves by a hinge N has (NᵀWN)⁻¹ Nᵀ: Z has a column for each free motion.
 template <class D> class InverseRoot final {
 public:
     using S = Size<D>;
@@ -30,7 +30,7 @@ public:
         full.template block<S::turns, S::turns>(D::axes, D::axes) = M.C;
         return factor_.factor(full);
     }
-    // By Gram and Schmidt, in the inertia M. False where a free motion moves no mass.
+    // Gram-Schmidt orthogonalisation in the inertia M. False where a free motion has no inertia.
     bool hinged(const LoopHinge<D>& hinge, const Inertia<D>& M) {
         kind_ = Kind::hinged;
         width_ = hinge.freedoms();
@@ -48,14 +48,14 @@ public:
         return true;
     }
 
-    // How many entries Zᵀx has; the others are 0.
+    // The number of entries of Zᵀx that can differ from 0.
     int width() const { return kind_ == Kind::hinged ? width_ : F; }
-    // About |Zᵀx|² if the hinge let the body go.
+    // About |Zᵀx|² if the body were free of its hinge.
     Scalar<D> free_square(const Column<F, Scalar<D>>& x) const {
         return free_.translation * x.template head<D::axes>().squaredNorm() +
                free_.rotation * x.template tail<S::turns>().squaredNorm();
     }
-    // Zᵀ x, of which the entries beyond `width` are 0 and need not be asked for.
+    // Entry k of Zᵀ x; the entries from `width` on are 0.
     Scalar<D> entry(int k, const Column<F, Scalar<D>>& x) const { return motions_[k].dot(x); }
     void forward(Column<F, Scalar<D>>& x) const {
         if (kind_ == Kind::hinged) {
@@ -69,7 +69,7 @@ public:
             factor_.forward(x);
         }
     }
-    // Of a body that moves by a hinge: what its parent feels of a force that has Zᵀ f, and of the inertia W.
+    // For a body that moves by a hinge: the part of a force, given by Zᵀ f, and of the inertia W that its parent feels.
     void remove(const Column<F, Scalar<D>>& coordinates, Column<F, Scalar<D>>& force) const {
         for (int k = 0; k < width_; ++k) force.add_multiple(-coordinates[k], momenta_[k]);
     }
@@ -84,7 +84,7 @@ public:
             }
         }
     }
-    // Zᵀ of what it is not to move by, as it goes with its parent: x becomes x - Z Zᵀ W x.
+    // Removes the motion of the body by its own hinge, as it moves with its parent: x becomes x - Z Zᵀ W x.
     void hold(Column<F, Scalar<D>>& x) const {
         for (int k = 0; k < width_; ++k) x.add_multiple(-momenta_[k].dot(x), motions_[k]);
     }
@@ -118,7 +118,7 @@ private:
     Column<F, Scalar<D>> motions_[F], momenta_[F];  // Z and W Z
     struct {
         Scalar<D> translation, rotation;
-    } free_ = {1.0, 1.0};  // of a hinged body, about 1 / m and 1 / J
+    } free_ = {1.0, 1.0};  // about 1 / m and 1 / J of a hinged body
 };
 
 }  // namespace mbproj

@@ -1,4 +1,4 @@
-// The leaves of the graph of joints: eliminated one after another, children before their parents, and solved for.
+// The leaves of the joint graph, children before their parents: their elimination and their solution.
 #pragma once
 
 #include "elimination/elimination_order.hpp"
@@ -21,8 +21,8 @@ public:
             }
     }
 
-    // The hinges at a pose; each child's reference point is its joint. The joint whose rows are dependent, or -1. Without
-    // `compliance` stiff forces are none.
+    // Sets the hinges at a pose; the reference point of each child is its joint. Returns the joint whose rows are dependent, or
+    // -1. Without `compliance` there are no stiff forces.
     int set_pose(const Pose<D>& pose, std::vector<Point<D>>& reference, const Compliance<D>* compliance) {
         for (std::size_t l = 0; l < factors_.size(); ++l) {
             HingeFrame<D>& frame = factors_[l].frame;
@@ -32,34 +32,34 @@ public:
         return flywheels_.empty() ? -1 : set_flywheels(pose, compliance);
     }
 
-    // Adds what parents feel of their leaves to their inertias, with that of flywheels where they `turn`. The joint of
-    // which a free motion moves no mass, or -1.
+    // Adds the articulated inertias of the leaves to their parents, with the inertia of flywheels where they `turn`. Returns the
+    // joint of a free motion without inertia, or -1.
     int factor(std::vector<Inertia<D>>& inertias, const std::vector<Point<D>>& reference, bool turn) {
         turn_ = turn && !flywheels_.empty();
         return turn_ ? factor_leaves<true>(inertias, reference) : factor_leaves<false>(inertias, reference);
     }
 
-    // From the leaves inwards: the forces on parents gain those on their leaves.
+    // Solves from the leaves inwards: the forces on the leaves add to those on their parents.
     void solve_up(const Scalar<D>* c, std::vector<Wrench>& force) {
         of_flywheels_ = 0.0;
         turn_ ? solve_leaves_up<true>(c, force) : solve_leaves_up<false>(c, force);
     }
-    // And back, from the motions of the parents; multipliers on request.
+    // Solves outwards again, from the motions of the parents; multipliers on request.
     void solve_down(std::vector<Wrench>& delta, Scalar<D>* lambda) {
         turn_ ? solve_leaves_down<true>(delta, lambda) : solve_leaves_down<false>(delta, lambda);
     }
 
-    // Σ I s'² of the flywheels, of the last solution for velocities.
+    // Σ I s'² of the flywheels in the last solution for velocities.
     Scalar<D> of_flywheels() const { return of_flywheels_; }
 
 private:
     struct Scratch {
-        Wrench g, p;  // force less inertia times p; the particular motion
+        Wrench g, p;  // the force less inertia times p; the particular motion
         Scalar<D> h[F];
         int flywheels = -1;  // its number among the leaves that have any
     };
 
-    // What follows is compiled twice, so that leaves without flywheels pay nothing for those that have some.
+    // The code below is compiled twice, so that leaves without flywheels pay nothing for those with some.
 
     const HingeFlywheels<D>* flywheels_of(const Scratch& s) const {
         return s.flywheels >= 0 ? &flywheels_[s.flywheels] : nullptr;

@@ -1,7 +1,7 @@
-// Bodies without mass, or without inertia about some axis. The equations have a unique solution all the same where no
-// motion that the joints leave free goes without mass (Eq. 20). Their own W has no inverse, so a little mass is lent to
-// them, and taken back by iteration: with (W + T) δ⁺ + Gᵀλ⁺ = f + T δ, whose fixed point does not hold T (the proximal
-// point method, Rockafellar 1976). The error falls by about T over what moves with the body, each pass.
+// Bodies without mass, or without inertia about some axis. The equations still have a unique solution where every motion that the
+// joints allow moves some mass (Eq. 20). The body's own W has no inverse. So a little inertia T is lent to it, and an iteration
+// takes it back: (W + T) δ⁺ + Gᵀλ⁺ = f + T δ, whose fixed point does not contain T (the proximal point method, Rockafellar 1976).
+// Each pass reduces the error by about T over the inertia that moves with the body.
 #pragma once
 
 #include "model/model.hpp"
@@ -10,10 +10,10 @@ namespace mbproj {
 
 template <class D> struct Light {
     using Twist = Column<Size<D>::freedoms, Scalar<D>>;
-    int body;                      // of the loops
+    int body;                      // its number in the loops
     Twist lent = Twist::Zero();    // T, diagonal
     Twist moved = Twist::Zero();   // δ of the last pass,
-    Twist change = Twist::Zero();  // and by how much it differs from the one before
+    Twist change = Twist::Zero();  // and its change from the pass before
 };
 
 template <class D> Column<Size<D>::freedoms, Scalar<D>> lent_mass(const Model<D>& model) {

@@ -1,5 +1,5 @@
-// A hinge inside the loops by which its child moves, from the ground or from a parent: δ = X δ_parent + N z + p with the few
-// free motions N, so that the hinge's rows need not be among those of the loops. All about centres of mass.
+// A hinge inside the loops by which its child moves, from the ground or from a parent: δ = X δ_parent + N z + p. N are the few
+// free motions, so the hinge's rows need not be rows of the loops. All is about centres of mass.
 #pragma once
 
 #include "elimination/articulated_body.hpp"
@@ -15,7 +15,7 @@ public:
 
     LoopHinge(int joint, const Hinge<D>& hinge) : joint_(joint), hinge_(hinge) {}
 
-    // Freedoms that a hinge to the ground has to take.
+    // The fewest freedoms that a hinge to the ground has to take away.
     static constexpr int fewest_taken = (F + 1) / 2;
 
     int joint() const { return joint_; }
@@ -39,7 +39,7 @@ public:
     Twist particular(const Model<D>& model, const Scalar<D>* c) const {
         return at_centre(mbproj::particular(model, hinge_, frame_, c));
     }
-    // X δ: the child goes with its parent.
+    // X δ: the child moves with its parent.
     Twist carried(Twist parent) const {
         parent.template head<D::axes>() += turned_by(Turn<D>(parent.template tail<S::turns>()), link());
         return parent;
@@ -53,7 +53,7 @@ public:
         M.move(link());
         return M;
     }
-    // λ of the joint's rows from the wrench that it exerts on the body, -Gᵀλ.
+    // λ of the joint's rows from the joint's wrench on the body, -Gᵀλ.
     void multipliers(const Model<D>& model, Twist wrench, Scalar<D>* lambda) const {
         wrench.template tail<S::turns>() -= moment(frame_.child_arm, Point<D>(wrench.template head<D::axes>()));
         hinge_multipliers<D>(model, hinge_, frame_, wrench, lambda);

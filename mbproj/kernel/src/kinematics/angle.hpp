@@ -1,4 +1,4 @@
-// The angle from x0 towards x1 of x2, as in mbproj.constraints.angle.
+// The angle of x2 about x0 × x1, from x0 towards x1, as in mbproj.constraints.angle.
 #pragma once
 
 #include "model/dimension.hpp"

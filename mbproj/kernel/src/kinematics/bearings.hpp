@@ -1,11 +1,11 @@
-// What the bearings of joints carry, from the multipliers of their rows: by it dry friction goes (mbproj.model.bearings).
+// The loads of joints' bearings, from the multipliers of their rows. Dry friction is proportional to them.
 #pragma once
 
 #include "kinematics/constraint_rows.hpp"
 
 namespace mbproj {
 
-// The forces on the two supports of a bearing, and that along its axis, or the push of a contact; linear in the multipliers.
+// The forces on a bearing's two supports, and along its axis, or a contact's push; linear in the multipliers.
 template <class D> struct Supports {
     Point<D> first = Point<D>::Zero(), second = Point<D>::Zero();
     Scalar<D> along = 0.0;
@@ -37,12 +37,12 @@ template <class D> struct Supports {
         second += part * other.second;
         along += part * other.along;
     }
-    // Without the preload.
+    // The load without the preload.
     Scalar<D> load(const Bearing<D>& bearing) const {
         if (bearing.is_push()) return along;
         return bearing.radial * (first.norm() + second.norm()) + bearing.axial * abs(along);
     }
-    // How the load changes where these change by `change`.
+    // The change of the load where the supports change by `change`.
     Scalar<D> slope(const Bearing<D>& bearing, const Supports& change) const {
         if (bearing.is_push()) return change.along;
         const auto part = [](const Point<D>& f, const Point<D>& by) {

@@ -1,14 +1,14 @@
-// Bushings, as mbproj.dynamics.equations.bushings defines them: elastic elements between two frames, with coordinates seen
-// from the frame midway between both.
+// Bushings, as in mbproj.dynamics.equations.bushings: elastic elements between two frames. Their coordinates are seen from the
+// frame midway between both.
 #pragma once
 
 #include "kinematics/pose.hpp"
 
 namespace mbproj {
 
-// F = preload - stiffness s - c s' along the translation and the rotation vector from frame 1 to frame 2, where c is `damping`,
-// whose part of rotation acts on the relative angular velocity. In the plane these are two components and an angle; `map` takes
-// them to the coordinates in space, of which the others do not change.
+// F = preload - stiffness s - c s' along the translation and the rotation vector from frame 1 to frame 2. c is `damping`; its
+// rotational part acts on the relative angular velocity. In the plane the coordinates are two components and an angle; `map`
+// takes them to the coordinates in space, whose others stay constant.
 template <class D> struct Bushing {
     static constexpr int coordinates = Size<D>::freedoms;
     int body[2];
@@ -17,12 +17,12 @@ template <class D> struct Bushing {
     Matrix<coordinates, coordinates, Scalar<D>> stiffness, damping;
     Column<coordinates, Scalar<D>> preload;
     Matrix<6, coordinates, Scalar<D>> map;
-    bool turns_freely;  // what it exerts does not depend on how far
-    bool sees_pose;     // its damping along the coordinates does
+    bool turns_freely;  // the force does not depend on the rotation
+    bool sees_pose;     // the damping along the coordinates depends on the pose
 };
 
-// The frame that half of the rotation from one frame to another leads to. `rotation` vector φ; φ' = H (ω2 - ω1), `turning` is
-// H⁻¹; the midway frame turns with ½ (ω1 + ω2) - ½ lead × (ω2 - ω1), all in its axes; `cosine` of half the angle.
+// The frame after half of the rotation between two frames. `rotation` is the vector φ with φ' = H (ω2 - ω1), `turning` is H⁻¹.
+// The midway frame turns with ½ (ω1 + ω2) - ½ lead × (ω2 - ω1), all in its axes. `cosine` is that of half the angle.
 template <class D> struct Midway {
     Rotation<D> axes;
     Turn<D> rotation, lead;
@@ -36,7 +36,7 @@ template <class S> inline Midway<Space<S>> midway(const Matrix<3, 3, S>& first, 
     const S trace = R.trace();
     S cosine = 0.5 * sqrt(max(1.0 + trace, 0.0));
     Column<3, S> sines = skew / (4.0 * max(cosine, 0.5));
-    if (cosine < 0.5) {  // by the largest of them: the cosine may vanish
+    if (cosine < 0.5) {  // divide by the largest of them: the cosine may vanish
         const int i = R(0, 0) > R(1, 1) ? (R(0, 0) > R(2, 2) ? 0 : 2) : (R(1, 1) > R(2, 2) ? 1 : 2);
         const S size = (skew[i] < 0.0 ? -2.0 : 2.0) * sqrt(1.0 + 2.0 * R(i, i) - trace);
         cosine = skew[i] / size;
@@ -89,7 +89,7 @@ public:
 
     Scalar<D> cosine() const { return midway_.cosine; }
 
-    // c: H⁻¹ c_r H⁻¹ along φ is c_r on the relative angular velocity.
+    // c: the damping c_r of the relative angular velocity is H⁻¹ c_r H⁻¹ along φ.
     Matrix<Bushing<D>::coordinates, Bushing<D>::coordinates, Scalar<D>> damping() const {
         constexpr int turns = Size<D>::turns;
         Matrix<Bushing<D>::coordinates, Bushing<D>::coordinates, Scalar<D>> found = bushing_.damping;
@@ -104,7 +104,7 @@ public:
         return s;
     }
 
-    // s' of velocities and angular velocities, by body, in global axes.
+    // s' from velocities and angular velocities of the bodies in global axes.
     template <class Velocity, class Omega> Coordinates rate(const Velocity& velocity, const Omega& omega) const {
         Point<D> apart = Point<D>::Zero();
         Turn<D> turning[2];
@@ -121,7 +121,7 @@ public:
         return found;
     }
 
-    // ∂s'/∂(r', ω) of one body, global axes: a column for each freedom.
+    // ∂s'/∂(r', ω) for one body in global axes: a column for each freedom.
     Matrix<Bushing<D>::coordinates, Size<D>::freedoms, Scalar<D>> gradient(int body) const {
         Matrix<Bushing<D>::coordinates, Size<D>::freedoms, Scalar<D>> found;
         for (int c = 0; c < Size<D>::freedoms; ++c) {
@@ -136,7 +136,7 @@ public:
         return found;
     }
 
-    // Adds what forces along the coordinates do to both bodies, about their centres of mass, global axes.
+    // Adds the forces and moments of forces along the coordinates on both bodies, about their centres of mass, global axes.
     void pull(const Coordinates& along, std::vector<Point<D>>& force, std::vector<Turn<D>>& torque) const {
         const Point<D> local = along.template head<D::axes>(), push = midway_.axes * local;
         const Turn<D> shared = -moment(x_, local);

@@ -1,5 +1,5 @@
-// What functions of the scene see at a state: the time, the coordinate and rate of a force, and channels, as
-// mbproj.dynamics.equations.instant has them.
+// The variables of the scene's functions at a state: the time, the coordinate and rate of a force, and channels, as in
+// mbproj.dynamics.equations.instant.
 #pragma once
 
 #include "kinematics/coordinate.hpp"
@@ -14,7 +14,7 @@ public:
         for (int p = 0; p < model.programs.size(); ++p) named_.push_back(model.programs.named(p));
     }
 
-    // At y at t, of which the pose and the motion are in place. y stays where it is as long as these are asked for.
+    // Sets the channels for y at t, whose pose and motion are in place. y must stay valid while they are used.
     Channels& set(Scalar<D> t, const Scalar<D>* y, const Pose<D>& pose, const Motion<D>& motion) {
         expected_ = y + model_.layout.followed.first;
         variables_[0] = {t, 1.0, 0.0};
@@ -22,21 +22,21 @@ public:
             variables_[law_variables + c].x = at(model_.channels[c], y, pose, motion);
         return *this;
     }
-    // The same where only states are others than when all was set.
+    // The same where only the states differ from the last call.
     void set_states(const Scalar<D>* y) {
         for (const std::size_t c : states_)
             variables_[law_variables + c].x = y[model_.layout.states.first + model_.channels[c].index];
     }
-    // Of a program that acts along a coordinate with this value and rate.
+    // The variables of a program that acts along a coordinate with this value and rate.
     Series<Scalar<D>>* variables(Scalar<D> value = 0.0, Scalar<D> rate = 0.0) {
         variables_[1].x = value;
         variables_[2].x = rate;
         return variables_.data();
     }
-    // What is known of a joint's coordinate, to less than half a turn.
+    // A joint's coordinate, known to less than half a turn.
     Scalar<D> expected(int coordinate) const { return expected_[coordinate]; }
 
-    // The slope of a program by each of these variables, with all in place, on the branches `held`; 0 by one not named.
+    // The slopes of a program by these variables, at the values in place, on the branches `held`; 0 by others.
     void slopes(int program, const double* held, std::size_t first, std::size_t end, Scalar<D>* found) {
         std::fill_n(found, end - first, Scalar<D>(0.0));
         variables_[0].d = 0.0;

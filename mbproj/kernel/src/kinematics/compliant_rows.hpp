@@ -1,8 +1,8 @@
-// Compliant rows: the forces of springs, dampers, laws of the state and bushings as an implicit step has them. Where the
-// velocities are v = c + g a and the coordinates change with g² a, a force along a coordinate s with the gradient J adds
-// J^T D J to the masses, D = g² ∂(-F)/∂s + g ∂(-F)/∂s'. That is a flywheel of inertia D that the coordinate turns: on a hinge it
-// adds to what a free motion moves, in the loops it is one more row of S, with 1/D on its diagonal. D → ∞ is a joint, D = 0
-// nothing.
+// Compliant rows: the forces of springs, dampers, laws of the state and bushings in an implicit step. Where the velocities are v
+// = c + g a and the coordinates change by g² a, a force along a coordinate s with the gradient J adds J^T D J to the masses,
+// with D = g² ∂(-F)/∂s + g ∂(-F)/∂s'. It acts like a flywheel of inertia D that the coordinate turns. On a hinge D adds to the
+// inertia of a free motion; in the loops it is one more row of S with 1/D on the diagonal. D → ∞ is a rigid joint, D = 0 no
+// force.
 #pragma once
 
 #include "algebra/decompositions.hpp"
@@ -10,7 +10,7 @@
 
 namespace mbproj {
 
-// The model with a joint for each force of the state. Explicit steps have no use for them.
+// The model with a joint for each force that depends on the state. Only implicit steps use it.
 template <class D> Model<D> with_compliant_rows(Model<D> model) {
     if (!model.loads) return model;
     const Loads<D>& loads = *model.loads;
@@ -49,12 +49,12 @@ template <class D> Model<D> with_compliant_rows(Model<D> model) {
     return model;
 }
 
-// Of Newton's method on the stage of this number.
+// A pass of Newton's method on the stage with this number.
 struct Pass {
     int stage, number;
 };
 
-// How the forces of the compliant rows change with the accelerations of a stage.
+// The derivatives of the forces of compliant rows by the accelerations of a stage.
 template <class D> class Compliance final {
 public:
     static constexpr int F = Size<D>::freedoms;
@@ -64,16 +64,16 @@ public:
         : model_(model), weights_(model.stiff.size(), 0.0), slopes_(weights_),
           roots_(model.stiff.size(), Root(Root::Zero())) {}
 
-    // What was seen at each of so many stages.
+    // Makes room for the values at so many stages.
     void remember(int stages) {
         before_.resize(stages * model_.stiff.size());
         most_.resize(before_.size());
     }
     bool empty() const { return weights_.empty(); }
 
-    // D and ∂(-F)/∂s at a state, in a pass of Newton's method on a stage. A slope that would give energy is none. A function
-    // that bends within the last change counts with its secant, or Newton's method would jump to and fro over a steep part
-    // between two flat ones; after some passes nothing becomes less stiff, which leaves it no way to cycle.
+    // Sets D and ∂(-F)/∂s at a state, in a pass of Newton's method on a stage. A slope that would add energy counts as 0. A
+    // function that bends within the last change counts with its secant; else Newton's method would alternate between two flat
+    // parts across a steep one. After some passes no slope becomes smaller, so that the method cannot cycle.
     void set(const Applied<D>& applied, const Pose<D>& pose, const Motion<D>& motion, Channels<D>& channels,
              Scalar<D> g, Pass pass) {
         for (std::size_t f = 0; f < weights_.size(); ++f) {
@@ -92,8 +92,8 @@ public:
         set_bushings(pose, g);
     }
 
-    // D of the stage, of so many, at which each law was least stiff, for an error that was made over all of them. False where
-    // the last one's is much the same.
+    // Sets each law's D to its smallest value over the stages, for an error estimate over all of them. False where the last
+    // stage's D is almost the same.
     bool soften(int stages, Scalar<D> g) {
         bool changed = false;
         for (std::size_t f = 0; f < weights_.size(); ++f) {
@@ -111,11 +111,11 @@ public:
         return changed;
     }
 
-    // D of a law, by its joint.
+    // The D of a law, by the number of its joint.
     Scalar<D> weight(int joint) const { return weights_[joint - model_.first_stiff()]; }
     // R of a joint, with D = RᵀR.
     const Root& root(int joint) const { return roots_[joint - model_.first_stiff()]; }
-    // R x of a joint with so many rows, in place of x.
+    // Replaces x by R x, for a joint with so many rows.
     void turn(int joint, int rows, Scalar<D>* x) const {
         const Root& R = root(joint);
         Column<F, Scalar<D>> found = Column<F, Scalar<D>>::Zero();
@@ -123,7 +123,7 @@ public:
             for (int c = 0; c < rows; ++c) found[r] += R(r, c) * x[c];
         std::copy(found.begin(), found.begin() + rows, x);
     }
-    // The same of the rows' gradients, given as columns.
+    // The same for the rows' gradients, given as columns.
     void turn(int joint, int rows, Matrix<F, F, Scalar<D>>& gradients) const {
         for (int c = 0; c < F; ++c) {
             Column<F, Scalar<D>> x = gradients.row(c).transpose();
@@ -131,11 +131,11 @@ public:
             gradients.row(c) = x.transpose();
         }
     }
-    // Of the number f among the stiff forces, a law.
+    // The slope of stiff force number f, a law.
     Scalar<D> slope(std::size_t f) const { return slopes_[f]; }
 
 private:
-    // D of the line through the last two states, without what other stages have moved the coordinate by.
+    // The D of the secant through the last two states, without the coordinate's motion by other stages.
     Scalar<D> secant(const Law<D>& law, const LawSlopes<D>& before, const LawSlopes<D>& now, Scalar<D> g) const {
         const Scalar<D> change = now.rate - before.rate;
         if (!(abs(change) > model_.thresholds.rounded * max(abs(now.rate), abs(before.rate)))) return 0.0;
@@ -144,7 +144,7 @@ private:
         return g * g * law.stiffness + g * law.damping - g * given / change;
     }
 
-    // Nothing couples translations with the rotation. Dampers of rotation see the pose, the others g alone.
+    // Translations and rotation are not coupled. Rotational damping depends on the pose, the rest on g alone.
     void set_bushings(const Pose<D>& pose, Scalar<D> g) {
         for (std::size_t f = 0; f < roots_.size(); ++f) {
             if (model_.stiff[f].bushing < 0) continue;
@@ -156,7 +156,7 @@ private:
         }
         g_ = g;
     }
-    // Of the rows and columns from `at`.
+    // The root of the rows and columns from `at` on.
     template <int N> static void set_root(const Root& weight, int at, Root& root) {
         const Matrix<N, N, Scalar<D>> own = weight.template block<N, N>(at, at);
         root.template block<N, N>(at, at) = mbproj::root<N>(0.5 * (own + own.transpose()));
@@ -164,10 +164,10 @@ private:
 
     const Model<D>& model_;
     std::vector<Scalar<D>> weights_, slopes_;
-    std::vector<LawSlopes<D>> before_;  // of each force at each stage
-    std::vector<Scalar<D>> most_;       // D, likewise
+    std::vector<LawSlopes<D>> before_;  // the slopes of each force at each stage
+    std::vector<Scalar<D>> most_;       // the largest D of each force at each stage
     std::vector<Root> roots_;
-    Scalar<D> g_ = 0.0;  // of the bushings' roots
+    Scalar<D> g_ = 0.0;  // the g of the bushings' roots
 };
 
 }  // namespace mbproj

@@ -11,13 +11,13 @@ namespace mbproj {
 template <class D> struct Slots {
     Point<D> x[most_slots];
     Slots(const Instance<D>& p, const Pose<D>& pose) {
-        x[3].setZero();  // which few instances have
+        x[3].setZero();  // few instances have this slot
         for (int s = 0; s < p.slot_count; ++s) x[s] = pose.place(p.slots[s]);
     }
 };
 
-// How an attachment moves: its velocity, and the part ω × (ω × s) of its acceleration that holds no body's acceleration.
-// Not kept: in trees each is asked for once.
+// The motion of an attachment: its velocity, and the part ω × (ω × s) of its acceleration that contains no acceleration of the
+// body. It is not stored: in trees each is used once.
 template <class D> struct Moving {
     Point<D> x_dot, bias;
     [[gnu::always_inline]] Moving(const Model<D>& model, const Pose<D>& pose, const Motion<D>& motion, int attachment) {
@@ -29,7 +29,7 @@ template <class D> struct Moving {
     }
 };
 
-// Of a row that couples coordinates, their sum with angles as the pose has them: see `Couplings`.
+// The sum of a row that couples coordinates, with angles as the pose has them: see `Couplings`.
 template <class D> void constraint(const Model<D>& model, const Pose<D>& pose, Scalar<D>* C) {
     for (const Instance<D>& p : model.constraints.instances) {
         if (p.kind == Kind::coincident)
@@ -47,7 +47,7 @@ template <class D> struct RowRates { Scalar<D> C_dot, gamma; };
 
 template <class D>
 RowRates<D> row_rates(const Model<D>& model, const Instance<D>& p, const Pose<D>& pose, const Motion<D>& motion) {
-    if (p.kind == Kind::perpendicular) {  // the general case below, written out: most rows are of this kind
+    if (p.kind == Kind::perpendicular) {  // the general case below, written out for the most frequent kind
         const Moving<D> first(model, pose, motion, p.slots[0]), second(model, pose, motion, p.slots[1]);
         const Point<D>&a = pose.spoke(p.slots[0]), &b = pose.spoke(p.slots[1]);
         return {b.dot(first.x_dot) + a.dot(second.x_dot),
@@ -68,7 +68,7 @@ RowRates<D> row_rates(const Model<D>& model, const Instance<D>& p, const Pose<D>
     return {weight * found.C_dot, weight * found.gamma + bend * found.C_dot * found.C_dot};
 }
 
-// C' and γ of all rows; either may be left out.
+// C' and γ of all rows; either pointer may be null.
 template <class D> void moving_rows(const Model<D>& model, const Pose<D>& pose, const Motion<D>& motion,
                                     Scalar<D>* C_dot, Scalar<D>* gamma) {
     for (const Instance<D>& p : model.constraints.instances) {
@@ -84,8 +84,8 @@ template <class D> void moving_rows(const Model<D>& model, const Pose<D>& pose, 
     }
 }
 
-// A joint's rows of G in the columns (δr, δθ global) of one body: for each row the force and the moment about the
-// centre of mass that a unit multiplier takes from the body. `G` has at least joint.rows rows.
+// A joint's rows of G in the columns (δr, δθ global) of one body: for each row the force and the moment about the centre of mass
+// that a unit multiplier takes from the body. `G` has at least joint.rows rows.
 template <class D, class Rows>
 void jacobian(const Model<D>& model, const Pose<D>& pose, const Joint& joint, int body, Rows&& G) {
     if (joint.bushing >= 0) {

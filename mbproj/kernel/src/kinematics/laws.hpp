@@ -5,17 +5,17 @@
 
 namespace mbproj {
 
-// F = -stiffness (s - free) - damping s' + program(t, s, s', channels) on a coordinate s, which takes its turns from one of the
-// joints' coordinates where it is an angle.
+// F = -stiffness (s - free) - damping s' + program(t, s, s', channels) along a coordinate s. An angle takes its whole turns from
+// one of the joint coordinates.
 template <class D> struct Law {
-    int coordinate;  // of the joints, or -1
+    int coordinate;  // the joint coordinate, or -1
     Scalar<D> stiffness, damping, free;
     int program;  // or -1
-    bool loses;   // what the program gives is energy lost, as a damper's
-    int bearing;  // whose load what the program gives is multiplied by, or -1
-    int apart;    // the number of the integral of what it loses, or -1
-    // Of friction in a plane, the law along the other tangent, or -1, and the direction of sliding along both: what the
-    // program gives of the speed v is along v, as long as that has not turned round.
+    bool loses;   // the work of the program is lost energy, as a damper's
+    int bearing;  // the bearing whose load multiplies the program, or -1
+    int apart;    // the quadrature of its lost energy, or -1
+    // For friction in a plane: the law along the other tangent, or -1, and the direction of sliding along both. The program's
+    // force at the speed v is along v, until v has turned round.
     int partner;
     Scalar<D> own, other;
 };
@@ -36,15 +36,15 @@ template <class D> struct Loads {
     std::vector<BodyForce<D>> on_bodies;
     std::vector<Bushing<D>> bushings;
 
-    // What forces act along: the coordinates of the laws, then six of each bushing.
+    // The number of coordinates along which forces act: those of the laws, then six for each bushing.
     int size() const { return static_cast<int>(laws.size() + 6 * bushings.size()); }
 };
 
-// How a dry friction acts that is a law: against its own rate; along the velocity in the plane of two tangents; as it begins to
-// slide, in a direction that it keeps; or with a force that is given.
+// How a dry friction acts that is a law: against its own rate; along the velocity in the plane of two tangents; in a constant
+// direction, as it begins to slide; or with a given force.
 enum class Acts : int { alone, in_plane, kept, given };
 
-// A law at a state: ∂(-F)/∂s and ∂(-F)/∂s', the value s, the rate s', and the part of F that a function gives.
+// A law at a state: ∂(-F)/∂s and ∂(-F)/∂s', the value s, the rate s', and the part of F from a function.
 template <class D> struct LawSlopes { Scalar<D> of_value, of_rate, value, rate, given; };
 
 // Whether a law's force changes with the state, not with time alone.

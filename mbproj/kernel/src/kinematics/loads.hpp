@@ -1,4 +1,4 @@
-// Forces of a scene but gravity, as mbproj.dynamics.equations.forces defines them: laws on coordinates, given forces on bodies.
+// Forces of a scene without gravity, as in mbproj.dynamics.equations.forces: laws on coordinates, forces on bodies.
 #pragma once
 
 #include <set>
@@ -9,21 +9,21 @@
 
 namespace mbproj {
 
-// What the loads do at a state: force and torque about the centre of mass of each body and the ground, global axes, the
-// power of what functions give, and what dampers lose.
+// The loads at a state: the force and the moment about the centre of mass of each body and the ground in global axes, the power
+// of functions, and the power lost in dampers.
 template <class D> struct Applied {
     std::vector<Point<D>> force;
     std::vector<Turn<D>> torque;
     Scalar<D> power = 0.0, dissipation = 0.0;
     const double* held = nullptr;    // the branches of programs, or none
     std::vector<Scalar<D>> carried;  // the loads of the bearings
-    std::vector<Scalar<D>> lost;     // of laws whose losses are integrated apart, W
-    std::vector<Scalar<D>> given;    // by the programs of laws, before any load
-    std::vector<Scalar<D>> part;     // of what they give that counts, of each law, or none: all of it
-    std::vector<Acts> acts;          // how the part of each law acts, or none: alone
-    std::vector<Scalar<D>> pushed;   // the push of the stop that each law rubs at, or none: 1
-    std::vector<Scalar<D>> pace;     // by which programs of laws see the rate multiplied, of each law, or none: 1
-    std::set<int> touching;          // the stops whose rows hold
+    std::vector<Scalar<D>> lost;     // W, of laws whose losses have their own quadrature
+    std::vector<Scalar<D>> given;    // the forces of programs of laws, before multiplication by loads
+    std::vector<Scalar<D>> part;     // the part of each law's program that counts; empty: all of it
+    std::vector<Acts> acts;          // how the part of each law acts; empty: alone
+    std::vector<Scalar<D>> pushed;   // the push of the stop on which each law rubs; empty: 1
+    std::vector<Scalar<D>> pace;     // the factor of the rate in each law's program; empty: 1
+    std::set<int> touching;          // the stops whose rows are held
 
     explicit Applied(const Model<D>& model)
         : force(model.loads ? model.size() + 1 : 0), torque(force.size()), carried(model.bearings.size(), 0.0),
@@ -43,8 +43,8 @@ template <class D> struct Applied {
         return true;
     }
 
-    // How the force of a law changes with its coordinate and rate, on the branches that are held.
-    // With room for ∂F/∂channel of each in `by_channels`, also with these.
+    // The slopes of a law's force by its coordinate and rate, on the branches that are
+    // held.
     LawSlopes<D> slopes(const Loads<D>& loads, int l, const Pose<D>& pose, const Motion<D>& motion,
                         Channels<D>& channels, Scalar<D>* by_channels = nullptr) const {
         const Law<D>& law = loads.laws[l];
@@ -79,7 +79,7 @@ template <class D> struct Applied {
                         by_channels);
     }
 
-    // Forces along coordinates, one after another, in place of what was applied.
+    // Replaces the loads by single forces along coordinates: starts from zero.
     void clear() {
         for (auto& f : force) f.setZero();
         for (auto& f : torque) f.setZero();
@@ -114,7 +114,7 @@ template <class D> struct Applied {
         force[given.body] += push;
         torque[given.body] += twist;
     }
-    // A force of size 1 along one of the coordinates that forces act along, in place of what was applied.
+    // Replaces the loads by a force of size 1 along one of the coordinates of forces.
     void pull(const Loads<D>& loads, int l, const Pose<D>& pose) {
         clear();
         const int of_bushings = l - static_cast<int>(loads.laws.size());
@@ -125,7 +125,7 @@ template <class D> struct Applied {
         }
         pull(Coordinate<D>(loads.coordinates, l, pose), 1.0);
     }
-    // What velocities and angular velocities (n + 1, global axes) make of one of these coordinates: its rate.
+    // The rate of one of these coordinates, from velocities and angular velocities (n + 1, global axes).
     Scalar<D> rate(const Loads<D>& loads, int l, const Pose<D>& pose, const std::vector<Point<D>>& velocity,
                    const std::vector<Turn<D>>& omega) const {
         const auto velocity_of = [&](int b) { return velocity[b]; };
@@ -136,11 +136,11 @@ template <class D> struct Applied {
         return bushing.map.row(of_bushings % 6).dot(Deflection<D>(bushing, pose).rate(velocity_of, omega_of));
     }
 
-    template <class Rows> void touch(const Rows& rows) {  // these rows of stops hold
+    template <class Rows> void touch(const Rows& rows) {  // these rows of stops are held
         touching.clear();
         for (const auto& row : rows) touching.insert(row.coordinate);
     }
-    // The arguments of the model's switches at a state, with these branches, or none.
+    // Evaluates the arguments of the model's switches at a state, on these branches, or on none.
     void look(const Model<D>& model, const Pose<D>& pose, const Motion<D>& motion, Channels<D>& channels,
               const double* branches, std::vector<Scalar<D>>& arguments) const {
         const std::vector<Switch>& switches = model.switches;
@@ -170,7 +170,7 @@ private:
     const ProgramsOf<Scalar<D>>& programs_;
     Scalar<D> least_cosine_;
 
-    // What a curve is a function of; of what follows one while it acts or touches, no number where it does not.
+    // The argument of a curve. NaN for a follower that counts only while its law acts or its stop touches, and does not now.
     Scalar<D> followed(const Model<D>& model, int curve, const Pose<D>& pose) const {
         const auto [number, _, of, second] = model.curves[curve];
         if (of == Of::row) return pose.curved(curve);
@@ -185,8 +185,8 @@ private:
 
     bool is_given(int l) const { return !acts.empty() && acts[l] == Acts::given; }
 
-    // What a law's program depends on: its coordinate and the speed along it; and the part of what it gives that is along the
-    // law's tangent, that which counts but of friction in a plane, whose program sees the speed there.
+    // The variables of a law's program: its coordinate and the speed along it; and the part of its value along the law's tangent.
+    // That part is 1 except for friction in a plane, whose program gets the speed in the plane.
     struct Seen {
         Scalar<D> at, rate, speed, part;
 
@@ -247,7 +247,7 @@ private:
         return true;
     }
 
-    // A given force or torque with these components: a force at the centre of mass and a moment, global axes.
+    // The wrench of a given force or torque with these components: a force at the centre of mass and a moment, global axes.
     static std::pair<Point<D>, Turn<D>> wrench(const BodyForce<D>& given, const Column<3, Scalar<D>>& components,
                                                const Pose<D>& pose) {
         const Rotation<D>& A = pose[given.body].rotation;

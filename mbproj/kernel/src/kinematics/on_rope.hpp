@@ -1,5 +1,5 @@
-// Lengths and angles of a rope over points and circles in a plane. The definitions are those of mbproj.constraints.rope, where
-// each is explained.
+// Lengths and angles of a rope over points and circles in a plane. The definitions are those of mbproj.constraints.rope, which
+// explains them.
 #pragma once
 
 #include <cmath>
@@ -13,7 +13,7 @@ namespace on_rope {
 // by the components.
 template <class D> struct Span {
     int first, last;
-    double a, b, cosine, sine, start;  // how much λ and θ count; the direction that turns are counted from
+    double a, b, cosine, sine, start;  // the weights of λ and θ; the direction from which turns are counted
     Point<D> line;
     Scalar<D> w, X, Y, D2, lambda, h, by_X, by_Y;
 
@@ -27,18 +27,18 @@ template <class D> struct Span {
         by_X = out * X - around * Y;
         by_Y = out * Y + around * X;
     }
-    // Turns are counted so that the rope runs this way, or nearly.
+    // Chooses the count of turns so that the rope runs in nearly this direction.
     void run(double direction) {
         start = direction - value_of(Scalar<D>(atan(w / h)));
         cosine = std::cos(start), sine = std::sin(start);
     }
-    // How far the line has turned from there, within (-π, π].
+    // The angle by which the line has turned since then, within (-π, π].
     Scalar<D> turned() const { return atan2(cosine * Y - sine * X, cosine * X + sine * Y); }
     // θ, the direction of the rope.
     Scalar<D> direction() const { return start + turned() + atan(w / h); }
 };
 
-// The spans that the rope has at a pose: those past circles that it has left.
+// The spans of the rope at a pose, with those past circles that it has left.
 template <class D> struct Spans {
     Span<D> list[most_centres];
     int count = 0;
@@ -98,7 +98,7 @@ template <class D> Scalar<D> curvature(const Instance<D>& p, const Point<D>* x, 
 
 // Whether the rope lies on its circles.
 template <class D> RopeTrouble trouble(const Instance<D>& p, const Point<D>* x, const Thresholds& thresholds) {
-    if (p.path->by_length[0] == 0.0) return {};  // what lies on a circle, of a rope whose length is looked at
+    if (p.path->by_length[0] == 0.0) return {};  // the length on one circle: the rope's own length is checked
     Scalar<D> before = 0.0;
     for (const Span<D>& span : Spans<D>(*p.path, x)) {
         const double radius = p.path->radii[span.first], both = std::abs(radius) + std::abs(p.path->radii[span.last]);

@@ -1,4 +1,4 @@
-// Where the bodies are and how they move: from the state vector to points, vectors and their derivatives.
+// The poses and velocities of the bodies: from the state vector to points, vectors and their derivatives.
 #pragma once
 
 #include "kinematics/primitives.hpp"
@@ -57,15 +57,15 @@ public:
         }
         if constexpr (is_full<D>) update_curves();
     }
-    // What a curve is a function of, of a row.
+    // The argument of a curve that belongs to a row.
     Scalar<D> curved(std::size_t number) const {
         const Instance<D>& p = model_.constraints.instances[model_.curves[number].instance];
         if (!p.on_line()) return value<D>(p, Places(*this, p).x);
         return model_.curves[number].second ? touches_[p.follower].other.s : touches_[number].foot.s;
     }
-    // Where an instance that follows a curve touches it, if its row is held on pieces.
+    // The geometry at the contact of an instance that follows a curve, if its foot is held on a piece.
     const Touch<D>* touch(const Instance<D>& p) const { return p.follower < 0 ? nullptr : &touches_[p.follower]; }
-    // On which piece what follows a curve is held; of none, on none.
+    // The piece on which a follower's foot is held; none where it is free.
     int piece(int number) const {
         if (number < 0) return PlaneCurve::free;
         const int at = model_.programs.start[model_.curves[number].program] + 1;
@@ -73,27 +73,27 @@ public:
         const int table = static_cast<int>(model_.programs.operand[at]);
         return static_cast<int>(held[at]) - model_.programs.table_start[table];
     }
-    // f, f' and f'' of a curve here.
+    // f, f' and f'' of a curve at this pose.
     const Series<Scalar<D>>& curve(int number) const { return curves_[number]; }
-    // By how much a row changes with the value of an instance.
+    // The derivative of a row by the value of an instance.
     Scalar<D> weight(const Instance<D>& p) const { return p.curve < 0 ? p.weight : p.weight - curves_[p.curve].d; }
     const Placement<D>& operator[](int body) const { return bodies_[body]; }
-    // Whether it has not overflowed.
+    // Whether all numbers are finite.
     bool finite() const {
         for (const Placement<D>& each : bodies_)
             if (!each.position.allFinite() || !each.rotation.allFinite()) return false;
         return true;
     }
 
-    // A constraint's attachment: the vector from its body's centre of mass, and the point or vector itself.
+    // A constraint's attachment: the vector from its body's centre of mass (spoke), and the point or vector itself.
     const Point<D>& spoke(int attachment) const { return spokes_[attachment]; }
     Point<D> place(int attachment) const {
         const Attachment<D>& a = model_.constraints.attachments[attachment];
         return a.is_point ? Point<D>(bodies_[a.body].position + spokes_[attachment]) : spokes_[attachment];
     }
 
-    // ε × the largest coordinate that enters a row of an instance, and of those that it couples; of vectors, and of the row's
-    // own scale, 1 at most.
+    // ε × the largest coordinate that enters a row of an instance and of those coupled with it; for vectors, and against the
+    // row's own scale, 1 at most.
     Scalar<D> grain(const Instance<D>& first, int row) const {
         Scalar<D> reach = min(1.0, model_.row_scale[row]);
         const Instance<D>* const end = model_.constraints.instances.data() + model_.constraints.instances.size();
@@ -152,8 +152,8 @@ private:
     std::vector<Twist<D>> bodies_;
 };
 
-// Over which a violation of the velocities counts as one of the positions: the time in which the mechanism moves by its own
-// length or 1 rad. At rest, less than any.
+// The time in which a violation of the velocities counts as one of the positions: the mechanism moves by its own length or 1 rad
+// in it. It is the smallest number at rest.
 template <class D> Scalar<D> time_scale(const Model<D>& model, const Scalar<D>* y) {
     const Scalar<D> rest = model.thresholds.rest_rate;
     Scalar<D> speed = 0.0;

@@ -1,5 +1,5 @@
-// The constraint primitives: value, gradient, curvature of the points and vectors x that an instance binds. The
-// definitions are those of mbproj.constraints, where each is explained; a test holds this copy against them.
+// The constraint primitives: value, gradient, and curvature as functions of the points and vectors x of an instance. The
+// definitions are those of mbproj.constraints, which explains them; a test holds this copy against them.
 #pragma once
 
 #include <algorithm>
@@ -22,15 +22,15 @@ template <class D> void gradient(const Point<D>* x, Point<D>* g) {
 template <class D> Scalar<D> curvature(const Point<D>* x_dot) { return 2.0 * value<D>(x_dot); }
 }  // namespace along
 
-// The angle less its whole turns, within [-π, π].
+// The angle without its whole turns, within [-π, π].
 template <class S> inline S nearest(const S& angle) { return angle - 2.0 * M_PI * nearbyint(angle / (2.0 * M_PI)); }
 
-// Where an instance touches its curve: what is known of that, or what follows from x.
+// The contact of an instance with its curve: the `known` one, or the one that follows from x.
 template <class D> Touch<D> touched(const Instance<D>& p, const Point<D>* x, const Touch<D>* known) {
     return known ? *known : on_curve::touch<D>(p, x);
 }
 
-// Of curves, ropes and what rolls.
+// The primitives of curves, ropes and rolling.
 namespace outline {
 
 template <class D> Scalar<D> value(const Instance<D>& p, const Point<D>* x, const Touch<D>* known) {
@@ -49,7 +49,7 @@ Scalar<D> curvature(const Instance<D>& p, const Point<D>* x, const Point<D>* x_d
 
 }  // namespace outline
 
-// The value of a primitive of one row, before its offset; `known`: where it touches its curve.
+// The value of a primitive with one row, before its offset. `known` is its contact with a curve.
 template <class D> Scalar<D> value(const Instance<D>& p, const Point<D>* x, const Touch<D>* known = nullptr) {
     switch (p.kind) {
         case Kind::perpendicular: return x[0].dot(x[1]);

@@ -1,5 +1,5 @@
-// What rolls or slides on an edge: the height of a wheel, and slip, a component of the velocity at which two bodies pass each other
-// where they touch. The definitions are those of mbproj.constraints: wheel_height, ellipsoid and slip.
+// Rolling bodies, and bodies that slide on an edge: the height of a wheel, and slip, a component of the relative velocity of two
+// bodies at their contact. The definitions are those of mbproj.constraints: wheel_height, ellipsoid and slip.
 #pragma once
 
 #include <cmath>
@@ -8,8 +8,8 @@
 
 namespace mbproj {
 
-// An ellipsoid with the axes b[0..2] on a plane with the normal n: its lowest point is at -below from its centre, and
-// `reach` lower than that.
+// An ellipsoid with the axes b[0..2] on a plane with the normal n: its lowest point is at -below from its centre, at the depth
+// `reach`.
 template <class D> struct Ellipsoid {
     Scalar<D> along[3], square[3], reach = 0.0;
     Point<D> below = Point<D>::Zero();
@@ -30,11 +30,11 @@ namespace slip {
 // The slots, of body 1 and of body 2.
 enum : int { p1, x1, y1, z1, p2, x2, y2, z2 };
 
-// Where the bodies touch, from p2, and the direction e of the row; and how both change.
+// The contact point from p2, the direction e of the row, and the rates of both.
 template <class D> struct Contact { Point<D> arm, e, arm_dot = Point<D>::Zero(), e_dot = Point<D>::Zero(); };
 
-// Along a × n, in which a wheel rolls that turns about its axis a on a plane with the normal n. In a plane the axis is normal to it,
-// on the side of x × y.
+// The direction a × n in which a wheel rolls that turns about its axis a on a plane with the normal n. In the plane the axis is
+// normal to it, on the side of x × y.
 template <class S> inline Column<3, S> rolls_along(const Column<3, S>* x) { return x[z2].cross(x[z1]); }
 template <class S> inline Column<2, S> rolls_along(const Column<2, S>* x) {
     return turned_by(moment(x[x2], x[y2]), x[z1]);
@@ -67,7 +67,7 @@ template <class D> Contact<D> wheel_contact(const Instance<D>& p, const Point<D>
     return at;
 }
 
-// Of an instance at slots x, whose velocities are v, or without rates where there are none.
+// The contact of an instance at slots x with the velocities v, or without rates where v is null.
 template <class D> Contact<D> contact(const Instance<D>& p, const Point<D>* x, const Point<D>* v) {
     Contact<D> at{Point<D>::Zero(), Point<D>::Zero()};
     switch (p.kind) {
@@ -131,8 +131,8 @@ template <class D> Scalar<D> curvature(const Instance<D>& p, const Point<D>* x, 
 }
 }  // namespace slip
 
-// Slots: a point and the normal of the plane, the wheel's centre and axis. In a plane the wheel stands upright, and its radius is
-// what it takes from the height.
+// Slots: a point and the normal of the plane, the wheel's centre and axis. In the plane the wheel stands upright, and its height
+// is reduced by its radius.
 namespace wheel_height {
 template <class S> inline Column<3, S> across(const Column<3, S>* x) { return x[1].cross(x[3]); }
 
@@ -191,7 +191,7 @@ template <class D> Scalar<D> curvature(const Instance<D>& p, const Point<D>* x, 
 }
 }  // namespace ellipsoid_height
 
-// Of each kind, out of line: most mechanisms do not roll, and pay for their own rows alone.
+// Each kind has its own function out of line: most mechanisms do not roll, and pay only for their own rows.
 namespace rolling {
 template <class D> [[gnu::noinline, gnu::cold]] Scalar<D> value(const Instance<D>& p, const Point<D>* x) {
     if (is_slip(p.kind)) return 0.0;

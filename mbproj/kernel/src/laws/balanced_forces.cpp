@@ -1,4 +1,4 @@
-// The conditions of contact are fulfilled one after another until all are (non-smooth contact dynamics, Jean and Moreau 1992).
+// The conditions of contact are satisfied one after another until all hold (non-smooth contact dynamics, Jean and Moreau 1992).
 #include "laws/friction_balance.hpp"
 
 #include <algorithm>
@@ -9,8 +9,8 @@ namespace mbproj {
 
 namespace {
 constexpr int most_rounds = 20000, most_turns = 50;
-// What moves by as much as so many rounds before, nearly, would take longer than most rounds to settle: rows that depend on each other
-// want what no forces give.
+// Where the change in a round is almost as large as so many rounds before, the iteration would not end soon: dependent rows have
+// conditions that no forces satisfy.
 constexpr int looks_back = 256;
 constexpr double stalls = 0.9;
 constexpr double huge = 1e200, tiny = std::numeric_limits<double>::min();
@@ -20,7 +20,7 @@ double largest(const Eigen::VectorXd& x) { return x.size() ? x.cwiseAbs().maxCoe
 
 }  // namespace
 
-// What the push of each stop does, together with the friction that slides by it, as parts of all rows.
+// The effect of the push of each stop, with the friction that slides by it, along all rows.
 Eigen::MatrixXd FrictionBalance::pulls() const {
     Eigen::MatrixXd found = Eigen::MatrixXd::Identity(b.size(), stops);
     for (Index k = 0; k < count(); ++k)
@@ -28,7 +28,7 @@ Eigen::MatrixXd FrictionBalance::pulls() const {
     return found;
 }
 
-// By the method of Gauss and Seidel, projected onto what each force may be; frictions at rest hold any unless `bounded`.
+// The projected Gauss-Seidel method: each force is projected to its bounds; frictions at rest have bounds only if `bounded`.
 bool FrictionBalance::relaxed(const Loads& loads, const Thresholds& thresholds, bool bounded, Vector& y) const {
     const Vector sizes = B.diagonal();
     const Eigen::MatrixXd pull = pulls(), pushed = B * pull;
@@ -101,8 +101,8 @@ FrictionBalance::Flags FrictionBalance::beyond(const Loads& loads, const Vector&
     return found;
 }
 
-// y where those that hold more than they can slide against that: found where friction is so strong beside the push that it goes by
-// that one after the other does not lead there.
+// The forces y where frictions beyond their static force slide against it. For friction so strong beside the push that changing
+// one after the other does not converge.
 bool FrictionBalance::slipping(const Loads& loads, const Thresholds& thresholds, const Vector& held, Vector& y) const {
     const Flags slip = beyond(loads, held);
     y = held;

@@ -1,4 +1,4 @@
-// The problem of contacts by Newton's method, damped where a step is no better.
+// The contact problem by Newton's method, damped where a step does not improve.
 #include "laws/contact_problem.hpp"
 
 #include <cmath>
@@ -54,13 +54,13 @@ private:
     void stick(const Numbers& u, const Cone& cone) {
         for (const int k : cone.tangents) y[k] = u[k], slope(k, k) = 1.0;
     }
-    // Along the tangents a force of this size against what they want, u: what is across turns with it.
+    // A force of this size along the tangents, against u: its component across turns with u.
     void turn(const Numbers& u, const Cone& cone, double size, double force) {
         for (const int i : cone.tangents)
             for (const int j : cone.tangents)
                 slope(i, j) += force / size * ((i == j ? 1.0 : 0.0) - u[i] / size * (u[j] / size));
     }
-    // A force of a given size at most.
+    // A force of at most a given size.
     void limit(const Numbers& u, const Cone& cone) {
         const double wanted = size(u, cone);
         if (wanted <= cone.most) return stick(u, cone);
@@ -123,7 +123,7 @@ double most_along(const Numbers& u, const std::vector<Cone>& cones, double most)
 
 bool contact_problem(const DenseMatrix& B, const Numbers& b, const std::vector<Cone>& cones, double give,
                      const Thresholds& thresholds, Numbers& y) {
-    constexpr int most_passes = 100, most_tries = 20;  // of Newton's method; of passes that need not be better
+    constexpr int most_passes = 100, most_tries = 20;  // of Newton's method; of passes that may not improve
     const Rows held = held_by(cones);
     const double scale = largest(b(held));
     y = Numbers::Zero(b.size());
@@ -144,7 +144,7 @@ bool contact_problem(const DenseMatrix& B, const Numbers& b, const std::vector<C
     const Numbers b_wanted = b(wanted);
     const auto left_over = [&](const Numbers& y, const Numbers& w) { return Numbers(b_wanted + rows * y + give * w); };
 
-    Numbers w = solved(rows * spread + more, -b_wanted);  // as if all were within
+    Numbers w = solved(rows * spread + more, -b_wanted);  // as if all forces were within their cones
     Projection at(cones, b.size()), trial(cones, b.size());
     const double largest_push = 1e2 * largest(spread * w);
     at.of(spread * w);

@@ -14,8 +14,8 @@
 
 namespace mbproj {
 
-// What the forces of one contact may be: the row that pushes, -1 for the friction of a joint, and the rows of its friction. It
-// sticks with a force up to `most`, a coefficient of the push or a force; or it slides, with this part of the push along each.
+// The forces that one contact may have: its normal row, -1 for a joint's friction, and its friction rows. It sticks with a force
+// up to `most`, a coefficient of the push or a force; or it slides, with this part of the push along each tangent.
 struct Cone {
     int push = -1;
     std::vector<int> tangents;
@@ -23,8 +23,8 @@ struct Cone {
     std::vector<double> slides;
 };
 
-// y of all rows, with which none that is held accelerates: pushes, and tangents that stick. False where no forces within the cones
-// do that. B is symmetric. Springs that `give`, in 1/kg, have an answer always.
+// The forces y along all rows with which no held row accelerates: pushes, and tangents that stick. False where no forces within
+// the cones do that. B is symmetric. With a positive compliance `give`, in 1/kg, there always are forces.
 bool contact_problem(const Eigen::MatrixXd& B, const Eigen::VectorXd& b, const std::vector<Cone>& cones, double give,
                      const Thresholds& thresholds, Eigen::VectorXd& y);
 

@@ -1,4 +1,4 @@
-// What holds and what slides, once forces are found for what slides so far.
+// Which frictions hold and which slide, once the forces of those sliding so far are known.
 #include "laws/friction_balance.hpp"
 
 #include <algorithm>
@@ -26,7 +26,7 @@ double FrictionBalance::with_partner(const Vector& values, Index k) const {
     return other < 0 ? std::abs(values[k]) : std::hypot(values[k], values[other]);
 }
 
-// Whether friction up to a bound and walls can do this along a friction's row.
+// Whether friction up to a bound, with walls, can exert this force along a friction's row.
 bool FrictionBalance::is_within(Index k, double force, double bound) const {
     return (down[of(k)] || force > -bound) && (up[of(k)] || force < bound);
 }
@@ -41,7 +41,7 @@ bool FrictionBalance::depend(const Thresholds& thresholds) const {
     return independent(B, held, thresholds.no_push).size() < held.size();
 }
 
-// What each contact can do; of what rests a little less, so that it holds for a while, and joints less by a margin.
+// The cone of each contact. Those at rest get a little less, so that they hold for a while; joints get less by a margin.
 std::vector<Cone> FrictionBalance::cones(const Thresholds& thresholds, double margin, const Flags& rest,
                                          const Vector& load) const {
     std::vector<Cone> found;
@@ -66,8 +66,8 @@ std::vector<Cone> FrictionBalance::cones(const Thresholds& thresholds, double ma
     return found;
 }
 
-// y with which all hold. Where nothing slides the motion does not go by the share. The least one is at the edge of a cone at times,
-// and would be left at once: then one with a margin is taken. Where none has a margin they slip.
+// The forces y with which all hold. Where nothing slides the motion does not depend on the share. The least one is kept where it has
+// a margin inside the cones, else one with a margin is taken: one at their edge would not last. Without a margin they slip.
 bool FrictionBalance::all_hold(const Loads& loads, const Thresholds& thresholds, Vector& y) const {
     if (!all_hold(loads, thresholds, thresholds.slips, Vector::Zero(b.size()), y)) return false;
     if (!direction.isZero(0.0) || has_margin(y, 0.1)) return true;
@@ -99,7 +99,7 @@ bool FrictionBalance::has_margin(const Vector& y, double margin) const {
     return true;
 }
 
-// The share that is nearest to `least` of those that are beyond it by forces within the cones; joints hold less by a margin.
+// Of the shares with forces within the cones the one nearest to `least`; joints hold less by a margin.
 bool FrictionBalance::all_hold(const Loads& loads, const Thresholds& thresholds, double margin, const Vector& least,
                                Vector& y) const {
     Flags rest;
@@ -122,8 +122,8 @@ bool FrictionBalance::all_hold(const Loads& loads, const Thresholds& thresholds,
     return false;
 }
 
-// y of rows that depend on each other where not all can hold: of springs that give by next to nothing. What friction bears goes by
-// the pushes of the pass before (Haslinger 1983). False where joints have friction, too, or where passes do not settle.
+// The forces y of dependent rows where not all can hold: those of springs with a tiny compliance. The pushes of the pass before
+// multiply the friction (Haslinger 1983). False where joints have friction too, or where passes do not converge.
 bool FrictionBalance::yields(const Loads& loads, const Thresholds& thresholds, Vector& y) const {
     if (std::any_of(stop.begin(), stop.end(), [](int at) { return at < 0; })) return false;
     const std::vector<Cone> of_pushes = cones(thresholds, 0.0, Flags(of(count())), Vector());
@@ -147,15 +147,15 @@ bool FrictionBalance::yields(const Loads& loads, const Thresholds& thresholds, V
         y = found;
         if (change > thresholds.springs_give * largest(y)) continue;
         loads(y, load);
-        for (Index k = 0; k < count(); ++k)  // what slips goes by the push at hand
+        for (Index k = 0; k < count(); ++k)  // what slips has the friction of the current push
             if (rests(k) && moves(stops + k)) y[stops + k] *= fixed[k] * load[k] / (most[k] > 0.0 ? most[k] : 1.0);
         return true;
     }
     return false;
 }
 
-// The direction in which frictions at rest begin to slide: none where all hold; against their forces where rows yield, since they
-// hardly move. Those that are `stuck` hold by independent rows.
+// The directions in which frictions at rest begin to slide: none where all hold; against their forces where rows yield, since
+// these hardly move. Those that are `stuck` hold by independent rows.
 Eigen::VectorXd FrictionBalance::slips(const Thresholds& thresholds, const Vector& y, const Vector& load, bool holds,
                                        bool yields, Flags& stuck) const {
     const Vector force = y.tail(count()), own = (b + B * y).tail(count());
@@ -175,7 +175,7 @@ Eigen::VectorXd FrictionBalance::slips(const Thresholds& thresholds, const Vecto
     std::stable_sort(order.begin(), order.end(), [&](Index i, Index j) { return used[i] < used[j]; });
     stuck.assign(of(count()), false);
     Flags seen(of(count()));
-    for (const Index k : order) {  // of two tangents first that which is less like the rows before, beyond round-off
+    for (const Index k : order) {  // of two tangents the one more independent of the rows before comes first, beyond round-off
         const Index other = in_plane(k) ? partner[of(k)] : k;
         const Index first = span.part_beyond(stops + other) > span.part_beyond(stops + k) ? other : k;
         for (const Index each : {first, first == k ? other : k}) {
@@ -189,7 +189,7 @@ Eigen::VectorXd FrictionBalance::slips(const Thresholds& thresholds, const Vecto
         const Index other = in_plane(k) ? partner[of(k)] : k;
         const double none = thresholds.no_push * largest(b);
         const bool accelerates = with_partner(own, k) > none, begins = accelerates && with_partner(own, k) > still[k];
-        if (!moves(stops + k)) {  // along a tangent that nothing moves the other one says nothing
+        if (!moves(stops + k)) {  // along a tangent that nothing moves, the other one gives no information
             const double size = std::abs(own[k]);
             found[k] = size > none && size > still[k] ? std::copysign(1.0, own[k]) : 0.0;
         } else if ((begins && !yields) || !(span.holds(stops + k) && span.holds(stops + other))) {

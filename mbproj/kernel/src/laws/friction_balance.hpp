@@ -15,8 +15,8 @@
 
 namespace mbproj {
 
-// The forces y; which frictions are stuck, each by a row of its own; the direction in which each slides, 0 at rest; the part of its
-// static force that one bears which others hold; whether stops share, and how.
+// The forces y; which frictions are stuck, each held by a row of its own; the direction in which each slides, 0 at rest; the part
+// of its static force that a friction without a row of its own bears; whether stops share, and how.
 struct Balanced {
     Eigen::VectorXd y, direction, part;
     std::vector<bool> stuck;
@@ -24,27 +24,27 @@ struct Balanced {
     Shares shares;
 };
 
-// Stops and then frictions: B of their rows, and accelerations b without their forces y.
+// Stops, then frictions: B of their rows, and the accelerations b without their forces y.
 struct FrictionBalance {
     using Index = Eigen::Index;
     using Vector = Eigen::VectorXd;
     using Flags = std::vector<bool>;
-    // What frictions are multiplied by, from all forces.
+    // The loads that multiply the frictions, from all forces.
     using Loads = std::function<void(const Vector& y, Vector& found)>;
 
     Index stops;
     Eigen::MatrixXd B;
     Vector b;
-    // Of each friction its static and its sliding force, to be multiplied by a load, the direction in which it slides, 0 at rest, and
-    // an acceleration that is round-off.
+    // For each friction: its static and its sliding force per load, the direction in which it slides, 0 at rest, and an
+    // acceleration that counts as round-off.
     Vector fixed, sliding, direction, still;
-    std::vector<int> stop, partner;  // of each friction the stop by whose push it goes, and the other tangent, or -1
-    Flags able;                      // of each row, whether something can move along it
-    Flags up, down;                  // of each friction, whether a wall can push that way along its row
+    std::vector<int> stop, partner;  // for each friction, the stop whose push multiplies it, and the other tangent, or -1
+    Flags able;                      // for each row, whether something can move along it
+    Flags up, down;                  // for each friction, whether a wall can push that way along its row
 
     // False where there are no such forces.
     bool decide(const Loads& loads, const Thresholds& thresholds, Balanced& found);
-    // y where frictions at rest hold if they can all, and else up to their static force. False where there is none.
+    // The forces y that hold frictions at rest, or, where they cannot, are at most static. False where there are none.
     bool forces(const Loads& loads, const Thresholds& thresholds, Vector& y) const;
 
 private:
@@ -58,7 +58,7 @@ private:
     Eigen::MatrixXd pulls() const;
     bool relaxed(const Loads& loads, const Thresholds& thresholds, bool bounded, Vector& y) const;
     bool slipping(const Loads& loads, const Thresholds& thresholds, const Vector& held, Vector& y) const;
-    // Which frictions at rest hold more than they can.
+    // Which frictions at rest bear more than they can.
     Flags beyond(const Loads& loads, const Vector& y) const;
     // Whether rows of stops depend on each other, or on those of frictions at rest; y where they do, and all can hold.
     bool depend(const Thresholds& thresholds) const;

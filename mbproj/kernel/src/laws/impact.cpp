@@ -36,8 +36,8 @@ bool Impact::impulses(const Eigen::MatrixXd& B, const Vector& b, const Vector& g
     return problem.forces(loads, *thresholds_, y);
 }
 
-// Of each stop that is struck the speed after is -e times that before, or more where it is left. As far as friction allows, nothing
-// slides after (Glocker and Pfeiffer 1995).
+// The speed of each struck stop after the impact is -e times that before, or larger where it is left. As far as friction allows,
+// nothing slides afterwards (Glocker and Pfeiffer 1995).
 bool Impact::newton(const Eigen::MatrixXd& B, const Vector& before, const Vector& e) {
     Vector b = before;
     b.head(e.size()) += e.cwiseProduct(before.head(e.size()).cwiseMin(0.0));
@@ -59,7 +59,7 @@ bool Impact::poisson(const Eigen::MatrixXd& B, const Vector& before, const Vecto
     return true;
 }
 
-// One stop gives back e² of the energy that it takes until its gap closes no more; others that touch are left alone.
+// One stop returns e² of the energy that it takes until its gap stops closing; other stops that touch stay passive.
 bool Impact::energetic(const Eigen::MatrixXd& B, const Vector& before, const Vector& e, const Vector& slow) {
     Eigen::Index first;
     before.minCoeff(&first);

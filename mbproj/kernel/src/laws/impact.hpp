@@ -1,4 +1,4 @@
-// Impacts at stops by one of three laws of restitution, with dry friction by two of them: what the rates of gaps jump to. The
+// Impacts at stops by one of three laws of restitution, two of them with dry friction: the jumps of the gaps' rates. The
 // reference is mbproj.dynamics.contact.impact.
 #pragma once
 
@@ -6,10 +6,10 @@
 
 namespace mbproj {
 
-// What restitution is of: the speeds, the impulses, or the energy.
+// The quantity that restitution relates: the speeds, the impulses, or the energy.
 enum class ImpactLaw : int { newton, poisson, energetic };
 
-// Friction along tangents of stops that touch: the coefficient of each, the other tangent of its plane, and its stop.
+// Friction along tangents of stops that touch: each tangent's coefficient, the other tangent of its plane, and its stop.
 struct Rubbing {
     std::vector<double> coefficient;
     std::vector<int> partner, by;
@@ -17,7 +17,7 @@ struct Rubbing {
     Eigen::Index size() const { return static_cast<Eigen::Index>(coefficient.size()); }
 };
 
-// Of stops that touch, and then of their tangents: impulses, rates after, and the energy that each takes.
+// For stops that touch, then for their tangents: impulses, rates afterwards, and the energy that each takes.
 struct Impact {
     Eigen::VectorXd impulse, after, taken;
 

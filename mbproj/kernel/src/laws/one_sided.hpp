@@ -1,13 +1,13 @@
-// One-sided conditions on a border: the pushes z >= 0 with B z + b >= 0 and zᵀ(B z + b) = 0, B positive definite. The reference is
-// mbproj.dynamics.contact.complementarity; rows that depend on each other are left to it.
+// One-sided conditions on a border: pushes z >= 0 with B z + b >= 0 and zᵀ(B z + b) = 0, B positive definite. The reference,
+// mbproj.dynamics.contact.complementarity, also takes dependent rows.
 #pragma once
 
 #include "algebra/semidefinite.hpp"
 
 namespace mbproj {
 
-// By Lawson and Hanson's rule (1974, ch. 23): rows begin to push one by one, where most is missing, and those that would pull are
-// let go. False where that does not end.
+// The active-set method of Lawson and Hanson (1974, ch. 23): rows begin to push one by one, the most violated first, and those
+// that would pull are released. False where that does not end.
 inline bool one_sided(const Eigen::MatrixXd& B, const Eigen::VectorXd& b, double none, Eigen::VectorXd& z) {
     const Eigen::Index count = b.size();
     z = Eigen::VectorXd::Zero(count);

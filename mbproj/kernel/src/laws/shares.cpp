@@ -1,4 +1,4 @@
-// Which rows depend on each other, and what that leaves open.
+// Finds dependent rows, and how the stops may share because of them.
 #include "laws/shares.hpp"
 
 #include <algorithm>

@@ -1,5 +1,5 @@
-// How stops that touch share what they push, where their rows depend on each other: some of them hold rows, and the pushes of all
-// are parts of what these bear. The reference is mbproj.dynamics.friction.shares.
+// How stops that touch share a load, where their rows depend on each other. Some stops hold rows; each push is a sum of parts of
+// these rows' multipliers. The reference is mbproj.dynamics.friction.shares.
 #pragma once
 
 #include <vector>
@@ -10,17 +10,17 @@
 
 namespace mbproj {
 
-// Of some rows of B as many as do not depend on each other, in ascending order.
+// A largest set of independent rows among some rows of B, in ascending order.
 std::vector<Eigen::Index> independent(const Eigen::MatrixXd& B, std::vector<Eigen::Index> rows, double least);
 
-// Rows of B one after another: which are outside of what those before them span.
+// Takes rows of B one by one, and tells which are outside the span of those before.
 class Span final {
 public:
     Span(const Eigen::MatrixXd& B, double least) : B_(B), least_(least) {}
-    // Whether a row is outside; it is inside from now on.
+    // Whether a row is outside the span, which then includes it.
     bool takes(Eigen::Index row);
     bool holds(Eigen::Index row) const { return !(part_beyond(row) > least_); }
-    // How much of a row is outside, as a part of its square.
+    // The part of a row outside the span, relative to its square.
     double part_beyond(Eigen::Index row) const;
 
 private:
@@ -28,12 +28,12 @@ private:
 
     const Eigen::MatrixXd& B_;
     const double least_;
-    std::vector<Eigen::VectorXd> basis_;  // of all rows their parts along each
+    std::vector<Eigen::VectorXd> basis_;  // the components of all rows along each basis vector
 };
 
-// Of stops that touch: those that hold rows, and the parts of their multipliers that each pushes with. Of those that are `idle` the
-// parts give less than nothing, as long as they do not push; those that are `apart` have no share, since they open. Whether the motion
-// depends on how they share is `decides`.
+// The stops that hold rows, and the parts of their multipliers with which each stop pushes. An `idle` stop does not push now, and
+// its parts give a negative push until it does. One that is `apart` opens, and has no share. `decides`: whether the motion
+// depends on how the stops share.
 struct Shares {
     std::vector<Eigen::Index> rows;
     Eigen::MatrixXd parts;
@@ -41,9 +41,9 @@ struct Shares {
     bool decides = false;
 };
 
-// Of stops that push so, with B of their rows, and of what each push does together with the friction that slides by it. False where
-// the rows of those that push, and of those that follow from them, are independent. As their motion goes on they share as springs
-// of one stiffness do.
+// The shares of stops with these pushes, from B of their rows, and from the effect of each push with the friction that slides by
+// it. They share as springs of equal stiffness do. False where the rows of those that push, and of those that these carry along,
+// are independent.
 bool shares_of(const Eigen::MatrixXd& B, const Eigen::MatrixXd& B_pulled, const Eigen::VectorXd& push,
                const Thresholds& thresholds, Shares& found);
 

@@ -54,33 +54,33 @@ public:
     void clear() {
         for (auto* numbers : {&values_, &hidden_}) std::fill(numbers->begin(), numbers->end(), 0.0);
     }
-    // What a row's diagonal entry does not show of its square, by which pivots are measured too.
+    // The part of a row's square that its diagonal entry lacks; pivots are measured against the sum.
     void hide(int row, Scalar square) { hidden_[row] += square; }
 
     // Factors in place; returns the block that has a pivot below `smallest` of its diagonal entry, or -1.
     int factor(double smallest);
     void solve(Scalar* x) const;
-    // x of the rows that are left out, less what the others before them say of it: the largest in magnitude. Uses x up.
+    // The largest magnitude of x in the rows that are left out, less the values that the other rows imply there. Overwrites x.
     Scalar contradiction(Scalar* x) const;
 
     std::vector<std::vector<int>> independent_rows(double smallest, double tied, int most);
-    ValueOf<Scalar> largest_left() const { return largest_left_; }  // of the pivots that it has left out
-    void keep() { kept_ = values_; }                       // and `restore`s them
+    ValueOf<Scalar> largest_left() const { return largest_left_; }  // the largest pivot that was left out
+    void keep() { kept_ = values_; }                       // `restore` brings them back
     void restore() { values_ = kept_; }
 
-    // Rows that `factor` leaves out from now on: their λ is 0, whatever is asked of them.
+    // Rows that `factor` leaves out from now on: their λ is 0 for any right-hand side.
     void leave_out(std::vector<char> rows) { left_out_ = std::move(rows); }
     bool leaves_out() const { return !left_out_.empty(); }
     std::size_t stored() const { return values_.size(); }
-    std::size_t filled() const { return fill_; }  // of these, numbers in blocks that the matrix does not have
+    std::size_t filled() const { return fill_; }  // the part of these in blocks that are 0 in the matrix
     int row(int block) const { return begin_[block]; }
     const ValueOf<Scalar>& smallest_pivot() const { return smallest_pivot_; }
-    const ValueOf<Scalar>& nearness() const { return nearness_; }  // where each is a part of what it usually is, or of 1
-    void expect(const std::vector<ValueOf<Scalar>>& usual) {  // none where they are of other rows: a penalty
+    const ValueOf<Scalar>& nearness() const { return nearness_; }  // the smallest pivot, in parts of its usual value or of 1
+    void expect(const std::vector<ValueOf<Scalar>>& usual) {  // empty where they belong to other rows: a penalty
         const std::size_t n = per_usual_.size();
         for (std::size_t r = 0; r < n; ++r) per_usual_[r] = usual.size() == n ? 1.0 / usual[r] : ValueOf<Scalar>(1.0);
     }
-    // The pivots of all rows, parts of their diagonal entries; 0 of those that are left out.
+    // The pivots of all rows in parts of their diagonal entries; 0 for those that are left out.
     std::vector<ValueOf<Scalar>> pivots() const {
         std::vector<ValueOf<Scalar>> found(diagonal_.size(), 0.0);
         for (std::size_t r = 0; r < found.size(); ++r)
@@ -176,7 +176,7 @@ template <class Scalar> inline void BlockCholesky<Scalar>::order_by_degree(std::
     transposed_.resize(most);
 }
 
-// Of each pair of a column's blocks, where their product goes: the blocks of the later column have the same order.
+// For each pair of a column's blocks, the place of their product: the blocks of the later column are in the same order.
 template <class Scalar> inline void BlockCholesky<Scalar>::find_updates(ColumnOf& column) const {
     const std::size_t count = column.below.size();
     column.updates.resize(count * (count + 1) / 2);
@@ -223,7 +223,7 @@ template <class Scalar> inline void BlockCholesky<Scalar>::measure_rows() {
     }
 }
 
-// Takes the products of a column's blocks, R wide, off what is left.
+// Subtracts the products of a column's blocks, R wide, from the rest.
 template <class Scalar> template <int R> void BlockCholesky<Scalar>::subtract_products(const ColumnOf& column) {
     constexpr std::size_t size = blocks::eight * R;
     const std::size_t* update = column.updates.data();
@@ -254,7 +254,7 @@ template <class Scalar> inline int BlockCholesky<Scalar>::factor(double smallest
     return -1;
 }
 
-// x := L⁻¹ x, by columns; `left_out` is told of the rest of rows that are left out.
+// x := L⁻¹ x, by columns; `left_out` gets the remainders of the rows that are left out.
 template <class Scalar> template <class Out> void BlockCholesky<Scalar>::forward(Scalar* x, Out&& left_out) const {
     const bool all = !leaves_out();
     for (const ColumnOf& column : columns_)

@@ -1,5 +1,5 @@
-// The rows of the loops' joints, as columns Y = Zᵀ Gᵀ of the half-inverted inertias of their bodies, and S = YᵀY: which of
-// them are held, and which are left out of the run because they follow from these.
+// The rows of the loops' joints, as columns Y = Zᵀ Gᵀ of the half-inverted inertias of their bodies, and S = YᵀY. Some rows are
+// held; the others are left out because they follow from these.
 #pragma once
 
 #include <utility>
@@ -28,10 +28,10 @@ public:
     std::vector<InverseRoot<D>> halves;  // of the loops' bodies
     std::vector<LoopHinge<D>> hinges;
     BlockCholesky<Scalar<D>> cholesky;
-    // Whether flywheels have their inertia, as in the metric of the masses. Otherwise nothing turns them, and they nothing.
+    // Whether flywheels have their inertia, as in the metric of the masses. In other metrics they are not coupled to the bodies.
     bool flywheels_turn = true;
-    // Whether compliant rows are in force, as in a stage of an implicit step: R J with -1 for a flywheel of inertia 1 each,
-    // so that S has R J W⁻¹ Jᵀ Rᵀ + 1 whatever D = RᵀR is.
+    // Whether compliant rows are active, as in a stage of an implicit step. A row is R J, with -1 for a flywheel of inertia 1, so
+    // that S has R J W⁻¹ Jᵀ Rᵀ + 1 for any D = RᵀR.
     bool complies = false;
 
     const RowLayout<D>& layout() const { return layout_; }
@@ -42,7 +42,7 @@ public:
     Scalar<D> y(const Flywheel& flywheel) const {
         return (flywheel.is_compliant ? complies : flywheels_turn) ? flywheel.y : 0.0;
     }
-    // Right-hand sides of compliant rows, which are given for J, for the rows R J; none where they are not in force.
+    // Scales right-hand sides that are given for J to the rows R J; zero where compliant rows are not active.
     void scale(Scalar<D>* rhs) const {
         for (const int h : layout_.compliant()) {
             Scalar<D>* part = rhs + cholesky.row(h);
@@ -53,13 +53,13 @@ public:
         }
     }
 
-    // The hinges at a pose; the joint whose rows are dependent there, or -1.
+    // Sets the hinges at a pose; returns the joint whose rows are dependent there, or -1.
     int set_hinges(const Pose<D>& pose) {
         for (LoopHinge<D>& hinge : hinges)
             if (!hinge.set_pose(model_, pose)) return hinge.joint();
         return -1;
     }
-    // The joint of a block of S; of a weld the hinge of the body that is in pieces.
+    // The joint of a block of S; for a weld, the hinge of the body that is divided into pieces.
     int joint_of(int block) const {
         if (block < layout_.joints()) return held()[block].joint;
         for (const Incidence& at : incidences())
@@ -77,7 +77,7 @@ public:
         for (const Incidence& at : incidences())
             for (int r = 0; r < at.count; ++r) visit(at.piece, at.row + r, at.Y.col(r));
     }
-    // x += Yᵀw, and w -= Y x, with w of the loops' bodies and pieces.
+    // x += Yᵀw, and w -= Y x, with w of the loops' bodies and pieces of bodies.
     void add_products(const std::vector<Column<F, Scalar<D>>>& w, Scalar<D>* x) const {
         for (const Incidence& at : incidences()) {
             const Column<F, Scalar<D>>& own = w[at.piece];
@@ -103,7 +103,7 @@ public:
     template <class Visit> void each_flywheel(Visit&& visit) const {
         for (std::size_t f = 0; f < flywheels().size(); ++f) visit(f, flywheels()[f].row, y(flywheels()[f]));
     }
-    // Calls visit(number of the hinge, row of S, gradient) for all rows that act on hinged bodies: what G, or R J, is on these.
+    // Calls visit(number of the hinge, row of S, gradient) for all rows that act on hinged bodies: their part of G, or of R J.
     template <class Visit> void each_hinged_gradient(Visit&& visit) const {
         for (const Incidence& at : incidences())
             if (at.hinged >= 0)
@@ -111,10 +111,10 @@ public:
                     visit(hinge, at.row + r, gradients_[at.hinged].col(r));
     }
 
-    // Y and S at a pose, with a shift of the diagonal entries of C's rows.
+    // Y and S at a pose, with a shift on the diagonal entries of C's rows.
     void fill(const Pose<D>& pose, double shift = 0.0) {
         cholesky.clear();
-        Matrix<F, F, Scalar<D>> G;  // a column for each row
+        Matrix<F, F, Scalar<D>> G;  // one column for each row
         for (Incidence& at : layout_.incidences())
             if (at.hinged >= 0) fill_hinged(pose, at, gradients_[at.hinged], passed_on_[at.hinged]);
         for (Incidence& at : layout_.incidences())
@@ -124,7 +124,7 @@ public:
         for (const Flywheel& f : flywheels()) *cholesky.at(f.offset) += y(f) != 0.0 ? f.y * f.y : 1.0;
     }
 
-    // The same with bodies that all weigh the same, lengths in the mechanism's own.
+    // The same where all bodies have the same mass, with lengths in parts of the mechanism's.
     void fill_evenly(const Pose<D>& pose) {
         for (std::size_t b = 0; b < halves.size(); ++b)
             halves[b].bare(1.0 / (model_.length * model_.length), pose[order_.loop_bodies[b]].rotation,
@@ -150,18 +150,18 @@ public:
         return found;
     }
 
-    // Of each joint that is held, but for hinges that come first and hold all their rows, those independent at
-    // the pose of the last `fill_evenly`: their distance from the span of the rows before them exceeds √smallest. It ends where
-    // more than `most` do not. Overwrites S.
+    // For each joint that is held, the rows that are independent at the pose of the last `fill_evenly`: their distance from the
+    // span of the rows before exceeds √smallest. Hinges that come first keep all their rows. Stops once more than `most` rows are
+    // dependent. Overwrites S.
     std::vector<std::vector<int>> independent_rows(double smallest, int most) {
         auto rows = cholesky.independent_rows(smallest, model_.thresholds.tied, most);
         rows.erase(rows.begin(), rows.begin() + layout_.first());
         return rows;
     }
 
-    // Whether rows are at velocity level: these depend on others first.
+    // Whether some rows are at velocity level: these count as dependent before others do.
     bool has_levels() const { return !slips_.empty(); }
-    // The other rows of these, as the model counts them, ascending within a joint; too many where they are more than `most`.
+    // The dependent rows, by the model's numbers, ascending within a joint; too many rows where there are more than `most`.
     std::vector<int> dependent_rows(double smallest, int most) {
         if (has_levels()) return dependent_by_level(*this, slips_, model_, smallest);
         const auto independent = independent_rows(smallest, most);
@@ -175,7 +175,7 @@ public:
         return found;
     }
 
-    // Leaves all but these rows of those that are held out of the factors to come, or none. How many.
+    // Leaves all rows but these out of the next factors, or none. Returns their number.
     int leave_out_all_but(const std::vector<std::vector<int>>& rows) {
         std::vector<char> dependent(count(), 0);
         for (int h = 0; h < layout_.joints(); ++h) {
@@ -197,7 +197,7 @@ public:
     }
 
 private:
-    // YᵀY of two incidences, or the lower half of one's own, to its block of S. Columns are taken out, so that the compiler
+    // Adds YᵀY of two incidences, or the lower half of one's own, to its block of S. The columns are copied, so that the compiler
     // keeps them in registers.
     void add_product(const typename RowLayout<D>::Product& product) {
         const Incidence &a = incidences()[product.a], &b = incidences()[product.b];
@@ -221,7 +221,7 @@ private:
         }
     }
 
-    // Columns of Y; G becomes the gradients of all rows of the joint, a column each.
+    // Fills columns of Y; G becomes the gradients of all rows of the joint, one column each.
     void fill_incidence(const Pose<D>& pose, const JointRows& held, Incidence& at, Matrix<F, F, Scalar<D>>& G) const {
         if (at.acts)
             fill_gradients(pose, held.joint, at.body, G);
@@ -234,7 +234,7 @@ private:
             at.Y.col(r) = y;
         }
     }
-    // Of a hinged body, which has all rows of its joints: redundant ones there are none. `passed_on`: to the parent.
+    // The same for a hinged body, which has all rows of its joints: none is redundant. `passed_on`: to the parent.
     void fill_hinged(const Pose<D>& pose, Incidence& at, Matrix<F, F, Scalar<D>>& G,
                      Matrix<F, F, Scalar<D>>& passed_on) {
         const LoopHinge<D>& hinge = hinges[layout_.hinge_of(at.body)];
@@ -267,7 +267,7 @@ private:
     const EliminationOrder<D>& order_;
     const Compliance<D>& compliance_;
     RowLayout<D> layout_;
-    const std::vector<char> slips_;  // by row of the model; none where none is at velocity level
+    const std::vector<char> slips_;  // by row of the model; empty where no row is at velocity level
     std::vector<Matrix<F, F, Scalar<D>>> gradients_,
         passed_on_;  // of rows on hinged bodies, and of these on their parents
 };

@@ -1,4 +1,4 @@
-// Which rows depend on others where some are at velocity level.
+// Finds dependent rows where some rows are at velocity level.
 #pragma once
 
 #include <algorithm>
@@ -8,10 +8,10 @@
 
 namespace mbproj {
 
-// The rows of the model, ascending, that depend on the others at the pose of the last `fill_evenly`, up to a distance of √smallest.
-// Rows at velocity level, the `slips` by row, come after all others: one at position level that is left out for them would open. Of
-// each level the row that is furthest from those taken goes first, or the first of equals. Dense, as that order has no say in the
-// fill.
+// The rows of the model, ascending, that depend on the others at the pose of the last `fill_evenly`, up to a distance of
+// √smallest. Rows at velocity level, marked in `slips`, come after all others: a position-level row that is left out in their
+// favour would open. Within a level the row farthest from the span of those taken comes first; of equals, the first one. Dense,
+// since this order is unrelated to the fill.
 template <class Delassus, class D> std::vector<int>
 dependent_by_level(const Delassus& from, const std::vector<char>& slips, const Model<D>& model, double smallest) {
     constexpr int F = Delassus::F;

@@ -1,5 +1,5 @@
-// The loops' bodies that move by hinges, in a solution: δ = X δ_parent + N z + p, where the right-hand sides of the hinge
-// give p and the loops give z.
+// The solution for bodies of the loops that move by hinges: δ = X δ_parent + N z + p. The right-hand sides of the hinge give p,
+// the loops give z.
 #pragma once
 
 #include "loops/delassus_matrix.hpp"
@@ -13,8 +13,8 @@ public:
     HingedBodies(const Model<D>& model, const DelassusMatrix<D>& rows)
         : model_(model), rows_(rows), bodies_(rows.hinges.size()) {}
 
-    // The halves of the bodies with these articulated inertias; those of their parents gain what they feel of them. False where
-    // a free motion moves no mass.
+    // Sets the inverse roots of these bodies from their articulated inertias, and adds the articulated inertias to their parents.
+    // False where a free motion has no inertia.
     bool set_inertias(std::vector<Inertia<D>>& inertias, std::vector<InverseRoot<D>>& halves) {
         for (std::size_t h = 0; h < bodies_.size(); ++h) {
             const LoopHinge<D>& hinge = rows_.hinges[h];
@@ -30,11 +30,11 @@ public:
         return true;
     }
 
-    // What right-hand sides ask of the hinges alone.
+    // Sets the motions p that right-hand sides require of the hinges alone.
     void move(const Scalar<D>* c) {
         for (std::size_t h = 0; h < bodies_.size(); ++h) bodies_[h].p = rows_.hinges[h].particular(model_, c);
     }
-    // Zᵀ of the force on a body, less what p takes of it; the rest goes to the force on its parent, where it has one.
+    // Zᵀ of the force on a body, without the inertia force of p; the rest is added to the force on its parent, if any.
     void push(int h, const InverseRoot<D>& half, Column<F, Scalar<D>>& force, Column<F, Scalar<D>>* on_parent) {
         Body& body = bodies_[h];
         body.f = force;
@@ -44,7 +44,7 @@ public:
         half.remove(force, rest);
         *on_parent += rows_.hinges[h].felt(rest);
     }
-    // From Zᵀ of it the motion of a body, with that of its parent, where it has one.
+    // The motion of a body from its solution in Z, with the motion of its parent, if any.
     void release(int h, const InverseRoot<D>& half, Column<F, Scalar<D>>& twist,
                  const Column<F, Scalar<D>>* of_parent) {
         half.backward(twist);
@@ -56,11 +56,11 @@ public:
         }
         bodies_[h].delta = twist;
     }
-    // x += sign G p, of the loops' rows.
+    // x += sign G p in the loops' rows.
     void add_particular(Scalar<D>* x, Scalar<D> sign) const {
         rows_.each_hinged_gradient([&](int h, int row, const auto& g) { x[row] += sign * g.dot(bodies_[h].p); });
     }
-    // λ of the hinges, from those of the rows of S, of the last solution.
+    // λ of the hinges in the last solution, from the multipliers of the rows of S.
     void multipliers(const std::vector<Scalar<D>>& of_rows, Scalar<D>* lambda) {
         for (Body& body : bodies_) body.wrench = body.M * body.delta - body.f;
         rows_.each_hinged_gradient([&](int h, int row, const auto& g) { bodies_[h].wrench += of_rows[row] * g; });
@@ -70,7 +70,7 @@ public:
 private:
     struct Body {
         Inertia<D> M;
-        Column<F, Scalar<D>> f, p, delta, wrench;  // of the last, what the hinge exerts
+        Column<F, Scalar<D>> f, p, delta, wrench;  // of the last solution; `wrench` is that of the hinge
     };
 
     const Model<D>& model_;

@@ -1,5 +1,5 @@
-// What is left when the leaves are gone: S = G W⁻¹ Gᵀ over the joints of the loops, with the articulated inertias of the
-// loops' bodies as W, and its block-sparse Cholesky factor.
+// The loops, which remain after the leaves are eliminated: S = G W⁻¹ Gᵀ over their joints, with articulated inertias W, and its
+// block-sparse Cholesky factor.
 #pragma once
 
 #include <memory>
@@ -15,7 +15,7 @@ namespace mbproj {
 template <class D> class LoopSolver final {
 public:
     static constexpr int F = Size<D>::freedoms;
-    static constexpr bool has_qr = std::is_same_v<Scalar<D>, double>;  // that of Eigen is of doubles
+    static constexpr bool has_qr = std::is_same_v<Scalar<D>, double>;  // Eigen's QR takes doubles only
 
     LoopSolver(const Model<D>& model, const EliminationOrder<D>& order, const Compliance<D>& compliance)
         : model_(model), order_(order), compliance_(compliance),
@@ -26,12 +26,12 @@ public:
     }
 
     InverseRoot<D>& half(int b) { return rows_->halves[b]; }
-    // The hinges by which bodies move, at a pose; the joint whose rows are dependent there, or -1.
+    // Sets the hinges by which bodies move, at a pose; returns the joint whose rows are dependent there, or -1.
     int set_hinges(const Pose<D>& pose) { return rows_->set_hinges(pose); }
     // See HingedBodies.
     bool set_hinged(std::vector<Inertia<D>>& inertias) { return hinged_.set_inertias(inertias, rows_->halves); }
     bool is_hinged(int b) const { return rows_->layout().hinge_of(b) >= 0; }
-    // What light bodies are lent: nothing where their inertia is not theirs (GOPM's metric), nor that of flywheels.
+    // The inertia lent to light bodies; nothing in a metric without the bodies' inertia (GOPM's), and nothing for flywheels.
     void lend(const Column<F, Scalar<D>>& lent) {
         for (Light<D>& light : light_) light.lent = lent;
     }
@@ -46,7 +46,7 @@ public:
         return failed < 0 ? -1 : rows_->joint_of(failed);
     }
 
-    // The factor of Y in place of that of S; false where it would be too large.
+    // Factors Y in place of S; false where that would be too large.
     bool factor_by_qr(const Pose<D>& pose) {
         if constexpr (has_qr) {
             if (rows_->count() > model_.thresholds.most_dense) return false;
@@ -63,7 +63,7 @@ public:
         return has_qr;
     }
     bool by_qr() const { return by_qr_; }
-    // Holds all rows of the loops' joints from here on but these of the model, ascending.
+    // From now on holds all rows of the loops' joints but these of the model, ascending.
     void leave_out(const std::vector<int>& rows) {
         if (!before_) before_ = std::make_unique<DelassusMatrix<D>>(model_, order_, compliance_, LoopRows::reduced);
         std::swap(rows_, before_);
@@ -74,8 +74,8 @@ public:
     }
     const std::vector<int>& left_out() const { return left_out_; }
 
-    // Leaves out of the factors to come the rows that depend on the others at this pose, up to a distance of √smallest, or
-    // none again. How many.
+    // Leaves the rows that depend on the others at this pose, up to a distance of √smallest, out of the next factors, or no rows
+    // any more. Returns their number.
     int leave_out_dependent(const Pose<D>& pose, double smallest) {
         even().fill_evenly(pose);
         return rows_->leave_out_all_but(even_->independent_rows(smallest, even_->count()));
@@ -87,8 +87,8 @@ public:
         return even_->cholesky.factor(0.0), even_->cholesky.smallest_pivot();
     }
 
-    // As many rows as are `redundant` without which those of a pose are best-conditioned; nothing where more of them depend on
-    // the others there.
+    // Exactly `redundant` rows without which the rows of a pose are best-conditioned; nothing where more rows are dependent
+    // there.
     std::optional<std::vector<int>> rows_to_leave_out(const Pose<D>& pose, int redundant) {
         const Thresholds& from = model_.thresholds;
         BlockCholesky<Scalar<D>>& S = all().cholesky;
@@ -104,14 +104,14 @@ public:
         }
         return std::nullopt;
     }
-    // Those of all rows that depend on the others at a pose, up to a distance of √smallest.
+    // The rows that depend on the others at a pose, up to a distance of √smallest.
     std::vector<int> dependent_rows(const Pose<D>& pose, double smallest) {
         all().fill_evenly(pose);
         return all().dependent_rows(smallest, all().count());
     }
 
-    // δ of the loops' bodies from their forces f, with G δ = c; the multipliers stay for `multipliers`. False where the
-    // motion of a light body does not settle: then it moves no mass. A shifted factor is applied as it is.
+    // δ of the loops' bodies from their forces f, with G δ = c; the multipliers are kept for `multipliers`. False where the
+    // motion of a light body does not converge: then it has no inertia. A shifted factor is applied without refinement.
     template <class Forces, class Twists>
     bool solve(const Forces& f, const Scalar<D>* c, Twists& delta, bool shifted = false) {
         push(f, c);
@@ -141,7 +141,7 @@ public:
         rows_->each_row([&](int own, int of_model) { lambda[of_model] = lambda_[own]; });
         hinged_.multipliers(lambda_, lambda);
     }
-    // How far rows that are left out at this pose alone are from what the others say of a violation, in rows' own scales.
+    // The largest distance, in rows left out at this pose, of a violation from the value that the other rows imply.
     Scalar<D> contradiction(const Scalar<D>* violation) {
         std::vector<Scalar<D>> own(rows_->count());
         Scalar<D> least = std::numeric_limits<double>::infinity();
@@ -155,11 +155,11 @@ public:
     }
 
     const BlockCholesky<Scalar<D>>& cholesky() const { return rows_->cholesky; }
-    // What the pivots of the rows held usually are, or none: see BlockCholesky.
+    // The usual pivots of the rows held, or none: see BlockCholesky.
     void expect(const std::vector<Measure<D>>& usual) { rows_->cholesky.expect(usual); }
 
 private:
-    // The forces on the loops' bodies and pieces, with the half of each, less what their hinges take.
+    // The forces on the loops' bodies and pieces in their inverse roots, without the parts that their hinges take.
     template <class Forces> void push(const Forces& f, const Scalar<D>* c) {
         hinged_.move(c);
         work_.resize(rows_->layout().pieces());
@@ -174,7 +174,7 @@ private:
         for (std::size_t p = order_.loop_bodies.size(); p < work_.size(); ++p)
             work_[p] = work_[rows_->layout().body_of(p)];
     }
-    // And their motions; that of a body in pieces is the mean of theirs, which differ by round-off.
+    // Their motions; the motion of a divided body is the mean of its pieces', which differ by round-off.
     template <class Twists> void release(Twists& delta) {
         for (std::size_t p = order_.loop_bodies.size(); p < work_.size(); ++p)
             work_[rows_->layout().body_of(p)] += work_[p];
@@ -187,19 +187,19 @@ private:
         }
         for (std::size_t b = 0; b < order_.loop_bodies.size(); ++b) delta[order_.loop_bodies[b]] = work_[b];
     }
-    // Of a hinge, its child among the loops' bodies, and what `work_` has of its parent, or nothing of the ground.
+    // The child of a hinge among the loops' bodies, and its parent's entry of `work_`, or nothing for the ground.
     int child(std::size_t h) const { return rows_->layout().place(rows_->hinges[h].child()); }
     Column<F, Scalar<D>>* parent(std::size_t h) {
         const int body = rows_->hinges[h].parent();
         return body == model_.size() ? nullptr : &work_[rows_->layout().place(body)];
     }
 
-    // All rows, to look for those that depend on others.
+    // All rows, for the search for dependent ones.
     DelassusMatrix<D>& all() {
         if (!all_) all_ = std::make_unique<DelassusMatrix<D>>(model_, order_, compliance_, LoopRows::all);
         return *all_;
     }
-    // The rows that are held, where all bodies weigh the same; the factor at hand stays.
+    // The rows that are held, where all bodies have the same mass; the current factor stays.
     DelassusMatrix<D>& even() {
         if (!even_) even_ = std::make_unique<DelassusMatrix<D>>(model_, order_, compliance_, LoopRows::hinges_first);
         even_->leave_out(left_out_);
@@ -216,7 +216,7 @@ private:
             mbproj::refine(model_.thresholds, step_, lambda_, again);
     }
 
-    // λ += S⁻¹ (Yᵀ w - c), and w less Y times that, with -c in `rhs_`.
+    // λ += S⁻¹ (Yᵀ w - c), and subtracts Y times the change from w; `rhs_` holds -c.
     void improve() {
         if constexpr (has_qr)
             if (by_qr_) return improve_by_qr();
@@ -240,8 +240,8 @@ private:
         for (std::size_t r = 0; r < lambda_.size(); ++r) lambda_[r] += step_[r] = lambda[r];
     }
 
-    // Takes back what light bodies were lent (see light_body.hpp): each pass moves them as the last one's change asks.
-    // `least` is the energy below which nothing matters, of the forces or of the motion.
+    // Takes back the inertia lent to light bodies (see light_body.hpp): each pass moves them by the force of the last change.
+    // `least` is the energy of forces or of the motion that counts as nothing.
     bool settle(bool shifted, Scalar<D> least) {
         const double no_digits = model_.thresholds.no_digits, half_digits = model_.thresholds.half_digits;
         Scalar<D> before = std::numeric_limits<double>::infinity();
@@ -259,7 +259,7 @@ private:
             if (change <= no_digits * no_digits * size) return true;
             if (!(change < 0.5 * before)) return change <= half_digits * half_digits * size;
             before = change;
-            // What is shifted keeps a residual, which must not be taken for an error: it begins anew, without forces.
+            // A shifted factor leaves a residual that is no error: the solution starts again, without forces.
             if (shifted) {
                 for (Column<F, Scalar<D>>& w : work_) w.setZero();
                 spin_.assign(spin_.size(), 0.0);
@@ -284,7 +284,7 @@ private:
     const Model<D>& model_;
     const EliminationOrder<D>& order_;
     const Compliance<D>& compliance_;
-    std::unique_ptr<DelassusMatrix<D>> rows_, before_;  // of those held, and before these: often the next
+    std::unique_ptr<DelassusMatrix<D>> rows_, before_;  // of the rows held, and of those held before, which often return
     std::unique_ptr<DelassusMatrix<D>> all_, even_;
     HingedBodies<D> hinged_;
     std::vector<int> left_out_, left_out_before_;

@@ -1,6 +1,6 @@
-// Where rows of G follow from others, many λ balance the same forces, Gᵀλ. The smallest of them is the part of any that lies in
-// the range of G: λ = G x with GᵀG x = Gᵀλ, all rows of the loops' joints weighed with the lengths that they are measured in,
-// so that torques and forces compare. GᵀG couples bodies as joints do: it is sparse, and its factor costs what that of S does.
+// Where rows of G are dependent, many λ balance the same forces, Gᵀλ. The smallest is the part of any of them in the range of G:
+// λ = G x with GᵀG x = Gᵀλ. The rows of the loops' joints are scaled by their lengths, so that torques and forces compare. GᵀG
+// couples bodies as joints do: it is sparse, and its factor costs as much as that of S.
 #pragma once
 
 #include <limits>
@@ -20,7 +20,7 @@ public:
         for (std::size_t b = 0; b < order.loop_bodies.size(); ++b) place[order.loop_bodies[b]] = static_cast<int>(b);
         std::vector<std::pair<int, int>> couplings, of_incidences;
         for (const int joint : order.loop_joints) {
-            // A flywheel's row balances its torque alone, a compliant one is none of C's.
+            // A flywheel's row balances only its torque; a compliant row is not a row of C.
             if (model.holds_flywheel(joint) || model.is_compliant(joint)) continue;
             const int first = static_cast<int>(incidences_.size());
             for (const int body : model.joints[joint].bodies) incidences_.push_back({joint, place[body], {}});
@@ -37,10 +37,10 @@ public:
         }
     }
 
-    // λ, at the model's rows, from one of those that balance the same forces. GᵀG is singular along the motions that the joints
-    // allow, which change no λ, and is factored with `shift` on its diagonal. Each pass then leaves shift / (σ² + shift) of
-    // what lies along a singular vector of G: all of it at once but for rows that are all but dependent at this pose.
-    // Where round-off exceeds it, so that there is no factor, the shift grows. False where that does not help.
+    // Replaces λ, at the model's rows, by the smallest that balances the same forces. GᵀG is singular along the free motions,
+    // which change no λ; it is factored with `shift` on its diagonal. Each pass then leaves the part shift / (σ² + shift) along a
+    // singular vector of G: next to nothing, unless rows are almost dependent. Where round-off exceeds the shift there is no
+    // factor, and the shift grows. False where that does not help.
     bool spread(const Pose<D>& pose, double shift, Scalar<D>* lambda) {
         for (Incidence& at : incidences_) set_gradients(pose, at);
         for (fill(shift); cholesky_.factor(0.0) >= 0; fill(shift))
@@ -63,7 +63,7 @@ public:
     }
 
 private:
-    // Of a joint and one of its bodies, by its number in the loops: a column for each row of the joint.
+    // A joint and one of its bodies, by its number in the loops: a column for each row of the joint.
     struct Incidence {
         int joint, body;
         Matrix<F, F, Scalar<D>> G;
@@ -100,7 +100,7 @@ private:
             }
     }
 
-    // Moves the part of what is left that lies in the range of G over to the smallest λ; the largest change.
+    // Moves the part of the remainder that lies in the range of G to the smallest λ; returns the largest change.
     Scalar<D> move() {
         x_.assign(F * order_.loop_bodies.size(), 0.0);
         for (const Incidence& at : incidences_)
@@ -130,7 +130,7 @@ private:
     std::vector<Incidence> incidences_;
     std::vector<Product> products_;
     BlockCholesky<Scalar<D>> cholesky_;
-    std::vector<Scalar<D>> left_, smallest_, change_, x_;  // λ of unit rows, and what G is applied to
+    std::vector<Scalar<D>> left_, smallest_, change_, x_;  // λ for scaled rows, and the argument of G
 };
 
 }  // namespace mbproj

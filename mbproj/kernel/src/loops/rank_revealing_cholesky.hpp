@@ -1,14 +1,14 @@
-// Which rows of a symmetric positive semidefinite block matrix are independent: its Cholesky factorisation, which leaves
-// a row out where nothing of it is left.
+// Finds the independent rows of a symmetric positive semidefinite block matrix: its Cholesky factorisation leaves a row out where
+// its pivot vanishes.
 #pragma once
 
 #include "loops/block_cholesky.hpp"
 
 namespace mbproj {
 
-// For each block the rows, ascending, whose pivots exceed `smallest` of their diagonal entries: within a block the largest
-// pivot goes first, or the first row with this part of that, and blocks in the order of elimination. It ends
-// where it has left out more than `most`. The values are used up.
+// For each block the rows, ascending, whose pivots exceed `smallest` of their diagonal entries. Within a block the largest pivot
+// comes first, or the first row with this part of it; blocks follow the order of elimination. Stops once more than `most` rows
+// are left out. Overwrites the values.
 template <class Scalar>
 std::vector<std::vector<int>> BlockCholesky<Scalar>::independent_rows(double smallest, double tied, int most) {
     std::vector<std::vector<int>> kept(sizes_.size());
@@ -41,7 +41,7 @@ std::vector<std::vector<int>> BlockCholesky<Scalar>::independent_rows(double sma
 }
 
 // The first open row whose pivot is at least the part `tied` of the largest one, or -1 where none exceeds `smallest` of its
-// diagonal entry: where symmetry makes equals, round-off has no say.
+// diagonal entry. So round-off does not decide between rows that symmetry makes equal.
 template <class Scalar> inline int BlockCholesky<Scalar>::largest_pivot(const ColumnOf& column,
                                                                         const std::vector<bool>& open, double smallest,
                                                                         double tied) {
@@ -54,7 +54,7 @@ template <class Scalar> inline int BlockCholesky<Scalar>::largest_pivot(const Co
     return -1;
 }
 
-// Takes a row of a block out of the open ones. Its column of the block keeps its shares in these, and its pivot.
+// Removes a row of a block from the open ones. Its column of the block keeps its products with these, and its pivot.
 template <class Scalar>
 void BlockCholesky<Scalar>::eliminate(const ColumnOf& column, int row, const std::vector<bool>& open) {
     const int size = sizes_[column.block];
@@ -68,7 +68,7 @@ void BlockCholesky<Scalar>::eliminate(const ColumnOf& column, int row, const std
     }
 }
 
-// Makes the columns of these rows, in the order in which they were taken out, those of the factor in the blocks below.
+// Turns the columns of these rows, in the order of their removal, into those of the factor in the blocks below.
 template <class Scalar>
 inline void BlockCholesky<Scalar>::divide_below(const ColumnOf& column, const std::vector<int>& rows) {
     const int size = sizes_[column.block];

@@ -1,5 +1,5 @@
-// Further solutions on what is left. S squares the condition of Y: where a pivot shows that to matter, what is left, which is computed
-// from Y itself, gives the digits back (Björck 1996, sect. 6.6.5: corrected seminormal equations).
+// Iterative refinement. S squares the condition number of Y. Where a pivot shows that this matters, the residual, computed from Y
+// itself, restores the digits (Björck 1996, sect. 6.6.5: corrected seminormal equations).
 #pragma once
 
 #include <limits>
@@ -10,7 +10,7 @@
 
 namespace mbproj {
 
-// How large the last step is, and what it has led to.
+// The size of the last step, and of the solution so far.
 template <class Scalar> struct StepSize {
     Scalar change = 0.0, size = 0.0;
 
@@ -22,7 +22,7 @@ template <class Scalar> struct StepSize {
     }
 };
 
-// `improve` adds the step to λ, as long as that does it good.
+// `improve` adds a step to λ, as long as the steps decrease.
 template <class Scalar, class Improve> void refine(const Thresholds& from, const std::vector<Scalar>& step,
                                                    const std::vector<Scalar>& lambda, Improve&& improve) {
     Scalar before = std::numeric_limits<double>::infinity();
@@ -34,7 +34,7 @@ template <class Scalar, class Improve> void refine(const Thresholds& from, const
     }
 }
 
-// The same in the lanes that are `open`, each for so long as it does that one good; `work` changes with λ.
+// The same in the lanes that are `open`, each as long as its steps decrease; `work` changes with λ.
 template <class Twist, class Improve> void refine_lanes(Mask open, const Thresholds& from, const std::vector<Pack>& step,
                                                         std::vector<Pack>& lambda, std::vector<Twist>& work,
                                                         Improve&& improve) {

@@ -1,8 +1,8 @@
-// Which rows of the loops' joints are held, and how they couple: the structure of S, which changes with the rows alone.
-//
-// A body couples all its joints with each other. A body that moves by a hinge passes the rows of its other joints on to its
-// parent. One that many joints share, which a hinge to the ground leaves one freedom (a shaft), is taken apart into equal pieces, one for each joint, each welded to the next: S then has a band in place of a full
-// block, and as many rows more as there are welds. Pieces of m/k are PD wherever the body is, so that nothing else changes.
+// The rows of the loops' joints that are held, and how they couple: the structure of S, which depends on the rows alone. A body
+// couples all its joints with each other. A body that moves by a hinge passes the rows of its other joints on to its parent. A
+// shaft, that is a body of many joints which a hinge to the ground leaves one freedom, is divided into equal pieces, one for each
+// joint, each welded to the next: S then has a band in place of a full block, and one more row for each weld. Pieces of m/k are
+// positive definite wherever the body is, so that nothing else changes.
 #pragma once
 
 #include <numeric>
@@ -16,16 +16,16 @@ namespace mbproj {
 
 // Which joints of the loops have rows in S.
 enum class LoopRows {
-    reduced,       // all but the hinges by which bodies move, and shared bodies are taken apart
-    hinges_first,  // these too, before the others
-    all,           // these too, in the order of the model's joints
+    reduced,       // without the hinges by which bodies move; shared bodies are divided into pieces
+    hinges_first,  // with these hinges, before the others
+    all,           // with these hinges, in the order of the model's joints
 };
 
 template <class D> class RowLayout final {
 public:
     static constexpr int F = Size<D>::freedoms;
 
-    // A joint and some of its rows: those that are held, or those that are left out. A weld's joint is -1.
+    // A joint and some of its rows: those held, or those left out. The joint of a weld is -1.
     struct JointRows {
         int joint, count;
         int rows[F];
@@ -33,15 +33,15 @@ public:
             return joint == other.joint && count == other.count && std::equal(rows, rows + count, other.rows);
         }
     };
-    // Of a joint in a list of them and one of its bodies, by its number in the loops, or a piece of it: as many columns of Y as
+    // A joint of a list and one of its bodies, by its number in the loops, or a piece of the body. It has as many columns of Y as
     // the joint has rows.
     struct Incidence {
         int held, body, piece;
-        int hinged = -1;              // its number among those of hinged bodies, or -1; none of a weld
-        int row = 0, count = 0;       // of S, its first and how many
+        int hinged = -1;              // its number among those of hinged bodies, or -1; -1 for a weld
+        int row = 0, count = 0;       // its first row of S and the number of its rows
         int passed_on[2] = {-1, -1};  // numbers of hinged bodies whose rows the body carries, or -1
         bool acts = true;             // whether the joint acts on the body itself
-        bool has_one_entry = false;   // each column of Y, as of a body with one freedom
+        bool has_one_entry = false;   // whether each column of Y has one entry, as for a body with one freedom
         bool is_weld = false;
         Matrix<F, F, Scalar<D>> Y = Matrix<F, F, Scalar<D>>::Zero();
     };
@@ -54,7 +54,7 @@ public:
         int row;             // of S
         std::size_t offset;  // of its diagonal entry
         Scalar<D> y;         // its entry of Y
-        bool is_compliant;   // in place of a stiff force
+        bool is_compliant;   // whether it stands for a stiff force
     };
 
     RowLayout(const Model<D>& model, const EliminationOrder<D>& order, LoopRows which)
@@ -72,7 +72,7 @@ public:
                 hinge_of_[place_[order.loop_hinges[h].child()]] = static_cast<int>(h);
     }
 
-    // Holds all rows but these of the model, ascending. The matrix of the rows held, if they are others than before.
+    // Holds all rows but these of the model, ascending. Returns the matrix of the rows held, if they differ from those before.
     std::optional<BlockCholesky<Scalar<D>>> leave_out(const std::vector<int>& rows) {
         std::vector<JointRows> held, left_out;
         for (int h = 0; h < static_cast<int>(joints_.size()); ++h) {
@@ -94,27 +94,27 @@ public:
         return arrange();
     }
 
-    // The welds last.
+    // The joints that are held; the welds come last.
     const std::vector<JointRows>& held() const { return held_; }
     const std::vector<JointRows>& left_out() const { return left_out_; }
     const std::vector<Incidence>& incidences() const { return incidences_; }
     std::vector<Incidence>& incidences() { return incidences_; }
     const std::vector<Product>& products() const { return products_; }
     const std::vector<Flywheel>& flywheels() const { return flywheels_; }
-    const std::vector<int>& compliant() const { return compliant_; }  // joints of those held
-    // How many hinges come before the other joints.
+    const std::vector<int>& compliant() const { return compliant_; }  // the compliant joints among those held
+    // The number of hinges that come before the other joints.
     int first() const { return first_; }
-    // Rows that are held, and joints among `held`.
+    // The numbers of rows that are held, and of joints in `held`.
     int count() const { return count_; }
     int joints() const { return static_cast<int>(of_joints_); }
     int hinged() const { return hinged_; }
-    // Of a body in the loops, the number of the hinge by which it moves, or -1; and of a body of the model, that in the loops.
+    // The hinge by which a body of the loops moves, or -1; and the place in the loops of a body of the model.
     int hinge_of(int body) const { return hinge_of_[body]; }
     int place(int body) const { return place_[body]; }
-    // How many bodies and pieces there are: the first piece of each body has its number.
+    // The number of bodies and pieces; the first piece of a body has the number of the body.
     int pieces() const { return static_cast<int>(body_of_.size()); }
     int body_of(int piece) const { return body_of_[piece]; }
-    // √k of a body of k pieces.
+    // √k for a body of k pieces.
     Scalar<D> root(int body) const { return roots_[body]; }
 
 private:
@@ -141,7 +141,7 @@ private:
         return couple(touching);
     }
 
-    // The rows of a joint of a hinged body act on the parent, from which it moves, too.
+    // The rows of a joint of a hinged body also act on the parent from which it moves.
     void pass_on(int held, int body, int hinged, std::vector<std::vector<int>>& touching) {
         const int parent = order_.loop_hinges[hinge_of_[body]].parent();
         if (parent == model_.size()) return;
@@ -238,7 +238,7 @@ private:
     int first_ = 0;
     std::vector<int> place_, hinge_of_;
     std::vector<JointRows> held_, left_out_;
-    std::size_t of_joints_ = 0;  // of those held
+    std::size_t of_joints_ = 0;  // the number of joints' rows among those held
     bool is_arranged_ = false;
     std::vector<Incidence> incidences_;
     std::vector<Product> products_;

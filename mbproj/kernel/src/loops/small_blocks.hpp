@@ -22,7 +22,7 @@ template <int R, class Scalar> void divide(Scalar* X, int rows, const Scalar* L,
     }
 }
 
-// Eight numbers, or as many of them as a row has: two vectors of the processor.
+// Eight numbers, or fewer at the end of a row: two vectors of the processor.
 constexpr int eight = 8;
 inline Pack four_at(const double* numbers) {
     Pack found;
@@ -36,7 +36,7 @@ template <int R, class Scalar> void transpose(const Scalar* Y, int columns, Scal
         for (int k = 0; k < R; ++k) transposed[eight * k + c] = Y[k];
 }
 
-// T -= X Yᵀ for an R wide X; of a diagonal block all of it.
+// T -= X Yᵀ for X with R columns; for a diagonal block the whole of it.
 template <int R, class Scalar>
 void subtract(Scalar* T, const Scalar* X, int rows, const Scalar* transposed, int columns) {
     for (int r = 0; r < rows; ++r, X += R, T += columns)

@@ -1,11 +1,11 @@
-// Vectors, arms and orientations of the plane and of space, so that everything above is written once.
+// Vectors, lever arms and orientations in the plane and in space, so that the code above is written once for both.
 #pragma once
 
 #include "algebra/operators.hpp"
 
 namespace mbproj {
 
-// The D of all templates: how many axes there are, and what the numbers are.
+// The dimension D of all templates: the number of axes, and the type of the numbers.
 template <int Axes, class Number> struct Dimension {
     static constexpr int axes = Axes;
     using Scalar = Number;
@@ -13,13 +13,13 @@ template <int Axes, class Number> struct Dimension {
 template <class Number> using Plane = Dimension<2, Number>;
 template <class Number> using Space = Dimension<3, Number>;
 template <class D> using Scalar = typename D::Scalar;
-// What measures such numbers: lengths of the mechanism, pivots.
+// The type of quantities that measure such numbers: the mechanism's length, pivots.
 template <class D> using Measure = ValueOf<Scalar<D>>;
-// Whether curves and functions of a scene are computed with such numbers, and rows looked at more closely near singular poses.
+// Whether this type of number takes curves, functions of a scene, and closer tests near singular poses.
 template <class D> constexpr bool is_full = !is_pack<Scalar<D>>;
 
-// Sizes: `turns` axes to turn about, `freedoms` of a body, `orientation` numbers (θ, or Euler parameters Λ), and the
-// state of a body: r, orientation, r' in global axes, ω in body axes.
+// The sizes of a body: `turns` axes of rotation, `freedoms`, `orientation` numbers (θ, or Euler parameters Λ), and `state`: r,
+// orientation, r' in global axes, ω in body axes.
 template <class D> struct Size {
     static constexpr int turns = D::axes == 2 ? 1 : 3;
     static constexpr int freedoms = D::axes + turns;
@@ -83,7 +83,7 @@ template <class S> inline Matrix<2, 2, S> rotation(const Column<1, S>& angle) {
     return A;
 }
 
-// How fast the orientation changes with ω in body axes: Λ' = ½ Lᵀ ω, or θ' = ω.
+// The rate of the orientation from ω in body axes: Λ' = ½ Lᵀ ω, or θ' = ω.
 template <class S> inline Column<4, S> orientation_rate(const Column<4, S>& p, const Column<3, S>& omega) {
     return 0.5 * matrix_L(p).transpose() * omega;
 }
@@ -113,7 +113,7 @@ template <class S> inline Column<3, S> turn_of(const Column<4, S>& p, const Colu
 }
 template <class S> inline Column<1, S> turn_of(const Column<1, S>&, const Column<1, S>& by) { return by; }
 
-// An angular velocity in body axes from the global ones, and back; in the plane they are one.
+// Angular velocities from global to body axes, and back; in the plane both are the same.
 template <class S> inline Column<3, S> to_body(const Matrix<3, 3, S>& A, const Column<3, S>& omega) {
     return A.transpose() * omega;
 }
@@ -144,7 +144,7 @@ template <class S> inline Matrix<1, 1, S> inertia_in_global(const Matrix<2, 2, S
     return J;
 }
 
-// The larger of two values; not a number where one of them is none, which std::max would pass over.
+// The larger of two values; NaN where one of them is NaN, which std::max would ignore.
 template <class S> inline S larger(S most, S value) { return most >= value || most != most ? most : value; }
 
 }  // namespace mbproj

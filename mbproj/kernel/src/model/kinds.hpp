@@ -1,4 +1,4 @@
-// The primitives that the kernel has, by name, and what is known of each kind.
+// The kinds of constraint primitives in the kernel, their names, and their properties.
 #pragma once
 
 #include <algorithm>
@@ -7,8 +7,8 @@
 
 namespace mbproj {
 
-// The primitives that the kernel has: their names in mbproj.constraints, and how many points and vectors and how many
-// parameters each takes. Couplings are instances of these.
+// The primitives of the kernel: their names in mbproj.constraints, and the number of points and vectors and of parameters of
+// each. Couplings are sums of instances of these.
 enum class Kind : int {
     coincident,
     perpendicular,
@@ -74,17 +74,17 @@ constexpr int most(int Form::*of) {
     return found;
 }
 constexpr int most_slots = most(&Form::slots), most_parameters = most(&Form::parameters);
-// Whether its row is at velocity level: its gradient is that of no function, and its value is 0.
+// Whether the row is at velocity level: then its value is 0, and its gradient is not the gradient of a function.
 constexpr bool is_slip(Kind kind) { return kind >= Kind::wheel_slip_along; }
-// Whether its value is known but for whole turns, which are counted.
+// Whether the value is known only up to whole turns, which are counted.
 constexpr bool is_angle(Kind kind) { return kind == Kind::angle || kind == Kind::lap; }
-// Whether it is a distance from a curve, which is held on pieces of that.
+// Whether it is a distance from a curve, whose foot stays on one piece of the curve.
 constexpr bool is_held(Kind kind) {
     return kind == Kind::profile || kind == Kind::face || kind == Kind::two_curves || kind == Kind::beside_first;
 }
-// Whether it is of two curves that touch.
+// Whether it concerns two curves that touch.
 constexpr bool is_of_two(Kind kind) { return kind >= Kind::two_curves && kind <= Kind::slip_of_two; }
-// Whether its curve is in space.
+// Whether its curve is a space curve.
 constexpr bool is_in_space(Kind kind) { return kind >= Kind::beside_first && kind <= Kind::space_arc; }
 
 }  // namespace mbproj

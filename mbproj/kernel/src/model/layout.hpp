@@ -1,12 +1,12 @@
-// Where in y each block is, as mbproj.model.layout has it: the bodies' state, states of elements, quadratures, angles that
-// are followed. Blocks whose errors are controlled come first.
+// The place of each block in y, as in mbproj.model.layout: bodies, states of elements, quadratures, and angles that are followed.
+// Blocks whose errors are controlled come first.
 #pragma once
 
 #include <vector>
 
 namespace mbproj {
 
-// Numbers of y, one after another.
+// Consecutive numbers of y.
 struct Block {
     int first = 0, size = 0;
     int end() const { return first + size; }
@@ -14,11 +14,11 @@ struct Block {
 
 struct Layout {
     Block bodies, states, quadratures, followed;
-    std::vector<double> scale;  // what the absolute tolerance is relative to, of the blocks that are controlled
-    std::vector<double> start;  // of all blocks: with what a run begins, 0 where it is told that
+    std::vector<double> scale;  // magnitudes for the absolute tolerance, of the blocks with error control
+    std::vector<double> start;  // values at the start of a run, of all blocks; 0 where the run is given them
     int size() const { return static_cast<int>(start.size()); }
     int controlled() const { return static_cast<int>(scale.size()); }
-    // Whether angles are integrated from step to step, so that each stage knows how far the wheels have turned.
+    // Whether angles are integrated from step to step, so that each stage knows how far wheels have turned.
     bool follows() const { return followed.size > 0; }
 };
 

@@ -1,4 +1,4 @@
-// Where the time of a run goes: phases are timed in every 64th step, so that the clock costs next to nothing.
+// The time that each phase of a run takes. Phases are timed in every 64th step only, which costs next to nothing.
 #pragma once
 
 #include <array>
@@ -15,7 +15,7 @@ public:
         active_ = step % 64 == 0;
         if (active_) last_ = Clock::now();
     }
-    // What passed since the last mark was this phase.
+    // The time since the last mark belongs to this phase.
     void mark(Phase phase) {
         if (!active_) return;
         const auto now = Clock::now();

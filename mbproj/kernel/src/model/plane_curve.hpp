@@ -1,5 +1,5 @@
-// Curves in a plane: pieces with their derivatives, the foot of a point, arc length. The definitions are those of
-// mbproj.functions.curves, where each is explained.
+// Plane curves: pieces with their derivatives, the foot of a point, arc length. The definitions are those of
+// mbproj.functions.curves, which explains them.
 #pragma once
 
 #include <algorithm>
@@ -18,7 +18,7 @@ template <class S> struct Foot {
     int piece;
 };
 
-// The integral of a speed from one parameter to another, by eight nodes of Gauss and Legendre.
+// The integral of a speed between two parameters, by Gauss-Legendre quadrature with eight nodes.
 template <class S, class Speed> S gauss_length(double from, const S& to, const Speed& speed) {
     static constexpr double nodes[] = {0.1834346424956498, 0.5255324099163290, 0.7966664774136267, 0.9602898564975363};
     static constexpr double weights[] = {0.3626837833783620, 0.3137066458778873, 0.2223810344533745,
@@ -30,8 +30,8 @@ template <class S, class Speed> S gauss_length(double from, const S& to, const S
     return half * sum;
 }
 
-// What curves in a plane and in space have in common: pieces one after another, each with its start and the first and the last of
-// its places; and places, each with its parameter, its arc length from the beginning and its piece.
+// The common base of plane and space curves. Each of the consecutive pieces has its start, its first and its last place. Each
+// place has its parameter, its arc length from the start of the curve, and its piece.
 template <class OnePiece, class OnePlace> struct PiecedCurve {
     using Piece = OnePiece;
     using Place = OnePlace;
@@ -41,9 +41,9 @@ template <class OnePiece, class OnePlace> struct PiecedCurve {
     std::vector<Place> places;
     double end;
     bool closed;
-    int passes;      // of Newton's method, at most
-    double settled;  // a step that is smaller is the last
-    double reach;    // how far a step may go
+    int passes;      // the most passes of Newton's method
+    double settled;  // a smaller step ends Newton's method
+    double reach;    // the largest step
 
     double start() const { return pieces.front().start; }
 
@@ -52,7 +52,7 @@ template <class OnePiece, class OnePlace> struct PiecedCurve {
                                             [](double value, const Piece& piece) { return value < piece.start; });
         return std::max(0, static_cast<int>(after - pieces.begin()) - 1);
     }
-    // Along the piece that is held, or along all of them.
+    // Moves a foot along the held piece, or along the whole curve.
     void move(Foot<double>& foot, double step, int held) const {
         foot.s += step;
         if (held != free) return;
@@ -67,7 +67,7 @@ template <class OnePiece, class OnePlace> struct PiecedCurve {
     }
 };
 
-// Two functions of u = s - origin, each a polynomial of so many terms and a sin(w u + p).
+// Two functions of u = s - origin, each a polynomial plus a sin(w u + p).
 struct PlanePiece {
     static constexpr int terms = 8, numbers = terms + 3;
     enum class Form : int { cartesian, polar, support };
@@ -75,29 +75,29 @@ struct PlanePiece {
     Form form;
     double f[numbers], g[numbers];
     int f_terms, g_terms;
-    int first, last;  // its places
+    int first, last;  // the numbers of its first and last place
 };
-// Points along a curve, from end to end of each piece, their arc lengths from its beginning, and the angles of their tangents,
-// which grow past a turn.
+// Points along a curve, with both ends of each piece; their arc lengths from the start, and the angles of their tangents, which
+// count whole turns.
 struct PlanePlace {
     double s, x, y, length, angle;
     int piece;
-    double cosine, sine;  // of the angle
+    double cosine, sine;  // cosine and sine of the angle
 };
 
 struct PlaneCurve : PiecedCurve<PlanePiece, PlanePlace> {
     static constexpr int terms = PlanePiece::terms, numbers = PlanePiece::numbers, orders = 5;
     using Form = PlanePiece::Form;
-    // Places along which the tangent turns one way, to the left or not.
+    // Consecutive places along which the tangent turns one way, to the left or to the right.
     struct Run {
         int first, last;
         bool left;
     };
 
-    double straight;  // by so little a tangent does not turn
-    double beyond;    // by so much a piece may turn beyond its end
+    double straight;  // a smaller turn of the tangent counts as none
+    double beyond;    // how far a piece may turn beyond its end, rad
     double stride;    // the largest distance from one place to the next
-    double side;      // 1 of a closed one that goes around its inside counterclockwise, else -1
+    double side;      // 1 for a closed curve that runs counterclockwise, else -1
     std::vector<Run> runs;
 
     template <class S> OnPiece<S> derivatives(const S& s, int number) const {
@@ -128,7 +128,7 @@ struct PlaneCurve : PiecedCurve<PlanePiece, PlanePlace> {
         return found;
     }
 
-    // The place nearest to a point: of the piece that is held, beyond its ends too, or of all.
+    // The foot of a point: on the held piece or its continuation, or on the whole curve.
     Foot<double> foot(double x, double y, int held) const {
         return settled_from(nearest_place(x, y, held), held, [x, y](const OnPiece<double>& c) {
             const double dx = x - c.x[0], dy = y - c.y[0], speed2 = c.x[1] * c.x[1] + c.y[1] * c.y[1];
@@ -136,7 +136,7 @@ struct PlaneCurve : PiecedCurve<PlanePiece, PlanePlace> {
             return -(dx * c.x[1] + dy * c.y[1]) / (slope < 0.0 ? slope : -speed2);
         });
     }
-    // The same of the place whose outward normal points along (a, b); of a closed curve that is convex.
+    // The foot at which the outward normal of a closed convex curve points along (a, b).
     Foot<double> facing(double a, double b, int held) const {
         return settled_from(turned_place(a, b, held), held, [a, b](const OnPiece<double>& c) {
             const double slope = a * c.x[2] + b * c.y[2];
@@ -144,7 +144,7 @@ struct PlaneCurve : PiecedCurve<PlanePiece, PlanePlace> {
         });
     }
 
-    // Both, and how they change: one more pass of Newton's method, in the numbers that are given.
+    // Either foot with its derivatives: one more pass of Newton's method in numbers of type S.
     template <class S> Foot<S> foot(const S& x, const S& y, int held) const {
         const Foot<double> at = foot(value_of(x), value_of(y), held);
         const OnPiece<double> c = derivatives(at.s, at.piece);
@@ -159,7 +159,7 @@ struct PlaneCurve : PiecedCurve<PlanePiece, PlanePlace> {
         return {at.s - (a * c.x[1] + b * c.y[1]) / slope, at.piece};
     }
 
-    // The arc length from the beginning to a foot.
+    // The arc length from the start of the curve to a foot.
     template <class S> S length_at(const Foot<S>& foot) const {
         const int before = place_before(foot);
         return places[before].length + gauss_length<S>(places[before].s, foot.s, [&](const S& s) {
@@ -168,7 +168,7 @@ struct PlaneCurve : PiecedCurve<PlanePiece, PlanePlace> {
                });
     }
 
-    // All places as runs.
+    // All places, divided into runs.
     std::vector<Run> turning_runs() const {
         std::vector<Run> found;
         int first = 0;
@@ -187,14 +187,14 @@ struct PlaneCurve : PiecedCurve<PlanePiece, PlanePlace> {
         return found;
     }
 
-    // By how much the tangent has turned from the beginning to a foot, where it is t.
+    // The angle by which the tangent has turned from the start to a foot with the tangent t.
     template <class S> S angle_at(const Foot<S>& foot, const S* t) const {
         const double angle = places[place_before(foot)].angle, cosine = std::cos(angle), sine = std::sin(angle);
         return angle - places.front().angle + atan((cosine * t[1] - sine * t[0]) / (cosine * t[0] + sine * t[1]));
     }
 
 private:
-    // Where Newton's method ends from a place, with its whole step at a point of a piece.
+    // The foot to which Newton's method leads from a place; `whole` gives its full step at a point of a piece.
     template <class Step> Foot<double> settled_from(int place, int held, const Step& whole) const {
         Foot<double> found{places[place].s, places[place].piece};
         for (int pass = 0; pass < passes; ++pass) {
@@ -204,8 +204,8 @@ private:
         }
         return found;
     }
-    // The number of the place whose tangent is nearest to a direction a quarter turn from (a, b). Of a convex curve the
-    // angles of the places go one way.
+    // The place whose outward normal is nearest to the direction (a, b). The curve is convex: the angles of its places are
+    // monotonic.
     int turned_place(double a, double b, int held) const {
         const int first = held == free ? 0 : pieces[held].first;
         const int last = held == free ? static_cast<int>(places.size()) - 1 : pieces[held].last;
@@ -243,8 +243,8 @@ private:
         }
     }
 
-    // The number of the nearest place. From one place to the next a distance changes by `stride` at most: so some need not
-    // be looked at.
+    // The nearest place. From one place to the next a distance changes by `stride` at most: so some places can be
+    // skipped.
     int nearest_place(double x, double y, int held) const {
         const int first = held == free ? 0 : pieces[held].first;
         const int last = held == free ? static_cast<int>(places.size()) - 1 : pieces[held].last;

@@ -48,7 +48,7 @@ constexpr int op_count = static_cast<int>(Op::smooth_step) + 1;
 constexpr int deepest_stack = 64;
 constexpr int law_variables = 3;
 
-// How many values an operation takes from the stack.
+// The number of values that an operation takes from the stack.
 constexpr int arguments(Op op) {
     if (op <= Op::variable) return 0;
     return op >= Op::add && op <= Op::max ? 2 : 1;
@@ -88,8 +88,8 @@ template <class Number> struct ProgramsOf {
         return walk(program, variables, nullptr, [](int, const Series<S>&, const Series<S>&) {});
     }
 
-    // The same with the branches `held`, one for each instruction, if any (see model/switches.hpp); not where a branch has no
-    // value beyond its end, as the root of a negative number.
+    // The same with the branches `held`, one for each instruction, or none (model/switches.hpp). It has no value where a held
+    // branch has none beyond its end, such as the root of a negative number.
     template <class S> Series<S> run(int program, const Series<S>* variables, const double* held) const {
         const Series<S> found = walk(program, variables, held, [](int, const Series<S>&, const Series<S>&) {});
         return held && !isfinite(found.x) ? run(program, variables) : found;
@@ -97,13 +97,13 @@ template <class Number> struct ProgramsOf {
     template <class S> S value(int program, const Series<S>* variables, const double* held) const {
         return run(program, variables, held).x;
     }
-    // The derivative along the variables' own.
+    // The derivative of a program along the given derivatives of its variables.
     template <class S> S slope(int program, const Series<S>* variables, const double* held) const {
         return run(program, variables, held).d;
     }
 
-    // Calls see(instruction, x, y) with the arguments of each instruction that takes some; y is without meaning where it
-    // takes one.
+    // Calls see(instruction, x, y) with the arguments of each instruction that takes some; y has no meaning where it takes one
+    // argument.
     template <class S, class See>
     Series<S> walk(int program, const Series<S>* variables, const double* held, See&& see) const {
         Stack<S> values;
@@ -128,19 +128,19 @@ template <class Number> struct ProgramsOf {
         return stack[0];
     }
 
-    // The last piece of the branch of a table that begins with a piece.
+    // The last piece of the branch of a table whose first piece is given.
     int last_piece(int table, int first) const {
         int last = first;
         while (last + 1 < table_start[table + 1] && !kinked[last + 1]) ++last;
         return last;
     }
-    // Where the branch of a table that begins with a piece ends.
+    // The end of the branch of a table whose first piece is given.
     double end(int table, int first) const {
         const int start = table_start[table], after = last_piece(table, first) + 1;
         if (after < table_start[table + 1]) return knot[after];
         return period[table] > 0.0 ? knot[start] + period[table] : std::numeric_limits<double>::infinity();
     }
-    // x less the periods that bring it nearest to a branch of a table, or into the first where that is free.
+    // x shifted by whole periods to be nearest to a branch of a table, or to lie in the first period where no branch is held.
     template <class S> S lifted(int table, const S& x, double branch = std::numeric_limits<double>::quiet_NaN()) const {
         const double whole = period[table];
         if (!(whole > 0.0)) return x;
@@ -148,7 +148,7 @@ template <class Number> struct ProgramsOf {
         const int first = static_cast<int>(branch);
         return x - whole * nearbyint((x - 0.5 * (knot[first] + end(table, first))) / whole);
     }
-    // What tells the branch of a switch that is on one of them, from its arguments.
+    // The value that decides the branch of a switch, from its arguments.
     template <class S> S argument(int at, double branch, const S& x, const S& y) const {
         if (op[at] == Op::table) return lifted(static_cast<int>(operand[at]), x, branch);
         return op[at] == Op::min || op[at] == Op::max ? x - y : x;
@@ -168,7 +168,7 @@ private:
         Stack() {}
     };
 
-    // What a switch makes of its arguments on one of its branches.
+    // The result of a switch on one of its branches.
     template <class S> Series<S> on_branch(int at, double branch, const Series<S>& x, const Series<S>& y) const {
         switch (op[at]) {
             case Op::max: return branch > 0.0 ? x : y;

@@ -1,4 +1,4 @@
-// What a run is asked to do, as plain numbers: the tableau, the projection, the steps.
+// The settings of a run as plain numbers: the tableau, the projection, the steps.
 #pragma once
 
 #include <limits>
@@ -14,9 +14,9 @@ namespace mbproj {
 
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-// Butcher's tableau with error weights and continuous extension, as mbproj.integrate.steppers.tableau describes it. That of
-// an implicit method (mbproj.integrate.steppers.implicit_tableau) begins with f at the start of the step and has no weight
-// of f at its end, which is the last stage.
+// Butcher's tableau with error weights and continuous extension, as in mbproj.integrate.steppers.tableau. The tableau of an
+// implicit method (mbproj.integrate.steppers.implicit_tableau) begins with f at the start of the step. The end of the step is its
+// last stage, and f there has no weight.
 struct Tableau {
     int order, error_order;
     RowMajor a;
@@ -25,9 +25,9 @@ struct Tableau {
     RowMajor extra_a;
     std::vector<double> extra_c;
     RowMajor dense;
-    double gamma = 0.0;      // of an implicit method: what filters the error, and the diagonal of `splitting`; else 0
-    bool kinematic = false;  // whether bodies are closed at each stage, and what else is in y is integrated along them
-    RowMajor splitting;      // the lower triangle with which stages are solved; a itself where none needs a later one
+    double gamma = 0.0;      // of an implicit method: the filter of the error, and the diagonal of `splitting`; else 0
+    bool kinematic = false;  // whether each stage closes the bodies, and only the other numbers of y are integrated
+    RowMajor splitting;      // the lower triangle with which stages are solved; a itself where no stage needs a later one
     bool is_implicit() const { return gamma > 0.0; }
     bool is_coupled() const { return is_implicit() && splitting != a; }
     int stages() const { return static_cast<int>(b.size()); }
@@ -49,12 +49,12 @@ struct ProjectionSettings {
     Correction correction;
     double alpha = 0.0, beta = 0.0;  // Baumgarte's; or α of the penalty
     bool paper_test = false;         // ΔqᵀMΔq <= tolerance in place of |C| <= tolerance
-    double tolerance = -1.0;         // negative: from the size of the coordinates
+    double tolerance = -1.0;         // negative: computed from the size of the coordinates
     int every = 1;
     double threshold = -1.0;  // negative: none
     bool position = true, velocity = true;
     int max_iterations = 25;
-    bool fallback = false;  // to the coordinates' metric, where a position does not converge
+    bool fallback = false;  // the metric of the coordinates follows where a position does not converge
     std::optional<double> penalty() const {
         return correction == Correction::penalty ? std::optional(alpha) : std::nullopt;
     }
@@ -68,9 +68,9 @@ struct ProjectionSettings {
     bool corrects() const { return correction != Correction::none && correction != Correction::baumgarte; }
 };
 
-// A time at which functions of time have a kink or a jump, so that a step ends there. Until then they are seen at `left` at
-// the latest, from then on at `right` at the earliest, a few grains of time to either side. Or one at which controllers act, in
-// this order: `actions` of the model; `asks`: the run waits there for what is given from outside.
+// A time at which a step ends. Functions of time may have a kink or a jump there: before it they are evaluated at `left` at the
+// latest, after it at `right` at the earliest, a few grains of time to either side. Controllers may act there, in the order of
+// `actions` of the model. Where it `asks`, the run waits for values from outside.
 struct Break {
     double time, left, right;
     std::vector<int> actions;
@@ -84,14 +84,14 @@ template <class Number> struct TimeWindowOf {
 };
 using TimeWindow = TimeWindowOf<double>;
 
-// The times of samples between the first and the last of a run: origin + k interval, from the k after `offset` on. `count` are
-// the samples with the first and the last.
+// The times of samples between the first and the last of a run: origin + k interval, for k after `offset`. `count` includes the
+// first and the last sample.
 struct SampleGrid {
     double origin = 0.0, interval = 0.0;
     long offset = 0;
     std::size_t count = 0;
     double time(std::size_t sample) const {
-        // Rounded by itself, as outside of the kernel: a time is that of a sample where they are equal.
+        // Rounded by itself, as in Python: a time is that of a sample only where both are equal.
         const volatile double since = static_cast<double>(offset + static_cast<long>(sample)) * interval;
         return origin + since;
     }
@@ -108,9 +108,9 @@ struct Steps {
     double first = -1.0;  // step where the error controls the others; negative: chosen
     bool fixed() const { return step > 0.0; }
     double end() const { return start + duration; }
-    // Between two samples.
+    // The time between two samples.
     double interval() const { return fixed() ? step * static_cast<double>(every) : sample(1) - sample(0); }
-    // When sample number k is due where the error controls the step.
+    // The time of sample number k where the error controls the step.
     double sample(std::size_t k) const { return k == 0 ? start : k + 1 == samples.count ? end() : samples.time(k); }
 };
 

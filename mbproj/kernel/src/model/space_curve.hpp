@@ -1,5 +1,5 @@
-// Curves in space: cubic pieces with their derivatives, the foot of a point, arc length. The definitions are those of
-// mbproj.functions.curves.space_curve, where each is explained.
+// Space curves: cubic pieces with their derivatives, the foot of a point, arc length. The definitions are those of
+// mbproj.functions.curves.space_curve, which explains them.
 #pragma once
 
 #include <algorithm>
@@ -22,8 +22,8 @@ template <class S> struct OnSpacePiece { S c[4][3]; };
 struct SpacePiece {
     double start, origin;
     double c[3][4];
-    double axis[3];   // a direction across its tangents
-    int first, last;  // its places
+    double axis[3];   // a direction to which no tangent of the piece is parallel
+    int first, last;  // the numbers of its first and last place
 };
 struct SpacePlace {
     double s, point[3], length;
@@ -45,7 +45,7 @@ struct SpaceCurve : PiecedCurve<SpacePiece, SpacePlace> {
         return found;
     }
 
-    // The place nearest to a point: of the piece that is held, beyond its ends too, or of all.
+    // The foot of a point: on the held piece or its continuation, or on the whole curve.
     Foot<double> foot(const double* d, int held) const {
         const int first = held == free ? 0 : pieces[held].first;
         const int last = held == free ? static_cast<int>(places.size()) - 1 : pieces[held].last;
@@ -67,7 +67,7 @@ struct SpaceCurve : PiecedCurve<SpacePiece, SpacePlace> {
         }
         return found;
     }
-    // The same and how it changes: one more pass of Newton's method, in the numbers that are given.
+    // The foot with its derivatives: one more pass of Newton's method in numbers of type S.
     template <class S> Foot<S> foot(const S* d, int held) const {
         const double real[3] = {value_of(d[0]), value_of(d[1]), value_of(d[2])};
         const Foot<double> at = foot(real, held);
@@ -81,7 +81,7 @@ struct SpaceCurve : PiecedCurve<SpacePiece, SpacePlace> {
         return {at.s - along / slope, at.piece};
     }
 
-    // The arc length from the beginning to a foot.
+    // The arc length from the start of the curve to a foot.
     template <class S> S length_at(const Foot<S>& foot) const {
         const int before = place_before(foot);
         return places[before].length + gauss_length<S>(places[before].s, foot.s, [&](const S& s) {

@@ -1,5 +1,5 @@
-// The branches of switches, as in mbproj.functions.switches: where each holds, which is the one at an argument, and which
-// lies beyond its ends.
+// The branches of switches, as in mbproj.functions.switches: the interval of each branch, the branch at an argument, and the
+// branch beyond each end.
 #pragma once
 
 #include <limits>
@@ -13,16 +13,16 @@ constexpr double free_branch = std::numeric_limits<double>::quiet_NaN();
 inline bool is_sided(Op op) { return op == Op::abs || op == Op::sign || op == Op::min || op == Op::max; }
 inline bool is_switching(Op op) { return is_sided(op) || op == Op::floor || op == Op::ceil || op == Op::table; }
 
-// Where an argument is held.
+// The interval of the argument in which a branch holds.
 struct Interval {
     double low = -std::numeric_limits<double>::infinity(), high = std::numeric_limits<double>::infinity();
-    // By how much x is outside; negative inside.
+    // The distance of x from the interval; negative inside.
     double excess(double x) const { return std::max(low - x, x - high); }
-    // The end that x is nearer to, or beyond: 1 the upper one.
+    // The end that x is nearest to, or beyond: 1 for the upper end, -1 for the lower.
     int direction(double x) const { return low - x > x - high ? -1 : 1; }
 };
 
-// Where a branch of instruction `at` holds; everywhere for one that is free.
+// The interval of a branch of instruction `at`; everything where no branch is held.
 inline Interval interval(const Programs& programs, int at, double branch) {
     Interval found;
     const Op op = programs.op[at];
@@ -39,13 +39,13 @@ inline Interval interval(const Programs& programs, int at, double branch) {
     return found;
 }
 
-// The piece with which the branch of a table begins that a piece belongs to.
+// The first piece of the branch of a table to which a piece belongs.
 inline int first_piece(const Programs& programs, int table, int piece) {
     while (piece > programs.table_start[table] && !programs.kinked[piece]) --piece;
     return piece;
 }
 
-// The branch at x; free where x is on the edge of two signs, or no number.
+// The branch at x; free where x is between two signs, or NaN.
 inline double natural_branch(const Programs& programs, int at, double x) {
     const Op op = programs.op[at];
     if (!std::isfinite(x)) return free_branch;
@@ -56,7 +56,7 @@ inline double natural_branch(const Programs& programs, int at, double x) {
     return first_piece(programs, table, programs.piece_at(table, programs.lifted(table, x)));
 }
 
-// The branch above (1) or below (-1) one that is held.
+// The branch above (1) or below (-1) the one that is held.
 inline double branch_beyond(const Programs& programs, int at, double branch, int direction) {
     if (is_sided(programs.op[at])) return direction;
     if (programs.op[at] != Op::table) return branch + direction;

@@ -54,7 +54,7 @@ template <class S> inline Series<S> hypotenuse(const Series<S>& a, const Series<
     const S h = hypot(a.x, b.x), h1 = (a.x * a.d + b.x * b.d) / h;
     return {h, h1, (a.d * a.d + a.x * a.dd + b.d * b.d + b.x * b.dd - h1 * h1) / h};
 }
-// x ** exponent; a factor that is zero keeps the term out, be the power of x defined or not.
+// x ** exponent. Where a factor is zero its term is left out, even where the power of x is not defined.
 template <class S> inline Series<S> power(const Series<S>& x, double exponent) {
     const double second = exponent * (exponent - 1.0);
     const S rate = exponent != 0.0 ? exponent * pow(x.x, exponent - 1.0) : 0.0;

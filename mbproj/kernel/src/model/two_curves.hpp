@@ -1,4 +1,4 @@
-// Where two curves touch, or would. The definitions are those of mbproj.functions.curves.pairs, where each is explained.
+// The feet of two curves. The definitions are those of mbproj.functions.curves.pairs, which explains them.
 #pragma once
 
 #include <vector>
@@ -7,7 +7,7 @@
 
 namespace mbproj {
 
-// How the second curve lies: moved by (x, y) after it was turned; the tangents at the feet are opposite, or agree.
+// The pose of the second curve: it is turned, then moved by (x, y). The tangents at the feet are opposite, or equal.
 template <class S> struct SecondCurve {
     S x, y, cosine, sine;
     bool opposite;
@@ -18,7 +18,7 @@ template <class S> struct SecondCurve {
 
 template <class S> struct TwoFeet { Foot<S> first, second; };
 
-// Looks for the places next to the feet.
+// Finds the places next to the feet.
 class NearestPlaces final {
 public:
     NearestPlaces(const PlaneCurve& first, const PlaneCurve& second, const SecondCurve<double>& lies, int held,
@@ -33,7 +33,7 @@ public:
     int i = -1, j = -1;
 
 private:
-    // Places from first on, so many, in the order of their angles.
+    // Consecutive places from `first` on, in the order of their angles.
     struct Row {
         int first, count, step;
         int at(int k) const { return first + step * k; }
@@ -57,7 +57,7 @@ private:
         for (double turns = std::ceil((low - to - first_.beyond) / (2.0 * M_PI)); turns <= last; ++turns)
             merge(one, other, 2.0 * M_PI * turns);
     }
-    // Both rows side by side, from where both have begun until one has ended.
+    // Passes both sequences side by side, from where both have begun until one has ended.
     void merge(const Row& one, const Row& other, double more) {
         const auto a = [&](int k) { return first_angle(one, k); };
         const auto b = [&](int k) { return second_angle(other, k) + more; };
@@ -78,7 +78,7 @@ private:
         }
         take_end();
     }
-    // How far the line between two places leads along the tangent of the first, and how far across it.
+    // The components of the line between two places, along the tangent of the first and across it.
     void look(int m, int n) {
         const PlaneCurve::Place &one = first_.places[m], &other = second_.places[n];
         const double dx = lies_.x + lies_.turned_x(other.x, other.y) - one.x;
@@ -95,7 +95,7 @@ private:
         has_before_ = true;
         forward_ = forward, apart_ = apart, m_ = m, n_ = n;
     }
-    // An end, where it was looked at last: a piece that is held goes on beyond it.
+    // Considers the last place as an end: a held piece continues beyond it.
     void take_end() {
         const double distance = std::hypot(forward_, apart_);
         if (distance >= least_) return;
@@ -127,7 +127,7 @@ private:
     int m_ = 0, n_ = 0;
 };
 
-// The step of Newton's method from two parameters, with the matrix at the numbers that are known.
+// The step of Newton's method from two parameters, with the matrix evaluated in doubles.
 template <class S> void step_to_feet(const PlaneCurve& first, const PlaneCurve& second, const SecondCurve<S>& lies,
                                      const TwoFeet<double>& from, S* step) {
     const OnPiece<double> c = first.derivatives(from.first.s, from.first.piece);
@@ -142,7 +142,7 @@ template <class S> void step_to_feet(const PlaneCurve& first, const PlaneCurve& 
     const S forward = c.x[1] * x0 + c.y[1] * y0, turn = c.x[1] * y1 - c.y[1] * x1;
     const double determinant = a * e - b * d;
     if (std::abs(determinant) <= first.straight * (std::abs(a * e) + std::abs(b * d))) {
-        step[0] = forward / speed2;  // two straight parts
+        step[0] = forward / speed2;  // both parts are straight
         step[1] = 0.0 * forward;
         return;
     }
@@ -167,7 +167,7 @@ inline TwoFeet<double> touching(const PlaneCurve& first, const PlaneCurve& secon
     return found;
 }
 
-// Both, and how they change: one more pass of Newton's method, in the numbers that are given.
+// Both feet with their derivatives: one more pass of Newton's method in numbers of type S.
 template <class S> TwoFeet<S> touching(const PlaneCurve& first, const PlaneCurve& second, const SecondCurve<S>& lies,
                                        int held, int other_held) {
     const SecondCurve<double> real{value_of(lies.x), value_of(lies.y), value_of(lies.cosine), value_of(lies.sine),

@@ -1,6 +1,6 @@
-// What a motion keeps, as further rows of the velocity projection: its energy balance T + V - W = E0, and momenta that nothing
-// changes. The balance is nonlinear in the velocities. Along one direction d of the tangent space it is a scalar quadratic,
-// which is solved exactly: afterwards the joints' rows and the balance hold to round-off.
+// Conserved quantities as further rows of the velocity projection: the energy balance T + V - W = E0, and momenta. The balance is
+// quadratic in the velocities. Along a direction d of the tangent space it is a scalar quadratic equation, which is solved
+// exactly. Afterwards the joints' rows and the balance hold to round-off.
 #pragma once
 
 #include "algebra/decompositions.hpp"
@@ -14,9 +14,9 @@ template <class D> struct RigidField {
     Turn<D> turn;
 };
 
-// With what the balance began, and what the rows have done: how often they held, were left near rest, or were refused; the
-// energy that they gave, signed, in sum, and how far the signed one has been from nothing; their largest correction, as a part
-// of the velocity.
+// The value with which the balance began, and the counts of the rows: how often they held, were skipped near rest, or were
+// refused. Also the energy that they added, signed and in sum, and the largest magnitude of the signed sum; and their largest
+// correction, as a part of the velocity.
 struct Kept {
     double energy = 0.0;
     std::vector<double> momenta;
@@ -26,7 +26,7 @@ struct Kept {
 
 template <class D> class Invariants final {
 public:
-    // `tolerance`: of the steps' own errors; 0 where these are not known.
+    // `tolerance`: that of the steps' errors; 0 where it is unknown.
     Invariants(EquationsOfMotion<D>& equations, TrustRegion<D>& trust_region, Metric metric, bool energy,
                std::vector<RigidField<D>> fields, double tolerance)
         : equations_(equations), trust_region_(trust_region), model_(equations.model()), metric_(metric),
@@ -51,16 +51,16 @@ public:
         for (std::size_t k = 0; k < fields_.size(); ++k) kept.momenta[k] = momentum_of(fields_[k], now_);
     }
 
-    // A step from `before` has been made.
+    // Records a step from `before`.
     void enter_step(const double* before) {
         before_step_ = kept, refused_ = false;
         before_.assign(before, before + own_.size());
     }
-    // It is made again, or was a trial: what it has done here is not done.
+    // The step is repeated, or was a trial: its counts are taken back.
     void take_back() { kept = before_step_; }
 
-    // Corrects the velocities of its end y at t, whose pose is in place, factored and closed. A correction that is no step's
-    // error is refused, and a new balance begins.
+    // Corrects the velocities at the step's end y at t, whose pose is in place, factored and closed. A correction that is larger
+    // than an error of the step is refused, and a new balance begins.
     void after_step(double t, double* y) {
         const Result result = hold(t, y, true);
         refused_ = result == Result::refused;
@@ -73,14 +73,14 @@ public:
         kept.furthest = std::max(kept.furthest, std::abs(kept.given));
         kept.largest = std::max(kept.largest, change_);
     }
-    // The same of a state inside that step, whose extension errs by more; nothing is counted.
+    // The same for a state inside that step, whose interpolation has a larger error; nothing is counted.
     void inside_step(double t, double* y) {
         if (!refused_ && !before_.empty()) hold(t, y, false);
     }
 
 private:
     enum class Result { held, rests, refused };
-    using Way = std::vector<Twist<D>>;  // a change of the velocities, global axes, of each body
+    using Way = std::vector<Twist<D>>;  // a change of each body's velocities, global axes
 
     Result hold(double t, double* y, bool refuses) {
         const Thresholds& thresholds = model_.thresholds;
@@ -107,9 +107,9 @@ private:
         return singular ? Result::rests : Result::held;
     }
 
-    // Adds the change of the velocities that closes the balance to that of the momenta's rows; of round-off there is none.
-    // False where it is singular: little of the kinetic energy is free, or less than what has to go, or no more than the error of
-    // the balance.
+    // Adds the change of the velocities that closes the balance to that of the momenta's rows; changes of round-off size are
+    // omitted. False where the balance is singular: the free kinetic energy is small, or less than the energy to remove, or no
+    // more than the error of the balance.
     bool close_balance(double t, const double* y, double now) {
         const double missing = kept.energy - energy(t, y);
         const double grain = model_.thresholds.round_off_grains * std::numeric_limits<double>::epsilon() * terms_;
@@ -128,8 +128,8 @@ private:
         return true;
     }
 
-    // `way_`: the direction in which the balance is corrected, the least in the metric, in the tangent space and across the
-    // momenta. Of the masses it is the part of the velocity there; of the coordinates that of M v.
+    // `way_`: the direction in which the balance is corrected, the smallest in the metric, in the tangent space and normal to the
+    // momenta. In the metric of the masses it is that part of the velocity; in that of the coordinates, of M v.
     bool direction(const double* y) {
         if (metric_ == Metric::coordinates && !equations_.contacts().any()) {
             if (!pulled(way_)) return false;
@@ -179,7 +179,7 @@ private:
         return much.allFinite();
     }
 
-    // What the momentum of a way pulls the bodies along, in the metric of the factor at hand, with the joints closed.
+    // The response of the bodies to the momentum of a change, in the current metric, with the joints closed.
     bool pulled(Way& way) {
         for (int b = 0; b < model_.size(); ++b)
             equations_.solver().set_force(b, model_.bodies[b].mass * way[b].velocity, spin(b, way[b].omega));
@@ -216,7 +216,7 @@ private:
         return sum;
     }
 
-    // By how much the step has changed the velocities, in the bodies' axes, as a speed.
+    // The change of the velocities by the step, in the bodies' axes, as a speed.
     double speed_from_before(const double* y) {
         for (std::size_t i = 0; i < own_.size(); ++i) own_[i] = y[i] - before_[i];
         return speed(own_.data());
@@ -285,7 +285,7 @@ private:
     Way now_, way_, total_;  // the velocities, the direction of the balance, and the change
     std::vector<Way> across_;
     Eigen::MatrixXd coupling_;
-    double tolerated_ = 0.0, scale_ = 0.0;  // of the velocities, where they are 0, as a speed
+    double tolerated_ = 0.0, scale_ = 0.0;  // the tolerated error and the scale of the velocities, as speeds
     double energy_given_ = 0.0, change_ = 0.0, whole_ = 0.0, terms_ = 0.0, worked_ = 0.0;
     bool refused_ = false;
     Kept before_step_;

@@ -32,20 +32,20 @@ public:
             position = position && largest(equations_.constraint()) > settings_.threshold;
             velocity = velocity && (position || largest(equations_.constraint_velocity(y)) > settings_.threshold);
         }
-        // The factor of the step's last stage, a pose near by, serves where there is one.
+        // The factor of the step's last stage, at a pose nearby, is used where there is one.
         Projected done;
         done.projections = position || velocity;
         if (position) correct_position(y, done, !equations_.holds(metric_));
         phases_.mark(Phase::position);
         if (velocity && done.regular) correct_velocity(y, done);
         phases_.mark(Phase::velocity);
-        // Rows that have come to depend on each other leave something open, which others close.
+        // Rows that have become dependent leave some constraint open, which other rows close.
         const bool fails = !done.regular || equations_.wants_others();
         if (done.projections && fails && equations_.hold_others()) done.take(correct(y, position, velocity));
         return done;
     }
 
-    // The same of a step from `before`, and with the rows of what the motion keeps.
+    // The same for a step from `before`, and with the rows of conserved quantities.
     Projected after_step(long step, double t, const double* before, double* y) {
         if (invariants_) invariants_->enter_step(before);
         const Projected done = after_step(step, t, y);
@@ -60,7 +60,7 @@ public:
         return done;
     }
 
-    // From now on velocities keep the energy balance, and the momenta along fields of rigid motion.
+    // From now on velocities satisfy the energy balance, and conserve the momenta along fields of rigid motion.
     void keep(bool energy, std::vector<RigidField<D>> fields, double tolerance) {
         invariants_ =
             std::make_unique<Invariants<D>>(equations_, trust_region_, metric_, energy, std::move(fields), tolerance);
@@ -108,7 +108,7 @@ private:
 
     bool closes() const { return settings_.corrects() && (model_.constraints.rows > 0 || equations_.contacts().any()); }
 
-    // Without joints nothing is closed, and what the motion keeps is projected by the same schedule.
+    // Without joints nothing has to be closed; conserved quantities are projected by the same schedule.
     bool frees_all(long step) const { return !closes() && settings_.corrects() && step % settings_.every == 0; }
     // Whether velocities that are `due` can be corrected: the pose is closed and factored.
     bool keeps(bool due, const Projected& done) {
@@ -128,7 +128,7 @@ private:
         }
     }
 
-    // The levels that are asked for, with a factor of this pose.
+    // Corrects the levels that are asked for, with a factor of this pose.
     Projected correct(double* y, bool position, bool velocity) {
         Projected done;
         if (position) correct_position(y, done, true);
@@ -136,7 +136,7 @@ private:
         return done;
     }
 
-    // By the test that is set. Where it does not converge, from where it began in the coordinates' metric, if allowed.
+    // Corrects the position by the test that is set; if it fails, again in the coordinates' metric, if allowed.
     void correct_position(double* y, Projected& done, bool fresh) {
         if (settings_.fallback) start_.assign(y, y + equations_.layout().bodies.size);
         settings_.paper_test ? by_paper(y, done) : by_violation(y, done, metric_, fresh);
@@ -148,9 +148,9 @@ private:
         by_violation(y, done, Metric::coordinates, true);
     }
 
-    // Until every row of C meets its tolerance. One factor, `fresh` from this pose or from one near by, serves all passes
-    // (simplified Newton) unless they converge slowly. A correction that does not bring the violation down with a fresh
-    // factor is damped; where that does not help either, round-off is reached, or the iteration does not converge.
+    // Iterates until every row of C meets its tolerance. One factor, `fresh` from this pose or from one nearby, serves all passes
+    // (simplified Newton) unless they converge slowly. A correction by a fresh factor that does not reduce the violation is
+    // damped. Where that fails, round-off is reached, or the iteration diverges.
     void by_violation(double* y, Projected& done, Metric metric, bool fresh) {
         double left = trust_region_.scaled(equations_.constraint());
         const int most = done.position_passes + settings_.max_iterations;
@@ -184,8 +184,8 @@ private:
         if (!(done.near_singular && left < thresholds_.half_digits)) ++done.failures;
     }
 
-    // Until ΔqᵀMΔq + CᵀC <= tolerance, by Newton's method: the paper's test (sect. 5) in the metric of Eq. 72, since M
-    // alone does not see every direction.
+    // Iterates until ΔqᵀMΔq + CᵀC <= tolerance, by Newton's method: the paper's test (sect. 5) in the metric of Eq. 72, since M
+    // alone does not measure every direction.
     void by_paper(double* y, Projected& done) {
         const double tolerance = settings_.tolerance < 0.0 ? thresholds_.paper_tolerance : settings_.tolerance;
         for (int pass = 0; pass < settings_.max_iterations; ++pass) {
@@ -228,7 +228,7 @@ private:
         return left < 0.5 * before;
     }
 
-    // δᵀMδ of the correction at hand.
+    // δᵀMδ of the current correction.
     double energy() const {
         double sum = equations_.solver().of_flywheels();
         for (int b = 0; b < model_.size(); ++b) {
@@ -281,7 +281,7 @@ private:
     Metric metric_;
     double length2_;
     std::vector<double> start_;
-    std::unique_ptr<Invariants<D>> invariants_;  // where any are asked for
+    std::unique_ptr<Invariants<D>> invariants_;  // null where none are asked for
 };
 
 }  // namespace mbproj

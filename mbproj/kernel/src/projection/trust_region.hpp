@@ -26,18 +26,18 @@ public:
         for (double& moment : moment_) moment = std::max(moment, thresholds_.lent_part * sum / model_.size());
     }
 
-    // The correction of a violation, with the factor at hand. False where it is not unique.
+    // The correction of a violation, with the current factor. False where it is not unique.
     bool solve(const double* violation) {
         set_rhs(violation);
         return equations_.solver().solve(rhs_.data()) && (!contacts_.any() || close_contacts(nullptr));
     }
-    // The same of velocities, with those of the state in place.
+    // The same for velocities, with the rates of the state in place.
     bool solve(const double* violation, const Motion<D>& motion) {
         set_rhs(violation);
         return equations_.solver().solve(rhs_.data()) && (!contacts_.any() || close_contacts(&motion));
     }
 
-    // Moves y by a part of the correction at hand, and the pose with it.
+    // Moves y and the pose by a part of the current correction.
     void move(double* y, double part_of_it) {
         for (int b = 0; b < model_.size(); ++b) {
             WritablePart<D> part(y, b);
@@ -48,8 +48,8 @@ public:
         equations_.set_pose(y);
     }
 
-    // The largest row that is open by more than round-off, lengths in the mechanism's own: a long chain's end never
-    // closes better, and has no say in whether a correction has closed its beginning.
+    // The largest row that is open by more than round-off, with lengths in parts of the mechanism's. So the round-off at the end
+    // of a long chain does not decide whether its beginning is closed.
     double scaled(const double* C) {
         return contacts_.any() ? larger(of_rows(C), contacts_.open(equations_.pose())) : of_rows(C);
     }
@@ -68,17 +68,17 @@ public:
         return most;
     }
 
-    // Moves y by the correction at hand, if that brings the violation down by half of what Newton's method promises.
+    // Moves y by the current correction, if that reduces the violation by half of what Newton's method predicts.
     bool whole(double* y, double& left) { return part(y, left, 1.0); }
 
-    // The same with parts of it, of which none turns a body by more than `widest_turn`.
+    // The same with parts of it that turn no body by more than `widest_turn`.
     bool shortened(double* y, double& left) {
         for (double tried = std::min(1.0, thresholds_.widest_turn / widest()); tried >= shortest_; tried *= 0.5)
             if (part(y, left, tried)) return true;
         return false;
     }
 
-    // The correction at hand, of a factor of this pose, whole; or those that turn bodies less and less; or shortened.
+    // Applies the current correction, of a factor of this pose: whole; or with smaller and smaller turns of bodies; or shortened.
     bool damped(double* y, double& left, Metric metric) {
         double limit = thresholds_.widest_turn;
         if (widest() <= limit) {
@@ -94,7 +94,7 @@ private:
         for (std::size_t r = 0; r < rhs_.size(); ++r) rhs_[r] = -violation[r];
         equations_.solver().clear_forces();
     }
-    // The solution at hand, with what contacts want beside it: gaps that are closed, or that do not change.
+    // Adds the contacts to the current solution: their gaps close, or do not change.
     [[gnu::noinline, gnu::cold]] bool close_contacts(const Motion<D>* motion) {
         Eigen::VectorXd left, change, z;
         contacts_.see(equations_.pose());
@@ -136,7 +136,7 @@ private:
         return found;
     }
 
-    // A correction that turns no body by more than `limit`; false where moments of inertia do not keep bodies from it.
+    // A correction that turns no body by more than `limit`; false where added moments of inertia do not achieve that.
     bool stiffen(Metric metric, double limit) {
         for (int pass = 0; pass < thresholds_.most_passes; ++pass) {
             equations_.stiffen(added_);

@@ -1,4 +1,4 @@
-// The numbers of a model that a run may be differentiated by, in one order, and the model with others in the place of its doubles.
+// The numbers of a model by which a run may be differentiated, in one order, and the model with numbers of another type.
 #pragma once
 
 #include <memory>

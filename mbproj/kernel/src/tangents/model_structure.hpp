@@ -1,4 +1,4 @@
-// What a run goes by beside the numbers that it is differentiated by: models that differ in it are no neighbours.
+// The structure on which a run depends besides these numbers: models that differ in it cannot be compared by slopes.
 #pragma once
 
 #include <vector>

@@ -1,4 +1,4 @@
-// How the states of a run change, behind the run itself: its steps are told, and its equations are solved once more.
+// The derivatives of a run's states, computed behind the run: it reports its steps, and its equations are solved once more.
 #pragma once
 
 #include <memory>
@@ -11,7 +11,7 @@
 
 namespace mbproj {
 
-// Follows a run, whose steps it is told. Directions are taken together, as many as a dual number has.
+// Follows a run step by step. Several directions are computed together, as many as a dual number has.
 template <class D> class RunTangents final : private Answers {
 public:
     // `numbers`: of each of `count` directions the slopes of the model's `size` numbers, row by row. The run has no `obstacle`.
@@ -45,7 +45,7 @@ public:
             if (!parts_[part]->start(t, y, slopes + part * Dual::directions * y_.size())) return false;
         return true;
     }
-    // Of a motion that joints and motions alone give: it stands at y at t.
+    // For a motion that joints and motions alone determine: starts at y at t.
     bool stand(double t, const double* y) {
         if (y_.empty()) begin(t, y);
         std::copy(y, y + y_.size(), y_.begin());
@@ -55,8 +55,8 @@ public:
             if (!part->stand(t, y)) return false;
         return true;
     }
-    // A step from where it stands, at t, over h to y at `end`; slopes at the `count` times `at` within, where the state is one of
-    // the rows of `inside`, are added to `found`.
+    // Follows a step from the current state, at t, over h to y at `end`. Slopes at the `count` times `at` within, where the state
+    // is one of the rows of `inside`, are added to `found`.
     bool follow(double t, double h, double end, const double* y, std::size_t count, const double* at,
                 const double* inside, std::vector<double>& found) {
         const bool due = projection_.corrects() && ++steps_ % projection_.every == 0;
@@ -82,7 +82,7 @@ public:
         std::copy(y, y + y_.size(), y_.begin());
         return true;
     }
-    // Of each direction the slope of the state, row by row.
+    // Writes the slope of the state for each direction, row by row.
     void write(std::vector<double>& found) const {
         write(
             [this](std::size_t part) -> const auto& { return parts_[part]->state(); }, found);
@@ -109,7 +109,7 @@ private:
         return projection_.correction == Correction::coordinates ? Metric::coordinates : Metric::mass;
     }
 
-    // Functions of time are seen from within the breaks between which the step is.
+    // The window between the breaks that enclose the step, for functions of time.
     TimeWindow window(double t, double end) const {
         TimeWindow found;
         for (const Break& each : breaks_) {

@@ -66,7 +66,7 @@ template <class D> bool StateTangents<D>::follow(const StepMade& step, const dou
     return close(step.end, y, step.position, step.velocity);
 }
 
-// f at the step's end, before its projection, and the extra stages: as the run itself has them.
+// f at the step's end, before its projection, and the extra stages, as in the run itself.
 template <class D> bool StateTangents<D>::extend(const StepMade& step) {
     const int stages = tableau_.stages();
     if (tableau_.dense.rows() <= stages) return true;
@@ -97,7 +97,7 @@ bool StateTangents<D>::inside(const StepMade& step, double t, const double* y, s
     return closed;
 }
 
-// y' at a state, and how it changes.
+// y' at a state, and its derivatives.
 template <class D> bool StateTangents<D>::evaluate(double t, const TimeWindow& window, const Vector& y, Vector& slope) {
     std::transform(y.begin(), y.end(), at_.begin(), [](const Dual& number) { return number.value; });
     if (!answers_.slope(t, at_.data(), slope_.data(), lambda_.data()) || !drive_.set(t, window)) return false;
@@ -141,7 +141,7 @@ template <class D> template <class Visit> void StateTangents<D>::each_gradient(i
     }
 }
 
-// W δ of a body in the metric at hand.
+// W δ of a body in the current metric.
 template <class D> Column<Size<D>::freedoms, Dual> StateTangents<D>::momentum(int body) const {
     Column<F, Dual> found = moved_[body];
     const Turn<Duals> turn = found.template tail<S::turns>();
@@ -154,7 +154,7 @@ template <class D> Column<Size<D>::freedoms, Dual> StateTangents<D>::momentum(in
     return found;
 }
 
-// f - W a - Gᵀλ of the bodies, and γ - G a of the rows, which hold γ: with a and λ as they are, 0, and how it changes.
+// Sets the residuals f - W a - Gᵀλ of the bodies, and γ - G a of the rows: with these a and λ they are 0, and have derivatives.
 template <class D> void StateTangents<D>::set_residual(const Vector& y) {
     weighs_ = true;
     for (int b = 0; b < model_.size(); ++b) {
@@ -182,7 +182,7 @@ template <class D> void StateTangents<D>::set_residual(const Vector& y) {
         rows_[first + f] += lambda_[first + f] / model_.flywheels[f];
 }
 
-// What the residuals' slopes make of the solution, direction by direction.
+// Solves for the derivatives of the solution, direction by direction.
 template <class D> bool StateTangents<D>::respond() {
     for (int k = 0; k < count_; ++k) {
         for (std::size_t b = 0; b < residual_.size(); ++b)
@@ -194,7 +194,7 @@ template <class D> bool StateTangents<D>::respond() {
     return true;
 }
 
-// The same of a projection that has moved the bodies by δ, W δ + Gᵀμ = 0, with the values of the rows in place.
+// The same for a projection that has moved the bodies by δ, W δ + Gᵀμ = 0, with the rows' values in place.
 template <class D> bool StateTangents<D>::respond_to_projection() {
     const int first = model_.constraints.rows;
     for (std::size_t r = 0; r < rows_.size(); ++r) rows_[r] = static_cast<int>(r) < first ? -rows_[r] : Dual(0.0);
@@ -214,7 +214,7 @@ template <class D> bool StateTangents<D>::respond_to_projection() {
     return respond();
 }
 
-// How a body's part of the last solution changes.
+// The derivatives of a body's part of the last solution.
 template <class D> Column<Size<D>::freedoms, Dual> StateTangents<D>::change(int body) const {
     Column<F, Dual> found = Column<F, Dual>::Zero();
     for (int i = 0; i < F; ++i)
@@ -222,7 +222,7 @@ template <class D> Column<Size<D>::freedoms, Dual> StateTangents<D>::change(int 
     return found;
 }
 
-// The state is that of the run, y, and what changes keeps to the joints there.
+// Sets the state to y of the run, and makes its derivatives satisfy the joints there.
 template <class D> bool StateTangents<D>::close(double t, const double* y, bool position, bool velocity) {
     before_ = y_;
     set(y);
@@ -232,7 +232,7 @@ template <class D> bool StateTangents<D>::close(double t, const double* y, bool 
     return (!position || close_position(y)) && (!velocity || close_velocity(y));
 }
 
-// The turn from one orientation to another near by, as `turned` takes it.
+// The turn between two orientations nearby, as `turned` takes it.
 static Column<3, Dual> turn_between(const Column<4, Dual>& from, const Column<4, Dual>& to) {
     return (2.0 / from.dot(to)) * (matrix_E(from) * to);
 }

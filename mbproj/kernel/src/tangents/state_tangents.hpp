@@ -1,10 +1,10 @@
-// How the states of a run change with numbers of its model and with its start, step by step behind the run itself: the slopes by
-// dual numbers at the stages, with doubles for everything that is solved. The factor at a stage is that of the doubles: of
-// K(p) x = b(p), x' = K⁻¹ (b' - K' x), where the residual b - K x is computed in dual numbers, and what is in brackets is how it
-// changes. The step sizes are constants (internal differentiation: Bock 1981).
-//
-// A projection is the least change that closes the joints in its metric, at the pose where it ends: W δ + Gᵀμ = 0. The kernel's own
-// has W and G of a pose near by, so that its slopes differ from these by δ times what is between both.
+// The derivatives of a run's states by numbers of its model and by its start, step by step behind the run.
+// Slopes at the stages are in dual numbers; all systems are solved in doubles. The factor at a stage is that of
+// the doubles: for K(p) x = b(p), x' = K⁻¹ (b' - K' x). The residual b - K x is computed in dual numbers, and
+// the bracket is its derivative. The step sizes are constants (internal differentiation: Bock 1981). A
+// projection is the smallest change that closes the joints in its metric, at the pose where it ends: W δ + Gᵀμ =
+// 0. The kernel uses W and G of a pose nearby, so that its slopes differ from these by δ times the difference of
+// the two.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,7 +17,7 @@
 
 namespace mbproj {
 
-// What the equations of the run answer, in doubles.
+// The answers of the run's equations, in doubles.
 class Answers {
 public:
     virtual ~Answers() = default;
@@ -25,8 +25,8 @@ public:
     virtual bool slope(double t, const double* y, double* slope, double* lambda) = 0;
     // The factor at the end of a step, which is closed.
     virtual bool close(double t, const double* y) = 0;
-    // With the factor of the last of these, the changes or accelerations that forces and right-hand sides of the rows make: of each
-    // body a point and a turn, global axes. Multipliers on request.
+    // With the last factor: the changes or accelerations by forces and right-hand sides of the rows, for each body a point and a
+    // turn in global axes. Multipliers on request.
     virtual bool respond(const double* forces, const double* rhs, double* changes, double* lambda) = 0;
 
     Answers() = default;
@@ -34,7 +34,7 @@ public:
     Answers& operator=(const Answers&) = delete;
 };
 
-// A step of the run: from t to `end` over h, functions of time seen from within the window.
+// A step of the run: from t to `end` over h, with functions of time evaluated inside the window.
 struct StepMade {
     double t, h, end;
     TimeWindow window;
@@ -52,18 +52,18 @@ public:
     StateTangents(const Model<D>& model, const Tableau& tableau, Metric metric, Answers& answers, const double* numbers,
                   int count);
 
-    // The run begins at y, which is closed; of each direction the slope of y.
+    // The run begins at y, which is closed; `slopes` of y for each direction.
     bool start(double t, const double* y, const double* slopes);
-    // The same where joints and motions alone say how the state changes.
+    // The same where joints and motions alone determine the state.
     bool stand(double t, const double* y);
-    // It has made a step, to y. False where the equations have no unique solution, or a function no value.
+    // Follows a step to y. False where the equations have no unique solution, or a function no value.
     bool follow(const StepMade& step, const double* y);
-    // What states inside the step that is followed next are found from: before it, and, if there are such states, after it.
+    // Stores what interpolation inside the next step needs: before it, and, if there are such states, after it.
     void begin() { begun_ = y_; }
     bool extend(const StepMade& step);
     // The slope of each number of the state y at a time inside the last step, which is extended. False as above.
     bool inside(const StepMade& step, double t, const double* y, std::vector<Dual>& found);
-    // How number i of the state changes along a direction.
+    // The derivatives of number i of the state along the directions.
     const std::vector<Dual>& state() const { return y_; }
 
 private:
@@ -97,11 +97,11 @@ private:
     std::vector<Vector> k_;
     Vector rows_;                                 // right-hand sides, or their residuals
     std::vector<Column<F, Dual>> moved_;          // accelerations of the bodies, or what a projection has moved them by
-    std::vector<Column<F, Dual>> residual_;       // of the forces on the bodies
+    std::vector<Column<F, Dual>> residual_;       // residuals of the forces on the bodies
     std::vector<double> at_, slope_, lambda_;     // a state in doubles, its slope, and the multipliers
-    std::vector<double> forces_, rhs_, changes_;  // of a direction
+    std::vector<double> forces_, rhs_, changes_;  // forces, right-hand sides and changes for one direction
     std::vector<double> tangents_;                // the changes of each direction
-    bool weighs_ = true;                          // whether the metric at hand is that of the masses
+    bool weighs_ = true;                          // whether the current metric is that of the masses
 };
 
 extern template class StateTangents<Plane<double>>;

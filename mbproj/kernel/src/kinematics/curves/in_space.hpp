@@ -1,5 +1,5 @@
-// What follows a curve in space: how far it is beside the curve, and how far along. The definitions are those of
-// mbproj.constraints.curves.in_space, where each is explained.
+// Points that follow a space curve: their distance beside the curve, and their arc length along it. The definitions are those of
+// mbproj.constraints.curves.in_space, which explains them.
 #pragma once
 
 #include "kinematics/curves/on_face.hpp"
@@ -30,7 +30,7 @@ template <class S> struct Unit {
     }
 };
 
-// The normal of an instance and its two derivatives by the parameter.
+// The normal of an instance and its two derivatives by the curve's parameter.
 template <class D> Unit<Scalar<D>> normal(const Instance<D>& p, const Touch<D>& at) {
     using S = Scalar<D>;
     const double* direction = p.wire->pieces[at.foot.piece].axis;

@@ -1,5 +1,5 @@
-// What follows a curve: where it touches, its distance from the curve, and how far along it is. The definitions are those
-// of mbproj.constraints.curves.profile, where each is explained.
+// Points that follow a plane curve: the contact point, the distance from the curve, and the arc length. The definitions are those
+// of mbproj.constraints.curves.profile, which explains them.
 #pragma once
 
 #include "kinematics/curves/in_space.hpp"
@@ -52,7 +52,7 @@ template <class D> Scalar<D> value(const Instance<D>& p, const Point<D>* x, cons
     return p.line->closed ? lap - 2.0 * M_PI * nearbyint(lap / (2.0 * M_PI)) : lap;
 }
 
-// By how much the value of what counts along the curve grows with the arc length.
+// The derivative by the arc length of a value that counts along the curve.
 template <class D> Scalar<D> way_factor(const Instance<D>& p, const Touch<D>& at) {
     return p.kind == Kind::arc ? 1.0 : p.parameters[1] * (1.0 - p.parameters[0] * at.kappa);
 }

@@ -1,20 +1,20 @@
 // A flat face on a closed convex curve: its distance, and where it touches. The definitions are those of
-// mbproj.constraints.curves.face, where each is explained.
+// mbproj.constraints.curves.face, which explains them.
 #pragma once
 
 #include "model/model.hpp"
 
 namespace mbproj {
 
-// At the foot of a point, or of a face: the curve's point c, the unit tangent t, the distance φ to the left, the curvature κ,
-// and its change by the arc length.
+// The geometry at the foot of a point, or of a face: the curve's point c, the unit tangent t, the distance φ to the left, the
+// curvature κ, and its derivative by the arc length.
 template <class D> struct Touch {
     Foot<Scalar<D>> foot;
     Scalar<D> c[2], t[2], phi, kappa, kappa_sigma;
-    // Where two curves touch, of the second: the foot, what its point turned with it has along t and n, and its curvature.
+    // For two curves that touch, the second one: its foot, the components of its point along t and n, and its curvature.
     Foot<Scalar<D>> other;
     Scalar<D> q_t, q_n, other_kappa, other_kappa_sigma;
-    // On a curve in space, its derivatives there and the line to the point.
+    // For a space curve: its derivatives at the foot, and the line to the point.
     OnSpacePiece<Scalar<D>> space;
     Scalar<D> line[3];
 
@@ -22,7 +22,7 @@ template <class D> struct Touch {
     Scalar<D> side() const { return kappa < 0.0 ? -1.0 : 1.0; }
 };
 
-// A slip that so much has been slid in all: 0, but for its slopes.
+// A slip whose slid distance is `way`: its value is 0, its derivatives are those of `way`.
 template <class S> S slipped(const S& way) { return way - value_of(way); }
 
 constexpr bool is_on_face(Kind kind) { return kind >= Kind::face && kind <= Kind::face_slip; }

@@ -1,5 +1,5 @@
-// Two curves that touch: their distance, and how far along each they do. The definitions are those of
-// mbproj.constraints.curves.two_curves, where each is explained.
+// Two curves that touch: their distance, and the arc length of the contact along each. The definitions are those of
+// mbproj.constraints.curves.two_curves, which explains them.
 #pragma once
 
 #include "kinematics/angle.hpp"
@@ -7,7 +7,7 @@
 
 namespace mbproj {
 
-// At a place of a curve: its speed, its curvature and how that changes by the arc length.
+// At a place of a curve: its speed, its curvature, and the derivative of the curvature by the arc length.
 template <class S> struct Bend {
     S speed, kappa, kappa_sigma;
     explicit Bend(const OnPiece<S>& c) {
@@ -52,7 +52,7 @@ template <class D> Touch<D> touch(const Instance<D>& p, const Point<D>* x, int h
     return found;
 }
 
-// How both feet move, from what drives them.
+// The rates of both feet, from the rates that drive them.
 template <class D> struct Moves {
     Scalar<D> first, second;
     Moves(const Instance<D>& p, const Touch<D>& at, const Scalar<D>& drive, const Scalar<D>& turn) {
