@@ -140,7 +140,7 @@ class _Answers:
                 self._fails(failure)
                 return None
             counts = [done.projections, done.position_iterations, done.velocity_iterations]
-            counts += [done.failures, done.fallbacks, int(done.left_open > THRESHOLDS.left_open)]
+            counts += [done.failures, done.fallbacks, int(done.left_open > THRESHOLDS.least_violation)]
             return space_state(done.q, done.v).ravel(), counts
 
     def _fails(self, failure: SimulationError) -> None:

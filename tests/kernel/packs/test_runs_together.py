@@ -216,8 +216,8 @@ forces:
 
 @pytest.mark.parametrize("keys", [DOP853, RK4], ids=["dop853", "rk4"])
 def test_motions_and_gears_have_the_bits_of_runs_by_themselves(keys):
-    """A motor that turns by several turns and rests before and after, and a gear that counts its teeth. With fixed steps
-    runs go on by themselves where it stops: that looks like a change of the branch."""
+    """A motor that turns by several turns and rests before and after, and a gear that counts its teeth. With fixed
+    steps runs go on by themselves where it stops: that looks like a change of the branch."""
     turns = np.linspace(3, 20, 7).tolist()
     scenes = [read_scene_text(DRIVEN, "driven", {"turn": turn, "far": turn}) for turn in turns]
     pairs = [[run_of(scene, **keys, duration=0.6) for scene in scenes] for _ in range(2)]
