@@ -47,7 +47,7 @@ class Choice:
     def elimination(self) -> dict[str, int] | None:
         """Counts of the kernel's elimination: bodies from the leaves, bodies and joints of the loops, numbers and fill
         of their factor; None for the full formulation."""
-        return None if self.compiled is None else dict(self.compiled.equations().topology)
+        return None if self.compiled is None or self.name == "full" else dict(self.compiled.equations().topology)
 
     def responses(self, system: System, state: State, laws: Integers) -> Array | None:
         """Return the accelerations along the coordinates of these laws by unit forces, (e, e), joints closed; None
