@@ -67,15 +67,15 @@ class _Pencil:
         return Bordered(self.system, self.K + σ * self.D + σ**2 * self.M, self.G, self.rows)
 
     def shift(self) -> float:
-        """Return a shift that is small beside the slowest mode, by inverse iteration from one that is small beside
+        """Return a shift of about the slowest mode, by inverse iteration from one that is small beside
         all."""
         fastest = np.sqrt(np.abs(diagonal(self.K)).max(initial=0.0) / max(diagonal(self.M).max(), 1e-300))
-        σ = max(THRESHOLDS.first_shift * float(fastest), THRESHOLDS.half_digits)
+        σ = max(THRESHOLDS.no_motion * float(fastest), THRESHOLDS.half_digits)
         bordered, x = self.factor(σ), self.start
         for _ in range(3):
             x = bordered.solve(self.M @ x)[0]
             x = x / np.linalg.norm(x)
-        return max(σ, THRESHOLDS.shift * float(np.sqrt(abs(x @ (self.K @ x)) / (x @ (self.M @ x)))))
+        return max(σ, float(np.sqrt(abs(x @ (self.K @ x)) / (x @ (self.M @ x)))))
 
     def symmetric(self, count: int) -> tuple[Numbers, Numbers]:
         """Return λ from κ = -λ² of K ξ = κ M ξ by Lanczos, with Rayleigh's quotients of the vectors as values."""

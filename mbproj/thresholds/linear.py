@@ -17,12 +17,6 @@ class Linear:
         "linear models, steady turns, modes that need dense matrices have no more; nor has a dense QR factor of rows",
         "O(n³): some minutes",
     )
-    shift: float = threshold(
-        0.1, "1", "numpy", "Arnoldi's iteration is shifted by so much of the slowest frequency", "chosen"
-    )
-    first_shift: float = threshold(
-        1e-5, "1", "numpy", "which is looked for from so much of the fastest on", "chosen: keeps half of the digits"
-    )
     good_step: float = threshold(
         0.1, "1", "numpy", "a step is taken where the forces do so much of the work that was expected", "usual: 0.1"
     )

@@ -112,7 +112,11 @@ class Steps:
         "slower ones contract",
     )
     newton_part: float = threshold(
-        0.05, "tolerances", "both", "Newton's method leaves so much of a stage", "chosen, below the error of a step"
+        0.05,
+        "tolerances",
+        "both",
+        "Newton's method leaves so much of a stage",
+        "tests/integrate/implicit/test_steps.py: 10 errs within steps",
     )
     newton_fixed: float = threshold(
         1e-14,
