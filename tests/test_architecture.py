@@ -173,7 +173,6 @@ SHORT_FILES = {
     "cli/report/notes.py": "the notes of all commands on a scene",
     "dynamics/equations/energy.py": "the energies, which runs and studies need without the equations",
     "outputs/escapes.py": "a rule of safety, imported alone",
-    "projection/solve/tolerance.py": "the tolerance of a row, which reports need too",
     "thresholds/entry.py": "the form of an entry, which all groups of them import",
     "scene/expressions/formula.py": "formulas as functions, which types of force import",
     "scene/fields/given.py": "what the command line needs of the fields",
