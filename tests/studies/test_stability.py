@@ -17,7 +17,7 @@ from mbproj.studies.stability import stability
 from mbproj.studies.stability.bisection import StateChange, values
 from mbproj.studies.stability.gains import growth
 from mbproj.studies.stability.judge import Limits, Subject, judged, judged_in_blocks
-from mbproj.studies.stability.quantities import QUANTITIES, ValueSpan
+from mbproj.studies.stability.quantities import QUANTITIES, ValueSpan, quantity_named
 from mbproj.studies.variants.livelier import with_speed
 from mbproj.studies.variants.ratios import joints_from_ground, with_inertia_ratio, with_mass_ratio
 from mbproj.studies.variants.rescaled import rescaled
@@ -203,12 +203,17 @@ def test_runs_that_would_not_end_are_refused(vary, low, high):
 
 @pytest.mark.parametrize(
     ("name", "vary", "least"),
-    [("five_bar", "mass-ratio", 12), ("five_bar", "length-scale", 8), ("spatial_slider_crank", "speed", 8)],
+    [
+        ("five_bar", "mass-ratio", 12),
+        ("five_bar", "length-scale", 8),
+        ("five_bar", "parameters.length", 8),
+        ("spatial_slider_crank", "speed", 8),
+    ],
 )
 def test_values_of_a_block_have_the_points_that_each_has_alone(name, vary, least):
     """A run that does not come to its end goes alone; so does each with a setting of its own."""
     scene = read_scene(ROOT / "mechanisms" / f"{name}.yaml", {}, {"duration": "1"})
-    subject, quantity = Subject(scene, Setting.of(scene.settings), 1.0, Limits()), QUANTITIES[vary]
+    subject, quantity = Subject(scene, Setting.of(scene.settings), 1.0, Limits()), quantity_named(vary)
     span = quantity.span(subject)
     grid = values(span, 12)
     found = judged_in_blocks(partial(quantity.changed, subject), grid)

@@ -123,7 +123,9 @@ def judged_in_blocks(changed: Callable[[float], Subject], values: Sequence[float
         own = subjects[0]
         if own.setting.energy_row or any(replace(each, scene=own.scene) != own for each in subjects):
             raise OneByOne
-        signature = signature_of(as_one([each.scene for each in subjects]), settings_of(own))
+        # the texts of what was changed have no say in a run
+        scenes = [replace(each.scene, overrides=own.scene.overrides) for each in subjects]
+        signature = signature_of(as_one(scenes), settings_of(own))
         blocks, ended = observed(signature, len(group))
         watch = _Watch(signature.mechanism.system)
         for block in blocks:
