@@ -145,10 +145,6 @@ class Compiled(ABC):
         """Return the row of the system's C (norm rows first) for one of the kernel's rows."""
 
     @abstractmethod
-    def own_row(self, row: int) -> int:
-        """Return the kernel's row for one of the system's C, counted after the norm rows."""
-
-    @abstractmethod
     def coordinate(self, number: int) -> int:
         """Return the system's number of one of the kernel's coordinates."""
 

@@ -73,10 +73,6 @@ class InPlane(Compiled):
         beyond = number - len(self._rows)
         return self.system.bodies + (int(self._rows[number]) if beyond < 0 else self.system.joints.size + beyond)
 
-    def own_row(self, row: int) -> int:
-        of_motions = row - self.system.joints.size
-        return len(self._rows) + of_motions if of_motions >= 0 else self._rows.tolist().index(row)
-
     def coordinate(self, number: int) -> int:
         return int(self.plane.coordinates.source.source[number])
 

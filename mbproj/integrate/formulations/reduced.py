@@ -68,9 +68,6 @@ class Reduced(Compiled):
     def row(self, number: int) -> int:
         return self.system.bodies + number
 
-    def own_row(self, row: int) -> int:
-        return row
-
     def coordinate(self, number: int) -> int:
         return number
 
