@@ -53,6 +53,9 @@ def test_each_has_a_value_a_unit_a_reason_and_a_source():
     for row in rows:
         assert math.isfinite(row.value) and row.value > 0.0, row.name
         assert row.unit and row.source and len(row.why) > 10, row.name
+        assert "chosen" not in row.source, f"{row.name}: which case needs it?"
+        for path in re.findall(r"tests/[\w/]+(?:\.py)?", row.source):
+            assert (ROOT / path).exists(), f"{row.name}: {path}"
         assert row.used_by in ("both", "kernel", "numpy"), row.name
 
 

@@ -3,6 +3,7 @@
 Each has a value, a unit, a reason and a source. NumPy's code reads `THRESHOLDS`; the kernel gets those that it uses as
 one struct with each model. `mbproj info --thresholds` prints the table. Numbers that are mathematics stand where they
 are used: 4 ε, 2π, the coefficients of a method, and how many rows a message shows.
+A source that begins with "no case" names a test that holds with quite another value: such a threshold may go.
 """
 
 from __future__ import annotations

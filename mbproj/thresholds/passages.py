@@ -53,7 +53,11 @@ class Passages:
         0.05, "1", "kernel", "step and halves may differ by this part of the velocity or of the way", "as branch_change"
     )
     agreed_tolerances: float = threshold(
-        100.0, "tolerances", "kernel", "and with error control by so many, or the step is made shorter", "chosen"
+        100.0,
+        "tolerances",
+        "kernel",
+        "and with error control by so many, or the step is made shorter",
+        "no case: tests/mechanisms/rank/test_singular_passages.py holds with 1 too",
     )
     shorter: float = threshold(
         0.7, "1", "kernel", "by this factor, so that its stages lie elsewhere", "no power of 1/2"
@@ -73,10 +77,18 @@ class Passages:
         0.5, "length a step", "both", "... and what it moves in a step by more", "past a dead centre without mass: 100"
     )
     at_rest: float = threshold(
-        1e-10, "length a step", "both", "what moves less is at rest, and its direction is round-off", "chosen"
+        1e-10,
+        "length a step",
+        "both",
+        "what moves less is at rest, and its direction is round-off",
+        "no case: tests/mechanisms/rank/test_singular_passages.py holds with 1e-3 too",
     )
     rest_rate: float = threshold(
-        1e-6, "1/s", "kernel", "a mechanism that moves by less than its length times this is at rest", "chosen"
+        1e-6,
+        "1/s",
+        "kernel",
+        "a mechanism that moves by less than its length times this is at rest",
+        "no case: tests/mechanisms/rank/test_singular_passages.py holds with 0.01 too",
     )
     told_part: float = threshold(
         0.1,
@@ -86,7 +98,11 @@ class Passages:
         "a fold is met at 1/2; tests/integrate/kinematic",
     )
     told_way: float = threshold(
-        1e-3, "length", "both", "or no more than this, away from singular poses: motions begin at rest", "chosen"
+        1e-3,
+        "length",
+        "both",
+        "or no more than this, away from singular poses: motions begin at rest",
+        "no case: tests/integrate/kinematic/test_motions.py begins at rest with 1e-9 too",
     )
     crossed_way: float = threshold(
         1e-4,
@@ -96,5 +112,9 @@ class Passages:
         "lengths that are off by 1e-8 keep branches so far apart",
     )
     turning_step: float = threshold(
-        1e-6, "intervals of samples", "numpy", "a kinematic step that is shorter is at a turning point", "chosen"
+        1e-6,
+        "intervals of samples",
+        "numpy",
+        "a kinematic step that is shorter is at a turning point",
+        "no case: tests/integrate/kinematic/test_motions.py turns back with 1e-12 and 0.3 too",
     )

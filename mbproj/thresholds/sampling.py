@@ -18,9 +18,15 @@ class Looks:
         "1",
         "numpy",
         "a narrow feature changes by five times this in an interval, and ends where less changes",
-        "a slow sine changes by 2.5e-4; tests/functions/test_narrow.py",
+        "a slow sine changes by 2.5e-4 in an interval",
     )
-    quiet_stretch: int = threshold(8, "intervals", "numpy", "fewer quiet ones part no two features", "chosen")
+    quiet_stretch: int = threshold(
+        8,
+        "intervals",
+        "numpy",
+        "fewer quiet ones part no two features",
+        "tests/integrate/test_time_events.py: with 1, a pulse ends at its top",
+    )
     edge_decades: int = threshold(
         3,
         "powers of ten",

@@ -22,7 +22,11 @@ class Steps:
         1e-4, "tolerances", "both", "and as this in the memory of the controller", "DOPRI5's code"
     )
     part_after_break: float = threshold(
-        0.5, "1", "both", "the first step after an event takes this part of the way to the next at most", "chosen"
+        0.5,
+        "1",
+        "both",
+        "the first step after an event takes this part of the way to the next at most",
+        "no case: pulses of tests/integrate/test_time_events.py hold with 1 too",
     )
     split_parts: int = threshold(
         16,
@@ -38,7 +42,11 @@ class Steps:
         0.01, "tolerances × steps", "both", "events in the state are located to this part of a step", "below the error"
     )
     glance: float = threshold(
-        1e-3, "steps", "both", "over so much a law on either side of an event is asked where it leads", "chosen"
+        1e-3,
+        "steps",
+        "both",
+        "over so much a law on either side of an event is asked where it leads",
+        "no case: tests/integrate/test_state_events.py holds with 0.1 too",
     )
     most_polishing: int = threshold(
         5, "1", "both", "a step to an event in the state is made again so often at most", "Newton's method takes 2"
@@ -50,14 +58,18 @@ class Steps:
         1e-10, "steps", "both", "the extension shows an event to this part of a step", "Newton's method follows"
     )
     beside: float = threshold(
-        1e-5, "steps", "both", "how fast an argument leaves is told over so much on either side", "chosen"
+        1e-5,
+        "steps",
+        "both",
+        "how fast an argument leaves is told over so much on either side",
+        "no case: tests/integrate/test_state_events.py holds with 0.1 too",
     )
     chatter: float = threshold(
         1e-4,
         "samples",
         "both",
         "a law chatters that passes its edge again within this part of the time of a sample",
-        "chosen",
+        "tests/integrate/test_state_events.py: with 1e-10, a run whose law chatters does not stop in a minute",
     )
     most_chatter: int = threshold(
         100, "1", "both", "so many times in a row: it never settles", "no run gets to its end at this rate"
@@ -74,7 +86,11 @@ class Steps:
         "no step skips the rest",
     )
     suspicious_drift: float = threshold(
-        1e-4, "energy exchanged", "numpy", "where the energy drifts by more, the motion may be wrong", "chosen"
+        1e-4,
+        "energy exchanged",
+        "numpy",
+        "where the energy drifts by more, the motion may be wrong",
+        "the spatial slider-crank by RK4 drifts by 4.9e-4 in 2 s: tests/cli/test_run.py",
     )
     spoilt: float = threshold(
         1e3,
@@ -151,10 +167,14 @@ class Steps:
         "grains of time",
         "numpy",
         "time does not resolve a step of fewer",
-        "chosen; the kernel's is in schedule.hpp",
+        "no case: tests/integrate/test_stiffness.py holds with 1e9 too; the kernel's is in schedule.hpp",
     )
     free_passes: int = threshold(
-        4, "-", "kernel", "after so many passes no law becomes less stiff, so that Newton's method ends", "chosen"
+        4,
+        "-",
+        "kernel",
+        "after so many passes no law becomes less stiff, so that Newton's method ends",
+        "no case: tests/integrate/implicit/test_compiled_steps.py holds with 1000 too",
     )
     most_steps: float = threshold(
         1e8,
@@ -186,7 +206,7 @@ class Steps:
         "1",
         "numpy",
         "a mode that decays or grows by less than this part of its frequency is a vibration",
-        "chosen",
+        "no case: tests/integrate/implicit/test_notes.py holds with 1e-9 too",
     )
     marks_apart: float = threshold(
         9.0, "times it takes", "numpy", "so long after one mark of a run the next is kept", "a tenth of a run's time"
@@ -198,13 +218,22 @@ class Automatic:
     """Steps are those that were tried."""
 
     look_steps: int = threshold(
-        20, "steps", "numpy", "the least between two looks at how fast a run gets on", "chosen: what a trial costs"
+        20,
+        "steps",
+        "numpy",
+        "the least between two looks at how fast a run gets on",
+        "tests/integrate/implicit/test_automatic.py: a clamp is too late seen as stiff with 1000, `slowed` 0.01, "
+        "no wait",
     )
     look_part: float = threshold(
         0.05, "1", "numpy", "looks are this part of the steps so far apart", "what a look costs is little beside them"
     )
     slowed: float = threshold(
-        0.5, "1", "numpy", "a run that has slowed down to this part tries the other method", "chosen: above scatter"
+        0.5,
+        "1",
+        "numpy",
+        "a run that has slowed down to this part tries the other method",
+        "tests/integrate/implicit/test_automatic.py: with 0.01 and `look_steps` 1000, a clamp is seen too late",
     )
     trial_steps: int = threshold(
         5, "steps", "numpy", "a trial looks after so many steps of the other method", "5 reach a size"
@@ -224,5 +253,9 @@ class Automatic:
         2.5, "1", "numpy", "an evaluation in an implicit step costs so many explicit ones", "measured: 1.2 to 4.7"
     )
     longest_wait: int = threshold(
-        6, "-", "numpy", "a trial that does not pay doubles the steps until the next one, so often at most", "chosen"
+        6,
+        "-",
+        "numpy",
+        "a trial that does not pay doubles the steps until the next one, so often at most",
+        "tests/integrate/implicit/test_automatic.py, with `look_steps`",
     )

@@ -108,6 +108,12 @@ def test_what_counts_as_an_event():
     (begins, ends) = events(rotor(pulse), 2.0)
     assert begins[2] == "narrow feature begins" and ends[2] == "narrow feature ends"
     assert 0.999 < begins[0] < 0.9998 and 1.0002 < ends[0] < 1.001
+
+
+def test_a_pulse_is_one_feature_although_it_is_quiet_at_its_top():
+    """Its value stands still there for some of the sampled times: without `quiet_stretch` it would end at 1.0118."""
+    (begins, _, _), (ends, _, _) = events(rotor("exp(-((t - 1)/0.012)**2)"), 2.0)
+    np.testing.assert_allclose([1.0 - begins, ends - 1.0], 0.049, rtol=0.01)
     assert 1.0 in [round(time, 9) for time, _, _ in events(rotor("sqrt(abs(t - 1))"), 2.0)]
     assert events(rotor("sqrt(0.2 - t)"), 2.0) == []  # it has no value from there on
     assert events(rotor("sin(40*t) + t**3 - exp(-2*t)*cos(7*t)"), 2.0) == []
