@@ -22,7 +22,7 @@ class Plane:
     `inertia` (n,) about n in kg m², `gravity` (2,) along e1 and e2 in m/s². `joints`: the rows that act in the plane.
 
     `coordinates`: the joints' coordinates that can change; their `source` refers to the system's. `constant` (c,): the
-    indices of the coordinates that cannot change, and `constant_value` (c,) their values in m or rad.
+    indices of the coordinates that cannot change.
     """
 
     axes: Array
@@ -34,7 +34,6 @@ class Plane:
     joints: PlanarSet
     coordinates: PlanarSet
     constant: Integers
-    constant_value: Array
 
     def reduce(self, q: Array, v: Array) -> tuple[Array, Array]:
         """Return p (..., 3n), that is (x, y, θ) of each body with θ in (-2π, 2π], and u = p', from q and v = q' (...,

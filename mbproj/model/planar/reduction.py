@@ -112,7 +112,6 @@ def _plane(system: System, pose: _Pose, axes: Array, joints: Seen, side: Integer
         joints=planar_set(system.joints, joints, inside, axes),
         coordinates=planar_set(system.coordinates, coordinates, changing, axes),
         constant=np.flatnonzero(~changing),
-        constant_value=system.coordinates.value(coordinates.x)[~changing],
     )
 
 
