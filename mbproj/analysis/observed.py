@@ -126,8 +126,8 @@ def _column(expectation: Expectation, samples: SampleSource) -> npt.NDArray[Any]
     if expectation.of == "force" and name not in names:
         columns = [names.index(f"{name}.{coordinate}") for coordinate in OF_BUSHINGS[expectation.quantity][0]]
         return np.asarray(samples[path][:, columns])
-    found: npt.NDArray[Any] = samples[path][:, names.index(name)]
-    return found
+    column: npt.NDArray[Any] = samples[path][:, names.index(name)]
+    return column
 
 
 def _kinematic(expectation: Expectation, samples: SampleSource) -> Array:

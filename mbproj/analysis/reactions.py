@@ -23,9 +23,9 @@ def open_components(joints: Sequence[str], force_unique: Marks, torque_unique: M
     words = {}
     for name, *marks in zip(joints, force_unique, torque_unique, strict=True):
         pairs = zip("FT", marks, strict=True)
-        found = [kind + "xyz"[axis] for kind, unique in pairs for axis in np.flatnonzero(~unique)]
-        if found:
-            words[name] = " ".join(found)
+        components = [kind + "xyz"[axis] for kind, unique in pairs for axis in np.flatnonzero(~unique)]
+        if components:
+            words[name] = " ".join(components)
     return words
 
 

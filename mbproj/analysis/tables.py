@@ -186,16 +186,16 @@ def own_unit(either: str, unit: str) -> str:
 
 def _not_unique(results: Results, column: int, joint: str) -> tuple[str, ...]:
     """The columns of a joint's reactions that are not unique, as "reaction_force_y"."""
-    found: list[str] = []
+    paths: list[str] = []
     shares = f"joint '{joint}'" in shared_at_contacts(results)
     for quantity in ("reaction_force", "reaction_torque"):
         if shares:
-            found += [quantity + component for component in COMPONENTS[3]]
+            paths += [quantity + component for component in COMPONENTS[3]]
             continue
         unique = results.constant(f"joints/{quantity}_unique")
         if unique is not None:
-            found += [quantity + COMPONENTS[3][axis] for axis in np.flatnonzero(~unique[column])]
-    return tuple(found)
+            paths += [quantity + COMPONENTS[3][axis] for axis in np.flatnonzero(~unique[column])]
+    return tuple(paths)
 
 
 def _table(results: Results, name: str, quantities: list[Quantity], not_unique: tuple[str, ...] = ()) -> QuantityTable:
@@ -209,9 +209,9 @@ def _table(results: Results, name: str, quantities: list[Quantity], not_unique: 
 
 def _values(results: Results, quantities: list[Quantity]) -> Array:
     """The time and the quantities, as columns."""
-    found = [results.time[:, None]]
+    columns = [results.time[:, None]]
     for _, _, path, column in quantities:
         values = results[path] if column is None else results[path][:, column]
         # a copy, because a view would keep the values of all bodies
-        found.append(values.reshape(len(values), prod(values.shape[1:])).copy())
-    return np.concatenate(found, axis=1)
+        columns.append(values.reshape(len(values), prod(values.shape[1:])).copy())
+    return np.concatenate(columns, axis=1)

@@ -61,15 +61,15 @@ def batch(
         seconds = amount(timeout, "timeout", "s", above=0.0)
         scenes = scene_paths(map(Path, given))
         where = workplace(jobs, scheduler, scheduler_file)
-        found: dict[int, SceneResult] = {}
+        results: dict[int, SceneResult] = {}
 
         def done(number: int, result: SceneResult) -> None:
-            found[number] = result
-            progress("scenes", len(found), len(scenes))
+            results[number] = result
+            progress("scenes", len(results), len(scenes))
 
         with handed_out(scenes, None if keep is None else Path(keep)) as work:
             run_batch(work, where, seconds, done)
-    return Batch(tuple(found[number] for number in sorted(found)))
+    return Batch(tuple(results[number] for number in sorted(results)))
 
 
 @contextmanager

@@ -74,8 +74,8 @@ class Coupling(Primitive):
         return float(self.period * np.round((last - first) / self.period)) if self.period else 0.0
 
     def _own(self) -> list[Primitive]:
-        found = [COORDINATES.get(name, self.other) for name in self.coordinates]
-        return [each for each in found if each is not None]
+        terms = [COORDINATES.get(name, self.other) for name in self.coordinates]
+        return [each for each in terms if each is not None]
 
     def parts(self) -> Iterator[tuple[Primitive, float, slice]]:
         """Yield each coordinate, its weight, and its slots."""

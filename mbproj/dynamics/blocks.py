@@ -89,9 +89,9 @@ class Rows:
 
     def times(self, x: Array) -> Array:
         """Return the product (m,) with x (6n,), or (m, k) with x (6n, k)."""
-        found = np.zeros((self.count, *x.shape[1:]))
-        np.add.at(found, self.row, np.einsum("ej,ej...->e...", self.value, x.reshape(-1, 6, *x.shape[1:])[self.body]))
-        return found
+        product = np.zeros((self.count, *x.shape[1:]))
+        np.add.at(product, self.row, np.einsum("ej,ej...->e...", self.value, x.reshape(-1, 6, *x.shape[1:])[self.body]))
+        return product
 
     def scaled(self, factor: Array) -> Rows:
         """Return the rows, each multiplied by its factor (m,)."""

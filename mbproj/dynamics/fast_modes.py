@@ -173,8 +173,8 @@ def _accelerations(system: System, pose: Pose, pulls: Numbers) -> Numbers:
     _, sigma, directions = np.linalg.svd(scaled_jacobian(system, pose))
     lengths = np.tile([system.length] * 3 + [1.0] * 4, system.bodies)
     free = directions[int(np.count_nonzero(sigma > THRESHOLDS.dependent)) :] * lengths
-    found: Numbers = free.T @ np.linalg.solve(free @ mass_matrix(system, pose) @ free.T, free @ pulls)
-    return found
+    response: Numbers = free.T @ np.linalg.solve(free @ mass_matrix(system, pose) @ free.T, free @ pulls)
+    return response
 
 
 def leading(names: Sequence[str], parts: Array) -> tuple[str, ...]:
@@ -208,8 +208,8 @@ def fast_modes(W: Array, laws: Integers, slopes: ForceSlopes, f_x: Array) -> lis
 
 def _participation(vectors: Numbers) -> Array:
     """Return the participation of each number in each mode, a column: its eigenvector times the left eigenvector."""
-    found = np.abs(vectors * np.linalg.pinv(vectors).T)
-    return np.asarray(found / found.sum(axis=0))
+    factors = np.abs(vectors * np.linalg.pinv(vectors).T)
+    return np.asarray(factors / factors.sum(axis=0))
 
 
 def _mode(value: complex, vector: Numbers, part: Array, laws: Integers, slopes: ForceSlopes) -> Mode:

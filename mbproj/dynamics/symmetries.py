@@ -30,13 +30,13 @@ Fields = Callable[[Array], Array]
 def rigid_fields(q: Array) -> Array:
     """Return the six rigid motions at q (7n,): along and about the global axes through the origin, (6, 7n)."""
     rows, to_body = q.reshape(-1, 7), pose_of(q).rotation[:-1].swapaxes(-1, -2)
-    found = np.zeros((6, len(rows), 7))
+    fields = np.zeros((6, len(rows), 7))
     for axis, e in enumerate(np.eye(3)):
-        found[axis, :, :3] = e
-        found[3 + axis, :, :3] = np.cross(e, rows[:, :3])
+        fields[axis, :, :3] = e
+        fields[3 + axis, :, :3] = np.cross(e, rows[:, :3])
         omega = to_body @ e
-        found[3 + axis, :, 3:] = 0.5 * (np.swapaxes(matrix_L(rows[:, 3:]), -1, -2) @ omega[..., None])[..., 0]
-    return found.reshape(6, -1)
+        fields[3 + axis, :, 3:] = 0.5 * (np.swapaxes(matrix_L(rows[:, 3:]), -1, -2) @ omega[..., None])[..., 0]
+    return fields.reshape(6, -1)
 
 
 def kept_fields(

@@ -113,11 +113,11 @@ def _whole_decades(axis: Axes) -> None:
 
 def legend_entries(axes: Sequence[Axes]) -> dict[str, Any]:
     """The handles of these axes by label, each label once."""
-    found: dict[str, Any] = {}
+    entries: dict[str, Any] = {}
     for axis in axes:
         for handle, label in zip(*axis.get_legend_handles_labels(), strict=True):
-            found.setdefault(label, handle)
-    return found
+            entries.setdefault(label, handle)
+    return entries
 
 
 def hold_still(axes: Sequence[Axes], size: float) -> None:
@@ -144,8 +144,8 @@ def in_degrees(values: Array, unit: str, *, modulo: bool = True) -> Array:
     """A coordinate as its axis shows it: angles in degrees, by default modulo a turn."""
     if unit != "rad":
         return values
-    found = np.degrees(values)
-    return np.asarray(found % 360.0) if modulo else found
+    degrees = np.degrees(values)
+    return np.asarray(degrees % 360.0) if modulo else degrees
 
 
 def by_turns(at: Array, values: Array) -> tuple[Array, Array]:

@@ -86,11 +86,11 @@ def draw(results: Sequence[Results], labels: Sequence[str], groups: Sequence[Pan
 def _listed(groups: Sequence[PanelGroup], results: Sequence[Results]) -> list[tuple[PanelGroup, Row, bool]]:
     """All rows with their groups, and whether each is one of differences."""
     compares = len(results) > 1 and differences.comparable(results)
-    found = []
+    listed = []
     for group in groups:
-        found += [(group, row, False) for row in group.rows]
-        found += [(group, group.compared, True)] if compares and group.compared else []
-    return found
+        listed += [(group, row, False) for row in group.rows]
+        listed += [(group, group.compared, True)] if compares and group.compared else []
+    return listed
 
 
 def _lines(axis: Axes, results: Sequence[Results], labels: Sequence[str], quantity: PanelQuantity) -> None:

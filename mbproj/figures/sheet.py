@@ -44,10 +44,10 @@ def read_sheet(sheet: str | Path) -> Iterator[tuple[str, Any]]:
     except UnicodeDecodeError as error:
         raise InputError(Problem("it is no text", Place(str(path)), "give a style sheet of Matplotlib")) from error
     problems: list[Problem] = []
-    found = [pair for number, line in enumerate(lines, 1) for pair in _pair(line, Place(str(path), number), problems)]
+    pairs = [pair for number, line in enumerate(lines, 1) for pair in _pair(line, Place(str(path), number), problems)]
     if problems:
         raise InputError(problems)
-    yield from found
+    yield from pairs
 
 
 def _without_size(settings: Any) -> Iterator[tuple[str, Any]]:

@@ -109,17 +109,17 @@ class FigureLook:
     @property
     def settings(self) -> dict[str, Any]:
         """All Matplotlib settings of this look."""
-        found = {**STYLE, **self.sheets}
+        merged = {**STYLE, **self.sheets}
         scale = self.font_size / STYLE["font.size"]
-        found |= {key: STYLE[key] * scale for key in LETTERS if key not in self.sheets}
-        families = found.get("font.family", [FONT])
+        merged |= {key: STYLE[key] * scale for key in LETTERS if key not in self.sheets}
+        families = merged.get("font.family", [FONT])
         if self.font:
             families = [self.font]
             upright = {f"mathtext.{face}": self.font for face in ("rm", "sf", "tt", "cal")}
             slanted = {"mathtext.it": f"{self.font}:italic", "mathtext.bf": f"{self.font}:bold"}
-            found |= {"mathtext.fontset": "custom", **upright, **slanted}
-        found["font.family"] = list(dict.fromkeys([*families, FONT, *_installed()]))
-        return found
+            merged |= {"mathtext.fontset": "custom", **upright, **slanted}
+        merged["font.family"] = list(dict.fromkeys([*families, FONT, *_installed()]))
+        return merged
 
     @property
     def font_size(self) -> float:

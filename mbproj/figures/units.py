@@ -61,9 +61,9 @@ def tick_degrees(axis: Axes, *, along_x: bool = False) -> None:
 def sizes(results: Sequence[Results]) -> dict[str, float]:
     """The mechanism's own size in each SI unit, from its extent, duration and energy. A panel in which nothing moves
     has this range. The size is 1 where the results do not tell it."""
-    found: dict[str, float] = {}
+    largest: dict[str, float] = {}
     with np.errstate(all="ignore"):
         for result in results:
             for unit, size in floors(result, result).items():
-                found[unit] = max(found.get(unit, 0.0), size if np.isfinite(size) else 0.0)
-    return {unit: size or 1.0 for unit, size in found.items()}
+                largest[unit] = max(largest.get(unit, 0.0), size if np.isfinite(size) else 0.0)
+    return {unit: size or 1.0 for unit, size in largest.items()}

@@ -161,13 +161,13 @@ def _parameters(mechanism: ImportedMechanism) -> dict[Quantity, str]:
         count.update(_quantities(entry))
     for joint in mechanism.joints.values():
         count.update(_quantities(joint.keys))
-    found: dict[Quantity, str] = {}
+    parameters: dict[Quantity, str] = {}
     used: Counter[str] = Counter()
     for (key, quantity), often in count.items():
-        if often >= OFTEN and quantity.value and quantity not in found:
+        if often >= OFTEN and quantity.value and quantity not in parameters:
             used[key] += 1
-            found[quantity] = key if used[key] == 1 else f"{key}_{used[key]}"
-    return found
+            parameters[quantity] = key if used[key] == 1 else f"{key}_{used[key]}"
+    return parameters
 
 
 def _quantities(entry: Mapping[str, Any]) -> Iterator[tuple[str, Quantity]]:
@@ -180,10 +180,10 @@ def _quantities(entry: Mapping[str, Any]) -> Iterator[tuple[str, Quantity]]:
 
 def _shared(entry: Mapping[str, Any], names: Mapping[Quantity, str]) -> dict[str, Any]:
     """The entry with names of parameters in place of their numbers."""
-    found: dict[str, Any] = {}
+    shared: dict[str, Any] = {}
     for key, value in entry.items():
         if isinstance(value, Quantity) and key in SHARED and value in names:
-            found[key] = Bare(names[value])
+            shared[key] = Bare(names[value])
         else:
-            found[key] = _shared(value, names) if isinstance(value, Mapping) else value
-    return found
+            shared[key] = _shared(value, names) if isinstance(value, Mapping) else value
+    return shared

@@ -88,8 +88,8 @@ _Range = list[Quantity | None]
 
 def _limit_of(mechanism: ImportedMechanism, name: str) -> _Range | None:
     joint, _, coordinate = name.partition(".")
-    found = mechanism.joints[joint].keys.get("limits", {}).get(coordinate)
-    return None if found is None else found["range"]
+    limit = mechanism.joints[joint].keys.get("limits", {}).get(coordinate)
+    return None if limit is None else limit["range"]
 
 
 def _ends(limit: _Range) -> list[float]:

@@ -53,14 +53,14 @@ def unit(vector: Array) -> Array:
 def numbers(text: str, count: int, place: Place, what: str) -> Array:
     """The `count` finite numbers in a text. Raises InputError at `place` where there are not so many."""
     try:
-        found = np.array([float(part) for part in text.split()])
+        values = np.array([float(part) for part in text.split()])
     except ValueError:
-        found = np.zeros(0)
-    if len(found) != count or not np.isfinite(found).all():
+        values = np.zeros(0)
+    if len(values) != count or not np.isfinite(values).all():
         shown = text if len(text) <= 60 else f"{text[:57]}..."
         takes = "a finite number" if count == 1 else f"{count} finite numbers"
         raise InputError(Problem(f"{what} takes {takes}, found '{shown}'", place, "write it as in '0 0 1'"))
-    return found
+    return values
 
 
 def check_inertia(mass: float, inertia: Array, at_mass: Place, at_inertia: Place) -> None:

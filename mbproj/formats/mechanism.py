@@ -206,13 +206,13 @@ class ImportedNames:
         plain = re.sub(r"[^A-Za-z0-9_-]+", "_", wanted)[:LONGEST_NAME] or "unnamed"
         if not re.match(r"[A-Za-z_]", plain):
             plain = f"_{plain}"
-        found, count = plain, 2
-        while found in self._taken:
-            found, count = f"{plain}_{count}", count + 1
-        self._taken.add(found)
-        if found != wanted:
-            self.renamed[wanted] = found
-        return found
+        name, count = plain, 2
+        while name in self._taken:
+            name, count = f"{plain}_{count}", count + 1
+        self._taken.add(name)
+        if name != wanted:
+            self.renamed[wanted] = name
+        return name
 
     @staticmethod
     def beginning(names: Sequence[str]) -> str:

@@ -17,10 +17,10 @@ def quaternion(rotation: Array) -> Array:
 
 def placed(position: Array, rotation: Array) -> dict[str, Any]:
     """The keys `position` and `orientation`; one that changes nothing is left out."""
-    found: dict[str, Any] = {}
+    keys: dict[str, Any] = {}
     if np.abs(position).max() > 1e-15:
-        found["position"] = np.round(position, 9)
+        keys["position"] = np.round(position, 9)
     turned = quaternion(rotation)
     if np.abs(turned[1:]).max() > 1e-9:
-        found["orientation"] = {"quaternion": np.round(turned, 9)}
-    return found
+        keys["orientation"] = {"quaternion": np.round(turned, 9)}
+    return keys

@@ -21,15 +21,15 @@ from mbproj.scene.text.suggestions import choose_from
 def read_pose(path: Path) -> dict[str, float]:
     """Read coordinates by the name of the model's joint. Raises InputError at a value that is no number."""
     nodes, problems = _named(path, "a pose is a mapping of joints", "write lines as in 'hinge: 0.3'")
-    found: dict[str, float] = {}
+    coordinates: dict[str, float] = {}
     for name, node in nodes.items():
         try:
-            found[name] = float(_text(node))
+            coordinates[name] = float(_text(node))
         except ValueError:
             problems.append(Problem(f"'{name}' needs a number", node.place, "give it in rad or m"))
     if problems:
         raise InputError(problems)
-    return found
+    return coordinates
 
 
 def read_signals(path: Path) -> Signals:

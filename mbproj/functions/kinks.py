@@ -154,9 +154,9 @@ class _SampledFunction:
         with np.errstate(all="ignore"):
             slopes = np.maximum(np.abs(left), np.abs(right))[1:]
             grown = 4.0 * (after - before) * np.concatenate([slopes, np.zeros((1, len(before)))])
-            found = right - left
-            found = np.where(np.abs(found) <= grown + self.round_off[:, None], 0.0, found)
-        return np.nan_to_num(found, nan=np.inf, posinf=np.inf, neginf=-np.inf).T
+            difference = right - left
+            difference = np.where(np.abs(difference) <= grown + self.round_off[:, None], 0.0, difference)
+        return np.nan_to_num(difference, nan=np.inf, posinf=np.inf, neginf=-np.inf).T
 
 
 def _branches(programs: ProgramSet, index: int, t: Array, ops: frozenset[Op]) -> Array:

@@ -42,10 +42,10 @@ def features(
         return ()
     times = look_times(programs, index, start, end)
     bounds = np.array([kink.t for kink in kinks])
-    found: list[Feature] = []
+    listed: list[Feature] = []
     for values in run(programs, index, [time_series(times)])[:orders]:
-        found += _features_of(times, np.asarray(values), bounds)
-    return tuple(sorted(set(found)))
+        listed += _features_of(times, np.asarray(values), bounds)
+    return tuple(sorted(set(listed)))
 
 
 def _features_of(times: Array, values: Array, kinks: Array) -> list[Feature]:
@@ -62,7 +62,7 @@ def _features_of(times: Array, values: Array, kinks: Array) -> list[Feature]:
         ((times[:-1] - times[0]) / spacing + THRESHOLDS.same_written).astype(int), THRESHOLDS.look_intervals - 1
     )
     in_cell = np.bincount(cell, change, THRESHOLDS.look_intervals).astype(float)
-    found = []
+    listed = []
     for first, last in _loud(in_cell):
         inside = np.flatnonzero((cell >= first) & (cell <= last) & (change > THRESHOLDS.no_change))
         feature = Feature(float(times[inside[0]]), float(times[inside[-1] + 1]))
@@ -76,8 +76,8 @@ def _features_of(times: Array, values: Array, kinks: Array) -> list[Feature]:
         ending = kinks[np.abs(near_end) <= spacing]
         feature = _with_tails(feature, kinks, float(times[0]), float(times[-1]))
         feature = feature._replace(after_kink=bool(np.any(np.abs(near_start) <= spacing)))
-        found.append(feature._replace(end=float(ending[0])) if len(ending) else feature)
-    return found
+        listed.append(feature._replace(end=float(ending[0])) if len(ending) else feature)
+    return listed
 
 
 def _with_tails(feature: Feature, kinks: Array, first: float, last: float) -> Feature:

@@ -101,17 +101,17 @@ class ProgramSet:
 
         A periodic table with kinks has at most half a period from one of these to the next, unless one piece is longer.
         Then a place near one of them is nearer to it than to its repetition."""
-        found: npt.NDArray[np.bool_] = np.ones(len(self.knot), dtype=bool)
+        is_kinked: npt.NDArray[np.bool_] = np.ones(len(self.knot), dtype=bool)
         for number, period in enumerate(self.period.tolist()):
             start, end = self.table_start[number : number + 2].tolist()
             kinks = np.any(self.jumps(number)[:, : self.smooth[number] + 1], axis=1)
-            found[start + 1 : end] = kinks[: end - start - 1]
+            is_kinked[start + 1 : end] = kinks[: end - start - 1]
             begun, reach = self.knot[start], 0.5 * period if kinks.any() else np.inf
             for at in range(start + 1, end) if period else ():
                 after = self.knot[at + 1] if at + 1 < end else self.knot[start] + period
-                found[at] |= after - begun > reach
-                begun = self.knot[at] if found[at] else begun
-        return found
+                is_kinked[at] |= after - begun > reach
+                begun = self.knot[at] if is_kinked[at] else begun
+        return is_kinked
 
     def jumps(self, number: int) -> npt.NDArray[np.bool_]:
         """Return whether the value and three derivatives of a table jump at the start of each piece but the first,

@@ -67,8 +67,8 @@ def run(programs: ProgramSet, index: int, variables: Sequence[Series], held: Arr
         stack: list[Series] = []
         for at in range(programs.start[index], programs.start[index + 1]):
             _step(programs, at, stack, variables, held)
-    found = stack.pop()
-    return found if held is None or np.all(np.isfinite(found[0])) else run(programs, index, variables)
+    result = stack.pop()
+    return result if held is None or np.all(np.isfinite(result[0])) else run(programs, index, variables)
 
 
 def walk(

@@ -31,10 +31,10 @@ def raised(values: npt.NDArray[Any], ndim: int) -> npt.NDArray[Any]:
 def laid_out_like(lane: npt.NDArray[Any], values: npt.NDArray[Any]) -> npt.NDArray[Any]:
     """Values (B, ...) in which each lane has the memory layout of `lane`. The bits of matrix products depend on it."""
     order = sorted(range(lane.ndim), key=lambda axis: -lane.strides[axis])
-    found = np.empty((len(values), *(lane.shape[axis] for axis in order)), values.dtype)
-    found = found.transpose(0, *(order.index(axis) + 1 for axis in range(lane.ndim)))
-    found[...] = values
-    return found
+    copy = np.empty((len(values), *(lane.shape[axis] for axis in order)), values.dtype)
+    copy = copy.transpose(0, *(order.index(axis) + 1 for axis in range(lane.ndim)))
+    copy[...] = values
+    return copy
 
 
 def axes_of(axis: Any, ndim: int) -> Any:

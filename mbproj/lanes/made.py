@@ -28,9 +28,9 @@ def filled_like(values: Any, number: Any) -> Any:
     """np.full_like."""
     if not isinstance(number, Lanes):
         return np.full_like(values, number)
-    found = np.empty((len(number.values), *np.shape(values)))
-    found[...] = number.values.reshape(-1, *(1,) * np.ndim(values))
-    return Lanes(found)
+    filled = np.empty((len(number.values), *np.shape(values)))
+    filled[...] = number.values.reshape(-1, *(1,) * np.ndim(values))
+    return Lanes(filled)
 
 
 def contiguous(values: Any, dtype: Any = None) -> Any:

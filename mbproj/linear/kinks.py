@@ -120,9 +120,9 @@ def _jump(programs: ProgramSet, program: int, at: list[float], variable: int, un
 
 def _sides(programs: ProgramSet, program: int, at: list[float], variable: int, step: float) -> Array:
     """Return slope and value before and after, (2, 2)."""
-    found = np.zeros((2, 2))
+    slopes = np.zeros((2, 2))
     for side, sign in enumerate((-1.0, 1.0)):
         here = [np.asarray(x + sign * step * (index == variable)) for index, x in enumerate(at)]
-        found[side, 0] = slope(programs, program, here, variable)
-        found[side, 1] = run(programs, program, [constant_series(x) for x in here])[0]
-    return found
+        slopes[side, 0] = slope(programs, program, here, variable)
+        slopes[side, 1] = run(programs, program, [constant_series(x) for x in here])[0]
+    return slopes

@@ -208,9 +208,9 @@ def _alone(moved: Array, x: Numbers, unit: Array) -> Numbers:
 def _changes(bound: PrimitiveSet, reference: LinearReference, in_body: Numbers) -> Numbers:
     """Return the changes of the coordinates of a set in each mode, (k, m)."""
     g = row_motion(bound, reference.motion.carried()).G
-    found = np.zeros((bound.size, len(in_body)), dtype=complex)
-    np.add.at(found, g.row, np.einsum("eu,keu->ek", g.value, in_body[:, g.body]))
-    return found.T
+    changes = np.zeros((bound.size, len(in_body)), dtype=complex)
+    np.add.at(changes, g.row, np.einsum("eu,keu->ek", g.value, in_body[:, g.body]))
+    return changes.T
 
 
 def _kinetic(system: System, reference: LinearReference, in_body: Numbers) -> tuple[tuple[str, ...], Array]:

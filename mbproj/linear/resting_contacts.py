@@ -95,7 +95,7 @@ def _independent(system: System, frictions: Frictions, state: State, among: Inte
     scale = np.where(frictions.coordinates.is_length, system.length, 1.0)
     g = row_motion(frictions.coordinates, motion.carried()).G.dense() / scale[:, None]
     rows = along_tangent_space(system, constraint_rows(system, motion), g)
-    found: list[int] = []
+    chosen: list[int] = []
     basis = np.zeros((0, rows.shape[1]))
     for k in among.tolist():
         beyond: Array = rows[k]
@@ -103,9 +103,9 @@ def _independent(system: System, frictions: Frictions, state: State, among: Inte
             beyond = beyond - basis.T @ (basis @ beyond)
         size = float(np.linalg.norm(beyond))
         if size > THRESHOLDS.dependent:
-            found.append(k)
+            chosen.append(k)
             basis = np.vstack([basis, beyond / size])
-    return found
+    return chosen
 
 
 def _named(whole: System, held: System, contacts: Contacts) -> System:

@@ -86,5 +86,5 @@ def sampled_state(system: System, block: Mapping[str, npt.NDArray[Any]], sample:
     turns = np.round((counted - coordinate_values(system, pose)) / (2.0 * np.pi)).astype(np.intp) * is_angle(system)
     u = np.concatenate([r_dot, rate], axis=1).ravel()
     own = {name: block[path][sample] for path, name in system.layout.recorded.items()}
-    found = {"positions": q, "velocities": velocities(pose, u), "turns": turns}
-    return State.of(system, float(block["time"][sample]), **found, **own)
+    blocks = {"positions": q, "velocities": velocities(pose, u), "turns": turns}
+    return State.of(system, float(block["time"][sample]), **blocks, **own)

@@ -156,9 +156,9 @@ class Actions:
 
     def is_held(self, states: int) -> npt.NDArray[np.bool_]:
         """Whether an action sets each of the `states` states, (states,)."""
-        found: npt.NDArray[np.bool_] = np.zeros(states, dtype=bool)
-        found[self.state] = True
-        return found
+        held_states: npt.NDArray[np.bool_] = np.zeros(states, dtype=bool)
+        held_states[self.state] = True
+        return held_states
 
     def instants(self, start: float, end: float, slack: float) -> Mapping[float, tuple[int, ...]]:
         """Return the actions at each time from `start` to `end`; an action within `slack` before `start` is at `start`.

@@ -195,9 +195,9 @@ def _pushes(stops: Stops, pushing: Mapping[int, float], *, one_sided: bool = Fal
 def bearing_numbers(system: System, frictions: Frictions, contacts: Contacts) -> list[int]:
     """Return the number of the bearing on which each friction depends, in the mechanism with these contacts. For a
     friction at a held stop it is the push of the stop; -1 for none."""
-    found: list[int] = frictions.bearing.tolist()
+    numbers: list[int] = frictions.bearing.tolist()
     pushes = push_numbers(system, contacts)
-    return [pushes.get(stop, found[k]) for k, stop in enumerate(frictions.stop.tolist())]
+    return [pushes.get(stop, numbers[k]) for k, stop in enumerate(frictions.stop.tolist())]
 
 
 def push_numbers(system: System, contacts: Contacts) -> dict[int, int]:

@@ -79,19 +79,19 @@ class Couplings:
     def sums(self, coordinate: Numbers) -> Numbers:
         """Return the sums of the rows, without multiples of periods, (..., k), of the system's coordinates (...,
         nc)."""
-        found: Numbers = np.add.reduceat(self.weight * coordinate[..., self.coordinate], self.first, axis=-1)
+        totals: Numbers = np.add.reduceat(self.weight * coordinate[..., self.coordinate], self.first, axis=-1)
         for k in np.flatnonzero(self.program >= 0).tolist():
             s = coordinate[..., self.coordinate[self.first[k]]]
             turns = np.round(s / (2.0 * np.pi)) if self.growth[k] else 0.0 * s
             variables = [constant_series(0.0 * s), constant_series(s - 2.0 * np.pi * turns)]
-            found[..., k] -= run(self.programs, int(self.program[k]), variables)[0] + self.growth[k] * turns
-        return found
+            totals[..., k] -= run(self.programs, int(self.program[k]), variables)[0] + self.growth[k] * turns
+        return totals
 
     def whole(self, rows: Numbers) -> Numbers:
         """Return the multiples of the periods that are nearest to the rows (..., k)."""
         period = np.where(self.period > 0.0, self.period, 1.0)
-        found: Numbers = np.where(self.period > 0.0, period * np.round(rows / period), 0.0)
-        return found
+        periods: Numbers = np.where(self.period > 0.0, period * np.round(rows / period), 0.0)
+        return periods
 
     def rolled(self, raw: Numbers, expected: Array, apart: Numbers) -> npt.NDArray[np.longdouble]:
         """Return the whole laps and turns of rollers on curves, (..., k), in metres. `raw` are the coordinates (...,

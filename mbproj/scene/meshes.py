@@ -45,18 +45,18 @@ def meshes_of(scene: Scene) -> dict[str, TriangleMesh]:
         warn_once(f"bodies are drawn without their meshes: {why_not}")
     if not wanted or why_not or scene.path is None:
         return {}
-    found: dict[str, TriangleMesh] = {}
+    meshes: dict[str, TriangleMesh] = {}
     problems = []
     for name, mesh in wanted.items():
         try:
-            found[name] = _placed(_triangles(scene.path.parent, mesh.file), mesh)
+            meshes[name] = _placed(_triangles(scene.path.parent, mesh.file), mesh)
         except Unreadable as error:
             place = scene.place("bodies", name, "appearance", "mesh")
             problems.append(Problem(f"the mesh '{mesh.file}' {error}", place, error.hint))
     if problems:
         raise InputError(problems)
-    _refuse_many(scene, found)
-    return found
+    _refuse_many(scene, meshes)
+    return meshes
 
 
 class Unreadable(Exception):

@@ -212,15 +212,15 @@ def with_options(scene: Scene, options: Mapping[str, object]) -> Scene:
 
 def values_of(scene: Scene) -> dict[KeyPath, Any]:
     """The settings of a scene, by path, that differ from the defaults or are given in its text."""
-    found: dict[KeyPath, Any] = {}
+    values: dict[KeyPath, Any] = {}
     inner = scene.settings.projection
     for way, record, plain in (((), scene.settings, Settings()), (("projection",), inner, ProjectionSettings())):
         for each in fields(record):
             path, value = (*way, each.name), getattr(record, each.name)
             is_given = value != getattr(plain, each.name) or ("simulation", *path) in scene.places
             if value is not None and is_given and path != ("projection",):
-                found[path] = value
-    return found
+                values[path] = value
+    return values
 
 
 def settings_to_run(scene: Scene, *, by_options: bool = True) -> Settings:

@@ -34,14 +34,14 @@ def creep_by_friction(results: Results, scene: Scene | None = None) -> dict[str,
         what = scene or read_scene_text(results.scene_text, str(results.scene_path or results.path), results.overrides)
     except InputError:
         return {}
-    found: dict[str, CreepHistory] = {}
+    histories: dict[str, CreepHistory] = {}
     for force in what.forces:
         for coordinate, dry in force.coulomb.items() if isinstance(force, JointForce) else ():
             assert isinstance(force, JointForce)
             name = force.called(coordinate)
             if dry.regularised is not None and name in results.names("forces"):
-                found[name] = _crept(results, name, dry.unit, dry.regularised)
-    return found
+                histories[name] = _crept(results, name, dry.unit, dry.regularised)
+    return histories
 
 
 def _crept(results: Results, name: str, unit: str, width: float) -> CreepHistory:

@@ -43,7 +43,7 @@ def _rubbed(results: Results, owner: str, columns: Sequence[int]) -> FrictionHis
     """The history of the friction in these columns."""
     time, unit = results.time, results.names("friction_units")[columns[0]]
     kinds = [kind for _, kind in _changes(results, owner, columns)]
-    found = FrictionHistory(
+    history = FrictionHistory(
         unit=unit,
         sticks=kinds.count("stick"),
         slips=kinds.count("slip"),
@@ -54,14 +54,14 @@ def _rubbed(results: Results, owner: str, columns: Sequence[int]) -> FrictionHis
         energy=None,
     )
     if not len(time):
-        return found
+        return history
     spans = sticking(results, results.names("frictions")[columns[0]])
     held, lasts = sum(end - begin for begin, end in spans), float(time[-1] - time[0])
     force, lost = (results[f"friction/{quantity}"][:, columns] for quantity in ("force", "dissipation"))
-    found["sticking_seconds"], found["sticking_part"] = held, held / lasts if lasts > 0.0 else None
-    found["largest_force"] = float(np.linalg.norm(force, axis=1).max())
-    found["energy"] = float((lost[-1] - lost[0]).sum())
-    return found
+    history["sticking_seconds"], history["sticking_part"] = held, held / lasts if lasts > 0.0 else None
+    history["largest_force"] = float(np.linalg.norm(force, axis=1).max())
+    history["energy"] = float((lost[-1] - lost[0]).sum())
+    return history
 
 
 def sticking(results: Results, name: str) -> list[tuple[float, float]]:
@@ -73,16 +73,16 @@ def sticking(results: Results, name: str) -> list[tuple[float, float]]:
     if len(columns) > 1:
         return _spans_by_samples(results, owner, _sticks(results, owner, columns))
     since = float(time[0]) if _sticks(results, owner, columns)[0] else None
-    found = []
+    notes = []
     for at, kind in _changes(results, owner, columns):
         if kind == "stick" and since is None:
             since = at
         elif kind in SLIDES and since is not None:
-            found.append((since, at))
+            notes.append((since, at))
             since = None
     if since is not None:
-        found.append((since, float(time[-1])))
-    return [(begin, end) for begin, end in found if end > begin]
+        notes.append((since, float(time[-1])))
+    return [(begin, end) for begin, end in notes if end > begin]
 
 
 def _spans_by_samples(results: Results, owner: str, sticks: Flags) -> list[tuple[float, float]]:

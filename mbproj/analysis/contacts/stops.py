@@ -22,11 +22,11 @@ class StopHistory(TypedDict):
 
 def stop_records(results: Results) -> dict[str, StopHistory]:
     """The history of each stop, by its name."""
-    found: dict[str, StopHistory] = {}
+    records: dict[str, StopHistory] = {}
     for column, (name, unit) in enumerate(zip(results.names("stops"), results.names("stop_units"), strict=True)):
         struck = [event for event in results.events if event.name == f"stop '{name}'" and event.impulse > 0.0]
         gap, force = (results[f"stops/{quantity}"][:, column] for quantity in ("gap", "force"))
-        found[name] = StopHistory(
+        records[name] = StopHistory(
             unit=unit,
             least_gap=float(gap.min()) if len(gap) else None,
             largest_force=float(force.max()) if len(force) else None,
@@ -34,7 +34,7 @@ def stop_records(results: Results) -> dict[str, StopHistory]:
             largest_impulse=max((event.impulse for event in struck), default=0.0),
             energy=sum(event.energy for event in struck),
         )
-    return found
+    return records
 
 
 def in_words(record: StopHistory) -> str:

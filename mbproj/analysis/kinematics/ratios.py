@@ -23,8 +23,8 @@ def mechanical_advantage(output: Array, input_: Array) -> Array:
     rests."""
     rests = np.abs(output) <= REST * np.abs(output).max(initial=0.0)
     moves = np.abs(input_) > REST * np.abs(input_).max(initial=0.0)
-    found = np.where(rests, np.copysign(np.inf, input_), input_ / np.where(rests, 1.0, output))
-    return np.asarray(np.where(moves, found, np.nan))
+    advantage = np.where(rests, np.copysign(np.inf, input_), input_ / np.where(rests, 1.0, output))
+    return np.asarray(np.where(moves, advantage, np.nan))
 
 
 def transmission_angle(first: Array, corner: Array, second: Array) -> Array:

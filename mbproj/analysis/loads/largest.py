@@ -39,5 +39,5 @@ def cycle_of(results: Results, name: str) -> Cycle:
     names = results.names("coordinates")
     if name not in names:
         raise InputError(Problem(f"there is no joint coordinate '{name}'", hint=choose_from(name, names)))
-    found = results.coordinate(name)
-    return Cycle(name, found.unit, found.value)
+    coordinate = results.coordinate(name)
+    return Cycle(name, coordinate.unit, coordinate.value)

@@ -195,8 +195,8 @@ def report(found: Design) -> Iterator[str]:
 
 
 def slopes_by(found: Design) -> dict[str, Any] | None:
-    """The way in which the search found slopes, the reason why not by dual numbers, and the reasons by the names of
-    measures that went another way; None where it used none."""
+    """The method that gave the search its slopes; None where it used none. `because` is the reason why dual numbers did
+    not, `apart` the reason for each measure whose slopes came by another method."""
     if found.differences is None:
         return None
     by = DIFFERENCES if found.differences else "dual numbers"

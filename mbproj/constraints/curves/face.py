@@ -96,10 +96,10 @@ class AlongFace(OnFace):
         rate = [dot(x_dot[..., k, :], line) + dot(x[..., k, :], line_dot) for k in (0, 1)]
         bias = [2.0 * dot(x_dot[..., k, :], line_dot) for k in (0, 1)]
         across = 2.0 * _product(at.n, rate) + ω * _product(at.t, apart)
-        found = ω_bias * _product(at.n, apart) - ω * across - _product(at.t, bias)
+        curvature = ω_bias * _product(at.n, apart) - ω * across - _product(at.t, bias)
         if slips:
-            return -np.asarray(found)[..., None]
-        return np.asarray(found + ω_bias / at.κ - ω**2 * at.κ_σ / at.κ**3)[..., None]
+            return -np.asarray(curvature)[..., None]
+        return np.asarray(curvature + ω_bias / at.κ - ω**2 * at.κ_σ / at.κ**3)[..., None]
 
     def _apart(self, x: Numbers, at: FootGeometry) -> tuple[Numbers, Numbers]:
         """Return c - d."""

@@ -44,10 +44,10 @@ def adjusted(system: System, q: Array, most: float) -> System:
     Raises InputError where a point would move by more than `most` in m."""
     if system.bodies > THRESHOLDS.large or not system.joints.size:
         return system
-    found = _Adjusting(system.at_positions).found(q)
-    if found is None:
+    pose = _Adjusting(system.at_positions).found(q)
+    if pose is None:
         return system
-    changes = tuple(_changes(system, *found))
+    changes = tuple(_changes(system, *pose))
     largest = max(change.size(system.length) for change in changes)
     if largest > most:
         far, asked = f"{1e6 * largest:.3g} um", f"{1e6 * most:.3g} um"
@@ -56,7 +56,7 @@ def adjusted(system: System, q: Array, most: float) -> System:
         worst = max(changes, key=lambda change: change.size(system.length))
         place = system.joint_places[system.names.joints.index(worst.joint)]
         raise InputError(Problem(f"joint '{worst.joint}': {what}", place, hint))
-    shift, tilt = found
+    shift, tilt = pose
     return replace(
         system,
         joints=_moved(system.joints, shift, tilt),
@@ -161,7 +161,7 @@ class _Adjusting:
     def by_frames(self, q: Array, delta: Array) -> Array:
         """Return ∂C/∂δ, (m, 6 frames), by central differences; couplings have no frames of their own."""
         bound = self.system.joints
-        found = np.zeros((bound.size, len(delta), 6))
+        gradient = np.zeros((bound.size, len(delta), 6))
         own = np.array([not isinstance(bound.layout.members[at].primitive, Coupling) for at in bound.layout.member])
         rows = np.flatnonzero(own)
         for part in range(6):
@@ -169,8 +169,8 @@ class _Adjusting:
                 step = np.zeros_like(delta)
                 step[side::2, part] = DIFFERENCE
                 slope = (self.rows(q, delta + step) - self.rows(q, delta - step)) / (2.0 * DIFFERENCE)
-                found[rows, 2 * bound.owner[rows] + side, part] = slope[rows]
-        return found.reshape(bound.size, -1)
+                gradient[rows, 2 * bound.owner[rows] + side, part] = slope[rows]
+        return gradient.reshape(bound.size, -1)
 
     def found(self, q: Array) -> tuple[Array, Array] | None:
         """Return the shift in m and the tilt in rad of each frame, (frames, 3); None where none is needed, or none

@@ -71,7 +71,7 @@ def assemblies(system: System, state: State, held: Conditions, starts: int | Non
     starts."""
     rng, drive = np.random.default_rng(SEED), drive_at(system, state.t)
     draw = _Draw(system, state)
-    found, last_new, done, closed = [_polished(system, state.q, held, drive)], 0, 0, 0
+    poses, last_new, done, closed = [_polished(system, state.q, held, drive)], 0, 0, 0
     hits = [0]
     while done < (starts or THRESHOLDS.most_starts):
         count = min(AT_ONCE, (starts or THRESHOLDS.most_starts) - done)
@@ -79,20 +79,20 @@ def assemblies(system: System, state: State, held: Conditions, starts: int | Non
         done += count
         for each in q[good & _is_not_turned_over(system, q)]:
             closed += 1
-            at = _number(system, each, found)
+            at = _number(system, each, poses)
             if at is None:
                 polished = _polished(system, each, held, drive)
-                at = _number(system, polished, found)
+                at = _number(system, polished, poses)
                 if at is None:
-                    at, last_new = len(found), done
-                    found.append(polished)
+                    at, last_new = len(poses), done
+                    poses.append(polished)
                     hits.append(0)
             hits[at] += 1
         often = min(hits) >= THRESHOLDS.found_often
         if starts is None and often and done >= 2 * max(last_new, AT_ONCE):
             break
-    order = [0, *sorted(range(1, len(found)), key=lambda k: _key(system, found[k]))]
-    return Assemblies(tuple(_assembly(system, found[k], held, hits[k]) for k in order), done, closed)
+    order = [0, *sorted(range(1, len(poses)), key=lambda k: _key(system, poses[k]))]
+    return Assemblies(tuple(_assembly(system, poses[k], held, hits[k]) for k in order), done, closed)
 
 
 class _Draw:
@@ -125,8 +125,8 @@ def _is_not_turned_over(system: System, q: Array) -> Flags:
     """Whether the axes that joints make parallel point the same way, for poses (B, 7n). The rows also allow opposite
     axes, which no assembly has."""
     cosines = system.alignment.value(pose_of(q).places(system.alignment))
-    found: Flags = np.asarray(np.all(cosines > 0.0, axis=-1))
-    return found
+    upright: Flags = np.asarray(np.all(cosines > 0.0, axis=-1))
+    return upright
 
 
 def _polished(system: System, q: Array, held: Conditions, drive: Drive) -> Array:

@@ -41,8 +41,8 @@ def refuse_contradictions(system: System, guess: Guess, drive: Drive) -> None:
 
 
 def _asked(conditions: Conditions, index: int) -> float | None:
-    found = conditions.value[conditions.index == index]
-    return float(found[0]) if len(found) else None
+    values = conditions.value[conditions.index == index]
+    return float(values[0]) if len(values) else None
 
 
 def motions_out_of_reach(system: System, left: Array) -> InputError:

@@ -69,8 +69,8 @@ def shortest(rows: Rows, wanted: Array, damping: float = 0.0) -> Array:
     if rows.bodies <= THRESHOLDS.large:
         R = rows.dense()
         if damping == 0.0:
-            found: Numbers = np.linalg.lstsq(R, wanted, rcond=1e-12)[0]
-            return found
+            correction: Numbers = np.linalg.lstsq(R, wanted, rcond=1e-12)[0]
+            return correction
         return R.T @ np.linalg.solve(R @ R.T + damping * np.eye(len(R)), wanted)
     return _shortest_by_sparse_factor(rows, wanted, damping)
 

@@ -33,8 +33,8 @@ def close_all(system: System, q: Array, held: Conditions, drive: Drive) -> tuple
         better = np.linalg.norm(trial_left, axis=1) < np.linalg.norm(left[at], axis=1)
         q[at[better]], left[at[better]] = trial[better], trial_left[better]
         damping[at] = np.where(better, np.maximum(0.2 * damping[at], THRESHOLDS.rounding), 4.0 * damping[at])
-    found: Flags = np.abs(left).max(axis=1, initial=0.0) <= THRESHOLDS.assembled
-    return q, found
+    closed: Flags = np.abs(left).max(axis=1, initial=0.0) <= THRESHOLDS.assembled
+    return q, closed
 
 
 def scaled_rows_of(system: System, pose: Pose, held: Conditions) -> Array:
@@ -56,10 +56,10 @@ def _tangent(system: System, bound: PrimitiveSet, pose: Pose) -> Array:
     entries = np.empty((*gradient.shape[:-1], 6))
     entries[..., :3] = system.length * bound.is_point[bound.entry_slot, None] * gradient
     entries[..., 3:] = cross(np.broadcast_to(local, in_body.shape), in_body)
-    found = np.zeros((len(gradient), bound.size, system.bodies + 1, 6))
+    rows = np.zeros((len(gradient), bound.size, system.bodies + 1, 6))
     for entry, (row, own) in enumerate(zip(bound.entry_row.tolist(), body.tolist(), strict=True)):
-        found[:, row, own] += entries[:, entry]
-    return found[:, :, :-1].reshape(len(gradient), bound.size, 6 * system.bodies)
+        rows[:, row, own] += entries[:, entry]
+    return rows[:, :, :-1].reshape(len(gradient), bound.size, 6 * system.bodies)
 
 
 def _steps(rows: Array, left: Array, damping: Array) -> Array:

@@ -53,8 +53,8 @@ def _passage(
         return np.asarray(stops.side[stop] * (value - stops.bound[stop]))
 
     times = look_times(motions.programs, number, start, end)
-    found = gap(times)
-    beyond = np.flatnonzero(found < -slack)
+    gaps = gap(times)
+    beyond = np.flatnonzero(gaps < -slack)
     if not len(beyond):
         return
     first, last = times[max(int(beyond[0]) - 1, 0)], times[beyond[0]]
@@ -64,6 +64,6 @@ def _passage(
     coordinate = system.names.coordinates[int(stops.joint_coordinate[stop])]
     message = (
         f"motion '{system.names.motions[number]}' drives {coordinate} beyond this rigid stop from t = {last:.6g} s on, "
-        f"by up to {-found.min():.6g} {unit}"
+        f"by up to {-gaps.min():.6g} {unit}"
     )
     yield Problem(message, stops.places[stop], HINT)

@@ -83,9 +83,9 @@ class Freedom:
     def gap_accelerations(self, stops: Stops, free: Free) -> Array:
         """Return g'' of the gaps (S,) where no stop acts; values within round-off of the whole motion are 0."""
         bias = stops.side * _bias(stops.coordinates, self.pose, self.twist)
-        found = _gradients(stops, self.pose) @ free.change + bias
+        accelerations = _gradients(stops, self.pose) @ free.change + bias
         none = self.round_off(free) * np.linalg.norm(self.rows(stops), axis=1)
-        return np.asarray(np.where(np.abs(found) <= none, 0.0, found))
+        return np.asarray(np.where(np.abs(accelerations) <= none, 0.0, accelerations))
 
     def round_off(self, free: Free) -> float:
         """Return the round-off of x'', √J/kg. Along a row N the round-off is at most |N| times this."""

@@ -82,8 +82,8 @@ class _Path:
             event.terminal, event.direction = True, way  # type: ignore[attr-defined]
         events = (reached, stands) if friction == self._sliding else (reached,)
         to = THRESHOLDS.rounding
-        found = solve_ivp(slope, (0.0, np.inf), y, "DOP853", rtol=to, atol=0.01 * to, events=events)
-        end, arrived = np.array(found.y[:, -1]), bool(len(found.t_events[0]))
+        solution = solve_ivp(slope, (0.0, np.inf), y, "DOP853", rtol=to, atol=0.01 * to, events=events)
+        end, arrived = np.array(solution.y[:, -1]), bool(len(solution.t_events[0]))
         if not arrived:  # the rest of the sliding stops at once
             left = -np.linalg.lstsq(self.B[1:, 1:], end[self.rate][1:], rcond=THRESHOLDS.no_push)[0]
             end[self.impulse][1:] += left

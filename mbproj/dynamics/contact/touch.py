@@ -80,10 +80,10 @@ class Touch:
     def after(self, v: Array) -> Touch:
         """Return the contact with velocities v. The bound below which rates count as slow stays, because round-off
         does."""
-        found = Touch.__new__(Touch)
+        touch = Touch.__new__(Touch)
         moving = ("freedom", "free", "N", "acceleration")
-        found.__dict__.update({k: x for k, x in self.__dict__.items() if k not in moving})
-        found.state = self.state.changed(velocities=v)
-        pose = pose_of(found.state.q)
-        found.rate = gap_rates(self.stops, pose, twist_of(pose, v))
-        return found
+        touch.__dict__.update({k: x for k, x in self.__dict__.items() if k not in moving})
+        touch.state = self.state.changed(velocities=v)
+        pose = pose_of(touch.state.q)
+        touch.rate = gap_rates(self.stops, pose, twist_of(pose, v))
+        return touch

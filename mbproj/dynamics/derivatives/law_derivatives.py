@@ -50,10 +50,10 @@ def channel_slopes(instant: Instant) -> tuple[Array, Array]:
 def state_slopes(instant: Instant) -> Array:
     """Return f_x (K, K) of x' = f; where it has no slope a function counts as constant."""
     channels, slopes = instant.system.channels, _rates_by_channels(instant)
-    found = np.zeros((len(slopes), len(slopes)))
+    matrix = np.zeros((len(slopes), len(slopes)))
     known = np.nan_to_num(slopes[:, channels.is_state], nan=0.0, posinf=0.0, neginf=0.0)
-    found[:, channels.index[channels.is_state]] = known
-    return found
+    matrix[:, channels.index[channels.is_state]] = known
+    return matrix
 
 
 def _rates_by_channels(instant: Instant) -> Array:
@@ -66,9 +66,9 @@ def _rates_by_channels(instant: Instant) -> Array:
 def slopes_by_channels(programs: ProgramSet, program: int, at: list[Numbers]) -> Array:
     """Return the slopes of a program by each channel, (c,), at values of all variables; 0 for a channel it does not
     name."""
-    found, named = np.zeros(len(at) - CHANNELS), programs.channels(program)
-    found[named - CHANNELS] = slopes(programs, program, at, named)
-    return found
+    by_channels, named = np.zeros(len(at) - CHANNELS), programs.channels(program)
+    by_channels[named - CHANNELS] = slopes(programs, program, at, named)
+    return by_channels
 
 
 def given_rows(forces: Forces, pose: Pose) -> Rows:

@@ -161,13 +161,13 @@ def tangent_force(system: System, motion: MotionAtTime) -> Array:
     force = system.mass[:, None] * (system.gravity - change.velocity[:-1])
     torque = -(J @ ω_dot[..., None])[..., 0] - np.cross(ω, momentum)
     loads = applied(motion.instant(system))
-    found = np.concatenate([force + loads.force[:-1], torque + loads.torque[:-1]], axis=1).ravel()
+    wrenches = np.concatenate([force + loads.force[:-1], torque + loads.torque[:-1]], axis=1).ravel()
     if system.reflected.size:
         rows = system.reflected.rows
         s_ddot = set_velocity(rows, pose, change) + set_bias(rows, pose, twist)
         g = row_motion(rows, motion.carried()).G.matrix()
-        found = found - g.T @ (system.reflected.inertia * s_ddot)
-    return found
+        wrenches = wrenches - g.T @ (system.reflected.inertia * s_ddot)
+    return wrenches
 
 
 def _inertia(system: System, motion: MotionAtTime) -> tuple[Blocks, Blocks, Blocks]:

@@ -62,11 +62,11 @@ class Carried:
 
 def tilde(vectors: Array) -> Array:
     """Return a~ with a~ b = a × b, (..., 3, 3)."""
-    found = np.zeros((*vectors.shape, 3), dtype=vectors.dtype)
+    matrices = np.zeros((*vectors.shape, 3), dtype=vectors.dtype)
     x, y, z = vectors[..., 0], vectors[..., 1], vectors[..., 2]
-    found[..., 0, 1], found[..., 0, 2], found[..., 1, 2] = -z, y, -x
-    found[..., 1, 0], found[..., 2, 0], found[..., 2, 1] = z, -y, x
-    return found
+    matrices[..., 0, 1], matrices[..., 0, 2], matrices[..., 1, 2] = -z, y, -x
+    matrices[..., 1, 0], matrices[..., 2, 0], matrices[..., 2, 1] = z, -y, x
+    return matrices
 
 
 def second_derivatives(primitive: Primitive, x: Array) -> Array:
@@ -82,12 +82,12 @@ def second_derivatives(primitive: Primitive, x: Array) -> Array:
     directions = np.concatenate([unit, unit[pairs[0]] + unit[pairs[1]]])
     with np.errstate(divide="ignore", invalid="ignore"):  # two points may coincide here: the caller checks the result
         values = primitive.curvature(np.broadcast_to(x, (len(directions), *x.shape)), directions + np.zeros_like(x))
-    found = np.zeros((*values.shape[1:], size, size))
+    hessian = np.zeros((*values.shape[1:], size, size))
     every = np.arange(size)
-    found[..., every, every] = np.moveaxis(values[:size], 0, -1)
+    hessian[..., every, every] = np.moveaxis(values[:size], 0, -1)
     mixed = 0.5 * (values[size:] - values[pairs[0]] - values[pairs[1]])
-    found[..., pairs[0], pairs[1]] = found[..., pairs[1], pairs[0]] = np.moveaxis(mixed, 0, -1)
-    return found
+    hessian[..., pairs[0], pairs[1]] = hessian[..., pairs[1], pairs[0]] = np.moveaxis(mixed, 0, -1)
+    return hessian
 
 
 def third_derivatives(primitive: Primitive, x: Array, x_dot: Array) -> Array:

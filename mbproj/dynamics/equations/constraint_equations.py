@@ -43,9 +43,9 @@ def constraint(system: System, pose: Pose, drive: Drive = NO_DRIVE) -> Numbers:
 def constraint_velocity(system: System, pose: Pose, twist: Twist, drive: Drive = NO_DRIVE) -> Numbers:
     """Return C' = C_q q' + C_t of Eq. 5, (..., m)."""
     norms = 2.0 * np.sum(pose.orientation[..., :-1, :] * twist.rate[..., :-1, :], axis=-1)
-    found = np.concatenate([norms, set_velocity(system.rows, pose, twist)], axis=-1)
-    found[..., system.bodies + system.joints.size :] -= drive.rate
-    return found
+    rates = np.concatenate([norms, set_velocity(system.rows, pose, twist)], axis=-1)
+    rates[..., system.bodies + system.joints.size :] -= drive.rate
+    return rates
 
 
 def time_derivative(system: System, drive: Drive) -> Array:
@@ -70,9 +70,11 @@ def set_velocity(bound: PrimitiveSet, pose: Pose, twist: Twist) -> Numbers:
 def gamma(system: System, pose: Pose, twist: Twist, drive: Drive = NO_DRIVE) -> Numbers:
     """Return γ of Eqs. 7-9, (..., m): C'' = C_q q'' - γ, with -C_tt in the rows of motions."""
     rate = twist.rate[..., :-1, :]
-    found = np.concatenate([-2.0 * np.sum(rate * rate, axis=-1), -set_bias(system.rows, pose, twist)], axis=-1)
-    found[..., system.bodies + system.joints.size :] += drive.acceleration
-    return found
+    right_hand_side = np.concatenate(
+        [-2.0 * np.sum(rate * rate, axis=-1), -set_bias(system.rows, pose, twist)], axis=-1
+    )
+    right_hand_side[..., system.bodies + system.joints.size :] += drive.acceleration
+    return right_hand_side
 
 
 def constraint_acceleration(

@@ -13,11 +13,11 @@ def kinetic_energy(system: System, pose: Pose, twist: Twist) -> Numbers:
     velocity, omega = twist.velocity[..., :-1, :], body_rates(pose, twist)[..., :-1, :]
     turned = [dot(system.inertia[:, axis], omega) for axis in range(3)]
     rotation = sum(omega[..., axis] * turned[axis] for axis in range(3))
-    found: Numbers = 0.5 * total(system.mass * dot(velocity, velocity) + rotation)
-    return found + added_energy(system.reflected, pose, twist)
+    energy: Numbers = 0.5 * total(system.mass * dot(velocity, velocity) + rotation)
+    return energy + added_energy(system.reflected, pose, twist)
 
 
 def potential_energy(system: System, pose: Pose) -> Numbers:
     """Return V = -Σ m g·r in J, shape (...): zero with all centres of mass at the origin."""
-    found: Numbers = -total(system.mass * dot(system.gravity, pose.position[..., :-1, :]))
-    return found
+    energy: Numbers = -total(system.mass * dot(system.gravity, pose.position[..., :-1, :]))
+    return energy

@@ -152,11 +152,11 @@ def state_rates(instant: Instant, held: Array | None = None) -> Array:
     whose rate has no finite value."""
     system = instant.system
     variables, first = instant.variables(), system.first_rate
-    found = np.array([run(system.programs, first + k, variables, held)[0] for k in range(len(instant.x))])
-    if not np.isfinite(found).all():
-        k = int(np.flatnonzero(~np.isfinite(found))[0])
+    of_states = np.array([run(system.programs, first + k, variables, held)[0] for k in range(len(instant.x))])
+    if not np.isfinite(of_states).all():
+        k = int(np.flatnonzero(~np.isfinite(of_states))[0])
         raise program_fails(instant, first + k, f"state '{system.names.states[k]}'", variables)
-    return found
+    return of_states
 
 
 def require_values(instant: Instant) -> None:
@@ -233,8 +233,8 @@ def in_global_axes(instant: Instant, vector: Array) -> Array:
     given = instant.system.forces.on_bodies
     carried = (given.turn @ vector[..., None])[..., 0]
     turned = (instant.pose.rotation[..., given.body, :, :] @ carried[..., None])[..., 0]
-    found: Array = np.where(given.in_body[:, None], turned, vector)
-    return found
+    vectors: Array = np.where(given.in_body[:, None], turned, vector)
+    return vectors
 
 
 def _on_bodies(instant: Instant, held: Array | None) -> tuple[Array, Array]:

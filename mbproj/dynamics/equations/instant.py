@@ -55,7 +55,7 @@ class Instant:
         """The values of all channels, (..., c)."""
         channels, bound = self.system.channels, self.system.coordinates
         like = one_of((self.pose.position, bound.local, self.x))
-        found = np.empty((*self.pose.position.shape[:-2], channels.size), like=like)
+        channel_values = np.empty((*self.pose.position.shape[:-2], channels.size), like=like)
         given = {ChannelKind.STATE: self.x}
         if not channels.is_state.all():
             value = bound.value(self.pose.places(bound))
@@ -63,8 +63,8 @@ class Instant:
             given |= {ChannelKind.COORDINATE: value, ChannelKind.RATE: self.speed}
         for kind, values in given.items():
             here, index = channels.places[kind]
-            found[..., here] = values[..., index]
-        return found
+            channel_values[..., here] = values[..., index]
+        return channel_values
 
     @cached_property
     def speed(self) -> Numbers:

@@ -88,9 +88,9 @@ class Turning:
 
 def driven_to(system: System, coordinate: Array, value: Array) -> Array:
     """Return joint coordinates (nc,) with `value` (k,) in place of those that motions drive."""
-    found = coordinate.copy()
-    found[system.motions.joint_coordinate] = value
-    return found
+    coordinates = coordinate.copy()
+    coordinates[system.motions.joint_coordinate] = value
+    return coordinates
 
 
 def turns_of(system: System, counted: Array, coordinate: Array) -> Integers:

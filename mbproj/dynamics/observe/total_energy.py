@@ -45,10 +45,10 @@ class EnergyAtStart:
 def total_energy(system: System, state: State) -> float:
     """Return T + V of one state, in J."""
     at = state.instant(system)
-    found = kinetic_energy(system, at.pose, at.twist)
-    found = found + potential(at, law_state(at))
+    energy = kinetic_energy(system, at.pose, at.twist)
+    energy = energy + potential(at, law_state(at))
     own = 0.0 if system.stops is None else stored_energy(system.stops, gaps(system.stops, at.pose, state.turns))
-    total: float = (found + own).item()
+    total: float = (energy + own).item()
     return total
 
 

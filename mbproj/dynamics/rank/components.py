@@ -51,14 +51,14 @@ def components_of(system: System) -> list[Component]:
         for link, bodies in enumerate(bodies_of)
         for first, second in zip(bodies, bodies[1:] + bodies[:1], strict=True)
     ]
-    found = []
+    components = []
     for members in _biconnected(system.bodies + 1, edges):
         links = sorted({edges[edge][2] for edge in members})
         bodies = {body for link in links for body in bodies_of[link]} - {system.bodies}
         rows = np.concatenate([rows_of[link] for link in links])
         is_loop = len(links) > 1 or len(bodies_of[links[0]]) < 2
-        found.append(Component(np.sort(rows), np.array(sorted(bodies), dtype=np.intp), is_loop))
-    return sorted(found, key=lambda component: int(component.rows[0]))
+        components.append(Component(np.sort(rows), np.array(sorted(bodies), dtype=np.intp), is_loop))
+    return sorted(components, key=lambda component: int(component.rows[0]))
 
 
 def component_rows(system: System, pose: Pose, components: list[Component]) -> list[Array]:
@@ -70,14 +70,14 @@ def component_rows(system: System, pose: Pose, components: list[Component]) -> l
         component_of[component.rows], place[component.rows] = number, np.arange(len(component.rows))
     order = np.argsort(component_of[entry_row], kind="stable")
     ends = np.searchsorted(component_of[entry_row][order], np.arange(len(components) + 1))
-    found = []
+    blocks = []
     for number, component in enumerate(components):
         mine = order[ends[number] : ends[number + 1]]
         mine = mine[np.isin(body[mine], component.bodies)]
         matrix = np.zeros((len(component.rows), len(component.bodies), 6))
         np.add.at(matrix, (place[entry_row[mine]], np.searchsorted(component.bodies, body[mine])), values[mine])
-        found.append(matrix.reshape(len(component.rows), 6 * len(component.bodies)))
-    return found
+        blocks.append(matrix.reshape(len(component.rows), 6 * len(component.bodies)))
+    return blocks
 
 
 def _entries(system: System, pose: Pose) -> tuple[Integers, Integers, Array]:

@@ -106,12 +106,12 @@ def _moved(system: System, pose: Pose, joints: Integers, motions: Array) -> Arra
     """Return how far the motions (f, 6n) move the joint's point on body 2, (k,) for these joints, in parts of the
     length."""
     parts = motions.reshape(len(motions), system.bodies, 6)
-    found = []
+    bodies = []
     for joint in joints.tolist():
         body, local = int(system.reaction_body[joint]), system.reaction_local[joint]
         if body == system.bodies:
-            found.append(0.0)
+            bodies.append(0.0)
             continue
         turned = np.cross(parts[:, body, 3:], local) @ pose.rotation[body].T / system.length
-        found.append(float(np.linalg.norm(parts[:, body, :3] + turned)))
-    return np.array(found)
+        bodies.append(float(np.linalg.norm(parts[:, body, :3] + turned)))
+    return np.array(bodies)

@@ -123,14 +123,14 @@ def massless_problem(system: System, motions: tuple[MasslessMotion, ...]) -> Pro
 def _weightless(system: System, below: float) -> Array:
     """Return directions (n, 6, 6) of (δr, δθ in body axes) of each body without kinetic energy, or with no more than
     the part `below` of the largest. Other directions are 0."""
-    found = np.zeros((system.bodies, 6, 6))
+    projections = np.zeros((system.bodies, 6, 6))
     heaviest, widest = system.mass.max(initial=0.0), np.abs(system.inertia).max(initial=0.0)
     for body in range(system.bodies):
-        found[body, :3, :3] = np.eye(3) * float(system.mass[body] <= below * heaviest)
+        projections[body, :3, :3] = np.eye(3) * float(system.mass[body] <= below * heaviest)
         moments, axes = np.linalg.eigh(system.inertia[body])
         is_light = moments <= max(np.finfo(float).eps * max(moments[-1], np.finfo(float).tiny), below * widest)
-        found[body, 3:, 3:] = axes.T * is_light[:, None]
-    return found
+        projections[body, 3:, 3:] = axes.T * is_light[:, None]
+    return projections
 
 
 def _reflected(system: System, pose: Pose, bodies: Integers, below: float) -> Array:

@@ -74,9 +74,11 @@ def shares(rows: Array, basis: Integers, dependent: Integers) -> Array:
     A dependent row and the rows with a nonzero coefficient are a circuit: leave one out, and the others are
     independent.
     """
-    found = np.linalg.lstsq(rows[basis].T, rows[dependent].T, rcond=None)[0].T
-    largest = np.maximum(np.abs(found).max(axis=1, initial=0.0, keepdims=True), 1.0)
-    return np.asarray(np.where(np.abs(found) > EPSILON / THRESHOLDS.dependent * largest, found, 0.0), dtype=float)
+    coefficients = np.linalg.lstsq(rows[basis].T, rows[dependent].T, rcond=None)[0].T
+    largest = np.maximum(np.abs(coefficients).max(axis=1, initial=0.0, keepdims=True), 1.0)
+    return np.asarray(
+        np.where(np.abs(coefficients) > EPSILON / THRESHOLDS.dependent * largest, coefficients, 0.0), dtype=float
+    )
 
 
 def self_stresses(system: System, pose: Pose) -> Array:
@@ -84,7 +86,7 @@ def self_stresses(system: System, pose: Pose) -> Array:
     one for each redundant row; torques are of the order of 1, and forces of 1 / length."""
     components = [component for component in loops_of(system) if len(component.bodies) <= THRESHOLDS.large]
     scale = system.row_scale[system.bodies :]
-    found = [np.zeros((0, len(scale)))]
+    stresses = [np.zeros((0, len(scale)))]
     for component, rows in zip(components, component_rows(system, pose, components), strict=True):
         unit = unit_rows(rows)
         basis, dependent = split(unit, component.by_level(system))
@@ -94,5 +96,5 @@ def self_stresses(system: System, pose: Pose) -> Array:
         part[:, basis] = -shares(unit, basis, dependent)
         stress = np.zeros((len(dependent), len(scale)))
         stress[:, component.rows] = part / length / np.abs(part).max(axis=1, initial=1.0, keepdims=True)
-        found.append(stress / scale)
-    return np.concatenate(found)
+        stresses.append(stress / scale)
+    return np.concatenate(stresses)

@@ -101,18 +101,18 @@ def _grouped_by_coordinate(
     results: Sequence[Results], kind: str, dataset: str, names: Sequence[str]
 ) -> list[tuple[str, ...]]:
     """Group the names that act along the same coordinate in all results."""
-    found: list[tuple[str, ...]] = []
+    groups: list[tuple[str, ...]] = []
     for name in names:
-        for place, own in enumerate(found):
+        for place, own in enumerate(groups):
             if _unit(results, kind, own[0]) != _unit(results, kind, name):
                 continue
             pairs = [[DatasetColumns(kind, (one,), dataset)(result) for one in (own[0], name)] for result in results]
             if all(a is not None and b is not None and np.array_equal(a, b) for a, b in pairs):
-                found[place] = (*own, name)
+                groups[place] = (*own, name)
                 break
         else:
-            found.append((name,))
-    return found
+            groups.append((name,))
+    return groups
 
 
 def _unit(results: Sequence[Results], kind: str, name: str) -> str:

@@ -65,11 +65,11 @@ def mp4(pictures: Iterator[Picture], rate: int, path: Path) -> None:
 
 def ffmpeg() -> str:
     """The path of ffmpeg. Raises InputError where it is not installed."""
-    found = shutil.which("ffmpeg")
-    if found is None:
+    program = shutil.which("ffmpeg")
+    if program is None:
         message = "a film in MP4 needs ffmpeg, which is not here"
         raise InputError(Problem(message, hint="install it (apt install ffmpeg), or end the name in .gif"))
-    return found
+    return program
 
 
 ENCODERS: Mapping[str, Encoder] = MappingProxyType({"gif": gif, "mp4": mp4})

@@ -102,17 +102,17 @@ def _overlaid(name: str, moving: tuple[int, ...]) -> PanelGroup:
 def legible(*histories: Array) -> list[tuple[int, ...]]:
     """Group the components of vectors (T, 3) so that none hides another of its group. Small movements beside large
     ones, or far from them, would be hidden. A component that does not move cannot be hidden."""
-    found: list[tuple[int, ...]] = []
+    chosen: list[tuple[int, ...]] = []
     moved = np.max([_ranges(history) for history in histories], axis=0)
     for index in sorted(range(3), key=lambda index: -moved[index]):
-        for place, group in enumerate(found):
+        for place, group in enumerate(chosen):
             together = tuple(sorted((*group, index)))
             if not any(_hides(history[:, list(together)]) for history in histories):
-                found[place] = together
+                chosen[place] = together
                 break
         else:
-            found.append((index,))
-    return sorted(found)
+            chosen.append((index,))
+    return sorted(chosen)
 
 
 def _ranges(values: Array) -> Array:

@@ -106,8 +106,8 @@ def _path(result: Results, name: str, of: Moving) -> Array:
 
 def _paths(results: Sequence[Results], names: Sequence[str], of: Moving) -> list[Array]:
     """The named paths (T, 3) in all results, without samples that are not finite."""
-    found = [_path(result, name, of) for result in results for name in names if name in result.names(of[0])]
-    return [path[np.all(np.isfinite(path), axis=1)] for path in found]
+    paths = [_path(result, name, of) for result in results for name in names if name in result.names(of[0])]
+    return [path[np.all(np.isfinite(path), axis=1)] for path in paths]
 
 
 def _extent(results: Sequence[Results], names: Sequence[str], of: Moving) -> Array:

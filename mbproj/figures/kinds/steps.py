@@ -48,8 +48,8 @@ def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
 def rejected(result: Results) -> Flags:
     """Mark the samples (T,) that have rejected steps between the sample before and themselves."""
     count = result["diagnostics/rejected_steps"]
-    found: Flags = np.diff(count, prepend=count[:1]) > 0
-    return found
+    is_rejected: Flags = np.diff(count, prepend=count[:1]) > 0
+    return is_rejected
 
 
 def per_step(result: Results, path: str) -> Array:

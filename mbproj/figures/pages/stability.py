@@ -88,13 +88,13 @@ def _bands(axis: Axes, shown: Map) -> None:
 
 def _runs(states: Sequence[str]) -> list[tuple[int, int, str]]:
     """The runs of equal states: first index, last index, state."""
-    found: list[tuple[int, int, str]] = []
+    runs: list[tuple[int, int, str]] = []
     for index, state in enumerate(states):
-        if found and found[-1][2] == state:
-            found[-1] = (found[-1][0], index, state)
+        if runs and runs[-1][2] == state:
+            runs[-1] = (runs[-1][0], index, state)
         else:
-            found.append((index, index, state))
-    return found
+            runs.append((index, index, state))
+    return runs
 
 
 def _series(axis: Axes, shown: Map, name: str, limit: float | None) -> None:

@@ -41,15 +41,15 @@ class CoordinateLoads:
 def acting_on(scene: Scene, say: Say) -> dict[str, CoordinateLoads]:
     """The forces, inertias and limits on each coordinate, by its name "joint.angle". A force that has no such form gets
     a row of the table."""
-    found: dict[str, CoordinateLoads] = {}
+    loads: dict[str, CoordinateLoads] = {}
     joints = {joint.name: joint for joint in scene.joints}
     for joint in scene.joints:
         for coordinate, inertia in joint.reflected_inertia.items():
             name = f"{joint.name}.{coordinate}"
-            found[name] = replace(found.get(name, CoordinateLoads()), armature=inertia)
+            loads[name] = replace(loads.get(name, CoordinateLoads()), armature=inertia)
         for coordinate, limit in joint.limits.items():
             name = f"{joint.name}.{coordinate}"
-            found[name] = replace(found.get(name, CoordinateLoads()), limit=limit)
+            loads[name] = replace(loads.get(name, CoordinateLoads()), limit=limit)
     for force in scene.forces:
         if not isinstance(force, JointForce):
             continue
@@ -62,7 +62,7 @@ def acting_on(scene: Scene, say: Say) -> dict[str, CoordinateLoads]:
                 say(f"force '{force.name}'", "left out: its law is a function", Same.NO)
                 continue
             name = f"{joint.name}.{coordinate or _only(joint, force.unit)}"
-            found[name] = _with(found.get(name, CoordinateLoads()), law)
+            loads[name] = _with(loads.get(name, CoordinateLoads()), law)
         for coordinate, dry in force.coulomb.items():
             name = f"{joint.name}.{coordinate or _only(joint, dry.unit)}"
             if not constant(dry):
@@ -70,9 +70,9 @@ def acting_on(scene: Scene, say: Say) -> dict[str, CoordinateLoads]:
                 say(f"friction '{force.name}'", what, Same.NO)
                 continue
             assert isinstance(dry.sliding, float)
-            old = found.get(name, CoordinateLoads())
-            found[name] = replace(old, dry=old.dry + dry.sliding)
-    return found
+            old = loads.get(name, CoordinateLoads())
+            loads[name] = replace(old, dry=old.dry + dry.sliding)
+    return loads
 
 
 def _only(joint: Joint, unit: str | None) -> str:

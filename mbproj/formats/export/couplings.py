@@ -60,10 +60,10 @@ def _polynomial(joint: Joint, at: float) -> Polynomial | None:
         values, wanted = f(d) - f(np.zeros(1)), f(others) - f(np.zeros(1))
     if not (np.isfinite(values).all() and np.isfinite(wanted).all()):
         return None
-    found = Polynomial.fit(d, values, 4).convert()
+    polynomial = Polynomial.fit(d, values, 4).convert()
     scale = max(1.0, float(np.abs(wanted).max()))
-    found = Polynomial(np.where(np.abs(found.coef) < SAME * scale, 0.0, found.coef))
-    return found if np.abs(found(others) - wanted).max() <= 100 * SAME * scale else None
+    polynomial = Polynomial(np.where(np.abs(polynomial.coef) < SAME * scale, 0.0, polynomial.coef))
+    return polynomial if np.abs(polynomial(others) - wanted).max() <= 100 * SAME * scale else None
 
 
 def five(curve: Polynomial) -> Array:

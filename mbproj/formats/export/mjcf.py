@@ -163,14 +163,14 @@ class _Mjcf:
         free = self.tree.freedoms
         screws = [joint for joint in self.scene.joints if joint.type == "screw" and joint not in self.tree.loops]
         for joint in [*screws, *(joint for joint in self.scene.joints if joint.couples is not None)]:
-            found = sum_of(joint, self.start)
-            if found is None:
+            weighted = sum_of(joint, self.start)
+            if weighted is None:
                 what = "left out: its function is no polynomial of the fourth degree"
                 self.out.say(f"coupler '{joint.name}'", what, Same.NO)
-            elif not {*found.weights, *filter(None, [found.first])} <= set(free):
+            elif not {*weighted.weights, *filter(None, [weighted.first])} <= set(free):
                 self.out.say(f"coupling '{joint.name}'", "left out: it couples joints of loops", Same.NO)
             else:
-                self._coupled(found, free)
+                self._coupled(weighted, free)
 
     def _coupled(self, found: CouplingSum, free: dict[str, TreeFreedom]) -> None:
         """Write y - y₀ = a₀ + a₁ (x - x₀) + ..: an equality of joints where there are two coordinates, else of

@@ -85,14 +85,14 @@ def tree_of(scene: Scene, start: Start, able: tuple[str, ...] = IN_TREE) -> Tree
 
 def _acted_on(scene: Scene) -> set[str]:
     """The names of the joints that should be in the tree: something acts on their coordinates, or couples them."""
-    found = {force.joint for force in scene.forces if isinstance(force, JointForce)}
-    found |= {motion.joint for motion in scene.motions}
+    joints = {force.joint for force in scene.forces if isinstance(force, JointForce)}
+    joints |= {motion.joint for motion in scene.motions}
     for joint in scene.joints:
         if joint.reflected_inertia or joint.limits:
-            found.add(joint.name)
+            joints.add(joint.name)
         if joint.couples is not None:
-            found |= set(joint.couples.joints)
-    return found
+            joints |= set(joint.couples.joints)
+    return joints
 
 
 def _branches(scene: Scene, start: Start, joints: list[Joint]) -> Iterator[TreeBranch]:
@@ -168,24 +168,24 @@ def without_massless(scene: Scene, tree: Tree, named: Mapping[str, int]) -> Tree
 
 def down(tree: Tree, body: str) -> list[TreeBranch]:
     """The branches that a body carries, directly or not, in the order of the file."""
-    found = []
+    branches = []
     for branch in tree.carried(body):
-        found += [branch, *down(tree, branch.body)]
-    return found
+        branches += [branch, *down(tree, branch.body)]
+    return branches
 
 
 def named(scene: Scene) -> Counter[str]:
     """How often loops, forces and markers name each body. A body that they name is needed, and cannot be removed."""
-    found: Counter[str] = Counter(marker.body for marker in scene.markers)
+    names: Counter[str] = Counter(marker.body for marker in scene.markers)
     for force in scene.forces:
-        found.update(getattr(force, "bodies", ()))
-        found.update([body for body in [getattr(force, "body", None)] if body])
+        names.update(getattr(force, "bodies", ()))
+        names.update([body for body in [getattr(force, "body", None)] if body])
         for end in ("first", "second", "point", "location"):
             if hasattr(getattr(force, end, None), "body"):
-                found[getattr(force, end).body] += 1
+                names[getattr(force, end).body] += 1
     joints: Counter[str] = Counter()
     for joint in scene.joints:
         if joint.couples is None:
             joints.update(joint.bodies)
-    found.update({name: 1 for name, often in joints.items() if often != 2})
-    return found
+    names.update({name: 1 for name, often in joints.items() if often != 2})
+    return names

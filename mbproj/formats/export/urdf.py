@@ -162,9 +162,9 @@ class _Urdf:
         free = self.tree.freedoms
         screws = [joint for joint in self.scene.joints if joint.type == "screw" and joint not in self.tree.loops]
         for joint in [*screws, *(joint for joint in self.scene.joints if joint.couples is not None)]:
-            found = sum_of(joint, self.start)
-            weights = {} if found is None else {name: each for name, each in found.weights.items() if each}
-            able = found is not None and found.curve is None and len(weights) == 2 and set(weights) <= set(free)
+            weighted = sum_of(joint, self.start)
+            weights = {} if weighted is None else {name: each for name, each in weighted.weights.items() if each}
+            able = weighted is not None and weighted.curve is None and len(weights) == 2 and set(weights) <= set(free)
             follower = next((name for name in reversed(list(weights)) if name not in self.mimics), "")
             if not able or not follower:
                 self.out.say(f"coupling '{joint.name}'", "left out: it is no mimic of URDF", Same.NO)

@@ -126,7 +126,7 @@ def _forces(along: ActuatedCoordinate, law: ActuatorLaw, drive: ActuatorDrive) -
             text = within(text, (low, high))
         return [{along.force: Bare(text)}]
     per = "N*m" if along.unit == "rad" else "N"
-    found: list[dict[str, Any]] = []
+    forces: list[dict[str, Any]] = []
     kept: dict[str, Any] = {}
     push, signal = (b, True) if drive.constant is None else (b + a * drive.constant, False)
     if b_s:
@@ -136,10 +136,10 @@ def _forces(along: ActuatedCoordinate, law: ActuatorLaw, drive: ActuatorDrive) -
     if b_v:
         kept["damping"] = Quantity(-b_v, f"{per}*s/rad" if along.unit == "rad" else "N*s/m")
     if kept:
-        found.append(kept)
+        forces.append(kept)
     if push or signal:
-        found.append({along.force: Bare(summed([(a if signal else 0.0, drive.text), (push, "1")]))})
-    return found
+        forces.append({along.force: Bare(summed([(a if signal else 0.0, drive.text), (push, "1")]))})
+    return forces
 
 
 def _on_body(

@@ -156,7 +156,7 @@ def _posed(model: Any, source: MjcfSource, options: ImportOptions) -> Any:
 
 def _places(model: Any, root: XmlElement) -> dict[tuple[str, int], Place]:
     """The places of elements by kind and number, found by name, or by order where the file has as many as the model."""
-    found: dict[tuple[str, int], Place] = {}
+    places: dict[tuple[str, int], Place] = {}
     world = [element for each in root.all("worldbody") for element in each.walk()]
     for kind in ("body", "jnt", "geom", "site"):
         elements = [element for element in world if KINDS.get(element.tag) == kind]
@@ -167,7 +167,7 @@ def _places(model: Any, root: XmlElement) -> dict[tuple[str, int], Place]:
         for number in range(count):
             name = getattr(model, kind)(number + first).name
             if name in named:
-                found[kind, number + first] = named[name]
+                places[kind, number + first] = named[name]
             elif ordered and kind == "body":
-                found[kind, number + first] = ordered[number].place
-    return found
+                places[kind, number + first] = ordered[number].place
+    return places

@@ -91,12 +91,12 @@ def joint_name(compiled: CompiledMjcf, number: int, child: str) -> str:
 
 def start_of(compiled: CompiledMjcf, called: Called) -> dict[str, float]:
     """The model's coordinates of hinges and slides at the pose of the start, by name, in rad and m."""
-    model, found = compiled.model, {}
+    model, start = compiled.model, {}
     for number in range(model.njnt):
         if int(model.jnt_type[number]) in (HINGE, SLIDE):
             name = joint_name(compiled, number, called[int(model.jnt_bodyid[number])])
-            found[name] = float(compiled.data.qpos[model.jnt_qposadr[number]])
-    return found
+            start[name] = float(compiled.data.qpos[model.jnt_qposadr[number]])
+    return start
 
 
 def _say_free(compiled: CompiledMjcf, mechanism: ImportedMechanism, number: int, child: str) -> None:

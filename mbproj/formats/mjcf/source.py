@@ -68,15 +68,15 @@ def _read_mesh(files: dict[str, bytes], folder: Path, path: Path, asset: XmlElem
     if asset.tag == "hfield":
         return "is a height field, which takes no part"
     try:
-        found = path.resolve()
-        if not found.is_relative_to(folder):
+        file = path.resolve()
+        if not file.is_relative_to(folder):
             return "is outside of the model's folder"
-        if not found.is_file():
+        if not file.is_file():
             return "is not there"
-        if found.stat().st_size > MOST_MESH_BYTES:
+        if file.stat().st_size > MOST_MESH_BYTES:
             return f"is larger than {MOST_MESH_BYTES // 1_000_000} MB"
-        asset.attributes["file"] = f"{len(files)}{found.suffix}"
-        files[asset.get("file")] = found.read_bytes()
+        asset.attributes["file"] = f"{len(files)}{file.suffix}"
+        files[asset.get("file")] = file.read_bytes()
     except (OSError, ValueError, RuntimeError):
         return "cannot be read"
     return ""

@@ -87,13 +87,13 @@ _Links = dict[str, tuple[Frame, Scope, XmlElement]]
 
 def _links(scope: Scope, frames: SdfFrames) -> _Links:
     """The links by full name, with their poses in the world."""
-    found: _Links = {}
+    links: _Links = {}
     for model in scope.walk():
         for name, element in model.all("link"):
-            found[full_name(model, name)] = (frames.pose(model, name, element.place), model, element)
-    if not found:
+            links[full_name(model, name)] = (frames.pose(model, name, element.place), model, element)
+    if not links:
         raise InputError(Problem("the model has no link", scope.element.place, "a model has links and joints"))
-    return found
+    return links
 
 
 def _short(name: str, names: Iterable[str]) -> str:
@@ -108,24 +108,24 @@ def _joints(
 ) -> dict[tuple[int, str], SdfJoint]:
     """Joints by their scope and name. Raises InputError, all problems at once."""
     every = [full_name(model, name) for model in scope.walk() for name, _ in model.all("joint")]
-    found: dict[tuple[int, str], SdfJoint] = {}
+    joints: dict[tuple[int, str], SdfJoint] = {}
     problems: list[Problem] = []
     for model in scope.walk():
         for name, element in model.all("joint"):
             short = _short(full_name(model, name), every)
             try:
                 joint = read_joint(model, frames, element, short, options.meet, links)
-                found[id(model), name] = joint
+                joints[id(model), name] = joint
             except InputError as error:
                 problems += error.problems
     if problems:
         raise InputError(problems)
-    able = [joint.name for joint in found.values() if joint.type in ("revolute", "continuous", "prismatic", "screw")]
+    able = [joint.name for joint in joints.values() if joint.type in ("revolute", "continuous", "prismatic", "screw")]
     for name in options.pose:
         if name not in able:
             what = f"the pose names '{name}', which is no joint of the model with one coordinate"
             raise InputError(Problem(what, scope.element.place, choose_from(name, able)))
-    return found
+    return joints
 
 
 def _grounded(links: _Links, joints: Iterable[SdfJoint]) -> set[str]:

@@ -95,14 +95,14 @@ def pose_in(element: XmlElement) -> Frame:
 def scopes_of(root: XmlElement, path: Path) -> tuple[Scope, list[XmlElement]]:
     """The scope of the first world, or of the first model outside a world, and the further worlds and models of the
     file. Raises InputError, all problems at once, where a name is missing or repeated, or an include cannot be read."""
-    found = root.all("world", "model")
-    if not found:
+    models = root.all("world", "model")
+    if not models:
         raise InputError(Problem("the file has no <model> and no <world>", root.place, "an SDF has one of them"))
     files = _Files(path.resolve().parent)
-    scope = files.scope(found[0], None, (path.resolve(),))
+    scope = files.scope(models[0], None, (path.resolve(),))
     if files.problems:
         raise InputError(files.problems)
-    return scope, found[1:]
+    return scope, models[1:]
 
 
 @dataclass(eq=False)

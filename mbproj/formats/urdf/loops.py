@@ -73,9 +73,9 @@ def _closing(model: Urdf) -> Iterator[Loop]:
     """Yield the loops of links closing_NAME_1 and closing_NAME_2, whose origins meet."""
     pairs: dict[str, dict[str, str]] = {}
     for name in model.links:
-        found = _CLOSING.fullmatch(name)
-        if found:
-            pairs.setdefault(found[1], {})[found[2]] = name
+        match = _CLOSING.fullmatch(name)
+        if match:
+            pairs.setdefault(match[1], {})[match[2]] = name
     for name, ends in pairs.items():
         if len(ends) == 1:
             (alone,) = ends.values()

@@ -86,11 +86,11 @@ def touching(
         active = active[(np.abs(step) > settled).any(axis=0)]
         if not len(active):
             break
-    found: Numbers = s
+    feet: Numbers = s
     if np.iscomplexobj(d) or np.iscomplexobj(angle):
         for _ in range(2):  # the first step brings the derivative, the second corrects the first's round-off
-            found = found + _newton(curves, RelativePose(flat.T, turn, opposite), found, piece)
-    return found.T.reshape(*angle.shape, 2), piece.T.reshape(*angle.shape, 2)
+            feet = feet + _newton(curves, RelativePose(flat.T, turn, opposite), feet, piece)
+    return feet.T.reshape(*angle.shape, 2), piece.T.reshape(*angle.shape, 2)
 
 
 def _newton(curves: tuple[PlaneCurve, PlaneCurve], pose: RelativePose, s: Numbers, piece: Integers) -> Numbers:

@@ -125,11 +125,11 @@ class PlaneCurve(PiecedCurve):
             active = active[np.abs(step) > self.settled]  # the next step would be round-off
             if not len(active):
                 break
-        found: Numbers = s
+        feet: Numbers = s
         if np.iscomplexobj(d):
             for _ in range(2):  # the first step brings the derivative, the second corrects the first's round-off
-                found = found + newton(flat, found, piece)
-        return found.reshape(d.shape[:-1]), piece.reshape(d.shape[:-1])
+                feet = feet + newton(flat, feet, piece)
+        return feet.reshape(d.shape[:-1]), piece.reshape(d.shape[:-1])
 
     def _nearest(self, point: Array, held: int) -> tuple[Array, Integers]:
         """The parameters and pieces of the places nearest to points (k, 2)."""

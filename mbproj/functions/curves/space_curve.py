@@ -119,11 +119,11 @@ class SpaceCurve(PiecedCurve):
             active = active[np.abs(step) > self.settled]
             if not len(active):
                 break
-        found: Numbers = s
+        feet: Numbers = s
         if np.iscomplexobj(d):
             for _ in range(2):
-                found = found + self._newton(flat, found, piece)
-        return found.reshape(d.shape[:-1]), piece.reshape(d.shape[:-1])
+                feet = feet + self._newton(flat, feet, piece)
+        return feet.reshape(d.shape[:-1]), piece.reshape(d.shape[:-1])
 
     def _nearest(self, point: Array, held: int) -> tuple[Array, Integers]:
         places = self.places

@@ -117,10 +117,10 @@ def equilibrium(
 
 def _with_masses(system: System, problem: EquilibriumProblem, solved: Solved, here: RestingContacts) -> Equilibrium:
     """Return the description, with the masses that compliant stops meet at the equilibrium, not at the start."""
-    found = described(problem, solved, here)
+    described_pose = described(problem, solved, here)
     if system.stops is None or not system.stops.resistance.any():
-        return found
-    here = held_at(settled(system), found.state, resting=True)
+        return described_pose
+    here = held_at(settled(system), described_pose.state, resting=True)
     return described(replace(problem, system=here.system), solved, here)
 
 

@@ -91,8 +91,8 @@ class BalanceWithStates:
         pushed = -states.push.times(N).T * scale / self.torque
         unit = unit * self.at.problem.system.states.rests[:, None]
         of_states = -unit * states.by_displacement.times(N), -unit * states.by_states * scale
-        found = np.block([[K / self.torque, pushed], [*of_states]])
-        return found, np.block([[sizes / self.torque, np.abs(pushed)], [*map(np.abs, of_states)]])
+        matrix = np.block([[K / self.torque, pushed], [*of_states]])
+        return matrix, np.block([[sizes / self.torque, np.abs(pushed)], [*map(np.abs, of_states)]])
 
     def after(self, step: Array) -> BalanceWithStates | None:
         """Return the forces and rates after a step; None where constraints do not close, or a

@@ -70,7 +70,7 @@ def without_slip(reduced: ReducedEquations, slip: SlipEquations, states: int) ->
     moved = reduced.weighs @ _except(back, free, rank)
     follows = np.zeros((rank, len(back)))
     follows[:, free : free + rank] = np.eye(rank)
-    found = ReducedEquations(
+    without = ReducedEquations(
         arranged(M, none),
         arranged(D @ _except(back, free, rank), one),
         arranged(K @ back, mass * E @ back),
@@ -79,7 +79,7 @@ def without_slip(reduced: ReducedEquations, slip: SlipEquations, states: int) ->
         np.concatenate([moved, follows]),
         chains=True,
     )
-    return found, back
+    return without, back
 
 
 def _except(back: Array, first: int, count: int) -> Array:

@@ -58,13 +58,13 @@ Entry = tuple[str, Callable[[], Array]]
 def forces_known(system: System, motion: MotionAtTime) -> dict[str, Entry]:
     """Return every force by name: along joint coordinates "A.angle", along the coordinate of a force of the scene, and
     components of forces and torques on bodies, "push.x"."""
-    pose, found = motion.pose, dict[str, Entry]()
+    pose, entries = motion.pose, dict[str, Entry]()
     laws = system.forces.laws.coordinates, system.forces.law_owners
     for bound, names in ((system.coordinates, system.names.coordinates), laws):
         rows = rows_at(bound, pose)
         for row, (name, unit) in enumerate(zip(names, bound.units, strict=True)):
-            found[name] = ("N" if unit == "m" else "N m", partial(rows.at, row))
-    return found | _on_bodies(system, pose)
+            entries[name] = ("N" if unit == "m" else "N m", partial(rows.at, row))
+    return entries | _on_bodies(system, pose)
 
 
 def _on_bodies(system: System, pose: Pose) -> dict[str, Entry]:

@@ -37,8 +37,8 @@ class Round:
     @property
     def multipliers(self) -> Numbers:
         """The factors of small motions in a round, the largest first."""
-        found = np.linalg.eigvals(self.matrix)
-        return np.asarray(found[np.argsort(-np.abs(found), kind="stable")])
+        eigenvalues = np.linalg.eigvals(self.matrix)
+        return np.asarray(eigenvalues[np.argsort(-np.abs(eigenvalues), kind="stable")])
 
 
 def round_of(reference: LinearReference) -> Round:
@@ -86,9 +86,9 @@ def _set_by(reference: LinearReference) -> Outputs:
 
 def _jump(model: LinearModel, actions: Actions, action: int, first: int) -> Array:
     """Return J of an action, which sets all its states at once."""
-    found, entries = np.eye(len(model.A)), list(actions.sets(action))
-    found[first + actions.state[entries]] = model.C[entries]
-    return found
+    jump, entries = np.eye(len(model.A)), list(actions.sets(action))
+    jump[first + actions.state[entries]] = model.C[entries]
+    return jump
 
 
 def _common(period: Array) -> float:
@@ -107,13 +107,13 @@ def _common(period: Array) -> float:
 def _instants(actions: Actions, time: float) -> list[tuple[float, list[int]]]:
     """Return the instants of a round that begins with the last controller's first, each with its actions in order."""
     begin, near = float(actions.first.max()), THRESHOLDS.same_written * float(actions.period.min())
-    found: list[tuple[float, list[int]]] = []
+    instants: list[tuple[float, list[int]]] = []
     for at, own in sorted(actions.instants(begin, begin + time - 2.0 * near, near).items()):
-        if found and at - begin - found[-1][0] <= near:
-            found[-1][1].extend(own)
+        if instants and at - begin - instants[-1][0] <= near:
+            instants[-1][1].extend(own)
         else:
-            found.append((at - begin, [*own]))
-    return [(at, sorted(own)) for at, own in found]
+            instants.append((at - begin, [*own]))
+    return [(at, sorted(own)) for at, own in instants]
 
 
 def _product(A: Array, jumps: list[Array], instants: list[tuple[float, list[int]]], time: float) -> Array:

@@ -229,7 +229,7 @@ def _refuse_rates_of_inputs(y: Outputs, to_body: Array | csr_matrix, at_once: Ar
 def _to_body(reference: LinearReference) -> Array | csr_matrix:
     """Return the matrix (6n, 6n) from virtual displacements in global axes to those in body axes."""
     n = reference.system.bodies
-    found = np.zeros((n, 6, 6))
-    found[:, :3, :3] = np.eye(3)
-    found[:, 3:, 3:] = np.swapaxes(reference.motion.pose.rotation[:-1], -1, -2)
-    return on_diagonal(found).matrix()
+    blocks = np.zeros((n, 6, 6))
+    blocks[:, :3, :3] = np.eye(3)
+    blocks[:, 3:, 3:] = np.swapaxes(reference.motion.pose.rotation[:-1], -1, -2)
+    return on_diagonal(blocks).matrix()

@@ -72,11 +72,11 @@ def _coordinates(reference: LinearReference) -> dict[str, Entry]:
     def speed(row: int, unit: str) -> tuple[str, Part, Part, Part]:
         return f"{unit}/s", rows.G_dot.at(row), rows.G.at(row), 0.0
 
-    found: dict[str, Entry] = {}
+    entries: dict[str, Entry] = {}
     for row, (name, unit) in enumerate(zip(system.names.coordinates, system.names.coordinate_units, strict=True)):
-        found[name] = partial(lambda row, unit: (unit, rows.G.at(row), 0.0, 0.0), row, unit)
-        found[f"{name}_speed"] = partial(speed, row, unit)
-    return found
+        entries[name] = partial(lambda row, unit: (unit, rows.G.at(row), 0.0, 0.0), row, unit)
+        entries[f"{name}_speed"] = partial(speed, row, unit)
+    return entries
 
 
 def _states(reference: LinearReference) -> dict[str, Entry]:
@@ -95,14 +95,14 @@ def _markers(reference: LinearReference) -> dict[str, Entry]:
         row[body, 3:] = np.cross(system.marker_local[marker], pose.rotation[body, axis])
         return row[:-1].ravel()
 
-    found: dict[str, Entry] = {}
+    entries: dict[str, Entry] = {}
     for marker, name in enumerate(system.names.markers):
         for axis, letter in enumerate("xyz"):
             row = partial(moves, marker, axis)
-            found[f"{name}.{letter}"] = partial(lambda row: ("m", row(), 0.0, 0.0), row)
+            entries[f"{name}.{letter}"] = partial(lambda row: ("m", row(), 0.0, 0.0), row)
             if not reference.moves:
-                found[f"{name}.velocity_{letter}"] = partial(lambda row: ("m/s", 0.0, row(), 0.0), row)
-    return found
+                entries[f"{name}.velocity_{letter}"] = partial(lambda row: ("m/s", 0.0, row(), 0.0), row)
+    return entries
 
 
 def _reactions(reference: LinearReference) -> dict[str, Entry]:

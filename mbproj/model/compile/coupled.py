@@ -130,15 +130,15 @@ def two_curves(kind: type[TwoCurves], joint: Joint) -> TwoCurves:
 def touching_of(joints: Sequence[Joint], coordinates: Sequence[str]) -> tuple[Touching | None, tuple[str, ...]]:
     """Return the joints that follow curves as `Touching`, None without any, and their names. `coordinates` are the
     names of the system's coordinates."""
-    found = []
+    followers = []
     for joint in joints:
         curves = joint.parameters.get("curves", (joint.parameters.get("curve"),))
         if curves[0] is not None:
             first = next(at for at, name in enumerate(coordinates) if name.startswith(f"{joint.name}."))
-            found.append((joint.name, first, getattr(curves[0], "roller", 0.0)))
-    if not found:
+            followers.append((joint.name, first, getattr(curves[0], "roller", 0.0)))
+    if not followers:
         return None, ()
-    names, first_of, offset = zip(*found, strict=True)
+    names, first_of, offset = zip(*followers, strict=True)
     return Touching(first_of, offset), names
 
 

@@ -98,8 +98,8 @@ def _any_normal(axis: Array) -> Array:
     """Unit vectors normal to axes (..., 3): the normal parts of the coordinate axes that are farthest from them."""
     farthest = np.eye(3)[np.argmin(np.abs(axis), axis=-1)]
     part = farthest - np.sum(farthest * axis, axis=-1, keepdims=True) * axis
-    found: Array = part / _length(part)
-    return found
+    normal: Array = part / _length(part)
+    return normal
 
 
 def _turned(vector: Array, start: Array, end: Array) -> Array:

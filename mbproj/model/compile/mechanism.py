@@ -176,14 +176,14 @@ def _symbols(groups: RigidGroups, poses: Mapping[str, Pose]) -> dict[str, Symbol
     """Return the points and vectors of each joint in the axes of the carriers. A coupling has the symbols of its last
     joint, where its reaction acts."""
     own = [joint for joint in groups.joints if joint.couples is None]
-    found: dict[str, Symbols] = {}
+    symbols: dict[str, Symbols] = {}
     for joint, frame in zip(own, _seated(own, local_frames(own, poses), groups), strict=True):
         carriers = [groups.seats[name].carrier for name in joint.bodies]
-        found[joint.name] = {symbol: (carriers[at // 4], 1 + at // 4, frame[at]) for at, symbol in enumerate(SYMBOLS)}
+        symbols[joint.name] = {symbol: (carriers[at // 4], 1 + at // 4, frame[at]) for at, symbol in enumerate(SYMBOLS)}
     for joint in groups.joints:
         if joint.couples is not None:
-            found[joint.name] = found[joint.couples.joints[-1]]
-    return found
+            symbols[joint.name] = symbols[joint.couples.joints[-1]]
+    return symbols
 
 
 def _seated(joints: Sequence[Joint], frames: Array, groups: RigidGroups) -> Array:

@@ -176,5 +176,5 @@ def _links(outside: list[_Row], parallel: Flags) -> Iterator[frozenset[int]]:
 def _sine(first: Array, second: Array) -> Array:
     """Return the sines of the angles between vectors (..., 3); 0 where a vector has no length."""
     size = np.linalg.norm(first, axis=-1) * np.linalg.norm(second, axis=-1)
-    found: Array = np.linalg.norm(cross(first, second), axis=-1) / np.where(size > 0.0, size, 1.0)
-    return found
+    sines: Array = np.linalg.norm(cross(first, second), axis=-1) / np.where(size > 0.0, size, 1.0)
+    return sines

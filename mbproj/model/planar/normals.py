@@ -53,11 +53,11 @@ def _distinct(vectors: Array, most: int) -> Array:
     """Return the directions of vectors (k, 3), up to sign, in their order; at most `most` of them."""
     length = _lengths(vectors)
     left = vectors[length > 0.0] / length[length > 0.0, None]
-    found: list[Array] = []
-    while len(left) and len(found) < most:
-        found.append(left[0])
+    distinct: list[Array] = []
+    while len(left) and len(distinct) < most:
+        distinct.append(left[0])
         left = left[_lengths(cross(left, left[0])) > THRESHOLDS.same_written]
-    return numbers(found).reshape(-1, 3)
+    return numbers(distinct).reshape(-1, 3)
 
 
 def _lengths(vectors: Array) -> Array:

@@ -136,8 +136,8 @@ def _free_motions(row: Integers, body: Integers, values: Array, shape: tuple[int
     matrix = np.zeros((*shape, 3), like=one_of((values,)))
     matrix[row, body] = values
     _, values, vectors = np.linalg.svd(matrix.reshape(shape[0], 3 * shape[1]), full_matrices=True)
-    found: Array = vectors[np.count_nonzero(values > THRESHOLDS.dependent) :].reshape(-1, shape[1], 3)
-    return found
+    motions: Array = vectors[np.count_nonzero(values > THRESHOLDS.dependent) :].reshape(-1, shape[1], 3)
+    return motions
 
 
 def _some_free_motions(row: Integers, body: Integers, values: Array, shape: tuple[int, int]) -> Array:

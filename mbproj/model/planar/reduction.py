@@ -56,10 +56,10 @@ def planar_reduction(system: System, q: Array) -> Plane | NotPlanar:
             return plane
     refusals = []
     for axes, joints, side in _candidates(system, pose):
-        found = _reduction(system, pose, axes, joints, side)
-        if isinstance(found, Plane):
-            return found
-        refusals.append(found)
+        reduction = _reduction(system, pose, axes, joints, side)
+        if isinstance(reduction, Plane):
+            return reduction
+        refusals.append(reduction)
     return (
         refusals[0]
         if refusals

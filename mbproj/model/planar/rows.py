@@ -185,8 +185,8 @@ def strangeness(bound: PrimitiveSet, row: int) -> str:
 def _summed(terms: Array, place: Integers, size: int) -> Array:
     """Return the sums (..., size) of the terms (..., k) that have the same place (k,)."""
     if terms.ndim == 1:
-        found: Array = np.bincount(place, terms, minlength=size).astype(float)
-        return found
+        sums: Array = np.bincount(place, terms, minlength=size).astype(float)
+        return sums
     total = np.zeros((size, *terms.shape[:-1]), like=terms)
     np.add.at(total, place, np.moveaxis(terms, -1, 0))
     return np.moveaxis(total, 0, -1)

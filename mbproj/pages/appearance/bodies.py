@@ -116,11 +116,11 @@ def parts_of(
 
 def distinct(points: Sequence[Array], apart: float) -> list[Array]:
     """The points without those that are closer than `apart` to an earlier one."""
-    found: list[Array] = []
+    kept_points: list[Array] = []
     for point in points:
-        if all(np.linalg.norm(point - other) > apart for other in found):
-            found.append(point)
-    return found
+        if all(np.linalg.norm(point - other) > apart for other in kept_points):
+            kept_points.append(point)
+    return kept_points
 
 
 def _without_shapes(
@@ -207,12 +207,12 @@ def _struts(drawn: Sequence[Solid], points: Sequence[Array], radius: float) -> t
     """A thin bar from the nearest part to each point that is off all parts."""
     if not drawn:
         return ()
-    found: list[Solid] = []
+    struts: list[Solid] = []
     for point in points:
         near = min((_nearest(part, point) for part in drawn), key=lambda at: float(np.linalg.norm(point - at)))
         if np.linalg.norm(point - near) > OFF * radius:
-            found += bar(near, point, radius)[:1]
-    return tuple(found)
+            struts += bar(near, point, radius)[:1]
+    return tuple(struts)
 
 
 def _nearest(part: Solid, point: Array) -> Array:

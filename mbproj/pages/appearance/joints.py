@@ -170,10 +170,10 @@ def _wheels(joint: Joint, item: int, layout: PartNumbers, motion: PoseHistory) -
     given = joint.parameters
     if "slots" in given:
         yield from _geneva(joint, item, layout, start, points, axes)
-    found = [abs(radius) for radius in given.get("radii", (given["radius"],) if "radius" in given else ())]
+    sizes = [abs(radius) for radius in given.get("radii", (given["radius"],) if "radius" in given else ())]
     if "teeth" in given:
-        found += radii(points, axes, given["teeth"]) or ()
-    for radius, owner, frame in zip(found, owners, frames, strict=False):
+        sizes += radii(points, axes, given["teeth"]) or ()
+    for radius, owner, frame in zip(sizes, owners, frames, strict=False):
         for part in wheel(frame["p2"], frame["z2"], frame["x2"], radius, layout.thickness):
             yield DrawnPart(part, owner, "joints", item)
 

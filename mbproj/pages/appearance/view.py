@@ -65,8 +65,8 @@ def outermost(cloud: Array, margin: float) -> Array:
     height, turn = 1.0 - (2.0 * count + 1.0) / DIRECTIONS, count * np.pi * (3.0 - np.sqrt(5.0))  # a Fibonacci sphere
     flat = np.sqrt(1.0 - height**2)
     directions = np.column_stack([flat * np.cos(turn), flat * np.sin(turn), height])
-    found: Array = cloud[np.argmax(cloud @ directions.T, axis=0)] + margin * directions
-    return found
+    points: Array = cloud[np.argmax(cloud @ directions.T, axis=0)] + margin * directions
+    return points
 
 
 def _cloud(look: Look, motion: PoseHistory) -> Array:

@@ -61,5 +61,5 @@ def _remark(shown: int, recorded: int, cramped: bool) -> str:
 def largest_between(values: Array, whole: Integers, rows: Integers) -> Array:
     """The largest of `values` (T, c) since the frame before, (F, c), so that a peak between two frames is not lost."""
     starts = np.concatenate([[whole[0]], rows[:-1] + 1]) if len(rows) else rows
-    found = [np.fmax.reduce(values[start : row + 1], axis=0) for start, row in zip(starts, rows, strict=True)]
-    return np.array(found).reshape(len(rows), values.shape[1])
+    largest = [np.fmax.reduce(values[start : row + 1], axis=0) for start, row in zip(starts, rows, strict=True)]
+    return np.array(largest).reshape(len(rows), values.shape[1])

@@ -77,10 +77,10 @@ def step_of(values: Array, digits: int) -> Array:
 def _differences(whole: np.ndarray, order: int) -> np.ndarray:
     """The differences of an order along time, in 32 bits with wrap-around. The first rows stay, so that they can be
     summed again."""
-    found = whole.copy()
+    differences = whole.copy()
     for turn in range(min(order, max(len(whole) - 1, 0))):
-        found[turn + 1 :] = found[turn + 1 :] - found[turn:-1]
-    return found
+        differences[turn + 1 :] = differences[turn + 1 :] - differences[turn:-1]
+    return differences
 
 
 def _cost(differences: np.ndarray) -> float:

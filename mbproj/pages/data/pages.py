@@ -125,10 +125,10 @@ def _run(
 
 def _events(result: Results, frames: PageFrames) -> list[dict[str, Any]]:
     """The events of the run, and its failure if it failed, in the order of time."""
-    found = [{"time": event.time, "text": f"{event.kind}: {event.name}", "kind": "event"} for event in result.events]
+    events = [{"time": event.time, "text": f"{event.kind}: {event.name}", "kind": "event"} for event in result.events]
     if result.status.startswith("failed") and len(frames.rows):
-        found.append({"time": float(result.time[frames.rows[-1]]), "text": result.status, "kind": "failure"})
-    return found
+        events.append({"time": float(result.time[frames.rows[-1]]), "text": result.status, "kind": "failure"})
+    return events
 
 
 def _passages(system: System, motion: PoseHistory) -> list[dict[str, Any]]:

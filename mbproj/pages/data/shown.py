@@ -126,9 +126,9 @@ def _steady(orientation: Array) -> Array:
     """Euler parameters (T, n, 4) with signs that do not jump from sample to sample."""
     turns = np.einsum("tnk,tnk->tn", orientation[1:], orientation[:-1])
     signs = np.cumprod(np.where(turns < 0.0, -1.0, 1.0), axis=0)
-    found = orientation.copy()
-    found[1:] *= signs[..., None]
-    return found
+    steady = orientation.copy()
+    steady[1:] *= signs[..., None]
+    return steady
 
 
 def _numbers(values: Sequence[float] | Array) -> list[float]:

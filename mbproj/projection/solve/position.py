@@ -48,12 +48,12 @@ def correct_position(
     """Return q with C(q) = 0 by the chosen test. Where the method does not converge, GOPM's metric is used if
     allowed."""
     correct = _by_violation if settings.test == "violation" else _by_paper
-    found = correct(system, method, settings, rows, q, drive)
-    if found.met or settings.fallback == "none":
-        return found
+    corrected = correct(system, method, settings, rows, q, drive)
+    if corrected.met or settings.fallback == "none":
+        return corrected
     again = _by_violation(system, Gopm(), settings, rows, q, drive)
-    nearest = min(found.nearest, again.nearest)
-    return replace(again, passes=found.passes + again.passes, fell_back=True, nearest=nearest)
+    nearest = min(corrected.nearest, again.nearest)
+    return replace(again, passes=corrected.passes + again.passes, fell_back=True, nearest=nearest)
 
 
 def _by_violation(

@@ -82,14 +82,14 @@ class Contents:
 
     def datasets(self) -> list[str]:
         """The names of all datasets."""
-        found: list[str] = []
+        paths: list[str] = []
         with self._reading("/"):
-            self._file.visititems(lambda name, item: found.append(name) if isinstance(item, h5py.Dataset) else None)
-            for place, name in enumerate(found):  # a scale of several groups is also in the root
+            self._file.visititems(lambda name, item: paths.append(name) if isinstance(item, h5py.Dataset) else None)
+            for place, name in enumerate(paths):  # a scale of several groups is also in the root
                 shared = name.rpartition("/")[2]
                 if shared in self._file and self._file[shared] == self._file[name]:
-                    found[place] = shared
-        return found
+                    paths[place] = shared
+        return paths
 
     def rows(self, name: str, trailing: tuple[int, ...], dtype: npt.DTypeLike = "f8") -> int:
         """The length of the first axis of a dataset; its other axes must have the lengths `trailing`."""
@@ -139,10 +139,10 @@ class Contents:
         self.check_room(name)
         stored = self._read(dataset, name)
         with self._reading(name):
-            found = [bytes(text).decode() for text in stored.reshape(-1)]
-        if not all(text.isprintable() for text in found):
+            texts = [bytes(text).decode() for text in stored.reshape(-1)]
+        if not all(text.isprintable() for text in texts):
             raise self.damaged(name, "has a text that cannot be printed")
-        return np.array(found, dtype=object).reshape(stored.shape)
+        return np.array(texts, dtype=object).reshape(stored.shape)
 
     def length(self, name: str) -> int:
         """The number of values of a dataset with one axis."""
@@ -154,10 +154,10 @@ class Contents:
     def listed(self, attribute: str) -> tuple[str, ...]:
         """The names in an attribute of the file that is a list."""
         with self._reading(attribute):
-            found = [plain(name) for name in np.atleast_1d(self._file.attrs[attribute])]
-        if not all(isinstance(name, str) and name.isprintable() for name in found):
+            names = [plain(name) for name in np.atleast_1d(self._file.attrs[attribute])]
+        if not all(isinstance(name, str) and name.isprintable() for name in names):
             raise self.damaged(attribute, "is no list of names")
-        return tuple(found)
+        return tuple(names)
 
     def attributes(self, group: str = "/") -> Mapping[str, Any]:
         """The attributes that are numbers, flags or texts. In a finished file those that mbproj wrote, also lists of

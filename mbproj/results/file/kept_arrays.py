@@ -22,10 +22,10 @@ class KeptArrays:
     def get(self, path: str, read: Callable[[], Values]) -> Values:
         """The array of a path, which is read where it is not here. Those that were not used for longest may be
         dropped."""
-        found = self._arrays.pop(path, None)
-        self._arrays[path] = found = read() if found is None else found
+        array = self._arrays.pop(path, None)
+        self._arrays[path] = array = read() if array is None else array
         size = sum(values.nbytes for values in self._arrays.values())
         for other in [other for other in list(self._arrays)[:-1] if other != "time"]:
             if size > KEPT_BYTES:
                 size -= self._arrays.pop(other).nbytes
-        return found
+        return array

@@ -122,9 +122,9 @@ def _ways_out(root: h5g.GroupID) -> Iterator[tuple[str, str]]:
 
 
 def _links(group: h5g.GroupID) -> list[tuple[bytes, int]]:
-    found: list[tuple[bytes, int]] = []
-    group.links.iterate(lambda name, info: found.append((name, info.type)), info=True)
-    return found
+    links: list[tuple[bytes, int]] = []
+    group.links.iterate(lambda name, info: links.append((name, info.type)), info=True)
+    return links
 
 
 def _storage_elsewhere(dataset: h5d.DatasetID) -> str | None:

@@ -137,9 +137,9 @@ def integrals(time: Array, values: Array, piece: Integers) -> Array:
     """∫ f dt over each interval between samples, values (T, C): (T - 1, C). The curve is a cubic where four samples of
     one piece are around, else a straight line."""
     length = np.diff(time)
-    found = 0.5 * length[:, None] * (values[1:] + values[:-1])
+    areas = 0.5 * length[:, None] * (values[1:] + values[:-1])
     if len(time) < CUBIC:
-        return np.asarray(found)
+        return np.asarray(areas)
     first = np.clip(np.arange(len(length)) - 1, 0, len(time) - CUBIC)
     rows = first[:, None] + np.arange(CUBIC)
     inside = np.flatnonzero(piece[rows[:, 0]] == piece[rows[:, -1]])
@@ -147,8 +147,8 @@ def integrals(time: Array, values: Array, piece: Integers) -> Array:
     middle, half = 0.5 * (time[inside] + time[inside + 1]), 0.5 * length[inside]
     points = np.stack([middle - half / np.sqrt(3.0), middle + half / np.sqrt(3.0)], axis=1)  # Gauss: exact for cubics
     weights = half[:, None] * _weights(nodes, points).sum(axis=1)
-    found[inside] = np.einsum("in,inc->ic", weights, values[rows[inside]])
-    return np.asarray(found)
+    areas[inside] = np.einsum("in,inc->ic", weights, values[rows[inside]])
+    return np.asarray(areas)
 
 
 def in_and_out(time: Array, values: Array, piece: Integers) -> tuple[Array, Array]:

@@ -61,8 +61,8 @@ class SweepCases:
     @property
     def failed(self) -> npt.NDArray[np.bool_]:
         """Whether each case (N,) was run and failed."""
-        found: npt.NDArray[np.bool_] = (self.status != DONE) & (self.status != NOT_RUN)
-        return found
+        is_failed: npt.NDArray[np.bool_] = (self.status != DONE) & (self.status != NOT_RUN)
+        return is_failed
 
 
 def read_table(path: Path) -> SweepCases:

@@ -23,12 +23,12 @@ def rows(
 ) -> list[tuple[str, str]]:
     """The lines of the summary, as (word, text)."""
     span = f"{len(time)} from {time[0]:g} to {time[-1]:g} s" if len(time) else "none"
-    found = [("status", status), ("samples", span)]
-    found += [(kind, _listed(names(kind))) for kind in KINDS if names(kind)]
+    lines = [("status", status), ("samples", span)]
+    lines += [(kind, _listed(names(kind))) for kind in KINDS if names(kind)]
     for key, word, unit in NUMBERS:
         if key in attributes:
-            found.append((word, f"{float(attributes[key]):.2g}{unit}"))
-    return found
+            lines.append((word, f"{float(attributes[key]):.2g}{unit}"))
+    return lines
 
 
 def as_text(title: str, lines: Sequence[tuple[str, str]]) -> str:

@@ -65,8 +65,8 @@ def units_of(given: Mapping[str, Dimension | None], scene: SceneText) -> dict[st
     """The SI units of the quantities that vary, by path: as the scene has them, or from the dimensions of the values
     `given`. "" is none."""
     known = {".".join(map(str, path)): unit for path, unit in scene.units().items()}
-    found = {}
+    units = {}
     for path, dimension in given.items():
         own = symbol_of(dimension) if dimension is not None and dimension != BARE else ""
-        found[path] = known.get(path) or known.get(f"parameters.{path}") or own
-    return found
+        units[path] = known.get(path) or known.get(f"parameters.{path}") or own
+    return units

@@ -53,25 +53,27 @@ def along_tendon(tendons: ModelTendons, number: int, factor: float = 1.0) -> lis
         return _of_joints(tendons, tendons.joints(number), factor)
     if wrong := tendons.wrong(number):
         return wrong
-    found: list[ActuatedCoordinate] = []
+    coordinates: list[ActuatedCoordinate] = []
     tendons.acting.add(number)
     for at, branch in enumerate(tendons.branches(number)):
         line, weight = tendons.ends(branch), factor * branch.weight
         start = tendons.constant(number) / branch.weight if not at else 0.0
         if line is None:
             rope = {"type": "linear_spring_damper", "joint": tendons.rope(number, at), "coordinate": "length"}
-            found.append(ActuatedCoordinate(rope, "displacement", "force", "free_displacement", "m", weight, start))
+            coordinates.append(
+                ActuatedCoordinate(rope, "displacement", "force", "free_displacement", "m", weight, start)
+            )
         else:
             rod = {"type": "spring_damper", "bodies": list(line[0]), "locations": dict(zip(*line, strict=True))}
-            found.append(ActuatedCoordinate(rod, "l", "force", "free_length", "m", weight, start))
-    return found or "nothing changes its length"
+            coordinates.append(ActuatedCoordinate(rod, "l", "force", "free_length", "m", weight, start))
+    return coordinates or "nothing changes its length"
 
 
 def _of_joints(tendons: ModelTendons, weights: Mapping[int, float], factor: float) -> list[ActuatedCoordinate] | str:
     """The coordinates of joints, with their weights; or the reason where a joint has none."""
-    found = [_on_joint(tendons, joint, factor * weight) for joint, weight in weights.items()]
-    known = [each for each in found if each is not None]
-    return known if known and len(known) == len(found) else NOTHING
+    coordinates = [_on_joint(tendons, joint, factor * weight) for joint, weight in weights.items()]
+    known = [each for each in coordinates if each is not None]
+    return known if known and len(known) == len(coordinates) else NOTHING
 
 
 def _on_joint(tendons: ModelTendons, joint: int, factor: float) -> ActuatedCoordinate | None:

@@ -187,10 +187,10 @@ class ModelTendons:
         if wrong := self.wrong(number):
             return wrong
         if not is_path(self.compiled, number):
-            found = {joint: self.coordinate(joint) for joint in self.joints(number)}
-            if None in found.values():
+            by_joint = {joint: self.coordinate(joint) for joint in self.joints(number)}
+            if None in by_joint.values():
                 return "it goes over a joint that has no coordinate of its own"
-            weights = {".".join(found[joint] or ()): weight for joint, weight in self.joints(number).items()}
+            weights = {".".join(by_joint[joint] or ()): weight for joint, weight in self.joints(number).items()}
             self.acting.add(number)
             return TendonSum(weights, self.length(number))
         branches = self.branches(number)
@@ -227,7 +227,7 @@ class ModelTendons:
 
     def _telescopes(self, number: int, at: int) -> list[tuple[str, float]]:
         """The telescopes for the straight parts of a branch between different bodies, with their lengths in m."""
-        branch, found = self.branches(number)[at], []
+        branch, telescopes = self.branches(number)[at], []
         for part, (start, end) in enumerate(pairwise(branch.spots), 1):
             bodies = (self.called[start.number], self.called[end.number])
             if bodies[0] == bodies[1]:
@@ -241,8 +241,8 @@ class ModelTendons:
                 joint = Connection(name, "telescope", bodies, points, place=self.place(number))
                 self.mechanism.joints[name] = joint
                 self.mechanism.tree.add(name)
-            found.append((self.made[key], float(np.linalg.norm(end.point - start.point))))
-        return found
+            telescopes.append((self.made[key], float(np.linalg.norm(end.point - start.point))))
+        return telescopes
 
     def _turns(self, branch: TendonBranch) -> list[Array]:
         """The global axes of the hinges between the bodies of a branch and the ground."""

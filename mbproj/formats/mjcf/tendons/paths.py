@@ -139,13 +139,13 @@ def _length(kept: list[_Item], spots: list[Spot], normal: Array) -> float:
 
 def _without_repeats(called: Called, spots: list[Spot]) -> list[Spot]:
     """The spots without points that are at the place of the point before, on the same body."""
-    found = spots[:1]
+    distinct = spots[:1]
     for spot in spots[1:]:
-        last = found[-1]
+        last = distinct[-1]
         same = called[spot.number] == called[last.number] and not (spot.radius or last.radius)
         if not (same and np.linalg.norm(spot.point - last.point) < ONE_PLACE):
-            found.append(spot)
-    return found
+            distinct.append(spot)
+    return distinct
 
 
 def _axis(compiled: CompiledMjcf, item: _Item, before: Array, after: Array) -> Array:

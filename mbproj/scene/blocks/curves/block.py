@@ -66,15 +66,15 @@ POINTS: Field[Any] = List(POINT, None, "points")
 
 
 def _whole_turn(rises: tuple[tuple[float, float, str], ...]) -> tuple[Rise, ...]:
-    found = tuple(Rise(*each) for each in rises)
-    whole = sum(each.angle for each in found)
+    law_rises = tuple(Rise(*each) for each in rises)
+    whole = sum(each.angle for each in law_rises)
     if abs(whole - FULL_TURN) > WHOLE:
         raise Unfit(f"goes over {math.degrees(whole):.10g} deg", "the angles of its rises add up to 360 deg")
-    for before, each in pairwise((found[-1], *found)):
+    for before, each in pairwise((law_rises[-1], *law_rises)):
         if each.law == "dwell" and each.to != before.to:
             hint = "a dwell stays where the rise before has ended"
             raise Unfit(f"has a dwell that goes from {before.to:g} m to {each.to:g} m", hint)
-    return found
+    return law_rises
 
 
 RISES: Field[Any] = Converted(List(RowField((PositionAngle(above=0.0), Number("m"), LAW)), None, "rises"), _whole_turn)

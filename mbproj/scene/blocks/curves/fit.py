@@ -161,12 +161,12 @@ def _roller_too_large(curve: Track, joint: Joint, distance: float, radius: float
     from mbproj.functions.curves.soundness import largest_roller, touches_twice, undercut
     from mbproj.scene.blocks.curves.made import place
 
-    found = undercut(curve.line, distance) or touches_twice(curve.line, distance) if distance else None
-    if found is None:
+    fault = undercut(curve.line, distance) or touches_twice(curve.line, distance) if distance else None
+    if fault is None:
         return
     most = largest_roller(curve.line, curve.is_left(joint.parameters.get("side")), curve.roller)
     key = ("roller",) if "roller" in joint.parameters else ("curve",)
-    said = f"a roller of {radius:.4g} m does not fit curve '{curve.name}' at {place(found)}"
+    said = f"a roller of {radius:.4g} m does not fit curve '{curve.name}' at {place(fault)}"
     yield Complaint(("joints", joint.name, *key), said, f"the largest that does is {most:.4g} m")
 
 

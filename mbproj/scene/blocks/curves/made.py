@@ -89,16 +89,16 @@ def _refuse(line: PlaneCurve, roller: float, followed: CamFollower) -> None:
                 f"is undercut at {angle:.4g} deg: a flat face does not touch it there",
                 f"a 'base' larger by {more * 1e3:.4g} mm or more gives a convex cam",
             )
-    found = corner(line)
-    if found is not None:
-        raise Unfit(f"has a corner at {place(found)}", "give a smooth curve")
-    found = crossing(line)
-    if found is not None:
-        raise Unfit(f"crosses itself near {place(found)}", "a point there would have two places on it")
-    found = undercut(line, roller) if roller else None
-    if found is not None:
+    fault = corner(line)
+    if fault is not None:
+        raise Unfit(f"has a corner at {place(fault)}", "give a smooth curve")
+    fault = crossing(line)
+    if fault is not None:
+        raise Unfit(f"crosses itself near {place(fault)}", "a point there would have two places on it")
+    fault = undercut(line, roller) if roller else None
+    if fault is not None:
         hint = "give a larger 'base', a smaller 'roller', or a longer rise"
-        raise Unfit(f"is undercut where the roller's centre is at {place(found)}", hint)
+        raise Unfit(f"is undercut where the roller's centre is at {place(fault)}", hint)
 
 
 def place(at: At) -> str:

@@ -41,13 +41,13 @@ class Sheet:
 
     def columns(self) -> dict[str, Array]:
         """The columns of the table by their headings, in SI units and radians."""
-        found = {"arc length (m)": self.arc, "x (m)": self.x, "y (m)": self.y}
+        by_heading = {"arc length (m)": self.arc, "x (m)": self.x, "y (m)": self.y}
         if self.roller:
-            found |= {"centre x (m)": self.line_x, "centre y (m)": self.line_y}
-        found |= {"angle (rad)": self.angle, "radius (m)": self.radius}
+            by_heading |= {"centre x (m)": self.line_x, "centre y (m)": self.line_y}
+        by_heading |= {"angle (rad)": self.angle, "radius (m)": self.radius}
         if self.closed:
-            found["pressure angle (rad)"] = self.pressure
-        return found | {"curvature (1/m)": self.curvature}
+            by_heading["pressure angle (rad)"] = self.pressure
+        return by_heading | {"curvature (1/m)": self.curvature}
 
 
 def sheet_of(scene: Scene, name: str | None, rows: int) -> Sheet:

@@ -276,12 +276,12 @@ def stop_record(force_type: NameChoice) -> Record[Force]:
 
 def stop_units(joints: Mapping[str, Joint], forces: Mapping[str, Force]) -> dict[str, str]:
     """The units of the coordinates that stops limit, by the names of the stops in results."""
-    found: dict[str, str] = {}
+    units: dict[str, str] = {}
     for joint in joints.values():
         for coordinate, limit in joint.limits.items():
             unit = COORDINATE_UNITS[JOINTS[joint.type].coordinates[coordinate][0]]
-            found |= dict.fromkeys(limit.names(joint.name, coordinate), unit)
+            units |= dict.fromkeys(limit.names(joint.name, coordinate), unit)
     for force in forces.values():
         if isinstance(force, DistanceStop | PlaneStop):
-            found |= dict.fromkeys(force.stops, "m")
-    return found
+            units |= dict.fromkeys(force.stops, "m")
+    return units
