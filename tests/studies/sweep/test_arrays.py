@@ -43,6 +43,19 @@ SWEEPS = {
         f"  bodies.body.mass: 250:300:{COUNT}\n{END}",
         "  drift: {diagnostic: energy_drift, at: end}\n",
     ),
+    "governor": (
+        f"  speed: 18:22:{COUNT}\n{ADAPTIVE}",
+        "  spin: {joint: spin, quantity: angle_speed, at: end}\n  drift: {diagnostic: energy_drift, at: largest}\n",
+    ),
+    "inline_four": (
+        f"  piston_mass: 0.4:0.6:{COUNT}\n  simulation.duration: 20 ms\n",
+        "  turned: {joint: main, quantity: angle, at: end}\n  torque: {motion: drive, quantity: force, at: maximum}\n",
+    ),
+    "differential": (
+        f"  drive: 300:500:{COUNT}\n{ADAPTIVE}",
+        "  spins: {joint: ice_wheel, quantity: angle_speed, at: end}\n"
+        "  shares: {joint: gears, quantity: reaction_torque, component: y, at: end}\n",
+    ),
     "heavy_top": (
         f"  nutation: 0.4:0.6:{COUNT}\n{END}",
         "  energy: {diagnostic: kinetic_energy, at: end}\n",
